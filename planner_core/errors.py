@@ -1,0 +1,40 @@
+"""Every error the library raises on purpose: one root, each also the builtin it refines.
+
+A message says, in one line: what, got, expected, remedy. The command line prints it as it is.
+"""
+
+
+class PlannerError(Exception):
+    """Root of all errors raised on purpose. `str(error)` is one line fit for a user."""
+
+
+class SceneError(PlannerError, ValueError):
+    """A scene file can't be used: wrong type, truncated, empty, no triangles, bad indices."""
+
+
+class SceneNotFoundError(SceneError, FileNotFoundError):
+    """The scene file does not exist or can't be read."""
+
+
+class RequirementError(PlannerError, ValueError):
+    """A requirement or option can't be met or makes no sense: bad coverage, unknown scanner or floor."""
+
+
+class StationListError(PlannerError, ValueError):
+    """A given station list (CSV or plan.json) can't be read."""
+
+
+class PlanFolderError(PlannerError, ValueError):
+    """A plan folder can't be read, or is not one."""
+
+
+class OutputExistsError(PlannerError, FileExistsError):
+    """The output exists and overwriting was not asked for."""
+
+
+class DeviceError(PlannerError, RuntimeError):
+    """No OpenCL device, a program that does not build, memory exhausted, device lost."""
+
+
+class MissingPackageError(PlannerError, ImportError):
+    """An optional package or system library is missing; the message says how to get it."""
