@@ -1,0 +1,109 @@
+# `make demo` and `make test` each do all the set-up they need. `make help` lists the rest.
+# Stamps in .venv/ and node_modules/ keep a second run from downloading anything.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+WEB := viewer_web
+SCENE ?=
+OUT ?= out
+export PYTHON
+
+RUNTIME := $(VENV)/.runtime-installed
+DEV := $(VENV)/.dev-installed
+NODE := $(WEB)/node_modules/.installed
+VIEWER := $(WEB)/dist/index.html
+VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
+  $(wildcard $(WEB)/*.json $(WEB)/*.ts $(WEB)/*.js $(WEB)/*.html)
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help demo test check setup viewer system system-tests lint typecheck imports pytest web e2e bench wheel test-wheel docs lock clean
+
+help: ## list the targets
+	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+# ------------------------------------------------------------------------------------------------ use
+demo: setup ## plan a synthetic two-storey house, or your own building with SCENE=path/to/building.ifc
+	@if [ -n "$(SCENE)" ]; then \
+	  $(BIN)/tlsplan plan "$(SCENE)" -o "$(OUT)/$$(basename "$(SCENE)" | sed 's/\.[^.]*$$//')" --overwrite; \
+	else \
+	  $(BIN)/tlsplan demo -o "$(OUT)/demo" --overwrite; \
+	fi
+
+setup: $(RUNTIME) $(VIEWER) ## everything that using tlsplan from this checkout needs: .venv/bin/tlsplan
+viewer: $(VIEWER) ## build the browser application
+
+# ----------------------------------------------------------------------------------------------- test
+test: setup system-tests $(DEV) ## all checks and tests
+	@$(MAKE) --no-print-directory check
+	@$(MAKE) --no-print-directory pytest
+	@$(MAKE) --no-print-directory web
+
+check: lint typecheck imports ## the static checks of the Python code
+
+lint: $(DEV)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+typecheck: $(DEV)
+	$(BIN)/mypy
+
+imports: $(DEV)
+	$(BIN)/lint-imports
+
+pytest: $(DEV) $(VIEWER) system-tests ## the Python tests
+	$(BIN)/pytest -q -n 2 --dist loadgroup $(PYTEST_ARGS)
+
+web: $(NODE) $(VIEWER) $(DEV) system-tests ## the checks and tests of the viewer, those in a real browser included
+	cd $(WEB) && npm run --silent lint && npm run --silent typecheck && npm run --silent test
+
+bench: $(DEV) ## scan engine against Open3D; writes docs/benchmarks
+	$(BIN)/python tests/benchmarks/bench_scan.py --markdown docs/benchmarks/scan.md
+
+# ---------------------------------------------------------------------------------------------- build
+wheel: $(DEV) $(VIEWER) ## the wheel, with kernels and the built viewer inside
+	rm -rf build dist
+	$(BIN)/python -m build --wheel --no-isolation --outdir dist
+
+docs: $(DEV) ## regenerate the command line reference
+	$(BIN)/python -m tlsplan.reference docs/reference/cli.md
+
+lock: $(RUNTIME) ## resolve the pinned dependencies anew
+	$(PIP) install --quiet uv
+	for name in runtime dev; do \
+	  $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+	    --no-emit-find-links --no-header --upgrade requirements/$$name.in -o requirements/$$name.lock || exit 1; \
+	done
+
+clean: ## remove everything that the other targets made
+	rm -rf $(VENV) $(WEB)/node_modules $(WEB)/dist build dist $(OUT) .mypy_cache .pytest_cache .ruff_cache .hypothesis
+
+# --------------------------------------------------------------------------------------------- set-up
+system:
+	@requirements/system.sh
+
+system-tests:
+	@requirements/system.sh --tests
+
+$(RUNTIME): requirements/runtime.lock pyproject.toml | system
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "tlsplan set-up: $$($(PYTHON) --version) is too old, 3.11 or later is needed; pass PYTHON=path/to/python3" >&2; exit 1; }
+	@[ -x $(BIN)/python ] || $(PYTHON) -m venv $(VENV)
+	$(PIP) install --quiet --require-hashes -r requirements/runtime.lock
+	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(DEV): requirements/dev.lock $(RUNTIME) | system
+	$(PIP) install --quiet --require-hashes -r requirements/dev.lock
+	@touch $@
+
+$(NODE): $(WEB)/package-lock.json
+	@command -v npm >/dev/null || { echo "tlsplan set-up: npm is missing; install Node.js 20 or later with npm" >&2; exit 1; }
+	cd $(WEB) && npm ci --silent --no-fund --no-audit
+	@touch $@
+
+$(VIEWER): $(NODE) $(VIEWER_SOURCES)
+	cd $(WEB) && npm run --silent build
+	@touch $@

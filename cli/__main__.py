@@ -1,0 +1,5 @@
+"""`python -m tlsplan` is `tlsplan`."""
+
+from .main import main
+
+main()

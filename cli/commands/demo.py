@@ -1,0 +1,28 @@
+"""`tlsplan demo`: the shortest way to see what the product does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..options import apply, engine_options, output_options, overwrite_option, problem_options
+
+
+@click.command("demo", epilog="Example:  tlsplan demo   then   tlsplan view demo-plan/")
+@click.option("-o", "--output", "folder", type=click.Path(path_type=Path), default=Path("demo-plan"), show_default=True,
+              metavar="FOLDER", help="Plan folder to write; the building goes beside it as <FOLDER>.ifc.")  # fmt: skip
+@apply(problem_options, engine_options, overwrite_option, output_options)
+def command(folder: Path, overwrite: bool, **values: Any) -> None:
+    """Make a synthetic two-storey house, plan it and write the plan folder."""
+    from planner_core.export.folder import check_output
+
+    import scenes_synthetic
+
+    from . import plan as plan_command
+
+    check_output(folder, overwrite=overwrite)
+    scene = folder.with_name(f"{folder.name}.ifc")
+    scenes_synthetic.write(scenes_synthetic.build("house"), scene)
+    plan_command.run(scene, folder, overwrite=overwrite, units=None, up=None, skip_bad_faces=False, **values)

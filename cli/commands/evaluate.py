@@ -1,0 +1,66 @@
+"""`tlsplan evaluate`: what a GIVEN list of stations sees, in the same keys as a plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..options import (
+    apply,
+    engine_options,
+    output_options,
+    overwrite_option,
+    problem_options,
+    scene_argument,
+    scene_options,
+    stations_option,
+)
+
+
+@click.command("evaluate", epilog="Example:  tlsplan evaluate building.ifc --stations mine.csv --json")
+@scene_argument
+@stations_option
+@click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
+              help="Also write a plan folder of these stations, to look at.")  # fmt: skip
+@apply(problem_options, scene_options, engine_options, overwrite_option, output_options)
+def command(
+    scene: Path,
+    stations: Path,
+    folder: Path | None,
+    overwrite: bool,
+    as_json: bool,
+    quiet: bool,
+    engine: str,
+    device: str | None,
+    units: str | None,
+    up: str | None,
+    skip_bad_faces: bool,
+    **problem: Any,
+) -> None:
+    """Compute the coverage of a given station list in SCENE: your own plan, or what was really scanned."""
+    from .. import inputs, output, summary
+    from ..progress import ProgressReporter
+    from planner_core.evaluate import evaluate_stations
+    from planner_core.export.folder import check_output, write_plan_folder
+    from planner_core.export.plan_json import plan_document
+    from planner_core.export.stations_csv import read_station_list
+
+    if folder is not None:
+        check_output(folder, overwrite=overwrite)
+    settings = inputs.settings(**problem)
+    given = read_station_list(stations)
+    with ProgressReporter(quiet=quiet or as_json) as reporter:
+        loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
+        plan = evaluate_stations(loaded, settings, given, engine=engine, device=device, progress=reporter.show)
+        if folder is not None:
+            write_plan_folder(plan, folder, overwrite=overwrite, progress=reporter.show)
+    document = plan_document(plan)
+    output.warn(plan.warnings)
+    if as_json:
+        output.as_json(document)
+    elif not quiet:
+        summary.show(document)
+        if folder is not None:
+            summary.where_to_look(folder)

@@ -1,0 +1,49 @@
+"""`tlsplan floors`: which floors a scene has, with area and elevation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..options import apply, output_options, scene_argument, scene_options
+
+
+@click.command("floors", epilog="Example:  tlsplan floors building.ifc")
+@apply(scene_argument, scene_options, output_options)
+def command(scene: Path, units: str | None, up: str | None, skip_bad_faces: bool, as_json: bool, quiet: bool) -> None:
+    """List the floors of SCENE that can be planned, with area and elevation."""
+    from planner_core.scene.floors import find_floors
+
+    from .. import inputs, output
+    from ..progress import ProgressReporter
+
+    with ProgressReporter(quiet=quiet or as_json) as reporter:
+        loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
+        report = find_floors(loaded)
+    offset_z_m = float(loaded.offset_m[2])
+    output.warn((*loaded.report.warnings, *report.warnings))
+    if as_json:
+        output.as_json(
+            {
+                "floors": [
+                    {
+                        "id": floor.id,
+                        "name": floor.name,
+                        "elevation_m": round(floor.elevation_m + offset_z_m, 4),
+                        "ground_area_m2": round(floor.ground_area_m2, 3),
+                        "origin": floor.origin,
+                    }
+                    for floor in report.floors
+                ],
+                "warnings": [*loaded.report.warnings, *report.warnings],
+            }
+        )
+        return
+    output.table(
+        ("id", "name", "elevation m", "ground m2", "found by"),
+        [
+            (f.id, f.name, f"{f.elevation_m + offset_z_m:.3f}", f"{f.ground_area_m2:.1f}", f.origin)
+            for f in report.floors
+        ],
+    )

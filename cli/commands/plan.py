@@ -1,0 +1,65 @@
+"""`tlsplan plan`: from a scene file to a plan folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..options import (
+    apply,
+    engine_options,
+    output_options,
+    overwrite_option,
+    problem_options,
+    scene_argument,
+    scene_options,
+)
+
+
+@click.command("plan", epilog="Example:  tlsplan plan building.ifc --coverage 95 -o plan/")
+@scene_argument
+@click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
+              help="Plan folder to write. [default: <scene>-plan beside you]")  # fmt: skip
+@apply(problem_options, scene_options, engine_options, overwrite_option, output_options)
+def command(scene: Path, folder: Path | None, overwrite: bool, as_json: bool, quiet: bool, **values: Any) -> None:
+    """Plan where to put the scanner in SCENE: the fewest stations that reach the coverage asked for."""
+    run(scene, folder or Path(f"{scene.stem}-plan"), overwrite=overwrite, as_json=as_json, quiet=quiet, **values)
+
+
+def run(
+    scene: Path,
+    folder: Path,
+    *,
+    overwrite: bool,
+    as_json: bool,
+    quiet: bool,
+    engine: str,
+    device: str | None,
+    units: str | None,
+    up: str | None,
+    skip_bad_faces: bool,
+    **problem: Any,
+) -> None:
+    """Plan, write the folder and print the summary; `demo` calls this too."""
+    from .. import inputs, output, summary
+    from ..progress import ProgressReporter
+    from planner_core.export.folder import check_output, write_plan_folder
+    from planner_core.export.plan_json import plan_document
+    from planner_core.plan import make_plan
+    from planner_core.scan.engine import open_engine
+
+    check_output(folder, overwrite=overwrite)  # before minutes of work, not after
+    settings = inputs.settings(**problem)
+    with ProgressReporter(quiet=quiet or as_json) as reporter:
+        loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
+        plan = make_plan(loaded, settings, engine=engine, device=device, progress=reporter.show)
+        write_plan_folder(plan, folder, overwrite=overwrite, progress=reporter.show)
+    document = plan_document(plan)
+    output.warn(plan.warnings)
+    if as_json:
+        output.as_json(document)
+    elif not quiet:
+        summary.show(document)
+        summary.where_to_look(folder)

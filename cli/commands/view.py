@@ -1,0 +1,27 @@
+"""`tlsplan view`: show a plan folder in the browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command("view", epilog="Example:  tlsplan view plan/")
+@click.argument("plan", type=click.Path(path_type=Path))
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on. [default: any free one]")
+@click.option("--host", default="127.0.0.1", show_default=True, metavar="ADDRESS",
+              help="Address to listen on; anything but loopback lets others on the network read the plan.")  # fmt: skip
+@click.option("--no-browser", is_flag=True, help="Only serve and print the address.")
+def command(plan: Path, port: int, host: str, no_browser: bool) -> None:
+    """Show the plan folder PLAN in the browser, served from this machine until Ctrl-C."""
+    from viewer_web.server import serve
+
+    from .. import output
+
+    def ready(address: str) -> None:
+        output.say(f"{plan} is shown at {address}   (Ctrl-C ends it)")
+        if not no_browser:
+            click.launch(address)
+
+    serve(plan, host=host, port=port, on_ready=ready)

@@ -1,0 +1,48 @@
+"""Exit codes and the one line an error ends in; the table in `docs/reference/cli.md` is made from `EXIT_CODES`."""
+
+from __future__ import annotations
+
+EXIT_CODES: dict[int, str] = {
+    0: "done",
+    1: "internal error: a bug of tlsplan; please report it with the output of --debug",
+    2: "the command line is wrong: unknown option, missing argument, bad value",
+    3: "an input can't be used: scene, station list, plan folder, scanner",
+    4: "the requirements can't be met, or a plan falls short of them",
+    5: "the output exists; pass --overwrite",
+    6: "the OpenCL device or a package or system library is missing or failed",
+    130: "interrupted (Ctrl-C)",
+}
+
+
+def exit_code_of(error: BaseException) -> int:
+    """Return the documented exit code of an error."""
+    from planner_core import errors
+
+    by_type: tuple[tuple[type[BaseException], int], ...] = (
+        (KeyboardInterrupt, 130),
+        (errors.RequirementError, 4),
+        (errors.OutputExistsError, 5),
+        (errors.DeviceError, 6),
+        (errors.MissingPackageError, 6),
+        (errors.PlannerError, 3),
+        (OSError, 3),
+        (MemoryError, 6),
+    )
+    return next((code for kind, code in by_type if isinstance(error, kind)), 1)
+
+
+def one_line(error: BaseException) -> str:
+    """Return the line to show: the message itself for errors raised on purpose, a plea to report it for bugs."""
+    from planner_core.errors import PlannerError
+
+    text = " ".join(str(error).split()) or type(error).__name__
+    if isinstance(error, PlannerError):
+        return f"tlsplan: {text}"
+    if isinstance(error, MemoryError):
+        return f"tlsplan: out of memory ({text}). Use a larger --patch-area or --grid, or plan floor by floor (--floor)."
+    if isinstance(error, OSError):
+        return f"tlsplan: {text}"
+    return (
+        f"tlsplan: internal error: {type(error).__name__}: {text}. "
+        "This is a bug: please report it with the output of `tlsplan --debug ...`."
+    )

@@ -1,0 +1,54 @@
+"""From option values to what the library takes: load options, settings, floors. Nothing here prints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .options import METRES_PER_UNIT
+
+if TYPE_CHECKING:
+    from planner_core.model import PlanSettings, Scene
+    from planner_core.progress import Progress
+
+
+def load(scene: Path, *, units: str | None, up: str | None, skip_bad_faces: bool, progress: Progress) -> Scene:
+    """Load the scene file with the options of the command line."""
+    from planner_core.scene.load import LoadOptions, load_scene
+
+    options = LoadOptions(
+        metres_per_unit=METRES_PER_UNIT[units] if units else None,
+        up_axis=up.upper() if up else None,
+        skip_bad_faces=skip_bad_faces,
+    )
+    return load_scene(scene, options=options, progress=progress)
+
+
+def settings(
+    *,
+    scanner: str,
+    coverage_percent: float,
+    overlap_percent: float,
+    floors: Sequence[str],
+    grid_step_m: float,
+    heights_m: Sequence[float],
+    clearance_m: float,
+    max_patch_area_m2: float,
+    seed: int,
+) -> PlanSettings:
+    """Return the settings of a plan from the values of `options.problem_options`."""
+    from planner_core.model import PlanSettings, Requirements
+    from planner_core.scan.scanners import load_scanner
+
+    return PlanSettings(
+        scanner=load_scanner(scanner),
+        requirements=Requirements(
+            coverage=coverage_percent / 100.0, overlap=overlap_percent / 100.0, floors=tuple(floors)
+        ),
+        seed=seed,
+        grid_step_m=grid_step_m,
+        instrument_heights_m=tuple(heights_m),
+        clearance_m=clearance_m,
+        max_patch_area_m2=max_patch_area_m2,
+    )

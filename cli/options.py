@@ -1,0 +1,95 @@
+"""The registry of shared options: one definition each, so that every command spells and documents them alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+METRES_PER_UNIT = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
+
+scene_argument = click.argument("scene", type=click.Path(path_type=Path))
+
+scanner_option = click.option(
+    "--scanner", default="hdl-64e", show_default=True, metavar="NAME|FILE",
+    help="Scanner by name (`tlsplan scanners` lists them) or your own specification file.",
+)  # fmt: skip
+units_option = click.option(
+    "--units", type=click.Choice(list(METRES_PER_UNIT)), default=None,
+    help="Unit of the scene file, where it does not say so itself (OBJ, PLY, STL). [default: as the file says, else m]",
+)  # fmt: skip
+up_option = click.option(
+    "--up", type=click.Choice(["y", "z"]), default=None,
+    help="Up axis of the scene file. [default: as the file says; glTF y, others z]",
+)  # fmt: skip
+skip_bad_faces_option = click.option(
+    "--skip-bad-faces", is_flag=True, help="Drop (and count) faces that name vertices the file does not have."
+)
+engine_option = click.option(
+    "--engine", type=click.Choice(["auto", "opencl", "open3d"]), default="auto", show_default=True,
+    help="What casts the beams. auto: OpenCL; Open3D, said aloud, where there is no OpenCL device.",
+)  # fmt: skip
+device_option = click.option(
+    "--device", default=None, metavar="NAME",
+    help="OpenCL device by number or part of its name (`tlsplan doctor` lists them). [default: the first GPU, else CPU]",
+)  # fmt: skip
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on standard output.")
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="No progress and no summary; warnings and errors stay.")
+overwrite_option = click.option("--overwrite", is_flag=True, help="Replace the output where it exists.")
+floor_option = click.option(
+    "--floor", "floors", multiple=True, metavar="ID|NAME",
+    help="Plan only this floor (`tlsplan floors` lists them); may be repeated. [default: all]",
+)  # fmt: skip
+grid_option = click.option(
+    "--grid", "grid_step_m", type=click.FloatRange(min=0.05), default=0.5, show_default=True, metavar="METRES",
+    help="Spacing of candidate positions.",
+)  # fmt: skip
+height_option = click.option(
+    "--height", "heights_m", type=click.FloatRange(min=0.1), multiple=True, metavar="METRES",
+    help="Instrument height to try; may be repeated. [default: the scanner's range in steps of 0.4 m]",
+)  # fmt: skip
+clearance_option = click.option(
+    "--clearance", "clearance_m", type=click.FloatRange(min=0.0), default=0.4, show_default=True, metavar="METRES",
+    help="Smallest distance from the sensor to walls and furniture.",
+)  # fmt: skip
+patch_area_option = click.option(
+    "--patch-area", "max_patch_area_m2", type=click.FloatRange(min=1e-5), default=0.04, show_default=True,
+    metavar="M2", help="Largest patch, the unit in which coverage is counted.",
+)  # fmt: skip
+coverage_option = click.option(
+    "--coverage", "coverage_percent", type=click.FloatRange(min=0, min_open=True, max=100), default=95.0,
+    show_default=True, metavar="PERCENT", help="Coverage asked for, of the achievable area, overall and on each floor.",
+)  # fmt: skip
+overlap_option = click.option(
+    "--overlap", "overlap_percent", type=click.FloatRange(min=0, max=100), default=30.0, show_default=True,
+    metavar="PERCENT", help="Overlap at which two stations count as linked.",
+)  # fmt: skip
+seed_option = click.option("--seed", type=int, default=0, show_default=True, help="Seed of everything random.")
+stations_option = click.option(
+    "--stations", type=click.Path(path_type=Path), required=True, metavar="FILE",
+    help="Stations in scene coordinates: CSV (id, x_m, y_m, z_m ...) or a plan.json.",
+)  # fmt: skip
+
+
+def apply(*options: Callable[[F], F]) -> Callable[[F], F]:
+    """Return a decorator that applies the options so that `--help` lists them in the order given."""
+
+    def decorate(function: F) -> F:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return decorate
+
+
+scene_options = apply(units_option, up_option, skip_bad_faces_option)
+problem_options = apply(
+    scanner_option, coverage_option, overlap_option, floor_option, grid_option, height_option, clearance_option,
+    patch_area_option, seed_option,
+)  # fmt: skip
+engine_options = apply(engine_option, device_option)
+output_options = apply(json_option, quiet_option)

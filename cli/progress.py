@@ -1,0 +1,83 @@
+"""How the command line shows progress: bars with time left on a terminal, plain lines otherwise, nothing if quiet.
+
+Everything goes to standard error, so that standard output stays clean for results and `--json`.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, TextIO
+
+if TYPE_CHECKING:
+    from planner_core.progress import ProgressEvent
+    from rich.progress import Progress, TaskID
+
+PLAIN_LINE_EVERY_S = 10.0
+"""Between the first and the last line of a stage: often enough to see life in a log, rarely enough to read it."""
+
+
+class ProgressReporter:
+    """Shows `ProgressEvent`s; use as a context manager and pass `reporter.show` to the library."""
+
+    def __init__(self, *, quiet: bool, stream: TextIO | None = None) -> None:
+        self._quiet = quiet
+        self._stream = stream if stream is not None else sys.stderr
+        self._bars: Progress | None = None
+        self._tasks: dict[str, TaskID] = {}
+        self._last_line_s: dict[str, float] = {}
+        self._finished: set[str] = set()
+
+    def __enter__(self) -> ProgressReporter:
+        """Open the bars where the stream is a terminal."""
+        if not self._quiet and self._stream.isatty():
+            from rich.console import Console
+            from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+            self._bars = Progress(
+                TextColumn("{task.description:<22}"), BarColumn(bar_width=32), MofNCompleteColumn(),
+                TimeRemainingColumn(compact=True, elapsed_when_finished=True), TextColumn("{task.fields[note]}"),
+                console=Console(file=self._stream), transient=False,
+            )  # fmt: skip
+            self._bars.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """Close the bars, so that whatever is printed next starts on a line of its own."""
+        if self._bars is not None:
+            self._bars.stop()
+            self._bars = None
+
+    def show(self, event: ProgressEvent) -> None:
+        """Draw one event."""
+        if self._quiet:
+            return
+        if self._bars is not None:
+            self._show_bar(event)
+        else:
+            self._show_line(event)
+
+    def _show_bar(self, event: ProgressEvent) -> None:
+        assert self._bars is not None
+        total = event.total or None
+        if event.stage not in self._tasks:
+            self._tasks[event.stage] = self._bars.add_task(event.stage, total=total, note=event.note)
+        self._bars.update(self._tasks[event.stage], completed=event.done, total=total, note=event.note)
+
+    def _show_line(self, event: ProgressEvent) -> None:
+        now_s = time.monotonic()
+        finished = event.total > 0 and event.done >= event.total
+        if finished and event.stage in self._finished:
+            return
+        due = now_s - self._last_line_s.get(event.stage, -PLAIN_LINE_EVERY_S) >= PLAIN_LINE_EVERY_S
+        if not (due or finished):
+            return
+        if finished:
+            self._finished.add(event.stage)
+        else:
+            self._finished.discard(event.stage)
+        self._last_line_s[event.stage] = now_s
+        count = f"{event.done} of {event.total}" if event.total else f"{event.done}" if event.done else "..."
+        note = f"  {event.note}" if event.note else ""
+        print(f"{event.stage}: {count}{note}", file=self._stream, flush=True)

@@ -1,0 +1,55 @@
+"""The summary of a plan that `plan`, `demo` and `evaluate` print; all figures come from plan.json's document."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from . import output
+
+
+def show(document: dict[str, Any]) -> None:
+    """Print the figures of a plan.json document, each with what it is a figure of."""
+    coverage = document["coverage"]
+    scanner = document["scanner"]
+    optimality = document["optimality"]
+    registration = document["registration"]
+    floors = {floor["id"]: floor["name"] for floor in document["floors"]}
+    output.say(f"scanner       {scanner['title']}, range {scanner['range_max_m']:g} m")
+    output.say(f"stations      {len(document['stations'])}{_bound(optimality)}")
+    output.say(
+        f"coverage      {100 * coverage['fraction_of_achievable']:.1f} % of the {coverage['achievable_area_m2']:.0f} m2 that "
+        f"this scanner can see from admissible positions"
+    )
+    output.say(
+        f"              {100 * coverage['fraction_of_total']:.1f} % of all {coverage['total_area_m2']:.0f} m2 in the model, "
+        "which counts what nobody can see, such as the inside of walls"
+    )
+    for figures in coverage["floors"]:
+        n_stations = sum(station["floor"] == figures["floor"] for station in document["stations"])
+        output.say(
+            f"  {figures['floor']:<4} {floors[figures['floor']]:<22} {n_stations:>3} stations  "
+            f"{100 * figures['fraction_of_achievable']:5.1f} % of {figures['achievable_area_m2']:.0f} m2"
+        )
+    n_linked = sum(link["overlap"] >= registration["threshold"] for link in registration["links"])
+    state = "all stations are connected" if registration["connected"] else "NOT all stations are connected"
+    output.say(
+        f"registration  {n_linked} links with at least {100 * registration['threshold']:.0f} % overlap; {state}"
+    )
+
+
+def where_to_look(folder: Path) -> None:
+    """Print what to open next."""
+    output.say()
+    output.say(f"plan folder   {folder}")
+    output.say(f"look          tlsplan view {folder}")
+    output.say(f"print         {folder / 'report' / 'index.html'}")
+
+
+def _bound(optimality: dict[str, Any]) -> str:
+    bound = optimality["lower_bound"]
+    if bound is None:
+        return ""
+    if optimality["proven"]:
+        return ", proven to be the fewest possible on these candidates"
+    return f" (at least {bound} are needed on these candidates)"

@@ -1,0 +1,117 @@
+"""The command group: help, laziness, exit codes, reference."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from tlsplan import exit_codes
+from tlsplan.main import COMMANDS, cli
+from tlsplan.reference import reference
+
+ROOT = Path(__file__).resolve().parents[2]
+HEAVY = ("open3d", "pyopencl", "pxr", "pyvista", "vtk", "OpenImageIO", "ifcopenshell", "trimesh", "scipy", "numpy", "rich")
+
+
+def run(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run the real command in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "tlsplan", *arguments], capture_output=True, text=True, cwd=cwd, timeout=240, check=False
+    )
+
+
+@pytest.mark.parametrize("arguments", [["--help"], *[[name, "--help"] for name in COMMANDS]])
+def test_help_loads_no_heavy_package(arguments: list[str]) -> None:
+    program = (
+        "import sys, click\n"
+        "from tlsplan.main import cli\n"
+        f"cli.main({arguments!r}, standalone_mode=False)\n"
+        f"print(sorted(set(sys.modules) & set({HEAVY!r})), file=sys.stderr)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    assert "Usage:" in done.stdout
+    assert done.stderr.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_of_every_command_shows_an_example(name: str) -> None:
+    text = CliRunner().invoke(cli, [name, "--help"]).output
+    assert "Example:  tlsplan" in text
+
+
+def test_help_of_every_option_says_what_it_is() -> None:
+    context = cli.make_context("tlsplan", [], resilient_parsing=True)
+    for name in cli.list_commands(context):
+        command = cli.get_command(context, name)
+        assert command is not None
+        for parameter in command.params:
+            assert parameter.param_type_name == "argument" or parameter.help, f"{name}: {parameter.name} has no help"
+
+
+def test_every_command_file_is_listed() -> None:
+    files = {path.stem for path in (ROOT / "cli" / "commands").glob("*.py")} - {"__init__"}
+    assert files == set(COMMANDS)
+
+
+def test_reference_in_docs_is_the_one_the_commands_give() -> None:
+    assert (ROOT / "docs" / "reference" / "cli.md").read_text(encoding="utf-8") == reference(), "run `make docs`"
+
+
+def test_unknown_option_ends_with_code_2_and_no_traceback() -> None:
+    done = run("plan", "--no-such-option")
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert "No such option" in done.stderr
+
+
+def test_missing_scene_ends_with_one_line_and_code_3(tmp_path: Path) -> None:
+    done = run("plan", str(tmp_path / "nowhere.ifc"), "-o", str(tmp_path / "plan"))
+    assert done.returncode == 3
+    assert done.stderr.count("\n") == 1
+    assert "nowhere.ifc" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_unknown_scanner_ends_with_the_names_there_are(tmp_path: Path) -> None:
+    done = run("plan", str(tmp_path / "x.obj"), "--scanner", "hdl-65e")
+    assert done.returncode in (3, 4)
+    assert done.stderr.count("\n") == 1
+    assert "hdl-64e" in done.stderr
+
+
+def test_internal_errors_are_one_line_that_asks_for_a_report() -> None:
+    line = exit_codes.one_line(ZeroDivisionError("division\nby zero"))
+    assert "\n" not in line
+    assert "report" in line
+    assert exit_codes.exit_code_of(ZeroDivisionError()) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "code"),
+    [
+        ("SceneError", 3), ("SceneNotFoundError", 3), ("StationListError", 3), ("PlanFolderError", 3),
+        ("RequirementError", 4), ("OutputExistsError", 5), ("DeviceError", 6), ("MissingPackageError", 6),
+    ],
+)  # fmt: skip
+def test_every_error_class_has_the_documented_exit_code(name: str, code: int) -> None:
+    from planner_core import errors
+
+    assert exit_codes.exit_code_of(getattr(errors, name)("x")) == code
+
+
+def test_scanners_json_lists_the_hdl_64e() -> None:
+    done = run("scanners", "--json")
+    assert done.returncode == 0
+    scanner = next(s for s in json.loads(done.stdout)["scanners"] if s["name"] == "hdl-64e")
+    assert (scanner["n_azimuths"], scanner["n_channels"], scanner["range_max_m"]) == (4500, 64, 5.0)
+    assert (scanner["elevation_min_deg"], scanner["elevation_max_deg"]) == (-24.9, 2.0)
+
+
+def test_doctor_finds_a_healthy_installation() -> None:
+    done = run("doctor", "--json")
+    document = json.loads(done.stdout)
+    assert [f for f in document["findings"] if f["needed"] and not f["ok"]] == []
+    assert done.returncode == 0
+    assert any(f["subject"] == "scan engine" for f in document["findings"])
