@@ -1,0 +1,134 @@
+"""What a scan engine is, and the choice of one: OpenCL where a device is usable, Open3D otherwise, said aloud.
+
+Every engine keeps these rules, in the local frame and metres:
+
+- Triangles are hit from both sides. The first surface along a beam ends it.
+- Vertices, origins and directions are float64 values rounded to float32 once; nothing is rounded twice.
+- `range_min_m <= range <= range_max_m` is a return, both ends included. A surface nearer than `range_min_m` blocks the
+  beam and gives no return.
+- A miss is range NaN, triangle -1, patch -1, cosine NaN.
+- The patch is that of `docs/method/patches.md` at the hit. Two triangles hit at one and the same float32 range: the
+  lower number wins in the OpenCL engine; Open3D makes no promise.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from planner_core.errors import DeviceError, RequirementError, SceneError
+from planner_core.model import BeamTemplate, FloatArray, Patches, RayHits, ScanBatch, Scene, Visibility
+from planner_core.progress import Progress, silent
+
+#: What `open_engine` accepts.
+ENGINES = ("auto", "opencl", "open3d")
+
+
+class ScanEngine(Protocol):
+    """Casts beams into one scene, which it holds in its own form."""
+
+    name: str
+    """`opencl` or `open3d`."""
+    device: str
+    """Where it runs, for the record."""
+    warnings: tuple[str, ...]
+    """One line each, for the user: a fallback, for example."""
+
+    def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
+        """First hits of N free rays: origins (N, 3), directions (N, 3) of any length but zero; ranges are metres.
+
+        Raises RequirementError where an origin or direction is not finite, a direction is zero or shapes disagree.
+        """
+        ...
+
+    def scan(self, template: BeamTemplate, positions_m: FloatArray) -> ScanBatch:
+        """Scan from every one of positions (S, 3), the sensor's origin."""
+        ...
+
+    def visible_patches(
+        self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
+    ) -> Visibility:
+        """Patches that the returns of a scan from each of positions (N, 3) lie on: the distinct values of `scan`."""
+        ...
+
+
+def open_engine(scene: Scene, patches: Patches, *, engine: str = "auto", device: str | None = None) -> ScanEngine:
+    """Prepare `scene` for scanning.
+
+    Parameters
+    ----------
+    engine
+        `opencl`, `open3d`, or `auto`: OpenCL, and Open3D with a line in `warnings` where no OpenCL device is usable.
+    device
+        OpenCL device by name or number, see `planner_core.device`; None takes the default one.
+
+    Raises
+    ------
+    RequirementError
+        Unknown engine, or a device given to Open3D.
+    DeviceError
+        `opencl`, or a device by name, was asked for and can't be had.
+    SceneError
+        The scene has no triangles, or vertices too far from the local origin for float32.
+    """
+    if engine not in ENGINES:
+        raise RequirementError(f"engine: got {engine!r}, expected one of {', '.join(ENGINES)}")
+    if engine == "open3d" and device is not None:
+        raise RequirementError(f"device: got {device!r} with engine open3d, which has none; leave one of the two out")
+    _check_scene(scene, patches)
+    if engine == "open3d":
+        return _open3d(scene, patches, ())
+    if engine == "opencl":
+        raise DeviceError("engine opencl: not part of this version yet, expected open3d; use engine auto or open3d")
+    return _open3d(scene, patches, ("the OpenCL engine is not part of this version yet, scanning with Open3D",))
+
+
+def check_positions(positions_m: FloatArray) -> FloatArray:
+    """Positions as (N, 3) float64, or RequirementError where they have another shape or are not finite."""
+    positions = np.ascontiguousarray(positions_m, dtype=np.float64)
+    if positions.ndim != 2 or positions.shape[1] != 3:
+        raise RequirementError(f"positions_m: got shape {positions.shape}, expected (N, 3); pass one row a position")
+    bad = ~np.isfinite(positions).all(axis=1)
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise RequirementError(f"positions_m: row {row} is {positions[row]}, expected finite metres; leave it out")
+    return positions
+
+
+def check_rays(origins_m: FloatArray, directions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Origins and UNIT directions as (N, 3) float64, or RequirementError, see `ScanEngine.cast_rays`."""
+    origins = check_positions(origins_m)
+    rays = np.ascontiguousarray(directions, dtype=np.float64)
+    if rays.shape != origins.shape:
+        raise RequirementError(f"directions: got shape {rays.shape}, expected {origins.shape}; pass one row a ray")
+    # Scaled by the largest component first: squares of huge or tiny components would overflow or vanish.
+    largest = np.abs(rays).max(axis=1, initial=0.0)
+    bad = ~(np.isfinite(largest) & (largest > 0))
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise RequirementError(f"directions: row {row} is {rays[row]}, expected finite and not zero; leave it out")
+    rays = rays / largest[:, None]
+    return origins, rays / np.sqrt((rays * rays).sum(axis=1))[:, None]
+
+
+def _check_scene(scene: Scene, patches: Patches) -> None:
+    if scene.n_triangles == 0:
+        raise SceneError(f"{scene.source.path}: no triangles to scan, expected at least one; check what was loaded")
+    if patches.depth.size != scene.n_triangles:
+        raise SceneError(
+            f"patches are of {patches.depth.size} triangles, the scene has {scene.n_triangles}; make them of this scene"
+        )
+    reach_m = float(np.abs(scene.vertices_m).max())
+    # float32 has 24 bits: beyond 100 km of the local origin a vertex is off by millimetres, and squares lose the edges.
+    if not reach_m < 1e5:
+        raise SceneError(
+            f"{scene.source.path}: a vertex is {reach_m:.3g} m from the local origin, expected less than 100 km; "
+            "split the model or remove stray geometry"
+        )
+
+
+def _open3d(scene: Scene, patches: Patches, warnings: tuple[str, ...]) -> ScanEngine:
+    from planner_core.scan.open3d import Open3DEngine
+
+    return Open3DEngine(scene, patches, warnings=warnings)

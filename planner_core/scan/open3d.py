@@ -1,0 +1,136 @@
+"""Scanning with Open3D's RaycastingScene (Embree): the oracle of the tests, and the engine where OpenCL is missing.
+
+Local frame, metres. The rules all engines keep are at the head of `planner_core.scan.engine`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from planner_core.errors import MissingPackageError
+from planner_core.model import (
+    BeamTemplate,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    Patches,
+    RayHits,
+    ScanBatch,
+    Scene,
+    Visibility,
+)
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scan.engine import check_positions, check_rays
+from planner_core.scan.surfaces import round_surfaces
+from planner_core.scan.template import directions
+from planner_core.scene.patches import patch_code, squared_edges
+
+
+class Open3DEngine:
+    """A `ScanEngine` on the host's cores. See the protocol for what the methods take and return."""
+
+    name = "open3d"
+
+    def __init__(self, scene: Scene, patches: Patches, *, warnings: tuple[str, ...] = ()) -> None:
+        open3d = _import_open3d()
+        self._core = open3d.core
+        self.device = f"Open3D {open3d.__version__} (Embree, CPU)"
+        self.warnings = warnings
+        surfaces = round_surfaces(scene)
+        self._normal = surfaces.normal
+        self._edges = squared_edges(scene.vertices_m[scene.triangles])
+        self._depth = patches.depth
+        self._first_patch = patches.first_patch
+        self._n_patches = patches.n_patches
+        self._raycasting = open3d.t.geometry.RaycastingScene()
+        self._raycasting.add_triangles(
+            self._core.Tensor(scene.vertices_m.astype(np.float32)),
+            self._core.Tensor(scene.triangles.astype(np.uint32)),
+        )
+
+    def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
+        """See `ScanEngine.cast_rays`."""
+        origins, unit = check_rays(origins_m, directions)
+        rays = np.concatenate([origins, unit], axis=1).astype(np.float32)
+        range_m, triangle, _ = self._first_returns(rays, 0.0, range_max_m)
+        return RayHits(range_m=range_m, triangle=triangle)
+
+    def scan(self, template: BeamTemplate, positions_m: FloatArray) -> ScanBatch:
+        """See `ScanEngine.scan`."""
+        positions = check_positions(positions_m)
+        shape = (positions.shape[0], *template.shape)
+        range_m = np.empty(shape, dtype=np.float32)
+        triangle = np.empty(shape, dtype=np.int32)
+        patch = np.empty(shape, dtype=np.int32)
+        cos_incidence = np.empty(shape, dtype=np.float32)
+        beams = directions(template).astype(np.float32).reshape(-1, 3)
+        for index, position in enumerate(positions):
+            hits = self._scan_one(template, beams, position)
+            range_m[index] = hits[0].reshape(template.shape)
+            triangle[index] = hits[1].reshape(template.shape)
+            patch[index] = self._patch(hits[1], hits[2]).reshape(template.shape)
+            cos_incidence[index] = self._cos_incidence(beams, hits[1]).reshape(template.shape)
+        return ScanBatch(range_m=range_m, triangle=triangle, patch=patch, cos_incidence=cos_incidence)
+
+    def visible_patches(
+        self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
+    ) -> Visibility:
+        """See `ScanEngine.visible_patches`."""
+        positions = check_positions(positions_m)
+        beams = directions(template).astype(np.float32).reshape(-1, 3)
+        rows: list[Int32Array] = []
+        for index, position in enumerate(positions):
+            _, triangle, uv = self._scan_one(template, beams, position)
+            hit = triangle >= 0
+            rows.append(np.unique(self._patch(triangle[hit], uv[hit])))
+            progress(ProgressEvent("scan", index + 1, len(positions)))
+        starts = np.zeros(len(rows) + 1, dtype=np.int64)
+        starts[1:] = np.cumsum([row.size for row in rows], dtype=np.int64)
+        patch = np.concatenate(rows) if rows else np.empty(0, dtype=np.int32)
+        return Visibility(starts=starts, patch=patch, n_patches=self._n_patches)
+
+    def _scan_one(
+        self, template: BeamTemplate, beams: Float32Array, position_m: FloatArray
+    ) -> tuple[Float32Array, Int32Array, Float32Array]:
+        rays = np.empty((beams.shape[0], 6), dtype=np.float32)
+        rays[:, :3] = position_m.astype(np.float32)
+        rays[:, 3:] = beams
+        return self._first_returns(rays, template.range_min_m, template.range_max_m)
+
+    def _first_returns(
+        self, rays: Float32Array, range_min_m: float, range_max_m: float
+    ) -> tuple[Float32Array, Int32Array, Float32Array]:
+        """Range, triangle and barycentric (u, v) of rays (N, 6) with unit directions."""
+        hits: dict[str, Any] = self._raycasting.cast_rays(self._core.Tensor(rays))
+        range_m = np.array(hits["t_hit"].numpy(), dtype=np.float32)
+        # Compared as float32, as the kernels do; a miss is infinite and so has to be asked for by itself.
+        inside = (range_m >= np.float32(range_min_m)) & (range_m <= np.float32(range_max_m)) & np.isfinite(range_m)
+        triangle = np.where(inside, hits["primitive_ids"].numpy().astype(np.int64), -1).astype(np.int32)
+        range_m[~inside] = np.nan
+        return range_m, triangle, np.array(hits["primitive_uvs"].numpy(), dtype=np.float32)
+
+    def _patch(self, triangle: Int32Array, uv: Float32Array) -> Int32Array:
+        patch = np.full(triangle.shape, -1, dtype=np.int32)
+        hit = np.flatnonzero(triangle >= 0)
+        of, at = triangle[hit], uv[hit]
+        weights = np.stack([np.float32(1) - at[:, 0] - at[:, 1], at[:, 0], at[:, 1]], axis=1)
+        patch[hit] = self._first_patch[of] + patch_code(weights, self._edges[of], self._depth[of])
+        return patch
+
+    def _cos_incidence(self, beams: Float32Array, triangle: Int32Array) -> Float32Array:
+        cosine = np.abs((beams * self._normal[triangle]).sum(axis=1, dtype=np.float32))
+        return np.where(triangle >= 0, np.minimum(cosine, np.float32(1)), np.float32(np.nan)).astype(np.float32)
+
+
+def _import_open3d() -> Any:
+    try:
+        import open3d
+    except (ImportError, OSError) as error:
+        # OSError: the wheel is there, but a system library that it needs is not.
+        raise MissingPackageError(
+            f"Open3D can't be loaded ({str(error).splitlines()[0]}), expected a working open3d package; "
+            "see `tlsplan doctor`"
+        ) from error
+    return open3d
