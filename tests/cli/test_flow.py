@@ -1,0 +1,217 @@
+"""The commands on a real file, as a user runs them: scene, floors, plan, evaluate, simulate, view, and what goes wrong."""
+
+import csv
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+DROPPABLE = ("timings_s", "versions", "device")
+COARSE = ("--grid", "1.0", "--height", "1.5", "--patch-area", "0.2", "--coverage", "80")
+
+
+def run(*arguments: str | Path, env: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "tlsplan", *map(str, arguments)],
+        capture_output=True, text=True, timeout=280, check=False, env={**os.environ, **(env or {})},
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def house(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("scene") / "house.ifc"
+    done = run("scene", "house", "-o", path)
+    assert done.returncode == 0, done.stderr
+    return path
+
+
+@pytest.fixture(scope="module")
+def planned(house: Path) -> tuple[Path, dict[str, Any]]:
+    folder = house.parent / "plan"
+    done = run("plan", house, "-o", folder, "--json", *COARSE)
+    assert done.returncode == 0, done.stderr
+    return folder, json.loads(done.stdout)
+
+
+def snapshot(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def test_floors_lists_both_storeys_of_the_house(house: Path) -> None:
+    done = run("floors", house)
+    assert done.returncode == 0, done.stderr
+    rows = done.stdout.splitlines()
+    assert rows[0].split()[0] == "id"
+    assert [row.split()[0] for row in rows[1:]] == ["F0", "F1"]
+
+
+def test_plan_reaches_the_coverage_asked_for_on_every_floor(planned: tuple[Path, dict[str, Any]]) -> None:
+    _, document = planned
+    assert document["coverage"]["fraction_of_achievable"] >= 0.80
+    assert [c["fraction_of_achievable"] >= 0.80 for c in document["coverage"]["floors"]] == [True, True]
+    assert document["optimality"]["lower_bound"] <= len(document["stations"])
+
+
+def test_plan_json_on_stdout_is_the_file_in_the_folder(planned: tuple[Path, dict[str, Any]]) -> None:
+    folder, document = planned
+    on_disk = json.loads((folder / "plan.json").read_text())
+    for key in DROPPABLE:
+        on_disk.pop(key), document.pop(key, None)
+    assert on_disk == {k: v for k, v in document.items() if k not in DROPPABLE}
+
+
+def test_plan_folder_holds_what_the_contract_names(planned: tuple[Path, dict[str, Any]]) -> None:
+    folder, document = planned
+    for name in ("plan.usda", "review.usda", "plan.json", "stations.csv", "viewer/stage.usdc", "viewer/patches.u8"):
+        assert (folder / name).is_file(), name
+    assert len(list((folder / "viewer" / "clouds").glob("*.u16"))) == len(document["stations"])
+    assert len(list((folder / "report").glob("*.png"))) >= len(document["floors"])
+    with (folder / "stations.csv").open(newline="") as file:
+        assert [row["id"] for row in csv.DictReader(file)] == [s["id"] for s in document["stations"]]
+
+
+def test_evaluate_of_the_plan_itself_gives_the_same_coverage(house: Path, planned: tuple[Path, dict[str, Any]]) -> None:
+    folder, document = planned
+    for stations in (folder / "plan.json", folder / "stations.csv"):
+        done = run("evaluate", house, "--stations", stations, "--json", *COARSE)
+        assert done.returncode == 0, done.stderr
+        again = json.loads(done.stdout)
+        assert again["coverage"]["covered_area_m2"] == pytest.approx(document["coverage"]["covered_area_m2"], abs=0.5)
+        assert set(document) == set(again)
+
+
+def test_same_input_gives_the_same_bytes_on_one_core_and_on_two(house: Path, planned: tuple[Path, dict[str, Any]]) -> None:
+    folder, _ = planned
+    again = folder.with_name("plan-one-core")
+    done = run("plan", house, "-o", again, "--quiet", *COARSE, env={"POCL_MAX_PTHREAD_COUNT": "1", "OMP_NUM_THREADS": "1"})
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
+    first, second = snapshot(folder), snapshot(again)
+    assert set(first) == set(second)
+
+    def comparable(files: dict[str, bytes]) -> dict[str, Any]:
+        documents = {"plan.json": json.loads(files["plan.json"])}
+        for key in DROPPABLE:
+            documents["plan.json"].pop(key, None)
+        return documents
+
+    assert comparable(first) == comparable(second)
+    assert [name for name in first if name != "plan.json" and first[name] != second[name]] == []
+
+
+def test_plan_refuses_to_overwrite_and_says_how(house: Path, planned: tuple[Path, dict[str, Any]]) -> None:
+    folder, _ = planned
+    before = snapshot(folder)
+    done = run("plan", house, "-o", folder, *COARSE)
+    assert done.returncode == 5
+    assert "--overwrite" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert snapshot(folder) == before
+
+
+def test_interrupted_plan_leaves_nothing_half_written(house: Path, tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tlsplan", "plan", str(house), "-o", str(tmp_path / "plan"), "--grid", "0.3"],
+        stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stderr is not None
+    line = process.stderr.readline()
+    assert line, "no progress was shown"
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    _, rest = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in rest
+    assert "Traceback" not in rest
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_unknown_floor_ends_with_the_floors_there_are(house: Path, tmp_path: Path) -> None:
+    done = run("plan", house, "-o", tmp_path / "plan", "--floor", "Attic", *COARSE)
+    assert done.returncode == 4
+    last = done.stderr.splitlines()[-1]
+    assert "Attic" in last
+    assert "F0" in last
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "word"),
+    [
+        ("empty.obj", b"", "empty"),
+        ("points.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "triangle"),
+        ("index.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "--skip-bad-faces"),
+        ("picture.ifc", b"\x89PNG\r\n\x1a\n" + bytes(64), "picture.ifc"),
+        ("plan.dwg", b"AC1027", ".ifc"),
+    ],
+)
+def test_bad_scene_ends_with_one_line(name: str, content: bytes, word: str, tmp_path: Path) -> None:
+    scene = tmp_path / name
+    scene.write_bytes(content)
+    done = run("plan", scene, "-o", tmp_path / "plan", "--quiet")
+    assert done.returncode == 3
+    assert done.stderr.count("\n") == 1, done.stderr
+    assert name in done.stderr
+    assert word in done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == [name]
+
+
+def test_bad_station_list_ends_with_the_line_number(house: Path, tmp_path: Path) -> None:
+    stations = tmp_path / "mine.csv"
+    stations.write_text("id,x_m,y_m,z_m\nA,1,2,3\nB,1,two,3\n")
+    done = run("evaluate", house, "--stations", stations, *COARSE)
+    assert done.returncode == 3
+    assert "mine.csv" in done.stderr
+    assert "3" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_simulate_writes_a_range_image_and_a_cloud_a_station(
+    house: Path, planned: tuple[Path, dict[str, Any]], tmp_path: Path
+) -> None:
+    stations = tmp_path / "one.csv"
+    rows = (planned[0] / "stations.csv").read_text().splitlines()[:2]
+    stations.write_text("\n".join(rows) + "\n")
+    done = run("simulate", house, "--stations", stations, "-o", tmp_path / "scans", "--json")
+    assert done.returncode == 0, done.stderr
+    written = sorted(path.name for path in (tmp_path / "scans").iterdir())
+    assert written == ["S001.exr", "S001.ply", "S001.png"]
+    report = json.loads(done.stdout)
+    assert report["scans"][0]["n_returns"] > 100_000
+    refused = run("simulate", house, "--stations", stations, "-o", tmp_path / "scans")
+    assert refused.returncode == 5
+
+
+def test_view_serves_the_plan_on_loopback_until_interrupted(planned: tuple[Path, dict[str, Any]]) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tlsplan", "view", str(planned[0]), "--no-browser"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        assert process.stdout is not None
+        found = re.search(r"http://127\.0\.0\.1:\d+/?", process.stdout.readline())
+        assert found
+        with urllib.request.urlopen(f"{found[0].rstrip('/')}/plan/plan.json", timeout=20) as answer:
+            assert json.load(answer)["stations"] == planned[1]["stations"]
+        with pytest.raises(urllib.error.HTTPError):
+            urllib.request.urlopen(f"{found[0].rstrip('/')}/plan/../../etc/passwd", timeout=20)
+    finally:
+        process.send_signal(signal.SIGINT)
+        _, rest = process.communicate(timeout=30)
+    assert "Traceback" not in rest
+
+
+def test_view_of_a_folder_that_is_no_plan_says_so(tmp_path: Path) -> None:
+    done = run("view", tmp_path, "--no-browser")
+    assert done.returncode == 3
+    assert done.stderr.count("\n") == 1
+    assert "plan.json" in done.stderr
