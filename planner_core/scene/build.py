@@ -1,0 +1,452 @@
+"""The scene: raw triangles of any source become the one `Scene` that every later stage reads.
+
+Input: vertices in the source's unit and axes, triangles that index them. Output: `planner_core.model.Scene`, local
+frame, float64, metres, z up.
+
+Numbered steps of `scene_from_arrays`:
+
+1. faces that name a missing vertex: an error, or dropped and counted where `skip_bad_faces` says so;
+2. source frame -> scene frame (unit, y up);
+3. faces with a vertex that is not finite are dropped;
+4. scene frame -> local frame (only when the scene lies far from its origin);
+5. bit-identical vertices become one (so that neighbours share edges exactly and no beam slips between them);
+6. faces without area, and faces that repeat an earlier one, are dropped;
+7. vertices that no face uses are left out.
+
+The order of faces never changes. Vertices are numbered by their first use.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from planner_core.errors import SceneError
+from planner_core.model import (
+    BoolArray,
+    Element,
+    FloatArray,
+    Int32Array,
+    Int64Array,
+    LoadReport,
+    Scene,
+    SceneSource,
+    Storey,
+)
+
+FAR_ORIGIN_M = 1000.0
+"""Farthest that the centre of a scene may lie from the origin, on each axis, before it is moved.
+
+Kernels work in float32. Up to 1024 m its rounding error is at most 2^-15 m = 0.03 mm, up to 2048 m 0.06 mm: well below
+a scanner's noise. At E 500 000 m it would be 16 mm.
+"""
+
+MIN_FACE_HEIGHT_M = 1e-9
+"""Smallest height of a face above its longest edge.
+
+After step 4 coordinates are of the order of 1 km, where float64 resolves 1e-13 m, so a height computed from them is
+right to about 1e-12 m: anything below 1e-9 m is a line that was meant to be one. Slivers above it are kept: dropping those
+would open cracks. A scanner resolves 1e-4 m at best. It gets models of less than a micrometre wrong.
+"""
+
+MAX_DROPPED_LINES = 100
+"""Length of `LoadReport.dropped`."""
+
+
+def scene_from_arrays(
+    vertices: ArrayLike,
+    triangles: ArrayLike,
+    *,
+    element_of_triangle: ArrayLike | None = None,
+    elements: Sequence[Element] | None = None,
+    storeys: Sequence[Storey] = (),
+    source: SceneSource | None = None,
+    metres_per_unit: float = 1.0,
+    up_axis: str = "Z",
+    face_of_triangle: ArrayLike | None = None,
+    skip_bad_faces: bool = False,
+    prior: LoadReport | None = None,
+) -> Scene:
+    """Weld, repair and place raw triangles.
+
+    Parameters
+    ----------
+    vertices : (V, 3) floats, source frame.
+    triangles : (T, 3) integers into `vertices`, counter-clockwise seen from outside.
+    element_of_triangle : (T,) integers into `elements`; None: all are of the first (or only) element.
+    elements : what the triangles are parts of; None: one element called `mesh`.
+    storeys : elevations in metres, scene frame, any order; `Element.storey` indexes this sequence.
+    source : kept for the record and named in errors; None: a scene made in memory.
+    metres_per_unit, up_axis : unit and upward axis (`Y` or `Z`) of `vertices`.
+    face_of_triangle : (T,) numbers of the source's faces, for messages; None: the triangles' own numbers.
+    skip_bad_faces : drop faces that name a vertex which does not exist, instead of refusing them.
+    prior : what the reader itself already dropped and has to say; it is added to the scene's report.
+
+    Raises
+    ------
+    SceneError
+        Arrays of the wrong shape, bad indices, or nothing left after the repair.
+
+    Notes
+    -----
+    Same arrays, same scene, bit by bit: no step depends on threads, hashes' seeds or libraries' matrix products.
+    """
+    raw = _checked_arrays(vertices, triangles, element_of_triangle, elements, face_of_triangle)
+    source = source or _memory_source(raw)
+    _check_frame(metres_per_unit, up_axis)
+    repair = _Repair(raw, name=source.path.name or "scene")
+    repair.drop_bad_indices(skip=skip_bad_faces)
+    scene_vertices_m = _to_scene_frame(raw.vertices, metres_per_unit, up_axis)
+    repair.drop_non_finite(scene_vertices_m)
+    offset_m = _offset(scene_vertices_m, repair.kept_triangles())
+    local_m = scene_vertices_m - offset_m + 0.0  # + 0.0 turns -0.0 into 0.0: both are one place, with two bit patterns
+    repair.weld(local_m)
+    repair.drop_degenerate(local_m)
+    repair.drop_duplicates()
+    return _assemble(repair, local_m, offset_m, source, tuple(storeys), prior or LoadReport(n_faces_read=0))
+
+
+# ------------------------------------------------------------------------------------------------ input
+@dataclass(frozen=True)
+class _RawArrays:
+    """The caller's arrays, shapes and types checked."""
+
+    vertices: FloatArray
+    triangles: Int64Array
+    element: Int32Array
+    elements: tuple[Element, ...]
+    face: Int64Array
+
+
+def _checked_arrays(
+    vertices: ArrayLike,
+    triangles: ArrayLike,
+    element_of_triangle: ArrayLike | None,
+    elements: Sequence[Element] | None,
+    face_of_triangle: ArrayLike | None,
+) -> _RawArrays:
+    points = np.ascontiguousarray(vertices, dtype=np.float64)
+    faces = np.asarray(triangles)
+    if points.size == 0:
+        points = points.reshape(0, 3)
+    if faces.size == 0:
+        faces = np.zeros((0, 3), dtype=np.int64)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise SceneError(f"vertices have the shape {points.shape}, expected (V, 3); pass x, y, z in each row.")
+    if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
+        raise SceneError(
+            f"triangles have the shape {faces.shape} and type {faces.dtype}, expected (T, 3) integers; "
+            "pass three vertex numbers in each row."
+        )
+    n_triangles = faces.shape[0]
+    owners = tuple(elements) if elements is not None else (Element("mesh", "Mesh", "0"),)
+    element = _column(element_of_triangle, n_triangles, "element_of_triangle", np.zeros(n_triangles, dtype=np.int64))
+    if n_triangles and (element.min() < 0 or element.max() >= len(owners)):
+        raise SceneError(
+            f"element_of_triangle goes from {element.min()} to {element.max()}, expected 0 to {len(owners) - 1}; "
+            "pass indices into elements."
+        )
+    face = _column(face_of_triangle, n_triangles, "face_of_triangle", np.arange(n_triangles, dtype=np.int64))
+    return _RawArrays(points, faces.astype(np.int64), element.astype(np.int32), owners, face)
+
+
+def _column(values: ArrayLike | None, length: int, name: str, default: Int64Array) -> Int64Array:
+    if values is None:
+        return default
+    column = np.asarray(values)
+    if column.shape != (length,):
+        raise SceneError(f"{name} has the shape {column.shape}, expected ({length},); pass one number a triangle.")
+    return column.astype(np.int64)
+
+
+def _check_frame(metres_per_unit: float, up_axis: str) -> None:
+    if not (np.isfinite(metres_per_unit) and metres_per_unit > 0):
+        raise SceneError(f"metres per unit is {metres_per_unit}, expected a number above 0; 0.001 is a millimetre.")
+    if up_axis not in ("Y", "Z"):
+        raise SceneError(f"the upward axis is {up_axis!r}, expected Y or Z; pass one of them.")
+
+
+def _memory_source(raw: _RawArrays) -> SceneSource:
+    digest = hashlib.sha256(raw.vertices.tobytes() + np.ascontiguousarray(raw.triangles).tobytes()).hexdigest()
+    return SceneSource(Path(), digest, "memory", "metre", 1.0, "Z")
+
+
+# ----------------------------------------------------------------------------------------------- frames
+def _to_scene_frame(vertices: FloatArray, metres_per_unit: float, up_axis: str) -> FloatArray:
+    """(V, 3) float64, metres, z up. Y up is turned by 90 degrees about x, which keeps the winding."""
+    if up_axis == "Y":
+        vertices = np.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)
+    if metres_per_unit == 1.0:
+        return vertices
+    return vertices * metres_per_unit
+
+
+def _offset(vertices_m: FloatArray, triangles: Int64Array) -> FloatArray:
+    """(3,) float64: whole metres on the axes where the scene's box lies far from the origin, zero on the others."""
+    if triangles.size == 0:
+        return np.zeros(3)
+    used = np.zeros(vertices_m.shape[0], dtype=bool)
+    used[triangles.ravel()] = True
+    corners = vertices_m[used]
+    centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    return np.where(np.abs(centre) > FAR_ORIGIN_M, np.round(centre), 0.0) + 0.0
+
+
+# ----------------------------------------------------------------------------------------------- repair
+@dataclass
+class _Repair:
+    """Which triangles are still in, and why the others are not."""
+
+    raw: _RawArrays
+    name: str
+    corners: Int64Array = field(init=False)
+    """(T, 3) vertices of each triangle; after `weld`, of the first vertex at each place."""
+    keep: BoolArray = field(init=False)
+    counts: dict[str, int] = field(default_factory=dict)
+    lines: list[str] = field(default_factory=list)
+    n_unlisted: int = 0
+
+    def __post_init__(self) -> None:
+        self.corners = self.raw.triangles
+        self.keep = np.ones(self.corners.shape[0], dtype=bool)
+
+    def kept_triangles(self) -> Int64Array:
+        """(K, 3) the triangles that are still in."""
+        return self.corners[self.keep]
+
+    def drop_bad_indices(self, *, skip: bool) -> None:
+        """Refuse or drop triangles that name a vertex which does not exist."""
+        n_vertices = self.raw.vertices.shape[0]
+        bad = ((self.corners < 0) | (self.corners >= n_vertices)).any(axis=1)
+        if not bad.any():
+            self.counts["bad_index"] = 0
+            return
+        if not skip:
+            named = self.corners[bad].ravel()
+            worst = int(named[(named < 0) | (named >= n_vertices)][0])
+            raise bad_index_error(self.name, int(bad.sum()), bad.size, worst, n_vertices, first_number=0)
+        self.corners = np.where(bad[:, None], 0, self.corners)  # any valid number: these are never read again
+        self._drop("bad_index", bad, "names a vertex that does not exist")
+
+    def drop_non_finite(self, vertices_m: FloatArray) -> None:
+        """Drop triangles with a NaN or infinite coordinate."""
+        if np.isfinite(vertices_m).all() or vertices_m.shape[0] == 0:
+            self.counts["non_finite"] = 0
+            return
+        bad_vertex: BoolArray = ~np.asarray(np.isfinite(vertices_m).all(axis=1))
+        self._drop(
+            "non_finite", self.keep & bad_vertex[self.corners].any(axis=1), "has a coordinate that is not finite"
+        )
+
+    def weld(self, vertices_m: FloatArray) -> None:
+        """Let triangles name the first vertex at each place."""
+        self.corners = first_of_equal_rows(vertices_m)[self.corners] if vertices_m.shape[0] else self.corners
+
+    def drop_degenerate(self, vertices_m: FloatArray) -> None:
+        """Drop triangles that are points or lines."""
+        a, b, c = self.corners.T
+        repeated = (a == b) | (b == c) | (c == a)
+        n_before = self._drop("degenerate", self.keep & repeated, "has two corners in one place")
+        alive = np.flatnonzero(self.keep)
+        flat = np.zeros(self.keep.size, dtype=bool)
+        flat[alive] = face_height_m(vertices_m[self.corners[alive]]) < MIN_FACE_HEIGHT_M
+        self.counts["degenerate"] = n_before + self._drop("degenerate", flat, "is a line: its corners lie on it")
+
+    def drop_duplicates(self) -> None:
+        """Drop triangles that have the same three corners as an earlier one, however they turn."""
+        alive = np.flatnonzero(self.keep)
+        first = first_of_equal_triples(np.sort(self.corners[alive], axis=1))
+        repeat = np.zeros(self.keep.size, dtype=bool)
+        repeat[alive] = first != np.arange(alive.size)
+        original = np.zeros(self.keep.size, dtype=np.int64)
+        original[alive] = alive[first]
+        self._drop("duplicate", repeat, "is the same as face {face}", original)
+
+    def _drop(self, reason: str, bad: BoolArray, text: str, original: Int64Array | None = None) -> int:
+        """Take the `bad` ones out, count and list them. Returns how many."""
+        numbers = np.flatnonzero(bad)
+        self.counts[reason] = numbers.size
+        self.keep = self.keep & ~bad
+        room = max(MAX_DROPPED_LINES - len(self.lines), 0)
+        for number in numbers[:room]:
+            element = self.raw.elements[self.raw.element[number]]
+            line = f"{element.name}, face {int(self.raw.face[number])}: {text}"
+            self.lines.append(line if original is None else self._with_original(line, number, int(original[number])))
+        self.n_unlisted += max(numbers.size - room, 0)
+        return int(numbers.size)
+
+    def _with_original(self, line: str, number: int, original: int) -> str:
+        line = line.format(face=int(self.raw.face[original]))
+        owner = self.raw.element[original]
+        return line if owner == self.raw.element[number] else f"{line} of {self.raw.elements[owner].name}"
+
+
+def bad_index_error(
+    name: str, n_bad: int, n_faces: int, vertex_number: int, n_vertices: int, *, first_number: int
+) -> SceneError:
+    """The one wording for faces that name a missing vertex; `first_number`: of the format's first vertex."""
+    last = n_vertices - 1 + first_number
+    has = f"the file has {grouped(n_vertices)}" + ("" if first_number else f", the last is {grouped(last)}")
+    verb = "names" if n_bad == 1 else "name"
+    return SceneError(
+        f"{name}: {grouped(n_bad)} of {grouped(n_faces)} faces {verb} vertex {grouped(vertex_number)}, {has}. "
+        "Repair it or pass --skip-bad-faces."
+    )
+
+
+def grouped(number: int) -> str:
+    """`41022` as `41 022`."""
+    return f"{number:,}".replace(",", " ")
+
+
+def face_height_m(corners_m: FloatArray) -> FloatArray:
+    """(N,) float64: height of each triangle (N, 3, 3) above its longest edge; 0 for a point."""
+    ab, bc, ca = (corners_m[:, (i + 1) % 3] - corners_m[:, i] for i in range(3))
+    longest = np.sqrt(np.maximum.reduce([(e * e).sum(axis=1) for e in (ab, bc, ca)]))
+    normal = np.cross(ab, -ca)
+    twice_area = np.sqrt((normal * normal).sum(axis=1))
+    height: FloatArray = np.divide(twice_area, longest, out=np.zeros_like(longest), where=longest > 0)
+    return height
+
+
+# --------------------------------------------------------------------------------------- equal rows, fast
+_MIX = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
+
+
+def first_of_equal_rows(rows: FloatArray) -> Int64Array:
+    """(V,) int64: for each row of (V, 3) float64 the number of the first row with the same bits.
+
+    Rows are sorted by a 64-bit mix of their bits, which is several times as fast as sorting by three columns; equal
+    keys are then compared in full. Where two different rows share a key (odds of about V^2 / 2^65), columns are sorted.
+    """
+    bits = np.ascontiguousarray(rows).view(np.uint64)
+    key = np.zeros(rows.shape[0], dtype=np.uint64)
+    for column in range(3):
+        key = (key ^ bits[:, column]) * _MIX[column]
+        key ^= key >> np.uint64(29)
+    order = np.argsort(key)
+    if not _equal_keys_are_equal_rows(bits, key, order):
+        order = np.lexsort((bits[:, 2], bits[:, 1], bits[:, 0]))
+    sorted_bits = bits[order]
+    return _first_in_groups(order, (sorted_bits[1:] != sorted_bits[:-1]).any(axis=1))
+
+
+def first_of_equal_triples(triples: Int64Array) -> Int64Array:
+    """(T,) int64: for each row of (T, 3) small integers the number of the first equal row."""
+    if triples.shape[0] == 0:
+        return np.zeros(0, dtype=np.int64)
+    n_values = int(triples.max()) + 1
+    key = triples[:, 0] * n_values + triples[:, 1]  # below 2^62: vertex numbers fit int32
+    order = np.lexsort((triples[:, 2], key))
+    ordered = triples[order]
+    return _first_in_groups(order, (ordered[1:] != ordered[:-1]).any(axis=1))
+
+
+def _equal_keys_are_equal_rows(bits: NDArray[np.uint64], key: NDArray[np.uint64], order: Int64Array) -> bool:
+    sorted_key = key[order]
+    same_key = np.flatnonzero(sorted_key[1:] == sorted_key[:-1])
+    return bool((bits[order[same_key]] == bits[order[same_key + 1]]).all())
+
+
+def _first_in_groups(order: Int64Array, new_group: BoolArray) -> Int64Array:
+    """Smallest number in each run of `order`; runs begin where `new_group` (one shorter) says so."""
+    starts = np.flatnonzero(np.concatenate([[True], new_group]))
+    smallest = np.minimum.reduceat(order, starts)
+    first = np.empty(order.size, dtype=np.int64)
+    first[order] = np.repeat(smallest, np.diff(np.append(starts, order.size)))
+    return first
+
+
+# --------------------------------------------------------------------------------------------- assembly
+def _assemble(
+    repair: _Repair,
+    local_m: FloatArray,
+    offset_m: FloatArray,
+    source: SceneSource,
+    storeys: tuple[Storey, ...],
+    prior: LoadReport,
+) -> Scene:
+    report = _report(repair, offset_m, prior)
+    kept = repair.kept_triangles()
+    if kept.shape[0] == 0:
+        raise SceneError(_nothing_left(repair.name, report))
+    vertex_numbers, triangles = _numbered_by_first_use(kept)
+    storeys, elements = _sorted_storeys(storeys, repair.raw.elements, float(offset_m[2]))
+    return Scene(
+        source=source,
+        vertices_m=np.ascontiguousarray(local_m[vertex_numbers]),
+        triangles=triangles,
+        element_of_triangle=np.ascontiguousarray(repair.raw.element[repair.keep]),
+        elements=elements,
+        storeys=storeys,
+        offset_m=offset_m,
+        report=report,
+    )
+
+
+def _numbered_by_first_use(corners: Int64Array) -> tuple[Int64Array, Int32Array]:
+    """Vertices in the order in which triangles first name them, and the triangles in the new numbers."""
+    flat = corners.ravel()
+    first_use = np.full(int(flat.max()) + 1, flat.size, dtype=np.int64)
+    first_use[flat[::-1]] = np.arange(flat.size - 1, -1, -1)  # of repeated targets the last written, i.e. first use
+    used = flat[np.sort(first_use[first_use < flat.size])]
+    new_number = np.empty(first_use.size, dtype=np.int32)
+    new_number[used] = np.arange(used.size, dtype=np.int32)
+    return used, np.ascontiguousarray(new_number[corners])
+
+
+def _sorted_storeys(
+    storeys: tuple[Storey, ...], elements: tuple[Element, ...], offset_z_m: float
+) -> tuple[tuple[Storey, ...], tuple[Element, ...]]:
+    """Storeys lowest first and local, elements pointing at their new places."""
+    for element in elements:
+        if not -1 <= element.storey < len(storeys):
+            raise SceneError(
+                f"element {element.name!r} is on storey {element.storey}, expected -1 to {len(storeys) - 1}; "
+                "pass an index into storeys."
+            )
+    order = sorted(range(len(storeys)), key=lambda i: (storeys[i].elevation_m, i))
+    place = {old: new for new, old in enumerate(order)} | {-1: -1}
+    local = tuple(replace(storeys[i], elevation_m=storeys[i].elevation_m - offset_z_m) for i in order)
+    return local, tuple(replace(e, storey=place[e.storey]) if e.storey != -1 else e for e in elements)
+
+
+def _report(repair: _Repair, offset_m: FloatArray, prior: LoadReport) -> LoadReport:
+    lines = [*prior.dropped, *repair.lines]
+    unlisted = repair.n_unlisted + max(len(lines) - MAX_DROPPED_LINES, 0)
+    if unlisted:
+        lines = [*lines[: MAX_DROPPED_LINES - 1], ""]
+        unlisted += 1
+        lines[-1] = f"... and {grouped(unlisted)} more"
+    warnings = list(prior.warnings)
+    if offset_m.any():
+        x, y, z = (grouped(int(v)) for v in offset_m)
+        warnings.append(
+            f"{repair.name} lies far from its origin: it is worked on around x {x}, y {y}, z {z} m; "
+            "coordinates that are written out are the file's own."
+        )
+    return LoadReport(
+        n_faces_read=prior.n_faces_read + repair.keep.size,
+        n_non_finite=prior.n_non_finite + repair.counts["non_finite"],
+        n_degenerate=prior.n_degenerate + repair.counts["degenerate"],
+        n_duplicate=prior.n_duplicate + repair.counts["duplicate"],
+        n_bad_index=prior.n_bad_index + repair.counts["bad_index"],
+        dropped=tuple(lines),
+        warnings=tuple(warnings),
+    )
+
+
+def _nothing_left(name: str, report: LoadReport) -> str:
+    if report.n_faces_read == 0:
+        return f"{name}: it has no faces, expected a surface mesh; export the model's surfaces (not points or lines)."
+    return (
+        f"{name}: none of its {grouped(report.n_faces_read)} faces can be used "
+        f"({grouped(report.n_non_finite)} not finite, {grouped(report.n_degenerate)} without area, "
+        f"{grouped(report.n_duplicate)} repeated, {grouped(report.n_bad_index)} with missing vertices), "
+        "expected at least one; repair the model and export it again."
+    )

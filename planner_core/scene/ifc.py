@@ -1,0 +1,312 @@
+"""IFC (2X3, 4, 4X3) -> `RawScene`: the surfaces of all physical products, with names, classes, GlobalIds and storeys.
+
+Geometry comes from IfcOpenShell: openings are cut out of their hosts, mapped (instanced) geometry is placed once an
+instance. Spaces, openings, grids, annotations and other things that no beam can meet are left out.
+
+IfcOpenShell gives each shape in its own frame, with a float64 placement in metres. We place the vertices ourselves, in
+float64 and coordinate by coordinate: far site placements lose nothing, and equal local vertices stay equal bit by bit
+(a BLAS product may round the same row differently in another place).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner_core.errors import MissingPackageError, SceneError
+from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Storey
+from planner_core.progress import Progress, ProgressEvent
+from planner_core.scene.build import grouped
+from planner_core.scene.raw import RawScene, what_it_looks_like
+
+_NOT_PHYSICAL = (
+    "IfcFeatureElementSubtraction",  # openings, recesses
+    "IfcVirtualElement",
+    "IfcAnnotation",
+    "IfcGrid",
+    "IfcPositioningElement",
+    "IfcPort",
+    "IfcStructuralActivity",
+    "IfcStructuralItem",
+    "IfcSpace",
+    "IfcSpatialZone",
+    "IfcExternalSpatialElement",
+)
+"""Classes (with their subclasses) that have a shape and no surface. A schema may lack some of them."""
+
+_ELEVATION_TOLERANCE_M = 0.01
+"""Placement and attribute of a storey may differ by this before we say so: files round elevations to millimetres."""
+
+
+@dataclass(frozen=True)
+class _Shapes:
+    """Triangulated products, in the order of their file ids. vertices : (V, 3) metres; owner : (T,) into products."""
+
+    vertices: FloatArray
+    triangles: Int64Array
+    owner: Int64Array
+    face: Int64Array
+    products: list[Any]
+
+
+def read_ifc(path: Path, *, progress: Progress) -> RawScene:
+    """Read an IFC file.
+
+    Raises
+    ------
+    SceneError
+        Not an IFC file, cut off, of an unknown schema, or without geometry.
+    MissingPackageError
+        IfcOpenShell is not installed.
+    """
+    _check_is_complete(path)
+    model = _open(path)
+    unit_m, unit_name, unit_warnings = _length_unit(path, model)
+    shapes, shape_warnings = _triangulate_products(path, model, progress)
+    storeys, storey_of_id, storey_warnings = _storeys(path, model, unit_m)
+    elements = tuple(_element(product, storey_of_id) for product in shapes.products)
+    return RawScene(
+        vertices=shapes.vertices,
+        triangles=shapes.triangles,
+        element_of_triangle=shapes.owner,
+        face_of_triangle=shapes.face,
+        elements=elements,
+        storeys=storeys,
+        unit_name=unit_name,
+        metres_per_unit=unit_m,
+        vertex_unit_m=1.0,
+        up_axis="Z",
+        schema=str(model.schema_identifier),
+        report=LoadReport(n_faces_read=0, warnings=(*unit_warnings, *shape_warnings, *storey_warnings)),
+    )
+
+
+# ------------------------------------------------------------------------------------------------- file
+def _check_is_complete(path: Path) -> None:
+    """An IFC file says where it begins and ends; IfcOpenShell reads one that is cut off without a word."""
+    with path.open("rb") as file:
+        start = file.read(256).removeprefix(b"\xef\xbb\xbf").lstrip()
+        file.seek(max(path.stat().st_size - 4096, 0))
+        end = file.read()
+    if not start.startswith((b"ISO-10303-21", b"/*")):
+        raise SceneError(
+            f"{path.name}: not an IFC file: {what_it_looks_like(start)}, expected ISO-10303-21 in its first line; "
+            "export the model as IFC again."
+        )
+    if b"END-ISO-10303-21" not in end:
+        raise SceneError(f"{path.name}: it has no END-ISO-10303-21 at its end: it is cut off; copy or export it again.")
+
+
+def _open(path: Path) -> Any:
+    try:
+        import ifcopenshell
+    except ImportError as error:
+        raise MissingPackageError(
+            f"{path.name}: reading IFC needs the package ifcopenshell, which is missing; run pip install ifcopenshell."
+        ) from error
+    try:
+        return ifcopenshell.open(str(path))
+    except (ifcopenshell.Error, ifcopenshell.SchemaError, OSError, RuntimeError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise SceneError(
+            f"{path.name}: IfcOpenShell can't read it ({reason}), expected IFC2X3, IFC4 or IFC4X3; export it again."
+        ) from error
+
+
+def _length_unit(path: Path, model: Any) -> tuple[float, str, tuple[str, ...]]:
+    """Metres per unit, its name, and what there is to say."""
+    from ifcopenshell.util import unit as units
+
+    if units.get_project_unit(model, "LENGTHUNIT") is None:
+        return 1.0, "metre", (f"{path.name} names no length unit: metres are assumed; pass --units if that is wrong.",)
+    unit = units.get_project_unit(model, "LENGTHUNIT")
+    return float(units.calculate_unit_scale(model)), units.get_full_unit_name(unit).lower(), ()
+
+
+# --------------------------------------------------------------------------------------------- geometry
+def _physical_products(model: Any) -> list[Any]:
+    """Products with a representation and a surface, by file id."""
+    ignored = {entity.id() for name in _NOT_PHYSICAL for entity in _of_class(model, name)}
+    products = (p for p in _of_class(model, "IfcProduct") if p.id() not in ignored and p.Representation is not None)
+    return sorted((p for p in products if not _is_void_proxy(p)), key=lambda p: int(p.id()))
+
+
+def _of_class(model: Any, name: str) -> list[Any]:
+    try:
+        return list(model.by_type(name))
+    except RuntimeError:  # the schema has no such class
+        return []
+
+
+def _is_void_proxy(product: Any) -> bool:
+    """A proxy that only reserves room for an opening."""
+    return str(getattr(product, "PredefinedType", None)) == "PROVISIONFORVOID"
+
+
+def _triangulate_products(path: Path, model: Any, progress: Progress) -> tuple[_Shapes, tuple[str, ...]]:
+    products = _physical_products(model)
+    by_id: dict[int, list[tuple[FloatArray, Int64Array]]] = {p.id(): [] for p in products}
+    if products:
+        for n_done, (product_id, vertices, triangles) in enumerate(_shapes(model, products), 1):
+            by_id[product_id].append((vertices, triangles))
+            progress(ProgressEvent("load", min(n_done, len(products)), len(products), "shapes"))
+    shaped = [p for p in products if any(len(t) for _, t in by_id[p.id()])]
+    if not shaped:
+        raise SceneError(
+            f"{path.name}: none of its {grouped(len(_of_class(model, 'IfcElement')))} elements has a surface, "
+            "expected at least one; export the model with its 3D geometry."
+        )
+    without = [p for p in products if not any(len(t) for _, t in by_id[p.id()]) and _has_body(p)]
+    return _joined(shaped, by_id), _without_shape(path, without)
+
+
+def _shapes(model: Any, products: list[Any]) -> Iterator[tuple[int, FloatArray, Int64Array]]:
+    """Product id, vertices in metres, triangles; in the order in which threads finish."""
+    from ifcopenshell import geom
+
+    settings = geom.settings()
+    settings.set("no-normals", True)
+    settings.set("apply-default-materials", False)
+    iterator = geom.iterator(settings, model, os.cpu_count() or 1, include=products)
+    more = iterator.initialize()
+    while more:
+        shape = iterator.get()
+        vertices = np.frombuffer(shape.geometry.verts_buffer, dtype=np.float64).reshape(-1, 3)
+        triangles = np.frombuffer(shape.geometry.faces_buffer, dtype=np.int32).reshape(-1, 3).astype(np.int64)
+        matrix = np.frombuffer(shape.transformation_buffer, dtype=np.float64).reshape(4, 4).T  # columns first
+        yield int(shape.id), _placed(vertices, matrix), triangles
+        more = iterator.next()
+
+
+def _placed(vertices: FloatArray, matrix: FloatArray) -> FloatArray:
+    x, y, z = vertices.T
+    rows = [m[0] * x + m[1] * y + m[2] * z + m[3] for m in matrix[:3]]
+    return np.stack(rows, axis=1)
+
+
+def _joined(products: list[Any], by_id: dict[int, list[tuple[FloatArray, Int64Array]]]) -> _Shapes:
+    """One mesh; a product with several shapes has them in the order of their bytes, not of the threads."""
+    vertices, triangles, owner, face = [], [], [], []
+    n_vertices = 0
+    for number, product in enumerate(products):
+        n_faces = 0
+        for points, corners in sorted(by_id[product.id()], key=lambda s: (s[0].tobytes(), s[1].tobytes())):
+            vertices.append(points)
+            triangles.append(corners + n_vertices)
+            owner.append(np.full(len(corners), number, dtype=np.int64))
+            face.append(np.arange(n_faces, n_faces + len(corners), dtype=np.int64))
+            n_vertices += len(points)
+            n_faces += len(corners)
+    return _Shapes(
+        np.concatenate(vertices), np.concatenate(triangles), np.concatenate(owner), np.concatenate(face), products
+    )
+
+
+def _has_body(product: Any) -> bool:
+    """The product has a representation that is meant to be solid or surface (not an axis or a footprint)."""
+    shapes = product.Representation.Representations
+    return any((shape.RepresentationIdentifier or "Body") in ("Body", "Facetation", "Tessellation") for shape in shapes)
+
+
+def _without_shape(path: Path, products: list[Any]) -> tuple[str, ...]:
+    """A line for the user about products whose geometry could not be made."""
+    if not products:
+        return ()
+    names = ", ".join(f"{p.is_a()} {p.Name or p.GlobalId}" for p in products[:3])
+    more = f" and {grouped(len(products) - 3)} more" if len(products) > 3 else ""
+    noun = "product has" if len(products) == 1 else "products have"
+    return (f"{path.name}: {grouped(len(products))} {noun} a body that gives no surface: {names}{more}.",)
+
+
+def _element(product: Any, storey_of_id: dict[int, int]) -> Element:
+    name = product.Name or f"{product.is_a()} #{product.id()}"
+    return Element(str(name), str(product.is_a()), str(product.GlobalId), _storey_of(product, storey_of_id))
+
+
+# ---------------------------------------------------------------------------------------------- storeys
+def _storeys(path: Path, model: Any, unit_m: float) -> tuple[tuple[Storey, ...], dict[int, int], tuple[str, ...]]:
+    """Storeys in the order of their file ids, the index of each by file id, and warnings."""
+    entities = sorted(_of_class(model, "IfcBuildingStorey"), key=lambda s: int(s.id()))
+    placed_m = np.array([_placement_z(s) * unit_m for s in entities], dtype=np.float64)
+    told_m = np.array([np.nan if s.Elevation is None else s.Elevation * unit_m for s in entities], dtype=np.float64)
+    base_m = np.array([_placement_z(_parent_building(s)) * unit_m for s in entities], dtype=np.float64)
+    elevation_m, warnings = _choose_elevations(path, [str(s.Name) for s in entities], placed_m, told_m, base_m)
+    storeys = tuple(
+        Storey(str(s.Name or s.LongName or f"storey {i}"), str(s.GlobalId), float(elevation_m[i]))
+        for i, s in enumerate(entities)
+    )
+    return storeys, {s.id(): i for i, s in enumerate(entities)}, warnings
+
+
+def _choose_elevations(
+    path: Path, names: list[str], placed_m: FloatArray, told_m: FloatArray, base_m: FloatArray
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """Elevations from the placements, where the geometry is; from the attribute where placements say nothing.
+
+    The attribute counts from the building's reference, so it may differ from the placement by the building's
+    own height.
+    """
+    several = placed_m.size > 1 and np.isfinite(told_m).all()
+    if several and np.ptp(placed_m) < _ELEVATION_TOLERANCE_M < np.ptp(told_m):
+        warning = f"{path.name}: all its storeys are placed at one height, so their Elevation attributes are used."
+        return told_m + base_m, (warning,)
+    off_m = np.abs(placed_m - told_m)
+    off_building_m = np.abs(placed_m - base_m - told_m)
+    warnings = [
+        f"{path.name}: storey {names[i]} is placed at {placed_m[i]:.3f} m and its Elevation says {told_m[i]:.3f} m: "
+        "the placement is used."
+        for i in np.flatnonzero((off_m > _ELEVATION_TOLERANCE_M) & (off_building_m > _ELEVATION_TOLERANCE_M))
+    ]
+    return placed_m, tuple(warnings)
+
+
+def _placement_z(entity: Any) -> float:
+    """Height of an entity's placement, in the file's unit."""
+    from ifcopenshell.util.placement import get_local_placement
+
+    if entity is None or entity.ObjectPlacement is None:
+        return 0.0
+    return float(get_local_placement(entity.ObjectPlacement)[2, 3])
+
+
+def _parent_building(storey: Any) -> Any:
+    """The IfcBuilding above a storey; None where there is none."""
+    parent = _parent(storey)
+    while parent is not None and not parent.is_a("IfcBuilding"):
+        parent = _parent(parent)
+    return parent
+
+
+def _storey_of(product: Any, storey_of_id: dict[int, int]) -> int:
+    """Index of the storey a product is in: walk up from parts to wholes, fillings to hosts, spaces to storeys."""
+    seen: set[int] = set()
+    entity = product
+    while entity is not None and entity.id() not in seen:
+        if entity.id() in storey_of_id:
+            return storey_of_id[entity.id()]
+        seen.add(entity.id())
+        entity = _parent(entity)
+    return -1
+
+
+_WAYS_UP = (
+    ("ContainedInStructure", "RelatingStructure"),
+    ("Decomposes", "RelatingObject"),
+    ("Nests", "RelatingObject"),
+    ("FillsVoids", "RelatingOpeningElement"),
+    ("VoidsElements", "RelatingBuildingElement"),
+    ("ProjectsElements", "RelatingElement"),
+)
+"""Inverse attribute, and the attribute of the relation that names the whole, in the order in which they are asked."""
+
+
+def _parent(entity: Any) -> Any:
+    for inverse, whole in _WAYS_UP:
+        for relation in getattr(entity, inverse, None) or ():
+            return getattr(relation, whole)
+    return None

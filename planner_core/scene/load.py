@@ -1,0 +1,232 @@
+"""Loading: a scene file of any format -> `Scene`.
+
+The extension chooses the reader, a module a format; `planner_core.scene.build` then brings units, axes and origin into
+line and repairs. What was guessed or repaired is in `Scene.report`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from planner_core.errors import SceneError, SceneNotFoundError
+from planner_core.model import FloatArray, LoadReport, Scene, SceneSource
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scene.build import scene_from_arrays
+from planner_core.scene.raw import RawScene
+
+FORMAT_OF_EXTENSION = {
+    ".ifc": "ifc",
+    ".obj": "obj",
+    ".ply": "ply",
+    ".stl": "stl",
+}
+
+_UNIT_NAMES = {
+    1.0: "metre",
+    0.001: "millimetre",
+    0.01: "centimetre",
+    0.1: "decimetre",
+    1000.0: "kilometre",
+    0.0254: "inch",
+    0.3048: "foot",
+    0.9144: "yard",
+    1200.0 / 3937.0: "US survey foot",
+}
+
+
+@dataclass(frozen=True)
+class LoadOptions:
+    """What a user may say about a file. `None`: as the file says; where it says nothing, metres and z up."""
+
+    metres_per_unit: float | None = None
+    up_axis: str | None = None
+    """`Y` or `Z`."""
+    skip_bad_faces: bool = False
+    """Drop faces that name a vertex which does not exist, instead of refusing the file."""
+
+
+def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Progress = silent) -> Scene:
+    """Load a scene file.
+
+    Parameters
+    ----------
+    path : IFC, OBJ, PLY or STL file, told by its extension.
+    options : unit, upward axis and leniency.
+    progress : gets events of the stage `load`.
+
+    Raises
+    ------
+    SceneNotFoundError
+        There is no such file, or it can't be read.
+    SceneError
+        The file can't be used; the message names the reason and the remedy.
+    MissingPackageError
+        The format's library is not installed.
+
+    Notes
+    -----
+    `Scene.source.sha256` is of the named file alone, not of files that it refers to. Same file, same scene, bit by bit.
+    """
+    path = Path(path)
+    file_format = _check_file(path)
+    _check_options(options)
+    progress(ProgressEvent("load", 0, 0, f"reading {path.name}"))
+    digest = _sha256(path)
+    raw = _read(path, file_format, options, progress)
+    metres_per_unit = raw.metres_per_unit if options.metres_per_unit is None else options.metres_per_unit
+    up_axis = options.up_axis or raw.up_axis or "Z"
+    source = SceneSource(
+        path=path,
+        sha256=digest,
+        format=file_format,
+        unit_name=_unit_name(raw, options),
+        metres_per_unit=metres_per_unit,
+        up_axis=up_axis,
+        schema=raw.schema,
+    )
+    progress(ProgressEvent("load", 0, 0, "repairing"))
+    unit_correction = metres_per_unit / raw.metres_per_unit
+    vertex_unit_m = metres_per_unit if raw.vertex_unit_m is None else raw.vertex_unit_m * unit_correction
+    scene = scene_from_arrays(
+        raw.vertices,
+        raw.triangles,
+        element_of_triangle=raw.element_of_triangle,
+        elements=raw.elements,
+        storeys=[replace(s, elevation_m=s.elevation_m * vertex_unit_m) for s in raw.storeys],
+        source=source,
+        metres_per_unit=vertex_unit_m,
+        up_axis=up_axis,
+        face_of_triangle=raw.face_of_triangle,
+        skip_bad_faces=options.skip_bad_faces,
+        prior=raw.report,
+    )
+    progress(ProgressEvent("load", 1, 1, "loaded"))
+    return _with_warnings(scene, _doubts(scene, raw, options))
+
+
+# ------------------------------------------------------------------------------------------------- file
+def _check_file(path: Path) -> str:
+    """Format of a readable file with a known extension."""
+    known = ", ".join(FORMAT_OF_EXTENSION)
+    try:
+        if path.is_dir():
+            raise SceneError(f"{path}: it is a folder, expected a scene file ({known}); name the file inside it.")
+        if not path.exists():
+            raise SceneNotFoundError(f"{path}: there is no such file; check the name and the folder.")
+        file_format = FORMAT_OF_EXTENSION.get(path.suffix.lower())
+        if file_format is None:
+            raise SceneError(
+                f"{path.name}: the extension {path.suffix or '(none)'} is not known, expected one of {known}; "
+                "export the model in one of these formats."
+            )
+        with path.open("rb") as file:
+            if not file.read(1):
+                raise SceneError(f"{path.name}: the file is empty, expected a scene; copy or export it again.")
+    except OSError as error:
+        if isinstance(error, SceneNotFoundError):
+            raise
+        raise SceneNotFoundError(
+            f"{path}: it can't be read ({error.strerror or error}); check its permissions."
+        ) from error
+    return file_format
+
+
+def _check_options(options: LoadOptions) -> None:
+    unit = options.metres_per_unit
+    if unit is not None and not (math.isfinite(unit) and unit > 0):
+        raise SceneError(f"metres per unit is {unit}, expected a number above 0; 0.001 is a millimetre.")
+    if options.up_axis not in (None, "Y", "Z"):
+        raise SceneError(f"the upward axis is {options.up_axis!r}, expected Y or Z; pass one of them.")
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _read(path: Path, file_format: str, options: LoadOptions, progress: Progress) -> RawScene:
+    """Run the format's reader; its module, and the library behind it, is imported only here."""
+    if file_format == "ifc":
+        from planner_core.scene.ifc import read_ifc
+
+        return read_ifc(path, progress=progress)
+    if file_format == "obj":
+        from planner_core.scene.obj import read_obj
+
+        return read_obj(path, skip_bad_faces=options.skip_bad_faces)
+    if file_format == "ply":
+        from planner_core.scene.ply import read_ply
+
+        return read_ply(path, skip_bad_faces=options.skip_bad_faces)
+    from planner_core.scene.stl import read_stl
+
+    return read_stl(path)
+
+
+def _unit_name(raw: RawScene, options: LoadOptions) -> str:
+    if options.metres_per_unit is None:
+        return raw.unit_name or "metre"
+    return next(
+        (name for unit, name in _UNIT_NAMES.items() if math.isclose(unit, options.metres_per_unit, rel_tol=1e-9)),
+        f"{options.metres_per_unit:g} m",
+    )
+
+
+# ----------------------------------------------------------------------------------------------- doubts
+_LONGEST_M = 1000.0
+_SHORTEST_M = 0.5
+"""Extents outside these are hardly a building to scan: the unit is probably another."""
+
+_LEVEL_COSINE = 0.996
+"""A face is horizontal (or faces an axis) within 5 degrees."""
+
+
+def _doubts(scene: Scene, raw: RawScene, options: LoadOptions) -> list[str]:
+    """Warnings about what the file did not say, or said and is hard to believe."""
+    name = scene.source.path.name
+    extent_m = np.ptp(scene.vertices_m, axis=0)
+    doubts = []
+    if options.metres_per_unit is None:
+        doubts += _unit_doubt(name, float(extent_m.max()), scene.source)
+    if options.up_axis is None and not raw.up_axis and _looks_y_up(scene, extent_m):
+        doubts.append(
+            f"{name} says nothing of its upward axis and z is assumed, but its level surfaces face y: "
+            "if y is up, pass --up y."
+        )
+    return doubts
+
+
+def _unit_doubt(name: str, longest_m: float, source: SceneSource) -> list[str]:
+    told = f"in {source.unit_name}s" if source.metres_per_unit == 1.0 else f"in units of {source.metres_per_unit:g} m"
+    if longest_m > _LONGEST_M:
+        guess = "mm" if longest_m > 3 * _LONGEST_M else "cm"
+        return [
+            f"{name}, read {told}, is {longest_m:.0f} m long: if that is wrong, pass its unit, such as --units {guess}."
+        ]
+    if longest_m < _SHORTEST_M:
+        return [
+            f"{name}, read {told}, is only {longest_m:.3g} m long: if that is wrong, pass its unit, such as --units km."
+        ]
+    return []
+
+
+def _looks_y_up(scene: Scene, extent_m: FloatArray) -> bool:
+    """Level surfaces outweigh all others in a building, and its height is its smallest extent."""
+    a, b, c = (scene.vertices_m[scene.triangles[:, i]] for i in range(3))
+    twice_area = np.cross(b - a, c - a)
+    size = np.sqrt((twice_area * twice_area).sum(axis=1))
+    facing = np.abs(twice_area) > _LEVEL_COSINE * size[:, None]
+    x_m2, y_m2, z_m2 = ((facing[:, axis] * size).sum() for axis in range(3))
+    return bool(y_m2 > 1.5 * max(z_m2, x_m2) and extent_m[1] < 0.75 * min(extent_m[0], extent_m[2]))
+
+
+def _with_warnings(scene: Scene, warnings: list[str]) -> Scene:
+    if not warnings:
+        return scene
+    report: LoadReport = replace(scene.report, warnings=(*scene.report.warnings, *warnings))
+    return replace(scene, report=report)

@@ -1,0 +1,252 @@
+"""What a reader of one format hands to `load`: faces split into triangles, still in the file's unit and axes.
+
+Also the two checks that all readers share: `triangulate` (polygons become triangles) and `what_it_looks_like` (the
+first bytes of a file that is not what its name says).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planner_core.model import (
+    BoolArray,
+    Element,
+    FloatArray,
+    Int64Array,
+    LoadReport,
+    Storey,
+)
+from planner_core.scene.build import MAX_DROPPED_LINES, bad_index_error
+
+
+@dataclass(frozen=True)
+class RawScene:
+    """A scene as its file says it.
+
+    vertices : (V, 3) float64, source frame. triangles : (T, 3) int64. element_of_triangle : (T,) int64 into elements.
+    face_of_triangle : (T,) int64, number of the source's face, as its format numbers them.
+    """
+
+    vertices: FloatArray
+    triangles: Int64Array
+    element_of_triangle: Int64Array
+    face_of_triangle: Int64Array
+    elements: tuple[Element, ...]
+    storeys: tuple[Storey, ...] = ()
+    """Elevations in the unit of `vertices`."""
+    unit_name: str = ""
+    """Empty where the file says nothing of its unit."""
+    metres_per_unit: float = 1.0
+    """The file's unit."""
+    vertex_unit_m: float | None = None
+    """Unit of `vertices` and storeys in metres, where the reader converted them; None: the file's."""
+    up_axis: str = ""
+    """`Y` or `Z`; empty where the file says nothing."""
+    schema: str = ""
+    report: LoadReport = field(default_factory=lambda: LoadReport(n_faces_read=0))
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Polygons split into triangles.
+
+    triangles : (T, 3) int64. polygon : (T,) int64, which polygon each is of. The counts are of triangles: a polygon of
+    n corners stands for n - 2, at least one.
+    """
+
+    triangles: Int64Array
+    polygon: Int64Array
+    n_bad_index: int
+    n_too_short: int
+    dropped: tuple[str, ...]
+
+    @property
+    def n_dropped(self) -> int:
+        """Triangles that are not there any more."""
+        return self.n_bad_index + self.n_too_short
+
+    def report(self, warnings: tuple[str, ...] = ()) -> LoadReport:
+        """What the split dropped, as the part of the scene's report that comes before the repair."""
+        return LoadReport(
+            n_faces_read=self.n_dropped,
+            n_degenerate=self.n_too_short,
+            n_bad_index=self.n_bad_index,
+            dropped=self.dropped,
+            warnings=warnings,
+        )
+
+
+def triangulate(
+    vertices: FloatArray,
+    n_corners: Int64Array,
+    corners: Int64Array,
+    *,
+    name: str,
+    skip_bad_faces: bool,
+    first_number: int = 0,
+) -> Faces:
+    """Split polygons into triangles; triangles pass unchanged.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64.
+    n_corners : (F,) corners of each polygon. corners : (sum of n_corners,) vertex numbers from 0.
+    name : what errors call the source.
+    skip_bad_faces : drop polygons that name a missing vertex; otherwise that is an error.
+    first_number : how the format numbers its first vertex and face, for errors.
+
+    Raises
+    ------
+    SceneError
+        A polygon names a vertex that does not exist.
+
+    Notes
+    -----
+    A convex polygon becomes a fan around its first corner. One with a notch would be overfilled by a fan, so its ears
+    are clipped. Faces come out in the order of their polygons.
+    """
+    starts = np.concatenate([[0], np.cumsum(n_corners)]).astype(np.int64)
+    bad = _names_missing_vertex(n_corners, corners, vertices.shape[0])
+    if bad.any() and not skip_bad_faces:
+        missing = corners[(corners < 0) | (corners >= vertices.shape[0])]
+        worst = int(missing[0]) + first_number
+        raise bad_index_error(name, int(bad.sum()), bad.size, worst, vertices.shape[0], first_number=first_number)
+    short = (n_corners < 3) & ~bad
+    good = np.flatnonzero(~bad & ~short)
+    triangles, polygon = _split(vertices, good, starts, n_corners, corners)
+    stands_for = np.maximum(n_corners - 2, 1)
+    return Faces(
+        triangles,
+        polygon,
+        int(stands_for[bad].sum()),
+        int(short.sum()),
+        _dropped_lines(bad, short, first_number),
+    )
+
+
+def _names_missing_vertex(n_corners: Int64Array, corners: Int64Array, n_vertices: int) -> BoolArray:
+    owner = np.repeat(np.arange(n_corners.size), n_corners)
+    bad = np.zeros(n_corners.size, dtype=bool)
+    bad[owner[(corners < 0) | (corners >= n_vertices)]] = True
+    return bad
+
+
+def _dropped_lines(bad: BoolArray, short: BoolArray, first_number: int) -> tuple[str, ...]:
+    numbers = np.flatnonzero(bad | short)[:MAX_DROPPED_LINES]
+    return tuple(
+        f"face {i + first_number}: "
+        + ("names a vertex that does not exist" if bad[i] else "has fewer than three corners")
+        for i in numbers.tolist()
+    )
+
+
+def _split(
+    vertices: FloatArray, good: Int64Array, starts: Int64Array, n_corners: Int64Array, corners: Int64Array
+) -> tuple[Int64Array, Int64Array]:
+    """Triangles of the `good` polygons, in order. All polygons of one number of corners are split together."""
+    parts: list[Int64Array] = []
+    owners: list[Int64Array] = []
+    for n in np.unique(n_corners[good]).tolist():
+        polygons = good[n_corners[good] == n]
+        rings = corners[starts[polygons][:, None] + np.arange(n)]
+        k = np.arange(1, n - 1)
+        fan = np.stack([np.broadcast_to(rings[:, :1], (rings.shape[0], n - 2)), rings[:, k], rings[:, k + 1]], axis=2)
+        for i in np.flatnonzero(_has_notch(vertices[rings])) if n > 3 else ():
+            fan[i] = _clip_ears(vertices[rings[i]], rings[i])
+        parts.append(fan.reshape(-1, 3))
+        owners.append(np.repeat(polygons, n - 2))
+    if not parts:
+        return np.zeros((0, 3), dtype=np.int64), np.zeros(0, dtype=np.int64)
+    owner = np.concatenate(owners)
+    order = np.argsort(owner, kind="stable")
+    return np.concatenate(parts)[order], owner[order]
+
+
+def _area_vector(points: FloatArray) -> FloatArray:
+    """(..., 3) twice the vector area of rings (..., n, 3), about their first corners."""
+    spokes = points - points[..., :1, :]
+    total: FloatArray = np.cross(spokes[..., 1:-1, :], spokes[..., 2:, :]).sum(axis=-2)
+    return total
+
+
+def _has_notch(points: FloatArray) -> BoolArray:
+    """(N,) bool: some corner of the ring (N, n, 3) turns the wrong way. No where a coordinate is not finite."""
+    with np.errstate(invalid="ignore"):
+        before = points - np.roll(points, 1, axis=1)
+        after = np.roll(points, -1, axis=1) - points
+        turns = np.einsum("nij,nj->ni", np.cross(before, after), _area_vector(points))
+        scale = np.abs(turns).max(axis=1, keepdims=True)
+        notch: BoolArray = (turns < -1e-9 * scale).any(axis=1)  # corners on a straight edge turn by rounding only
+    return notch
+
+
+def _clip_ears(points: FloatArray, ring: Int64Array) -> Int64Array:
+    """(n - 2, 3) triangles of one simple polygon: again and again cut the first corner whose triangle holds no other.
+
+    Where rounding or a ring that crosses itself leaves no such corner, the first remaining one is cut, so that the
+    result always has n - 2 triangles.
+    """
+    normal = _area_vector(points)
+    drop = int(np.argmax(np.abs(normal)))
+    flat = np.delete(points, drop, axis=1)
+    if normal[drop] * (1 if drop != 1 else -1) < 0:  # leaving out y turns the plane over
+        flat = flat * np.array([1.0, -1.0])
+    left = list(range(len(ring)))
+    triangles = []
+    while len(left) > 3:
+        at = next((i for i in range(len(left)) if _is_ear(flat, left, i)), 0)
+        triangles.append((left[at - 1], left[at], left[(at + 1) % len(left)]))
+        del left[at]
+    triangles.append((left[0], left[1], left[2]))
+    return ring[np.array(triangles, dtype=np.int64)]
+
+
+def _is_ear(flat: FloatArray, left: list[int], at: int) -> bool:
+    a, b, c = flat[left[at - 1]], flat[left[at]], flat[left[(at + 1) % len(left)]]
+    if _side(a, b, c[None, :])[0] <= 0:
+        return False
+    others = flat[[i for i in left if i not in (left[at - 1], left[at], left[(at + 1) % len(left)])]]
+    inside = (_side(a, b, others) >= 0) & (_side(b, c, others) >= 0) & (_side(c, a, others) >= 0)
+    in_a_corner = (others[:, None, :] == np.stack([a, b, c])).all(axis=2).any(axis=1)
+    return not bool((inside & ~in_a_corner).any())
+
+
+def _side(a: FloatArray, b: FloatArray, points: FloatArray) -> FloatArray:
+    side: FloatArray = (b[0] - a[0]) * (points[:, 1] - a[1]) - (b[1] - a[1]) * (points[:, 0] - a[0])
+    return side
+
+
+# ---------------------------------------------------------------------------------------- wrong contents
+_KNOWN_STARTS: tuple[tuple[bytes, str], ...] = (
+    (b"\xff\xd8\xff", "a JPEG picture"),
+    (b"\x89PNG", "a PNG picture"),
+    (b"%PDF", "a PDF document"),
+    (b"PK\x03\x04", "a ZIP archive (unpack it first)"),
+    (b"\x1f\x8b", "a gzip archive (unpack it first)"),
+    (b"ISO-10303-21", "a STEP or IFC file"),
+    (b"glTF", "a binary glTF file (.glb)"),
+    (b"ply", "a PLY file"),
+    (b"solid", "an ASCII STL file"),
+    (b"PXR-USDC", "a binary USD file (.usdc)"),
+    (b"#usda", "a USD text file (.usda)"),
+    (b"<?xml", "an XML file"),
+    (b"<", "an XML or HTML file"),
+    (b"{", "a JSON file"),
+    (b"Kaydara FBX", "an FBX file"),
+    (b"AC10", "a DWG drawing"),
+)
+
+
+def what_it_looks_like(start: bytes) -> str:
+    """A phrase for an error: what the first bytes of a file say it is."""
+    if not start.strip():
+        return "it is empty" if not start else "it holds only blanks"
+    for magic, title in _KNOWN_STARTS:
+        if start.startswith(magic):
+            return f"it begins like {title}"
+    if all(32 <= byte < 127 or byte in b"\t\r\n" for byte in start[:64]):
+        text = " ".join(start[:24].decode("ascii").split())
+        return f"it begins with the text {text!r}"
+    return "it begins with bytes of an unknown kind"
