@@ -1,1 +1,9 @@
-"""device"""
+"""OpenCL devices: the choice of one, programs built from `kernels/`, buffers; the only place that talks to pyopencl.
+
+Importing this package loads no pyopencl; the functions do, where they need it.
+"""
+
+from planner_core.device.choice import DEVICE_VARIABLE, DeviceInfo, list_devices, open_device
+from planner_core.device.runtime import Buffer, Device, Program
+
+__all__ = ["DEVICE_VARIABLE", "Buffer", "Device", "DeviceInfo", "Program", "list_devices", "open_device"]

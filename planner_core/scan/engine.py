@@ -79,9 +79,13 @@ def open_engine(scene: Scene, patches: Patches, *, engine: str = "auto", device:
     _check_scene(scene, patches)
     if engine == "open3d":
         return _open3d(scene, patches, ())
-    if engine == "opencl":
-        raise DeviceError("engine opencl: not part of this version yet, expected open3d; use engine auto or open3d")
-    return _open3d(scene, patches, ("the OpenCL engine is not part of this version yet, scanning with Open3D",))
+    try:
+        return _opencl(scene, patches, device)
+    except DeviceError as error:
+        if engine == "opencl" or device is not None:
+            raise
+        warning = f"no OpenCL device is usable, scanning with Open3D instead (slower): {error}"
+        return _open3d(scene, patches, (warning,))
 
 
 def check_positions(positions_m: FloatArray) -> FloatArray:
@@ -132,3 +136,10 @@ def _open3d(scene: Scene, patches: Patches, warnings: tuple[str, ...]) -> ScanEn
     from planner_core.scan.open3d import Open3DEngine
 
     return Open3DEngine(scene, patches, warnings=warnings)
+
+
+def _opencl(scene: Scene, patches: Patches, device: str | None) -> ScanEngine:
+    from planner_core.device import open_device
+    from planner_core.scan.opencl import OpenCLEngine
+
+    return OpenCLEngine(scene, patches, open_device(device))

@@ -1,0 +1,260 @@
+/* Scans: first returns of a grid of beams that share one origin, a tile of neighbouring beams a work-item.
+ *
+ * Purpose    The beam-exact scan of a station, and the set of patches it sees.
+ * Algorithm  A tile of TILE_ROWS x TILE_COLUMNS beams walks the tree once. Nodes are culled eight at a time by the four
+ *            planes of the tile's pyramid and by distance; the triangles of a block eight at a time by the tile's four
+ *            corner directions. What is left meets all packets of the tile; a triangle that covers the whole tile needs
+ *            no edge test. After METHOD 2 of the project's design notes.
+ *
+ *              corner 3 +-------------+ corner 2      corners: the tile's bounding rectangle in the plane one metre along
+ *                       | . . . . . . |               its axis, a little enlarged; planes through the origin and
+ *                       | . . beams . |               two neighbouring corners, normals inward
+ *              corner 0 +-------------+ corner 1
+ *
+ * Indices    packet p of tile k: row p / (TILE_COLUMNS / LANES), column group p % (TILE_COLUMNS / LANES);
+ *            beams[((k * PACKETS + p) * 3 + axis) * LANES + lane]; tiles[k * 28 + ...]: planes 4 x 3, corners 4 x 3,
+ *            then 1e30 where the tile is too wide to be bounded (else 0) and 3 spare; tile k is row k / tiles_across, column k % tiles_across of the grid of tiles.
+ *
+ * Define         meaning                                            example
+ * TILE_ROWS      rows of beams a tile                               -DTILE_ROWS=4
+ * TILE_COLUMNS   columns of beams a tile, a multiple of LANES       -DTILE_COLUMNS=32
+ * LANES, STACK   see lanes.h, tree.h
+ */
+#include "hit.h"
+#include "tree.h"
+
+#define PACKETS_ACROSS (TILE_COLUMNS / LANES)
+#define PACKETS (TILE_ROWS * PACKETS_ACROSS)
+#define TILE_FLOATS 28
+
+/* Distances are compared with 1e-5 to spare: a hit's rounded range may fall short of its box by some ulp. */
+#define NEAR_SLACK 1.00001f
+
+typedef struct {
+    lanes_f inverse[PACKETS]; /* 1 / range of the first hit so far; at first 1 / range_max, less a little */
+    lanes_i triangle[PACKETS];
+    float least; /* smallest of `inverse`: nothing farther than 1 / least matters any more */
+} Returns;
+
+/* Keep the nearer hit; at one and the same range the lower triangle number, so that order does not matter. */
+static inline void keep_first(Returns *out, int p, lanes_f inverse, lanes_i inside, int triangle)
+{
+    const lanes_f best = out->inverse[p];
+    const lanes_i have = out->triangle[p];
+    const lanes_i better = MASK(inverse > best) | (MASK(inverse == best) & MASK(triangle < have));
+    const lanes_i take = inside & better;
+    out->inverse[p] = select(best, inverse, take);
+    out->triangle[p] = select(have, (lanes_i)(triangle), take);
+}
+
+static inline void update_least(Returns *out)
+{
+    lanes_f least = out->inverse[0];
+    for (int p = 1; p < PACKETS; ++p) least = fmin(least, out->inverse[p]);
+    float each[LANES];
+    LANES_STORE(least, each);
+    float smallest = each[0];
+    for (int lane = 1; lane < LANES; ++lane) smallest = fmin(smallest, each[lane]);
+    out->least = smallest;
+}
+
+/* Which triangles of a block can return a beam of the tile (`meets`), which cover all of it (`covers`).
+ * A beam is a positive sum of the corners c, with c . axis = 1, whose weights add up to at most 1: so the values at
+ * the corners bound d . N from both sides, and d . m from above. */
+static inline void cull_block(const Block *block, global const float *corners, float least, int8 *meets, int8 *covers)
+{
+    float8 low0 = INFINITY, low1 = INFINITY, low2 = INFINITY;
+    float8 high0 = -INFINITY, high1 = -INFINITY, high2 = -INFINITY, nearest = -INFINITY;
+    for (int c = 0; c < 4; ++c) {
+        const float x = corners[3 * c], y = corners[3 * c + 1], z = corners[3 * c + 2];
+        const float8 u = DOT3(x, y, z, block->n0x, block->n0y, block->n0z);
+        const float8 v = DOT3(x, y, z, block->n1x, block->n1y, block->n1z);
+        const float8 w = DOT3(x, y, z, block->n2x, block->n2y, block->n2z);
+        low0 = fmin(low0, u), high0 = fmax(high0, u);
+        low1 = fmin(low1, v), high1 = fmax(high1, v);
+        low2 = fmin(low2, w), high2 = fmax(high2, w);
+        nearest = fmax(nearest, DOT3(x, y, z, block->mx, block->my, block->mz));
+    }
+    /* 4: a corner is up to 3.3 long, and the bound of the rounding is for unit length */
+    const float8 slack = 4.0f * block->rounding;
+    const int8 front = (high0 >= -slack) & (high1 >= -slack) & (high2 >= -slack);
+    const int8 back = (low0 <= slack) & (low1 <= slack) & (low2 <= slack);
+    const int8 in_reach = nearest * NEAR_SLACK + corners[12] >= least;
+    *meets = select(front | back, front & in_reach, block->clear);
+    *covers = block->clear & (low0 > slack) & (low1 > slack) & (low2 > slack);
+}
+
+/* Test all packets of tile `beams` against the triangles of one block. */
+static inline void test_block(Returns *out, global const float *geometry, global const int *triangles, int index,
+                              global const float *beams, global const float *corners, float ox, float oy, float oz)
+{
+    const Block block = prepare_block(geometry, index, ox, oy, oz);
+    int8 meets8, covers8;
+    cull_block(&block, corners, out->least, &meets8, &covers8);
+    if (!any(meets8)) return;
+    int meets[8], covers[8], clear[8];
+    float n[12][8];
+    vstore8(meets8, 0, meets), vstore8(covers8, 0, covers), vstore8(block.clear, 0, clear);
+    vstore8(block.n0x, 0, n[0]), vstore8(block.n0y, 0, n[1]), vstore8(block.n0z, 0, n[2]);
+    vstore8(block.n1x, 0, n[3]), vstore8(block.n1y, 0, n[4]), vstore8(block.n1z, 0, n[5]);
+    vstore8(block.n2x, 0, n[6]), vstore8(block.n2y, 0, n[7]), vstore8(block.n2z, 0, n[8]);
+    vstore8(block.mx, 0, n[9]), vstore8(block.my, 0, n[10]), vstore8(block.mz, 0, n[11]);
+    for (int j = 0; j < BLOCK_LANES; ++j) {
+        const int triangle = triangles[index * BLOCK_LANES + j];
+        if (!meets[j] || triangle < 0) continue;
+        const float ux = n[0][j], uy = n[1][j], uz = n[2][j];
+        const float vx = n[3][j], vy = n[4][j], vz = n[5][j];
+        const float wx = n[6][j], wy = n[7][j], wz = n[8][j];
+        const float mx = n[9][j], my = n[10][j], mz = n[11][j];
+        if (covers[j]) {
+            for (int p = 0; p < PACKETS; ++p) {
+                global const float *d = beams + p * (3 * LANES);
+                const lanes_f dx = LANES_LOAD(d), dy = LANES_LOAD(d + LANES), dz = LANES_LOAD(d + 2 * LANES);
+                keep_first(out, p, DOT3(dx, dy, dz, mx, my, mz), (lanes_i)(-1), triangle);
+            }
+            continue;
+        }
+        for (int p = 0; p < PACKETS; ++p) {
+            global const float *d = beams + p * (3 * LANES);
+            const lanes_f dx = LANES_LOAD(d), dy = LANES_LOAD(d + LANES), dz = LANES_LOAD(d + 2 * LANES);
+            const lanes_f u = DOT3(dx, dy, dz, ux, uy, uz);
+            const lanes_f v = DOT3(dx, dy, dz, vx, vy, vz);
+            const lanes_f w = DOT3(dx, dy, dz, wx, wy, wz);
+            if (clear[j]) {
+                const lanes_i inside = MASK(fmin(fmin(u, v), w) >= 0.0f);
+                keep_first(out, p, DOT3(dx, dy, dz, mx, my, mz), inside, triangle);
+            } else {
+                const lanes_f inverse = needle_inverse_range(geometry, index, j, ox, oy, oz, dx, dy, dz, u, v, w);
+                keep_first(out, p, inverse, MASK(inverse > 0.0f), triangle);
+            }
+        }
+    }
+    update_least(out);
+}
+
+/* Which children of a node the tile's pyramid can meet nearer than 1 / least; *key gets their squared distances. */
+static inline int8 cull_node(global const float *boxes, int node, global const float *planes, float least, float ox,
+                             float oy, float oz, float8 *key)
+{
+    global const float *b = boxes + (size_t)node * (6 * NODE_CHILDREN);
+    float8 box[6]; /* x0 y0 z0 x1 y1 z1 minus the origin */
+    box[0] = vload8(0, b) - ox, box[1] = vload8(1, b) - oy, box[2] = vload8(2, b) - oz;
+    box[3] = vload8(3, b) - ox, box[4] = vload8(4, b) - oy, box[5] = vload8(5, b) - oz;
+    const float8 gapx = fmax(fmax(box[0], -box[3]), 0.0f);
+    const float8 gapy = fmax(fmax(box[1], -box[4]), 0.0f);
+    const float8 gapz = fmax(fmax(box[2], -box[5]), 0.0f);
+    const float8 near2 = DOT3(gapx, gapy, gapz, gapx, gapy, gapz);
+    int8 keep = near2 * (least * least) <= NEAR_SLACK;
+    for (int c = 0; c < 4; ++c) {
+        /* the corner of the box that lies farthest inwards */
+        const float x = planes[3 * c], y = planes[3 * c + 1], z = planes[3 * c + 2];
+        keep &= DOT3(x, y, z, box[x > 0.0f ? 3 : 0], box[y > 0.0f ? 4 : 1], box[z > 0.0f ? 5 : 2]) >= 0.0f;
+    }
+    *key = near2;
+    return keep;
+}
+
+/* Walk the tree with one tile. */
+static inline void trace_tile(Returns *out, global const float *boxes, global const int *children,
+                              global const float *geometry, global const int *triangles, global const float *tile,
+                              global const float *beams, float ox, float oy, float oz, float range_max)
+{
+    /* 1: nothing found. A little less than 1 / range_max, so that `resolve` decides about the limit itself. */
+    const float limit = (1.0f / range_max) * 0.99999f;
+    for (int p = 0; p < PACKETS; ++p) {
+        out->inverse[p] = limit;
+        out->triangle[p] = -1;
+    }
+    out->least = limit;
+    /* 2: front to back. Invariant: what is not on the stack can't change `out`. */
+    Stack stack;
+    stack.size = 1;
+    stack.child[0] = 0;
+    stack.near2[0] = 0.0f;
+    while (stack.size > 0) {
+        const int at = --stack.size;
+        if (stack.near2[at] * (out->least * out->least) > NEAR_SLACK) continue;
+        const int child = stack.child[at];
+        if (child < 0) {
+            test_block(out, geometry, triangles, ~child, beams, tile + 12, ox, oy, oz);
+        } else {
+            float8 key;
+            const int8 keep = cull_node(boxes, child, tile, out->least, ox, oy, oz, &key);
+            push_children(&stack, children, child, keep, key);
+        }
+    }
+}
+
+#define TREE_ARGUMENTS                                                                                                 \
+    global const float *boxes, global const int *children, global const float *geometry, global const int *triangles, \
+        global const int *slot, global const float *edges, global const int *address
+#define GRID_ARGUMENTS                                                                                                \
+    global const float *tiles, global const float *beams, int rows, int columns, int tiles_across, float range_min,   \
+        float range_max, global const float *positions
+
+/* Scan every position.
+ * One work-item is one tile of one position. NDRange (tiles, positions), any local size.
+ * positions (S, 3) metres, local frame. range_out, cosine_out (S, rows, columns) float; triangle_out, patch_out the same,
+ * int. Every entry is written once: NaN and -1 on a miss. Deterministic: no work-item reads what another one writes. */
+kernel void scan_tiles(TREE_ARGUMENTS, GRID_ARGUMENTS, global float *range_out, global int *triangle_out,
+                       global int *patch_out, global float *cosine_out)
+{
+    const int tile = get_global_id(0), position = get_global_id(1);
+    const float ox = positions[3 * position], oy = positions[3 * position + 1], oz = positions[3 * position + 2];
+    global const float *own = beams + (size_t)tile * (PACKETS * 3 * LANES);
+    Returns returns;
+    trace_tile(&returns, boxes, children, geometry, triangles, tiles + (size_t)tile * TILE_FLOATS, own, ox, oy, oz,
+               range_max);
+    const int row0 = tile / tiles_across * TILE_ROWS, column0 = tile % tiles_across * TILE_COLUMNS;
+    for (int p = 0; p < PACKETS; ++p) {
+        const int row = row0 + p / PACKETS_ACROSS, column = column0 + p % PACKETS_ACROSS * LANES;
+        if (row >= rows || column >= columns) continue;
+        global const float *d = own + p * (3 * LANES);
+        const Hit hit = resolve(geometry, slot, edges, address, ox, oy, oz, LANES_LOAD(d), LANES_LOAD(d + LANES),
+                                LANES_LOAD(d + 2 * LANES), returns.inverse[p], returns.triangle[p], range_min, range_max);
+        const size_t to = ((size_t)position * rows + row) * columns + column;
+        if (column + LANES <= columns) {
+            LANES_STORE(hit.range, range_out + to);
+            LANES_STORE(hit.triangle, triangle_out + to);
+            LANES_STORE(hit.patch, patch_out + to);
+            LANES_STORE(hit.cos_incidence, cosine_out + to);
+            continue;
+        }
+        float range[LANES], cosine[LANES];
+        int triangle[LANES], patch[LANES];
+        LANES_STORE(hit.range, range);
+        LANES_STORE(hit.triangle, triangle);
+        LANES_STORE(hit.patch, patch);
+        LANES_STORE(hit.cos_incidence, cosine);
+        for (int lane = 0; column + lane < columns; ++lane) {
+            range_out[to + lane] = range[lane];
+            triangle_out[to + lane] = triangle[lane];
+            patch_out[to + lane] = patch[lane];
+            cosine_out[to + lane] = cosine[lane];
+        }
+    }
+}
+
+/* Mark the patches that every position sees.
+ * One work-item is one tile of one position. NDRange (tiles, positions), any local size.
+ * marks (S, n_patches) bytes; the host zeroes it; 1 where a return lies on the patch. Deterministic: work-items that
+ * write the same byte write the same value. A padded beam repeats a real one of its tile and marks nothing new. */
+kernel void mark_patches(TREE_ARGUMENTS, GRID_ARGUMENTS, global uchar *marks, int n_patches)
+{
+    const int tile = get_global_id(0), position = get_global_id(1);
+    const float ox = positions[3 * position], oy = positions[3 * position + 1], oz = positions[3 * position + 2];
+    global const float *own = beams + (size_t)tile * (PACKETS * 3 * LANES);
+    Returns returns;
+    trace_tile(&returns, boxes, children, geometry, triangles, tiles + (size_t)tile * TILE_FLOATS, own, ox, oy, oz,
+               range_max);
+    global uchar *mine = marks + (size_t)position * n_patches;
+    for (int p = 0; p < PACKETS; ++p) {
+        global const float *d = own + p * (3 * LANES);
+        const Hit hit = resolve(geometry, slot, edges, address, ox, oy, oz, LANES_LOAD(d), LANES_LOAD(d + LANES),
+                                LANES_LOAD(d + 2 * LANES), returns.inverse[p], returns.triangle[p], range_min, range_max);
+        int patch[LANES];
+        LANES_STORE(hit.patch, patch);
+        for (int lane = 0; lane < LANES; ++lane)
+            if (patch[lane] >= 0) mine[patch[lane]] = 1;
+    }
+}

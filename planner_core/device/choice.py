@@ -1,0 +1,116 @@
+"""The choice of an OpenCL device: by name, by number, by environment variable, or the first GPU, else the first one."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+from planner_core.device.runtime import Device
+from planner_core.errors import DeviceError
+
+#: Names the device where a call names none: part of its name or its number in `list_devices`.
+DEVICE_VARIABLE = "TLSPLAN_DEVICE"
+
+
+@dataclass(frozen=True)
+class DeviceInfo:
+    """One OpenCL device as `list_devices` shows it."""
+
+    index: int
+    """Its number for `open_device`."""
+    name: str
+    platform: str
+    version: str
+    """Version of the platform's driver."""
+    kind: str
+    """`cpu`, `gpu` or `other`."""
+    n_compute_units: int
+    memory_bytes: int
+
+
+def list_devices() -> tuple[DeviceInfo, ...]:
+    """All OpenCL devices in the order of their platforms; empty where there is none.
+
+    Raises
+    ------
+    DeviceError
+        pyopencl itself can't be loaded.
+    """
+    return tuple(_describe(index, device) for index, device in enumerate(_all_devices()))
+
+
+def open_device(name: str | None = None) -> Device:
+    """Open a device.
+
+    Parameters
+    ----------
+    name
+        Part of the device's or its platform's name (any case), or its number in `list_devices`. None: what the
+        environment variable TLSPLAN_DEVICE says, and where it is unset the first GPU, else the first device.
+
+    Raises
+    ------
+    DeviceError
+        No such device, or it does not open.
+    """
+    wanted = name if name is not None else os.environ.get(DEVICE_VARIABLE) or None
+    devices = _all_devices()
+    infos = [_describe(index, device) for index, device in enumerate(devices)]
+    if not infos:
+        raise DeviceError(
+            "no OpenCL device: expected at least one; install one, e.g. `pip install pocl-binary-distribution`"
+        )
+    if wanted is None:
+        chosen = next((info for info in infos if info.kind == "gpu"), infos[0])
+    else:
+        chosen = _find(wanted, infos)
+    return Device(devices[chosen.index], label=f"{chosen.name} ({chosen.platform})", kind=chosen.kind)
+
+
+def _find(wanted: str, infos: list[DeviceInfo]) -> DeviceInfo:
+    if wanted.isdecimal() and int(wanted) < len(infos):
+        return infos[int(wanted)]
+    for info in infos:
+        if wanted.lower() in f"{info.name} {info.platform}".lower():
+            return info
+    there = "; ".join(f"{info.index} {info.name}" for info in infos)
+    raise DeviceError(f"OpenCL device: got {wanted!r}, expected part of a name or a number of: {there}")
+
+
+def _all_devices() -> list[Any]:
+    try:
+        import pyopencl
+    except (ImportError, OSError) as error:
+        raise DeviceError(
+            f"pyopencl can't be loaded ({str(error).splitlines()[0]}), expected a working one; see `tlsplan doctor`"
+        ) from error
+    try:
+        platforms = pyopencl.get_platforms()
+    except pyopencl.Error:
+        # PLATFORM_NOT_FOUND_KHR: the loader is there and no driver is.
+        return []
+    devices = []
+    for platform in platforms:
+        try:
+            devices.extend(platform.get_devices())
+        except pyopencl.Error:
+            # DEVICE_NOT_FOUND: this driver has no device here; others may.
+            continue
+    return devices
+
+
+def _describe(index: int, device: Any) -> DeviceInfo:
+    import pyopencl
+
+    kinds = {pyopencl.device_type.CPU: "cpu", pyopencl.device_type.GPU: "gpu"}
+    kind = next((name for flag, name in kinds.items() if device.type & flag), "other")
+    return DeviceInfo(
+        index=index,
+        name=device.name.strip(),
+        platform=device.platform.name.strip(),
+        version=device.platform.version.strip(),
+        kind=kind,
+        n_compute_units=int(device.max_compute_units),
+        memory_bytes=int(device.global_mem_size),
+    )

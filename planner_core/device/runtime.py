@@ -1,0 +1,258 @@
+"""One open device: memory totalled before it is taken, programs built once, driver errors turned into DeviceError."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from importlib import resources
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner_core.errors import DeviceError
+
+_INCLUDE = re.compile(r'^\s*#include\s+"([\w.]+)"\s*$')
+#: Share of the device's memory that we take at most: drivers and other programs need some too.
+_USABLE_SHARE = 0.9
+
+
+class Buffer:
+    """Device memory. `n_bytes` counts against the device until `release` or the end of its life."""
+
+    def __init__(self, device: Device, handle: Any, n_bytes: int) -> None:
+        self._device, self.handle, self.n_bytes = device, handle, n_bytes
+
+    def release(self) -> None:
+        """Give the memory back; a second call does nothing."""
+        if self.handle is not None:
+            self.handle.release()
+            self.handle = None
+            self._device.held_bytes -= self.n_bytes
+
+    def __del__(self) -> None:
+        self.release()
+
+
+class Program:
+    """Built kernels of one source file."""
+
+    def __init__(self, device: Device, built: Any, title: str) -> None:
+        self._device, self._built, self._title = device, built, title
+        self._kernels: dict[str, Any] = {}
+
+    def run(self, kernel: str, global_size: tuple[int, ...], *arguments: object) -> None:
+        """Queue a kernel over `global_size` work-items. Arguments: `Buffer`s and NumPy scalars or vectors.
+
+        Kernels run in the order they were queued in. Nothing is queued for an empty NDRange.
+        """
+        if 0 in global_size:
+            return
+        import pyopencl
+
+        with driver_errors(f"kernel {kernel} of {self._title}"):
+            if kernel not in self._kernels:
+                self._kernels[kernel] = pyopencl.Kernel(self._built, kernel)
+            handles = [item.handle if isinstance(item, Buffer) else item for item in arguments]
+            # One work-item a group on a CPU: a tile or a ray is work enough, and groups spread evenly over the cores.
+            local_size = (1,) * len(global_size) if self._device.kind == "cpu" else None
+            self._kernels[kernel](self._device.queue, global_size, local_size, *handles)
+
+
+class Device:
+    """An open device with one queue in order. See `planner_core.device.open_device`."""
+
+    def __init__(self, device: Any, *, label: str, kind: str) -> None:
+        import pyopencl
+
+        self.label, self.kind = label, kind
+        with driver_errors(f"opening {label}"):
+            self.context = pyopencl.Context([device])
+            self.queue = pyopencl.CommandQueue(self.context, device)
+            self.memory_bytes = int(device.global_mem_size)
+            self.max_buffer_bytes = int(device.max_mem_alloc_size)
+            self.has_fast_fma = bool(device.single_fp_config & pyopencl.device_fp_config.FMA)
+        self.held_bytes = 0
+        self._programs: dict[tuple[str, tuple[str, ...]], Program] = {}
+
+    @property
+    def free_bytes(self) -> int:
+        """What may still be taken: nine tenths of the device's memory, less what this object holds."""
+        return int(self.memory_bytes * _USABLE_SHARE) - self.held_bytes
+
+    def program(self, file: str, defines: Mapping[str, int]) -> Program:
+        """Build `kernels/<file>` with -D defines, or take it from the cache; drivers keep theirs on disk.
+
+        Raises
+        ------
+        DeviceError
+            It does not build: the log's first error, and the file with the full log.
+        """
+        return self.program_from_source(kernel_source(file), title=file, defines=defines)
+
+    def program_from_source(self, source: str, *, title: str, defines: Mapping[str, int]) -> Program:
+        """Build OpenCL C text, whose `#include "x.h"` of our own headers are already expanded."""
+        options = tuple(f"-D{name}={value}" for name, value in sorted(defines.items()))
+        if self.has_fast_fma:
+            options = (*options, "-DHARDWARE_FMA=1")
+        key = (source, options)
+        if key not in self._programs:
+            self._programs[key] = Program(self, self._build(source, options, title), title)
+        return self._programs[key]
+
+    def _build(self, source: str, options: tuple[str, ...], title: str) -> Any:
+        import pyopencl
+
+        try:
+            with warnings.catch_warnings():
+                # The compiler's remarks about a program that builds are of no use to a user.
+                warnings.simplefilter("ignore", pyopencl.CompilerWarning)
+                return pyopencl.Program(self.context, source).build(options=list(options))
+        except pyopencl.Error as error:
+            log = str(error)
+            with tempfile.NamedTemporaryFile(
+                "w", prefix=f"tlsplan-{title}-", suffix=".log", delete=False, encoding="utf-8"
+            ) as file:
+                file.write(log)
+            lines = [line.strip() for line in log.splitlines() if "error" in line.lower()] or log.splitlines()
+            raise DeviceError(
+                f"{title} does not build on {self.label}: {lines[0][:200]}; the full log is {file.name}; "
+                "use engine open3d or another device"
+            ) from error
+
+    def reserve(self, what: str, sizes_bytes: Mapping[str, int]) -> None:
+        """Check that buffers of these sizes fit, all together and each, BEFORE any is made.
+
+        Raises
+        ------
+        DeviceError
+            They don't: requested and available.
+        """
+        total = sum(sizes_bytes.values())
+        if total > self.free_bytes:
+            raise DeviceError(
+                f"{what}: {_mib(total)} requested on {self.label}, {_mib(self.free_bytes)} available; "
+                "use a larger device or a smaller scene"
+            )
+        for name, size in sizes_bytes.items():
+            if size > self.max_buffer_bytes:
+                raise DeviceError(
+                    f"{what}: {_mib(size)} requested for {name} on {self.label}, one buffer can have "
+                    f"{_mib(self.max_buffer_bytes)}; use a larger device or a smaller scene"
+                )
+
+    def upload(self, what: str, arrays: Mapping[str, NDArray[Any]]) -> dict[str, Buffer]:
+        """Copy arrays to the device, by name; their total is checked first."""
+        import pyopencl
+
+        self.reserve(what, {name: array.nbytes for name, array in arrays.items()})
+        flags = pyopencl.mem_flags.READ_WRITE | pyopencl.mem_flags.COPY_HOST_PTR
+        buffers = {}
+        for name, array in arrays.items():
+            with driver_errors(f"{what}: {name}"):
+                # A buffer of nothing is an error in OpenCL; one byte stands for it.
+                source = np.ascontiguousarray(array) if array.size else np.zeros(1, dtype=np.uint8)
+                buffers[name] = self._keep(pyopencl.Buffer(self.context, flags, hostbuf=source), array.nbytes)
+        return buffers
+
+    def allocate(self, what: str, n_bytes: int) -> Buffer:
+        """Take uninitialised memory."""
+        import pyopencl
+
+        self.reserve(what, {what: n_bytes})
+        with driver_errors(what):
+            handle = pyopencl.Buffer(self.context, pyopencl.mem_flags.READ_WRITE, size=max(n_bytes, 1))
+        return self._keep(handle, n_bytes)
+
+    def zero(self, buffer: Buffer, n_bytes: int) -> None:
+        """Queue filling the first bytes of a buffer with zero."""
+        import pyopencl
+
+        with driver_errors("clearing a buffer"):
+            pyopencl.enqueue_fill_buffer(self.queue, buffer.handle, np.uint8(0), 0, n_bytes)
+
+    def read(self, buffer: Buffer, into: NDArray[Any]) -> None:
+        """Wait for everything queued and copy a buffer's head to `into`."""
+        import pyopencl
+
+        if into.size == 0:
+            return
+        with driver_errors("reading results"):
+            pyopencl.enqueue_copy(self.queue, into, buffer.handle)
+
+    @contextmanager
+    def outputs(self, what: str, arrays: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, Buffer]]:
+        """Buffers that kernels write and that ARE the arrays (on a CPU) or get copied to them (elsewhere) on leaving.
+
+        A CPU device writes straight to the arrays' memory: a copy would cost as much as a fifth of a scan.
+        """
+        import pyopencl
+
+        self.reserve(what, {name: array.nbytes for name, array in arrays.items()})
+        flags = pyopencl.mem_flags.WRITE_ONLY | pyopencl.mem_flags.USE_HOST_PTR
+        buffers: dict[str, Buffer] = {}
+        try:
+            for name, array in arrays.items():
+                with driver_errors(f"{what}: {name}"):
+                    buffers[name] = self._keep(pyopencl.Buffer(self.context, flags, hostbuf=array), array.nbytes)
+            yield buffers
+            with driver_errors(what):
+                for name, array in arrays.items():
+                    mapped, _ = pyopencl.enqueue_map_buffer(
+                        self.queue, buffers[name].handle, pyopencl.map_flags.READ, 0, array.shape, array.dtype
+                    )
+                    mapped.base.release(self.queue)
+                self.queue.finish()
+        finally:
+            for buffer in buffers.values():
+                buffer.release()
+
+    def _keep(self, handle: Any, n_bytes: int) -> Buffer:
+        self.held_bytes += n_bytes
+        return Buffer(self, handle, n_bytes)
+
+
+def kernel_source(file: str) -> str:
+    """Text of `kernels/<file>` with our own includes expanded, each once: no include path is needed to build it."""
+    return expand_includes(_read(file), file)
+
+
+def expand_includes(text: str, file: str, seen: set[str] | None = None) -> str:
+    """Replace `#include "x"` by the text of `kernels/x`, the first time; keep line numbers for the compiler."""
+    seen = {file} if seen is None else seen
+    lines = [f'#line 1 "{file}"']
+    for number, line in enumerate(text.splitlines(), 1):
+        include = _INCLUDE.match(line)
+        if include is None:
+            lines.append(line)
+            continue
+        if (name := include[1]) not in seen:
+            seen.add(name)
+            lines.append(expand_includes(_read(name), name, seen))
+        lines.append(f'#line {number + 1} "{file}"')
+    return "\n".join(lines)
+
+
+def _read(file: str) -> str:
+    return (resources.files("planner_core.kernels") / file).read_text(encoding="utf-8")
+
+
+@contextmanager
+def driver_errors(what: str) -> Iterator[None]:
+    """Turn an error of the driver into DeviceError."""
+    import pyopencl
+
+    try:
+        yield
+    except pyopencl.Error as error:
+        line = (str(error).splitlines() or ["unknown error"])[0]
+        raise DeviceError(
+            f"{what}: the device failed ({line}), expected it to work; free memory, or use engine open3d"
+        ) from error
+
+
+def _mib(n_bytes: int) -> str:
+    return f"{n_bytes / 2**20:.1f} MiB"

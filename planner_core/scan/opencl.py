@@ -1,0 +1,194 @@
+"""Scanning on an OpenCL device: packets of beams through a tree of eight-wide nodes, see kernels/README.md.
+
+Local frame, metres. The rules all engines keep are at the head of `planner_core.scan.engine`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner_core.device import Buffer, Device, Program
+from planner_core.model import (
+    BeamTemplate,
+    FloatArray,
+    Int32Array,
+    Patches,
+    RayHits,
+    ScanBatch,
+    Scene,
+    UInt8Array,
+    Visibility,
+)
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scan.engine import check_positions, check_rays
+from planner_core.scan.surfaces import round_surfaces
+from planner_core.scan.tiles import TileGrid, make_tiles
+from planner_core.scan.tree import build_tree
+from planner_core.scene.patches import squared_edges
+
+#: Beams a packet and packets a tile, by kind of device. CPU: measured on PoCL 3.0 (AVX2), docs/benchmarks/scan.md.
+#: Others are unmeasured: a scalar packet lets a GPU's own lanes be the packet.
+_TILE_SHAPE = {"cpu": (8, 32, 8)}
+_DEFAULT_TILE_SHAPE = (4, 8, 1)
+
+#: Marks (one byte a patch and position) that a batch of `visible_patches` may hold; results do not depend on it.
+_MARK_BYTES = 256 * 2**20
+#: Positions a batch at most, so that progress is heard of.
+_MAX_BATCH = 64
+
+
+class OpenCLEngine:
+    """A `ScanEngine` on an OpenCL device. See the protocol for what the methods take and return."""
+
+    name = "opencl"
+
+    def __init__(self, scene: Scene, patches: Patches, device: Device, *, mark_bytes: int = _MARK_BYTES) -> None:
+        self.device = device.label
+        self.warnings: tuple[str, ...] = ()
+        self._on = device
+        self._n_patches = patches.n_patches
+        self._mark_bytes = mark_bytes
+        surfaces = round_surfaces(scene)
+        self.tree = build_tree(surfaces, device)
+        self._scene = device.upload(
+            "scene",
+            {
+                "boxes": self.tree.boxes,
+                "children": self.tree.children,
+                "geometry": self.tree.geometry,
+                "triangle": self.tree.triangle,
+                "slot": self.tree.slot,
+                "edges": squared_edges(scene.vertices_m[scene.triangles]),
+                "address": np.stack([patches.first_patch[:-1], patches.depth.astype(np.int32)], axis=1),
+            },
+        )
+        low, high = surfaces.corners_m.min(axis=(0, 1)), surfaces.corners_m.max(axis=(0, 1))
+        radius = np.float32(1.001 * np.linalg.norm((high.astype(np.float64) - low) / 2))
+        self._sphere = np.array([*(low + (high - low) / 2), radius], dtype=np.float32)
+        # One node leaves at most 7 siblings on the stack; a spare entry for the root.
+        self._stack = 7 * self.tree.n_levels + 8
+        self._template: BeamTemplate | None = None
+        self._grid: TileGrid | None = None
+        self._grid_buffers: dict[str, Buffer] = {}
+
+    def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
+        """See `ScanEngine.cast_rays`."""
+        origins, unit = check_rays(origins_m, directions)
+        rays = np.concatenate([origins, unit], axis=1).astype(np.float32)
+        range_m = np.empty(rays.shape[0], dtype=np.float32)
+        triangle = np.empty(rays.shape[0], dtype=np.int32)
+        if rays.shape[0] == 0:
+            return RayHits(range_m=range_m, triangle=triangle)
+        program = self._on.program("cast_rays.cl", {"LANES": 1, "STACK": self._stack})
+        queries = self._on.upload("rays", {"rays": rays})
+        with self._on.outputs("hits", {"range": range_m, "triangle": triangle}) as out:
+            program.run(
+                "cast_rays",
+                (rays.shape[0],),
+                *(self._scene[name] for name in ("boxes", "children", "geometry", "triangle")),
+                queries["rays"],
+                np.int32(rays.shape[0]),
+                np.float32(range_max_m),
+                self._sphere,
+                out["range"],
+                out["triangle"],
+            )
+        return RayHits(range_m=range_m, triangle=triangle)
+
+    def scan(self, template: BeamTemplate, positions_m: FloatArray) -> ScanBatch:
+        """See `ScanEngine.scan`."""
+        positions = check_positions(positions_m).astype(np.float32)
+        shape = (positions.shape[0], *template.shape)
+        batch = ScanBatch(
+            range_m=np.empty(shape, dtype=np.float32),
+            triangle=np.empty(shape, dtype=np.int32),
+            patch=np.empty(shape, dtype=np.int32),
+            cos_incidence=np.empty(shape, dtype=np.float32),
+        )
+        if 0 in shape:
+            return batch
+        program, grid = self._prepare(template)
+        at = self._on.upload("positions", {"positions": positions})
+        arrays = {
+            "range": batch.range_m,
+            "triangle": batch.triangle,
+            "patch": batch.patch,
+            "cosine": batch.cos_incidence,
+        }
+        with self._on.outputs("scans", arrays) as out:
+            program.run(
+                "scan_tiles",
+                (grid.n_tiles, positions.shape[0]),
+                *self._tile_arguments(template, at["positions"]),
+                *(out[name] for name in arrays),
+            )
+        return batch
+
+    def visible_patches(
+        self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
+    ) -> Visibility:
+        """See `ScanEngine.visible_patches`."""
+        positions = check_positions(positions_m).astype(np.float32)
+        n_positions = positions.shape[0]
+        rows: list[Int32Array] = []
+        if n_positions:
+            program, grid = self._prepare(template)
+            n_batch = max(1, min(n_positions, _MAX_BATCH, self._mark_bytes // self._n_patches))
+            marks = np.empty((n_batch, self._n_patches), dtype=np.uint8)
+            on_device = self._on.allocate("marks of seen patches", marks.nbytes)
+            for first in range(0, n_positions, n_batch):
+                batch = positions[first : first + n_batch]
+                self._mark(program, grid, template, batch, on_device, marks)
+                rows.extend(np.flatnonzero(row.view(np.bool_)).astype(np.int32) for row in marks[: len(batch)])
+                progress(ProgressEvent("scan", len(rows), n_positions))
+        starts = np.zeros(n_positions + 1, dtype=np.int64)
+        starts[1:] = np.cumsum([row.size for row in rows], dtype=np.int64)
+        patch = np.concatenate(rows) if rows else np.empty(0, dtype=np.int32)
+        return Visibility(starts=starts, patch=patch, n_patches=self._n_patches)
+
+    def _mark(
+        self,
+        program: Program,
+        grid: TileGrid,
+        template: BeamTemplate,
+        batch: np.ndarray[tuple[int, ...], np.dtype[np.float32]],
+        on_device: Buffer,
+        marks: UInt8Array,
+    ) -> None:
+        """Fill the first rows of `marks`: 1 where a position of the batch sees the patch."""
+        at = self._on.upload("positions", {"positions": batch})
+        self._on.zero(on_device, len(batch) * self._n_patches)
+        program.run(
+            "mark_patches",
+            (grid.n_tiles, len(batch)),
+            *self._tile_arguments(template, at["positions"]),
+            on_device,
+            np.int32(self._n_patches),
+        )
+        self._on.read(on_device, marks[: len(batch)])
+
+    def _prepare(self, template: BeamTemplate) -> tuple[Program, TileGrid]:
+        """Build the tile program; make and upload the template's tiles, unless the last call had the same template."""
+        rows, columns, lanes = _TILE_SHAPE.get(self._on.kind, _DEFAULT_TILE_SHAPE)
+        defines = {"LANES": lanes, "STACK": self._stack, "TILE_ROWS": rows, "TILE_COLUMNS": columns}
+        program = self._on.program("scan_tiles.cl", defines)
+        if self._grid is None or self._template is not template:
+            self._grid = make_tiles(template, tile_rows=rows, tile_columns=columns, lanes=lanes)
+            self._grid_buffers = self._on.upload("beams", {"tiles": self._grid.bounds, "beams": self._grid.beams})
+            self._template = template
+        return program, self._grid
+
+    def _tile_arguments(self, template: BeamTemplate, positions: Buffer) -> tuple[object, ...]:
+        """Arguments that both tile kernels begin with."""
+        assert self._grid is not None
+        return (
+            *(self._scene.values()),
+            self._grid_buffers["tiles"],
+            self._grid_buffers["beams"],
+            np.int32(template.shape[0]),
+            np.int32(template.shape[1]),
+            np.int32(self._grid.tiles_across),
+            np.float32(template.range_min_m),
+            np.float32(template.range_max_m),
+            positions,
+        )

@@ -1,0 +1,85 @@
+"""Tiles of the beam template: neighbouring beams and the pyramid that bounds them; layout in kernels/scan_tiles.cl.
+
+Made once a template: a station only moves the origin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.model import BeamTemplate, Float32Array, FloatArray
+from planner_core.scan.template import directions
+
+TILE_FLOATS = 28
+"""Floats a tile: 4 planes, 4 corners, a mark of tiles too wide to be bounded, 3 spare."""
+
+#: The pyramid is larger than its beams by this, radians: boxes and corners are compared in float32 (ulp 6e-8, a dozen
+#: roundings), and a computed hit may lie a few ulp outside its triangle.
+_MARGIN = 4e-6
+#: A tile with a beam farther from its axis than this (cosine) is not bounded at all: all planes and corners are zero,
+#: and nothing is culled by them. Only templates of a few very coarse beams have such tiles.
+_LEAST_COS = 0.5
+
+
+@dataclass(frozen=True)
+class TileGrid:
+    """beams : (K, packets, 3, lanes) float32 directions. bounds : (K, 28) float32."""
+
+    beams: Float32Array
+    bounds: Float32Array
+    tiles_across: int
+
+    @property
+    def n_tiles(self) -> int:
+        """Number of tiles."""
+        return int(self.bounds.shape[0])
+
+
+def make_tiles(template: BeamTemplate, *, tile_rows: int, tile_columns: int, lanes: int) -> TileGrid:
+    """Cut a template into tiles; beams past the last row or column repeat it."""
+    beams = directions(template)
+    n_down, n_across = -(-beams.shape[0] // tile_rows), -(-beams.shape[1] // tile_columns)
+    row = np.minimum(np.arange(n_down * tile_rows), beams.shape[0] - 1)
+    column = np.minimum(np.arange(n_across * tile_columns), beams.shape[1] - 1)
+    padded = beams[row][:, column].reshape(n_down, tile_rows, n_across, tile_columns, 3)
+    tiles: FloatArray = padded.transpose(0, 2, 1, 3, 4).reshape(n_down * n_across, tile_rows * tile_columns, 3)
+    packets = tiles.astype(np.float32).reshape(tiles.shape[0], -1, lanes, 3).transpose(0, 1, 3, 2)
+    return TileGrid(beams=np.ascontiguousarray(packets), bounds=_bounds(tiles), tiles_across=n_across)
+
+
+def _bounds(tiles: FloatArray) -> Float32Array:
+    """Bounding rectangle of each tile's beams (K, n, 3) in the plane at distance 1 along its axis."""
+    axis = tiles.mean(axis=1)
+    length = np.linalg.norm(axis, axis=1, keepdims=True)
+    axis = np.divide(axis, length, out=np.zeros_like(axis), where=length > 1e-9)
+    # Right lies level where it can, so that rows of a tile run along the rectangle.
+    upright = np.abs(axis[:, 2:]) < 0.99
+    right = np.cross(np.where(upright, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]]), axis)
+    right /= np.maximum(np.linalg.norm(right, axis=1, keepdims=True), 1e-9)
+    up = np.cross(axis, right)
+    ahead = np.einsum("kni,ki->kn", tiles, axis)
+    wide = ahead.min(axis=1) < _LEAST_COS
+    ahead = np.where(wide[:, None], 1.0, ahead)
+    x = np.einsum("kni,ki->kn", tiles, right) / ahead
+    y = np.einsum("kni,ki->kn", tiles, up) / ahead
+    left, east = x.min(axis=1) - _MARGIN, x.max(axis=1) + _MARGIN
+    low, high = y.min(axis=1) - _MARGIN, y.max(axis=1) + _MARGIN
+    corners = np.stack(
+        [
+            axis + s[:, None] * right + t[:, None] * up
+            for s, t in ((left, low), (east, low), (east, high), (left, high))
+        ],
+        axis=1,
+    )
+    planes = np.cross(corners, np.roll(corners, -1, axis=1))
+    inward = np.einsum("kci,ki->kc", planes, axis)
+    planes *= np.sign(inward)[..., None]
+    planes /= np.maximum(np.linalg.norm(planes, axis=2, keepdims=True), 1e-30)
+    bounds = np.zeros((tiles.shape[0], TILE_FLOATS), dtype=np.float32)
+    bounds[:, :12] = planes.reshape(-1, 12)
+    bounds[:, 12:24] = corners.reshape(-1, 12)
+    bounds[wide] = 0.0
+    bounds[wide, 24] = 1e30
+    return bounds
