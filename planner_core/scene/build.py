@@ -50,8 +50,8 @@ MIN_FACE_HEIGHT_M = 1e-9
 """Smallest height of a face above its longest edge.
 
 After step 4 coordinates are of the order of 1 km, where float64 resolves 1e-13 m, so a height computed from them is
-right to about 1e-12 m: anything below 1e-9 m is a line that was meant to be one. Slivers above it are kept: dropping those
-would open cracks. A scanner resolves 1e-4 m at best. It gets models of less than a micrometre wrong.
+right to about 1e-12 m: anything below 1e-9 m is a line that was meant to be one. Slivers above it are kept: dropping
+those would open cracks. A scanner resolves 1e-4 m at best. It gets models of less than a micrometre wrong.
 """
 
 MAX_DROPPED_LINES = 100

@@ -4,8 +4,7 @@ Geometry comes from IfcOpenShell: openings are cut out of their hosts, mapped (i
 instance. Spaces, openings, grids, annotations and other things that no beam can meet are left out.
 
 IfcOpenShell gives each shape in its own frame, with a float64 placement in metres. We place the vertices ourselves, in
-float64 and coordinate by coordinate: far site placements lose nothing, and equal local vertices stay equal bit by bit
-(a BLAS product may round the same row differently in another place).
+float64: far site placements lose nothing, and equal local vertices stay equal bit by bit.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from planner_core.errors import MissingPackageError, SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Storey
 from planner_core.progress import Progress, ProgressEvent
 from planner_core.scene.build import grouped
-from planner_core.scene.raw import RawScene, what_it_looks_like
+from planner_core.scene.raw import Parts, RawScene, placed, what_it_looks_like
 
 _NOT_PHYSICAL = (
     "IfcFeatureElementSubtraction",  # openings, recesses
@@ -179,32 +178,19 @@ def _shapes(model: Any, products: list[Any]) -> Iterator[tuple[int, FloatArray, 
         vertices = np.frombuffer(shape.geometry.verts_buffer, dtype=np.float64).reshape(-1, 3)
         triangles = np.frombuffer(shape.geometry.faces_buffer, dtype=np.int32).reshape(-1, 3).astype(np.int64)
         matrix = np.frombuffer(shape.transformation_buffer, dtype=np.float64).reshape(4, 4).T  # columns first
-        yield int(shape.id), _placed(vertices, matrix), triangles
+        yield int(shape.id), placed(vertices, matrix), triangles
         more = iterator.next()
-
-
-def _placed(vertices: FloatArray, matrix: FloatArray) -> FloatArray:
-    x, y, z = vertices.T
-    rows = [m[0] * x + m[1] * y + m[2] * z + m[3] for m in matrix[:3]]
-    return np.stack(rows, axis=1)
 
 
 def _joined(products: list[Any], by_id: dict[int, list[tuple[FloatArray, Int64Array]]]) -> _Shapes:
     """One mesh; a product with several shapes has them in the order of their bytes, not of the threads."""
-    vertices, triangles, owner, face = [], [], [], []
-    n_vertices = 0
+    parts = Parts()
     for number, product in enumerate(products):
         n_faces = 0
         for points, corners in sorted(by_id[product.id()], key=lambda s: (s[0].tobytes(), s[1].tobytes())):
-            vertices.append(points)
-            triangles.append(corners + n_vertices)
-            owner.append(np.full(len(corners), number, dtype=np.int64))
-            face.append(np.arange(n_faces, n_faces + len(corners), dtype=np.int64))
-            n_vertices += len(points)
+            parts.add(number, points, corners, np.arange(n_faces, n_faces + len(corners), dtype=np.int64))
             n_faces += len(corners)
-    return _Shapes(
-        np.concatenate(vertices), np.concatenate(triangles), np.concatenate(owner), np.concatenate(face), products
-    )
+    return _Shapes(*parts.joined(), products)
 
 
 def _has_body(product: Any) -> bool:

@@ -17,25 +17,19 @@ from planner_core.errors import SceneError, SceneNotFoundError
 from planner_core.model import FloatArray, LoadReport, Scene, SceneSource
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
-from planner_core.scene.raw import RawScene
+from planner_core.scene.raw import RawScene, unit_name
 
 FORMAT_OF_EXTENSION = {
     ".ifc": "ifc",
     ".obj": "obj",
     ".ply": "ply",
     ".stl": "stl",
-}
-
-_UNIT_NAMES = {
-    1.0: "metre",
-    0.001: "millimetre",
-    0.01: "centimetre",
-    0.1: "decimetre",
-    1000.0: "kilometre",
-    0.0254: "inch",
-    0.3048: "foot",
-    0.9144: "yard",
-    1200.0 / 3937.0: "US survey foot",
+    ".gltf": "gltf",
+    ".glb": "gltf",
+    ".usd": "usd",
+    ".usda": "usd",
+    ".usdc": "usd",
+    ".usdz": "usd",
 }
 
 
@@ -55,7 +49,7 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
 
     Parameters
     ----------
-    path : IFC, OBJ, PLY or STL file, told by its extension.
+    path : IFC, OBJ, PLY, STL, glTF/GLB or USD file, told by its extension.
     options : unit, upward axis and leniency.
     progress : gets events of the stage `load`.
 
@@ -163,18 +157,21 @@ def _read(path: Path, file_format: str, options: LoadOptions, progress: Progress
         from planner_core.scene.ply import read_ply
 
         return read_ply(path, skip_bad_faces=options.skip_bad_faces)
-    from planner_core.scene.stl import read_stl
+    if file_format == "stl":
+        from planner_core.scene.stl import read_stl
 
-    return read_stl(path)
+        return read_stl(path)
+    if file_format == "gltf":
+        from planner_core.scene.gltf import read_gltf
+
+        return read_gltf(path, skip_bad_faces=options.skip_bad_faces)
+    from planner_core.scene.usd import read_usd
+
+    return read_usd(path, skip_bad_faces=options.skip_bad_faces)
 
 
 def _unit_name(raw: RawScene, options: LoadOptions) -> str:
-    if options.metres_per_unit is None:
-        return raw.unit_name or "metre"
-    return next(
-        (name for unit, name in _UNIT_NAMES.items() if math.isclose(unit, options.metres_per_unit, rel_tol=1e-9)),
-        f"{options.metres_per_unit:g} m",
-    )
+    return raw.unit_name or "metre" if options.metres_per_unit is None else unit_name(options.metres_per_unit)
 
 
 # ----------------------------------------------------------------------------------------------- doubts

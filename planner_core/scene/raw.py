@@ -6,6 +6,7 @@ first bytes of a file that is not what its name says).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -216,6 +217,83 @@ def _is_ear(flat: FloatArray, left: list[int], at: int) -> bool:
 def _side(a: FloatArray, b: FloatArray, points: FloatArray) -> FloatArray:
     side: FloatArray = (b[0] - a[0]) * (points[:, 1] - a[1]) - (b[1] - a[1]) * (points[:, 0] - a[0])
     return side
+
+
+# --------------------------------------------------------------------------------------------- placement
+def placed(vertices: FloatArray, matrix: FloatArray) -> FloatArray:
+    """(V, 3) float64: `vertices` moved by the 4x4 `matrix` (column vectors).
+
+    Coordinate by coordinate rather than as a matrix product: BLAS may round one and the same row differently in another
+    place of the array, and then two copies of a vertex would no longer be equal bit by bit.
+    """
+    x, y, z = vertices.T
+    rows = [m[0] * x + m[1] * y + m[2] * z + m[3] for m in matrix[:3]]
+    return np.stack(rows, axis=1)
+
+
+def chained(a: FloatArray, b: FloatArray) -> FloatArray:
+    """(4, 4) placement of b's frame inside a's, in a fixed order of operations: the same on every machine."""
+    product: FloatArray = (a[:, :, None] * b[None, :, :]).sum(axis=1)
+    return product
+
+
+def turned_over(triangles: Int64Array) -> Int64Array:
+    """(T, 3) the same triangles with the other winding: for mirrored instances and left-handed meshes."""
+    return triangles[:, [0, 2, 1]]
+
+
+def is_mirrored(matrix: FloatArray) -> bool:
+    """A 4x4 placement that turns a right hand into a left one."""
+    (a, b, c), (d, e, f), (g, h, i) = matrix[:3, :3].tolist()
+    return bool(a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) < 0)
+
+
+@dataclass
+class Parts:
+    """Meshes of a scene graph, gathered one instance after another and joined at the end."""
+
+    vertices: list[FloatArray] = field(default_factory=list)
+    triangles: list[Int64Array] = field(default_factory=list)
+    owner: list[Int64Array] = field(default_factory=list)
+    face: list[Int64Array] = field(default_factory=list)
+    n_vertices: int = 0
+
+    def add(self, owner: int, vertices: FloatArray, triangles: Int64Array, face: Int64Array) -> None:
+        """Take in one mesh, already placed: (V, 3), (T, 3) into its own vertices, (T,) face numbers."""
+        self.vertices.append(vertices)
+        self.triangles.append(triangles + self.n_vertices)
+        self.owner.append(np.full(len(triangles), owner, dtype=np.int64))
+        self.face.append(face)
+        self.n_vertices += len(vertices)
+
+    def joined(self) -> tuple[FloatArray, Int64Array, Int64Array, Int64Array]:
+        """Vertices, triangles, owner and face number of each triangle."""
+        none = np.zeros(0, dtype=np.int64)
+        return (
+            np.concatenate([np.zeros((0, 3)), *self.vertices]),
+            np.concatenate([none.reshape(0, 3), *self.triangles]),
+            np.concatenate([none, *self.owner]),
+            np.concatenate([none, *self.face]),
+        )
+
+
+_UNIT_NAMES = {
+    1.0: "metre",
+    0.001: "millimetre",
+    0.01: "centimetre",
+    0.1: "decimetre",
+    1000.0: "kilometre",
+    0.0254: "inch",
+    0.3048: "foot",
+    0.9144: "yard",
+    1200.0 / 3937.0: "US survey foot",
+}
+
+
+def unit_name(metres_per_unit: float) -> str:
+    """What a unit is called; its length where it has no name."""
+    named = (name for unit, name in _UNIT_NAMES.items() if math.isclose(unit, metres_per_unit, rel_tol=1e-9))
+    return next(named, f"{metres_per_unit:g} m")
 
 
 # ---------------------------------------------------------------------------------------- wrong contents

@@ -74,8 +74,8 @@ def _ascii(path: Path, contents: bytes) -> RawScene:
         raise SceneError(f"{path.name}: its last solid has no endsolid: it is cut off; export it again.")
     if len(vertices) != 3 * facets.size:
         raise SceneError(
-            f"{path.name}: its {grouped(facets.size)} facets have {grouped(len(vertices))} vertices, expected three each; "
-            "it is damaged, export it again."
+            f"{path.name}: its {grouped(facets.size)} facets have {grouped(len(vertices))} vertices, "
+            "expected three each; it is damaged, export it again."
         )
     try:
         corners = np.array([float(word) for row in vertices for word in row], dtype=np.float64).reshape(-1, 3)

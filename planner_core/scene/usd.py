@@ -1,0 +1,271 @@
+"""USD (.usd, .usda, .usdc, .usdz) -> `RawScene`: the meshes of the composed stage, by prim path.
+
+Sublayers, references and payloads are loaded; instances and point instancers give one element an instance. What is
+invisible, or meant as a guide or proxy, is left out. A mesh is taken as its control cage, at its earliest time. Unit
+and upward axis are the stage's (metersPerUnit, upAxis). Source: the reference of usd-core 26.11.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner_core.errors import MissingPackageError, SceneError
+from planner_core.model import Element, FloatArray, LoadReport
+from planner_core.scene.build import MAX_DROPPED_LINES, grouped
+from planner_core.scene.raw import (
+    Faces,
+    Parts,
+    RawScene,
+    chained,
+    is_mirrored,
+    placed,
+    triangulate,
+    turned_over,
+    unit_name,
+    what_it_looks_like,
+)
+
+_HIDDEN_PURPOSES = ("guide", "proxy")
+_MAX_STAGE_WARNINGS = 5
+_MAX_INSTANCER_DEPTH = 8
+"""Point instancers inside each other: deeper than any real scene; stops one that contains itself."""
+
+
+@dataclass(frozen=True)
+class _Mesh:
+    vertices: FloatArray
+    faces: Faces
+
+
+@dataclass
+class _Gathered:
+    """What the walk over the stage has found so far."""
+
+    name: str
+    skip_bad_faces: bool
+    parts: Parts = field(default_factory=Parts)
+    elements: list[Element] = field(default_factory=list)
+    meshes: dict[str, _Mesh] = field(default_factory=dict)
+    """By path in the prototype, so that an instanced mesh is read once."""
+    left_out: Counter[str] = field(default_factory=Counter)
+    """Shapes that are no meshes, by type."""
+    n_bad_index: int = 0
+    n_too_short: int = 0
+    dropped: list[str] = field(default_factory=list)
+
+
+def read_usd(path: Path, *, skip_bad_faces: bool) -> RawScene:
+    """Read a USD stage.
+
+    Raises
+    ------
+    SceneError
+        Not a USD file, cut off, or a mesh whose faces name missing vertices.
+    MissingPackageError
+        usd-core is not installed.
+    """
+    try:
+        from pxr import Usd, UsdGeom, UsdUtils
+    except ImportError as error:
+        raise MissingPackageError(
+            f"{path.name}: reading USD needs the package usd-core, which is missing; run pip install usd-core."
+        ) from error
+    messages = UsdUtils.CoalescingDiagnosticDelegate()  # keeps the library's warnings off stderr, for our report
+    stage = _open(path)
+    gathered = _Gathered(path.name, skip_bad_faces)
+    root = stage.GetPseudoRoot()
+    for prim, matrix, label in _walk(root, np.eye(4), UsdGeom.XformCache(Usd.TimeCode.EarliestTime()), "", gathered, 0):
+        _add_mesh(gathered, prim, matrix, label)
+    told = [d.commentary for d in messages.TakeUncoalescedDiagnostics()]
+    return _raw_scene(path, stage, gathered, told)
+
+
+def _open(path: Path) -> Any:
+    from pxr import Tf, Usd
+
+    try:
+        stage = Usd.Stage.Open(str(path), Usd.Stage.LoadAll)
+    except Tf.ErrorException as error:
+        with path.open("rb") as file:
+            looks = what_it_looks_like(file.read(64))
+        raise SceneError(
+            f"{path.name}: not a readable USD file ({_first_reason(str(error))}): {looks}; export the model again."
+        ) from error
+    stage.Reload()  # a layer that this process opened before is kept in memory, and may have changed on disk
+    return stage
+
+
+def _first_reason(text: str) -> str:
+    """The first message in a Tf error, without the source lines it names."""
+    quoted = text.partition(" : '")[2].partition("'\n")[0] or text
+    return " ".join(quoted.rstrip("'").split())
+
+
+# ------------------------------------------------------------------------------------------------- walk
+def _walk(
+    top: Any, world_from_top: FloatArray, cache: Any, label: str, gathered: _Gathered, depth: int
+) -> Iterator[tuple[Any, FloatArray, str]]:
+    """Visible meshes at and below `top`, with their placement (4x4, column vectors, float64) and name.
+
+    `world_from_top` replaces whatever is above `top` and, for the prototype of an instancer, its own transform.
+    """
+    from pxr import Usd, UsdGeom
+
+    top_inverse = cache.GetLocalToWorldTransform(top).GetInverse()
+    prims = iter(Usd.PrimRange(top, Usd.TraverseInstanceProxies()))
+    for prim in prims:
+        if not prim.IsA(UsdGeom.Imageable):
+            continue
+        if _is_hidden(prim):
+            if _hides_children(prim):
+                prims.PruneChildren()
+            continue
+        here = cache.GetLocalToWorldTransform(prim)
+        relative = np.array(here if label == "" else here * top_inverse, dtype=np.float64).T
+        matrix = relative if label == "" else chained(world_from_top, relative)
+        name = f"{label}{str(prim.GetPath()).removeprefix(str(top.GetPath()))}" if label else str(prim.GetPath())
+        if prim.IsA(UsdGeom.PointInstancer):
+            prims.PruneChildren()
+            yield from _walk_instances(UsdGeom.PointInstancer(prim), matrix, cache, name, gathered, depth)
+        elif prim.IsA(UsdGeom.Mesh):
+            yield prim, matrix, name
+        elif prim.IsA(UsdGeom.Gprim):
+            gathered.left_out[str(prim.GetTypeName())] += 1
+
+
+def _walk_instances(
+    instancer: Any, world_from_instancer: FloatArray, cache: Any, label: str, gathered: _Gathered, depth: int
+) -> Iterator[tuple[Any, FloatArray, str]]:
+    """Meshes of every unmasked instance, named `/path/of/instancer[number]/path/in/prototype`."""
+    from pxr import Usd, UsdGeom
+
+    time = Usd.TimeCode.EarliestTime()
+    if depth >= _MAX_INSTANCER_DEPTH:
+        raise SceneError(f"{gathered.name}: point instancers inside each other at {label}; export without instancing.")
+    targets = instancer.GetPrototypesRel().GetForwardedTargets()
+    numbers = instancer.GetProtoIndicesAttr().Get(time) or ()
+    placements = instancer.ComputeInstanceTransformsAtTime(
+        time, time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+    )
+    mask = instancer.ComputeMaskAtTime(time) or [True] * len(numbers)
+    stage = instancer.GetPrim().GetStage()
+    for i, (number, placement) in enumerate(zip(numbers, placements or (), strict=False)):
+        prototype = stage.GetPrimAtPath(targets[number]) if 0 <= number < len(targets) else None
+        if not mask[i] or not prototype:
+            continue
+        matrix = chained(world_from_instancer, np.array(placement, dtype=np.float64).T)
+        yield from _walk(prototype, matrix, cache, f"{label}[{i}]", gathered, depth + 1)
+
+
+def _is_hidden(prim: Any) -> bool:
+    from pxr import Usd, UsdGeom
+
+    imageable = UsdGeom.Imageable(prim)
+    return (
+        _hides_children(prim)
+        or str(imageable.ComputePurpose()) in _HIDDEN_PURPOSES
+        or (str(imageable.ComputeVisibility(Usd.TimeCode.EarliestTime())) == "invisible")
+    )
+
+
+def _hides_children(prim: Any) -> bool:
+    """Invisibility holds for everything below; a purpose may be changed below."""
+    from pxr import Usd, UsdGeom
+
+    return str(UsdGeom.Imageable(prim).GetVisibilityAttr().Get(Usd.TimeCode.EarliestTime())) == "invisible"
+
+
+# ------------------------------------------------------------------------------------------------- mesh
+def _add_mesh(gathered: _Gathered, prim: Any, matrix: FloatArray, label: str) -> None:
+    source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
+    key = str(source.GetPath())
+    if key not in gathered.meshes:
+        gathered.meshes[key] = _read_mesh(gathered, source, label)
+    mesh = gathered.meshes[key]
+    if not mesh.faces.triangles.size and not mesh.faces.n_dropped:
+        return
+    triangles = turned_over(mesh.faces.triangles) if is_mirrored(matrix) else mesh.faces.triangles
+    gathered.parts.add(len(gathered.elements), placed(mesh.vertices, matrix), triangles, mesh.faces.polygon)
+    gathered.elements.append(Element(label, str(prim.GetTypeName()), label))
+    gathered.n_bad_index += mesh.faces.n_bad_index
+    gathered.n_too_short += mesh.faces.n_too_short
+    gathered.dropped += [f"{label}, {line}" for line in mesh.faces.dropped]
+
+
+def _read_mesh(gathered: _Gathered, prim: Any, label: str) -> _Mesh:
+    """Points and triangles of a mesh prim, right-handed, in its own frame."""
+    from pxr import Usd, UsdGeom
+
+    time = Usd.TimeCode.EarliestTime()
+    mesh = UsdGeom.Mesh(prim)
+    vertices = _array(mesh.GetPointsAttr().Get(time), np.float64).reshape(-1, 3)
+    n_corners = _array(mesh.GetFaceVertexCountsAttr().Get(time), np.int64)
+    corners = _array(mesh.GetFaceVertexIndicesAttr().Get(time), np.int64)
+    title = f"{gathered.name}, prim {label}"
+    if (n_corners < 0).any() or int(n_corners.sum()) != corners.size:
+        raise SceneError(
+            f"{title}: its faces need {grouped(int(n_corners.sum()))} corners and it lists {grouped(corners.size)}; "
+            "repair the mesh and export it again."
+        )
+    holes = _array(mesh.GetHoleIndicesAttr().Get(time), np.int64)
+    if holes.size:
+        solid = ~np.isin(np.arange(n_corners.size), holes)
+        corners = corners[np.repeat(solid, n_corners)]
+        n_corners = n_corners[solid]
+    faces = triangulate(vertices, n_corners, corners, name=title, skip_bad_faces=gathered.skip_bad_faces)
+    if str(mesh.GetOrientationAttr().Get(time)) == "leftHanded":
+        faces = Faces(turned_over(faces.triangles), faces.polygon, faces.n_bad_index, faces.n_too_short, faces.dropped)
+    return _Mesh(vertices, faces)
+
+
+def _array(values: Any, dtype: Any) -> Any:
+    """An attribute's value as an array; empty where the attribute has none."""
+    return np.array([] if values is None else values, dtype=dtype)
+
+
+# ------------------------------------------------------------------------------------------------ result
+def _raw_scene(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> RawScene:
+    from pxr import UsdGeom
+
+    vertices, triangles, owner, face = gathered.parts.joined()
+    metres_per_unit = float(UsdGeom.GetStageMetersPerUnit(stage))
+    return RawScene(
+        vertices=vertices,
+        triangles=triangles,
+        element_of_triangle=owner,
+        face_of_triangle=face,
+        elements=tuple(gathered.elements),
+        unit_name=unit_name(metres_per_unit),
+        metres_per_unit=metres_per_unit,
+        up_axis=str(UsdGeom.GetStageUpAxis(stage)),
+        schema="USD",
+        report=LoadReport(
+            n_faces_read=gathered.n_bad_index + gathered.n_too_short,
+            n_bad_index=gathered.n_bad_index,
+            n_degenerate=gathered.n_too_short,
+            dropped=tuple(gathered.dropped[:MAX_DROPPED_LINES]),
+            warnings=tuple(_warnings(path, stage, gathered, told)),
+        ),
+    )
+
+
+def _warnings(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> Iterator[str]:
+    from pxr import UsdGeom
+
+    for text in told[:_MAX_STAGE_WARNINGS]:
+        yield f"{path.name}: {' '.join(text.partition(' (instantiating')[0].split())}"
+    if len(told) > _MAX_STAGE_WARNINGS:
+        yield f"{path.name}: {grouped(len(told) - _MAX_STAGE_WARNINGS)} more warnings of the USD library."
+    if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
+        yield f"{path.name} names no unit: USD's centimetres are taken; pass --units if that is wrong."
+    if not stage.HasAuthoredMetadata("upAxis"):
+        yield f"{path.name} names no upward axis: USD's y is taken; pass --up z if that is wrong."
+    if gathered.left_out:
+        kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(gathered.left_out.items()))
+        yield f"{path.name}: shapes that are no meshes were left out: {kinds}; convert them to meshes if they matter."
