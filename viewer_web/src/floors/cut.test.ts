@@ -1,0 +1,65 @@
+import { expect, test } from 'vitest';
+import type { StageFloor } from '../load/stage.ts';
+import { type Extent, extentOf, floorAtHeight, floorBeside, sliceOfFloor, slicesOf } from './cut.ts';
+
+const floor = (index: number, elevationM: number, topM: number): StageFloor => ({
+  id: `F${index}`,
+  name: `Floor ${index}`,
+  index,
+  elevationM,
+  topM,
+  groundAreaM2: 50,
+});
+const FLOORS = [floor(0, 0, 2.8), floor(1, 2.8, 5.6), floor(2, 5.6, 6.4)];
+const EXTENT: Extent = { minM: [0, 0, -0.5], maxM: [10, 8, 6.4] };
+
+test('one floor is cut above, and what lies below its slab is hidden', () => {
+  const [slice, ...others] = slicesOf({ floorId: 'F1', isSpread: true, cutM: 1.5 }, FLOORS, EXTENT);
+  expect(others).toEqual([]);
+  expect(slice.topM).toBeCloseTo(4.3);
+  expect(slice.bottomM).toBeLessThan(2.8);
+  expect(slice.bottomM).toBeGreaterThan(2.3);
+  expect(slice.liftM).toBe(0);
+});
+
+test('the cut never reaches into the floor above', () => {
+  expect(slicesOf({ floorId: 'F2', isSpread: false, cutM: 1.6 }, FLOORS, EXTENT)[0].topM).toBeCloseTo(6.4);
+});
+
+test('all floors without spreading is the whole building, uncut', () => {
+  const slices = slicesOf({ floorId: null, isSpread: false, cutM: 1.5 }, FLOORS, EXTENT);
+  expect(slices).toEqual([{ floorId: null, bottomM: -Infinity, topM: Infinity, liftM: 0 }]);
+  expect(extentOf(slices, EXTENT)).toEqual(EXTENT);
+});
+
+test('spread floors do not overlap and stay in order', () => {
+  const slices = slicesOf({ floorId: null, isSpread: true, cutM: 1.5 }, FLOORS, EXTENT);
+  expect(slices.map((slice) => slice.floorId)).toEqual(['F0', 'F1', 'F2']);
+  for (let i = 1; i < slices.length; i++) {
+    expect(slices[i].bottomM + slices[i].liftM).toBeGreaterThan(slices[i - 1].topM + slices[i - 1].liftM);
+  }
+  expect(extentOf(slices, EXTENT).maxM[2]).toBeCloseTo(6.4 + slices[2].liftM);
+});
+
+test('an unknown floor and a plan without floors show the whole building', () => {
+  expect(slicesOf({ floorId: 'F9', isSpread: false, cutM: 1 }, FLOORS, EXTENT)[0].floorId).toBeNull();
+  expect(slicesOf({ floorId: null, isSpread: true, cutM: 1 }, [], EXTENT)[0].floorId).toBeNull();
+});
+
+test('stations of floors that are not shown have no slice', () => {
+  const slices = slicesOf({ floorId: 'F1', isSpread: false, cutM: 1 }, FLOORS, EXTENT);
+  expect(sliceOfFloor(slices, 'F1')).toBe(slices[0]);
+  expect(sliceOfFloor(slices, 'F0')).toBeUndefined();
+});
+
+test('a height belongs to the floor that begins below it', () => {
+  expect([-5, 0, 1, 2.8, 4, 99].map((z) => floorAtHeight(z, FLOORS))).toEqual([null, 'F0', 'F0', 'F1', 'F1', 'F2']);
+});
+
+test('stepping through floors starts at all and stops at the ends', () => {
+  expect(floorBeside(null, 1, FLOORS)).toBe('F0');
+  expect(floorBeside('F0', 1, FLOORS)).toBe('F1');
+  expect(floorBeside('F2', 1, FLOORS)).toBe('F2');
+  expect(floorBeside('F0', -1, FLOORS)).toBeNull();
+  expect(floorBeside(null, -1, FLOORS)).toBeNull();
+});

@@ -1,0 +1,91 @@
+/**
+ * Which slices of the building are drawn, and where: all floors at once, one floor opened, or floors lifted apart.
+ *
+ * A slice is the part of the building between two heights, drawn higher by a lift. Everything in the scene (surfaces, lines,
+ * clouds, markers, picks) goes through the same slices, so they always agree on what is visible.
+ */
+import type { StageFloor } from '../load/stage.ts';
+
+export interface Slice {
+  /** Id of the floor it shows; null: the whole building. */
+  readonly floorId: string | null;
+  /** Local heights between which it shows, metres. */
+  readonly bottomM: number;
+  readonly topM: number;
+  readonly liftM: number;
+}
+
+export interface FloorView {
+  /** Null: all floors. */
+  readonly floorId: string | null;
+  /** With all floors: each one opened and lifted off the one below. */
+  readonly isSpread: boolean;
+  /** Height of the cut above a floor's ground, metres. */
+  readonly cutM: number;
+}
+
+export interface Extent {
+  readonly minM: readonly [number, number, number];
+  readonly maxM: readonly [number, number, number];
+}
+
+/** Above furniture and door handles, below ceilings, and low enough to look into rooms. */
+export const DEFAULT_CUT_M = 1.6;
+export const LOWEST_CUT_M = 0.2;
+/** So much below its ground belongs to a floor's picture: it lets the slab be seen as such. */
+const SLAB_M = 0.3;
+/** Share of the building's shorter side by which a floor is lifted off the one below. */
+const LIFT_SHARE = 0.5;
+
+export function slicesOf(view: FloorView, floors: readonly StageFloor[], extent: Extent): Slice[] {
+  const open = (floor: StageFloor, liftM: number): Slice => ({
+    floorId: floor.id,
+    bottomM: floor.elevationM - SLAB_M,
+    topM: floor.elevationM + Math.min(view.cutM, highestCutM(floor)),
+    liftM,
+  });
+  const chosen = floors.find((floor) => floor.id === view.floorId);
+  if (chosen !== undefined) return [open(chosen, 0)];
+  if (view.isSpread && floors.length > 0) {
+    const shorterM = Math.min(extent.maxM[0] - extent.minM[0], extent.maxM[1] - extent.minM[1]);
+    return floors.map((floor, i) => open(floor, i * LIFT_SHARE * shorterM));
+  }
+  return [{ floorId: null, bottomM: Number.NEGATIVE_INFINITY, topM: Number.POSITIVE_INFINITY, liftM: 0 }];
+}
+
+/** Up to the next floor's ground, or the building's highest point. */
+export function highestCutM(floor: StageFloor): number {
+  return Math.max(LOWEST_CUT_M, floor.topM - floor.elevationM);
+}
+
+/** The slice that a station of `floorId` is drawn with; undefined: not shown. */
+export function sliceOfFloor(slices: readonly Slice[], floorId: string): Slice | undefined {
+  return slices.find((slice) => slice.floorId === floorId || slice.floorId === null);
+}
+
+/** The box that the slices fill, lifts included. */
+export function extentOf(slices: readonly Slice[], extent: Extent): Extent {
+  let [bottom, top] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
+  for (const slice of slices) {
+    bottom = Math.min(bottom, Math.max(slice.bottomM, extent.minM[2]) + slice.liftM);
+    top = Math.max(top, Math.min(slice.topM, extent.maxM[2]) + slice.liftM);
+  }
+  return {
+    minM: [extent.minM[0], extent.minM[1], bottom],
+    maxM: [extent.maxM[0], extent.maxM[1], Math.max(top, bottom)],
+  };
+}
+
+/** The floor whose storey holds height `zM`: the highest that begins at or below it; null below all. */
+export function floorAtHeight(zM: number, floors: readonly StageFloor[]): string | null {
+  let found: string | null = null;
+  for (const floor of floors) if (floor.elevationM - SLAB_M <= zM) found = floor.id;
+  return found;
+}
+
+/** The next floor up (+1) or down (-1) in the order all, lowest ... highest; stays at the ends. */
+export function floorBeside(floorId: string | null, step: number, floors: readonly StageFloor[]): string | null {
+  const ids = [null, ...floors.map((floor) => floor.id)];
+  const at = Math.max(0, ids.indexOf(floorId)) + step;
+  return ids[Math.min(ids.length - 1, Math.max(0, at))];
+}
