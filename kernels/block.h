@@ -45,10 +45,10 @@ typedef struct {
 static inline Block prepare_block(global const float *geometry, int block, float ox, float oy, float oz)
 {
     global const float *g = geometry + (size_t)block * (BLOCK_FLOATS * BLOCK_LANES);
-    const float8 v0x = vload8(0, g), v0y = vload8(1, g), v0z = vload8(2, g);
-    const float8 v1x = vload8(3, g), v1y = vload8(4, g), v1z = vload8(5, g);
-    const float8 v2x = vload8(6, g), v2y = vload8(7, g), v2z = vload8(8, g);
-    const float8 nx = vload8(9, g), ny = vload8(10, g), nz = vload8(11, g);
+    const float8 v0x = LOAD8(g), v0y = LOAD8(g + 1 * 8), v0z = LOAD8(g + 2 * 8);
+    const float8 v1x = LOAD8(g + 3 * 8), v1y = LOAD8(g + 4 * 8), v1z = LOAD8(g + 5 * 8);
+    const float8 v2x = LOAD8(g + 6 * 8), v2y = LOAD8(g + 7 * 8), v2z = LOAD8(g + 8 * 8);
+    const float8 nx = LOAD8(g + 9 * 8), ny = LOAD8(g + 10 * 8), nz = LOAD8(g + 11 * 8);
     const float8 ax = v0x - ox, ay = v0y - oy, az = v0z - oz;
     const float8 bx = v1x - ox, by = v1y - oy, bz = v1z - oz;
     const float8 cx = v2x - ox, cy = v2y - oy, cz = v2z - oz;
@@ -59,24 +59,29 @@ static inline Block prepare_block(global const float *geometry, int block, float
     const float8 qx = cx + ax, qy = cy + ay, qz = cz + az;
     const float8 rx = ax + bx, ry = ay + by, rz = az + bz;
     Block out;
-    const float8 plane = DOT3(nx, ny, nz, ax, ay, az);
-    const float8 side = copysign((float8)(1.0f), plane);
-    out.n0x = side * (py * fz - pz * fy);
-    out.n0y = side * (pz * fx - px * fz);
-    out.n0z = side * (px * fy - py * fx);
-    out.n1x = side * (qy * gz - qz * gy);
-    out.n1y = side * (qz * gx - qx * gz);
-    out.n1z = side * (qx * gy - qy * gx);
-    out.n2x = side * (ry * hz - rz * hy);
-    out.n2y = side * (rz * hx - rx * hz);
-    out.n2z = side * (rx * hy - ry * hx);
-    const float8 reach2 = fmax(fmax(DOT3(ax, ay, az, ax, ay, az), DOT3(bx, by, bz, bx, by, bz)),
-                               DOT3(cx, cy, cz, cx, cy, cz));
-    const float8 edge2 = fmax(fmax(DOT3(fx, fy, fz, fx, fy, fz), DOT3(gx, gy, gz, gx, gy, gz)),
-                              DOT3(hx, hy, hz, hx, hy, hz));
-    out.rounding = EDGE_ROUNDING * sqrt(reach2 * edge2);
-    const float8 volume = DOT3(ax, ay, az, out.n0x, out.n0y, out.n0z);
-    out.clear = volume > 3.0f * out.rounding * sqrt(reach2);
+    const float8 plane = dot3_8(nx, ny, nz, ax, ay, az);
+    /* Turned round, exactly, where the origin is behind: its sign bit flips the edge normals'. */
+    const int8 behind = as_int8(plane) & (int)0x80000000;
+#define TURN(x) as_float8(as_int8(x) ^ behind)
+    out.n0x = TURN(py * fz - pz * fy);
+    out.n0y = TURN(pz * fx - px * fz);
+    out.n0z = TURN(px * fy - py * fx);
+    out.n1x = TURN(qy * gz - qz * gy);
+    out.n1y = TURN(qz * gx - qx * gz);
+    out.n1z = TURN(qx * gy - qy * gx);
+    out.n2x = TURN(ry * hz - rz * hy);
+    out.n2y = TURN(rz * hx - rx * hz);
+    out.n2z = TURN(rx * hy - ry * hx);
+#undef TURN
+    /* |x| + |y| + |z| bounds a length from above without a root, by a factor of 1.73 at most. */
+#define LENGTH(x, y, z) (MAGNITUDE8(x) + MAGNITUDE8(y) + MAGNITUDE8(z))
+    const float8 reach_ab = MOST(LENGTH(ax, ay, az), LENGTH(bx, by, bz)), reach_c = LENGTH(cx, cy, cz);
+    const float8 edge_ab = MOST(LENGTH(fx, fy, fz), LENGTH(gx, gy, gz)), edge_c = LENGTH(hx, hy, hz);
+#undef LENGTH
+    const float8 reach = MOST(reach_ab, reach_c);
+    out.rounding = EDGE_ROUNDING * reach * MOST(edge_ab, edge_c);
+    const float8 volume = dot3_8(ax, ay, az, out.n0x, out.n0y, out.n0z);
+    out.clear = volume > 3.0f * out.rounding * reach;
     const float8 scale = 1.0f / plane;
     out.mx = nx * scale;
     out.my = ny * scale;
@@ -91,7 +96,7 @@ static inline lanes_f along(global const float *g, int vertex, int lane, float o
     const float x = g[(3 * vertex + 0) * BLOCK_LANES + lane] - ox;
     const float y = g[(3 * vertex + 1) * BLOCK_LANES + lane] - oy;
     const float z = g[(3 * vertex + 2) * BLOCK_LANES + lane] - oz;
-    return DOT3(dx, dy, dz, x, y, z);
+    return dot3_lanes(dx, dy, dz, x, y, z);
 }
 
 /* 1 / t of beams d with a triangle that is not clear; 0 where they miss. Weights u, v, w are the edge functions. Hit from
@@ -105,10 +110,11 @@ static inline lanes_f needle_inverse_range(global const float *geometry, int blo
     const lanes_f depth = u * along(g, 0, lane, ox, oy, oz, dx, dy, dz) + v * along(g, 1, lane, ox, oy, oz, dx, dy, dz) +
                           w * along(g, 2, lane, ox, oy, oz, dx, dy, dz);
     const lanes_f inverse = ((u + v) + w) / depth;
-    const lanes_i inside = MASK(fmin(fmin(u, v), w) >= 0.0f) | MASK(fmax(fmax(u, v), w) <= 0.0f);
+    const lanes_i inside = (MASK(u >= 0.0f) & MASK(v >= 0.0f) & MASK(w >= 0.0f)) |
+                           (MASK(u <= 0.0f) & MASK(v <= 0.0f) & MASK(w <= 0.0f));
     /* 1e30: an origin ON the triangle has depth 0 and no range. NaN compares false. */
     const lanes_i ahead = MASK(inverse > 0.0f) & MASK(inverse < 1e30f);
-    return select((lanes_f)(0.0f), inverse, inside & ahead);
+    return PICK(inside & ahead, inverse, (lanes_f)(0.0f));
 }
 
 #endif

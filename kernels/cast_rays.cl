@@ -23,7 +23,7 @@
 
 static inline float off_zero(float x)
 {
-    return fabs(x) < LEAST_COMPONENT ? copysign(LEAST_COMPONENT, x) : x;
+    return x >= LEAST_COMPONENT || x <= -LEAST_COMPONENT ? x : (x < 0.0f ? -LEAST_COMPONENT : LEAST_COMPONENT);
 }
 
 /* First hits of N rays.
@@ -44,7 +44,7 @@ kernel void cast_rays(global const float *boxes, global const int *children, glo
     /* Index of the slab that the ray enters first, by axis. */
     const int inx = dx < 0.0f ? 3 : 0, iny = dy < 0.0f ? 4 : 1, inz = dz < 0.0f ? 5 : 2;
     const int outx = 3 - inx, outy = 5 - iny, outz = 7 - inz;
-    const float padx = copysign(pad, dx), pady = copysign(pad, dy), padz = copysign(pad, dz);
+    const float padx = dx < 0.0f ? -pad : pad, pady = dy < 0.0f ? -pad : pad, padz = dz < 0.0f ? -pad : pad;
 
     float best = (1.0f / range_max) * 0.99999f;
     int found = -1;
@@ -58,27 +58,26 @@ kernel void cast_rays(global const float *boxes, global const int *children, glo
         const int child = stack.child[at];
         if (child >= 0) {
             global const float *b = boxes + (size_t)child * (6 * NODE_CHILDREN);
-            const float8 enter = fmax(fmax((vload8(inx, b) - (ox + padx)) * ix, (vload8(iny, b) - (oy + pady)) * iy),
-                                      fmax((vload8(inz, b) - (oz + padz)) * iz, 0.0f));
-            const float8 leave = fmin(fmin((vload8(outx, b) - (ox - padx)) * ix, (vload8(outy, b) - (oy - pady)) * iy),
-                                      (vload8(outz, b) - (oz - padz)) * iz);
+            const float8 ex = (LOAD8(b + 8 * inx) - (ox + padx)) * ix, lx = (LOAD8(b + 8 * outx) - (ox - padx)) * ix;
+            const float8 ey = (LOAD8(b + 8 * iny) - (oy + pady)) * iy, ly = (LOAD8(b + 8 * outy) - (oy - pady)) * iy;
+            const float8 ez = (LOAD8(b + 8 * inz) - (oz + padz)) * iz, lz = (LOAD8(b + 8 * outz) - (oz - padz)) * iz;
+            const float8 exy = MOST(ex, ey), ez0 = MOST(ez, 0.0f), enter = MOST(exy, ez0);
+            const float8 lxy = LEAST(lx, ly), leave = LEAST(lxy, lz);
             const int8 keep = (enter <= leave * NEAR_SLACK) & (enter * best <= NEAR_SLACK);
-            if (any(keep)) push_children(&stack, children, child, keep, enter);
+            if (any8(keep)) push_children(&stack, children, child, keep, enter);
             continue;
         }
         const int index = ~child;
         const Block block = prepare_block(geometry, index, ox, oy, oz);
-        const float8 u = DOT3(dx, dy, dz, block.n0x, block.n0y, block.n0z);
-        const float8 v = DOT3(dx, dy, dz, block.n1x, block.n1y, block.n1z);
-        const float8 w = DOT3(dx, dy, dz, block.n2x, block.n2y, block.n2z);
-        const float8 flat = DOT3(dx, dy, dz, block.mx, block.my, block.mz);
-        const int8 inside = (fmin(fmin(u, v), w) >= 0.0f) & (flat >= best) & block.clear;
+        const float8 u = dot3_8(dx, dy, dz, block.n0x, block.n0y, block.n0z);
+        const float8 v = dot3_8(dx, dy, dz, block.n1x, block.n1y, block.n1z);
+        const float8 w = dot3_8(dx, dy, dz, block.n2x, block.n2y, block.n2z);
+        const float8 flat = dot3_8(dx, dy, dz, block.mx, block.my, block.mz);
+        const int8 inside = (u >= 0.0f) & (v >= 0.0f) & (w >= 0.0f) & (flat >= best) & block.clear;
         const int8 maybe = inside | ~block.clear;
-        if (!any(maybe)) continue;
-        float inverses[8], us[8], vs[8], ws[8];
-        int tries[8], clear[8];
-        vstore8(flat, 0, inverses), vstore8(maybe, 0, tries), vstore8(block.clear, 0, clear);
-        vstore8(u, 0, us), vstore8(v, 0, vs), vstore8(w, 0, ws);
+        if (!any8(maybe)) continue;
+        const float *inverses = (const float *)&flat, *us = (const float *)&u, *vs = (const float *)&v, *ws = (const float *)&w;
+        const int *tries = (const int *)&maybe, *clear = (const int *)&block.clear;
         for (int j = 0; j < BLOCK_LANES; ++j) {
             const int triangle = triangles[index * BLOCK_LANES + j];
             if (!tries[j] || triangle < 0) continue;

@@ -15,14 +15,6 @@ typedef struct {
     lanes_i patch;         /* -1 on a miss */
 } Hit;
 
-/* Lane `lane` of x, by way of memory: a vector has no computed index. */
-static inline int lane_of(lanes_i x, int lane)
-{
-    int each[LANES];
-    LANES_STORE(x, each);
-    return each[lane];
-}
-
 /* Patch and cosine of the lanes that hit `triangle`, other lanes get values of no meaning. Weights come from the hit
  * point relative to vertex 0, whose error is some ulp of t: exacter than from the edge functions of a far triangle. */
 static inline void resolve_triangle(global const float *geometry, global const int *slot, global const float *edges,
@@ -33,7 +25,9 @@ static inline void resolve_triangle(global const float *geometry, global const i
     global const float *g = geometry + (size_t)(s / BLOCK_LANES) * (BLOCK_FLOATS * BLOCK_LANES) + s % BLOCK_LANES;
 #define AT(k) g[(k) * BLOCK_LANES]
     const float nx = AT(9), ny = AT(10), nz = AT(11);
-    *cosine = fmin(fabs(DOT3(dx, dy, dz, nx, ny, nz)), 1.0f);
+    const lanes_f along_normal = dot3_lanes(dx, dy, dz, nx, ny, nz);
+    const lanes_f magnitude = PICK(MASK(along_normal < 0.0f), -along_normal, along_normal);
+    *cosine = LEAST(magnitude, 1.0f);
     const int depth = address[2 * triangle + 1];
     if (depth == 0) {
         *patch = address[2 * triangle];
@@ -44,11 +38,11 @@ static inline void resolve_triangle(global const float *geometry, global const i
     /* l1 = n . (p x f) / n . (e x f) = p . (f x n) / ..., l2 = n . (e x p) / ... = p . (n x e) / ... */
     const float ux = fy * nz - fz * ny, uy = fz * nx - fx * nz, uz = fx * ny - fy * nx;
     const float vx = ny * ez - nz * ey, vy = nz * ex - nx * ez, vz = nx * ey - ny * ex;
-    const float scale = 1.0f / DOT3(ex, ey, ez, ux, uy, uz);
-    const lanes_f px = FUSE(dx, range, ox - AT(0)), py = FUSE(dy, range, oy - AT(1)), pz = FUSE(dz, range, oz - AT(2));
+    const float scale = 1.0f / dot3_1(ex, ey, ez, ux, uy, uz);
+    const lanes_f px = dx * range + (ox - AT(0)), py = dy * range + (oy - AT(1)), pz = dz * range + (oz - AT(2));
 #undef AT
-    const lanes_f l1 = DOT3(px, py, pz, ux, uy, uz) * scale;
-    const lanes_f l2 = DOT3(px, py, pz, vx, vy, vz) * scale;
+    const lanes_f l1 = dot3_lanes(px, py, pz, ux, uy, uz) * scale;
+    const lanes_f l2 = dot3_lanes(px, py, pz, vx, vy, vz) * scale;
     *patch = address[2 * triangle] + patch_code(1.0f - l1 - l2, l1, l2, edges[3 * triangle], edges[3 * triangle + 1],
                                                 edges[3 * triangle + 2], depth);
 }
@@ -61,22 +55,24 @@ static inline Hit resolve(global const float *geometry, global const int *slot, 
     const lanes_f range = 1.0f / inverse;
     const lanes_i hit = MASK(triangle >= 0) & MASK(range >= range_min) & MASK(range <= range_max);
     Hit out;
-    out.range = select((lanes_f)(NAN), range, hit);
-    out.triangle = select((lanes_i)(-1), triangle, hit);
+    out.range = PICK(hit, range, (lanes_f)(NAN));
+    out.triangle = PICK(hit, triangle, (lanes_i)(-1));
     out.cos_incidence = NAN;
     out.patch = -1;
     /* Neighbouring beams mostly share a triangle: one pass a distinct triangle, with its lookups done once. */
-    lanes_i open = hit;
-    for (int lane = 0; lane < LANES && ANY(open); ++lane) {
-        if (lane_of(open, lane) == 0) continue;
-        const int one = lane_of(triangle, lane);
-        const lanes_i mine = open & MASK(triangle == one);
+    int todo[LANES];
+    *(lanes_i *)todo = out.triangle;
+    for (int lane = 0; lane < LANES; ++lane) {
+        const int one = todo[lane];
+        if (one < 0) continue;
+        const lanes_i mine = MASK(out.triangle == one);
         lanes_i patch;
         lanes_f cosine;
         resolve_triangle(geometry, slot, edges, address, one, ox, oy, oz, dx, dy, dz, range, &patch, &cosine);
-        out.patch = select(out.patch, patch, mine);
-        out.cos_incidence = select(out.cos_incidence, cosine, mine);
-        open &= ~mine;
+        out.patch = PICK(mine, patch, out.patch);
+        out.cos_incidence = PICK(mine, cosine, out.cos_incidence);
+        for (int next = lane; next < LANES; ++next)
+            if (todo[next] == one) todo[next] = -1;
     }
     return out;
 }

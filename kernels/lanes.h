@@ -4,7 +4,7 @@
  * LANES    beams a packet; 1 (scalar), 4, 8 or 16; a property of the device    -DLANES=8
  *
  * A mask is 0 or -1 in every lane, for the scalar too. All arithmetic is float32 without contraction: a product
- * is fused into a sum only where dot3 says so, since the watertight test lives on exactly negated values.
+ * is fused into a sum only inside dot3, since the watertight test lives on exactly negated values.
  */
 #ifndef TLSPLAN_LANES_H
 #define TLSPLAN_LANES_H
@@ -20,26 +20,45 @@
 #if LANES == 1
 typedef float lanes_f;
 typedef int lanes_i;
-#define LANES_LOAD(p) (*(p))
 #define LANES_STORE(x, p) (*(p) = (x))
 #define MASK(condition) (-(condition))
-#define ANY(mask) ((mask) != 0)
 #else
 typedef GLUE(float, LANES) lanes_f;
 typedef GLUE(int, LANES) lanes_i;
-#define LANES_LOAD(p) GLUE(vload, LANES)(0, (p))
 #define LANES_STORE(x, p) GLUE(vstore, LANES)((x), 0, (p))
 #define MASK(condition) (condition)
-#define ANY(mask) any(mask)
 #endif
 
-/* a . b in ONE order of operations wherever a sign or a range is decided. FUSE is fma where the device has it in
- * hardware: fma(-a, b, -c) is exactly -fma(a, b, c), so that negated inputs give exactly the negated result. */
-#ifdef HARDWARE_FMA
-#define FUSE(a, b, c) fma((a), (b), (c))
-#else
-#define FUSE(a, b, c) ((a) * (b) + (c))
-#endif
-#define DOT3(ax, ay, az, bx, by, bz) FUSE(ax, bx, FUSE(ay, by, (az) * (bz)))
+/* Where p is aligned to the whole vector, as all arrays of ours are. */
+#define LANES_LOAD(p) (*(global const lanes_f *)(p))
+#define LOAD8(p) (*(global const float8 *)(p))
+#define STORE8(x, p) (*(p) = (x))
+
+/* Operators instead of built-in functions. PoCL 3.0 (LLVM 14) leaves select, fmin, fmax, fma, vload and the like as
+ * CALLS on CPUs whose features its library was not built for: a third of the time of a scan. An operator is an
+ * instruction everywhere. NaN: LEAST and MOST return b. */
+#define PICK(mask, yes, no) ((mask) ? (yes) : (no))
+#define LEAST(a, b) (((a) < (b)) ? (a) : (b))
+#define MOST(a, b) (((a) > (b)) ? (a) : (b))
+#define MAGNITUDE8(x) as_float8(as_int8(x) & 0x7fffffff)
+
+static inline bool any8(int8 mask)
+{
+    const int4 half4 = mask.lo | mask.hi;
+    const int2 half2 = half4.lo | half4.hi;
+    return (half2.x | half2.y) != 0;
+}
+
+/* a . b in ONE order of operations wherever a sign or a range is decided. Contraction is allowed HERE alone: the
+ * rounding of a fused product is as symmetric as that of a plain one, so that negated inputs give exactly the negated
+ * result, whether the device fuses or not. */
+#define DEFINE_DOT3(name, type)                                                                                       \
+    static inline type name(type ax, type ay, type az, type bx, type by, type bz)                                     \
+    {                                                                                                                 \
+        _Pragma("OPENCL FP_CONTRACT ON") return ax * bx + (ay * by + az * bz);                                        \
+    }
+DEFINE_DOT3(dot3_lanes, lanes_f)
+DEFINE_DOT3(dot3_8, float8)
+DEFINE_DOT3(dot3_1, float)
 
 #endif

@@ -15,21 +15,21 @@ static inline lanes_i patch_code(lanes_f l0, lanes_f l1, lanes_f l2, lanes_f q01
         /* 1, 2: name the longest edge ab; a tie goes to 01, then 12, then 20 */
         const lanes_i is01 = MASK(q01 >= q12) & MASK(q01 >= q20);
         const lanes_i is12 = MASK(q12 >= q20);
-        const lanes_f la = select(select(l2, l1, is12), l0, is01);
-        const lanes_f lb = select(select(l0, l2, is12), l1, is01);
-        const lanes_f lc = select(select(l1, l0, is12), l2, is01);
-        const lanes_f qab = select(select(q20, q12, is12), q01, is01);
-        const lanes_f qbc = select(select(q01, q20, is12), q12, is01);
-        const lanes_f qca = select(select(q12, q01, is12), q20, is01);
+        const lanes_f la = PICK(is01, l0, PICK(is12, l1, l2));
+        const lanes_f lb = PICK(is01, l1, PICK(is12, l2, l0));
+        const lanes_f lc = PICK(is01, l2, PICK(is12, l0, l1));
+        const lanes_f qab = PICK(is01, q01, PICK(is12, q12, q20));
+        const lanes_f qbc = PICK(is01, q12, PICK(is12, q20, q01));
+        const lanes_f qca = PICK(is01, q20, PICK(is12, q01, q12));
         /* 3, 4: m is the middle of ab; child 0 = (a, m, c), child 1 = (m, b, c) */
         const lanes_f qcm = (2.0f * qca + 2.0f * qbc - qab) / 4.0f;
         const lanes_i first = MASK(la >= lb);
-        l0 = select(2.0f * la, la - lb, first);
-        l1 = select(lb - la, 2.0f * lb, first);
+        l0 = PICK(first, la - lb, 2.0f * la);
+        l1 = PICK(first, 2.0f * lb, lb - la);
         l2 = lc;
         q01 = qab / 4.0f;
-        q12 = select(qbc, qcm, first);
-        q20 = select(qcm, qca, first);
+        q12 = PICK(first, qcm, qbc);
+        q20 = PICK(first, qca, qcm);
         /* 5 */
         code = 2 * code + (1 + first);
     }

@@ -43,18 +43,17 @@ static inline void keep_first(Returns *out, int p, lanes_f inverse, lanes_i insi
     const lanes_i have = out->triangle[p];
     const lanes_i better = MASK(inverse > best) | (MASK(inverse == best) & MASK(triangle < have));
     const lanes_i take = inside & better;
-    out->inverse[p] = select(best, inverse, take);
-    out->triangle[p] = select(have, (lanes_i)(triangle), take);
+    out->inverse[p] = PICK(take, inverse, best);
+    out->triangle[p] = PICK(take, (lanes_i)(triangle), have);
 }
 
 static inline void update_least(Returns *out)
 {
     lanes_f least = out->inverse[0];
-    for (int p = 1; p < PACKETS; ++p) least = fmin(least, out->inverse[p]);
-    float each[LANES];
-    LANES_STORE(least, each);
+    for (int p = 1; p < PACKETS; ++p) least = LEAST(least, out->inverse[p]);
+    const float *each = (const float *)&least;
     float smallest = each[0];
-    for (int lane = 1; lane < LANES; ++lane) smallest = fmin(smallest, each[lane]);
+    for (int lane = 1; lane < LANES; ++lane) smallest = LEAST(smallest, each[lane]);
     out->least = smallest;
 }
 
@@ -67,20 +66,21 @@ static inline void cull_block(const Block *block, global const float *corners, f
     float8 high0 = -INFINITY, high1 = -INFINITY, high2 = -INFINITY, nearest = -INFINITY;
     for (int c = 0; c < 4; ++c) {
         const float x = corners[3 * c], y = corners[3 * c + 1], z = corners[3 * c + 2];
-        const float8 u = DOT3(x, y, z, block->n0x, block->n0y, block->n0z);
-        const float8 v = DOT3(x, y, z, block->n1x, block->n1y, block->n1z);
-        const float8 w = DOT3(x, y, z, block->n2x, block->n2y, block->n2z);
-        low0 = fmin(low0, u), high0 = fmax(high0, u);
-        low1 = fmin(low1, v), high1 = fmax(high1, v);
-        low2 = fmin(low2, w), high2 = fmax(high2, w);
-        nearest = fmax(nearest, DOT3(x, y, z, block->mx, block->my, block->mz));
+        const float8 u = dot3_8(x, y, z, block->n0x, block->n0y, block->n0z);
+        const float8 v = dot3_8(x, y, z, block->n1x, block->n1y, block->n1z);
+        const float8 w = dot3_8(x, y, z, block->n2x, block->n2y, block->n2z);
+        low0 = LEAST(u, low0), high0 = MOST(u, high0);
+        low1 = LEAST(v, low1), high1 = MOST(v, high1);
+        low2 = LEAST(w, low2), high2 = MOST(w, high2);
+        const float8 near = dot3_8(x, y, z, block->mx, block->my, block->mz);
+        nearest = MOST(near, nearest);
     }
     /* 4: a corner is up to 3.3 long, and the bound of the rounding is for unit length */
     const float8 slack = 4.0f * block->rounding;
     const int8 front = (high0 >= -slack) & (high1 >= -slack) & (high2 >= -slack);
     const int8 back = (low0 <= slack) & (low1 <= slack) & (low2 <= slack);
     const int8 in_reach = nearest * NEAR_SLACK + corners[12] >= least;
-    *meets = select(front | back, front & in_reach, block->clear);
+    *meets = PICK(block->clear, front & in_reach, front | back);
     *covers = block->clear & (low0 > slack) & (low1 > slack) & (low2 > slack);
 }
 
@@ -91,38 +91,33 @@ static inline void test_block(Returns *out, global const float *geometry, global
     const Block block = prepare_block(geometry, index, ox, oy, oz);
     int8 meets8, covers8;
     cull_block(&block, corners, out->least, &meets8, &covers8);
-    if (!any(meets8)) return;
-    int meets[8], covers[8], clear[8];
-    float n[12][8];
-    vstore8(meets8, 0, meets), vstore8(covers8, 0, covers), vstore8(block.clear, 0, clear);
-    vstore8(block.n0x, 0, n[0]), vstore8(block.n0y, 0, n[1]), vstore8(block.n0z, 0, n[2]);
-    vstore8(block.n1x, 0, n[3]), vstore8(block.n1y, 0, n[4]), vstore8(block.n1z, 0, n[5]);
-    vstore8(block.n2x, 0, n[6]), vstore8(block.n2y, 0, n[7]), vstore8(block.n2z, 0, n[8]);
-    vstore8(block.mx, 0, n[9]), vstore8(block.my, 0, n[10]), vstore8(block.mz, 0, n[11]);
+    if (!any8(meets8)) return;
+    const int *meets = (const int *)&meets8, *covers = (const int *)&covers8, *clear = (const int *)&block.clear;
+    const float *n = (const float *)&block; /* n0x .. n2z, mx, my, mz: eight lanes each */
     for (int j = 0; j < BLOCK_LANES; ++j) {
         const int triangle = triangles[index * BLOCK_LANES + j];
         if (!meets[j] || triangle < 0) continue;
-        const float ux = n[0][j], uy = n[1][j], uz = n[2][j];
-        const float vx = n[3][j], vy = n[4][j], vz = n[5][j];
-        const float wx = n[6][j], wy = n[7][j], wz = n[8][j];
-        const float mx = n[9][j], my = n[10][j], mz = n[11][j];
+        const float ux = n[j], uy = n[8 + j], uz = n[16 + j];
+        const float vx = n[24 + j], vy = n[32 + j], vz = n[40 + j];
+        const float wx = n[48 + j], wy = n[56 + j], wz = n[64 + j];
+        const float mx = n[72 + j], my = n[80 + j], mz = n[88 + j];
         if (covers[j]) {
             for (int p = 0; p < PACKETS; ++p) {
                 global const float *d = beams + p * (3 * LANES);
                 const lanes_f dx = LANES_LOAD(d), dy = LANES_LOAD(d + LANES), dz = LANES_LOAD(d + 2 * LANES);
-                keep_first(out, p, DOT3(dx, dy, dz, mx, my, mz), (lanes_i)(-1), triangle);
+                keep_first(out, p, dot3_lanes(dx, dy, dz, mx, my, mz), (lanes_i)(-1), triangle);
             }
             continue;
         }
         for (int p = 0; p < PACKETS; ++p) {
             global const float *d = beams + p * (3 * LANES);
             const lanes_f dx = LANES_LOAD(d), dy = LANES_LOAD(d + LANES), dz = LANES_LOAD(d + 2 * LANES);
-            const lanes_f u = DOT3(dx, dy, dz, ux, uy, uz);
-            const lanes_f v = DOT3(dx, dy, dz, vx, vy, vz);
-            const lanes_f w = DOT3(dx, dy, dz, wx, wy, wz);
+            const lanes_f u = dot3_lanes(dx, dy, dz, ux, uy, uz);
+            const lanes_f v = dot3_lanes(dx, dy, dz, vx, vy, vz);
+            const lanes_f w = dot3_lanes(dx, dy, dz, wx, wy, wz);
             if (clear[j]) {
-                const lanes_i inside = MASK(fmin(fmin(u, v), w) >= 0.0f);
-                keep_first(out, p, DOT3(dx, dy, dz, mx, my, mz), inside, triangle);
+                const lanes_i inside = MASK(u >= 0.0f) & MASK(v >= 0.0f) & MASK(w >= 0.0f);
+                keep_first(out, p, dot3_lanes(dx, dy, dz, mx, my, mz), inside, triangle);
             } else {
                 const lanes_f inverse = needle_inverse_range(geometry, index, j, ox, oy, oz, dx, dy, dz, u, v, w);
                 keep_first(out, p, inverse, MASK(inverse > 0.0f), triangle);
@@ -132,23 +127,29 @@ static inline void test_block(Returns *out, global const float *geometry, global
     update_least(out);
 }
 
+static inline float8 gap(float8 below, float8 above)
+{
+    const float8 outside = MOST(below, above);
+    return MOST(outside, 0.0f);
+}
+
 /* Which children of a node the tile's pyramid can meet nearer than 1 / least; *key gets their squared distances. */
 static inline int8 cull_node(global const float *boxes, int node, global const float *planes, float least, float ox,
                              float oy, float oz, float8 *key)
 {
     global const float *b = boxes + (size_t)node * (6 * NODE_CHILDREN);
     float8 box[6]; /* x0 y0 z0 x1 y1 z1 minus the origin */
-    box[0] = vload8(0, b) - ox, box[1] = vload8(1, b) - oy, box[2] = vload8(2, b) - oz;
-    box[3] = vload8(3, b) - ox, box[4] = vload8(4, b) - oy, box[5] = vload8(5, b) - oz;
-    const float8 gapx = fmax(fmax(box[0], -box[3]), 0.0f);
-    const float8 gapy = fmax(fmax(box[1], -box[4]), 0.0f);
-    const float8 gapz = fmax(fmax(box[2], -box[5]), 0.0f);
-    const float8 near2 = DOT3(gapx, gapy, gapz, gapx, gapy, gapz);
+    box[0] = LOAD8(b) - ox, box[1] = LOAD8(b + 1 * 8) - oy, box[2] = LOAD8(b + 2 * 8) - oz;
+    box[3] = LOAD8(b + 3 * 8) - ox, box[4] = LOAD8(b + 4 * 8) - oy, box[5] = LOAD8(b + 5 * 8) - oz;
+    const float8 gapx = gap(box[0], -box[3]);
+    const float8 gapy = gap(box[1], -box[4]);
+    const float8 gapz = gap(box[2], -box[5]);
+    const float8 near2 = dot3_8(gapx, gapy, gapz, gapx, gapy, gapz);
     int8 keep = near2 * (least * least) <= NEAR_SLACK;
     for (int c = 0; c < 4; ++c) {
         /* the corner of the box that lies farthest inwards */
         const float x = planes[3 * c], y = planes[3 * c + 1], z = planes[3 * c + 2];
-        keep &= DOT3(x, y, z, box[x > 0.0f ? 3 : 0], box[y > 0.0f ? 4 : 1], box[z > 0.0f ? 5 : 2]) >= 0.0f;
+        keep &= dot3_8(x, y, z, box[x > 0.0f ? 3 : 0], box[y > 0.0f ? 4 : 1], box[z > 0.0f ? 5 : 2]) >= 0.0f;
     }
     *key = near2;
     return keep;

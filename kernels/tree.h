@@ -23,10 +23,10 @@ typedef struct {
 /* Push the children in `keep`, the nearest on top. Equal keys: the higher lane on top, always the same one. */
 static inline void push_children(Stack *stack, global const int *children, int node, int8 keep, float8 key)
 {
-    int kept[NODE_CHILDREN];
-    float keys[NODE_CHILDREN];
-    vstore8(keep, 0, kept);
-    vstore8(key, 0, keys);
+    int8 kept8 = keep;
+    float8 keys8 = key;
+    const int *kept = (const int *)&kept8;
+    const float *keys = (const float *)&keys8;
     const int bottom = stack->size;
     for (int j = 0; j < NODE_CHILDREN; ++j) {
         if (!kept[j]) continue;

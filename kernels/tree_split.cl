@@ -19,6 +19,10 @@ typedef struct {
     int count;
 } Bin;
 
+/* Operators rather than built-ins: see lanes.h. */
+static inline float least(float a, float b) { return a < b ? a : b; }
+static inline float most(float a, float b) { return a > b ? a : b; }
+
 static inline void clear_bin(Bin *bin)
 {
     for (int a = 0; a < 3; ++a) bin->low[a] = 1e30f, bin->high[a] = -1e30f;
@@ -28,8 +32,8 @@ static inline void clear_bin(Bin *bin)
 static inline void grow_bin(Bin *bin, const Bin *by)
 {
     for (int a = 0; a < 3; ++a) {
-        bin->low[a] = fmin(bin->low[a], by->low[a]);
-        bin->high[a] = fmax(bin->high[a], by->high[a]);
+        bin->low[a] = least(bin->low[a], by->low[a]);
+        bin->high[a] = most(bin->high[a], by->high[a]);
     }
     bin->count += by->count;
 }
@@ -48,7 +52,8 @@ static inline float side_cost(const Bin *bin)
 /* Bin of a centroid. `scale` is a little less than BINS / extent, so that the greatest falls into the last bin. */
 static inline int bin_of(float centroid, float low, float scale)
 {
-    return clamp((int)((centroid - low) * scale), 0, BINS - 1);
+    const int bin = (int)((centroid - low) * scale);
+    return bin < 0 ? 0 : (bin < BINS ? bin : BINS - 1);
 }
 
 /* Twice the centroid of a box along one axis. */
@@ -74,11 +79,11 @@ kernel void split_nodes(global const float *boxes, global int *order, global con
     for (int i = first; i < first + n; ++i) {
         const int triangle = order[i];
         for (int a = 0; a < 3; ++a) {
-            all.low[a] = fmin(all.low[a], boxes[6 * triangle + a]);
-            all.high[a] = fmax(all.high[a], boxes[6 * triangle + 3 + a]);
+            all.low[a] = least(all.low[a], boxes[6 * triangle + a]);
+            all.high[a] = most(all.high[a], boxes[6 * triangle + 3 + a]);
             const float centroid = centroid_of(boxes, triangle, a);
-            low[a] = fmin(low[a], centroid);
-            high[a] = fmax(high[a], centroid);
+            low[a] = least(low[a], centroid);
+            high[a] = most(high[a], centroid);
         }
     }
     all.count = n;

@@ -74,7 +74,6 @@ class Device:
             self.queue = pyopencl.CommandQueue(self.context, device)
             self.memory_bytes = int(device.global_mem_size)
             self.max_buffer_bytes = int(device.max_mem_alloc_size)
-            self.has_fast_fma = bool(device.single_fp_config & pyopencl.device_fp_config.FMA)
         self.held_bytes = 0
         self._programs: dict[tuple[str, tuple[str, ...]], Program] = {}
 
@@ -96,8 +95,6 @@ class Device:
     def program_from_source(self, source: str, *, title: str, defines: Mapping[str, int]) -> Program:
         """Build OpenCL C text, whose `#include "x.h"` of our own headers are already expanded."""
         options = tuple(f"-D{name}={value}" for name, value in sorted(defines.items()))
-        if self.has_fast_fma:
-            options = (*options, "-DHARDWARE_FMA=1")
         key = (source, options)
         if key not in self._programs:
             self._programs[key] = Program(self, self._build(source, options, title), title)
