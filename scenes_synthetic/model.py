@@ -1,0 +1,185 @@
+"""What a synthetic scene is made of: named parts, rooms, storeys, and the truth that tests compare with.
+
+Scene frame: metres, z up, near the origin (so local = scene frame, offset zero).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from planner_core.model import Element, FloatArray, LoadReport, Scene, SceneSource, Storey
+from scenes_synthetic.solids import Point, Solid, pierced_box
+
+
+@dataclass(frozen=True)
+class Hole:
+    """An opening in a wall or slab: the box (low_m, high_m) of missing material."""
+
+    name: str
+    low_m: Point
+    high_m: Point
+
+
+@dataclass(frozen=True)
+class PiercedBox:
+    """A wall or slab as a designer draws it: a box and the openings through it. IFC is written from this."""
+
+    low_m: Point
+    high_m: Point
+    holes: tuple[Hole, ...] = ()
+
+    def solid(self) -> Solid:
+        """Return the material that is left."""
+        return pierced_box(self.low_m, self.high_m, [(hole.low_m, hole.high_m) for hole in self.holes])
+
+
+@dataclass(frozen=True)
+class Part:
+    """One named element. `room` is the room it stands in, empty for the fabric; `fills` the name of its opening."""
+
+    name: str
+    kind: str
+    """IFC class: `IfcWall`, `IfcFurniture` ..."""
+    storey: int
+    solid: Solid
+    pierced_box: PiercedBox | None = None
+    """The recipe of `solid`, where it is one."""
+    room: str = ""
+    fills: str = ""
+    predefined_type: str = ""
+    """IFC4 PredefinedType where the class alone says too little (`FLOOR`, `ROOF`, `TABLE`)."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """A room between its walls: outline (x, y) counter-clockwise with axis-parallel edges, floor and clear height."""
+
+    name: str
+    storey: int
+    outline_m: tuple[tuple[float, float], ...]
+    floor_m: float
+    height_m: float
+
+
+@dataclass(frozen=True)
+class Level:
+    """A storey: name and elevation of its finished floor."""
+
+    name: str
+    elevation_m: float
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What is known of a scene without meshing it.
+
+    floor_area_m2 : by room, between the walls, stair openings taken off, furniture not.
+    wall_area_m2 : by room, the walls' faces towards it less doors, doorways and windows, furniture not taken off.
+    extents_m : (2, 3) lowest and highest corner of everything.
+    storeys : (name, elevation in metres), lowest first.
+    n_stations : fewest stations that see all surfaces inside, for a scanner that looks everywhere and far enough;
+        None where nobody knows.
+    """
+
+    floor_area_m2: dict[str, float]
+    wall_area_m2: dict[str, float]
+    extents_m: FloatArray
+    storeys: tuple[tuple[str, float], ...]
+    n_stations: int | None = None
+
+
+@dataclass(frozen=True)
+class SyntheticScene:
+    """A generated building: its parts, its rooms, the mesh of all of it, and the truth about it."""
+
+    name: str
+    scene: Scene
+    parts: tuple[Part, ...]
+    """In the order of `scene.elements`."""
+    rooms: tuple[Room, ...]
+    truth: Truth
+
+
+def assemble(
+    name: str,
+    *,
+    levels: Sequence[Level],
+    rooms: Sequence[Room],
+    parts: Sequence[Part],
+    extents_m: Sequence[Sequence[float]],
+    n_stations: int | None = None,
+) -> SyntheticScene:
+    """Put parts and rooms together; names of parts must be unique.
+
+    extents_m is the designer's, not the mesh's: it is the truth that the mesh is tested against.
+    """
+    names = [part.name for part in parts]
+    twice = sorted({n for n in names if names.count(n) > 1})
+    if twice:
+        raise ValueError(f"scene {name}: part names occur twice: {', '.join(twice)}")
+    truth = Truth(
+        floor_area_m2={room.name: floor_area_m2(room, parts) for room in rooms},
+        wall_area_m2={room.name: wall_area_m2(room, parts) for room in rooms},
+        extents_m=np.asarray(extents_m, dtype=np.float64),
+        storeys=tuple((level.name, level.elevation_m) for level in levels),
+        n_stations=n_stations,
+    )
+    return SyntheticScene(name, _scene(name, levels, parts), tuple(parts), tuple(rooms), truth)
+
+
+def _scene(name: str, levels: Sequence[Level], parts: Sequence[Part]) -> Scene:
+    starts = np.cumsum([0, *(len(part.solid.vertices_m) for part in parts)])
+    vertices = np.concatenate([part.solid.vertices_m for part in parts])
+    triangles = np.concatenate([p.solid.triangles + np.int32(s) for p, s in zip(parts, starts[:-1], strict=True)])
+    element = np.repeat(np.arange(len(parts), dtype=np.int32), [len(p.solid.triangles) for p in parts])
+    digest = hashlib.sha256(vertices.tobytes() + triangles.tobytes()).hexdigest()
+    return Scene(
+        source=SceneSource(Path(name), digest, "memory", "metre", 1.0, "Z"),
+        vertices_m=vertices,
+        triangles=triangles,
+        element_of_triangle=element,
+        elements=tuple(Element(p.name, p.kind, p.name, p.storey) for p in parts),
+        storeys=tuple(Storey(level.name, level.name, level.elevation_m) for level in levels),
+        offset_m=np.zeros(3),
+        report=LoadReport(n_faces_read=len(triangles)),
+    )
+
+
+def floor_area_m2(room: Room, parts: Sequence[Part]) -> float:
+    """Area inside the room's outline, less the holes of slabs whose top is the room's floor."""
+    x, y = np.asarray(room.outline_m).T
+    area = float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2
+    low_x, low_y, high_x, high_y = x.min(), y.min(), x.max(), y.max()
+    for hole in _holes(parts):
+        inside = (
+            low_x <= hole.low_m[0] and hole.high_m[0] <= high_x and low_y <= hole.low_m[1] and hole.high_m[1] <= high_y
+        )
+        if inside and hole.high_m[2] == room.floor_m and hole.low_m[2] < room.floor_m:
+            area -= (hole.high_m[0] - hole.low_m[0]) * (hole.high_m[1] - hole.low_m[1])
+    return area
+
+
+def wall_area_m2(room: Room, parts: Sequence[Part]) -> float:
+    """Perimeter times clear height, less the openings that begin at the room's outline."""
+    corners = np.asarray(room.outline_m)
+    area = 0.0
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        area += float(np.abs(end - start).sum()) * room.height_m
+        along = int(np.argmax(np.abs(end - start)))
+        across = 1 - along
+        low, high = sorted((start[along], end[along]))
+        for hole in _holes(parts):
+            same_storey = room.floor_m <= hole.low_m[2] and hole.high_m[2] <= room.floor_m + room.height_m
+            on_edge = start[across] in (hole.low_m[across], hole.high_m[across])
+            if same_storey and on_edge and low <= hole.low_m[along] and hole.high_m[along] <= high:
+                area -= (hole.high_m[along] - hole.low_m[along]) * (hole.high_m[2] - hole.low_m[2])
+    return area
+
+
+def _holes(parts: Sequence[Part]) -> list[Hole]:
+    return [hole for part in parts if part.pierced_box is not None for hole in part.pierced_box.holes]

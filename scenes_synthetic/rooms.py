@@ -1,0 +1,96 @@
+"""Bare rooms of known truth: one convex room, an L, two rooms with a doorway, sealed rooms in a row."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scenes_synthetic.building import Opening, slab, wall
+from scenes_synthetic.model import Level, Part, Room, SyntheticScene, assemble
+
+_LEVEL = Level("Ground floor", 0.0)
+_WALL_M = 0.2
+_SLAB_M = 0.2
+_HEIGHT_M = 2.7
+
+
+def box(*, seed: int = 0) -> SyntheticScene:
+    """One room of 6 x 4 x 2.7 m: every spot in it sees all of it. Nothing is left to chance, so the seed is unused."""
+    del seed
+    width, depth = 6.0, 4.0
+    room = _rectangle("Room", 0.0, 0.0, width, depth)
+    parts = [*_floor_and_ceiling(width, depth), *_shell(width, depth)]
+    return _assemble("box", [room], parts, (width, depth), n_stations=1)
+
+
+def l_room(*, seed: int = 0) -> SyntheticScene:
+    """An L of 7 x 6 m less a corner of 4 x 3 m. Where both legs meet, one spot sees all. The seed is unused."""
+    del seed
+    width, depth, leg_x, leg_y = 7.0, 6.0, 3.0, 3.0
+    outline = ((0.0, 0.0), (width, 0.0), (width, leg_y), (leg_x, leg_y), (leg_x, depth), (0.0, depth))
+    # The corner outside the L is filled: a solid block, as a shaft or a neighbour's room would be.
+    corner = wall("Corner block", 0, (leg_x, leg_y, 0.0), (width, depth, _HEIGHT_M))
+    parts = [*_floor_and_ceiling(width, depth), *_shell(width, depth), corner]
+    room = Room("Room", 0, outline, 0.0, _HEIGHT_M)
+    return _assemble("l-room", [room], parts, (width, depth), n_stations=1)
+
+
+def two_rooms(*, seed: int = 0) -> SyntheticScene:
+    """Two rooms of 4 x 4 m with an open doorway: a side of the wall between them for each. The seed is unused."""
+    del seed
+    side, between = 4.0, 0.15
+    width = 2 * side + between
+    doorway = Opening("Doorway", 1.5, 1.0, 2.1)
+    partition = wall("Partition", 0, (side, 0.0, 0.0), (side + between, side, _HEIGHT_M), [doorway])
+    parts = [*_floor_and_ceiling(width, side), *_shell(width, side), partition]
+    rooms = [_rectangle("Room west", 0.0, 0.0, side, side), _rectangle("Room east", side + between, 0.0, width, side)]
+    return _assemble("two-rooms", rooms, parts, (width, side), n_stations=2)
+
+
+def closed_rooms(*, seed: int = 0, n_rooms: int = 3) -> SyntheticScene:
+    """Rooms of 3 x 4 m in a row with nothing between them but walls: a station each. The seed is unused."""
+    del seed
+    side, depth, between = 3.0, 4.0, 0.15
+    width = round(n_rooms * side + (n_rooms - 1) * between, 6)
+    starts = [round(i * (side + between), 6) for i in range(n_rooms)]
+    partitions = [
+        wall(f"Partition {i}", 0, (round(start - between, 6), 0.0, 0.0), (start, depth, _HEIGHT_M))
+        for i, start in enumerate(starts)
+        if i > 0
+    ]
+    rooms = [_rectangle(f"Room {i + 1}", start, 0.0, round(start + side, 6), depth) for i, start in enumerate(starts)]
+    parts = [*_floor_and_ceiling(width, depth), *_shell(width, depth), *partitions]
+    return _assemble("closed-rooms", rooms, parts, (width, depth), n_stations=n_rooms)
+
+
+def _rectangle(name: str, x0_m: float, y0_m: float, x1_m: float, y1_m: float) -> Room:
+    return Room(name, 0, ((x0_m, y0_m), (x1_m, y0_m), (x1_m, y1_m), (x0_m, y1_m)), 0.0, _HEIGHT_M)
+
+
+def _floor_and_ceiling(width_m: float, depth_m: float) -> list[Part]:
+    out = _WALL_M
+    high_x, high_y = width_m + out, depth_m + out
+    return [
+        slab("Floor", 0, (-out, -out, -_SLAB_M), (high_x, high_y, 0.0), lowest=True),
+        slab("Ceiling", 0, (-out, -out, _HEIGHT_M), (high_x, high_y, _HEIGHT_M + _SLAB_M), lowest=False),
+    ]
+
+
+def _shell(width_m: float, depth_m: float) -> list[Part]:
+    """Four walls outside the rectangle (0, 0) to (width, depth)."""
+    out, top = _WALL_M, _HEIGHT_M
+    return [
+        wall("Wall south", 0, (-out, -out, 0.0), (width_m + out, 0.0, top)),
+        wall("Wall north", 0, (-out, depth_m, 0.0), (width_m + out, depth_m + out, top)),
+        wall("Wall west", 0, (-out, 0.0, 0.0), (0.0, depth_m, top)),
+        wall("Wall east", 0, (width_m, 0.0, 0.0), (width_m + out, depth_m, top)),
+    ]
+
+
+def _assemble(
+    name: str, rooms: Sequence[Room], parts: Sequence[Part], inside_m: tuple[float, float], *, n_stations: int
+) -> SyntheticScene:
+    extents = [
+        [-_WALL_M, -_WALL_M, -_SLAB_M],
+        [inside_m[0] + _WALL_M, inside_m[1] + _WALL_M, _HEIGHT_M + _SLAB_M],
+    ]
+    return assemble(name, levels=[_LEVEL], rooms=rooms, parts=parts, extents_m=extents, n_stations=n_stations)

@@ -1,0 +1,59 @@
+"""Saving a synthetic scene: the extension names the format; the file is written beside its place and renamed.
+
+Metres and z up in every format, except glTF, which is y up, and IFC, which is in millimetres. The bytes depend on the
+scene only: no times, no random ids.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from pathlib import Path
+
+from scenes_synthetic.glb import glb_bytes
+from scenes_synthetic.mesh_files import obj_bytes, ply_bytes, stl_bytes
+from scenes_synthetic.model import SyntheticScene
+
+_BYTES = {".obj": obj_bytes, ".ply": ply_bytes, ".stl": stl_bytes, ".glb": glb_bytes}
+_USD = (".usd", ".usda", ".usdc")
+FORMATS = (".ifc", *_BYTES, *_USD)
+"""Extensions that `write` knows."""
+
+
+def write(synthetic: SyntheticScene, path: Path | str) -> Path:
+    """Save a scene and return the path; an existing file is replaced, and stays whole if writing fails.
+
+    IFC keeps storeys, rooms, names, classes and openings; USD and GLB keep names and classes; OBJ keeps names; PLY and
+    STL keep triangles only. Raises ValueError for an extension not in `FORMATS`.
+    """
+    target = Path(path)
+    suffix = target.suffix.lower()
+    if suffix not in FORMATS:
+        raise ValueError(f"{target.name}: can't write '{suffix}'; name the file with one of {', '.join(FORMATS)}")
+    handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=suffix, dir=target.parent)
+    os.close(handle)
+    beside = Path(name)
+    try:
+        _fill(synthetic, beside, suffix)
+        beside.chmod(0o644)  # mkstemp makes files that only their owner can read
+        beside.replace(target)
+    except BaseException:
+        with contextlib.suppress(FileNotFoundError):
+            beside.unlink()
+        raise
+    return target
+
+
+def _fill(synthetic: SyntheticScene, path: Path, suffix: str) -> None:
+    # ifcopenshell and usd-core are heavy: loaded only where their format is asked for.
+    if suffix == ".ifc":
+        from scenes_synthetic.ifc import write_ifc
+
+        write_ifc(synthetic, path)
+    elif suffix in _USD:
+        from scenes_synthetic.usd import write_usd
+
+        write_usd(synthetic, path)
+    else:
+        path.write_bytes(_BYTES[suffix](synthetic))
