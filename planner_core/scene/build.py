@@ -229,7 +229,7 @@ class _Repair:
         if not skip:
             named = self.corners[bad].ravel()
             worst = int(named[(named < 0) | (named >= n_vertices)][0])
-            raise bad_index_error(self.name, int(bad.sum()), bad.size, worst, n_vertices, first_number=0)
+            raise bad_index_error(self.name, int(bad.sum()), bad.size, worst, n_vertices, first_number=0, owner="scene")
         self.corners = np.where(bad[:, None], 0, self.corners)  # any valid number: these are never read again
         self._drop("bad_index", bad, "names a vertex that does not exist")
 
@@ -287,11 +287,14 @@ class _Repair:
 
 
 def bad_index_error(
-    name: str, n_bad: int, n_faces: int, vertex_number: int, n_vertices: int, *, first_number: int
+    name: str, n_bad: int, n_faces: int, vertex_number: int, n_vertices: int, *, first_number: int, owner: str
 ) -> SceneError:
-    """The one wording for faces that name a missing vertex; `first_number`: of the format's first vertex."""
+    """The one wording for faces that name a missing vertex.
+
+    `first_number`: how the format numbers its first vertex. `owner`: what has the vertices, a file or a mesh.
+    """
     last = n_vertices - 1 + first_number
-    has = f"the file has {grouped(n_vertices)}" + ("" if first_number else f", the last is {grouped(last)}")
+    has = f"the {owner} has {grouped(n_vertices)}" + ("" if first_number else f", the last is {grouped(last)}")
     verb = "names" if n_bad == 1 else "name"
     return SceneError(
         f"{name}: {grouped(n_bad)} of {grouped(n_faces)} faces {verb} vertex {grouped(vertex_number)}, {has}. "

@@ -281,7 +281,9 @@ def _mesh_parts(document: _Document, mesh: int, *, skip_bad_faces: bool) -> Iter
         bad = (triangles >= vertices.shape[0]).any(axis=1)
         if bad.any() and not skip_bad_faces:
             worst = int(triangles[triangles >= vertices.shape[0]][0])
-            raise bad_index_error(title, int(bad.sum()), bad.size, worst, vertices.shape[0], first_number=0)
+            raise bad_index_error(
+                title, int(bad.sum()), bad.size, worst, vertices.shape[0], first_number=0, owner="mesh"
+            )
         yield _MeshPart(vertices, triangles[~bad], np.flatnonzero(~bad), int(bad.sum()))
 
 

@@ -16,12 +16,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner_core.errors import MissingPackageError, SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Storey
 from planner_core.progress import Progress, ProgressEvent
 from planner_core.scene.build import grouped
-from planner_core.scene.raw import Parts, RawScene, placed, what_it_looks_like
+from planner_core.scene.raw import Parts, RawScene, placed, turned_over, what_it_looks_like
 
 _NOT_PHYSICAL = (
     "IfcFeatureElementSubtraction",  # openings, recesses
@@ -40,6 +41,9 @@ _NOT_PHYSICAL = (
 
 _ELEVATION_TOLERANCE_M = 0.01
 """Placement and attribute of a storey may differ by this before we say so: files round elevations to millimetres."""
+
+_CLOSED_SHARE = 1e-6
+"""Share of its area by which the faces of a closed shape may fail to add up: OpenCASCADE rounds corners to 1e-7."""
 
 
 @dataclass(frozen=True)
@@ -178,8 +182,28 @@ def _shapes(model: Any, products: list[Any]) -> Iterator[tuple[int, FloatArray, 
         vertices = np.frombuffer(shape.geometry.verts_buffer, dtype=np.float64).reshape(-1, 3)
         triangles = np.frombuffer(shape.geometry.faces_buffer, dtype=np.int32).reshape(-1, 3).astype(np.int64)
         matrix = np.frombuffer(shape.transformation_buffer, dtype=np.float64).reshape(4, 4).T  # columns first
-        yield int(shape.id), placed(vertices, matrix), triangles
+        items = np.frombuffer(shape.geometry.item_ids_buffer, dtype=np.int32)
+        yield int(shape.id), placed(vertices, matrix), _outside_out(vertices, triangles, items)
         more = iterator.next()
+
+
+def _outside_out(vertices: FloatArray, triangles: Int64Array, items: NDArray[np.int32]) -> Int64Array:
+    """(T, 3) `triangles`, those of closed items that are inside out turned over.
+
+    IfcOpenShell 0.9 keeps the winding of a shape that an instance mirrors. An item counts as closed when its faces'
+    area vectors add up to nothing; it is inside out when its volume is negative.
+    """
+    if len(triangles) == 0 or len(items) != len(triangles):
+        return triangles
+    corners = vertices[triangles] - vertices[triangles[0, 0]]
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    normal = np.cross(b - a, c - a)
+    item = np.unique(items, return_inverse=True)[1]
+    area = np.bincount(item, weights=np.sqrt((normal * normal).sum(axis=1)))
+    left_over = np.stack([np.bincount(item, weights=normal[:, axis]) for axis in range(3)], axis=1)
+    is_closed = np.abs(left_over).max(axis=1) <= _CLOSED_SHARE * area
+    is_inside_out = is_closed & (np.bincount(item, weights=(np.cross(a, b) * c).sum(axis=1)) < 0)
+    return np.where(is_inside_out[item][:, None], turned_over(triangles), triangles)
 
 
 def _joined(products: list[Any], by_id: dict[int, list[tuple[FloatArray, Int64Array]]]) -> _Shapes:

@@ -49,8 +49,16 @@ def read_obj(path: Path, *, skip_bad_faces: bool) -> RawScene:
     if not lines.vertices and not lines.faces:
         raise SceneError(_not_obj(path, contents))
     vertices = _vertices(path, lines)
-    n_corners, corners = _corners(path, lines)
-    faces = triangulate(vertices, n_corners, corners, name=path.name, skip_bad_faces=skip_bad_faces, first_number=1)
+    n_corners, corners, as_written = _corners(path, lines)
+    faces = triangulate(
+        vertices,
+        n_corners,
+        corners,
+        name=path.name,
+        skip_bad_faces=skip_bad_faces,
+        first_number=1,
+        as_written=as_written,
+    )
     owner = np.array(lines.owner, dtype=np.int64)
     return RawScene(
         vertices=vertices,
@@ -117,8 +125,11 @@ def _vertices(path: Path, lines: _Lines) -> FloatArray:
     return np.array(flat, dtype=np.float64).reshape(-1, 3)
 
 
-def _corners(path: Path, lines: _Lines) -> tuple[Int64Array, Int64Array]:
-    """Corners a face, and vertex numbers from 0. Texture and normal numbers (after /) are left out."""
+def _corners(path: Path, lines: _Lines) -> tuple[Int64Array, Int64Array, Int64Array]:
+    """Corners a face, vertex numbers from 0, and as the file has them (from 1, negative ones count back).
+
+    Texture and normal numbers (after /) are left out.
+    """
     words = [_AFTER_SLASH.sub(b"", line).split() if b"/" in line else line.split() for line in lines.faces]
     n_corners = np.fromiter(map(len, words), dtype=np.int64, count=len(words))
     try:
@@ -130,7 +141,7 @@ def _corners(path: Path, lines: _Lines) -> tuple[Int64Array, Int64Array]:
             "numbers; the file is damaged or cut off, export it again."
         ) from None
     before = np.repeat(np.array(lines.n_vertices_before, dtype=np.int64), n_corners)
-    return n_corners, np.where(numbers < 0, before + numbers, numbers - 1)
+    return n_corners, np.where(numbers < 0, before + numbers, numbers - 1), numbers
 
 
 def _is_number(word: bytes) -> bool:

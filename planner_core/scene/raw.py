@@ -87,6 +87,8 @@ def triangulate(
     name: str,
     skip_bad_faces: bool,
     first_number: int = 0,
+    owner: str = "file",
+    as_written: Int64Array | None = None,
 ) -> Faces:
     """Split polygons into triangles; triangles pass unchanged.
 
@@ -96,7 +98,8 @@ def triangulate(
     n_corners : (F,) corners of each polygon. corners : (sum of n_corners,) vertex numbers from 0.
     name : what errors call the source.
     skip_bad_faces : drop polygons that name a missing vertex; otherwise that is an error.
-    first_number : how the format numbers its first vertex and face, for errors.
+    first_number, owner : how the format numbers its first vertex and face, and what has the vertices; for errors.
+    as_written : (sum of n_corners,) vertex numbers as the file has them, where they are not just from `first_number`.
 
     Raises
     ------
@@ -111,9 +114,11 @@ def triangulate(
     starts = np.concatenate([[0], np.cumsum(n_corners)]).astype(np.int64)
     bad = _names_missing_vertex(n_corners, corners, vertices.shape[0])
     if bad.any() and not skip_bad_faces:
-        missing = corners[(corners < 0) | (corners >= vertices.shape[0])]
-        worst = int(missing[0]) + first_number
-        raise bad_index_error(name, int(bad.sum()), bad.size, worst, vertices.shape[0], first_number=first_number)
+        written = corners + first_number if as_written is None else as_written
+        worst = int(written[(corners < 0) | (corners >= vertices.shape[0])][0])
+        raise bad_index_error(
+            name, int(bad.sum()), bad.size, worst, vertices.shape[0], first_number=first_number, owner=owner
+        )
     short = (n_corners < 3) & ~bad
     good = np.flatnonzero(~bad & ~short)
     triangles, polygon = _split(vertices, good, starts, n_corners, corners)

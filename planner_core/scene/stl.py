@@ -43,7 +43,7 @@ def read_stl(path: Path) -> RawScene:
     if _SOLID.match(contents.lstrip()[:256]) and b"\0" not in contents[:4096]:
         return _ascii(path, contents)
     looks = what_it_looks_like(contents[:64])
-    if n_declared < 0 or not (looks.endswith("unknown kind") or contents[:5] == b"solid" or b"\0" in contents[:80]):
+    if n_declared < 0 or _is_something_else(looks, contents):
         raise SceneError(
             f"{path.name}: not an STL file: {looks}, expected a binary STL or the word solid; "
             "export the model as STL again."
@@ -55,6 +55,13 @@ def read_stl(path: Path) -> RawScene:
         f"{path.name}: it declares {grouped(n_declared)} triangles ({grouped(n_expected)} bytes) and has "
         f"{grouped(size)} bytes: it is cut off or no STL file; export it again."
     )
+
+
+def _is_something_else(looks: str, contents: bytes) -> bool:
+    """Neither a binary STL that is cut off nor one that is too long: it begins like another format or plain text."""
+    if "begins like" in looks:
+        return not looks.endswith("an ASCII STL file")
+    return "with the text" in looks and b"\0" not in contents[:_HEADER_BYTES]
 
 
 def _binary(contents: bytes, n_triangles: int, warnings: tuple[str, ...]) -> RawScene:

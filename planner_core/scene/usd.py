@@ -218,7 +218,7 @@ def _read_mesh(gathered: _Gathered, prim: Any, label: str) -> _Mesh:
         solid = ~np.isin(np.arange(n_corners.size), holes)
         corners = corners[np.repeat(solid, n_corners)]
         n_corners = n_corners[solid]
-    faces = triangulate(vertices, n_corners, corners, name=title, skip_bad_faces=gathered.skip_bad_faces)
+    faces = triangulate(vertices, n_corners, corners, name=title, skip_bad_faces=gathered.skip_bad_faces, owner="mesh")
     if str(mesh.GetOrientationAttr().Get(time)) == "leftHanded":
         faces = Faces(turned_over(faces.triangles), faces.polygon, faces.n_bad_index, faces.n_too_short, faces.dropped)
     return _Mesh(vertices, faces)

@@ -1,0 +1,283 @@
+"""Files that can't be used end in one clear line with the remedy: no traceback, no crash, nothing on stderr."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from planner_core.errors import PlannerError, SceneError, SceneNotFoundError
+from planner_core.scene.load import FORMAT_OF_EXTENSION, LoadOptions, load_scene
+
+JPEG = b"\xff\xd8\xff\xe0\x00\x10JFIF\x00" + bytes(range(256)) * 8
+HOUSE_FILES = (
+    "house.obj", "binary.stl", "text.stl", "little.ply", "big.ply", "text.ply", "house.glb", "house.usda", "house.usdc",
+    "four.ifc",
+)  # fmt: skip
+
+
+def message_of(path: Path, **options) -> str:
+    with pytest.raises(SceneError) as caught:
+        load_scene(path, options=LoadOptions(**options))
+    message = str(caught.value)
+    assert "\n" not in message
+    assert path.name in message
+    assert message.endswith(".")
+    return message
+
+
+def written(folder: Path, name: str, contents: bytes | str) -> Path:
+    path = folder / name
+    path.write_bytes(contents.encode() if isinstance(contents, str) else contents)
+    return path
+
+
+def test_missing_file_says_so(tmp_path):
+    with pytest.raises(SceneNotFoundError, match=r"nothing\.ifc: there is no such file; check the name"):
+        load_scene(tmp_path / "nothing.ifc")
+    with pytest.raises(FileNotFoundError):
+        load_scene(tmp_path / "nothing.ifc")
+
+
+def test_folder_says_so(tmp_path):
+    assert "it is a folder" in message_of(tmp_path)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
+def test_unreadable_file_says_so(tmp_path):
+    path = written(tmp_path, "a.obj", "v 0 0 0\n")
+    path.chmod(0)
+    with pytest.raises(SceneNotFoundError, match="permissions"):
+        load_scene(path)
+
+
+def test_name_that_no_system_allows_says_so(tmp_path):
+    with pytest.raises(SceneNotFoundError, match="can't be read"):
+        load_scene(tmp_path / ("x" * 5000 + ".obj"))
+
+
+@pytest.mark.parametrize("name", ["model.fbx", "model", "model.ifczip"])
+def test_unknown_extension_lists_the_known_ones(tmp_path, name):
+    message = message_of(written(tmp_path, name, "v 0 0 0\n"))
+    assert all(extension in message for extension in FORMAT_OF_EXTENSION)
+
+
+@pytest.mark.parametrize("extension", FORMAT_OF_EXTENSION)
+def test_empty_file_says_so(tmp_path, extension):
+    assert "the file is empty" in message_of(written(tmp_path, "model" + extension, b""))
+
+
+@pytest.mark.parametrize("extension", FORMAT_OF_EXTENSION)
+def test_picture_in_disguise_is_called_a_picture(tmp_path, extension):
+    assert "begins like a JPEG picture" in message_of(written(tmp_path, "model" + extension, JPEG))
+
+
+@pytest.mark.parametrize("extension", FORMAT_OF_EXTENSION)
+def test_text_in_disguise_is_quoted(tmp_path, extension):
+    assert "'hello, this is no model" in message_of(
+        written(tmp_path, "model" + extension, "hello, this is no model\n" * 9)
+    )
+
+
+@pytest.mark.parametrize("name", HOUSE_FILES)
+@pytest.mark.parametrize("share", [0.99, 0.7, 0.3, 0.02])
+def test_file_that_is_cut_off_is_refused(tmp_path, write_house, name, share):
+    if name == "house.obj" and share > 0.02:
+        pytest.skip("an OBJ file has no end: what is left of one may be a valid smaller one")
+    whole = write_house(tmp_path, name).read_bytes()
+    message_of(written(tmp_path, name, whole[: int(len(whole) * share)]))
+
+
+def test_obj_cut_off_inside_a_vertex_names_the_line(tmp_path):
+    message = message_of(written(tmp_path, "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1"))
+    assert message.startswith("a.obj, line 3: 'v 0 1' is no vertex")
+
+
+@pytest.mark.parametrize("word", ["f 1 2 x", "f 1 2 99999999999999999999999"])
+def test_obj_face_that_is_no_number_names_the_line(tmp_path, word):
+    message = message_of(written(tmp_path, "a.obj", f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{word}\n"))
+    assert message.startswith(f"a.obj, line 4: {word[:40]!r} is no face")
+
+
+# ---------------------------------------------------------------------------------------- missing vertices
+TRIANGLE_PLY = (
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 {}\n"
+)
+
+
+def gltf_text(corners) -> str:
+    """A triangle soup of three vertices."""
+    points = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+    buffer = points + struct.pack(f"<{len(corners)}H", *corners)
+    import base64
+
+    return json.dumps(
+        {
+            "asset": {"version": "2.0"},
+            "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"name": "M", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+                {"bufferView": 1, "componentType": 5123, "count": len(corners), "type": "SCALAR"},
+            ],
+            "bufferViews": [
+                {"buffer": 0, "byteLength": 36},
+                {"buffer": 0, "byteOffset": 36, "byteLength": 2 * len(corners)},
+            ],
+            "buffers": [
+                {
+                    "byteLength": len(buffer),
+                    "uri": "data:application/octet-stream;base64," + base64.b64encode(buffer).decode(),
+                }
+            ],
+        }
+    )
+
+
+USDA = (
+    '#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = "Z"\n)\ndef Mesh "M"\n{{\n    int[] faceVertexCounts = [3, 3]\n'
+    "    int[] faceVertexIndices = [0, 1, 2, 0, 1, {}]\n    point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n}}\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "contents", "expected"),
+    [
+        (
+            "wall.obj",
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 7\n",
+            "wall.obj: 1 of 2 faces names vertex 7, the file has 3.",
+        ),
+        ("zero.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 0 1 2\n", "zero.obj: 1 of 2 faces names vertex 0,"),
+        ("back.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf -9 1 2\n", "back.obj: 1 of 2 faces names vertex -9,"),
+        ("wall.ply", TRIANGLE_PLY.format(7), "wall.ply: 1 of 2 faces names vertex 7, the file has 3, the last is 2."),
+        ("minus.ply", TRIANGLE_PLY.format(-1), "minus.ply: 1 of 2 faces names vertex -1, the file has 3"),
+        ("wall.gltf", gltf_text([0, 1, 2, 0, 1, 7]), "wall.gltf, mesh M: 1 of 2 faces names vertex 7, the mesh has 3"),
+        ("wall.usda", USDA.format(7), "wall.usda, prim /M: 1 of 2 faces names vertex 7, the mesh has 3"),
+    ],
+)
+def test_face_that_names_a_missing_vertex_is_counted_and_the_remedy_named(tmp_path, name, contents, expected):
+    message = message_of(written(tmp_path, name, contents))
+    assert message.startswith(expected)
+    assert message.endswith("Repair it or pass --skip-bad-faces.")
+    scene = load_scene(tmp_path / name, options=LoadOptions(skip_bad_faces=True))
+    assert (scene.n_triangles, scene.report.n_bad_index, scene.report.n_faces_read) == (1, 1, 2)
+    assert len(scene.report.dropped) == 1
+    assert "a vertex that does not exist" in scene.report.dropped[0]
+
+
+def test_large_counts_are_grouped(tmp_path):
+    vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n" * 400
+    message = message_of(written(tmp_path, "a.obj", vertices + "f 1 2 3\n" * 1000 + "f 1 2 90331\n" * 3))
+    assert message.startswith("a.obj: 3 of 1 003 faces name vertex 90 331, the file has 1 200.")
+
+
+# ------------------------------------------------------------------------------------------- no triangles
+@pytest.mark.parametrize(
+    ("name", "contents"),
+    [
+        ("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\np 1 2 3\n"),
+        ("points.ply", TRIANGLE_PLY.partition("element face")[0] + "end_header\n0 0 0\n1 0 0\n0 1 0\n"),
+        ("none.stl", "solid none\nendsolid none\n"),
+        ("none.gltf", '{"asset": {"version": "2.0"}}'),
+        ("none.usda", '#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = "Z"\n)\ndef Xform "A"\n{\n}\n'),
+    ],
+)
+def test_file_without_faces_says_so(tmp_path, name, contents):
+    assert "it has no faces" in message_of(written(tmp_path, name, contents))
+
+
+def test_ifc_without_geometry_says_so(tmp_path, ifc_writer):
+    writer = ifc_writer("IFC4", "MILLI")
+    writer.storeys({"Ground": 0.0}, (0, 0, 0))
+    writer.model.write(str(tmp_path / "hollow.ifc"))
+    assert "has a surface" in message_of(tmp_path / "hollow.ifc")
+
+
+def test_file_with_nothing_but_flat_faces_counts_them(tmp_path):
+    message = message_of(written(tmp_path, "flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv nan 0 0\nf 1 2 3\nf 1 2 4\n"))
+    assert "none of its 2 faces can be used (1 not finite, 1 without area" in message
+
+
+def test_ifc_of_an_unknown_schema_says_so(tmp_path, write_house):
+    text = write_house(tmp_path, "four.ifc").read_text().replace("IFC4'", "IFC9'")
+    assert "IFC2X3, IFC4 or IFC4X3" in message_of(written(tmp_path, "nine.ifc", text))
+
+
+def test_binary_stl_that_is_too_long_is_read_and_says_so(tmp_path, write_house):
+    whole = write_house(tmp_path, "binary.stl").read_bytes()
+    scene = load_scene(written(tmp_path, "long.stl", whole + b"0123456789"))
+    assert scene.n_triangles == 48
+    assert scene.report.warnings == ("long.stl: 10 bytes after its last triangle were left out.",)
+
+
+# --------------------------------------------------------------------------------------------------- glTF
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"asset": {"version": "1.0"}}, "it says glTF 1.0"),
+        ({"asset": {}}, "it says nothing of its version"),
+        ({"nodes": 5}, "do not follow glTF 2.0"),
+        ({"meshes": [{}]}, "do not follow glTF 2.0"),
+        ({"nodes": [{"mesh": 0, "children": [0]}]}, "hangs in two places"),
+        ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "without compression"),
+        ({"buffers": [{"byteLength": 48, "uri": "beside.bin"}]}, "refers to beside.bin, which can't be read"),
+        ({"buffers": [{"byteLength": 48, "uri": "/etc/passwd"}]}, "expected a file beside it"),
+        ({"buffers": [{"byteLength": 48, "uri": "data:a/b;base64,@@@"}]}, "no valid base64"),
+        ({"buffers": [{"byteLength": 48, "uri": "data:a/b;base64,AAAA"}]}, "declares 48 bytes and has 3"),
+        ({"bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteLength": 4}]}, "ends at byte 4"),
+    ],
+)
+def test_gltf_fault_is_named(tmp_path, change, expected):
+    tree = json.loads(gltf_text([0, 1, 2])) | change
+    assert expected in message_of(written(tmp_path, "a.gltf", json.dumps(tree)))
+
+
+# ----------------------------------------------------------------------------------------- native libraries
+def test_bad_files_neither_crash_the_process_nor_reach_stderr(tmp_path, write_house):
+    """Native libraries write to the process's stderr, which only a process of its own shows."""
+    paths = [written(tmp_path, "jpeg" + extension, JPEG) for extension in (".ifc", ".usdc", ".usda", ".usdz", ".usd")]
+    for name in ("house.usdc", "house.usda", "four.ifc"):
+        whole = write_house(tmp_path, name).read_bytes()
+        middle = len(whole) // 2
+        paths.append(written(tmp_path, "half-" + name, whole[:middle]))
+        paths.append(written(tmp_path, "hole-" + name, whole[:middle] + b"\0" * 64 + whole[middle + 64 :]))
+    unresolved = '#usda 1.0\n(\n    subLayers = [@./missing.usda@]\n)\ndef "A" (references = @./gone.usda@)\n{\n}\n'
+    paths.append(written(tmp_path, "unresolved.usda", unresolved))
+    program = (
+        "import sys\nfrom pathlib import Path\nfrom planner_core.errors import PlannerError\n"
+        "from planner_core.scene.load import load_scene\n"
+        "for name in sys.argv[1:]:\n"
+        "    try:\n        load_scene(Path(name))\n"
+        "    except PlannerError as error:\n        print(str(error).count(chr(10)))\n"
+        "    else:\n        print('loaded')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, *map(str, paths)], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    answers = done.stdout.split()
+    assert len(answers) == len(paths)
+    assert set(answers[:5]) == {"0"}
+    assert set(answers) <= {"0", "loaded"}
+
+
+def test_missing_layers_of_a_stage_become_warnings(tmp_path):
+    contents = USDA.format(1).replace('upAxis = "Z"', 'upAxis = "Z"\n    subLayers = [@./missing.usda@]')
+    scene = load_scene(written(tmp_path, "a.usda", contents))
+    assert len(scene.report.warnings) == 1
+    assert "missing.usda" in scene.report.warnings[0]
+
+
+def test_all_errors_are_the_planners_own(tmp_path):
+    with pytest.raises(PlannerError):
+        load_scene(written(tmp_path, "a.stl", JPEG))
+    with pytest.raises(ValueError, match="not an STL file"):
+        load_scene(tmp_path / "a.stl")
