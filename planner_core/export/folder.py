@@ -1,0 +1,148 @@
+"""The plan folder: everything a plan is handed over as, written so that it appears whole or not at all.
+
+Plan, ScanEngine -> folder; docs/formats/plan-folder.md lists the files. Every station is scanned once more: the clouds, the
+range images and the best range of every face come from these scans.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from planner_core.errors import OutputExistsError, PlanFolderError
+from planner_core.export.atomic import recover, staged_folder
+from planner_core.export.face_results import face_results, lower_best_range, unseen_range
+from planner_core.export.plan_json import plan_text, read_plan_json
+from planner_core.export.stations_csv import stations_csv
+from planner_core.export.usd_clouds import cloud_layer
+from planner_core.export.usd_stage import STAGE_FILES, empty_review, write_layer, write_stage
+from planner_core.export.usd_stations import station_prim_names
+from planner_core.export.viewer_files import cloud_bytes, patches_bytes
+from planner_core.model import Float32Array, Plan
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scan.engine import ScanEngine, open_engine
+
+STAGE = "export"
+
+
+def check_output(folder: Path, *, overwrite: bool) -> None:
+    """Say at once, before minutes of work, whether `folder` may be written.
+
+    A free name and an empty folder may; a plan folder may with `overwrite`, unless reviewers' changes would be lost.
+
+    Raises
+    ------
+    OutputExistsError
+        With the remedy.
+    """
+    recover(folder)
+    if not folder.exists() and not folder.is_symlink():
+        return
+    if not folder.is_dir():
+        raise OutputExistsError(f"{folder}: is a file, expected a folder to write; give another name")
+    if not any(folder.iterdir()):
+        return
+    if not overwrite:
+        raise OutputExistsError(
+            f"{folder}: exists, expected a free name; give another or pass --overwrite to replace it"
+        )
+    if folder.is_symlink():
+        raise OutputExistsError(f"{folder}: is a link, expected a folder of its own to replace; name what it leads to")
+    try:
+        read_plan_json(folder)
+    except PlanFolderError as error:
+        raise OutputExistsError(
+            f"{folder}: holds files but no plan of this version, expected a plan folder to replace; "
+            "give another name or delete it yourself"
+        ) from error
+    _check_review(folder)
+
+
+def write_plan_folder(
+    plan: Plan,
+    folder: Path,
+    *,
+    engine: ScanEngine | None = None,
+    overwrite: bool = False,
+    progress: Progress = silent,
+) -> None:
+    """Write the plan folder.
+
+    Parameters
+    ----------
+    engine
+        Scans the stations; of the plan's scene and patches. None opens the default one.
+    progress
+        Stage `export`, one step a file. Raising from it leaves nothing behind.
+
+    Raises
+    ------
+    OutputExistsError
+        See `check_output`.
+    PlanFolderError
+        A file can't be written: disk full, no permission.
+    """
+    check_output(folder, overwrite=overwrite)
+    scanner = engine or open_engine(plan.survey.scene, plan.survey.patches)
+    try:
+        with staged_folder(folder, replace=overwrite) as staging:
+            _Writer(plan, scanner, staging, progress).write()
+    except OutputExistsError:
+        raise
+    except OSError as error:
+        raise PlanFolderError(
+            f"{folder}: can't be written ({error.strerror or error}), nothing was changed; "
+            "check the free space and the permissions"
+        ) from error
+
+
+class _Writer:
+    """Writes the files of one plan folder into a staging folder and counts them."""
+
+    def __init__(self, plan: Plan, engine: ScanEngine, staging: Path, progress: Progress) -> None:
+        self._plan = plan
+        self._engine = engine
+        self._folder = staging
+        self._progress = progress
+        self._n_done = 0
+        self._n_files = 2 * len(plan.stations) + len(STAGE_FILES) + 3
+
+    def write(self) -> None:
+        """Write everything: the scans first, because the results of the faces need their ranges."""
+        best_range_m = self._write_clouds()
+        write_stage(self._plan, face_results(self._plan, best_range_m), self._folder)
+        self._step("stage", n_files=len(STAGE_FILES))
+        self._put("viewer/patches.u8", patches_bytes(self._plan.times_seen, self._plan.achievable))
+        self._put("stations.csv", stations_csv(self._plan).encode())
+        self._put("plan.json", plan_text(self._plan).encode())
+
+    def _write_clouds(self) -> Float32Array:
+        """Scan station by station; return the best range of every face, inf where no station sees it."""
+        plan, template = self._plan, self._plan.survey.template
+        best_range_m = unseen_range(plan.survey.scene.n_triangles)
+        for name, station in zip(station_prim_names(plan.stations), plan.stations, strict=True):
+            scans = self._engine.scan(template, station.position_m[None, :])
+            lower_best_range(best_range_m, scans)
+            range_m = scans.range_m[0]
+            self._put(f"viewer/clouds/{name}.u16", cloud_bytes(range_m, scans.cos_incidence[0], template))
+            write_layer(cloud_layer(range_m, template), self._folder / f"stage/clouds/{name}.usdc")
+            self._step(f"stage/clouds/{name}.usdc")
+        return best_range_m
+
+    def _put(self, name: str, content: bytes) -> None:
+        path = self._folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+        self._step(name)
+
+    def _step(self, name: str, *, n_files: int = 1) -> None:
+        self._n_done += n_files
+        self._progress(ProgressEvent(STAGE, self._n_done, self._n_files, name))
+
+
+def _check_review(folder: Path) -> None:
+    review = folder / "review.usda"
+    if review.is_file() and review.read_text(encoding="utf-8", errors="replace") != empty_review():
+        raise OutputExistsError(
+            f"{review}: holds reviewers' changes, which overwriting would delete; expected it untouched; "
+            "move it away or give another folder"
+        )

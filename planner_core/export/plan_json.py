@@ -1,0 +1,236 @@
+"""plan.json: the plan as one document with stable keys. Plan -> dict -> text; docs/formats/plan.md explains every key.
+
+Positions and elevations are in the scene frame (local + offset), metres. Two runs with the same input and seed give the
+same bytes once the keys `DROPPABLE_KEYS` are taken out.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from planner_core.errors import PlanFolderError
+from planner_core.model import Coverage, Element, Floor, Link, Plan, Scanner, Scene, Station, UnseenElement
+
+SCHEMA = "tlsplan/plan/1"
+"""Grows by new keys only; a change of meaning gets a new number."""
+
+DROPPABLE_KEYS = ("device", "timings_s", "versions")
+"""What may differ between two runs of the same plan."""
+
+_PACKAGES = ("tlsplan", "ifcopenshell", "numpy", "open3d", "pyopencl", "scipy", "trimesh", "usd-core")
+
+
+def plan_document(plan: Plan) -> dict[str, Any]:
+    """Everything plan.json says, as plain dicts and lists; numbers that are not finite are None."""
+    return {
+        "schema": SCHEMA,
+        "scene": _scene(plan.survey.scene),
+        "scanner": _scanner(plan.settings.scanner),
+        "requirements": {
+            "coverage": _number(plan.settings.requirements.coverage),
+            "overlap": _number(plan.settings.requirements.overlap),
+            "floors": list(plan.settings.requirements.floors),
+        },
+        "method": plan.settings.method,
+        "seed": plan.settings.seed,
+        "settings": _settings(plan),
+        "floors": [_floor(floor, plan) for floor in plan.survey.floors],
+        "stations": [_station(station, plan.survey.scene) for station in plan.stations],
+        "coverage": _coverage(plan),
+        "coverage_curve": [_number(value, 9) for value in plan.coverage_curve],
+        "optimality": _optimality(plan),
+        "registration": {
+            "threshold": _number(plan.settings.requirements.overlap),
+            "connected": plan.connected,
+            "links": [_link(link) for link in plan.links],
+        },
+        "unseen": [_unseen(part, plan.survey.scene) for part in plan.unseen],
+        "warnings": list(plan.warnings),
+        "device": plan.engine,
+        "versions": _versions(),
+        "timings_s": {stage: _number(plan.timings_s[stage], 3) for stage in sorted(plan.timings_s)},
+    }
+
+
+def plan_text(plan: Plan) -> str:
+    """Return the document as the text of the file: UTF-8, two spaces, keys in the order of `plan_document`."""
+    return json.dumps(plan_document(plan), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def read_plan_json(path: Path) -> dict[str, Any]:
+    """Read the document of a plan.json, given the file or its plan folder.
+
+    Raises
+    ------
+    PlanFolderError
+        There is none, it is no JSON, or it is not a plan of a schema that this version knows.
+    """
+    file = path / "plan.json" if path.is_dir() else path
+    try:
+        text = file.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise PlanFolderError(f"{file}: no such file, expected a plan; make one with `tlsplan plan`") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise PlanFolderError(f"{file}: can't be read ({error}), expected a plan.json; check the path") from error
+    try:
+        document = json.loads(text)
+    except ValueError as error:
+        raise PlanFolderError(f"{file}: is no JSON ({error}), expected a plan.json; plan again") from error
+    found = document.get("schema") if isinstance(document, dict) else None
+    if found != SCHEMA:
+        raise PlanFolderError(
+            f"{file}: schema is {found!r}, expected {SCHEMA!r}; plan again, or use the version of tlsplan that wrote it"
+        )
+    return dict(document)
+
+
+def _number(value: float, digits: int = 6) -> float | None:
+    """Round to `digits` (micrometres for lengths), so that a file shows no more than is meant; NaN and inf: None."""
+    if not math.isfinite(value):
+        return None
+    return round(float(value), digits) + 0.0  # + 0.0 turns -0.0 into 0.0
+
+
+def _scene(scene: Scene) -> dict[str, Any]:
+    report = scene.report
+    return {
+        "file": scene.source.path.name,
+        "sha256": scene.source.sha256,
+        "format": scene.source.format,
+        "schema": scene.source.schema,
+        "units": scene.source.unit_name,
+        "metres_per_unit": scene.source.metres_per_unit,
+        "up_axis": scene.source.up_axis,
+        "offset": [_number(value) for value in scene.offset_m],
+        "n_elements": len(scene.elements),
+        "n_triangles": scene.n_triangles,
+        "repairs": {
+            "faces_read": report.n_faces_read,
+            "non_finite": report.n_non_finite,
+            "degenerate": report.n_degenerate,
+            "duplicate": report.n_duplicate,
+            "bad_index": report.n_bad_index,
+            "dropped": list(report.dropped),
+            "warnings": list(report.warnings),
+        },
+    }
+
+
+def _scanner(scanner: Scanner) -> dict[str, Any]:
+    return {
+        "name": scanner.name,
+        "title": scanner.title,
+        "source": scanner.source,
+        "range_min_m": _number(scanner.range_min_m),
+        "range_max_m": _number(scanner.range_max_m),
+        "n_azimuths": scanner.n_azimuths,
+        "n_channels": scanner.n_channels,
+        "elevation_rad": [_number(value, 9) for value in scanner.elevation_rad],
+        "instrument_height_min_m": _number(scanner.instrument_height_min_m),
+        "instrument_height_max_m": _number(scanner.instrument_height_max_m),
+    }
+
+
+def _settings(plan: Plan) -> dict[str, Any]:
+    settings = plan.settings
+    return {
+        "grid_step_m": _number(settings.grid_step_m),
+        "instrument_heights_m": [_number(value) for value in settings.instrument_heights_m],
+        "height_step_m": _number(settings.height_step_m),
+        "clearance_m": _number(settings.clearance_m),
+        "ground_ring_radius_m": _number(settings.ground_ring_radius_m),
+        "n_ground_ring_rays": settings.n_ground_ring_rays,
+        "max_patch_area_m2": _number(settings.max_patch_area_m2, 9),
+        "n_candidates": plan.n_candidates,
+        "n_patches": plan.survey.patches.n_patches,
+    }
+
+
+def _floor(floor: Floor, plan: Plan) -> dict[str, Any]:
+    offset_m = plan.survey.scene.offset_m
+    return {
+        "id": floor.id,
+        "name": floor.name,
+        "elevation_m": _number(floor.elevation_m + offset_m[2]),
+        "ground_area_m2": _number(floor.ground_area_m2),
+        "bounds": [[_number(value) for value in corner] for corner in floor.bounds_m + offset_m[:2]],
+        "origin": floor.origin,
+        "n_stations": sum(station.floor == floor.id for station in plan.stations),
+    }
+
+
+def _station(station: Station, scene: Scene) -> dict[str, Any]:
+    return {
+        "id": station.id,
+        "floor": station.floor,
+        "order": station.order,
+        "position": [_number(value) for value in station.position_m + scene.offset_m],
+        "instrument_height_m": _number(station.instrument_height_m),
+        "fixed": station.fixed,
+        "covered_area_m2": _number(station.covered_area_m2),
+        "own_area_m2": _number(station.own_area_m2),
+    }
+
+
+def _coverage(plan: Plan) -> dict[str, Any]:
+    floors = zip(plan.survey.floors, plan.coverage_by_floor, strict=True)
+    return {
+        "max_patch_area_m2": _number(plan.survey.patches.max_area_m2, 9),
+        **_figures(plan.coverage),
+        "floors": [{"floor": floor.id, **_figures(coverage)} for floor, coverage in floors],
+    }
+
+
+def _figures(coverage: Coverage) -> dict[str, Any]:
+    return {
+        "achievable_area_m2": _number(coverage.achievable_area_m2),
+        "total_area_m2": _number(coverage.total_area_m2),
+        "covered_area_m2": _number(coverage.covered_area_m2),
+        "fraction_of_achievable": _number(coverage.fraction_of_achievable, 9),
+        "fraction_of_total": _number(coverage.fraction_of_total, 9),
+    }
+
+
+def _optimality(plan: Plan) -> dict[str, Any]:
+    """Bound 0 says nothing (a given list has no bound): written as null, and so is the gap."""
+    n_stations = len(plan.stations)
+    bound = plan.lower_bound if plan.lower_bound > 0 else None
+    return {
+        "objective": "fewest stations",
+        "stations": n_stations,
+        "lower_bound": bound,
+        "gap": None if bound is None or n_stations == 0 else _number((n_stations - bound) / n_stations, 9),
+        "proven": bound is not None and bound == n_stations,
+    }
+
+
+def _link(link: Link) -> dict[str, Any]:
+    return {"a": link.a, "b": link.b, "overlap": _number(link.overlap, 9), "strength": _number(link.strength, 9)}
+
+
+def _unseen(part: UnseenElement, scene: Scene) -> dict[str, Any]:
+    element: Element = scene.elements[part.element]
+    return {
+        "element": part.element,
+        "name": element.name,
+        "kind": element.kind,
+        "source_id": element.source_id,
+        "floor": part.floor,
+        "unseen_area_m2": _number(part.unseen_area_m2),
+        "achievable_area_m2": _number(part.achievable_area_m2),
+    }
+
+
+def _versions() -> dict[str, str]:
+    versions = {"python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            versions[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            continue
+    return versions

@@ -1,0 +1,61 @@
+"""Where every element of the scene stands in the USD stage: Survey -> one `MeshPlace` an element that has triangles.
+
+Storeys by elevation, at most 400 siblings a parent (browsers' readers recurse over siblings), names that USD accepts and
+that stay unique whatever the source called its elements.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.model import Int32Array, Scene
+
+MAX_SIBLINGS = 400
+"""Thousands of siblings overflowed the stack of the browser's crate reader; 400 did not."""
+
+MAX_NAME_LENGTH = 48
+"""Long enough to recognise an IFC element by; revit writes names of 100 characters and more."""
+
+BUILDING_PATH = "/Plan/Building"
+
+
+@dataclass(frozen=True)
+class MeshPlace:
+    """An element's mesh in the stage. triangles : (K,) int32, sorted scene triangle ids."""
+
+    element: int
+    path: str
+    triangles: Int32Array
+
+
+def prim_name(text: str) -> str:
+    """`text` as a USD identifier of ASCII letters, digits and `_`; may be empty. Not unique: add a suffix."""
+    cleaned = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")[:MAX_NAME_LENGTH].rstrip("_")
+    return f"_{cleaned}" if cleaned[:1].isdigit() else cleaned
+
+
+def storey_prim_name(storey: int) -> str:
+    """Name of a storey's prim; -1 is `Storey_none`."""
+    return f"Storey_{storey}" if storey >= 0 else "Storey_none"
+
+
+def mesh_places(scene: Scene) -> tuple[MeshPlace, ...]:
+    """Give every element that has triangles its prim, ordered by storey (none last), then by element."""
+    order = np.argsort(scene.element_of_triangle, kind="stable").astype(np.int32)
+    starts = np.searchsorted(scene.element_of_triangle[order], np.arange(len(scene.elements) + 1))
+    used = [index for index in range(len(scene.elements)) if starts[index + 1] > starts[index]]
+    by_storey: dict[int, list[int]] = {}
+    for index in used:
+        by_storey.setdefault(scene.elements[index].storey, []).append(index)
+    places = []
+    for storey in sorted(by_storey, key=lambda value: (value < 0, value)):
+        for rank, index in enumerate(by_storey[storey]):
+            element = scene.elements[index]
+            name = f"{prim_name(element.name) or prim_name(element.kind) or 'Element'}_{index}"
+            group = f"Group_{rank // MAX_SIBLINGS:03d}"
+            path = f"{BUILDING_PATH}/{storey_prim_name(storey)}/{group}/{name}"
+            places.append(MeshPlace(index, path, order[starts[index] : starts[index + 1]]))
+    return tuple(places)

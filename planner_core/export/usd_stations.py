@@ -1,0 +1,125 @@
+"""The stage's stations layer: markers with their figures, links, routes, and the payloads of the clouds.
+
+Local frame, metres. Links and routes are for USD viewers only: the browser takes them from plan.json.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner_core.export.palette import ROUTE, SEEN_OFTEN, STATION
+from planner_core.export.sdf_authoring import (
+    TYPES,
+    Layer,
+    Sdf,
+    define,
+    float_array,
+    int_array,
+    put,
+    put_colours,
+    put_extent,
+    put_transform,
+    set_stage_metadata,
+    vec3f_array,
+)
+from planner_core.export.usd_names import prim_name
+from planner_core.export.viewer_files import range_step_m
+from planner_core.model import FloatArray, Plan, Station
+
+MARKER_RADIUS_M = 0.12
+"""About the size of an instrument."""
+
+LINK_WIDTH_M = 0.02
+ROUTE_WIDTH_M = 0.04
+
+
+def station_prim_names(stations: tuple[Station, ...]) -> tuple[str, ...]:
+    """Prim and file names of the stations: their ids where these are identifiers, made so and unique otherwise."""
+    names: list[str] = []
+    for station in stations:
+        name = prim_name(station.id) or "Station"
+        if name != station.id or name in names:
+            name = f"{name}_{len(names)}"
+        names.append(name)
+    return tuple(names)
+
+
+def author_stations(layer: Layer, plan: Plan, *, flat: bool) -> None:
+    """Write /Plan/Stations, and unless `flat` the payloads of their clouds, /Plan/Links and /Plan/Routes."""
+    set_stage_metadata(layer, "Plan")
+    put_transform(define(layer, "/Plan/Stations", "Xform", kind="group"))
+    names = station_prim_names(plan.stations)
+    for name, station in zip(names, plan.stations, strict=True):
+        _author_station(layer, plan, name, station)
+        if not flat:
+            cloud = define(layer, f"/Plan/Stations/{name}/Cloud", "Points")
+            cloud.payloadList.prependedItems = [Sdf.Payload(f"./clouds/{name}.usdc")]
+    if not flat:
+        _author_links(layer, plan, dict(zip((s.id for s in plan.stations), names, strict=True)))
+        _author_routes(layer, plan)
+
+
+def _author_station(layer: Layer, plan: Plan, name: str, station: Station) -> None:
+    prim = define(layer, f"/Plan/Stations/{name}", "Xform", kind="component")
+    put_transform(prim, station.position_m)
+    template = plan.survey.template
+    n_rows, n_columns = template.shape
+    put(prim, "tlsplan:stationId", TYPES.String, station.id)
+    put(prim, "tlsplan:floorId", TYPES.String, station.floor)
+    put(prim, "tlsplan:order", TYPES.Int, station.order)
+    put(prim, "tlsplan:instrumentHeight", TYPES.Double, station.instrument_height_m)
+    put(prim, "tlsplan:coveredArea", TYPES.Double, station.covered_area_m2)
+    put(prim, "tlsplan:ownArea", TYPES.Double, station.own_area_m2)
+    put(prim, "tlsplan:cloudUri", TYPES.String, f"clouds/{name}.u16")
+    put(prim, "tlsplan:cloudRows", TYPES.Int, n_rows)
+    put(prim, "tlsplan:cloudColumns", TYPES.Int, n_columns)
+    put(prim, "tlsplan:rangeStep", TYPES.Double, range_step_m(template))
+    put(prim, "tlsplan:elevations", TYPES.FloatArray, float_array(template.elevation_rad))
+    marker = define(layer, f"/Plan/Stations/{name}/Marker", "Sphere")
+    put(marker, "radius", TYPES.Double, MARKER_RADIUS_M)
+    put_transform(marker)
+    put_extent(marker, np.zeros((1, 3)), margin_m=MARKER_RADIUS_M)
+    put_colours(marker, np.array([STATION]), "constant")
+
+
+def _author_links(layer: Layer, plan: Plan, name_of: dict[str, str]) -> None:
+    if not plan.links:
+        return
+    define(layer, "/Plan/Links", "Scope")
+    position_of = {station.id: station.position_m for station in plan.stations}
+    for link in plan.links:
+        ends_m = np.stack([position_of[link.a], position_of[link.b]])
+        path = f"/Plan/Links/{name_of[link.a]}_{name_of[link.b]}"
+        _author_line(layer, path, ends_m, LINK_WIDTH_M, SEEN_OFTEN)
+        prim = define(layer, path, "BasisCurves")
+        put(prim, "tlsplan:overlap", TYPES.Double, link.overlap)
+        if np.isfinite(link.strength):
+            put(prim, "tlsplan:strength", TYPES.Double, link.strength)
+
+
+def _author_routes(layer: Layer, plan: Plan) -> None:
+    """One line a floor, on the ground, from station to station in the order to visit them."""
+    define(layer, "/Plan/Routes", "Scope")
+    for floor in plan.survey.floors:
+        feet_m = route_m(plan, floor.id)
+        if len(feet_m) > 1:
+            _author_line(layer, f"/Plan/Routes/{floor.id}", feet_m, ROUTE_WIDTH_M, ROUTE)
+
+
+def route_m(plan: Plan, floor_id: str) -> FloatArray:
+    """(K, 3) float64, local: the ground below the floor's stations in visiting order."""
+    visited = sorted((s for s in plan.stations if s.floor == floor_id), key=lambda station: station.order)
+    feet = [s.position_m - np.array([0.0, 0.0, s.instrument_height_m]) for s in visited]
+    return np.array(feet, dtype=np.float64).reshape(-1, 3)
+
+
+def _author_line(
+    layer: Layer, path: str, points_m: FloatArray, width_m: float, colour: tuple[float, float, float]
+) -> None:
+    prim = define(layer, path, "BasisCurves")
+    put(prim, "type", TYPES.Token, "linear", uniform=True)
+    put(prim, "curveVertexCounts", TYPES.IntArray, int_array(np.array([len(points_m)])))
+    put(prim, "points", TYPES.Point3fArray, vec3f_array(points_m))
+    put(prim, "widths", TYPES.FloatArray, float_array(np.array([width_m]))).SetInfo("interpolation", "constant")
+    put_extent(prim, points_m, margin_m=width_m / 2)
+    put_colours(prim, np.array([colour]), "constant")
