@@ -29,6 +29,11 @@ from scenes_synthetic.solids import Point, Solid
 _MM = 1000.0
 _THROUGH_MM = 20.0
 """How far an opening reaches beyond the faces that it pierces: boolean subtraction wants no coplanar faces."""
+_SETS = (
+    ("IfcRelContainedInSpatialStructure", "RelatedElements"),
+    ("IfcRelAggregates", "RelatedObjects"),
+    ("IfcUnitAssignment", "Units"),
+)
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_OID, "tlsplan scenes_synthetic")
 
 
@@ -171,9 +176,10 @@ def _fix_header_and_ids(model: Any, name: str) -> None:
         key = f"{name}/{entity.is_a()}/{entity.Name or ''}"
         seen[key] = seen.get(key, 0) + 1
         entity.GlobalId = ifcopenshell.guid.compress(uuid.uuid5(_NAMESPACE, f"{key}/{seen[key]}").hex)
-    for relation in (*model.by_type("IfcRelContainedInSpatialStructure"), *model.by_type("IfcRelAggregates")):
-        attribute = "RelatedElements" if relation.is_a("IfcRelContainedInSpatialStructure") else "RelatedObjects"
-        setattr(relation, attribute, sorted(getattr(relation, attribute), key=lambda e: e.id()))
+    # ifcopenshell.api keeps IFC's SETs as Python sets of objects, whose order changes from run to run.
+    for ifc_class, attribute in _SETS:
+        for entity in model.by_type(ifc_class):
+            setattr(entity, attribute, sorted(getattr(entity, attribute), key=lambda e: e.id()))
     header = model.header.file_name
     header.name = f"{name}.ifc"
     header.time_stamp = "2000-01-01T00:00:00"
