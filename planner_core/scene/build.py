@@ -46,12 +46,12 @@ Kernels work in float32. Up to 1024 m its rounding error is at most 2^-15 m = 0.
 a scanner's noise. At E 500 000 m it would be 16 mm.
 """
 
-MIN_FACE_HEIGHT_M = 1e-9
+MIN_FACE_HEIGHT_M = 1e-8
 """Smallest height of a face above its longest edge.
 
-After step 4 coordinates are of the order of 1 km, where float64 resolves 1e-13 m, so a height computed from them is
-right to about 1e-12 m: anything below 1e-9 m is a line that was meant to be one. Slivers above it are kept: dropping
-those would open cracks. A scanner resolves 1e-4 m at best. It gets models of less than a micrometre wrong.
+National grids have coordinates of up to 1e7 m, which float64 rounds by 1e-9 m and a change of unit once more, so the
+height of a line comes out as up to 4e-9 m: anything below 1e-8 m is a line that was meant to be one. Slivers above it
+are kept: dropping those would open cracks. A scanner resolves 1e-4 m at best. It gets models of a micrometre wrong.
 """
 
 MAX_DROPPED_LINES = 100
@@ -152,7 +152,7 @@ def _checked_arrays(
             "pass indices into elements."
         )
     face = _column(face_of_triangle, n_triangles, "face_of_triangle", np.arange(n_triangles, dtype=np.int64))
-    return _RawArrays(points, faces.astype(np.int64), element.astype(np.int32), owners, face)
+    return _RawArrays(points, np.ascontiguousarray(faces, dtype=np.int64), element.astype(np.int32), owners, face)
 
 
 def _column(values: ArrayLike | None, length: int, name: str, default: Int64Array) -> Int64Array:
@@ -172,8 +172,9 @@ def _check_frame(metres_per_unit: float, up_axis: str) -> None:
 
 
 def _memory_source(raw: _RawArrays) -> SceneSource:
-    digest = hashlib.sha256(raw.vertices.tobytes() + np.ascontiguousarray(raw.triangles).tobytes()).hexdigest()
-    return SceneSource(Path(), digest, "memory", "metre", 1.0, "Z")
+    digest = hashlib.sha256(raw.vertices.data)
+    digest.update(raw.triangles.data)
+    return SceneSource(Path(), digest.hexdigest(), "memory", "metre", 1.0, "Z")
 
 
 # ----------------------------------------------------------------------------------------------- frames
@@ -245,7 +246,8 @@ class _Repair:
 
     def weld(self, vertices_m: FloatArray) -> None:
         """Let triangles name the first vertex at each place."""
-        self.corners = first_of_equal_rows(vertices_m)[self.corners] if vertices_m.shape[0] else self.corners
+        if vertices_m.shape[0]:  # without vertices the corners are all dropped, and name nothing
+            self.corners = first_of_equal_rows(vertices_m)[self.corners]
 
     def drop_degenerate(self, vertices_m: FloatArray) -> None:
         """Drop triangles that are points or lines."""
@@ -327,37 +329,39 @@ def first_of_equal_rows(rows: FloatArray) -> Int64Array:
     Rows are sorted by a 64-bit mix of their bits, which is several times as fast as sorting by three columns; equal
     keys are then compared in full. Where two different rows share a key (odds of about V^2 / 2^65), columns are sorted.
     """
-    bits = np.ascontiguousarray(rows).view(np.uint64)
+    columns = [np.ascontiguousarray(rows[:, axis]).view(np.uint64) for axis in range(3)]
     key = np.zeros(rows.shape[0], dtype=np.uint64)
-    for column in range(3):
-        key = (key ^ bits[:, column]) * _MIX[column]
+    for column, mix in zip(columns, _MIX, strict=True):
+        key = (key ^ column) * mix
         key ^= key >> np.uint64(29)
     order = np.argsort(key)
-    if not _equal_keys_are_equal_rows(bits, key, order):
-        order = np.lexsort((bits[:, 2], bits[:, 1], bits[:, 0]))
-    sorted_bits = bits[order]
-    return _first_in_groups(order, (sorted_bits[1:] != sorted_bits[:-1]).any(axis=1))
+    differs = _differs_from_next([column[order] for column in columns])
+    if (differs & (key[order[1:]] == key[order[:-1]])).any():
+        order = np.lexsort(columns)
+        differs = _differs_from_next([column[order] for column in columns])
+    return _first_in_groups(order, differs)
 
 
 def first_of_equal_triples(triples: Int64Array) -> Int64Array:
     """(T,) int64: for each row of (T, 3) small integers the number of the first equal row."""
-    if triples.shape[0] == 0:
-        return np.zeros(0, dtype=np.int64)
-    n_values = int(triples.max()) + 1
+    n_values = int(triples.max(initial=0)) + 1
     key = triples[:, 0] * n_values + triples[:, 1]  # below 2^62: vertex numbers fit int32
     order = np.lexsort((triples[:, 2], key))
-    ordered = triples[order]
-    return _first_in_groups(order, (ordered[1:] != ordered[:-1]).any(axis=1))
+    return _first_in_groups(order, _differs_from_next([key[order], triples[order, 2]]))
 
 
-def _equal_keys_are_equal_rows(bits: NDArray[np.uint64], key: NDArray[np.uint64], order: Int64Array) -> bool:
-    sorted_key = key[order]
-    same_key = np.flatnonzero(sorted_key[1:] == sorted_key[:-1])
-    return bool((bits[order[same_key]] == bits[order[same_key + 1]]).all())
+def _differs_from_next(columns: Sequence[NDArray[np.generic]]) -> BoolArray:
+    """(N - 1,) bool: row i and row i + 1 of a table, given by its columns, are not equal."""
+    differs = np.zeros(max(columns[0].size - 1, 0), dtype=bool)
+    for column in columns:
+        differs |= column[1:] != column[:-1]
+    return differs
 
 
 def _first_in_groups(order: Int64Array, new_group: BoolArray) -> Int64Array:
     """Smallest number in each run of `order`; runs begin where `new_group` (one shorter) says so."""
+    if order.size == 0:
+        return order
     starts = np.flatnonzero(np.concatenate([[True], new_group]))
     smallest = np.minimum.reduceat(order, starts)
     first = np.empty(order.size, dtype=np.int64)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import struct
@@ -115,8 +116,6 @@ def gltf_text(corners) -> str:
     """A triangle soup of three vertices."""
     points = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
     buffer = points + struct.pack(f"<{len(corners)}H", *corners)
-    import base64
-
     return json.dumps(
         {
             "asset": {"version": "2.0"},
