@@ -1,0 +1,114 @@
+/** The list of floors: which one is opened, and where it is cut. */
+import type { PlanFloor } from '../load/plan-json.ts';
+import { counted, metres, percent } from '../panels/figures.ts';
+import { Section } from '../panels/section.tsx';
+import { Meter } from '../panels/summary.tsx';
+import type { Store } from '../store.ts';
+import { highestCutM, LOWEST_CUT_M } from './cut.ts';
+
+export function FloorSelector({ store }: { store: Store }) {
+  const loaded = store.loaded.value;
+  if (loaded === null) return null;
+  const { floors, stations } = loaded.plan;
+  // Highest first, as in a section of the building.
+  const highestFirst = [...floors].sort((a, b) => b.elevation_m - a.elevation_m);
+  return (
+    <Section title="Floors">
+      <div class="rows" role="radiogroup" aria-label="Floor">
+        <FloorRow store={store} id={null} name="All floors" detail={counted(stations.length, 'station')} />
+        {highestFirst.map((floor) => (
+          <FloorRow
+            key={floor.id}
+            store={store}
+            id={floor.id}
+            name={floor.name}
+            detail={detailOf(floor, stations.filter((station) => station.floor === floor.id).length)}
+            fraction={loaded.plan.coverage.floors.find((figures) => figures.floor === floor.id)?.fraction_of_achievable}
+          />
+        ))}
+      </div>
+      <CutControl store={store} />
+    </Section>
+  );
+}
+
+function detailOf(floor: PlanFloor, nStations: number): string {
+  const sign = floor.elevation_m < 0 ? '−' : '+';
+  return `${sign}${metres(Math.abs(floor.elevation_m))} · ${counted(nStations, 'station')}`;
+}
+
+interface FloorRowProps {
+  readonly store: Store;
+  readonly id: string | null;
+  readonly name: string;
+  readonly detail: string;
+  readonly fraction?: number | undefined;
+}
+
+function FloorRow({ store, id, name, detail, fraction }: FloorRowProps) {
+  const isChosen = store.floorId.value === id;
+  return (
+    // biome-ignore lint/a11y/useSemanticElements: a radio input can't hold the row's content.
+    <button
+      type="button"
+      role="radio"
+      aria-checked={isChosen}
+      class={isChosen ? 'row row-chosen' : 'row'}
+      data-floor={id ?? 'all'}
+      onClick={() => store.chooseFloor(id)}
+    >
+      <span class="row-main">
+        <span class="row-name">{name}</span>
+        <span class="muted">{detail}</span>
+      </span>
+      {fraction !== undefined && (
+        <span class="row-figure" title="Seen share of the achievable area">
+          <span>{percent(fraction)}</span>
+          <Meter fraction={fraction} />
+        </span>
+      )}
+    </button>
+  );
+}
+
+/** Spreading concerns all floors; the height of the cut every opened one. */
+function CutControl({ store }: { store: Store }) {
+  const floors = store.loaded.value?.stage.floors ?? [];
+  const chosen = floors.find((floor) => floor.id === store.floorId.value);
+  const isOpen = chosen !== undefined || store.isSpread.value;
+  const highest = Math.max(LOWEST_CUT_M, ...(chosen ? [chosen] : floors).map(highestCutM));
+  const cutM = Math.min(store.cutM.value, highest);
+  return (
+    <div class="controls">
+      {chosen === undefined && (
+        <label class="check">
+          <input
+            type="checkbox"
+            checked={store.isSpread.value}
+            onChange={(event) => {
+              store.isSpread.value = event.currentTarget.checked;
+            }}
+          />
+          Open and spread the floors
+        </label>
+      )}
+      {isOpen && (
+        <label class="slider">
+          <span>Cut above ground</span>
+          <output>{metres(cutM, 1)}</output>
+          <input
+            type="range"
+            aria-label="Height of the cut above the floor's ground"
+            min={LOWEST_CUT_M}
+            max={highest}
+            step={0.05}
+            value={cutM}
+            onInput={(event) => {
+              store.cutM.value = event.currentTarget.valueAsNumber;
+            }}
+          />
+        </label>
+      )}
+    </div>
+  );
+}

@@ -1,0 +1,92 @@
+/** The whole page: loading and failing in words, then the panels around the canvas. */
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { FloorSelector } from '../floors/floor-selector.tsx';
+import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { PlanView } from '../scene/plan-view.ts';
+import { Markers } from '../stations/markers.tsx';
+import { StationCard } from '../stations/station-card.tsx';
+import { StationList } from '../stations/station-list.tsx';
+import type { Store } from '../store.ts';
+import { listenToKeys } from './keys.ts';
+import { Legend } from './legend.tsx';
+import { Summary } from './summary.tsx';
+import { SurfaceCard } from './surface-card.tsx';
+import { Toolbar } from './toolbar.tsx';
+
+export function App({ store }: { store: Store }) {
+  const phase = store.phase.value;
+  const loaded = store.loaded.value;
+  if (phase.kind === 'failed') {
+    return (
+      <main class="message">
+        <h1>The plan can’t be shown</h1>
+        <p role="alert">{phase.message}</p>
+        <button type="button" class="tool" onClick={() => window.location.reload()}>
+          Try again
+        </button>
+      </main>
+    );
+  }
+  if (phase.kind === 'loading' || loaded === null) {
+    const { step, fraction } = phase.kind === 'loading' ? phase : { step: '', fraction: null };
+    return (
+      <main class="message" aria-busy="true">
+        <p role="status">{step} …</p>
+        <progress aria-label={step} {...(fraction === null ? {} : { value: fraction })} />
+      </main>
+    );
+  }
+  return <Workspace store={store} loaded={loaded} />;
+}
+
+function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const [view, setView] = useState<PlanView | null>(null);
+  useEffect(() => {
+    if (canvas.current === null) return undefined;
+    let shown: PlanView;
+    try {
+      shown = new PlanView(canvas.current, store, loaded);
+    } catch (error) {
+      const reason = (error as Error).message;
+      const message = `The browser can't draw it: ${reason} Switch on WebGL 2 (hardware acceleration), or use another browser.`;
+      store.phase.value = { kind: 'failed', message };
+      return undefined;
+    }
+    const stopKeys = listenToKeys(window, store, shown);
+    setView(shown);
+    return () => {
+      stopKeys();
+      shown.dispose();
+    };
+  }, [store, loaded]);
+  return (
+    <div class={store.isSidebarOpen.value ? 'workspace' : 'workspace workspace-wide'}>
+      <nav class="sidebar" aria-label="Plan">
+        <header class="brand">
+          <img src="/icon.svg" alt="" width="28" height="28" />
+          <div>
+            <h1>tlsplan</h1>
+            <p class="muted" title={loaded.plan.scene.file}>
+              {loaded.plan.scene.file.split(/[\\/]/).pop()}
+            </p>
+          </div>
+        </header>
+        <Summary plan={loaded.plan} />
+        <FloorSelector store={store} />
+        <StationList store={store} />
+      </nav>
+      <main class="stage">
+        <canvas
+          ref={canvas}
+          aria-label="The building in 3D. Drag to turn, scroll to come closer, click ground to open its floor."
+        />
+        {view !== null && <Markers store={store} view={view} />}
+        {view !== null && <Toolbar store={store} view={view} />}
+        <Legend store={store} />
+        <StationCard store={store} />
+        <SurfaceCard store={store} />
+      </main>
+    </div>
+  );
+}

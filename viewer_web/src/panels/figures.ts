@@ -1,0 +1,18 @@
+/** Figures as the panels write them. */
+
+const area = new Intl.NumberFormat('en', { maximumFractionDigits: 1, minimumFractionDigits: 1 });
+const count = new Intl.NumberFormat('en');
+
+export const percent = (fraction: number, digits = 1): string => `${(100 * fraction).toFixed(digits)} %`;
+export const squareMetres = (m2: number): string => `${area.format(m2)} m²`;
+export const metres = (m: number, digits = 2): string => `${m.toFixed(digits)} m`;
+export const whole = (n: number): string => count.format(n);
+
+/** "1 station", "2 stations". */
+export const counted = (n: number, noun: string): string => `${whole(n)} ${noun}${n === 1 ? '' : 's'}`;
+
+/** An IFC class or mesh kind as a word: "IfcWallStandardCase" becomes "wall standard case". */
+export function kindInWords(kind: string): string {
+  const words = kind.replace(/^Ifc/, '').replace(/([a-z])([A-Z])/g, '$1 $2');
+  return words.toLowerCase();
+}

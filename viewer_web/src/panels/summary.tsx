@@ -1,0 +1,89 @@
+/** What the plan is worth as a whole. */
+import type { PlanJson } from '../load/plan-json.ts';
+import { counted, percent, squareMetres } from './figures.ts';
+import { Figure, Section } from './section.tsx';
+
+export function Summary({ plan }: { plan: PlanJson }) {
+  const { coverage, optimality, registration, requirements, scanner, stations, warnings } = plan;
+  const nLinks = registration.links.filter((link) => link.overlap >= registration.threshold).length;
+  const isEnough = coverage.fraction_of_achievable >= requirements.coverage;
+  return (
+    <Section title="Plan">
+      <div class="headline">
+        <div>
+          <strong data-testid="coverage">{percent(coverage.fraction_of_achievable)}</strong>
+          <span>of achievable area seen</span>
+        </div>
+        <div>
+          <strong data-testid="station-count">{stations.length}</strong>
+          <span>{stations.length === 1 ? 'station' : 'stations'}</span>
+        </div>
+      </div>
+      <Meter fraction={coverage.fraction_of_achievable} required={requirements.coverage} />
+      <p class={isEnough ? 'note' : 'note note-warn'}>
+        {isEnough ? 'Reaches' : 'Misses'} the required {percent(requirements.coverage, 0)}.
+      </p>
+      <dl class="figures">
+        <Figure name="Seen" value={`${squareMetres(coverage.covered_area_m2)}`} hint="Area that a station sees" />
+        <Figure
+          name="Achievable"
+          value={squareMetres(coverage.achievable_area_m2)}
+          hint="Area that at least one admissible position sees"
+        />
+        <Figure
+          name="Of all surface"
+          value={percent(coverage.fraction_of_total)}
+          hint={`Seen share of all ${squareMetres(coverage.total_area_m2)} of the model, insides of walls included`}
+        />
+        <Figure
+          name="Lower bound"
+          value={counted(optimality.lower_bound, 'station')}
+          hint="No plan with fewer stations reaches the required coverage"
+        />
+        <Figure
+          name="Gap"
+          value={optimality.proven ? 'none: proven' : optimality.gap === null ? 'not known' : percent(optimality.gap)}
+          hint="How far the plan may at most be from the fewest stations"
+        />
+        <Figure
+          name="Registration"
+          value={
+            <Badge isGood={registration.connected}>{registration.connected ? 'connected' : 'not connected'}</Badge>
+          }
+          hint={`${counted(nLinks, 'link')} of at least ${percent(registration.threshold, 0)} overlap`}
+        />
+        <Figure name="Scanner" value={scanner.title ?? scanner.name} />
+      </dl>
+      {warnings.length > 0 && (
+        <details class="warnings">
+          <summary>{counted(warnings.length, 'remark')} on this plan</summary>
+          <ul>
+            {warnings.map((warning) => (
+              <li key={warning}>{warning}</li>
+            ))}
+          </ul>
+        </details>
+      )}
+    </Section>
+  );
+}
+
+export function Badge({ isGood, children }: { isGood: boolean; children: string }) {
+  return (
+    <span class={isGood ? 'badge badge-good' : 'badge badge-warn'}>
+      <span aria-hidden="true">{isGood ? '✓' : '!'}</span> {children}
+    </span>
+  );
+}
+
+/** A bar of coverage; the tick is what was asked for. */
+export function Meter({ fraction, required }: { fraction: number; required?: number }) {
+  const width = Math.min(100, Math.max(0, 100 * fraction));
+  return (
+    <svg class="meter" viewBox="0 0 100 4" preserveAspectRatio="none" aria-hidden="true">
+      <rect class="meter-back" width="100" height="4" />
+      <rect class="meter-front" width={width} height="4" />
+      {required !== undefined && <rect class="meter-tick" x={100 * required - 0.35} width="0.7" height="4" />}
+    </svg>
+  );
+}

@@ -1,0 +1,59 @@
+/** Where the camera stands: the view that fits a box, and the way from one view to another. */
+import { Matrix4, Vector3 } from 'three';
+import type { Extent } from '../floors/cut.ts';
+
+export interface View {
+  readonly position: Vector3;
+  readonly target: Vector3;
+}
+
+export interface Flight {
+  readonly from: View;
+  readonly to: View;
+  readonly start: number;
+  readonly durationMs: number;
+}
+
+/** From the south-south-west, steep enough to look into rooms. `top` is not quite vertical: there, north would be lost. */
+const DIRECTIONS = {
+  side: new Vector3(-0.42, -0.78, 0.88).normalize(),
+  top: new Vector3(0, -0.0005, 1).normalize(),
+} as const;
+/** Room left around the box, for the markers at its rim. */
+const MARGIN = 1.06;
+
+/** The nearest view along a fixed direction that has all of the box in the picture. */
+export function homeView(
+  extent: Extent,
+  from: 'side' | 'top',
+  lens: { readonly fieldOfViewDeg: number; readonly aspect: number },
+): View {
+  const [min, max] = [new Vector3(...extent.minM), new Vector3(...extent.maxM)];
+  const target = min.clone().add(max).multiplyScalar(0.5);
+  const back = DIRECTIONS[from];
+  const orientation = new Matrix4().lookAt(back, new Vector3(), new Vector3(0, 0, 1));
+  const right = new Vector3().setFromMatrixColumn(orientation, 0);
+  const up = new Vector3().setFromMatrixColumn(orientation, 1);
+  const slopeY = Math.tan((lens.fieldOfViewDeg * Math.PI) / 360);
+  const slopeX = slopeY * lens.aspect;
+  let distance = 0;
+  for (let i = 0; i < 8; i++) {
+    const corner = new Vector3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z).sub(target);
+    const wide = Math.max(Math.abs(corner.dot(right)) / slopeX, Math.abs(corner.dot(up)) / slopeY);
+    distance = Math.max(distance, corner.dot(back) + wide * MARGIN);
+  }
+  return { target, position: target.clone().addScaledVector(back, Math.max(distance, 1)) };
+}
+
+/** Where a flight is at time `now`, slow at both ends. */
+export function flightAt(flight: Flight, now: number): { view: View; isOver: boolean } {
+  const share = flight.durationMs > 0 ? Math.max(0, Math.min(1, (now - flight.start) / flight.durationMs)) : 1;
+  const eased = share * share * (3 - 2 * share);
+  return {
+    view: {
+      position: flight.from.position.clone().lerp(flight.to.position, eased),
+      target: flight.from.target.clone().lerp(flight.to.target, eased),
+    },
+    isOver: share >= 1,
+  };
+}

@@ -1,0 +1,47 @@
+/** Which surface lies under the pointer: a ray against the merged triangles, through the slices that are drawn. */
+import { type BufferGeometry, DoubleSide, Ray, Vector3 } from 'three';
+import { MeshBVH } from 'three-mesh-bvh';
+import type { Slice } from '../floors/cut.ts';
+
+export interface SurfaceHit {
+  readonly triangle: number;
+  /** Local frame, the lift of the slice taken off. */
+  readonly pointM: Vector3;
+  readonly distanceM: number;
+  readonly slice: Slice;
+}
+
+export class SurfacePicker {
+  private readonly bvh: MeshBVH;
+
+  /** `indirect`: the triangles keep their order, since their number is their address. */
+  constructor(geometry: BufferGeometry) {
+    this.bvh = new MeshBVH(geometry, { indirect: true });
+  }
+
+  /** The first surface that `ray` meets in any slice, as drawn; null: none. */
+  firstHit(ray: Ray, slices: readonly Slice[], farM = Number.POSITIVE_INFINITY): SurfaceHit | null {
+    let best: SurfaceHit | null = null;
+    for (const slice of slices) {
+      const lowered = new Ray(ray.origin.clone().setZ(ray.origin.z - slice.liftM), ray.direction);
+      const hit = this.firstInSlice(lowered, slice, best?.distanceM ?? farM);
+      if (hit !== null) best = hit;
+    }
+    return best;
+  }
+
+  private firstInSlice(ray: Ray, slice: Slice, farM: number): SurfaceHit | null {
+    // Start where the ray enters the slice, and from there on look past nothing: what it meets before is cut away.
+    const up = ray.direction.z;
+    const toBottom = (slice.bottomM - ray.origin.z) / up;
+    const toTop = (slice.topM - ray.origin.z) / up;
+    const isLevel = Math.abs(up) < 1e-9;
+    if (isLevel && (ray.origin.z < slice.bottomM || ray.origin.z > slice.topM)) return null;
+    const near = isLevel ? 0 : Math.max(0, Math.min(toBottom, toTop));
+    const far = isLevel ? farM : Math.min(farM, Math.max(toBottom, toTop));
+    if (!(near < far)) return null;
+    const hit = this.bvh.raycastFirst(ray, DoubleSide, near, far);
+    if (hit === null || hit.faceIndex === null || hit.faceIndex === undefined) return null;
+    return { triangle: hit.faceIndex, pointM: new Vector3().copy(hit.point), distanceM: hit.distance, slice };
+  }
+}

@@ -1,0 +1,129 @@
+/** The canvas: renderer, camera, orbit controls, and a picture drawn only when something changed. */
+import { Color, PerspectiveCamera, type Ray, Raycaster, Scene, Vector2, type Vector3, WebGLRenderer } from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import type { Extent } from '../floors/cut.ts';
+import { type Flight, flightAt, homeView, type View } from './camera.ts';
+import type { Palette } from './palette.ts';
+
+const FIELD_OF_VIEW_DEG = 34;
+const FLIGHT_MS = 650;
+/** More pixels than this cost time that nobody sees. */
+const MOST_PIXEL_RATIO = 2;
+
+export class Viewport {
+  readonly scene = new Scene();
+  readonly camera = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 0.05, 1000);
+  /** Called after each drawn frame, for what lies over the canvas. */
+  onFrame: () => void = () => undefined;
+  private readonly renderer: WebGLRenderer;
+  private readonly controls: OrbitControls;
+  private readonly resizing: ResizeObserver;
+  private readonly background = new Color();
+  private flight: Flight | null = null;
+  private isScheduled = false;
+  private isDisposed = false;
+
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: 'high-performance' });
+    this.renderer.setPixelRatio(Math.min(MOST_PIXEL_RATIO, window.devicePixelRatio));
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.zoomToCursor = true;
+    this.controls.screenSpacePanning = true;
+    this.controls.maxPolarAngle = Math.PI * 0.97;
+    this.controls.addEventListener('change', () => this.requestFrame());
+    this.controls.addEventListener('start', () => {
+      this.flight = null;
+    });
+    this.resizing = new ResizeObserver(() => this.resize());
+    this.resizing.observe(canvas.parentElement ?? canvas);
+    this.resize();
+  }
+
+  setPalette(palette: Palette): void {
+    // Not through Color.set: the shaders here write screen colours, and the clear colour must match theirs.
+    this.background.set(palette.background);
+    this.renderer.setClearColor(this.background);
+    this.requestFrame();
+  }
+
+  /** Draw soon; many calls before the next frame draw once. */
+  requestFrame(): void {
+    if (this.isScheduled || this.isDisposed) return;
+    this.isScheduled = true;
+    requestAnimationFrame((now) => {
+      this.isScheduled = false;
+      if (!this.isDisposed) this.draw(now);
+    });
+  }
+
+  /** Show all of `extent`, from the side or straight from above. */
+  showAll(extent: Extent, from: 'side' | 'top', isInstant = false): void {
+    this.flyTo(homeView(extent, from, { fieldOfViewDeg: FIELD_OF_VIEW_DEG, aspect: this.camera.aspect }), isInstant);
+    const size = Math.hypot(...extent.maxM.map((max, i) => max - extent.minM[i]));
+    this.controls.minDistance = 0.5;
+    this.controls.maxDistance = 6 * size;
+    this.camera.near = Math.max(0.02, size / 2000);
+    this.camera.far = 20 * size;
+    this.camera.updateProjectionMatrix();
+  }
+
+  /** Look at a place from where the camera is now, as near as `distanceM`. */
+  approach(place: Vector3, distanceM: number): void {
+    const from = this.camera.position.clone().sub(this.controls.target).normalize();
+    const distance = Math.min(distanceM, this.camera.position.distanceTo(this.controls.target));
+    this.flyTo({ target: place.clone(), position: place.clone().addScaledVector(from, distance) }, false);
+  }
+
+  /** The ray under a place of the page, in CSS pixels. */
+  rayAt(clientX: number, clientY: number): Ray {
+    const box = this.canvas.getBoundingClientRect();
+    const at = new Vector2(((clientX - box.left) / box.width) * 2 - 1, 1 - ((clientY - box.top) / box.height) * 2);
+    const raycaster = new Raycaster();
+    raycaster.setFromCamera(at, this.camera);
+    return raycaster.ray;
+  }
+
+  /** Place of a point on the canvas in CSS pixels; null behind the camera. */
+  project(pointM: Vector3): { x: number; y: number } | null {
+    const at = pointM.clone().project(this.camera);
+    if (at.z > 1 || at.z < -1) return null;
+    return { x: ((at.x + 1) / 2) * this.canvas.clientWidth, y: ((1 - at.y) / 2) * this.canvas.clientHeight };
+  }
+
+  dispose(): void {
+    this.isDisposed = true;
+    this.resizing.disconnect();
+    this.controls.dispose();
+    this.renderer.dispose();
+  }
+
+  private flyTo(to: View, isInstant: boolean): void {
+    const isCalm = isInstant || window.matchMedia('(prefers-reduced-motion: reduce)').matches;
+    const from = { position: this.camera.position.clone(), target: this.controls.target.clone() };
+    this.flight = { from, to, start: performance.now(), durationMs: isCalm ? 0 : FLIGHT_MS };
+    this.requestFrame();
+  }
+
+  private draw(now: number): void {
+    if (this.flight !== null) {
+      const { view, isOver } = flightAt(this.flight, now);
+      this.camera.position.copy(view.position);
+      this.controls.target.copy(view.target);
+      if (isOver) this.flight = null;
+      else this.requestFrame();
+    }
+    this.controls.update();
+    this.renderer.render(this.scene, this.camera);
+    this.onFrame();
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement ?? this.canvas;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.requestFrame();
+  }
+}
