@@ -2,8 +2,8 @@
 
 A folder NAME is staged as `.NAME.partial-<pid>` beside it, on the same file system. Where it replaces an older one, the
 two are exchanged in one step (Linux `renameat2`): a run killed at any moment leaves the old folder or the new one under
-NAME, and at worst the other one under the staging name, which the next run removes. File systems without that call get two
-renames; a run killed between them leaves the old folder as `.NAME.old-<pid>`, which `recover` puts back.
+NAME, and at worst the other one under the staging name, which the next run removes. File systems without that call get
+two renames; a run killed between them leaves the old folder as `.NAME.old-<pid>`, which `recover` puts back.
 
 A staging folder is in use while its writer holds a lock on it (`flock`), which ends with the process, however it dies.
 """
@@ -65,11 +65,12 @@ def recover(folder: Path) -> None:
             shutil.rmtree(stale, ignore_errors=True)
 
 
-def replace_file(path: Path, content: bytes) -> None:
-    """Write a file beside and rename it over `path`."""
-    staging = path.with_name(f".{path.name}.partial-{os.getpid()}")
+@contextlib.contextmanager
+def staged_file(path: Path) -> Iterator[Path]:
+    """Yield a name beside `path`, of the same suffix; on leaving it becomes `path`, on an exception it is removed."""
+    staging = path.with_name(f".{path.stem}.partial-{os.getpid()}{path.suffix}")
     try:
-        staging.write_bytes(content)
+        yield staging
         staging.replace(path)
     finally:
         staging.unlink(missing_ok=True)

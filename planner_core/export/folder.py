@@ -1,6 +1,6 @@
 """The plan folder: everything a plan is handed over as, written so that it appears whole or not at all.
 
-Plan, ScanEngine -> folder; docs/formats/plan-folder.md lists the files. Every station is scanned once more: the clouds, the
+Plan, ScanEngine -> folder; docs/formats/plan.md lists the files. Every station is scanned once more: the clouds, the
 range images and the best range of every face come from these scans.
 """
 
@@ -12,10 +12,11 @@ from planner_core.errors import OutputExistsError, PlanFolderError
 from planner_core.export.atomic import recover, staged_folder
 from planner_core.export.face_results import face_results, lower_best_range, unseen_range
 from planner_core.export.plan_json import plan_text, read_plan_json
+from planner_core.export.scans import write_scan
+from planner_core.export.station_names import station_prim_names
 from planner_core.export.stations_csv import stations_csv
 from planner_core.export.usd_clouds import cloud_layer
 from planner_core.export.usd_stage import STAGE_FILES, empty_review, write_layer, write_stage
-from planner_core.export.usd_stations import station_prim_names
 from planner_core.export.viewer_files import cloud_bytes, patches_bytes
 from planner_core.model import Float32Array, Plan
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -42,9 +43,7 @@ def check_output(folder: Path, *, overwrite: bool) -> None:
     if not any(folder.iterdir()):
         return
     if not overwrite:
-        raise OutputExistsError(
-            f"{folder}: exists, expected a free name; give another or pass --overwrite to replace it"
-        )
+        raise OutputExistsError(f"{folder}: exists, expected a free name; give another or pass --overwrite")
     if folder.is_symlink():
         raise OutputExistsError(f"{folder}: is a link, expected a folder of its own to replace; name what it leads to")
     try:
@@ -104,7 +103,7 @@ class _Writer:
         self._folder = staging
         self._progress = progress
         self._n_done = 0
-        self._n_files = 2 * len(plan.stations) + len(STAGE_FILES) + 3
+        self._n_files = 4 * len(plan.stations) + len(STAGE_FILES) + 3
 
     def write(self) -> None:
         """Write everything: the scans first, because the results of the faces need their ranges."""
@@ -126,6 +125,9 @@ class _Writer:
             self._put(f"viewer/clouds/{name}.u16", cloud_bytes(range_m, scans.cos_incidence[0], template))
             write_layer(cloud_layer(range_m, template), self._folder / f"stage/clouds/{name}.usdc")
             self._step(f"stage/clouds/{name}.usdc")
+            for suffix in ("exr", "png"):
+                write_scan(plan.survey, station, scans, self._folder / "scans" / f"{name}.{suffix}")
+                self._step(f"scans/{name}.{suffix}")
         return best_range_m
 
     def _put(self, name: str, content: bytes) -> None:

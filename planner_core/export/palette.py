@@ -60,3 +60,23 @@ def face_colour_index(coverage: Float32Array) -> Int32Array:
 def linear_from_srgb(colour: FloatArray) -> FloatArray:
     """Linear Rec. 709 colour, as USD's displayColor wants it, from sRGB (IEC 61966-2-1)."""
     return np.where(colour <= 0.04045, colour / 12.92, ((np.asarray(colour) + 0.055) / 1.055) ** 2.4)
+
+
+_RANGE_STOPS_SRGB = np.array([[0.99, 0.91, 0.55], [0.47, 0.78, 0.47], [0.13, 0.57, 0.55], [0.19, 0.29, 0.49]])
+"""Near is light, far is dark: readable in grey too."""
+
+_N_RANGE_COLOURS = 64
+
+
+def range_ramp_srgb() -> FloatArray:
+    """(64, 3) sRGB colours from near to far."""
+    at = np.linspace(0, len(_RANGE_STOPS_SRGB) - 1, _N_RANGE_COLOURS)
+    stops = np.arange(len(_RANGE_STOPS_SRGB))
+    return np.stack([np.interp(at, stops, channel) for channel in _RANGE_STOPS_SRGB.T], axis=1)
+
+
+def range_colour_index(range_m: Float32Array, range_max_m: float) -> Int32Array:
+    """Index into `range_ramp_srgb` of ranges (N,) in metres, none of them NaN."""
+    scaled = range_m / range_max_m * _N_RANGE_COLOURS
+    index: Int32Array = np.clip(scaled, 0, _N_RANGE_COLOURS - 1).astype(np.int32)
+    return index

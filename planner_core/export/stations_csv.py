@@ -150,8 +150,8 @@ def _columns(path: Path, header: list[str]) -> dict[str, tuple[int, str]]:
             found[meaning] = (index, name.strip())
     if not ({"x", "y"} <= set(found) and ("z" in found or {"ground_z", "instrument_height"} <= set(found))):
         raise StationListError(
-            f"{path}, line 1: columns are {', '.join(name.strip() for name in header)}; expected at least x_m, y_m, z_m "
-            f"(or ground_z_m and instrument_height_m); name them in the header, for example {','.join(COLUMNS)}"
+            f"{path}, line 1: columns are {', '.join(name.strip() for name in header)}; expected at least x_m, y_m, "
+            f"z_m (or ground_z_m and instrument_height_m); name them in the header, for example {','.join(COLUMNS)}"
         )
     return found
 

@@ -5,6 +5,8 @@ Local frame, metres, z up. What every attribute means is in docs/formats/stage.m
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from planner_core.export.palette import NEUTRAL
@@ -104,11 +106,11 @@ def _author_material(layer: Layer, root: PrimSpec, *, flat: bool) -> None:
     _connect(shader, "inputs:diffuseColor", TYPES.Color3f, f"{MATERIAL_PATH}/Colour.outputs:result")
 
 
-def _output(prim: PrimSpec, name: str, type_name: object) -> None:
+def _output(prim: PrimSpec, name: str, type_name: Any) -> None:
     Sdf.AttributeSpec(prim, name, type_name, Sdf.VariabilityVarying, False)
 
 
-def _connect(prim: PrimSpec, name: str, type_name: object, target: str) -> None:
+def _connect(prim: PrimSpec, name: str, type_name: Any, target: str) -> None:
     attribute = Sdf.AttributeSpec(prim, name, type_name, Sdf.VariabilityVarying, False)
     attribute.connectionPathList.explicitItems = [target]
 
@@ -131,7 +133,7 @@ def _author_mesh(layer: Layer, survey: Survey, place: MeshPlace, ground_of_trian
     put(mesh, "tlsplan:sourceId", TYPES.String, element.source_id)
     put(mesh, "tlsplan:element", TYPES.Int, place.element)
     put(mesh, "tlsplan:floor", TYPES.String, _floor_id(survey, place.triangles))
-    columns = {
+    columns: dict[str, np.ndarray] = {
         "triangle": place.triangles,
         "floorIndex": ground_of_triangle[place.triangles],
         "firstPatch": survey.patches.first_patch[place.triangles],

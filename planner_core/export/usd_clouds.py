@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from planner_core.export.palette import range_colour_index, range_ramp_srgb
 from planner_core.export.sdf_authoring import (
     TYPES,
     Layer,
@@ -18,17 +19,13 @@ from planner_core.export.sdf_authoring import (
     set_stage_metadata,
     vec3f_array,
 )
-from planner_core.model import BeamTemplate, BoolArray, Float32Array, FloatArray
+from planner_core.model import BeamTemplate, BoolArray, Float32Array
 from planner_core.scan.template import directions
 
 MAX_POINTS = 20_000
 """A usdview-class viewer draws some hundred stations of these at once."""
 
 POINT_WIDTH_M = 0.015
-_N_COLOURS = 64
-
-_RANGE_STOPS_SRGB = np.array([[0.99, 0.91, 0.55], [0.47, 0.78, 0.47], [0.13, 0.57, 0.55], [0.19, 0.29, 0.49]])
-"""Near is light, far is dark: readable in grey too."""
 
 
 def cloud_layer(range_m: Float32Array, template: BeamTemplate) -> Layer:
@@ -47,27 +44,19 @@ def cloud_layer(range_m: Float32Array, template: BeamTemplate) -> Layer:
             "interpolation", "constant"
         )
         put_extent(prim, points_m if points_m.size else np.zeros((1, 3)), margin_m=POINT_WIDTH_M / 2)
-        put_colours(prim, range_ramp_srgb(), "vertex", _colour_index(range_m[kept], template.range_max_m))
+        put_colours(prim, range_ramp_srgb(), "vertex", range_colour_index(range_m[kept], template.range_max_m))
     return layer
 
 
 def thinned(shape: tuple[int, int]) -> BoolArray:
-    """(R, C) bool: a regular choice of at most `MAX_POINTS` beams, staggered from row to row so that no stripes show."""
+    """(R, C) bool: a regular choice of at most `MAX_POINTS` beams, staggered by row so that no stripes show."""
     n_rows, n_columns = shape
     step = max(1, -(-n_rows * n_columns // MAX_POINTS))
+    kept: BoolArray
     if step > n_columns:
-        return np.arange(n_rows * n_columns).reshape(shape) % step == 0
+        kept = np.arange(n_rows * n_columns).reshape(shape) % step == 0
+        return kept
     step = max(1, -(-n_columns // max(1, MAX_POINTS // n_rows)))
     shift = (np.arange(n_rows) * 7) % step
-    return (np.arange(n_columns)[None, :] % step) == shift[:, None]
-
-
-def range_ramp_srgb() -> FloatArray:
-    """(64, 3) sRGB colours from near to far."""
-    at = np.linspace(0, len(_RANGE_STOPS_SRGB) - 1, _N_COLOURS)
-    stops = np.arange(len(_RANGE_STOPS_SRGB))
-    return np.stack([np.interp(at, stops, channel) for channel in _RANGE_STOPS_SRGB.T], axis=1)
-
-
-def _colour_index(range_m: Float32Array, range_max_m: float) -> np.ndarray:
-    return np.clip(range_m / range_max_m * _N_COLOURS, 0, _N_COLOURS - 1).astype(np.int32)
+    kept = (np.arange(n_columns)[None, :] % step) == shift[:, None]
+    return kept

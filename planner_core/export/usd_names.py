@@ -1,7 +1,7 @@
 """Where every element of the scene stands in the USD stage: Survey -> one `MeshPlace` an element that has triangles.
 
-Storeys by elevation, at most 400 siblings a parent (browsers' readers recurse over siblings), names that USD accepts and
-that stay unique whatever the source called its elements.
+Storeys by elevation, at most 400 siblings a parent (browsers' readers recurse over siblings), names that USD accepts
+and that stay unique whatever the source called its elements.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The USD stage of a plan folder, as two views of one model: layers for USD viewers, one flat file for the browser.
 
-Plan, FaceResults -> plan.usda, review.usda, stage/*, viewer/stage.usdc; docs/formats/stage.md is the contract. Both views
-are written by the same functions; the flat one needs no composition because all of them write into one layer.
+Plan, FaceResults -> plan.usda, review.usda, stage/*, viewer/stage.usdc; docs/formats/stage.md is the contract. Both
+views are written by the same functions; the flat one needs no composition because all of them write into one layer.
 """
 
 from __future__ import annotations

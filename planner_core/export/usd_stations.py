@@ -22,7 +22,7 @@ from planner_core.export.sdf_authoring import (
     set_stage_metadata,
     vec3f_array,
 )
-from planner_core.export.usd_names import prim_name
+from planner_core.export.station_names import station_prim_names
 from planner_core.export.viewer_files import range_step_m
 from planner_core.model import FloatArray, Plan, Station
 
@@ -31,17 +31,6 @@ MARKER_RADIUS_M = 0.12
 
 LINK_WIDTH_M = 0.02
 ROUTE_WIDTH_M = 0.04
-
-
-def station_prim_names(stations: tuple[Station, ...]) -> tuple[str, ...]:
-    """Prim and file names of the stations: their ids where these are identifiers, made so and unique otherwise."""
-    names: list[str] = []
-    for station in stations:
-        name = prim_name(station.id) or "Station"
-        if name != station.id or name in names:
-            name = f"{name}_{len(names)}"
-        names.append(name)
-    return tuple(names)
 
 
 def author_stations(layer: Layer, plan: Plan, *, flat: bool) -> None:

@@ -35,7 +35,7 @@ def cloud_bytes(range_m: Float32Array, cos_incidence: Float32Array, template: Be
     steps = np.rint(np.where(hit, range_m, 0).astype(np.float64) / range_step_m(template))
     quantised = np.where(hit, np.clip(steps, 1, _STEPS), 0).astype("<u2")
     intensity = np.rint(255 * np.abs(np.where(hit, cos_incidence, 0))).astype(np.uint8)
-    return quantised.tobytes() + intensity.tobytes()
+    return bytes(quantised.tobytes() + intensity.tobytes())
 
 
 def read_cloud(content: bytes, template: BeamTemplate) -> tuple[FloatArray, UInt8Array]:

@@ -1,0 +1,192 @@
+"""Simulated scans as files, one a station: range image (EXR), preview (PNG), point cloud (PLY).
+
+Survey, stations, ScanEngine -> files. What is in them: docs/formats/scans.md. No file says when it was written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner_core.errors import MissingPackageError, PlanFolderError, RequirementError
+from planner_core.export.atomic import staged_file
+from planner_core.export.palette import range_colour_index, range_ramp_srgb
+from planner_core.export.station_names import station_prim_names
+from planner_core.model import ScanBatch, Station, Survey, UInt8Array
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scan.engine import ScanEngine
+from planner_core.scan.template import directions
+
+FORMATS = ("exr", "png", "ply")
+
+PREVIEW_WIDTH = 1500
+PREVIEW_MIN_HEIGHT = 240
+
+NO_SURFACE = 0xFFFFFFFF
+"""Triangle and patch of a beam without return: -1 as uint32."""
+
+
+def write_scans(
+    survey: Survey,
+    stations: Sequence[Station],
+    folder: Path,
+    *,
+    engine: ScanEngine,
+    formats: Sequence[str] = ("exr", "png"),
+    progress: Progress = silent,
+) -> tuple[Path, ...]:
+    """Scan from every station and write one file a station and format; each file appears whole or not at all.
+
+    Parameters
+    ----------
+    formats
+        Out of `FORMATS`.
+    progress
+        Stage `scans`, one step a file.
+
+    Returns
+    -------
+    The files, in order of stations, then formats.
+
+    Raises
+    ------
+    RequirementError
+        An unknown format.
+    PlanFolderError
+        A file can't be written.
+    MissingPackageError
+        OpenImageIO is missing (EXR, PNG).
+    """
+    unknown = [name for name in formats if name not in FORMATS]
+    if unknown:
+        raise RequirementError(f"formats: got {unknown[0]!r}, expected some of {', '.join(FORMATS)}; correct it")
+    files: list[Path] = []
+    for name, station in zip(station_prim_names(stations), stations, strict=True):
+        scan = engine.scan(survey.template, station.position_m[None, :])
+        for suffix in formats:
+            files.append(write_scan(survey, station, scan, folder / f"{name}.{suffix}"))
+            progress(ProgressEvent("scans", len(files), len(stations) * len(formats), files[-1].name))
+    return tuple(files)
+
+
+def write_scan(survey: Survey, station: Station, scan: ScanBatch, path: Path) -> Path:
+    """Write the first scan of `scan`, taken from `station`, in the format that the suffix of `path` names."""
+    writer = {".exr": _write_exr, ".png": _write_png, ".ply": _write_ply}[path.suffix]
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with staged_file(path) as staging:
+            writer(survey, station, scan, staging)
+    except OSError as error:
+        raise PlanFolderError(
+            f"{path}: can't be written ({error.strerror or error}), expected a writable disk with space; free some"
+        ) from error
+    return path
+
+
+def preview_rgb(scan: ScanBatch, range_max_m: float) -> UInt8Array:
+    """Return (rows, columns, 3) sRGB of the first scan: light is near, dark is far, shaded by incidence.
+
+    Rows are repeated and columns left out until the picture has a shape that people can read.
+    """
+    range_m, cosine = scan.range_m[0], scan.cos_incidence[0]
+    hit = np.isfinite(range_m)
+    ramp = range_ramp_srgb()
+    index = range_colour_index(np.where(hit, range_m, 0), range_max_m)
+    shade = 0.45 + 0.55 * np.where(hit, cosine, 0)
+    rgb = np.where(hit[..., None], ramp[index] * shade[..., None], 0.06)
+    rgb = rgb[:, :: max(1, range_m.shape[1] // PREVIEW_WIDTH)]
+    rgb = np.repeat(rgb, max(1, round(PREVIEW_MIN_HEIGHT / range_m.shape[0])), axis=0)
+    return np.ascontiguousarray(np.rint(255 * rgb).astype(np.uint8))
+
+
+def _open_image_io() -> Any:
+    try:
+        import OpenImageIO
+    except ImportError as error:
+        raise MissingPackageError(
+            f"scans as EXR and PNG need the package OpenImageIO ({error}): pip install openimageio"
+        ) from error
+    return OpenImageIO
+
+
+def _write_exr(survey: Survey, station: Station, scan: ScanBatch, path: Path) -> None:
+    """Two parts: `returns` (float range and cosIncidence), `surfaces` (uint32 triangle and patch)."""
+    io = _open_image_io()
+    n_rows, n_columns = survey.template.shape
+    returns = io.ImageSpec(n_columns, n_rows, 2, io.FLOAT)
+    returns.channelnames = ("range", "cosIncidence")
+    surfaces = io.ImageSpec(n_columns, n_rows, 2, io.UINT32)
+    surfaces.channelnames = ("triangle", "patch")
+    for spec, name in ((returns, "returns"), (surfaces, "surfaces")):
+        spec.attribute("oiio:subimagename", name)
+        spec.attribute("compression", "zip")
+        spec.attribute("DateTime", "")  # without it OpenImageIO writes the time of day
+        for key, value in _pose(survey, station).items():
+            spec.attribute(f"tlsplan:{key}", value)
+    ids = np.stack([scan.triangle[0], scan.patch[0]], axis=-1).astype(np.int32).view(np.uint32)
+    values = np.stack([scan.range_m[0], scan.cos_incidence[0]], axis=-1)
+    out = io.ImageOutput.create(str(path))
+    done = out.open(str(path), (returns, surfaces)) and out.write_image(np.ascontiguousarray(values))
+    done = done and out.open(str(path), surfaces, "AppendSubimage") and out.write_image(np.ascontiguousarray(ids))
+    _finish(out, done)
+
+
+def _write_png(survey: Survey, station: Station, scan: ScanBatch, path: Path) -> None:
+    del station  # a picture to look at, no carrier of figures
+    io = _open_image_io()
+    rgb = preview_rgb(scan, survey.template.range_max_m)
+    spec = io.ImageSpec(rgb.shape[1], rgb.shape[0], 3, io.UINT8)
+    out = io.ImageOutput.create(str(path))
+    _finish(out, out.open(str(path), spec) and out.write_image(rgb))
+
+
+def _finish(out: Any, done: bool) -> None:
+    closed = out.close()
+    if not (done and closed):
+        raise OSError(out.geterror() or "OpenImageIO could not write")
+
+
+def _pose(survey: Survey, station: Station) -> dict[str, str]:
+    """Texts, because EXR headers as OpenImageIO writes them hold no float64."""
+    position_m = station.position_m + survey.scene.offset_m
+    template = survey.template
+    return {
+        "station": station.id,
+        "floor": station.floor,
+        "positionScene": " ".join(f"{value:.6f}" for value in position_m),
+        "instrumentHeight": f"{station.instrument_height_m:.6f}",
+        "rangeMin": f"{template.range_min_m:.6f}",
+        "rangeMax": f"{template.range_max_m:.6f}",
+        "elevations": " ".join(f"{value:.9f}" for value in template.elevation_rad),
+    }
+
+
+def _write_ply(survey: Survey, station: Station, scan: ScanBatch, path: Path) -> None:
+    """Binary little-endian points in the scene frame, with range, cosine of incidence, triangle and patch."""
+    hit = scan.triangle[0] >= 0
+    origin_m = station.position_m + survey.scene.offset_m
+    xyz = origin_m + directions(survey.template)[hit] * scan.range_m[0][hit][:, None].astype(np.float64)
+    columns = (
+        ("x", "double", "<f8", xyz[:, 0]),
+        ("y", "double", "<f8", xyz[:, 1]),
+        ("z", "double", "<f8", xyz[:, 2]),
+        ("range", "float", "<f4", scan.range_m[0][hit]),
+        ("cos_incidence", "float", "<f4", scan.cos_incidence[0][hit]),
+        ("triangle", "int", "<i4", scan.triangle[0][hit]),
+        ("patch", "int", "<i4", scan.patch[0][hit]),
+    )
+    points = np.empty(xyz.shape[0], dtype=[(name, dtype) for name, _, dtype, _ in columns])
+    for name, _, _, values in columns:
+        points[name] = values
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        *(f"comment tlsplan {key} {value}" for key, value in _pose(survey, station).items() if key != "elevations"),
+        f"element vertex {points.size}",
+        *(f"property {kind} {name}" for name, kind, _, _ in columns),
+        "end_header",
+    ]
+    path.write_bytes(("\n".join(header) + "\n").encode("ascii", "replace") + points.tobytes())
