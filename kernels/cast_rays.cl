@@ -73,17 +73,18 @@ kernel void cast_rays(global const float *boxes, global const int *children, glo
         const float8 v = dot3_8(dx, dy, dz, block.n1x, block.n1y, block.n1z);
         const float8 w = dot3_8(dx, dy, dz, block.n2x, block.n2y, block.n2z);
         const float8 flat = dot3_8(dx, dy, dz, block.mx, block.my, block.mz);
-        const int8 inside = (u >= 0.0f) & (v >= 0.0f) & (w >= 0.0f) & (flat >= best) & block.clear;
+        const int8 inside = (u >= -block.rounding0) & (v >= -block.rounding1) & (w >= -block.rounding2) & (flat >= best) & block.clear;
         const int8 maybe = inside | ~block.clear;
         if (!any8(maybe)) continue;
         const float *inverses = (const float *)&flat, *us = (const float *)&u, *vs = (const float *)&v, *ws = (const float *)&w;
+        const float *roundings = (const float *)&block.rounding0;
         const int *tries = (const int *)&maybe, *clear = (const int *)&block.clear;
         for (int j = 0; j < BLOCK_LANES; ++j) {
             const int triangle = triangles[index * BLOCK_LANES + j];
             if (!tries[j] || triangle < 0) continue;
             const float inverse = clear[j] ? inverses[j]
                                            : needle_inverse_range(geometry, index, j, ox, oy, oz, dx, dy, dz, us[j],
-                                                                  vs[j], ws[j]);
+                                                                  vs[j], ws[j], roundings[j], roundings[8 + j], roundings[16 + j]);
             if (inverse > best || (inverse == best && triangle < found)) {
                 best = inverse;
                 found = triangle;

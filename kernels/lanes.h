@@ -40,6 +40,7 @@ typedef GLUE(int, LANES) lanes_i;
 #define PICK(mask, yes, no) ((mask) ? (yes) : (no))
 #define LEAST(a, b) (((a) < (b)) ? (a) : (b))
 #define MOST(a, b) (((a) > (b)) ? (a) : (b))
+#define MAGNITUDE(x) as_float(as_int(x) & 0x7fffffff)
 #define MAGNITUDE8(x) as_float8(as_int8(x) & 0x7fffffff)
 
 static inline bool any8(int8 mask)

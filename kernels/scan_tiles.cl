@@ -76,12 +76,12 @@ static inline void cull_block(const Block *block, global const float *corners, f
         nearest = MOST(near, nearest);
     }
     /* 4: a corner is up to 3.3 long, and the bound of the rounding is for unit length */
-    const float8 slack = 4.0f * block->rounding;
-    const int8 front = (high0 >= -slack) & (high1 >= -slack) & (high2 >= -slack);
-    const int8 back = (low0 <= slack) & (low1 <= slack) & (low2 <= slack);
+    const float8 slack0 = 4.0f * block->rounding0, slack1 = 4.0f * block->rounding1, slack2 = 4.0f * block->rounding2;
+    const int8 front = (high0 >= -slack0) & (high1 >= -slack1) & (high2 >= -slack2);
+    const int8 back = (low0 <= slack0) & (low1 <= slack1) & (low2 <= slack2);
     const int8 in_reach = nearest * NEAR_SLACK + corners[12] >= least;
     *meets = PICK(block->clear, front & in_reach, front | back);
-    *covers = block->clear & (low0 > slack) & (low1 > slack) & (low2 > slack);
+    *covers = block->clear & (low0 > slack0) & (low1 > slack1) & (low2 > slack2);
 }
 
 /* Test all packets of tile `beams` against the triangles of one block. */
@@ -93,7 +93,7 @@ static inline void test_block(Returns *out, global const float *geometry, global
     cull_block(&block, corners, out->least, &meets8, &covers8);
     if (!any8(meets8)) return;
     const int *meets = (const int *)&meets8, *covers = (const int *)&covers8, *clear = (const int *)&block.clear;
-    const float *n = (const float *)&block; /* n0x .. n2z, mx, my, mz: eight lanes each */
+    const float *n = (const float *)&block; /* n0x .. n2z, mx .. mz, rounding0 .. 2: eight lanes each */
     for (int j = 0; j < BLOCK_LANES; ++j) {
         const int triangle = triangles[index * BLOCK_LANES + j];
         if (!meets[j] || triangle < 0) continue;
@@ -101,6 +101,7 @@ static inline void test_block(Returns *out, global const float *geometry, global
         const float vx = n[24 + j], vy = n[32 + j], vz = n[40 + j];
         const float wx = n[48 + j], wy = n[56 + j], wz = n[64 + j];
         const float mx = n[72 + j], my = n[80 + j], mz = n[88 + j];
+        const float rounding_u = n[96 + j], rounding_v = n[104 + j], rounding_w = n[112 + j];
         if (covers[j]) {
             for (int p = 0; p < PACKETS; ++p) {
                 global const float *d = beams + p * (3 * LANES);
@@ -116,10 +117,11 @@ static inline void test_block(Returns *out, global const float *geometry, global
             const lanes_f v = dot3_lanes(dx, dy, dz, vx, vy, vz);
             const lanes_f w = dot3_lanes(dx, dy, dz, wx, wy, wz);
             if (clear[j]) {
-                const lanes_i inside = MASK(u >= 0.0f) & MASK(v >= 0.0f) & MASK(w >= 0.0f);
+                const lanes_i inside = MASK(u >= -rounding_u) & MASK(v >= -rounding_v) & MASK(w >= -rounding_w);
                 keep_first(out, p, dot3_lanes(dx, dy, dz, mx, my, mz), inside, triangle);
             } else {
-                const lanes_f inverse = needle_inverse_range(geometry, index, j, ox, oy, oz, dx, dy, dz, u, v, w);
+                const lanes_f inverse = needle_inverse_range(geometry, index, j, ox, oy, oz, dx, dy, dz, u, v, w,
+                                                             rounding_u, rounding_v, rounding_w);
                 keep_first(out, p, inverse, MASK(inverse > 0.0f), triangle);
             }
         }
