@@ -116,7 +116,14 @@ def _devices() -> list[Finding]:
         return [Finding("OpenCL", False, str(error), remedy, needed=False)]
     if not devices:
         return [Finding("OpenCL", False, "no device; Open3D will scan instead, slower", remedy, needed=False)]
-    return [Finding(f"OpenCL device {device.index}", True, device.describe()) for device in devices]
+    return [
+        Finding(
+            f"OpenCL device {d.index}",
+            True,
+            f"{d.name}, {d.kind}, {d.n_compute_units} compute units, {d.memory_bytes / 2**30:.0f} GiB; {d.platform} {d.version}",
+        )
+        for d in devices
+    ]
 
 
 def _engine() -> Finding:
@@ -148,7 +155,7 @@ def _engine() -> Finding:
 
 
 def _viewer() -> Finding:
-    from viewer_web.server import viewer_is_built
+    from viewer_web.server.app import BUILT_APP
 
-    built = viewer_is_built()
+    built = (BUILT_APP / "index.html").is_file()
     return Finding("viewer", built, "built" if built else "not built", "" if built else "run `make viewer`")

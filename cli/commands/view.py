@@ -24,4 +24,7 @@ def command(plan: Path, port: int, host: str, no_browser: bool) -> None:
         if not no_browser:
             click.launch(address)
 
-    serve(plan, host=host, port=port, on_ready=ready)
+    try:
+        serve(plan, host=host, port=port, on_ready=ready)
+    except KeyboardInterrupt:
+        output.say("stopped")
