@@ -20,6 +20,7 @@ _BUILDERS: dict[str, Callable[..., SyntheticScene]] = {
     "l-room": rooms.l_room,
     "two-rooms": rooms.two_rooms,
     "closed-rooms": rooms.closed_rooms,
+    "corridor-comb": rooms.corridor_comb,
 }
 
 

@@ -1,4 +1,4 @@
-"""Bare rooms of known truth: one convex room, an L, two rooms with a doorway, sealed rooms in a row."""
+"""Bare rooms of known truth: one convex room, an L, two rooms with a doorway, sealed rooms, rooms along a corridor."""
 
 from __future__ import annotations
 
@@ -60,6 +60,33 @@ def closed_rooms(*, seed: int = 0, n_rooms: int = 3) -> SyntheticScene:
     rooms = [_rectangle(f"Room {i + 1}", start, 0.0, round(start + side, 6), depth) for i, start in enumerate(starts)]
     parts = [*_floor_and_ceiling(width, depth), *_shell(width, depth), *partitions]
     return _assemble("closed-rooms", rooms, parts, (width, depth), n_stations=n_rooms)
+
+
+def corridor_comb(*, seed: int = 0, n_rooms: int = 4) -> SyntheticScene:
+    """A corridor with rooms of 3 x 4 m along one side, each with an open doorway to it. The seed is unused.
+
+    The wall with the doorways shows each room and the corridor a face that is seen from there only, so all need a
+    station; the one in a room, opposite its doorway, sees the doorway's reveals too.
+    """
+    del seed
+    side, depth, between, corridor = 3.0, 4.0, 0.15, 1.6
+    width = round(n_rooms * side + (n_rooms - 1) * between, 6)
+    inner = round(corridor + between, 6)
+    total = round(inner + depth, 6)
+    starts = [round(i * (side + between), 6) for i in range(n_rooms)]
+    doorways = [Opening(f"Doorway {i + 1}", round(start + 1.0, 6), 1.0, 2.1) for i, start in enumerate(starts)]
+    partitions = [
+        wall(f"Partition {i}", 0, (round(start - between, 6), inner, 0.0), (start, total, _HEIGHT_M))
+        for i, start in enumerate(starts)
+        if i > 0
+    ]
+    long_wall = wall("Wall corridor", 0, (0.0, corridor, 0.0), (width, inner, _HEIGHT_M), doorways)
+    rooms = [
+        _rectangle("Corridor", 0.0, 0.0, width, corridor),
+        *(_rectangle(f"Room {i + 1}", s, inner, round(s + side, 6), total) for i, s in enumerate(starts)),
+    ]
+    parts = [*_floor_and_ceiling(width, total), *_shell(width, total), long_wall, *partitions]
+    return _assemble("corridor-comb", rooms, parts, (width, total), n_stations=n_rooms + 1)
 
 
 def _rectangle(name: str, x0_m: float, y0_m: float, x1_m: float, y1_m: float) -> Room:

@@ -23,14 +23,26 @@ def house() -> SyntheticScene:
 
 
 def ranges_m(synthetic: SyntheticScene, origins: np.ndarray, direction: tuple[float, float, float]) -> np.ndarray:
-    """Distance to the first surface along one direction, infinite where there is none, by Open3D."""
+    """Distance to the first surface along one direction, infinite where there is none."""
+    return hit_ranges_m(synthetic, origins, np.tile(direction, (len(origins), 1)))
+
+
+def hit_ranges_m(synthetic: SyntheticScene, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Distance to the first surface, infinite where there is none, by Open3D."""
     import open3d as o3d
 
     scene = synthetic.scene
     caster = o3d.t.geometry.RaycastingScene()
     caster.add_triangles(scene.vertices_m.astype(np.float32), scene.triangles.astype(np.uint32))
-    rays = np.hstack([origins, np.tile(direction, (len(origins), 1))]).astype(np.float32)
+    rays = np.hstack([origins, directions]).astype(np.float32)
     return np.asarray(caster.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy(), dtype=np.float64)
+
+
+def clear_view(synthetic: SyntheticScene, spot: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Which points nothing hides from `spot`, by Open3D."""
+    way = points - spot
+    distance = np.linalg.norm(way, axis=1)
+    return hit_ranges_m(synthetic, np.broadcast_to(spot, way.shape), way / distance[:, None]) > distance - 1e-4
 
 
 def test_every_part_is_a_closed_surface_with_normals_outwards(synthetic: SyntheticScene) -> None:
@@ -101,6 +113,15 @@ def test_another_seed_moves_chairs_and_door_leaves_only(house: SyntheticScene) -
             dict.fromkeys(("Room 1", "Room 2", "Room 3"), 14 * 2.7),
             3,
         ),
+        (
+            "corridor-comb",
+            {"Corridor": 12.45 * 1.6, "Room 1": 12, "Room 2": 12, "Room 3": 12, "Room 4": 12},
+            {
+                "Corridor": 28.1 * 2.7 - 4 * 2.1,
+                **dict.fromkeys(("Room 1", "Room 2", "Room 3", "Room 4"), 14 * 2.7 - 2.1),
+            },
+            5,
+        ),
     ],
 )
 def test_bare_rooms_have_the_areas_of_their_plan(
@@ -110,6 +131,53 @@ def test_bare_rooms_have_the_areas_of_their_plan(
     assert truth.floor_area_m2 == pytest.approx(floor_m2)
     assert truth.wall_area_m2 == pytest.approx(walls_m2)
     assert truth.n_stations == n_stations
+
+
+#: Spots from which, together, all of a scene's inside is seen: as many as its truth says are needed.
+SPOTS_M = {
+    "box": [(3.1, 2.2, 1.4)],
+    "l-room": [(1.6, 1.4, 1.5)],
+    "two-rooms": [(1.0, 2.0, 1.0), (7.0, 2.0, 1.0)],
+    "closed-rooms": [(1.5, 2.0, 1.4), (4.6, 2.0, 1.4), (7.8, 2.0, 1.4)],
+    "corridor-comb": [(6.2, 0.8, 1.0), *((1.5 + 3.15 * i, 4.0, 1.0) for i in range(4))],
+}
+
+
+def inside_samples_m(synthetic: SyntheticScene, rng: np.random.Generator) -> np.ndarray:
+    """Random points a millimetre before the floors and walls of all rooms."""
+    points = []
+    for room in synthetic.rooms:
+        corners = np.asarray(room.outline_m)
+        for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            along = (end - start) / np.linalg.norm(end - start)
+            share = rng.uniform(0.01, 0.99, size=(200, 1))
+            flat = start + share * (end - start) + 0.001 * np.array([-along[1], along[0]])  # the room lies on the left
+            points.append(np.hstack([flat, room.floor_m + rng.uniform(0.01, room.height_m - 0.01, size=(200, 1))]))
+        spread = rng.uniform(corners.min(axis=0), corners.max(axis=0), size=(400, 2))
+        spread = spread[[in_outline(room, x, y) for x, y in spread]]
+        points.append(np.hstack([spread, np.full((len(spread), 1), room.floor_m + 0.001)]))
+    return np.concatenate(points)
+
+
+@pytest.mark.parametrize("name", SPOTS_M)
+def test_as_many_stations_as_the_truth_says_see_everything_and_one_less_does_not(name: str) -> None:
+    synthetic = scenes_synthetic.build(name)
+    points = inside_samples_m(synthetic, np.random.default_rng(3))
+    sees = np.array([clear_view(synthetic, np.asarray(spot), points) for spot in SPOTS_M[name]])
+    assert len(sees) == synthetic.truth.n_stations
+    assert sees.any(axis=0).all()
+    for left_out in range(len(sees)):
+        rest = np.delete(sees, left_out, axis=0)
+        assert not rest.any(axis=0).all(), f"{name} without spot {left_out}"
+
+
+def test_no_spot_sees_two_faces_of_the_wall_along_the_corridor() -> None:
+    # Why the comb needs a station in the corridor and in every room: these points have no common viewpoint.
+    synthetic = scenes_synthetic.build("corridor-comb")
+    rng = np.random.default_rng(5)
+    faces = np.array([(0.5, 1.599, 1.0), *((0.5 + 3.15 * i, 1.751, 1.0) for i in range(4))])
+    for spot in rng.uniform((0.05, 0.05, 0.05), (12.4, 5.7, 2.65), size=(300, 3)):
+        assert clear_view(synthetic, spot, faces).sum() <= 1, f"seed 5, {spot}"
 
 
 def sampled_areas_m2(synthetic: SyntheticScene, room: Room) -> tuple[float, float]:
