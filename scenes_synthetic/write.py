@@ -24,13 +24,14 @@ FORMATS = (".ifc", *_BYTES, *_USD)
 def write(synthetic: SyntheticScene, path: Path | str) -> Path:
     """Save a scene and return the path; an existing file is replaced, and stays whole if writing fails.
 
-    IFC keeps storeys, rooms, names, classes and openings; USD and GLB keep names and classes; OBJ keeps names; PLY and
+    Folders on the way are made. IFC keeps storeys, rooms, names, classes and openings; USD and GLB keep names and classes; OBJ keeps names; PLY and
     STL keep triangles only. Raises ValueError for an extension not in `FORMATS`.
     """
     target = Path(path)
     suffix = target.suffix.lower()
     if suffix not in FORMATS:
         raise ValueError(f"{target.name}: can't write '{suffix}'; name the file with one of {', '.join(FORMATS)}")
+    target.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=suffix, dir=target.parent)
     os.close(handle)
     beside = Path(name)

@@ -116,6 +116,12 @@ def test_failed_write_leaves_the_old_file_and_nothing_else(
     assert target.read_text() == "old"
 
 
+def test_folders_on_the_way_are_made(house: SyntheticScene, tmp_path: Path) -> None:
+    path = scenes_synthetic.write(house, tmp_path / "out" / "deep" / "house.stl")
+    assert path.stat().st_size == 84 + 50 * house.scene.n_triangles
+    assert path.stat().st_mode & 0o777 == 0o644
+
+
 def test_unknown_extension_is_refused_with_the_known_ones(house: SyntheticScene, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"house\.dwg: can't write '\.dwg'.*\.ifc"):
         scenes_synthetic.write(house, tmp_path / "house.dwg")
