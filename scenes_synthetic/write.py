@@ -24,8 +24,8 @@ FORMATS = (".ifc", *_BYTES, *_USD)
 def write(synthetic: SyntheticScene, path: Path | str) -> Path:
     """Save a scene and return the path; an existing file is replaced, and stays whole if writing fails.
 
-    Folders on the way are made. IFC keeps storeys, rooms, names, classes and openings; USD and GLB keep names and classes; OBJ keeps names; PLY and
-    STL keep triangles only. Raises ValueError for an extension not in `FORMATS`.
+    Folders on the way are made. IFC keeps storeys, rooms, names, classes and openings; USD and GLB keep names and
+    classes; OBJ keeps names; PLY and STL keep triangles only. Raises ValueError for an extension not in `FORMATS`.
     """
     target = Path(path)
     suffix = target.suffix.lower()
