@@ -12,6 +12,7 @@ from planner_core.errors import OutputExistsError, PlanFolderError
 from planner_core.export.atomic import recover, staged_folder
 from planner_core.export.face_results import face_results, lower_best_range, unseen_range
 from planner_core.export.plan_json import plan_text, read_plan_json
+from planner_core.export.report import report_files, write_report
 from planner_core.export.scans import write_scan
 from planner_core.export.station_names import station_prim_names
 from planner_core.export.stations_csv import stations_csv
@@ -103,7 +104,7 @@ class _Writer:
         self._folder = staging
         self._progress = progress
         self._n_done = 0
-        self._n_files = 4 * len(plan.stations) + len(STAGE_FILES) + 3
+        self._n_files = 4 * len(plan.stations) + len(STAGE_FILES) + len(report_files(plan)) + 3
 
     def write(self) -> None:
         """Write everything: the scans first, because the results of the faces need their ranges."""
@@ -112,6 +113,8 @@ class _Writer:
         self._step("stage", n_files=len(STAGE_FILES))
         self._put("viewer/patches.u8", patches_bytes(self._plan.times_seen, self._plan.achievable))
         self._put("stations.csv", stations_csv(self._plan).encode())
+        for name in write_report(self._plan, self._folder / "report", engine=self._engine):
+            self._step(f"report/{name}")
         self._put("plan.json", plan_text(self._plan).encode())
 
     def _write_clouds(self) -> Float32Array:
