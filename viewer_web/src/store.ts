@@ -24,8 +24,10 @@ export interface Picked {
   readonly elementIndex: number;
   /** The floor whose ground it is; null: not ground. */
   readonly groundOf: string | null;
-  /** Stations that see the patch under the pointer; null: not achievable. */
+  /** Stations that see the patch under the pointer; null: not achievable, or not a surface but a cut. */
   readonly timesSeen: number | null;
+  /** The inside of a body that the cut opens. */
+  readonly isSection: boolean;
   /** Scene coordinates, metres. */
   readonly pointM: readonly [number, number, number];
 }

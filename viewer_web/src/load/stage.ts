@@ -105,7 +105,9 @@ function mergeMeshes(meshes: readonly CratePrim[]): { triangles: StageTriangles;
     triangles.firstPatch.set(perFace(mesh, 'primvars:tlsplan:firstPatch', n), first);
     triangles.patchDepth.set(perFace(mesh, 'primvars:tlsplan:patchDepth', n), first);
     triangles.groundOf.set(perFace(mesh, 'primvars:tlsplan:floorIndex', n), first);
-    triangles.squaredEdgesM2.set(edgesOf(mesh, n, triangles.cornersM, first), 3 * first);
+    for (let t = first; t < first + n; t++) {
+      triangles.squaredEdgesM2.set(squaredEdges(triangles.cornersM, 9 * t), 3 * t);
+    }
     elements.push({
       name: string(mesh, 'tlsplan:name'),
       kind: string(mesh, 'tlsplan:kind'),
@@ -116,18 +118,6 @@ function mergeMeshes(meshes: readonly CratePrim[]): { triangles: StageTriangles;
     first += n;
   });
   return { triangles, elements };
-}
-
-/**
- * Squared edges as the planner had them, where the stage tells; else from the corners, which the file rounds to
- * float32: edges of equal length may then tie differently, and a patch be drawn in its neighbour's place.
- */
-function edgesOf(mesh: CratePrim, n: number, cornersM: Float32Array, first: number): Float32Array {
-  const told = mesh.get('primvars:tlsplan:squaredEdges');
-  if (told instanceof Float32Array && told.length === 3 * n) return told;
-  const edges = new Float32Array(3 * n);
-  for (let i = 0; i < n; i++) edges.set(squaredEdges(cornersM, 9 * (first + i)), 3 * i);
-  return edges;
 }
 
 function copyCorners(mesh: CratePrim, indices: Int32Array, to: Float32Array): void {

@@ -1,5 +1,5 @@
 /** What was clicked in the building. */
-import type { Store } from '../store.ts';
+import type { Picked, Store } from '../store.ts';
 import { Card } from './card.tsx';
 import { counted, kindInWords } from './figures.ts';
 import { Figure } from './section.tsx';
@@ -9,7 +9,7 @@ export function SurfaceCard({ store }: { store: Store }) {
   const floors = store.loaded.value?.plan.floors ?? [];
   if (picked === null) return null;
   const floorName = (id: string): string => floors.find((floor) => floor.id === id)?.name ?? id;
-  const { element, groundOf, timesSeen } = picked;
+  const { element, groundOf } = picked;
   return (
     <Card
       title={element.name || 'Unnamed element'}
@@ -22,13 +22,7 @@ export function SurfaceCard({ store }: { store: Store }) {
         {groundOf === null && element.floorId !== '' && <Figure name="Floor" value={floorName(element.floorId)} />}
         <Figure
           name="Seen here"
-          value={
-            timesSeen === null
-              ? 'not achievable'
-              : timesSeen === 0
-                ? 'by no station'
-                : `by ${counted(timesSeen, 'station')}`
-          }
+          value={seenInWords(picked)}
           hint="The patch under the pointer. Not achievable: no admissible position sees it"
         />
         <Figure
@@ -39,4 +33,10 @@ export function SurfaceCard({ store }: { store: Store }) {
       </dl>
     </Card>
   );
+}
+
+function seenInWords({ isSection, timesSeen }: Picked): string {
+  if (isSection) return 'cut open';
+  if (timesSeen === null) return 'not achievable';
+  return timesSeen === 0 ? 'by no station' : `by ${counted(timesSeen, 'station')}`;
 }

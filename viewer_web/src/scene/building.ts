@@ -6,12 +6,13 @@
  * seen. A closed body that a slice cuts open shows the back of its faces: they are painted as the section.
  */
 import {
+  BackSide,
   BufferAttribute,
   BufferGeometry,
   Color,
   DataTexture,
-  DoubleSide,
   FloatType,
+  FrontSide,
   GLSL3,
   Group,
   IntType,
@@ -64,6 +65,7 @@ precision highp int;
 uniform highp usampler2D patchSeen;
 uniform vec2 slice;
 uniform bool paintsCoverage;
+uniform bool isBack; // not gl_FrontFacing: three turns it round where it draws back faces
 uniform float fade;
 uniform int pickedElement;
 uniform vec3 plainColor, groundColor, sectionColor, unseenColor, notAchievableColor, pickedColor, backgroundColor;
@@ -87,7 +89,7 @@ void main() {
   vec3 normal = abs(normalize(cross(dFdx(vLocal), dFdy(vLocal))));
   float light = 0.74 + 0.26 * normal.z - 0.10 * normal.x + 0.02 * normal.y;
   int bodySide = (vNumbers.w >> 1) - 1;
-  bool isSection = bodySide != 0 && (bodySide > 0) != gl_FrontFacing;
+  bool isSection = bodySide != 0 && (bodySide > 0) == isBack;
   vec3 color;
   if (isSection) {
     color = sectionColor;
@@ -198,17 +200,21 @@ export class Building {
     this.disposeSlices();
     for (const slice of slices) {
       const limits = { value: [slice.bottomM, slice.topM].map((z) => Math.min(1e9, Math.max(-1e9, z))) };
-      const surface = new ShaderMaterial({
-        glslVersion: GLSL3,
-        vertexShader: SURFACE_VERTEX,
-        fragmentShader: SURFACE_FRAGMENT,
-        uniforms: { ...this.uniforms, slice: limits },
-        side: DoubleSide,
-        // Lines lie in the surfaces they outline.
-        polygonOffset: true,
-        polygonOffsetFactor: 1,
-        polygonOffsetUnits: 1,
-      });
+      // Lines lie in the surfaces they outline, so surfaces step back; front faces further than back faces: where two bodies
+      // touch, the section of one must win over the face of the other.
+      const surfaces = [FrontSide, BackSide].map(
+        (side, i) =>
+          new ShaderMaterial({
+            glslVersion: GLSL3,
+            vertexShader: SURFACE_VERTEX,
+            fragmentShader: SURFACE_FRAGMENT,
+            uniforms: { ...this.uniforms, slice: limits, isBack: { value: side === BackSide } },
+            side,
+            polygonOffset: true,
+            polygonOffsetFactor: 2 - i,
+            polygonOffsetUnits: 4 - 2 * i,
+          }),
+      );
       const line = new ShaderMaterial({
         glslVersion: GLSL3,
         vertexShader: LINE_VERTEX,
@@ -216,8 +222,9 @@ export class Building {
         uniforms: { ...this.lineUniforms, slice: limits },
         transparent: true,
       });
-      this.materials.push(surface, line);
-      for (const object of [new Mesh(this.geometry, surface), new LineSegments(this.lines, line)]) {
+      this.materials.push(...surfaces, line);
+      const meshes = surfaces.map((surface) => new Mesh(this.geometry, surface));
+      for (const object of [...meshes, new LineSegments(this.lines, line)]) {
         object.position.z = slice.liftM;
         this.group.add(object);
       }

@@ -19,8 +19,8 @@ const DIRECTIONS = {
   side: new Vector3(-0.42, -0.78, 0.88).normalize(),
   top: new Vector3(0, -0.0005, 1).normalize(),
 } as const;
-/** Room left around the box, for the markers at its rim. */
-const MARGIN = 1.06;
+/** Room left around the box, for the markers at its rim and the controls above it. */
+const MARGIN = 1.15;
 
 /** The nearest view along a fixed direction that has all of the box in the picture. */
 export function homeView(

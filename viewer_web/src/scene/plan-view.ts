@@ -2,6 +2,7 @@
 import { effect, untracked } from '@preact/signals';
 import { Ray, Vector3 } from 'three';
 import { type Extent, extentOf, sliceOfFloor } from '../floors/cut.ts';
+import { normalOf } from '../load/edges.ts';
 import { fetchCloud, type LoadedPlan } from '../load/fetch-plan.ts';
 import { patchCode } from '../load/patch-rule.ts';
 import type { StageStation, StageTriangles } from '../load/stage.ts';
@@ -106,7 +107,7 @@ export class PlanView {
       effect(() => {
         this.building.setLook({
           paint: store.paint.value,
-          pickedElement: store.picked.value?.elementIndex ?? null,
+          pickedElement: highlighted(store.picked.value),
           isFaded: store.cloud.value.kind === 'shown',
         });
         this.cloud?.setPaint(store.cloudPaint.value);
@@ -174,15 +175,19 @@ export class PlanView {
     for (const station of this.loaded.stage.stations) {
       const at = this.drawnPlace(station);
       const place = at && this.viewport.project(at);
-      if (at && place) places.set(station.id, { ...place, isHidden: this.isBehindSomething(at) });
+      const cover = at && this.coverOf(at);
+      // Behind a wall of its own floor a marker is dimmed; behind another floor it would seem to stand there.
+      if (!place || (cover && cover.slice.floorId !== null && cover.slice.floorId !== station.floorId)) continue;
+      places.set(station.id, { ...place, isHidden: cover !== null });
     }
     return places;
   }
 
-  private isBehindSomething(at: Vector3): boolean {
+  /** The surface between the camera and a place; null: none. */
+  private coverOf(at: Vector3): SurfaceHit | null {
     const eye = this.viewport.camera.position;
     const ray = new Ray(eye.clone(), at.clone().sub(eye).normalize());
-    return this.picker.firstHit(ray, this.store.slices.peek(), eye.distanceTo(at) - OCCLUSION_SLACK_M) !== null;
+    return this.picker.firstHit(ray, this.store.slices.peek(), eye.distanceTo(at) - OCCLUSION_SLACK_M);
   }
 
   private listenToClicks(canvas: HTMLCanvasElement): void {
@@ -205,30 +210,39 @@ export class PlanView {
 
   /** A click on ground picks its floor; on anything else it tells what that is; beside the building it lets go. */
   private click(clientX: number, clientY: number): void {
-    const hit = this.picker.firstHit(this.viewport.rayAt(clientX, clientY), this.store.slices.value);
+    const ray = this.viewport.rayAt(clientX, clientY);
+    const hit = this.picker.firstHit(ray, this.store.slices.value);
     if (hit === null) {
       this.store.pick(null);
       return;
     }
-    const picked = this.describe(hit);
+    const picked = this.describe(hit, ray.direction);
     if (picked.groundOf !== null && picked.groundOf !== this.store.floorId.value) {
       this.store.chooseFloor(picked.groundOf);
     }
     this.store.pick(picked);
   }
 
-  private describe(hit: SurfaceHit): Picked {
+  private describe(hit: SurfaceHit, beam: Vector3): Picked {
     const { triangles, elements, floors, offsetM } = this.loaded.stage;
     const elementIndex = triangles.element[hit.triangle];
     const seen = this.loaded.patchSeen[patchAt(triangles, hit)];
+    const outward = new Vector3(...normalOf(triangles.cornersM, hit.triangle));
+    const isSection = this.loaded.edges.bodySide[hit.triangle] * outward.dot(beam) > 0;
     return {
       element: elements[elementIndex],
       elementIndex,
       groundOf: floors.find(({ index }) => index + 1 === triangles.groundOf[hit.triangle])?.id ?? null,
-      timesSeen: seen === NOT_ACHIEVABLE ? null : seen,
+      timesSeen: seen === NOT_ACHIEVABLE || isSection ? null : seen,
+      isSection,
       pointM: [hit.pointM.x + offsetM[0], hit.pointM.y + offsetM[1], hit.pointM.z + offsetM[2]],
     };
   }
+}
+
+/** Ground keeps its colours: it fills the picture, and its coverage is what is looked at. */
+function highlighted(picked: Picked | null): number | null {
+  return picked === null || picked.groundOf !== null ? null : picked.elementIndex;
 }
 
 function patchAt(triangles: StageTriangles, { triangle, pointM }: SurfaceHit): number {

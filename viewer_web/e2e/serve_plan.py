@@ -1,0 +1,38 @@
+"""Plans the synthetic house, serves it as `tlsplan view` does, and prints the address and the plan folder, one a line.
+
+`python serve_plan.py FOLDER` writes the plan to FOLDER and serves it until interrupted; a plan that is there is kept.
+"""
+
+import sys
+from pathlib import Path
+
+import scenes_synthetic
+from planner_core.export.folder import write_plan_folder
+from planner_core.model import PlanSettings
+from planner_core.plan import make_plan
+from planner_core.scan.scanners import load_scanner
+from viewer_web.server import serve
+
+# Coarse: the tests look at the viewer, not at how good the plan is.
+GRID_STEP_M = 1.0
+INSTRUMENT_HEIGHT_M = 1.3
+
+
+def main() -> None:
+    """Plan, write, serve."""
+    folder = Path(sys.argv[1])
+    if not (folder / "plan.json").is_file():
+        settings = PlanSettings(
+            scanner=load_scanner("hdl-64e"), grid_step_m=GRID_STEP_M, instrument_heights_m=(INSTRUMENT_HEIGHT_M,)
+        )
+        write_plan_folder(make_plan(scenes_synthetic.build("house").scene, settings), folder)
+
+    def announce(address: str) -> None:
+        sys.stdout.write(f"{address}\n{folder}\n")
+        sys.stdout.flush()
+
+    serve(folder, on_ready=announce)
+
+
+if __name__ == "__main__":
+    main()
