@@ -1,0 +1,128 @@
+"""The choice of a device, memory told before it is taken, and errors of the driver in one line."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner_core.device import DEVICE_VARIABLE, Device, list_devices, open_device
+from planner_core.device.runtime import kernel_source
+from planner_core.errors import DeviceError, PlannerError
+
+DOUBLE = (
+    "kernel void twice(global const float *x, global float *y) { y[get_global_id(0)] = 2.0f * x[get_global_id(0)]; }"
+)
+
+
+@pytest.fixture(scope="module")
+def device() -> Device:
+    return open_device()
+
+
+def test_devices_are_listed_with_their_numbers() -> None:
+    devices = list_devices()
+    assert devices, "make test installs PoCL"
+    assert [info.index for info in devices] == list(range(len(devices)))
+    for info in devices:
+        assert info.name
+        assert info.kind in {"cpu", "gpu", "other"}
+        assert info.memory_bytes > 0
+
+
+def test_a_device_is_found_by_number_by_name_and_by_variable(monkeypatch: pytest.MonkeyPatch) -> None:
+    info = list_devices()[0]
+    by_number = open_device("0")
+    assert info.name in by_number.label
+    assert open_device(info.name.upper()).label == by_number.label
+    monkeypatch.setenv(DEVICE_VARIABLE, info.platform)
+    assert open_device().label == by_number.label
+    monkeypatch.setenv(DEVICE_VARIABLE, "no such thing")
+    with pytest.raises(DeviceError, match="no such thing"):
+        open_device()
+    assert open_device("0").label == by_number.label, "an argument goes before the variable"
+
+
+@pytest.mark.parametrize("name", ["no-such-device", "99"])
+def test_an_unknown_device_is_answered_with_those_there(name: str) -> None:
+    with pytest.raises(DeviceError, match=re.escape(list_devices()[0].name)):
+        open_device(name)
+
+
+def test_a_program_runs_and_is_built_once(device: Device) -> None:
+    x = np.arange(10, dtype=np.float32)
+    y = np.zeros(10, dtype=np.float32)
+    given = device.upload("test", {"x": x})
+    program = device.program_from_source(DOUBLE, title="twice.cl", defines={})
+    with device.outputs("test", {"y": y}) as out:
+        program.run("twice", (10,), given["x"], out["y"])
+    np.testing.assert_array_equal(y, 2 * x)
+    assert device.program_from_source(DOUBLE, title="twice.cl", defines={}) is program
+    program.run("twice", (0,), given["x"], given["x"])
+    device.read(given["x"], y)
+    np.testing.assert_array_equal(y, x)
+
+
+def test_a_program_that_does_not_build_names_the_error_and_the_log(device: Device) -> None:
+    with pytest.raises(DeviceError) as caught:
+        device.program_from_source("kernel void broken(global float *x) { x[0] = nonsense; }", title="b.cl", defines={})
+    message = str(caught.value)
+    assert len(message.splitlines()) == 1
+    assert "b.cl does not build" in message
+    log = Path(re.search(r"the full log is (\S+);", message)[1])
+    try:
+        assert "nonsense" in log.read_text(encoding="utf-8")
+    finally:
+        log.unlink()
+
+
+def test_memory_is_totalled_before_it_is_taken(device: Device) -> None:
+    held = device.held_bytes
+    with pytest.raises(DeviceError, match=r"requested .* available") as caught:
+        device.reserve("scene", {"a": device.memory_bytes // 2, "b": device.memory_bytes // 2})
+    assert "scene" in str(caught.value)
+    with pytest.raises(DeviceError, match="one buffer can have"):
+        device.reserve("scene", {"a": device.max_buffer_bytes + 1})
+    assert device.held_bytes == held
+
+
+def test_memory_comes_back(device: Device) -> None:
+    held = device.held_bytes
+    buffer = device.allocate("test", 1000)
+    assert device.held_bytes == held + 1000
+    buffer.release()
+    buffer.release()
+    assert device.held_bytes == held
+    given = device.upload("test", {"x": np.zeros(10)})
+    assert device.held_bytes == held + 80
+    del given
+    assert device.held_bytes == held
+
+
+def test_zero_and_read_cover_the_bytes_asked_for(device: Device) -> None:
+    buffer = device.upload("test", {"x": np.full(16, 7, dtype=np.uint8)})["x"]
+    device.zero(buffer, 10)
+    got = np.empty(16, dtype=np.uint8)
+    device.read(buffer, got)
+    assert got.tolist() == [0] * 10 + [7] * 6
+
+
+def test_an_error_of_the_driver_is_a_device_error(device: Device) -> None:
+    program = device.program_from_source(DOUBLE, title="twice.cl", defines={})
+    buffer = device.allocate("test", 4)
+    with pytest.raises(DeviceError, match="kernel thrice"):
+        program.run("thrice", (1,), buffer, buffer)
+    assert issubclass(DeviceError, PlannerError)
+
+
+@pytest.mark.parametrize("file", ["scan_tiles.cl", "cast_rays.cl", "tree_split.cl"])
+def test_kernel_sources_are_found_and_hold_no_include_of_ours(file: str) -> None:
+    source = kernel_source(file)
+    assert "kernel void" in source
+    assert '#include "' not in source
+
+
+@pytest.mark.parametrize("lanes", [1, 4, 8])
+def test_kernels_build_at_every_packet_width(device: Device, lanes: int) -> None:
+    defines = {"LANES": lanes, "STACK": 64, "TILE_ROWS": 4, "TILE_COLUMNS": 8}
+    device.program("scan_tiles.cl", defines)
