@@ -7,7 +7,7 @@ Numbered steps of `scene_from_arrays`:
 
 1. faces that name a missing vertex: an error, or dropped and counted where `skip_bad_faces` says so;
 2. source frame -> scene frame (unit, y up);
-3. faces with a vertex that is not finite are dropped;
+3. faces with a coordinate that is not finite, or no place on Earth, are dropped;
 4. scene frame -> local frame (only when the scene lies far from its origin);
 5. bit-identical vertices become one (so that neighbours share edges exactly and no beam slips between them);
 6. faces without area, and faces that repeat an earlier one, are dropped;
@@ -53,6 +53,9 @@ National grids have coordinates of up to 1e7 m, which float64 rounds by 1e-9 m a
 height of a line comes out as up to 4e-9 m: anything below 1e-8 m is a line that was meant to be one. Slivers above it
 are kept: dropping those would open cracks. A scanner resolves 1e-4 m at best. It gets models of a micrometre wrong.
 """
+
+MAX_COORDINATE_M = 1e9
+"""Coordinates beyond this are damage, not places: the Earth's circumference is 4e7 m. Counted as not finite."""
 
 MAX_DROPPED_LINES = 100
 """Length of `LoadReport.dropped`."""
@@ -184,7 +187,8 @@ def _to_scene_frame(vertices: FloatArray, metres_per_unit: float, up_axis: str) 
         vertices = np.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)
     if metres_per_unit == 1.0:
         return vertices
-    return vertices * metres_per_unit
+    with np.errstate(over="ignore"):  # what overflows is dropped in the next step
+        return vertices * metres_per_unit
 
 
 def _offset(vertices_m: FloatArray, triangles: Int64Array) -> FloatArray:
@@ -235,14 +239,13 @@ class _Repair:
         self._drop("bad_index", bad, "names a vertex that does not exist")
 
     def drop_non_finite(self, vertices_m: FloatArray) -> None:
-        """Drop triangles with a NaN or infinite coordinate."""
-        if np.isfinite(vertices_m).all() or vertices_m.shape[0] == 0:
+        """Drop triangles with a NaN, infinite or impossible coordinate."""
+        bad_value = ~(np.abs(vertices_m) <= MAX_COORDINATE_M)
+        if not bad_value.any():
             self.counts["non_finite"] = 0
             return
-        bad_vertex: BoolArray = ~np.asarray(np.isfinite(vertices_m).all(axis=1))
-        self._drop(
-            "non_finite", self.keep & bad_vertex[self.corners].any(axis=1), "has a coordinate that is not finite"
-        )
+        bad_vertex: BoolArray = bad_value[:, 0] | bad_value[:, 1] | bad_value[:, 2]
+        self._drop("non_finite", self.keep & bad_vertex[self.corners].any(axis=1), "has a coordinate that is no place")
 
     def weld(self, vertices_m: FloatArray) -> None:
         """Let triangles name the first vertex at each place."""

@@ -10,6 +10,7 @@ float64: far site placements lose nothing, and equal local vertices stay equal b
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,6 +46,13 @@ _ELEVATION_TOLERANCE_M = 0.01
 _CLOSED_SHARE = 1e-6
 """Share of its area by which the faces of a closed shape may fail to add up: OpenCASCADE rounds corners to 1e-7."""
 
+_QUOTED = re.compile(rb"'[^']*'")
+_DEFINITION = re.compile(rb"#(\d{1,18})\s*=")
+_REFERENCE = re.compile(rb"#(\d{1,18})")
+_INSTANCE = re.compile(rb"#(\d{1,18})\s*=\s*(\w+)\s*\(([^;]*)")
+_NO_GEOMETRY = (b"IFCREL", b"IFCPROP", b"IFCPRESENTATION", b"IFCSTYLE", b"IFCMATERIAL", b"IFCELEMENTQUANT", b"IFCQUANT")
+"""Instances that may name something missing: tools that filter files leave such ends, and no shape needs them."""
+
 
 @dataclass(frozen=True)
 class _Shapes:
@@ -68,7 +76,21 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
         IfcOpenShell is not installed.
     """
     _check_is_complete(path)
+    _check_references(path)
     model = _open(path)
+    try:
+        return _raw_scene(path, model, progress)
+    except SceneError:
+        raise
+    except (RuntimeError, AttributeError, TypeError, ValueError, IndexError) as error:  # IfcOpenShell's ways to fail
+        reason = " ".join(str(error).split())
+        raise SceneError(
+            f"{path.name}: its contents do not follow {model.schema_identifier} ({reason}); "
+            "check it with an IFC validator and export it again."
+        ) from error
+
+
+def _raw_scene(path: Path, model: Any, progress: Progress) -> RawScene:
     unit_m, unit_name, unit_warnings = _length_unit(path, model)
     shapes, shape_warnings = _triangulate_products(path, model, progress)
     storeys, storey_of_id, storey_warnings = _storeys(path, model, unit_m)
@@ -103,6 +125,25 @@ def _check_is_complete(path: Path) -> None:
         )
     if b"END-ISO-10303-21" not in end:
         raise SceneError(f"{path.name}: it has no END-ISO-10303-21 at its end: it is cut off; copy or export it again.")
+
+
+def _check_references(path: Path) -> None:
+    """Refuse geometry that names instances which are not there: IfcOpenShell 0.9 ends the whole process on them."""
+    text = _QUOTED.sub(b"", path.read_bytes())
+    present = np.array([int(n) for n in _DEFINITION.findall(text)], dtype=np.int64)
+    named = np.unique(np.array([int(n) for n in _REFERENCE.findall(text)], dtype=np.int64))
+    missing = np.setdiff1d(named, present)
+    if not missing.size:
+        return
+    lost = {b"%d" % number for number in missing.tolist()}
+    for number, kind, attributes in _INSTANCE.findall(text):
+        if not kind.startswith(_NO_GEOMETRY):
+            gone = next((n for n in _REFERENCE.findall(attributes) if n in lost), None)
+            if gone is not None:
+                raise SceneError(
+                    f"{path.name}: #{number.decode()} ({kind.decode()}) names #{gone.decode()}, which is not in the "
+                    "file; it is damaged, copy or export it again."
+                )
 
 
 def _open(path: Path) -> Any:

@@ -77,32 +77,38 @@ def read_usd(path: Path, *, skip_bad_faces: bool) -> RawScene:
             f"{path.name}: reading USD needs the package usd-core, which is missing; run pip install usd-core."
         ) from error
     messages = UsdUtils.CoalescingDiagnosticDelegate()  # keeps the library's warnings off stderr, for our report
-    stage = _open(path)
-    gathered = _Gathered(path.name, skip_bad_faces)
-    root = stage.GetPseudoRoot()
-    for prim, matrix, label in _walk(root, np.eye(4), UsdGeom.XformCache(Usd.TimeCode.EarliestTime()), "", gathered, 0):
-        _add_mesh(gathered, prim, matrix, label)
-    told = [d.commentary for d in messages.TakeUncoalescedDiagnostics()]
-    return _raw_scene(path, stage, gathered, told)
-
-
-def _open(path: Path) -> Any:
-    from pxr import Tf, Usd
-
     try:
-        stage = Usd.Stage.Open(str(path), Usd.Stage.LoadAll)
-    except Tf.ErrorException as error:
+        stage = _open(path)
+        gathered = _Gathered(path.name, skip_bad_faces)
+        cache = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
+        for prim, matrix, label in _walk(stage.GetPseudoRoot(), np.eye(4), cache, "", gathered, 0):
+            _add_mesh(gathered, prim, matrix, label)
+        told = [d.commentary for d in messages.TakeUncoalescedDiagnostics()]
+        return _raw_scene(path, stage, gathered, told)
+    except SceneError:
+        raise
+    except (RuntimeError, TypeError, ValueError) as error:  # Tf errors are RuntimeErrors
         with path.open("rb") as file:
             looks = what_it_looks_like(file.read(64))
         raise SceneError(
-            f"{path.name}: not a readable USD file ({_first_reason(str(error))}): {looks}; export the model again."
+            f"{path.name}: not a readable USD file ({_first_reason(error)}): {looks}; export the model again."
         ) from error
+
+
+def _open(path: Path) -> Any:
+    from pxr import Usd
+
+    stage = Usd.Stage.Open(str(path), Usd.Stage.LoadAll)
     stage.Reload()  # a layer that this process opened before is kept in memory, and may have changed on disk
     return stage
 
 
-def _first_reason(text: str) -> str:
+def _first_reason(error: Exception) -> str:
     """The first message in a Tf error, without the source lines it names."""
+    try:
+        text = str(error)
+    except UnicodeDecodeError:  # a Tf error may quote the file's bytes as they are
+        return "it holds bytes that are no text"
     quoted = text.partition(" : '")[2].partition("'\n")[0] or text
     return " ".join(quoted.rstrip("'").split())
 

@@ -76,12 +76,21 @@ def test_each_fault_is_counted_and_listed():
     assert sorted(report.dropped) == [
         "mesh, face 1: is a line: its corners lie on it",
         "mesh, face 2: has two corners in one place",
-        "mesh, face 3: has a coordinate that is not finite",
-        "mesh, face 4: has a coordinate that is not finite",
+        "mesh, face 3: has a coordinate that is no place",
+        "mesh, face 4: has a coordinate that is no place",
         "mesh, face 5: is the same as face 0",
         "mesh, face 6: is the same as face 0",
         "mesh, face 8: names a vertex that does not exist",
     ]
+
+
+@pytest.mark.parametrize("unit", [1.0, 1000.0])
+@pytest.mark.parametrize("value", [2e9, -1e300, 1.7e308])
+def test_coordinates_beyond_the_earth_are_dropped_as_not_finite(value, unit):
+    vertices = np.vstack([SQUARE, [[value, 0, 0]]])
+    with np.errstate(all="raise"):
+        scene = scene_from_arrays(vertices, [[0, 1, 2], [0, 1, 4]], metres_per_unit=unit)
+    assert (scene.n_triangles, scene.report.n_non_finite) == (1, 1)
 
 
 def test_repeated_face_of_another_element_names_that_element():
