@@ -136,5 +136,5 @@ def bathtub(length_m: float = 1.7, width_m: float = 0.75) -> Solid:
 def desk(width_m: float, depth_m: float = 0.65) -> Solid:
     """A table with a drawer unit under its right end."""
     half = width_m / 2
-    drawers = _block((half - 0.52, half - 0.12), (-depth_m + 0.08, -0.05), (0.02, 0.6))
+    drawers = _block((half - 0.44, half - 0.12), (-depth_m + 0.08, -0.05), (0.02, 0.6))
     return join([table(width_m, depth_m), drawers])

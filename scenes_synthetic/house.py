@@ -208,11 +208,11 @@ def _ground_furniture(rng: np.random.Generator) -> list[Part]:
         _furniture("Living room", "television board", f.cupboard(1.8, 0.4, 0.45), 7.45, 0.32, _SOUTH_WALL),
         _furniture("Living room", "bookshelf", f.shelf(1.6, 0.32, 2.0, n_boards=4), 5.22, 4.6, _WEST_WALL),
         _furniture("Living room", "sideboard", f.cupboard(1.5, 0.42, 0.8), 9.68, 6.6, _EAST_WALL),
-        _furniture("Living room", "dining table", f.table(1.8, 0.95), 7.5, 6.15),
+        _furniture("Living room", "dining table", f.table(2.2, 0.95), 7.5, 6.15),
     ]
-    for i, x in enumerate((6.95, 7.5, 8.05)):
-        items.append(_loose_chair("Living room", f"chair {i + 1}", x, 6.6, 0.0, rng))
-        items.append(_loose_chair("Living room", f"chair {i + 4}", x, 4.75, 180.0, rng))
+    for i, x in enumerate((6.8, 7.5, 8.2)):
+        items.append(_loose_chair("Living room", f"chair {i + 1}", x, 6.66, 0.0, rng))
+        items.append(_loose_chair("Living room", f"chair {i + 4}", x, 4.67, 180.0, rng))
     return items
 
 
@@ -221,21 +221,21 @@ def _upper_furniture(rng: np.random.Generator) -> list[Part]:
     south_east, north_east, west = "Bedroom south-east", "Bedroom north-east", "Bedroom west"
     return [
         _furniture("Corridor", "desk", f.desk(1.3), 3.99, 7.68, _NORTH_WALL),
-        _loose_chair("Corridor", "chair", 3.9, 6.65, 180.0, rng),
+        _loose_chair("Corridor", "chair", 3.82, 6.6, 180.0, rng),
         _furniture("Corridor", "bookshelf", f.shelf(0.9, 0.28, 1.2, n_boards=2), 2.92, 1.2, _WEST_WALL),
         _furniture("Bath", "bathtub", f.bathtub(), 1.2, 0.32, _SOUTH_WALL, sanitary),
         _furniture("Bath", "toilet", f.toilet(), 0.32, 2.6, _WEST_WALL, sanitary),
         _furniture("Bath", "washbasin", f.washbasin(0.7), 1.3, 3.28, _NORTH_WALL, sanitary),
         _furniture(west, "bed", f.bed(0.9), 0.85, 7.68, _NORTH_WALL),
         _furniture(west, "desk", f.desk(1.2), 0.32, 4.3, _WEST_WALL),
-        _loose_chair(west, "chair", 1.25, 4.25, 270.0, rng),
+        _loose_chair(west, "chair", 1.25, 4.12, 270.0, rng),
         _furniture(west, "shelf", f.shelf(0.8, 0.35, 1.8, n_boards=4), 2.34, 7.68, _NORTH_WALL),
         _furniture(south_east, "bed", f.bed(1.6), 9.68, 1.2, _EAST_WALL),
         _furniture(south_east, "bedside table", f.cupboard(0.4, 0.36, 0.5), 9.68, 2.45, _EAST_WALL),
         _furniture(south_east, "wardrobe", f.cupboard(2.2, 0.6, 2.2), 7.4, 3.92, _NORTH_WALL),
         _furniture(north_east, "bed", f.bed(1.4), 9.68, 6.75, _EAST_WALL),
         _furniture(north_east, "desk", f.desk(1.3), 7.2, 4.08, _SOUTH_WALL),
-        _loose_chair(north_east, "chair", 7.2, 5.2, 0.0, rng),
+        _loose_chair(north_east, "chair", 7.37, 5.2, 0.0, rng),
         _furniture(north_east, "wardrobe", f.cupboard(1.2, 0.6, 2.0), 9.05, 4.08, _SOUTH_WALL),
         _furniture(north_east, "shelf", f.shelf(1.0, 0.35, 1.6, n_boards=3), 5.9, 7.68, _NORTH_WALL),
     ]
