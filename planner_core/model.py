@@ -368,6 +368,8 @@ class Survey:
     floor_of_triangle: Int32Array
     """(T,) int32 into floors: the level whose coverage figure a triangle counts for; -1 none."""
     template: BeamTemplate
+    warnings: tuple[str, ...] = ()
+    """One line each, for the user: warnings of finding the floors."""
 
 
 @dataclass(frozen=True)

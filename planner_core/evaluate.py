@@ -1,0 +1,150 @@
+"""What a GIVEN station list is worth: the same figures as for a plan of our own, for stations somebody else chose.
+
+Input a `Scene` (local frame), `PlanSettings` and stations (SCENE frame, metres), output a `Plan`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from planner_core.candidates.admissibility import reject
+from planner_core.candidates.grid import find_candidates
+from planner_core.errors import StationListError
+from planner_core.export.stations_csv import GivenStation
+from planner_core.metrics.coverage import floor_of_patch, join_rows, times_seen
+from planner_core.model import FloatArray, Plan, PlanSettings, Scene, Station, Survey
+from planner_core.progress import Progress, silent
+from planner_core.results import Stopwatch, describe_plan, warn_about_coverage
+from planner_core.scan.engine import ScanEngine, open_engine
+from planner_core.select.bound import lower_bound
+from planner_core.select.greedy import select_greedy
+from planner_core.select.problem import cover_problem, floor_targets
+from planner_core.survey import make_survey, planned_floors, scope_of
+
+
+def evaluate_stations(
+    scene: Scene,
+    settings: PlanSettings,
+    stations: Sequence[GivenStation],
+    *,
+    engine: str = "auto",
+    device: str | None = None,
+    progress: Progress = silent,
+) -> Plan:
+    """Compute coverage, overlap and the rest for `stations`, in their order.
+
+    Achievable is what the grid's candidates or the stations see. A station where no tripod can stand, or over no
+    floor, is evaluated all the same, with a warning; so is a list that misses the required coverage.
+
+    Raises
+    ------
+    StationListError
+        No stations, or two with the same id.
+    RequirementError, DeviceError, SceneError
+        As for `planner_core.plan.make_plan`.
+    """
+    _check_list(stations)
+    clock = Stopwatch()
+    with clock.stage("survey"):
+        survey = make_survey(scene, settings, progress=progress)
+        floors = planned_floors(survey.floors, settings.requirements.floors)
+    with clock.stage("engine"):
+        caster = open_engine(scene, survey.patches, engine=engine, device=device)
+    with clock.stage("candidates"):
+        candidates = find_candidates(survey, settings, caster, floors=floors, progress=progress)
+        placed = [place_station(survey, settings, caster, given, n) for n, given in enumerate(stations, start=1)]
+    with clock.stage("scan"):
+        at = np.stack([station.position_m for station, _ in placed])
+        own_rows = caster.visible_patches(survey.template, at, progress=progress)
+        grid_rows = caster.visible_patches(survey.template, candidates.position_m, progress=progress)
+        everything = join_rows(grid_rows, own_rows)
+    with clock.stage("bound"):
+        of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
+        scope = scope_of(of_patch, floors, len(survey.floors))
+        targets = floor_targets(of_patch, floors, scope, settings.requirements.coverage)
+        problem = cover_problem(everything, survey.patches.area_m2, targets)
+        # A greedy plan only guides the search for the bound.
+        guide = len(select_greedy(problem, progress=progress).chosen)
+        fewest = lower_bound(problem, n_stations=guide, progress=progress)
+    with clock.stage("figures"):
+        plan = describe_plan(
+            survey,
+            settings,
+            caster,
+            stations=tuple(station for station, _ in placed),
+            visibility=own_rows,
+            order_of_choice=tuple(range(len(placed))),
+            achievable=times_seen(everything) > 0,
+            lower_bound=fewest,
+            n_candidates=int(candidates.floor.size),
+            warnings=(*survey.warnings, *caster.warnings, *(line for _, lines in placed for line in lines)),
+        )
+    return replace(plan, timings_s=clock.seconds, warnings=(*plan.warnings, *warn_about_coverage(plan)))
+
+
+def place_station(
+    survey: Survey, settings: PlanSettings, engine: ScanEngine, given: GivenStation, order: int
+) -> tuple[Station, tuple[str, ...]]:
+    """Bring a given station to the local frame, find its floor and height, and say what is wrong with its place."""
+    position = np.asarray(given.position_m, dtype=np.float64) - survey.scene.offset_m
+    index, lines = _floor_of(survey, given, position)
+    floor = survey.floors[index]
+    ground_m = _ground_below(survey, engine, index, position)
+    height_m = float(position[2] - ground_m)
+    if given.instrument_height_m is not None:
+        if abs(given.instrument_height_m - height_m) > 0.05:
+            lines.append(
+                f"station {given.id}: instrument height {given.instrument_height_m:.3f} m is given, but the sensor is "
+                f"{height_m:.3f} m above the ground of {floor.name!r}"
+            )
+        height_m = float(given.instrument_height_m)
+    _, reasons = reject(survey, floor, settings, engine, position[None], np.array([ground_m]))
+    lines.extend(f"station {given.id}: no spot for a tripod on {floor.name!r} ({reason})" for reason in reasons)
+    station = Station(
+        id=given.id, floor=floor.id, order=order, position_m=position, instrument_height_m=height_m, fixed=True
+    )
+    return station, tuple(lines)
+
+
+def _check_list(stations: Sequence[GivenStation]) -> None:
+    if not stations:
+        raise StationListError("stations: the list is empty, expected at least one; check the file")
+    ids = [station.id for station in stations]
+    twice = sorted({name for name in ids if ids.count(name) > 1})
+    if twice:
+        raise StationListError(
+            f"stations: the id {twice[0]!r} is there {ids.count(twice[0])} times, expected once; rename all but one"
+        )
+
+
+def _floor_of(survey: Survey, given: GivenStation, position_m: FloatArray) -> tuple[int, list[str]]:
+    """Index of the floor a station stands on: the one it names, else the highest one below it."""
+    names = [{floor.id.casefold(), floor.name.casefold()} for floor in survey.floors]
+    lines = []
+    if given.floor:
+        for index, known in enumerate(names):
+            if given.floor.casefold() in known:
+                return index, []
+        there = ", ".join(f"{floor.id} ({floor.name})" for floor in survey.floors)
+        lines.append(f"station {given.id}: there is no floor {given.floor!r} (there are {there}); taken by its height")
+    below = [i for i, floor in enumerate(survey.floors) if floor.elevation_m <= position_m[2]]
+    index = below[-1] if below else 0
+    low, high = survey.floors[index].bounds_m
+    if not below or (position_m[:2] < low).any() or (position_m[:2] > high).any():
+        lines.append(f"station {given.id}: stands over no floor; counted for {survey.floors[index].name!r}")
+    return index, lines
+
+
+def _ground_below(survey: Survey, engine: ScanEngine, index: int, position_m: FloatArray) -> float:
+    """Height of the floor's ground straight below a position; the floor's elevation where there is none."""
+    floor = survey.floors[index]
+    down = np.array([[0.0, 0.0, -1.0]])
+    hits = engine.cast_rays(
+        position_m[None], down, range_max_m=max(1.0, float(position_m[2] - floor.elevation_m) + 3.0)
+    )
+    if hits.triangle[0] >= 0 and np.isin(hits.triangle[0], floor.ground_triangles):
+        return float(position_m[2] - np.float64(hits.range_m[0]))
+    return floor.elevation_m

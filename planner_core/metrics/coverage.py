@@ -1,0 +1,139 @@
+"""Coverage: which patches a set of positions sees together, and how much area that is.
+
+Input `Visibility` rows and patch areas (m^2). F1 of the paper counts patches; we weight them by area as well, since
+patches differ in size by up to a factor of two and more on small triangles.
+
+References
+----------
+López et al. 2023, Eq. 1 (F1: number of distinct patches reached by any position of the set).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner_core.model import (
+    BoolArray,
+    Coverage,
+    FloatArray,
+    Floor,
+    Int32Array,
+    Int64Array,
+    Patches,
+    Survey,
+    UnseenElement,
+    Visibility,
+)
+
+#: Unseen parts of elements smaller than this are slivers, not something to go back for.
+MIN_UNSEEN_M2 = 0.01
+
+
+def take_rows(visibility: Visibility, rows: Sequence[int] | Int64Array) -> Visibility:
+    """Rows of `visibility` in the order given."""
+    chosen = np.asarray(rows, dtype=np.int64)
+    size = np.diff(visibility.starts)[chosen]
+    starts = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
+    at = np.repeat(visibility.starts[chosen] - starts[:-1], size) + np.arange(starts[-1])
+    return Visibility(starts=starts, patch=visibility.patch[at], n_patches=visibility.n_patches)
+
+
+def join_rows(first: Visibility, second: Visibility) -> Visibility:
+    """Rows of `first`, then those of `second`, over the same patches."""
+    return Visibility(
+        starts=np.concatenate([first.starts, second.starts[1:] + first.starts[-1]]),
+        patch=np.concatenate([first.patch, second.patch]),
+        n_patches=first.n_patches,
+    )
+
+
+def times_seen(visibility: Visibility) -> Int32Array:
+    """(P,) int32: number of positions that see each patch."""
+    return np.bincount(visibility.patch, minlength=visibility.n_patches).astype(np.int32)
+
+
+def n_patches_seen(visibility: Visibility) -> int:
+    """F1 by count (Eq. 1): distinct patches seen by any position."""
+    return int(np.count_nonzero(times_seen(visibility)))
+
+
+def seen_area_m2(visibility: Visibility, patch_area_m2: FloatArray) -> float:
+    """F1 by area: area of the distinct patches seen by any position."""
+    return float(patch_area_m2[times_seen(visibility) > 0].sum())
+
+
+def floor_of_patch(patches: Patches, floor_of_triangle: Int32Array) -> Int32Array:
+    """(P,) int32: the floor that each patch counts for; -1 none."""
+    return np.repeat(floor_of_triangle, np.diff(patches.first_patch)).astype(np.int32)
+
+
+def coverage_of(area_m2: FloatArray, achievable: BoolArray, seen: BoolArray, part: BoolArray) -> Coverage:
+    """Coverage of the patches of `part`, all arrays (P,). What is not achievable does not count as covered."""
+    return Coverage(
+        achievable_area_m2=float(area_m2[achievable & part].sum()),
+        total_area_m2=float(area_m2[part].sum()),
+        covered_area_m2=float(area_m2[achievable & seen & part].sum()),
+    )
+
+
+def coverage_by_floor(
+    area_m2: FloatArray, achievable: BoolArray, seen: BoolArray, floor: Int32Array, n_floors: int
+) -> tuple[Coverage, ...]:
+    """Coverage of each floor's patches; floor : (P,) int32."""
+    return tuple(coverage_of(area_m2, achievable, seen, floor == index) for index in range(n_floors))
+
+
+def covered_and_own_area_m2(visibility: Visibility, area_m2: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(N,) area that each position sees, and (N,) area that it alone sees."""
+    seen = times_seen(visibility)
+    row = np.repeat(np.arange(visibility.n_positions), np.diff(visibility.starts))
+    weight = area_m2[visibility.patch]
+    alone = weight * (seen[visibility.patch] == 1)
+    n = visibility.n_positions
+    covered, own = (np.bincount(row, weights=area, minlength=n).astype(np.float64) for area in (weight, alone))
+    return covered, own
+
+
+def coverage_curve(visibility: Visibility, area_m2: FloatArray, counted: BoolArray) -> tuple[float, ...]:
+    """Covered fraction of the `counted` area after the first row, the first two, and so on.
+
+    counted : (P,) bool, the achievable patches in question.
+    """
+    total = float(area_m2[counted].sum())
+    seen = np.zeros(visibility.n_patches, dtype=bool)
+    curve = []
+    for index in range(visibility.n_positions):
+        seen[visibility.row(index)] = True
+        curve.append(float(area_m2[seen & counted].sum()) / total if total > 0 else 1.0)
+    return tuple(curve)
+
+
+def unseen_elements(
+    survey: Survey, achievable: BoolArray, seen: BoolArray, area_m2: FloatArray
+) -> tuple[UnseenElement, ...]:
+    """Elements with achievable area left unseen, by floor, largest first; slivers are left out."""
+    scene, floors = survey.scene, survey.floors
+    triangle = survey.patches.triangle_of_patch
+    # One number an element and floor; floor -1 is number 0.
+    n_floors = len(floors) + 1
+    key = scene.element_of_triangle[triangle].astype(np.int64) * n_floors + survey.floor_of_triangle[triangle] + 1
+    n_keys = len(scene.elements) * n_floors
+    possible = np.bincount(key, weights=area_m2 * achievable, minlength=n_keys)
+    missed = np.bincount(key, weights=area_m2 * (achievable & ~seen), minlength=n_keys)
+    listed = np.flatnonzero(missed >= MIN_UNSEEN_M2)
+    listed = listed[np.argsort(-missed[listed], kind="stable")]
+    return tuple(
+        UnseenElement(
+            element=int(number // n_floors),
+            floor=_floor_id(floors, int(number % n_floors) - 1),
+            unseen_area_m2=float(missed[number]),
+            achievable_area_m2=float(possible[number]),
+        )
+        for number in listed
+    )
+
+
+def _floor_id(floors: tuple[Floor, ...], index: int) -> str:
+    return floors[index].id if index >= 0 else ""

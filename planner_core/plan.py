@@ -1,0 +1,124 @@
+"""The whole flow on one page: from a scene and what is required of the survey to the plan.
+
+Input a `Scene` (local frame, metres) and `PlanSettings`, output a `Plan`: the same one, to the byte, whenever scene,
+settings and engine are the same, apart from its timings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from planner_core.candidates.grid import find_candidates
+from planner_core.errors import RequirementError
+from planner_core.metrics.coverage import floor_of_patch, take_rows, times_seen
+from planner_core.model import Candidates, Plan, PlanSettings, Scene, Station, Survey
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.results import Stopwatch, describe_plan
+from planner_core.scan.engine import open_engine
+from planner_core.select.bound import lower_bound
+from planner_core.select.greedy import select_greedy
+from planner_core.select.problem import cover_problem, floor_targets
+from planner_core.select.walking_order import walking_order
+from planner_core.survey import make_survey, planned_floors, scope_of
+
+__all__ = ["make_plan", "make_survey"]
+
+
+def make_plan(
+    scene: Scene,
+    settings: PlanSettings,
+    *,
+    engine: str = "auto",
+    device: str | None = None,
+    progress: Progress = silent,
+) -> Plan:
+    """Plan the stations of a survey: few of them, for the required coverage on each planned floor and overall.
+
+    Parameters
+    ----------
+    engine, device
+        See `planner_core.scan.engine.open_engine`.
+
+    Raises
+    ------
+    RequirementError
+        Settings that make no sense, unknown floors, no spot to stand on.
+    DeviceError, SceneError
+        See `open_engine`.
+    """
+    clock = Stopwatch()
+    # 1. What there is: floors, patches, the beams of one scan.
+    with clock.stage("survey"):
+        survey = make_survey(scene, settings, progress=progress)
+        floors = planned_floors(survey.floors, settings.requirements.floors)
+    # 2. Something to scan with.
+    with clock.stage("engine"):
+        progress(ProgressEvent("engine", 0, 1))
+        caster = open_engine(scene, survey.patches, engine=engine, device=device)
+        progress(ProgressEvent("engine", 1, 1, f"{caster.name}: {caster.device}"))
+    # 3. Where a tripod can stand.
+    with clock.stage("candidates"):
+        candidates = find_candidates(survey, settings, caster, floors=floors, progress=progress)
+        warnings = (*survey.warnings, *caster.warnings, *_bare_floors(survey, candidates, floors))
+    # 4. What each spot sees. Seen by any of them: achievable.
+    with clock.stage("scan"):
+        visibility = caster.visible_patches(survey.template, candidates.position_m, progress=progress)
+        achievable = times_seen(visibility) > 0
+    # 5. Few spots that see enough, and how few are possible.
+    with clock.stage("select"):
+        of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
+        scope = scope_of(of_patch, floors, len(survey.floors))
+        targets = floor_targets(of_patch, floors, scope, settings.requirements.coverage)
+        problem = cover_problem(visibility, survey.patches.area_m2, targets)
+        chosen = np.array(select_greedy(problem, progress=progress).chosen, dtype=np.int64)
+    with clock.stage("bound"):
+        fewest = lower_bound(problem, n_stations=chosen.size, progress=progress)
+    # 6. In which order to walk them, and what they are worth.
+    with clock.stage("figures"):
+        walk = np.array(walking_order(candidates.position_m[chosen], candidates.floor[chosen]), dtype=np.int64)
+        plan = describe_plan(
+            survey,
+            settings,
+            caster,
+            stations=_stations(survey, candidates, [int(c) for c in chosen[walk]]),
+            visibility=take_rows(visibility, chosen[walk]),
+            order_of_choice=tuple(int(i) for i in np.argsort(walk)),
+            achievable=achievable,
+            lower_bound=fewest,
+            n_candidates=int(candidates.floor.size),
+            warnings=warnings,
+        )
+    return replace(plan, timings_s=clock.seconds)
+
+
+def _stations(survey: Survey, candidates: Candidates, rows: list[int]) -> tuple[Station, ...]:
+    return tuple(
+        Station(
+            id=f"S{number:03d}",
+            floor=survey.floors[int(candidates.floor[row])].id,
+            order=number,
+            position_m=candidates.position_m[row].copy(),
+            instrument_height_m=float(candidates.instrument_height_m[row]),
+        )
+        for number, row in enumerate(rows, start=1)
+    )
+
+
+def _bare_floors(survey: Survey, candidates: Candidates, floors: tuple[int, ...]) -> tuple[str, ...]:
+    """Warnings about planned floors without candidates; where no floor has any, there is nothing to plan."""
+    bare = [survey.floors[i].name for i in floors if not (candidates.floor == i).any()]
+    if not bare:
+        return ()
+    reasons = ", ".join(f"{reason}: {n}" for reason, n in sorted(candidates.rejected.items(), key=lambda r: -r[1]))
+    if len(bare) == len(floors):
+        raise RequirementError(
+            f"candidates: none of {candidates.n_tried} grid points is a spot to stand on ({reasons}), expected at "
+            "least one; use a finer grid step or less clearance"
+        )
+    return tuple(
+        f"floor {name!r} has no spot to stand on, what is seen of it is seen from other floors (refused: {reasons}); "
+        "use a finer grid step or less clearance"
+        for name in bare
+    )

@@ -1,0 +1,119 @@
+"""Overlap of stations on real surfaces, the strength of each link, and whether the links join all stations.
+
+Input the stations' `Visibility`, patch areas (m^2), centroids and normals (local frame); output `Link`s.
+
+Overlap of i and j: area that both see / area that i sees, the smaller of both directions.
+
+Strength: registration minimises distances from points p to planes with normal n. With c the area-weighted centroid of
+the shared surface and L the root mean square distance of its patches from c, a small motion moves a patch along its
+normal by J.m, J = (n, (p - c) x n / L). The smallest eigenvalue of sum a J J' / sum a is how well the worst determined
+motion is held; it is at most 1/3 (three translations share the trace 1), so 3 times it is the strength. 0: some motion
+is free, as along a straight corridor; 1: all are held alike. L makes it a figure of shape, not of size.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner_core.model import BoolArray, FloatArray, Int32Array, Link, Patches, Scene, Visibility
+from planner_core.scene.patches import patch_triangles
+
+#: Overlaps below this are not listed: nobody registers on a twentieth of a scan.
+MIN_LISTED_OVERLAP = 0.05
+
+
+@dataclass(frozen=True)
+class SharedSurface:
+    """Geometry of patches: centroid_m (P, 3) float64, local frame; normal (P, 3) float64, unit."""
+
+    centroid_m: FloatArray
+    normal: FloatArray
+
+
+def overlap_links(
+    visibility: Visibility,
+    patch_area_m2: FloatArray,
+    station_ids: tuple[str, ...],
+    surface: SharedSurface | None = None,
+    *,
+    min_overlap: float = MIN_LISTED_OVERLAP,
+) -> tuple[Link, ...]:
+    """List the pairs of stations (rows of `visibility`) whose overlap is at least `min_overlap`, by station number.
+
+    Without `surface` strengths are NaN.
+    """
+    share = overlap_matrix(visibility, patch_area_m2)
+    links = []
+    for i, j in np.argwhere(np.triu(share >= min_overlap, 1)):
+        both = np.intersect1d(visibility.row(i), visibility.row(j), assume_unique=True)
+        strength = link_strength(patch_area_m2[both], surface, both) if surface is not None else float("nan")
+        links.append(Link(station_ids[i], station_ids[j], float(share[i, j]), strength))
+    return tuple(links)
+
+
+def overlap_matrix(visibility: Visibility, patch_area_m2: FloatArray) -> FloatArray:
+    """(N, N) float64, symmetric: smaller of both shares of seen area that is common; 0 where a row sees nothing."""
+    from scipy import sparse
+
+    shape = (visibility.n_positions, visibility.n_patches)
+    ones = np.ones(visibility.patch.size)
+    seen = sparse.csr_matrix((ones, visibility.patch, visibility.starts), shape=shape)
+    weighted = sparse.csr_matrix((patch_area_m2[visibility.patch], visibility.patch, visibility.starts), shape=shape)
+    common = np.asarray((weighted @ seen.T).todense())
+    larger = np.maximum.outer(np.diag(common), np.diag(common))
+    share: FloatArray = np.divide(common, larger, out=np.zeros_like(common), where=larger > 0)
+    return share
+
+
+def link_strength(area_m2: FloatArray, surface: SharedSurface, patch: Int32Array) -> float:
+    """Strength in [0, 1] of shared patches with areas (K,), see the head of the module; 0 for fewer than six."""
+    if patch.size < 6 or not area_m2.sum() > 0:
+        return 0.0
+    weight = (area_m2 / area_m2.sum())[:, None]
+    normal = surface.normal[patch]
+    arm = surface.centroid_m[patch] - (weight * surface.centroid_m[patch]).sum(axis=0)
+    length_m = float(np.sqrt((weight * arm * arm).sum()))
+    if length_m == 0.0:
+        return 0.0
+    rows = np.concatenate([normal, np.cross(arm, normal) / length_m], axis=1)
+    # einsum, not a matrix product: the order of its sums does not depend on the number of cores.
+    smallest = float(np.linalg.eigvalsh(np.einsum("ki,kj->ij", weight * rows, rows))[0])
+    return min(max(3.0 * smallest, 0.0), 1.0)
+
+
+def is_connected(links: tuple[Link, ...], station_ids: tuple[str, ...], *, threshold: float) -> bool:
+    """Tell whether links with at least `threshold` overlap join all stations; one station or none is connected."""
+    return len(components(links, station_ids, threshold=threshold)) <= 1
+
+
+def components(links: tuple[Link, ...], station_ids: tuple[str, ...], *, threshold: float) -> list[tuple[str, ...]]:
+    """Groups of stations that links with at least `threshold` overlap join, in the order of station_ids."""
+    group = {name: number for number, name in enumerate(station_ids)}
+    for link in links:
+        if link.overlap >= threshold:
+            low, high = sorted((group[link.a], group[link.b]))
+            group = {name: low if number == high else number for name, number in group.items()}
+    members: dict[int, list[str]] = {}
+    for name in station_ids:
+        members.setdefault(group[name], []).append(name)
+    return [tuple(names) for names in members.values()]
+
+
+def surface_of_patches(scene: Scene, patches: Patches, seen: BoolArray) -> SharedSurface:
+    """Centroids and normals of the patches of all triangles with a patch in `seen`, (P,) bool; the others' are zero."""
+    triangle_of_patch = patches.triangle_of_patch
+    used = np.zeros(scene.n_triangles, dtype=bool)
+    used[triangle_of_patch[seen]] = True
+    # Only the triangles in question: all patches of a large scene would take gigabytes.
+    part = replace(scene, triangles=scene.triangles[used])
+    corners = patch_triangles(part, replace(patches, depth=patches.depth[used]))
+    centroid_m = np.zeros((seen.size, 3))
+    normal = np.zeros((seen.size, 3))
+    at = used[triangle_of_patch]
+    centroid_m[at] = corners.mean(axis=1)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.sqrt((cross * cross).sum(axis=1, keepdims=True))
+    normal[at] = np.divide(cross, length, out=np.zeros_like(cross), where=length > 0)
+    return SharedSurface(centroid_m=centroid_m, normal=normal)

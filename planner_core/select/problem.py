@@ -1,0 +1,139 @@
+"""The selection problem: rows of patches that the same positions see, with their areas, and the areas to be covered.
+
+Input `Visibility`, patch areas (m^2) and targets; output a `CoverProblem`. Its areas are whole numbers of ticks of
+1e-9 m^2, so that sums do not depend on their order and two ways to the same plan agree to the last bit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.errors import RequirementError
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
+
+#: Areas are counted in units of 1e-9 m^2: 9e9 m^2 fit in 63 bits, and a patch of 1 mm^2 still has a thousand.
+TICKS_PER_M2 = 1e9
+
+
+@dataclass(frozen=True)
+class Target:
+    """Area to be covered: `fraction` of the achievable patches of `part`, (P,) bool."""
+
+    part: BoolArray
+    fraction: float
+
+
+@dataclass(frozen=True)
+class CoverProblem:
+    """Patches seen by the same candidates and counted by the same targets are one row.
+
+    starts, row : candidates' rows as CSR, (N + 1,) int64 and int64. ticks : (R,) int64, area of each row.
+    counts_for : (K, R) bool, rows that each target counts. required : (K,) int64, ticks that each target needs.
+    """
+
+    starts: Int64Array
+    row: Int64Array
+    ticks: Int64Array
+    counts_for: BoolArray
+    required: Int64Array
+
+    @property
+    def n_candidates(self) -> int:
+        """Number of positions to choose from."""
+        return int(self.starts.size - 1)
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows after merging."""
+        return int(self.ticks.size)
+
+    def rows_of(self, candidate: int) -> Int64Array:
+        """Rows that a candidate covers."""
+        return self.row[self.starts[candidate] : self.starts[candidate + 1]]
+
+    def covered(self, chosen: list[int]) -> Int64Array:
+        """(K,) int64: ticks of each target that the chosen candidates cover together."""
+        seen = np.zeros(self.n_rows, dtype=bool)
+        for candidate in chosen:
+            seen[self.rows_of(candidate)] = True
+        covered: Int64Array = (self.counts_for * np.where(seen, self.ticks, 0)).sum(axis=1)
+        return covered
+
+
+def cover_problem(visibility: Visibility, patch_area_m2: FloatArray, targets: tuple[Target, ...]) -> CoverProblem:
+    """Merge patches into rows and turn fractions into ticks.
+
+    Raises
+    ------
+    RequirementError
+        A fraction outside (0, 1].
+
+    Notes
+    -----
+    Patches are told apart by the 128-bit sum of a random number for each candidate that sees them: two different
+    sets of candidates share one with odds of about R^2 / 2^129.
+    """
+    for target in targets:
+        if not 0.0 < target.fraction <= 1.0:
+            raise RequirementError(f"coverage: got {target.fraction}, expected more than 0 and at most 1; e.g. 0.95")
+    row_of_patch, first = _merge(visibility, targets)
+    n_rows = first.size
+    ticks_of_patch = np.rint(patch_area_m2 * TICKS_PER_M2).astype(np.int64)
+    merged = row_of_patch >= 0
+    ticks = np.zeros(n_rows, dtype=np.int64)
+    np.add.at(ticks, row_of_patch[merged], ticks_of_patch[merged])
+    n_patches = np.bincount(row_of_patch[merged], minlength=n_rows)
+    counts_for = np.array([target.part[first] for target in targets], dtype=bool).reshape(len(targets), n_rows)
+    required = np.zeros(len(targets), dtype=np.int64)
+    for index, target in enumerate(targets):
+        whole = int(ticks[counts_for[index]].sum())
+        # Half a tick of rounding a patch on either side: the fraction also holds of the unrounded areas.
+        slack = int(n_patches[counts_for[index]].sum())
+        required[index] = min(whole, int(np.ceil(target.fraction * whole)) + slack)
+    starts, row = _merged_rows(visibility, row_of_patch, n_rows)
+    return CoverProblem(starts=starts, row=row, ticks=ticks, counts_for=counts_for, required=required)
+
+
+def _merge(visibility: Visibility, targets: tuple[Target, ...]) -> tuple[Int64Array, Int64Array]:
+    """Row of every patch, -1 where nobody sees it or no target counts it; and the first patch of every row."""
+    generator = np.random.default_rng(20230417)
+    owner = np.repeat(np.arange(visibility.n_positions), np.diff(visibility.starts))
+    keys = np.zeros((2, visibility.n_patches), dtype=np.uint64)
+    for key in keys:
+        label = generator.integers(1, 2**63, size=visibility.n_positions, dtype=np.uint64)
+        np.add.at(key, visibility.patch, label[owner])  # wraps around, as it may
+    group = np.zeros(visibility.n_patches, dtype=np.int64)
+    for target in targets:
+        group = group * 2 + target.part
+    used = np.flatnonzero((np.bincount(visibility.patch, minlength=visibility.n_patches) > 0) & (group > 0))
+    order = used[np.lexsort((used, group[used], keys[1, used], keys[0, used]))]
+    new = np.ones(order.size, dtype=bool)
+    new[1:] = (np.diff(keys[:, order].astype(np.uint64)) != 0).any(axis=0) | (np.diff(group[order]) != 0)
+    # Rows are numbered by their first patch, so that numbers do not hang on the random ones.
+    heads = order[new]
+    rank = np.argsort(np.argsort(heads))
+    row_of_patch = np.full(visibility.n_patches, -1, dtype=np.int64)
+    row_of_patch[order] = rank[np.cumsum(new) - 1]
+    return row_of_patch, np.sort(heads)
+
+
+def _merged_rows(visibility: Visibility, row_of_patch: Int64Array, n_rows: int) -> tuple[Int64Array, Int64Array]:
+    """Candidates' rows, each once: all patches of a row are in exactly the same candidates, the first stands for it."""
+    first = np.full(n_rows, -1, dtype=np.int64)
+    merged = np.flatnonzero(row_of_patch >= 0)[::-1]
+    first[row_of_patch[merged]] = merged
+    is_first = np.zeros(visibility.n_patches, dtype=bool)
+    is_first[first] = True
+    keep = is_first[visibility.patch]
+    owner = np.repeat(np.arange(visibility.n_positions), np.diff(visibility.starts))[keep]
+    starts = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=visibility.n_positions))]).astype(np.int64)
+    return starts, row_of_patch[visibility.patch[keep]]
+
+
+def floor_targets(
+    floor_of_patch: Int32Array, floors: tuple[int, ...], scope: BoolArray, fraction: float
+) -> tuple[Target, ...]:
+    """One target a planned floor, and one for everything in `scope` together."""
+    return (*(Target(floor_of_patch == index, fraction) for index in floors), Target(scope, fraction))

@@ -1,0 +1,102 @@
+"""The problem made ready: settings checked, floors found, patches numbered, the beams of a scan known.
+
+Input a `Scene` and `PlanSettings`, output a `Survey`; every flow (plan, evaluate, simulate) begins here.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from planner_core.errors import RequirementError
+from planner_core.model import BoolArray, Floor, Int32Array, PlanSettings, Scene, Survey
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scan.template import make_template
+from planner_core.scene.floors import find_floors
+from planner_core.scene.patches import make_patches
+
+
+def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = silent) -> Survey:
+    """Find floors and patches of `scene`.
+
+    Raises
+    ------
+    RequirementError
+        Settings that make no sense, or that name floors which are not there; see `check_settings`, `planned_floors`.
+    """
+    check_settings(settings)
+    progress(ProgressEvent("survey", 0, 2, "floors"))
+    report = find_floors(scene)
+    planned_floors(report.floors, settings.requirements.floors)
+    progress(ProgressEvent("survey", 1, 2, "patches"))
+    patches = make_patches(scene, max_area_m2=settings.max_patch_area_m2)
+    progress(ProgressEvent("survey", 2, 2))
+    return Survey(
+        scene=scene,
+        floors=report.floors,
+        patches=patches,
+        floor_of_triangle=report.floor_of_triangle,
+        template=make_template(settings.scanner),
+        warnings=report.warnings,
+    )
+
+
+def check_settings(settings: PlanSettings) -> None:
+    """Refuse settings that make no sense, naming the first one."""
+    wanted = settings.requirements
+    if not (math.isfinite(wanted.coverage) and 0.0 < wanted.coverage <= 1.0):
+        raise RequirementError(
+            f"coverage: got {wanted.coverage:g}, expected a fraction above 0 and at most 1; give e.g. 0.95 (95 %)"
+        )
+    if not (math.isfinite(wanted.overlap) and 0.0 <= wanted.overlap <= 1.0):
+        raise RequirementError(
+            f"overlap: got {wanted.overlap:g}, expected a fraction from 0 to 1; give e.g. 0.3 (30 %)"
+        )
+    if settings.method != "greedy":
+        raise RequirementError(f"method: got {settings.method!r}, expected 'greedy'; the only one there is")
+    for name in ("grid_step_m", "height_step_m", "max_patch_area_m2"):
+        value = getattr(settings, name)
+        if not (math.isfinite(value) and value > 0):
+            raise RequirementError(f"{name}: got {value:g}, expected more than 0; leave it out for the default")
+    for name in ("clearance_m", "ground_ring_radius_m"):
+        value = getattr(settings, name)
+        if not (math.isfinite(value) and value >= 0):
+            raise RequirementError(f"{name}: got {value:g}, expected 0 or more; leave it out for the default")
+    if settings.n_ground_ring_rays < 1:
+        raise RequirementError(f"n_ground_ring_rays: got {settings.n_ground_ring_rays}, expected at least 1; e.g. 16")
+    for height in settings.instrument_heights_m:
+        if not (math.isfinite(height) and height > 0):
+            raise RequirementError(f"instrument_heights_m: got {height:g}, expected metres above the ground, e.g. 1.6")
+
+
+def planned_floors(floors: tuple[Floor, ...], wanted: tuple[str, ...]) -> tuple[int, ...]:
+    """Indices of the floors that `wanted` names by id or name (upper and lower case alike); all where it is empty.
+
+    Raises
+    ------
+    RequirementError
+        A floor that is not there, or no floor at all.
+    """
+    if not floors:
+        raise RequirementError(
+            "floors: none found, expected a level surface of at least 1 m2 with 1.5 m of clear space above it; "
+            "check the model's units and up axis, `tlsplan floors` tells more"
+        )
+    if not wanted:
+        return tuple(range(len(floors)))
+    found = set()
+    for name in wanted:
+        at = [i for i, floor in enumerate(floors) if name.casefold() in (floor.id.casefold(), floor.name.casefold())]
+        if not at:
+            there = ", ".join(f"{floor.id} ({floor.name})" for floor in floors)
+            raise RequirementError(f"floor: got {name!r}, expected one of {there}; `tlsplan floors` lists them")
+        found.update(at)
+    return tuple(sorted(found))
+
+
+def scope_of(floor_of_patch: Int32Array, floors: tuple[int, ...], n_floors: int) -> BoolArray:
+    """(P,) bool: patches that the overall figures are about: all, or those of the planned floors where some are not."""
+    if len(floors) == n_floors:
+        return np.ones(floor_of_patch.size, dtype=bool)
+    return np.isin(floor_of_patch, np.array(floors, dtype=np.int32))
