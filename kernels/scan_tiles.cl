@@ -12,12 +12,15 @@
  *              corner 0 +-------------+ corner 1
  *
  * Indices    packet p of tile k: row p / (TILE_COLUMNS / LANES), column group p % (TILE_COLUMNS / LANES);
- *            beams[((k * PACKETS + p) * 3 + axis) * LANES + lane]; tiles[k * 28 + ...]: planes 4 x 3, corners 4 x 3,
- *            then 1e30 where the tile is too wide to be bounded (else 0) and 3 spare; tile k is row k / tiles_across, column k % tiles_across of the grid of tiles.
+ *            beams[((k * PACKETS + p) * 3 + axis) * LANES + lane]; tiles[k * 40 + ...]: planes 4 x 3, corners 4 x 3,
+ *            1e30 where the tile is too wide to be bounded (else 0), axis, right, up (3 x 3; zero if too wide), 6
+ *            spare; rectangles[(k * 4 + s) * PACKETS + p]: least x, greatest x, least y, greatest y of packet p's
+ *            beams in the plane one metre along the axis, x to the right and y up; tile k is row k / tiles_across, column k % tiles_across of the grid of tiles.
  *
  * Define         meaning                                            example
  * TILE_ROWS      rows of beams a tile                               -DTILE_ROWS=4
  * TILE_COLUMNS   columns of beams a tile, a multiple of LANES       -DTILE_COLUMNS=32
+ *                (rows times columns: a multiple of 8 LANES)
  * LANES, STACK   see lanes.h, tree.h
  */
 #include "hit.h"
@@ -25,7 +28,7 @@
 
 #define PACKETS_ACROSS (TILE_COLUMNS / LANES)
 #define PACKETS (TILE_ROWS * PACKETS_ACROSS)
-#define TILE_FLOATS 28
+#define TILE_FLOATS 40
 
 /* Distances are compared with 1e-5 to spare: a hit's rounded range may fall short of its box by some ulp. */
 #define NEAR_SLACK 1.00001f
@@ -84,14 +87,72 @@ static inline void cull_block(const Block *block, global const float *corners, f
     *covers = block->clear & (low0 > slack0) & (low1 > slack1) & (low2 > slack2);
 }
 
-/* Test all packets of tile `beams` against the triangles of one block. */
+/* Bounding rectangles of a block's triangles in the plane one metre along the tile's axis. */
+typedef struct {
+    float8 x0, x1, y0, y1;
+} Span;
+
+/* Rounding of x / z is some 1e-5 where z > (|x| + |y|) / 5, and triangles count as larger by some 2e-6 rad. */
+#define SPAN_PAD 1e-4f
+
+static inline void grow_span(Span *span, int8 *bounded, global const float *g, float ox, float oy, float oz,
+                             global const float *frame)
+{
+    const float8 vx = LOAD8(g) - ox, vy = LOAD8(g + 8) - oy, vz = LOAD8(g + 16) - oz;
+    const float8 z = dot3_8(frame[0], frame[1], frame[2], vx, vy, vz);
+    const float8 right = dot3_8(frame[3], frame[4], frame[5], vx, vy, vz);
+    const float8 up = dot3_8(frame[6], frame[7], frame[8], vx, vy, vz);
+    const float8 per_z = 1.0f / z, x = right * per_z, y = up * per_z;
+    *bounded &= z > 0.2f * (MAGNITUDE8(right) + MAGNITUDE8(up));
+    span->x0 = LEAST(x, span->x0), span->x1 = MOST(x, span->x1);
+    span->y0 = LEAST(y, span->y0), span->y1 = MOST(y, span->y1);
+}
+
+/* Triangles beside or behind the tile's axis, and those that are not clear, get the whole plane. */
+static inline Span span_block(global const float *geometry, int index, int8 clear, float ox, float oy, float oz,
+                              global const float *frame)
+{
+    global const float *g = geometry + (size_t)index * (BLOCK_FLOATS * BLOCK_LANES);
+    Span span = {1e30f, -1e30f, 1e30f, -1e30f};
+    int8 bounded = clear;
+    for (int vertex = 0; vertex < 3; ++vertex) grow_span(&span, &bounded, g + 24 * vertex, ox, oy, oz, frame);
+    span.x0 = PICK(bounded, span.x0 - SPAN_PAD, (float8)(-1e30f));
+    span.x1 = PICK(bounded, span.x1 + SPAN_PAD, (float8)(1e30f));
+    span.y0 = PICK(bounded, span.y0 - SPAN_PAD, (float8)(-1e30f));
+    span.y1 = PICK(bounded, span.y1 + SPAN_PAD, (float8)(1e30f));
+    return span;
+}
+
+/* Numbers of the packets whose rectangle meets that of lane j; returns how many. */
+static inline int packets_met(int *met, const Span *span, int j, global const float *rectangles)
+{
+    const float *s = (const float *)span;
+    const float x0 = s[j], x1 = s[8 + j], y0 = s[16 + j], y1 = s[24 + j];
+    int count = 0;
+    for (int p = 0; p < PACKETS; p += 8) {
+        global const float *r = rectangles + p;
+        const int8 meets = (LOAD8(r) <= x1) & (LOAD8(r + PACKETS) >= x0) & (LOAD8(r + 2 * PACKETS) <= y1) &
+                           (LOAD8(r + 3 * PACKETS) >= y0);
+        const int *each = (const int *)&meets;
+        for (int k = 0; k < 8; ++k) {
+            met[count] = p + k;
+            count -= each[k];
+        }
+    }
+    return count;
+}
+
+/* Test the packets of tile `beams` against the triangles of one block. */
 static inline void test_block(Returns *out, global const float *geometry, global const int *triangles, int index,
-                              global const float *beams, global const float *corners, float ox, float oy, float oz)
+                              global const float *beams, global const float *corners, global const float *rectangles,
+                              float ox, float oy, float oz)
 {
     const Block block = prepare_block(geometry, index, ox, oy, oz);
     int8 meets8, covers8;
     cull_block(&block, corners, out->least, &meets8, &covers8);
     if (!any8(meets8)) return;
+    const Span span = span_block(geometry, index, block.clear, ox, oy, oz, corners + 13);
+    int met[PACKETS + 1];
     const int *meets = (const int *)&meets8, *covers = (const int *)&covers8, *clear = (const int *)&block.clear;
     const float *n = (const float *)&block; /* n0x .. n2z, mx .. mz, rounding0 .. 2: eight lanes each */
     for (int j = 0; j < BLOCK_LANES; ++j) {
@@ -110,7 +171,9 @@ static inline void test_block(Returns *out, global const float *geometry, global
             }
             continue;
         }
-        for (int p = 0; p < PACKETS; ++p) {
+        const int n_met = packets_met(met, &span, j, rectangles);
+        for (int k = 0; k < n_met; ++k) {
+            const int p = met[k];
             global const float *d = beams + p * (3 * LANES);
             const lanes_f dx = LANES_LOAD(d), dy = LANES_LOAD(d + LANES), dz = LANES_LOAD(d + 2 * LANES);
             const lanes_f u = dot3_lanes(dx, dy, dz, ux, uy, uz);
@@ -160,7 +223,8 @@ static inline int8 cull_node(global const float *boxes, int node, global const f
 /* Walk the tree with one tile. */
 static inline void trace_tile(Returns *out, global const float *boxes, global const int *children,
                               global const float *geometry, global const int *triangles, global const float *tile,
-                              global const float *beams, float ox, float oy, float oz, float range_max)
+                              global const float *beams, global const float *rectangles, float ox, float oy, float oz,
+                              float range_max)
 {
     /* 1: nothing found. A little less than 1 / range_max, so that `resolve` decides about the limit itself. */
     const float limit = (1.0f / range_max) * 0.99999f;
@@ -179,7 +243,7 @@ static inline void trace_tile(Returns *out, global const float *boxes, global co
         if (stack.near2[at] * (out->least * out->least) > NEAR_SLACK) continue;
         const int child = stack.child[at];
         if (child < 0) {
-            test_block(out, geometry, triangles, ~child, beams, tile + 12, ox, oy, oz);
+            test_block(out, geometry, triangles, ~child, beams, tile + 12, rectangles, ox, oy, oz);
         } else {
             float8 key;
             const int8 keep = cull_node(boxes, child, tile, out->least, ox, oy, oz, &key);
@@ -192,7 +256,7 @@ static inline void trace_tile(Returns *out, global const float *boxes, global co
     global const float *boxes, global const int *children, global const float *geometry, global const int *triangles, \
         global const int *slot, global const float *edges, global const int *address
 #define GRID_ARGUMENTS                                                                                                \
-    global const float *tiles, global const float *beams, int rows, int columns, int tiles_across, float range_min,   \
+    global const float *tiles, global const float *beams, global const float *rectangles, int rows, int columns, int tiles_across, float range_min,   \
         float range_max, global const float *positions
 
 /* Scan every position.
@@ -206,8 +270,8 @@ kernel void scan_tiles(TREE_ARGUMENTS, GRID_ARGUMENTS, global float *range_out, 
     const float ox = positions[3 * position], oy = positions[3 * position + 1], oz = positions[3 * position + 2];
     global const float *own = beams + (size_t)tile * (PACKETS * 3 * LANES);
     Returns returns;
-    trace_tile(&returns, boxes, children, geometry, triangles, tiles + (size_t)tile * TILE_FLOATS, own, ox, oy, oz,
-               range_max);
+    trace_tile(&returns, boxes, children, geometry, triangles, tiles + (size_t)tile * TILE_FLOATS, own,
+               rectangles + (size_t)tile * (4 * PACKETS), ox, oy, oz, range_max);
     const int row0 = tile / tiles_across * TILE_ROWS, column0 = tile % tiles_across * TILE_COLUMNS;
     for (int p = 0; p < PACKETS; ++p) {
         const int row = row0 + p / PACKETS_ACROSS, column = column0 + p % PACKETS_ACROSS * LANES;
@@ -248,8 +312,8 @@ kernel void mark_patches(TREE_ARGUMENTS, GRID_ARGUMENTS, global uchar *marks, in
     const float ox = positions[3 * position], oy = positions[3 * position + 1], oz = positions[3 * position + 2];
     global const float *own = beams + (size_t)tile * (PACKETS * 3 * LANES);
     Returns returns;
-    trace_tile(&returns, boxes, children, geometry, triangles, tiles + (size_t)tile * TILE_FLOATS, own, ox, oy, oz,
-               range_max);
+    trace_tile(&returns, boxes, children, geometry, triangles, tiles + (size_t)tile * TILE_FLOATS, own,
+               rectangles + (size_t)tile * (4 * PACKETS), ox, oy, oz, range_max);
     global uchar *mine = marks + (size_t)position * n_patches;
     for (int p = 0; p < PACKETS; ++p) {
         global const float *d = own + p * (3 * LANES);

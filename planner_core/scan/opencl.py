@@ -174,7 +174,9 @@ class OpenCLEngine:
         program = self._on.program("scan_tiles.cl", defines)
         if self._grid is None or self._template is not template:
             self._grid = make_tiles(template, tile_rows=rows, tile_columns=columns, lanes=lanes)
-            self._grid_buffers = self._on.upload("beams", {"tiles": self._grid.bounds, "beams": self._grid.beams})
+            self._grid_buffers = self._on.upload(
+                "beams", {"tiles": self._grid.bounds, "beams": self._grid.beams, "rectangles": self._grid.rectangles}
+            )
             self._template = template
         return program, self._grid
 
@@ -183,8 +185,7 @@ class OpenCLEngine:
         assert self._grid is not None
         return (
             *(self._scene.values()),
-            self._grid_buffers["tiles"],
-            self._grid_buffers["beams"],
+            *(self._grid_buffers.values()),
             np.int32(template.shape[0]),
             np.int32(template.shape[1]),
             np.int32(self._grid.tiles_across),

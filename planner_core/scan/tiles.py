@@ -12,8 +12,8 @@ import numpy as np
 from planner_core.model import BeamTemplate, Float32Array, FloatArray
 from planner_core.scan.template import directions
 
-TILE_FLOATS = 28
-"""Floats a tile: 4 planes, 4 corners, a mark of tiles too wide to be bounded, 3 spare."""
+TILE_FLOATS = 40
+"""Floats a tile: 4 planes, 4 corners, a mark of tiles too wide to be bounded, axis, right, up, 6 spare."""
 
 #: The pyramid is larger than its beams by this, radians: boxes and corners are compared in float32 (ulp 6e-8, a dozen
 #: roundings), and a computed hit may lie a few ulp outside its triangle.
@@ -25,10 +25,11 @@ _LEAST_COS = 0.5
 
 @dataclass(frozen=True)
 class TileGrid:
-    """beams : (K, packets, 3, lanes) float32 directions. bounds : (K, 28) float32."""
+    """beams : (K, packets, 3, lanes) float32. bounds : (K, 40) float32. rectangles : (K, 4, packets) float32."""
 
     beams: Float32Array
     bounds: Float32Array
+    rectangles: Float32Array
     tiles_across: int
 
     @property
@@ -46,11 +47,17 @@ def make_tiles(template: BeamTemplate, *, tile_rows: int, tile_columns: int, lan
     padded = beams[row][:, column].reshape(n_down, tile_rows, n_across, tile_columns, 3)
     tiles: FloatArray = padded.transpose(0, 2, 1, 3, 4).reshape(n_down * n_across, tile_rows * tile_columns, 3)
     packets = tiles.astype(np.float32).reshape(tiles.shape[0], -1, lanes, 3).transpose(0, 1, 3, 2)
-    return TileGrid(beams=np.ascontiguousarray(packets), bounds=_bounds(tiles), tiles_across=n_across)
+    bounds, plane = _bounds(tiles)
+    return TileGrid(
+        beams=np.ascontiguousarray(packets),
+        bounds=bounds,
+        rectangles=_rectangles(plane, packets.shape[1], lanes),
+        tiles_across=n_across,
+    )
 
 
-def _bounds(tiles: FloatArray) -> Float32Array:
-    """Bounding rectangle of each tile's beams (K, n, 3) in the plane at distance 1 along its axis."""
+def _bounds(tiles: FloatArray) -> tuple[Float32Array, FloatArray]:
+    """Bounding rectangle of each tile's beams (K, n, 3) in the plane at distance 1 along its axis; x, y (K, n, 2) there."""
     axis = tiles.mean(axis=1)
     length = np.linalg.norm(axis, axis=1, keepdims=True)
     axis = np.divide(axis, length, out=np.zeros_like(axis), where=length > 1e-9)
@@ -80,6 +87,14 @@ def _bounds(tiles: FloatArray) -> Float32Array:
     bounds = np.zeros((tiles.shape[0], TILE_FLOATS), dtype=np.float32)
     bounds[:, :12] = planes.reshape(-1, 12)
     bounds[:, 12:24] = corners.reshape(-1, 12)
+    bounds[:, 25:34] = np.concatenate([axis, right, up], axis=1)
     bounds[wide] = 0.0
     bounds[wide, 24] = 1e30
-    return bounds
+    return bounds, np.stack([x, y], axis=2)
+
+
+def _rectangles(plane: FloatArray, n_packets: int, lanes: int) -> Float32Array:
+    """Least and greatest x, then y, of every packet's beams (K, n, 2)."""
+    packets = plane.reshape(plane.shape[0], n_packets, lanes, 2)
+    low, high = packets.min(axis=2) - _MARGIN, packets.max(axis=2) + _MARGIN
+    return np.stack([low[..., 0], high[..., 0], low[..., 1], high[..., 1]], axis=1).astype(np.float32)
