@@ -39,7 +39,9 @@ def one_line(error: BaseException) -> str:
     if isinstance(error, PlannerError):
         return f"tlsplan: {text}"
     if isinstance(error, MemoryError):
-        return f"tlsplan: out of memory ({text}). Use a larger --patch-area or --grid, or plan floor by floor (--floor)."
+        return (
+            f"tlsplan: out of memory ({text}). Use a larger --patch-area or --grid, or plan floor by floor (--floor)."
+        )
     if isinstance(error, OSError):
         return f"tlsplan: {text}"
     return (

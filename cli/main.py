@@ -57,7 +57,9 @@ def main() -> None:
         error.show()
         code = error.exit_code
     except (KeyboardInterrupt, click.exceptions.Abort):
-        click.echo("tlsplan: interrupted; nothing was left half-written. Run the same command to start again.", err=True)
+        click.echo(
+            "tlsplan: interrupted; nothing was left half-written. Run the same command to start again.", err=True
+        )
         code = exit_code_of(KeyboardInterrupt())
     except BrokenPipeError:
         # The reader of a pipe (`tlsplan floors x | head`) went away: not an error, and nobody left to tell.

@@ -35,7 +35,7 @@ engine_option = click.option(
 )  # fmt: skip
 device_option = click.option(
     "--device", default=None, metavar="NAME",
-    help="OpenCL device by number or part of its name (`tlsplan doctor` lists them). [default: the first GPU, else CPU]",
+    help="OpenCL device by number or part of its name (see `tlsplan doctor`). [default: the first GPU, else CPU]",
 )  # fmt: skip
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on standard output.")
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="No progress and no summary; warnings and errors stay.")

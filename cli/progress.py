@@ -11,8 +11,9 @@ from types import TracebackType
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
-    from planner_core.progress import ProgressEvent
     from rich.progress import Progress, TaskID
+
+    from planner_core.progress import ProgressEvent
 
 PLAIN_LINE_EVERY_S = 10.0
 """Between the first and the last line of a stage: often enough to see life in a log, rarely enough to read it."""
@@ -43,7 +44,9 @@ class ProgressReporter:
             self._bars.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         """Close the bars, so that whatever is printed next starts on a line of its own."""
         if self._bars is not None:
             self._bars.stop()

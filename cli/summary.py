@@ -18,12 +18,12 @@ def show(document: dict[str, Any]) -> None:
     output.say(f"scanner       {scanner['title']}, range {scanner['range_max_m']:g} m")
     output.say(f"stations      {len(document['stations'])}{_bound(optimality)}")
     output.say(
-        f"coverage      {100 * coverage['fraction_of_achievable']:.1f} % of the {coverage['achievable_area_m2']:.0f} m2 that "
-        f"this scanner can see from admissible positions"
+        f"coverage      {100 * coverage['fraction_of_achievable']:.1f} % of the "
+        f"{coverage['achievable_area_m2']:.0f} m2 that this scanner can see from admissible positions"
     )
     output.say(
-        f"              {100 * coverage['fraction_of_total']:.1f} % of all {coverage['total_area_m2']:.0f} m2 in the model, "
-        "which counts what nobody can see, such as the inside of walls"
+        f"              {100 * coverage['fraction_of_total']:.1f} % of all {coverage['total_area_m2']:.0f} m2 in "
+        "the model, which counts what nobody can see, such as the inside of walls"
     )
     for figures in coverage["floors"]:
         n_stations = sum(station["floor"] == figures["floor"] for station in document["stations"])
@@ -33,9 +33,7 @@ def show(document: dict[str, Any]) -> None:
         )
     n_linked = sum(link["overlap"] >= registration["threshold"] for link in registration["links"])
     state = "all stations are connected" if registration["connected"] else "NOT all stations are connected"
-    output.say(
-        f"registration  {n_linked} links with at least {100 * registration['threshold']:.0f} % overlap; {state}"
-    )
+    output.say(f"registration  {n_linked} links with at least {100 * registration['threshold']:.0f} % overlap; {state}")
 
 
 def where_to_look(folder: Path) -> None:

@@ -16,9 +16,8 @@ from ..options import apply, engine_options, output_options, overwrite_option, p
 @apply(problem_options, engine_options, overwrite_option, output_options)
 def command(folder: Path, overwrite: bool, **values: Any) -> None:
     """Make a synthetic two-storey house, plan it and write the plan folder."""
-    from planner_core.export.folder import check_output
-
     import scenes_synthetic
+    from planner_core.export.folder import check_output
 
     from . import plan as plan_command
 

@@ -120,7 +120,8 @@ def _devices() -> list[Finding]:
         Finding(
             f"OpenCL device {d.index}",
             True,
-            f"{d.name}, {d.kind}, {d.n_compute_units} compute units, {d.memory_bytes / 2**30:.0f} GiB; {d.platform} {d.version}",
+            f"{d.name}, {d.kind}, {d.n_compute_units} compute units, {d.memory_bytes / 2**30:.0f} GiB; "
+            f"{d.platform} {d.version}",
         )
         for d in devices
     ]
@@ -129,6 +130,7 @@ def _devices() -> list[Finding]:
 def _engine() -> Finding:
     """Scan a box of known size with the engine that a plan would use: proves compiler, kernels and driver."""
     import numpy as np
+
     from planner_core.errors import PlannerError
     from planner_core.scan.engine import open_engine
     from planner_core.scene.build import scene_from_arrays

@@ -40,12 +40,14 @@ def command(
     **problem: Any,
 ) -> None:
     """Compute the coverage of a given station list in SCENE: your own plan, or what was really scanned."""
-    from .. import inputs, output, summary
-    from ..progress import ProgressReporter
     from planner_core.evaluate import evaluate_stations
     from planner_core.export.folder import check_output, write_plan_folder
     from planner_core.export.plan_json import plan_document
     from planner_core.export.stations_csv import read_station_list
+    from planner_core.scan.engine import open_engine
+
+    from .. import inputs, output, summary
+    from ..progress import ProgressReporter
 
     if folder is not None:
         check_output(folder, overwrite=overwrite)
@@ -55,7 +57,8 @@ def command(
         loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
         plan = evaluate_stations(loaded, settings, given, engine=engine, device=device, progress=reporter.show)
         if folder is not None:
-            write_plan_folder(plan, folder, overwrite=overwrite, progress=reporter.show)
+            caster = open_engine(plan.survey.scene, plan.survey.patches, engine=engine, device=device)
+            write_plan_folder(plan, folder, engine=caster, overwrite=overwrite, progress=reporter.show)
     document = plan_document(plan)
     output.warn(plan.warnings)
     if as_json:

@@ -43,19 +43,21 @@ def run(
     **problem: Any,
 ) -> None:
     """Plan, write the folder and print the summary; `demo` calls this too."""
-    from .. import inputs, output, summary
-    from ..progress import ProgressReporter
     from planner_core.export.folder import check_output, write_plan_folder
     from planner_core.export.plan_json import plan_document
     from planner_core.plan import make_plan
     from planner_core.scan.engine import open_engine
+
+    from .. import inputs, output, summary
+    from ..progress import ProgressReporter
 
     check_output(folder, overwrite=overwrite)  # before minutes of work, not after
     settings = inputs.settings(**problem)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
         plan = make_plan(loaded, settings, engine=engine, device=device, progress=reporter.show)
-        write_plan_folder(plan, folder, overwrite=overwrite, progress=reporter.show)
+        caster = open_engine(plan.survey.scene, plan.survey.patches, engine=engine, device=device)
+        write_plan_folder(plan, folder, engine=caster, overwrite=overwrite, progress=reporter.show)
     document = plan_document(plan)
     output.warn(plan.warnings)
     if as_json:

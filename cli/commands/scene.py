@@ -12,7 +12,7 @@ from ..options import overwrite_option, seed_option
 @click.command("scene", epilog="Example:  tlsplan scene house -o house.ifc")
 @click.argument("name", required=False)
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
-              help="File to write; its ending chooses the format: ifc, obj, ply, stl, glb, usd, usda, usdc.")  # fmt: skip
+              help="File to write; its ending chooses among ifc, obj, ply, stl, glb, usd, usda, usdc.")  # fmt: skip
 @seed_option
 @overwrite_option
 def command(name: str | None, output: Path | None, seed: int, overwrite: bool) -> None:
@@ -27,9 +27,7 @@ def command(name: str | None, output: Path | None, seed: int, overwrite: bool) -
             printer.say(known)
         return
     if name not in scenes_synthetic.names():
-        raise RequirementError(
-            f"scene {name!r} is not known; expected one of {', '.join(scenes_synthetic.names())}."
-        )
+        raise RequirementError(f"scene {name!r} is not known; expected one of {', '.join(scenes_synthetic.names())}.")
     path = output if output is not None else Path(f"{name}.ifc")
     if path.exists() and not overwrite:
         raise OutputExistsError(f"{path} exists; pass --overwrite to replace it.")

@@ -18,13 +18,16 @@ from ..options import (
 )
 
 
-@click.command("simulate", epilog="Example:  tlsplan simulate building.ifc --stations plan/plan.json -o scans/ --format ply")
+@click.command(
+    "simulate", epilog="Example:  tlsplan simulate building.ifc --stations plan/plan.json -o scans/ --format ply"
+)
 @scene_argument
 @stations_option
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), required=True, metavar="FOLDER",
               help="Folder for the scans.")  # fmt: skip
-@click.option("--format", "formats", type=click.Choice(["exr", "png", "ply"]), multiple=True, default=("exr", "png", "ply"),
-              show_default=True, help="exr: range image; png: preview; ply: point cloud. May be repeated.")  # fmt: skip
+@click.option("--format", "formats", type=click.Choice(["exr", "png", "ply"]), multiple=True,
+              default=("exr", "png", "ply"), show_default=True,
+              help="exr: range image; png: preview; ply: point cloud. May be repeated.")  # fmt: skip
 @apply(scanner_option, scene_options, engine_options, overwrite_option, output_options)
 def command(
     scene: Path,
@@ -42,4 +45,58 @@ def command(
     quiet: bool,
 ) -> None:
     """Simulate the scans of a station list in SCENE: range images and point clouds, one a station."""
-    raise NotImplementedError
+    import numpy as np
+
+    from planner_core.errors import OutputExistsError
+    from planner_core.evaluate import place_station
+    from planner_core.export.scans import write_scan
+    from planner_core.export.station_marks import station_prim_names
+    from planner_core.export.stations_csv import read_station_list
+    from planner_core.model import PlanSettings
+    from planner_core.scan.engine import open_engine
+    from planner_core.scan.scanners import load_scanner
+    from planner_core.simulate import simulate_scans
+    from planner_core.survey import make_survey
+
+    from .. import inputs, output
+    from ..progress import ProgressReporter
+
+    if folder.exists() and not folder.is_dir():
+        raise OutputExistsError(f"{folder}: is a file, expected a folder to write; give another name")
+    if folder.is_dir() and any(folder.iterdir()) and not overwrite:
+        raise OutputExistsError(
+            f"{folder}: is not empty; give another name, or pass --overwrite to add and replace scans"
+        )
+    settings = PlanSettings(scanner=load_scanner(scanner))
+    given = read_station_list(stations)
+    scans = []
+    with ProgressReporter(quiet=quiet or as_json) as reporter:
+        loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
+        survey = make_survey(loaded, settings, progress=reporter.show)
+        caster = open_engine(survey.scene, survey.patches, engine=engine, device=device)
+        output.warn(caster.warnings)
+        placed = [place_station(survey, settings, caster, one, order) for order, one in enumerate(given, start=1)]
+        positions_m = np.stack([station.position_m for station, _ in placed])
+        names = station_prim_names([station for station, _ in placed])
+        batches = simulate_scans(caster, survey.template, positions_m, progress=reporter.show)
+        for name, (station, _), scan in zip(names, placed, batches, strict=True):
+            files = [write_scan(survey, station, scan, folder / f"{name}.{suffix}") for suffix in formats]
+            scans.append(
+                {
+                    "station": station.id,
+                    "n_beams": survey.template.shape[0] * survey.template.shape[1],
+                    "n_returns": int(np.isfinite(scan.range_m).sum()),
+                    "files": [str(path) for path in files],
+                }
+            )
+    output.warn(line for _, lines in placed for line in lines)
+    if as_json:
+        output.as_json({"scanner": settings.scanner.name, "scans": scans})
+    elif not quiet:
+        output.table(
+            ("station", "beams", "returns", "files"),
+            [
+                (str(s["station"]), str(s["n_beams"]), str(s["n_returns"]), f"{folder}/{name}.{{{','.join(formats)}}}")
+                for s, name in zip(scans, names, strict=True)
+            ],
+        )

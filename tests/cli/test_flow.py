@@ -1,4 +1,4 @@
-"""The commands on a real file, as a user runs them: scene, floors, plan, evaluate, simulate, view, and what goes wrong."""
+"""The commands on a real file, as a user runs them, and what goes wrong with bad ones."""
 
 import csv
 import json
@@ -89,10 +89,14 @@ def test_evaluate_of_the_plan_itself_gives_the_same_coverage(house: Path, planne
         assert set(document) == set(again)
 
 
-def test_same_input_gives_the_same_bytes_on_one_core_and_on_two(house: Path, planned: tuple[Path, dict[str, Any]]) -> None:
+def test_same_input_gives_the_same_bytes_on_one_core_and_on_two(
+    house: Path, planned: tuple[Path, dict[str, Any]]
+) -> None:
     folder, _ = planned
     again = folder.with_name("plan-one-core")
-    done = run("plan", house, "-o", again, "--quiet", *COARSE, env={"POCL_MAX_PTHREAD_COUNT": "1", "OMP_NUM_THREADS": "1"})
+    done = run(
+        "plan", house, "-o", again, "--quiet", *COARSE, env={"POCL_MAX_PTHREAD_COUNT": "1", "OMP_NUM_THREADS": "1"}
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout == ""
     first, second = snapshot(folder), snapshot(again)

@@ -12,7 +12,19 @@ from tlsplan.main import COMMANDS, cli
 from tlsplan.reference import reference
 
 ROOT = Path(__file__).resolve().parents[2]
-HEAVY = ("open3d", "pyopencl", "pxr", "pyvista", "vtk", "OpenImageIO", "ifcopenshell", "trimesh", "scipy", "numpy", "rich")
+HEAVY = (
+    "open3d",
+    "pyopencl",
+    "pxr",
+    "pyvista",
+    "vtk",
+    "OpenImageIO",
+    "ifcopenshell",
+    "trimesh",
+    "scipy",
+    "numpy",
+    "rich",
+)
 
 
 def run(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:

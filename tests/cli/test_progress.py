@@ -2,8 +2,9 @@
 
 import io
 
-from planner_core.progress import ProgressEvent
 from tlsplan.progress import ProgressReporter
+
+from planner_core.progress import ProgressEvent
 
 
 def shown(events: list[ProgressEvent], *, quiet: bool = False) -> list[str]:
