@@ -14,7 +14,7 @@ from planner_core.export.face_results import face_results, lower_best_range, uns
 from planner_core.export.plan_json import plan_text, read_plan_json
 from planner_core.export.report import report_files, write_report
 from planner_core.export.scans import write_scan
-from planner_core.export.station_names import station_prim_names
+from planner_core.export.station_marks import station_prim_names
 from planner_core.export.stations_csv import stations_csv
 from planner_core.export.usd_clouds import cloud_layer
 from planner_core.export.usd_stage import STAGE_FILES, empty_review, write_layer, write_stage

@@ -22,7 +22,8 @@ from planner_core.export.section_view import (
     section_lines,
     view_section,
 )
-from planner_core.model import FloatArray, Floor, Plan, Station
+from planner_core.export.station_marks import foot_m
+from planner_core.model import FloatArray, Floor, Plan
 from planner_core.scan.engine import ScanEngine
 
 DPI = 100
@@ -234,7 +235,7 @@ def _draw_stations(axes: Any, plan: Plan, floor: Floor, view: SectionView) -> No
     stations = sorted((s for s in plan.stations if s.floor == floor.id), key=lambda station: station.order)
     if not stations:
         return
-    spots = view.camera.project(np.array([_foot_m(station) for station in stations]))
+    spots = view.camera.project(np.array([foot_m(station) for station in stations]))
     radius = MARKER_RADIUS_PX * view.pixel_m
     discs = spread_apart(spots, 2.15 * radius)
     axes.plot(
@@ -248,11 +249,6 @@ def _draw_stations(axes: Any, plan: Plan, floor: Floor, view: SectionView) -> No
                   markeredgecolor="white", markeredgewidth=1.8, zorder=5)  # fmt: skip
         axes.text(*disc, str(station.order), color="white", fontsize=12 if station.order < 100 else 9, weight="bold",
                   ha="center", va="center_baseline", zorder=6)  # fmt: skip
-
-
-def _foot_m(station: Station) -> FloatArray:
-    foot_m: FloatArray = station.position_m - np.array([0.0, 0.0, station.instrument_height_m])
-    return foot_m
 
 
 def spread_apart(spots: FloatArray, distance: float) -> FloatArray:

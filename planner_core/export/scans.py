@@ -14,7 +14,7 @@ import numpy as np
 from planner_core.errors import MissingPackageError, PlanFolderError, RequirementError
 from planner_core.export.atomic import staged_file
 from planner_core.export.palette import range_colour_index, range_ramp_srgb
-from planner_core.export.station_names import station_prim_names
+from planner_core.export.station_marks import station_prim_names
 from planner_core.model import ScanBatch, Station, Survey, UInt8Array
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import ScanEngine

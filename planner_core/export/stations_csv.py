@@ -41,7 +41,7 @@ class GivenStation:
 
 
 def stations_csv(plan: Plan) -> str:
-    """Return the text of stations.csv: one row a station, in the plan's order, millimetres shown (RFC 4180, LF)."""
+    """Return the text of stations.csv: a row a station, in the plan's order, to 0.1 mm; an unknown height is empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -54,7 +54,7 @@ def stations_csv(plan: Plan) -> str:
 
 
 def _metres(value: float) -> str:
-    return f"{round(value, 4) + 0.0:.4f}"
+    return f"{round(value, 4) + 0.0:.4f}" if math.isfinite(value) else ""
 
 
 def read_station_list(path: Path) -> tuple[GivenStation, ...]:
@@ -87,7 +87,7 @@ def _from_plan(path: Path) -> tuple[GivenStation, ...]:
             GivenStation(
                 id=str(row["id"]),
                 position_m=_checked_position(row["position"]),
-                instrument_height_m=float(row["instrument_height_m"]),
+                instrument_height_m=None if row["instrument_height_m"] is None else float(row["instrument_height_m"]),
                 floor=str(row["floor"]),
             )
             for row in document["stations"]

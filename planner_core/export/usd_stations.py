@@ -22,7 +22,7 @@ from planner_core.export.sdf_authoring import (
     set_stage_metadata,
     vec3f_array,
 )
-from planner_core.export.station_names import station_prim_names
+from planner_core.export.station_marks import foot_m, station_prim_names
 from planner_core.export.viewer_files import range_step_m
 from planner_core.model import FloatArray, Plan, Station
 
@@ -98,8 +98,7 @@ def _author_routes(layer: Layer, plan: Plan) -> None:
 def route_m(plan: Plan, floor_id: str) -> FloatArray:
     """(K, 3) float64, local: the ground below the floor's stations in visiting order."""
     visited = sorted((s for s in plan.stations if s.floor == floor_id), key=lambda station: station.order)
-    feet = [s.position_m - np.array([0.0, 0.0, s.instrument_height_m]) for s in visited]
-    return np.array(feet, dtype=np.float64).reshape(-1, 3)
+    return np.array([foot_m(station) for station in visited], dtype=np.float64).reshape(-1, 3)
 
 
 def _author_line(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -87,9 +85,8 @@ def make_survey(max_patch_area_m2: float = 0.25) -> Survey:
         Floor("F1", "Obergeschoß", 2.8, 32.0, np.array([14, 15], dtype=np.int32), np.array([[0.0, 0], [8, 4]]), "slab"),
     )
     floor_of_triangle = np.repeat([0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 1, -1], 12).astype(np.int32)
-    return Survey(
-        scene, floors, make_patches(scene, max_area_m2=max_patch_area_m2), floor_of_triangle, make_template(SCANNER)
-    )
+    patches = make_patches(scene, max_area_m2=max_patch_area_m2)
+    return Survey(scene, floors, patches, floor_of_triangle, make_template(SCANNER))
 
 
 def make_stations() -> tuple[Station, ...]:
@@ -154,8 +151,3 @@ def plan_folder(plan: Plan, engine: ScanEngine, tmp_path_factory: pytest.TempPat
     folder = tmp_path_factory.mktemp("plans") / "plan"
     write_plan_folder(plan, folder, engine=engine)
     return folder
-
-
-@pytest.fixture(scope="session")
-def without_stations(plan: Plan) -> Callable[[], Plan]:
-    return lambda: dataclasses.replace(plan, stations=(), links=(), coverage_curve=())

@@ -1,11 +1,13 @@
-"""Names of stations in the stage and on disk: their ids where these are fit for both."""
+"""What all pictures and files of a station share: its name in the stage and on disk, and the spot below it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from planner_core.export.usd_names import prim_name
-from planner_core.model import Station
+from planner_core.model import FloatArray, Station
 
 
 def station_prim_names(stations: Sequence[Station]) -> tuple[str, ...]:
@@ -21,3 +23,10 @@ def station_prim_names(stations: Sequence[Station]) -> tuple[str, ...]:
         used.add(name.lower())
         names.append(name)
     return tuple(names)
+
+
+def foot_m(station: Station) -> FloatArray:
+    """(3,) float64, local: the ground below the sensor; the sensor itself where its height is unknown (NaN)."""
+    position_m = station.position_m.astype(np.float64).copy()
+    position_m[2] -= np.nan_to_num(station.instrument_height_m)
+    return position_m
