@@ -68,14 +68,13 @@ class Faces:
         """Triangles that are not there any more."""
         return self.n_bad_index + self.n_too_short
 
-    def report(self, warnings: tuple[str, ...] = ()) -> LoadReport:
+    def report(self) -> LoadReport:
         """What the split dropped, as the part of the scene's report that comes before the repair."""
         return LoadReport(
             n_faces_read=self.n_dropped,
             n_degenerate=self.n_too_short,
             n_bad_index=self.n_bad_index,
             dropped=self.dropped,
-            warnings=warnings,
         )
 
 

@@ -286,10 +286,10 @@ class IfcWriter:
         self.relate("IfcRelContainedInSpatialStructure", RelatingStructure=storey, RelatedElements=list(products))
 
 
-def write_ifc_house(house: House, path: Path, *, schema: str = "IFC4", origin=(0.0, 0.0, 0.0)) -> None:
-    """The boxes of the house as triangulated breps in millimetres; `origin` is the site's, in metres."""
+def write_ifc_house(house: House, path: Path, *, schema: str) -> None:
+    """The boxes of the house as triangulated breps in millimetres."""
     writer = IfcWriter(schema, "MILLI")
-    ground = writer.storeys({"Ground": 0.0}, origin)["Ground"]
+    ground = writer.storeys({"Ground": 0.0}, (0, 0, 0))["Ground"]
     products = [
         writer.root(
             "IfcBuildingElementProxy",
@@ -393,14 +393,6 @@ def write_house(house) -> Callable[[Path, str], Path]:
 @pytest.fixture(scope="session")
 def write_building() -> Callable[..., None]:
     return write_ifc_building
-
-
-@pytest.fixture(scope="session")
-def write_far_house(house) -> Callable[..., None]:
-    def write(path: Path, origin) -> None:
-        write_ifc_house(house, path, origin=origin)
-
-    return write
 
 
 @pytest.fixture(scope="session")

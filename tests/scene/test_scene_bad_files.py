@@ -239,9 +239,8 @@ def test_ifc_whose_attributes_have_wrong_types_is_refused(tmp_path, write_house)
 
 def test_usd_text_with_bytes_that_are_no_text_is_refused(tmp_path, write_house):
     contents = write_house(tmp_path, "house.usda").read_bytes()
-    assert "can" not in message_of(
-        written(tmp_path, "a.usda", contents.replace(b"metersPerUnit", b"meters\xd6\xd6Unit"))
-    )
+    broken = contents.replace(b"metersPerUnit", b"meters\xd6\xd6Unit")
+    assert "it holds bytes that are no text" in message_of(written(tmp_path, "a.usda", broken))
 
 
 def test_usd_unit_of_the_wrong_type_is_refused(tmp_path):

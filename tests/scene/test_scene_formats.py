@@ -43,7 +43,10 @@ def test_obj_face_is_read_in_every_notation(tmp_path, face):
 
 def test_obj_negative_numbers_count_back_from_the_face(tmp_path):
     scene = load_text(tmp_path, "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 5 5 5\nf -4 -3 -1\n")
-    assert scene.vertices_m[scene.triangles[1]].tolist() == [[0, 0, 0], [1, 0, 0], [5, 5, 5]]
+    assert scene.vertices_m[scene.triangles].tolist() == [
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0]],
+        [[0, 0, 0], [1, 0, 0], [5, 5, 5]],
+    ]
 
 
 def test_obj_vertex_with_weight_or_colour_is_read(tmp_path):

@@ -223,7 +223,7 @@ def test_fzk_haus_has_its_storeys_elements_and_size(real_ifc):
 
 
 def test_real_building_is_the_same_bytes_on_any_number_of_threads(real_ifc, monkeypatch):
-    path = real_ifc("fzk-haus.ifc")
+    path = real_ifc("duplex.ifc")
     scenes = []
     for n_threads in (1, 4):
         monkeypatch.setattr("os.cpu_count", lambda n=n_threads: n)
