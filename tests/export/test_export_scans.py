@@ -1,0 +1,84 @@
+"""Scans as files, read back with other eyes: OpenImageIO for pictures, trimesh for points."""
+
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as Oiio
+import pytest
+import trimesh
+
+from planner_core.errors import RequirementError
+from planner_core.export.scans import write_scans
+from planner_core.model import Plan
+from planner_core.scan.engine import ScanEngine
+
+
+@pytest.fixture(scope="module")
+def folder(plan: Plan, engine: ScanEngine, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("scans") / "out"
+    files = write_scans(plan.survey, plan.stations, folder, engine=engine, formats=("exr", "png", "ply"))
+    assert sorted(files) == sorted(folder.iterdir())
+    assert len(files) == 9
+    return folder
+
+
+def test_exr_holds_the_scan_exactly_with_pose_and_without_date(plan: Plan, engine: ScanEngine, folder: Path) -> None:
+    scan = engine.scan(plan.survey.template, plan.stations[1].position_m[None])
+    file = Oiio.ImageInput.open(str(folder / "S002.exr"))
+    for part, expected in enumerate(
+        ({"range": scan.range_m, "cosIncidence": scan.cos_incidence}, {"triangle": scan.triangle, "patch": scan.patch})
+    ):
+        file.seek_subimage(part, 0)
+        spec = file.spec()
+        pixels = file.read_image(part, 0, 0, spec.nchannels, spec.format)
+        for name, values in expected.items():
+            found = pixels[:, :, list(spec.channelnames).index(name)]
+            np.testing.assert_array_equal(found.astype(values.dtype), values[0])
+        attributes = {attribute.name: attribute.value for attribute in spec.extra_attribs}
+        assert attributes["tlsplan:positionScene"] == "500006.000000 4000002.200000 101.500000"
+        assert attributes["tlsplan:station"] == "S002"
+        assert "DateTime" not in attributes
+    file.close()
+
+
+def test_ply_points_lie_where_the_beams_met_the_scene(plan: Plan, engine: ScanEngine, folder: Path) -> None:
+    station = plan.stations[0]
+    cloud = np.asarray(trimesh.load(folder / "S001.ply", process=False).vertices)
+    scan = engine.scan(plan.survey.template, station.position_m[None])
+    assert len(cloud) == (scan.triangle >= 0).sum()
+    way = cloud - plan.survey.scene.offset_m - station.position_m
+    hits = engine.cast_rays(np.broadcast_to(station.position_m, way.shape), way, range_max_m=10.0)
+    np.testing.assert_allclose(np.linalg.norm(way, axis=1), hits.range_m, atol=1e-4)
+
+
+def test_preview_is_a_picture_with_more_than_one_colour(folder: Path) -> None:
+    picture = Oiio.ImageBuf(str(folder / "S001.png")).get_pixels(Oiio.UINT8)
+    assert picture.shape[2] == 3
+    assert picture.shape[0] >= 200
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
+
+
+def test_scans_written_again_have_the_same_bytes(plan: Plan, engine: ScanEngine, folder: Path, tmp_path: Path) -> None:
+    write_scans(plan.survey, plan.stations, tmp_path, engine=engine, formats=("exr", "png", "ply"))
+    assert [f.name for f in folder.iterdir() if f.read_bytes() != (tmp_path / f.name).read_bytes()] == []
+
+
+def test_unknown_format_is_refused_before_anything_is_written(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
+    with pytest.raises(RequirementError, match="e57"):
+        write_scans(plan.survey, plan.stations, tmp_path / "out", engine=engine, formats=("png", "e57"))
+    assert not (tmp_path / "out").exists()
+
+
+def test_interrupted_scan_file_leaves_nothing(
+    plan: Plan, engine: ScanEngine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write = Path.write_bytes
+
+    def stop(self: Path, content: bytes) -> int:
+        write(self, content[:10])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "write_bytes", stop)
+    with pytest.raises(KeyboardInterrupt):
+        write_scans(plan.survey, plan.stations, tmp_path, engine=engine, formats=("ply",))
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,240 @@
+"""The USD stage, opened again: valid, whole when moved, as the plan says, and flat where the browser needs it."""
+
+import shutil
+from collections import Counter
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pxr import Gf, Kind, Usd, UsdGeom, UsdShade, UsdValidation
+
+from planner_core.export.palette import face_colour_index
+from planner_core.export.usd_names import MAX_SIBLINGS, mesh_places, prim_name
+from planner_core.model import Element, Plan, Scene
+from planner_core.scan.engine import ScanEngine
+
+VIEWS = ("plan.usda", "viewer/stage.usdc")
+BROWSER_TYPES = {
+    "string", "token", "int", "double", "float[]", "int[]", "token[]", "matrix4d", "bool",
+    "point3f[]", "float3[]", "color3f[]",
+}  # fmt: skip
+
+
+@cache  # prims die with their stage, so something has to hold it
+def opened(folder: Path, name: str) -> Usd.Stage:
+    return Usd.Stage.Open(str(folder / name))
+
+
+def meshes(stage: Usd.Stage) -> list[Usd.Prim]:
+    return [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
+
+
+def per_face(stage: Usd.Stage, name: str, n_triangles: int) -> np.ndarray:
+    """The values of a uniform primvar, back in the order of the scene's triangles."""
+    values = np.full(n_triangles, -99.0)
+    for prim in meshes(stage):
+        faces = np.array(prim.GetAttribute("primvars:tlsplan:triangle").Get())
+        values[faces] = np.array(prim.GetAttribute(f"primvars:tlsplan:{name}").Get())
+    return values
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_stage_has_no_validation_errors(plan_folder: Path, name: str) -> None:
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    assert len(validators) > 10
+    errors = UsdValidation.ValidationContext(validators).Validate(opened(plan_folder, name))
+    assert [f"{error.GetName()}: {error.GetMessage()}" for error in errors] == []
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_stage_is_in_metres_with_z_up(plan_folder: Path, name: str) -> None:
+    stage = opened(plan_folder, name)
+    assert UsdGeom.GetStageUpAxis(stage) == "Z"
+    assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
+    root = stage.GetDefaultPrim()
+    assert root.GetPath() == "/Plan"
+    assert [root.GetAttribute(f"tlsplan:offset{axis}").Get() for axis in "XYZ"] == [500000.0, 4000000.0, 100.0]
+
+
+def test_offset_of_the_full_stage_is_one_vector_too(plan_folder: Path) -> None:
+    root = opened(plan_folder, "plan.usda").GetDefaultPrim()
+    assert root.GetAttribute("tlsplan:offset").Get() == Gf.Vec3d(500000, 4000000, 100)
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_meshes_hold_every_triangle_of_the_scene_once_at_its_place(plan: Plan, plan_folder: Path, name: str) -> None:
+    scene = plan.survey.scene
+    corners = np.full((scene.n_triangles, 3, 3), np.nan)
+    seen: Counter[int] = Counter()
+    for prim in meshes(opened(plan_folder, name)):
+        mesh = UsdGeom.Mesh(prim)
+        assert set(mesh.GetFaceVertexCountsAttr().Get()) == {3}
+        faces = np.array(prim.GetAttribute("primvars:tlsplan:triangle").Get())
+        seen.update(faces.tolist())
+        corners[faces] = np.array(mesh.GetPointsAttr().Get())[np.array(mesh.GetFaceVertexIndicesAttr().Get())].reshape(
+            -1, 3, 3
+        )
+        points = np.array(mesh.GetPointsAttr().Get())
+        np.testing.assert_array_equal(np.array(mesh.GetExtentAttr().Get()), [points.min(axis=0), points.max(axis=0)])
+    assert seen == Counter(range(scene.n_triangles))
+    np.testing.assert_array_equal(corners, scene.vertices_m[scene.triangles].astype(np.float32))
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_elements_keep_name_kind_and_id(plan: Plan, plan_folder: Path, name: str) -> None:
+    found = {}
+    for prim in meshes(opened(plan_folder, name)):
+        texts = [prim.GetAttribute(f"tlsplan:{key}").Get() for key in ("name", "kind", "sourceId")]
+        found[prim.GetAttribute("tlsplan:element").Get()] = texts
+    assert found == {
+        i: [e.name, e.kind, e.source_id] for i, e in enumerate(plan.survey.scene.elements) if e.name != "Empty"
+    }
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_coverage_primvars_are_what_the_patches_say(plan: Plan, plan_folder: Path, name: str) -> None:
+    stage, n_triangles = opened(plan_folder, name), plan.survey.scene.n_triangles
+    coverage, times, ground = np.full(n_triangles, -1.0), np.zeros(n_triangles), np.zeros(n_triangles)
+    first = plan.survey.patches.first_patch
+    for triangle in range(n_triangles):
+        patches = np.arange(first[triangle], first[triangle + 1])
+        achievable = patches[plan.achievable[patches]]
+        if achievable.size:
+            coverage[triangle] = (plan.times_seen[achievable] > 0).sum() / achievable.size
+        times[triangle] = plan.times_seen[patches].max()
+    for index, floor in enumerate(plan.survey.floors):
+        ground[floor.ground_triangles] = index + 1
+    np.testing.assert_allclose(per_face(stage, "coverage", n_triangles), coverage, rtol=1e-6)
+    np.testing.assert_array_equal(per_face(stage, "timesSeen", n_triangles), times)
+    np.testing.assert_array_equal(per_face(stage, "floorIndex", n_triangles), ground)
+    np.testing.assert_array_equal(per_face(stage, "firstPatch", n_triangles), first[:-1])
+    np.testing.assert_array_equal(per_face(stage, "patchDepth", n_triangles), plan.survey.patches.depth)
+    assert 0 < (coverage == -1).sum() < n_triangles
+    assert ((coverage > 0) & (coverage < 1)).any()
+
+
+def test_best_range_is_the_shortest_return_on_each_face(plan: Plan, engine: ScanEngine, plan_folder: Path) -> None:
+    scans = engine.scan(plan.survey.template, np.array([station.position_m for station in plan.stations]))
+    expected = [
+        scans.range_m[scans.triangle == t].min() if (scans.triangle == t).any() else -1.0
+        for t in range(plan.survey.scene.n_triangles)
+    ]
+    np.testing.assert_array_equal(per_face(opened(plan_folder, VIEWS[1]), "bestRange", len(expected)), expected)
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_display_colour_is_indexed_a_face_and_follows_coverage(plan_folder: Path, name: str) -> None:
+    colours: dict[int, set[tuple[float, ...]]] = {}
+    for prim in meshes(opened(plan_folder, name)):
+        primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("displayColor")
+        assert primvar.IsIndexed()
+        assert primvar.GetInterpolation() == "uniform"
+        coverage = np.array(prim.GetAttribute("primvars:tlsplan:coverage").Get())
+        shown = np.array(primvar.ComputeFlattened())
+        assert len(shown) == len(coverage)
+        for index, colour in zip(face_colour_index(coverage), shown, strict=True):
+            colours.setdefault(int(index), set()).add(tuple(colour))
+    assert {index: len(seen) for index, seen in colours.items()} == dict.fromkeys(colours, 1)
+    assert len(set.union(*colours.values())) == len(colours) > 3
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_stations_stand_at_their_sensors_with_their_figures(plan: Plan, plan_folder: Path, name: str) -> None:
+    stage = opened(plan_folder, name)
+    parent = stage.GetPrimAtPath("/Plan/Stations")
+    assert [prim.GetName() for prim in parent.GetChildren()] == ["S001", "S002", "S003"]
+    for prim, station in zip(parent.GetChildren(), plan.stations, strict=True):
+        at = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default()).ExtractTranslation()
+        np.testing.assert_allclose(at, station.position_m)
+        assert prim.GetAttribute("tlsplan:order").Get() == station.order
+        assert prim.GetAttribute("tlsplan:floorId").Get() == station.floor
+        assert prim.GetAttribute("tlsplan:instrumentHeight").Get() == station.instrument_height_m
+        assert (plan_folder / "viewer" / prim.GetAttribute("tlsplan:cloudUri").Get()).is_file()
+        assert Kind.Registry.IsA(Usd.ModelAPI(prim).GetKind(), "component")
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_floors_end_where_the_next_begins(plan_folder: Path, name: str) -> None:
+    floors = opened(plan_folder, name).GetPrimAtPath("/Plan/Floors").GetChildren()
+    spans = [(f.GetAttribute("tlsplan:elevation").Get(), f.GetAttribute("tlsplan:top").Get()) for f in floors]
+    assert spans == [(0.0, 2.8), (2.8, 5.6)]
+
+
+def test_clouds_are_payloads_whose_points_lie_on_the_scene(plan: Plan, engine: ScanEngine, plan_folder: Path) -> None:
+    stage = opened(plan_folder, "plan.usda")
+    stage.Unload()
+    assert not stage.GetPrimAtPath("/Plan/Stations/S001/Cloud").GetAttribute("points").Get()
+    stage.Load()
+    points = UsdGeom.Points(stage.GetPrimAtPath("/Plan/Stations/S003/Cloud"))
+    local = np.array(points.GetPointsAttr().Get(), dtype=np.float64)
+    assert len(local) > 1000
+    origin = plan.stations[2].position_m
+    hits = engine.cast_rays(np.broadcast_to(origin, local.shape), local, range_max_m=10.0)
+    np.testing.assert_allclose(hits.range_m, np.linalg.norm(local, axis=1), atol=2e-4)
+
+
+def test_moved_folder_still_composes(plan_folder: Path, tmp_path: Path) -> None:
+    moved = tmp_path / "elsewhere" / "plan"
+    shutil.copytree(plan_folder, moved)
+    stage = opened(moved, "plan.usda")
+    assert list(stage.GetCompositionErrors()) == []
+    used = {Path(layer.realPath).resolve() for layer in stage.GetUsedLayers() if layer.realPath}
+    assert len(used) == 8  # root, review, results, stations, building and three clouds
+    assert [path for path in used if not path.is_relative_to(moved.resolve())] == []
+
+
+def test_review_layer_is_the_strongest(plan_folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(plan_folder, tmp_path / "plan")
+    review = tmp_path / "plan" / "review.usda"
+    change = 'over "Plan"\n{\nover "Stations"\n{\nover "S001"\n{\nint tlsplan:order = 9\n}\n}\n}\n'
+    review.write_text(review.read_text() + change)
+    stage = opened(tmp_path / "plan", "plan.usda")
+    assert stage.GetPrimAtPath("/Plan/Stations/S001").GetAttribute("tlsplan:order").Get() == 9
+
+
+def test_browser_stage_keeps_to_what_a_thin_reader_can_read(plan_folder: Path) -> None:
+    stage = opened(plan_folder, "viewer/stage.usdc")
+    assert len(stage.GetUsedLayers(includeClipLayers=True)) == 2  # itself and the session layer
+    types = {"Xform", "Scope", "Mesh", "Material", "Shader", "Sphere"}
+    for prim in stage.TraverseAll():
+        assert prim.GetTypeName() in types
+        assert len(prim.GetChildren()) <= MAX_SIBLINGS
+        assert not prim.IsInstanceable()
+        for attribute in prim.GetAttributes():
+            if attribute.HasAuthoredValue():
+                assert str(attribute.GetTypeName()) in BROWSER_TYPES, attribute.GetPath()
+                if attribute.GetTypeName() in ("int", "int[]"):
+                    assert np.min(attribute.Get()) >= 0, attribute.GetPath()
+        if prim.IsA(UsdGeom.Xformable):
+            assert len(UsdGeom.Xformable(prim).GetOrderedXformOps()) == 1
+
+
+def test_one_material_is_bound_at_the_root_and_shows_display_colour(plan_folder: Path) -> None:
+    stage = opened(plan_folder, "plan.usda")
+    bound = [prim for prim in stage.TraverseAll() if prim.GetRelationship("material:binding").HasAuthoredTargets()]
+    assert [str(prim.GetPath()) for prim in bound] == ["/Plan"]
+    material, _ = UsdShade.MaterialBindingAPI(meshes(stage)[0]).ComputeBoundMaterial()
+    surface, _, _ = material.ComputeSurfaceSource()
+    reader = surface.GetInput("diffuseColor").GetConnectedSource()[0]
+    assert UsdShade.Shader(reader.GetPrim()).GetInput("varname").Get() == "displayColor"
+
+
+def test_more_elements_than_siblings_are_allowed_are_grouped() -> None:
+    n = 2 * MAX_SIBLINGS + 1
+    names = ("", "Wall", "1st", "Tür", "a.b", "墙")
+    elements = tuple(Element(names[i % len(names)], "IfcWall", "", 0 if i % 2 else -1) for i in range(n))
+    scene = Scene.__new__(Scene)
+    object.__setattr__(scene, "elements", elements)
+    object.__setattr__(scene, "element_of_triangle", np.arange(n, dtype=np.int32))
+    places = mesh_places(scene)
+    paths = [place.path for place in places]
+    assert len(set(paths)) == n
+    assert max(Counter(path.rsplit("/", 1)[0] for path in paths).values()) <= MAX_SIBLINGS
+    assert all(part.isascii() and part.isidentifier() for path in paths for part in path[1:].split("/"))
+
+
+@pytest.mark.parametrize("text", ["", "  ", "07", "Ünï", "x" * 200, "a/b:c"])
+def test_prim_name_is_empty_or_an_identifier(text: str) -> None:
+    name = prim_name(text)
+    assert name == "" or (name.isidentifier() and name.isascii() and len(name) < 60)
