@@ -23,14 +23,13 @@ typedef struct {
 /* Push the children in `keep`, the nearest on top. Equal keys: the higher lane on top, always the same one. */
 static inline void push_children(Stack *stack, global const int *children, int node, int8 keep, float8 key)
 {
-    int8 kept8 = keep;
-    float8 keys8 = key;
-    const int *kept = (const int *)&kept8;
-    const float *keys = (const float *)&keys8;
+    const int *kept = (const int *)&keep;
+    const float *keys = (const float *)&key;
     const int bottom = stack->size;
+    int size = bottom;
     for (int j = 0; j < NODE_CHILDREN; ++j) {
         if (!kept[j]) continue;
-        int at = stack->size++;
+        int at = size++;
         while (at > bottom && stack->near2[at - 1] < keys[j]) {
             stack->near2[at] = stack->near2[at - 1];
             stack->child[at] = stack->child[at - 1];
@@ -39,6 +38,7 @@ static inline void push_children(Stack *stack, global const int *children, int n
         stack->near2[at] = keys[j];
         stack->child[at] = children[node * NODE_CHILDREN + j];
     }
+    stack->size = size;
 }
 
 #endif

@@ -12,7 +12,7 @@
 
 #define BLOCK_LANES 8
 /* Cost of a node in units of a block's: what a split has to save before a block of eight or fewer is divided. */
-#define NODE_COST 0.5f
+#define NODE_COST 0.25f
 
 typedef struct {
     float low[3], high[3];

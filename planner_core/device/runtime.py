@@ -44,8 +44,11 @@ class Program:
         self._device, self._built, self._title = device, built, title
         self._kernels: dict[str, Any] = {}
 
-    def run(self, kernel: str, global_size: tuple[int, ...], *arguments: object) -> None:
+    def run(self, kernel: str, global_size: tuple[int, ...], *arguments: object, cpu_group: int = 1) -> None:
         """Queue a kernel over `global_size` work-items. Arguments: `Buffer`s and NumPy scalars or vectors.
+
+        On a CPU a group has `cpu_group` work-items along the first axis, which it must divide; elsewhere the driver
+        chooses. One is right where a work-item is much work: groups then spread evenly over the cores.
 
         Kernels run in the order they were queued in. Nothing is queued for an empty NDRange.
         """
@@ -57,8 +60,8 @@ class Program:
             if kernel not in self._kernels:
                 self._kernels[kernel] = pyopencl.Kernel(self._built, kernel)
             handles = [item.handle if isinstance(item, Buffer) else item for item in arguments]
-            # One work-item a group on a CPU: a tile or a ray is work enough, and groups spread evenly over the cores.
-            local_size = (1,) * len(global_size) if self._device.kind == "cpu" else None
+            on_cpu = self._device.kind == "cpu"
+            local_size = (cpu_group,) + (1,) * (len(global_size) - 1) if on_cpu else None
             self._kernels[kernel](self._device.queue, global_size, local_size, *handles)
 
 

@@ -18,7 +18,7 @@ from typing import Protocol
 import numpy as np
 
 from planner_core.errors import DeviceError, RequirementError, SceneError
-from planner_core.model import BeamTemplate, FloatArray, Patches, RayHits, ScanBatch, Scene, Visibility
+from planner_core.model import BeamTemplate, FloatArray, Int64Array, Patches, RayHits, ScanBatch, Scene, Visibility
 from planner_core.progress import Progress, silent
 
 #: What `open_engine` accepts.
@@ -93,9 +93,9 @@ def check_positions(positions_m: FloatArray) -> FloatArray:
     positions = np.ascontiguousarray(positions_m, dtype=np.float64)
     if positions.ndim != 2 or positions.shape[1] != 3:
         raise RequirementError(f"positions_m: got shape {positions.shape}, expected (N, 3); pass one row a position")
-    bad = ~np.isfinite(positions).all(axis=1)
-    if bad.any():
-        row = int(np.argmax(bad))
+    finite = np.isfinite(positions)
+    if not finite.all():
+        row = int(np.argmin(finite.all(axis=1)))
         raise RequirementError(f"positions_m: row {row} is {positions[row]}, expected finite metres; leave it out")
     return positions
 
@@ -106,14 +106,25 @@ def check_rays(origins_m: FloatArray, directions: FloatArray) -> tuple[FloatArra
     rays = np.ascontiguousarray(directions, dtype=np.float64)
     if rays.shape != origins.shape:
         raise RequirementError(f"directions: got shape {rays.shape}, expected {origins.shape}; pass one row a ray")
-    # Scaled by the largest component first: squares of huge or tiny components would overflow or vanish.
-    largest = np.abs(rays).max(axis=1, initial=0.0)
-    bad = ~(np.isfinite(largest) & (largest > 0))
-    if bad.any():
-        row = int(np.argmax(bad))
+    squared = np.einsum("ij,ij->i", rays, rays)
+    odd = ~((squared > 1e-200) & (squared < 1e200))
+    if odd.any():
+        # Squares of huge or tiny components overflow or vanish: those rows are scaled by their largest first.
+        rays = _scaled(rays, np.flatnonzero(odd))
+        squared = np.einsum("ij,ij->i", rays, rays)
+    return origins, rays / np.sqrt(squared)[:, None]
+
+
+def _scaled(rays: FloatArray, rows: Int64Array) -> FloatArray:
+    """Divide some directions by their largest component, or refuse them."""
+    largest = np.abs(rays[rows]).max(axis=1)
+    bad = rows[~(np.isfinite(largest) & (largest > 0))]
+    if bad.size:
+        row = int(bad[0])
         raise RequirementError(f"directions: row {row} is {rays[row]}, expected finite and not zero; leave it out")
-    rays = rays / largest[:, None]
-    return origins, rays / np.sqrt((rays * rays).sum(axis=1))[:, None]
+    scaled = rays.copy()
+    scaled[rows] /= largest[:, None]
+    return scaled
 
 
 def _check_scene(scene: Scene, patches: Patches) -> None:

@@ -31,6 +31,9 @@ from planner_core.scene.patches import squared_edges
 _TILE_SHAPE = {"cpu": (8, 32, 8)}
 _DEFAULT_TILE_SHAPE = (4, 8, 1)
 
+#: Rays a work-group on a CPU: one ray is too little work for a group's overhead.
+_RAY_GROUP = 64
+
 #: Marks (one byte a patch and position) that a batch of `visible_patches` may hold; results do not depend on it.
 _MARK_BYTES = 256 * 2**20
 #: Positions a batch at most, so that progress is heard of.
@@ -84,7 +87,7 @@ class OpenCLEngine:
         with self._on.outputs("hits", {"range": range_m, "triangle": triangle}) as out:
             program.run(
                 "cast_rays",
-                (rays.shape[0],),
+                (-(-rays.shape[0] // _RAY_GROUP) * _RAY_GROUP,),
                 *(self._scene[name] for name in ("boxes", "children", "geometry", "triangle")),
                 queries["rays"],
                 np.int32(rays.shape[0]),
@@ -92,6 +95,7 @@ class OpenCLEngine:
                 self._sphere,
                 out["range"],
                 out["triangle"],
+                cpu_group=_RAY_GROUP,
             )
         return RayHits(range_m=range_m, triangle=triangle)
 
