@@ -324,12 +324,12 @@ class Coverage:
 
     @property
     def fraction_of_achievable(self) -> float:
-        """covered / achievable; 1 where nothing is achievable."""
+        """Covered / achievable; 1 where nothing is achievable."""
         return self.covered_area_m2 / self.achievable_area_m2 if self.achievable_area_m2 > 0 else 1.0
 
     @property
     def fraction_of_total(self) -> float:
-        """covered / total; 1 where there is no surface."""
+        """Covered / total; 1 where there is no surface."""
         return self.covered_area_m2 / self.total_area_m2 if self.total_area_m2 > 0 else 1.0
 
 
