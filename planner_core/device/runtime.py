@@ -135,7 +135,7 @@ class Device:
         if total > self.free_bytes:
             raise DeviceError(
                 f"{what}: {_mib(total)} requested on {self.label}, {_mib(self.free_bytes)} available; "
-                "use a larger device or a smaller scene"
+                "use a larger device, a smaller scene or fewer positions a call"
             )
         for name, size in sizes_bytes.items():
             if size > self.max_buffer_bytes:

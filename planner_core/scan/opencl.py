@@ -5,11 +5,14 @@ Local frame, metres. The rules all engines keep are at the head of `planner_core
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner_core.device import Buffer, Device, Program
 from planner_core.model import (
     BeamTemplate,
+    Float32Array,
     FloatArray,
     Int32Array,
     Patches,
@@ -22,7 +25,7 @@ from planner_core.model import (
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import check_positions, check_rays
 from planner_core.scan.surfaces import round_surfaces
-from planner_core.scan.tiles import TileGrid, make_tiles
+from planner_core.scan.tiles import make_tiles
 from planner_core.scan.tree import build_tree
 from planner_core.scene.patches import squared_edges
 
@@ -38,6 +41,17 @@ _RAY_GROUP = 64
 _MARK_BYTES = 256 * 2**20
 #: Positions a batch at most, so that progress is heard of.
 _MAX_BATCH = 64
+
+
+@dataclass(frozen=True)
+class _Tiles:
+    """A template on the device. arguments: what both tile kernels take first, up to the positions."""
+
+    template: BeamTemplate
+    shape: tuple[int, int, int]
+    program: Program
+    n_tiles: int
+    arguments: tuple[object, ...]
 
 
 class OpenCLEngine:
@@ -70,9 +84,7 @@ class OpenCLEngine:
         self._sphere = np.array([*(low + (high - low) / 2), radius], dtype=np.float32)
         # One node leaves at most 7 siblings on the stack; a spare entry for the root.
         self._stack = 7 * self.tree.n_levels + 8
-        self._template: BeamTemplate | None = None
-        self._grid: TileGrid | None = None
-        self._grid_buffers: dict[str, Buffer] = {}
+        self._tiles: _Tiles | None = None
 
     def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
         """See `ScanEngine.cast_rays`."""
@@ -111,7 +123,7 @@ class OpenCLEngine:
         )
         if 0 in shape:
             return batch
-        program, grid = self._prepare(template)
+        tiles = self._prepare(template)
         at = self._on.upload("positions", {"positions": positions})
         arrays = {
             "range": batch.range_m,
@@ -120,10 +132,11 @@ class OpenCLEngine:
             "cosine": batch.cos_incidence,
         }
         with self._on.outputs("scans", arrays) as out:
-            program.run(
+            tiles.program.run(
                 "scan_tiles",
-                (grid.n_tiles, positions.shape[0]),
-                *self._tile_arguments(template, at["positions"]),
+                (tiles.n_tiles, positions.shape[0]),
+                *tiles.arguments,
+                at["positions"],
                 *(out[name] for name in arrays),
             )
         return batch
@@ -136,13 +149,12 @@ class OpenCLEngine:
         n_positions = positions.shape[0]
         rows: list[Int32Array] = []
         if n_positions:
-            program, grid = self._prepare(template)
             n_batch = max(1, min(n_positions, _MAX_BATCH, self._mark_bytes // self._n_patches))
             marks = np.empty((n_batch, self._n_patches), dtype=np.uint8)
             on_device = self._on.allocate("marks of seen patches", marks.nbytes)
             for first in range(0, n_positions, n_batch):
                 batch = positions[first : first + n_batch]
-                self._mark(program, grid, template, batch, on_device, marks)
+                self._mark(template, batch, on_device, marks)
                 rows.extend(np.flatnonzero(row.view(np.bool_)).astype(np.int32) for row in marks[: len(batch)])
                 progress(ProgressEvent("scan", len(rows), n_positions))
         starts = np.zeros(n_positions + 1, dtype=np.int64)
@@ -150,50 +162,42 @@ class OpenCLEngine:
         patch = np.concatenate(rows) if rows else np.empty(0, dtype=np.int32)
         return Visibility(starts=starts, patch=patch, n_patches=self._n_patches)
 
-    def _mark(
-        self,
-        program: Program,
-        grid: TileGrid,
-        template: BeamTemplate,
-        batch: np.ndarray[tuple[int, ...], np.dtype[np.float32]],
-        on_device: Buffer,
-        marks: UInt8Array,
-    ) -> None:
+    def _mark(self, template: BeamTemplate, batch: Float32Array, on_device: Buffer, marks: UInt8Array) -> None:
         """Fill the first rows of `marks`: 1 where a position of the batch sees the patch."""
+        tiles = self._prepare(template)
         at = self._on.upload("positions", {"positions": batch})
         self._on.zero(on_device, len(batch) * self._n_patches)
-        program.run(
+        tiles.program.run(
             "mark_patches",
-            (grid.n_tiles, len(batch)),
-            *self._tile_arguments(template, at["positions"]),
+            (tiles.n_tiles, len(batch)),
+            *tiles.arguments,
+            at["positions"],
             on_device,
             np.int32(self._n_patches),
         )
         self._on.read(on_device, marks[: len(batch)])
 
-    def _prepare(self, template: BeamTemplate) -> tuple[Program, TileGrid]:
+    def _prepare(self, template: BeamTemplate) -> _Tiles:
         """Build the tile program; make and upload the template's tiles, unless the last call had the same template."""
-        rows, columns, lanes = _TILE_SHAPE.get(self._on.kind, _DEFAULT_TILE_SHAPE)
+        shape = _TILE_SHAPE.get(self._on.kind, _DEFAULT_TILE_SHAPE)
+        if self._tiles is None or self._tiles.template is not template or self._tiles.shape != shape:
+            self._tiles = None  # its buffers go before the new ones are made
+            self._tiles = self._make_tiles(template, shape)
+        return self._tiles
+
+    def _make_tiles(self, template: BeamTemplate, shape: tuple[int, int, int]) -> _Tiles:
+        rows, columns, lanes = shape
         defines = {"LANES": lanes, "STACK": self._stack, "TILE_ROWS": rows, "TILE_COLUMNS": columns}
         program = self._on.program("scan_tiles.cl", defines)
-        if self._grid is None or self._template is not template:
-            self._grid = make_tiles(template, tile_rows=rows, tile_columns=columns, lanes=lanes)
-            self._grid_buffers = self._on.upload(
-                "beams", {"tiles": self._grid.bounds, "beams": self._grid.beams, "rectangles": self._grid.rectangles}
-            )
-            self._template = template
-        return program, self._grid
-
-    def _tile_arguments(self, template: BeamTemplate, positions: Buffer) -> tuple[object, ...]:
-        """Arguments that both tile kernels begin with."""
-        assert self._grid is not None
-        return (
-            *(self._scene.values()),
-            *(self._grid_buffers.values()),
+        grid = make_tiles(template, tile_rows=rows, tile_columns=columns, lanes=lanes)
+        buffers = self._on.upload("beams", {"tiles": grid.bounds, "beams": grid.beams, "rectangles": grid.rectangles})
+        arguments = (
+            *self._scene.values(),
+            *buffers.values(),
             np.int32(template.shape[0]),
             np.int32(template.shape[1]),
-            np.int32(self._grid.tiles_across),
+            np.int32(grid.tiles_across),
             np.float32(template.range_min_m),
             np.float32(template.range_max_m),
-            positions,
         )
+        return _Tiles(template=template, shape=shape, program=program, n_tiles=grid.n_tiles, arguments=arguments)

@@ -57,7 +57,7 @@ def make_tiles(template: BeamTemplate, *, tile_rows: int, tile_columns: int, lan
 
 
 def _bounds(tiles: FloatArray) -> tuple[Float32Array, FloatArray]:
-    """Bounds of each tile's beams (K, n, 3) in the plane at distance 1 along its axis, and the beams' x, y (K, n, 2)."""
+    """Bounds of each tile's beams (K, n, 3), and x, y (K, n, 2) of the beams in the plane one metre along its axis."""
     axis = tiles.mean(axis=1)
     length = np.linalg.norm(axis, axis=1, keepdims=True)
     axis = np.divide(axis, length, out=np.zeros_like(axis), where=length > 1e-9)
