@@ -258,20 +258,17 @@ def spread_apart(spots: FloatArray, distance: float) -> FloatArray:
     """
     placed = spots.astype(np.float64).copy()
     for _ in range(200):
-        moved = False
-        for i in range(len(placed)):
-            for j in range(i + 1, len(placed)):
-                gap = placed[j] - placed[i]
-                length = float(np.hypot(*gap))
-                if length >= distance * 0.999:
-                    continue
-                way = gap / length if length > 1e-9 * distance else np.array([1.0, 0.0])
-                push = 0.5 * (distance - length) * way
-                placed[i] -= push
-                placed[j] += push
-                moved = True
-        if not moved:
+        gaps = np.linalg.norm(placed[:, None] - placed[None], axis=2)
+        close = np.argwhere(np.triu(gaps < distance * 0.999, k=1))
+        if not close.size:
             break
+        for i, j in close:
+            gap = placed[j] - placed[i]  # as it is by now: an earlier pair may have moved one of the two
+            length = float(np.hypot(*gap))
+            way = gap / length if length > 1e-9 * distance else np.array([1.0, 0.0])
+            push = 0.5 * max(distance - length, 0.0) * way
+            placed[i] -= push
+            placed[j] += push
     return placed
 
 

@@ -88,7 +88,7 @@ def _from_plan(path: Path) -> tuple[GivenStation, ...]:
                 id=str(row["id"]),
                 position_m=_checked_position(row["position"]),
                 instrument_height_m=None if row["instrument_height_m"] is None else float(row["instrument_height_m"]),
-                floor=str(row["floor"]),
+                floor=str(row["floor"]) or None,
             )
             for row in document["stations"]
         )

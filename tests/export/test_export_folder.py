@@ -227,3 +227,18 @@ def test_folder_needs_no_graphics(plan: Plan, engine: ScanEngine, tmp_path: Path
     code = "import sys, planner_core.export.folder; print([m for m in sys.modules if m.startswith(('vtk', 'pyvista'))])"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_station_of_odd_id_unknown_height_and_no_floor_is_written(
+    plan: Plan, engine: ScanEngine, tmp_path: Path
+) -> None:
+    """What a crew's own list may hold: `evaluate` writes a folder of it too."""
+    odd = dataclasses.replace(plan.stations[0], id="Punkt 1/a", floor="", instrument_height_m=float("nan"))
+    write_plan_folder(dataclasses.replace(plan, stations=(odd,), links=()), tmp_path / "plan", engine=engine)
+    (row,) = read_plan_json(tmp_path / "plan")["stations"]
+    assert (row["id"], row["instrument_height_m"]) == ("Punkt 1/a", None)
+    for name in ("plan.json", "stations.csv"):
+        (station,) = read_station_list(tmp_path / "plan" / name)
+        assert (station.id, station.instrument_height_m, station.floor) == ("Punkt 1/a", None, None)
+        np.testing.assert_allclose(station.position_m, plan.survey.scene.offset_m + odd.position_m)
+    assert (tmp_path / "plan" / "viewer" / "clouds" / "Punkt_1_a_0.u16").is_file()
