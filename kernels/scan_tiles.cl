@@ -29,6 +29,9 @@
 #define PACKETS_ACROSS (TILE_COLUMNS / LANES)
 #define PACKETS (TILE_ROWS * PACKETS_ACROSS)
 #define TILE_FLOATS 40
+#if PACKETS % 8 != 0
+#error "rectangles of packets are compared eight at a time: TILE_ROWS * TILE_COLUMNS must be a multiple of 8 * LANES"
+#endif
 
 /* Distances are compared with 1e-5 to spare: a hit's rounded range may fall short of its box by some ulp. */
 #define NEAR_SLACK 1.00001f
