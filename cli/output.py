@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from planner_core.model import LoadReport
 
 
 def say(text: str = "") -> None:
@@ -18,6 +21,21 @@ def warn(warnings: Iterable[str]) -> None:
     """Print warnings to standard error, one line each; they are shown even with --quiet."""
     for line in warnings:
         click.echo(f"warning: {line}", err=True)
+
+
+def tell_repairs(report: LoadReport, *, listed_in: str) -> None:
+    """Say on standard error what loading dropped, and where each face is listed: no repair is silent."""
+    counts = {
+        "duplicate": report.n_duplicate,
+        "degenerate": report.n_degenerate,
+        "not finite": report.n_non_finite,
+        "with a bad index": report.n_bad_index,
+    }
+    parts = [f"{count} {name}" for name, count in counts.items() if count]
+    if parts:
+        click.echo(
+            f"repaired: dropped {', '.join(parts)} of {report.n_faces_read} faces; {listed_in} lists them", err=True
+        )
 
 
 def as_json(document: Any) -> None:

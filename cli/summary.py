@@ -25,7 +25,10 @@ def show(document: dict[str, Any]) -> None:
         f"              {100 * coverage['fraction_of_total']:.1f} % of all {coverage['total_area_m2']:.0f} m2 in "
         "the model, which counts what nobody can see, such as the inside of walls"
     )
+    asked = {name.casefold() for name in document["requirements"]["floors"]}
     for figures in coverage["floors"]:
+        if asked and not asked & {figures["floor"].casefold(), floors[figures["floor"]].casefold()}:
+            continue
         n_stations = sum(station["floor"] == figures["floor"] for station in document["stations"])
         output.say(
             f"  {figures['floor']:<4} {floors[figures['floor']]:<22} {n_stations:>3} stations  "

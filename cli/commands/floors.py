@@ -22,6 +22,7 @@ def command(scene: Path, units: str | None, up: str | None, skip_bad_faces: bool
         loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
         report = find_floors(loaded)
     offset_z_m = float(loaded.offset_m[2])
+    output.tell_repairs(loaded.report, listed_in="--json")
     output.warn((*loaded.report.warnings, *report.warnings))
     if as_json:
         output.as_json(
@@ -36,6 +37,7 @@ def command(scene: Path, units: str | None, up: str | None, skip_bad_faces: bool
                     }
                     for floor in report.floors
                 ],
+                "dropped_faces": list(loaded.report.dropped),
                 "warnings": [*loaded.report.warnings, *report.warnings],
             }
         )

@@ -59,7 +59,8 @@ def run(
         caster = open_engine(plan.survey.scene, plan.survey.patches, engine=engine, device=device)
         write_plan_folder(plan, folder, engine=caster, overwrite=overwrite, progress=reporter.show)
     document = plan_document(plan)
-    output.warn(plan.warnings)
+    output.tell_repairs(loaded.report, listed_in="plan.json")
+    output.warn((*loaded.report.warnings, *plan.warnings))
     if as_json:
         output.as_json(document)
     elif not quiet:

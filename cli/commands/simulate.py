@@ -89,6 +89,8 @@ def command(
                     "files": [str(path) for path in files],
                 }
             )
+    output.tell_repairs(loaded.report, listed_in="`tlsplan floors --json`")
+    output.warn(loaded.report.warnings)
     output.warn(line for _, lines in placed for line in lines)
     if as_json:
         output.as_json({"scanner": settings.scanner.name, "scans": scans})
