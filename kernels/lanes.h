@@ -32,10 +32,9 @@ typedef GLUE(int, LANES) lanes_i;
 /* Where p is aligned to the whole vector, as all arrays of ours are. */
 #define LANES_LOAD(p) (*(global const lanes_f *)(p))
 #define LOAD8(p) (*(global const float8 *)(p))
-#define STORE8(x, p) (*(p) = (x))
 
 /* Operators instead of built-in functions. PoCL 3.0 (LLVM 14) leaves select, fmin, fmax, fma, vload and the like as
- * CALLS on CPUs whose features its library was not built for: a third of the time of a scan. An operator is an
+ * CALLS on CPUs whose features its library was not built for: more than half of a scan's time. An operator is an
  * instruction everywhere. NaN: LEAST and MOST return b. */
 #define PICK(mask, yes, no) ((mask) ? (yes) : (no))
 #define LEAST(a, b) (((a) < (b)) ? (a) : (b))

@@ -38,7 +38,8 @@ class ScanEngine(Protocol):
     def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
         """First hits of N free rays: origins (N, 3), directions (N, 3) of any length but zero; ranges are metres.
 
-        Raises RequirementError where an origin or direction is not finite, a direction is zero or shapes disagree.
+        Raises RequirementError where an origin or direction is not finite, a direction is zero, shapes disagree or the
+        range is not positive.
         """
         ...
 
@@ -100,8 +101,10 @@ def check_positions(positions_m: FloatArray) -> FloatArray:
     return positions
 
 
-def check_rays(origins_m: FloatArray, directions: FloatArray) -> tuple[FloatArray, FloatArray]:
+def check_rays(origins_m: FloatArray, directions: FloatArray, range_max_m: float) -> tuple[FloatArray, FloatArray]:
     """Origins and UNIT directions as (N, 3) float64, or RequirementError, see `ScanEngine.cast_rays`."""
+    if not range_max_m > 0:
+        raise RequirementError(f"range_max_m: got {range_max_m}, expected a positive range in metres or infinity")
     origins = check_positions(origins_m)
     rays = np.ascontiguousarray(directions, dtype=np.float64)
     if rays.shape != origins.shape:

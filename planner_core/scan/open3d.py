@@ -52,7 +52,7 @@ class Open3DEngine:
 
     def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
         """See `ScanEngine.cast_rays`."""
-        origins, unit = check_rays(origins_m, directions)
+        origins, unit = check_rays(origins_m, directions, range_max_m)
         rays = np.concatenate([origins, unit], axis=1).astype(np.float32)
         range_m, triangle, _ = self._first_returns(rays, 0.0, range_max_m)
         return RayHits(range_m=range_m, triangle=triangle)

@@ -82,13 +82,14 @@ class OpenCLEngine:
         low, high = surfaces.corners_m.min(axis=(0, 1)), surfaces.corners_m.max(axis=(0, 1))
         radius = np.float32(1.001 * np.linalg.norm((high.astype(np.float64) - low) / 2))
         self._sphere = np.array([*(low + (high - low) / 2), radius], dtype=np.float32)
-        # One node leaves at most 7 siblings on the stack; a spare entry for the root.
-        self._stack = 7 * self.tree.n_levels + 8
+        # One node leaves at most 7 siblings on the stack, and the root needs an entry. In steps of 64, so that scenes
+        # of different depths share their built programs.
+        self._stack = -(-(7 * self.tree.n_levels + 1) // 64) * 64
         self._tiles: _Tiles | None = None
 
     def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
         """See `ScanEngine.cast_rays`."""
-        origins, unit = check_rays(origins_m, directions)
+        origins, unit = check_rays(origins_m, directions, range_max_m)
         rays = np.concatenate([origins, unit], axis=1).astype(np.float32)
         range_m = np.empty(rays.shape[0], dtype=np.float32)
         triangle = np.empty(rays.shape[0], dtype=np.int32)

@@ -262,6 +262,15 @@ def test_a_ray_that_is_none_is_refused(shapes: SimpleNamespace, name: str, origi
 
 
 @pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize("range_max_m", [0.0, -1.0, float("nan")])
+def test_a_range_that_is_none_is_refused(shapes: SimpleNamespace, name: str, range_max_m: float) -> None:
+    scene = shapes.scene_of(*shapes.box_of((0, 0, 0), (1, 1, 1)))
+    engine = open_engine(scene, make_patches(scene, max_area_m2=1.0), engine=name)
+    with pytest.raises(RequirementError, match="range_max_m"):
+        engine.cast_rays(np.zeros((1, 3)), np.ones((1, 3)), range_max_m=range_max_m)
+
+
+@pytest.mark.parametrize("name", ENGINES)
 def test_tiny_and_huge_directions_are_directions(shapes: SimpleNamespace, name: str) -> None:
     scene = shapes.scene_of(*shapes.box_of((-1, -1, -1), (1, 1, 1)))
     engine = open_engine(scene, make_patches(scene, max_area_m2=1.0), engine=name)
