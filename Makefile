@@ -57,10 +57,10 @@ pytest: $(DEV) $(VIEWER) system-tests ## the Python tests
 	$(BIN)/pytest -q -n 2 --dist loadgroup $(PYTEST_ARGS)
 
 web: $(NODE) $(VIEWER) $(DEV) system-tests ## the checks and tests of the viewer, those in a real browser included
-	cd $(WEB) && npm run --silent lint && npm run --silent typecheck && npm run --silent test
+	cd $(WEB) && npm run --silent lint && npm run --silent typecheck && npm run --silent test && npm run --silent e2e
 
 bench: $(DEV) ## scan engine against Open3D; writes docs/benchmarks
-	$(BIN)/python tests/benchmarks/bench_scan.py --markdown docs/benchmarks/scan.md
+	$(BIN)/python tests/benchmarks/bench_scan.py --write docs/benchmarks/scan.md
 
 # ---------------------------------------------------------------------------------------------- build
 wheel: $(DEV) $(VIEWER) ## the wheel, with kernels and the built viewer inside

@@ -49,7 +49,9 @@ def test_npm_lock_records_no_addresses() -> None:
 def test_tracked_files_name_no_package_registry_and_no_path_of_a_machine() -> None:
     # Written in pieces, so that this file does not find itself.
     forbidden = re.compile(
-        "|".join(["registry" + r"\.npmjs", "files" + r"\.pythonhosted", "pypi" + r"\.org", "/root" + "/", "/home" + "/[a-z]"])
+        "|".join(
+            ["registry" + r"\.npmjs", "files" + r"\.pythonhosted", "pypi" + r"\.org", "/root" + "/", "/home" + "/[a-z]"]
+        )
     )
     hits = []
     for path in tracked_files():
