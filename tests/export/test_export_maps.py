@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.export import palette
-from planner_core.export.maps import nice_length_m, spread_apart, view_rgb
+from planner_core.export.maps import view_rgb
 from planner_core.export.report import report_page, unseen_csv
 from planner_core.export.section_view import (
     SectionView,
@@ -21,6 +21,7 @@ from planner_core.export.section_view import (
     section_lines,
     view_section,
 )
+from planner_core.export.sheet import nice_length_m, spread_apart
 from planner_core.model import Plan
 from planner_core.scan.engine import ScanEngine
 
