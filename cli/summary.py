@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -43,8 +46,17 @@ def where_to_look(folder: Path) -> None:
     """Print what to open next."""
     output.say()
     output.say(f"plan folder   {folder}")
-    output.say(f"look          tlsplan view {folder}")
+    output.say(f"look          {_command()} view {folder}")
     output.say(f"print         {folder / 'report' / 'index.html'}")
+
+
+def _command() -> str:
+    """Return how this user calls the command: its name where the shell finds it, else its path."""
+    called = Path(sys.argv[0])
+    if called.name != "tlsplan":
+        return "tlsplan"
+    found = shutil.which("tlsplan")
+    return "tlsplan" if found and Path(found).resolve() == called.resolve() else os.path.relpath(called)
 
 
 def _bound(optimality: dict[str, Any]) -> str:

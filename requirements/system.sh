@@ -3,8 +3,9 @@
 # Usage: requirements/system.sh [--tests]     (--tests: what the browser tests need, too)
 set -eu
 
+# PoCL links every kernel it compiles with the system's linker against libgcc and libc (gcc brings the first two).
 # Open3D loads libusb, libGL and libgomp; PyVista renders through EGL with Mesa's software driver where there is no GPU.
-wanted="libusb-1.0-0 libgl1 libgomp1 libegl1 libgl1-mesa-dri libxrender1"
+wanted="gcc libc6-dev libusb-1.0-0 libgl1 libgomp1 libegl1 libgl1-mesa-dri libxrender1"
 [ "${1:-}" = --tests ] && wanted="$wanted chromium"
 # The interpreter brings ensurepip unless it is Debian's own, which splits it off.
 "${PYTHON:-python3}" -c 'import ensurepip, venv' 2>/dev/null || wanted="$wanted python3-venv"

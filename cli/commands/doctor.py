@@ -119,9 +119,11 @@ def _devices() -> list[Finding]:
     return [
         Finding(
             f"OpenCL device {d.index}",
-            True,
+            not d.problem,
             f"{d.name}, {d.kind}, {d.n_compute_units} compute units, {d.memory_bytes / 2**30:.0f} GiB; "
             f"{d.platform} {d.version}",
+            d.problem,
+            needed=False,
         )
         for d in devices
     ]

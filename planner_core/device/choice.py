@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from planner_core.device.runtime import Device
@@ -11,6 +13,9 @@ from planner_core.errors import DeviceError
 
 #: Names the device where a call names none: part of its name or its number in `list_devices`.
 DEVICE_VARIABLE = "TLSPLAN_DEVICE"
+#: Name of PoCL's platform, in every version.
+POCL = "Portable Computing Language"
+_LIBRARY_ROOTS = ("/usr/lib", "/usr/lib64", "/lib64")
 
 
 @dataclass(frozen=True)
@@ -27,6 +32,8 @@ class DeviceInfo:
     """`cpu`, `gpu` or `other`."""
     n_compute_units: int
     memory_bytes: int
+    problem: str = ""
+    """Why it can't be used, and the remedy; empty where nothing is known against it."""
 
 
 def list_devices() -> tuple[DeviceInfo, ...]:
@@ -62,9 +69,12 @@ def open_device(name: str | None = None) -> Device:
             "no OpenCL device: expected at least one; install one, e.g. `pip install pocl-binary-distribution`"
         )
     if wanted is None:
-        chosen = next((info for info in infos if info.kind == "gpu"), infos[0])
+        usable = [info for info in infos if not info.problem] or infos
+        chosen = next((info for info in usable if info.kind == "gpu"), usable[0])
     else:
         chosen = _find(wanted, infos)
+    if chosen.problem:
+        raise DeviceError(f"OpenCL device {chosen.name}: {chosen.problem}")
     return Device(devices[chosen.index], label=f"{chosen.name} ({chosen.platform})", kind=chosen.kind)
 
 
@@ -113,4 +123,24 @@ def _describe(index: int, device: Any) -> DeviceInfo:
         kind=kind,
         n_compute_units=int(device.max_compute_units),
         memory_bytes=int(device.global_mem_size),
+        problem=_linker_problem() if device.platform.name.strip() == POCL else "",
+    )
+
+
+def _linker_problem() -> str:
+    """Return why PoCL can't link kernels here, or nothing.
+
+    PoCL 3.0 calls the system's linker for every kernel it compiles and aborts the whole process where that fails, so
+    the linker and the two libraries it is asked for have to be looked for beforehand.
+    """
+    compiler = any(shutil.which(name) for name in ("cc", "gcc", "clang"))
+    libgcc = any(path.is_file() for root in _LIBRARY_ROOTS for path in Path(root).glob("gcc/*/*/libgcc.a"))
+    libc = any(
+        path.exists() for root in _LIBRARY_ROOTS for path in (Path(root, "libc.so"), *Path(root).glob("*/libc.so"))
+    )
+    if shutil.which("ld") and (compiler or (libgcc and libc)):
+        return ""
+    return (
+        "PoCL links its kernels with the system's linker and C library, which are not here; "
+        "run `apt-get install gcc libc6-dev`, or scan without OpenCL (`--engine open3d`)"
     )

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner_core.device import DEVICE_VARIABLE, Device, list_devices, open_device
+from planner_core.device import DEVICE_VARIABLE, Device, choice, list_devices, open_device
 from planner_core.device.runtime import kernel_source
 from planner_core.errors import DeviceError, PlannerError
 
@@ -126,3 +126,29 @@ def test_kernel_sources_are_found_and_hold_no_include_of_ours(file: str) -> None
 def test_kernels_build_at_every_packet_width(device: Device, lanes: int) -> None:
     defines = {"LANES": lanes, "STACK": 64, "TILE_ROWS": 8, "TILE_COLUMNS": 8}
     device.program("scan_tiles.cl", defines)
+
+
+@pytest.fixture
+def no_linker(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A machine without compiler, linker and C library, as far as the choice of a device can see."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(choice, "_LIBRARY_ROOTS", (str(tmp_path),))
+
+
+@pytest.mark.usefixtures("no_linker")
+def test_pocl_without_a_linker_is_refused_with_the_remedy_because_it_would_abort_the_process() -> None:
+    pocl = next(info for info in list_devices() if info.platform == choice.POCL)
+    assert "apt-get install gcc libc6-dev" in pocl.problem
+    with pytest.raises(DeviceError, match="linker") as caught:
+        open_device(str(pocl.index))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.usefixtures("no_linker")
+def test_the_linker_alone_is_enough_where_the_libraries_it_needs_are_found(tmp_path: Path) -> None:
+    for name in ("ld", "gcc/x86_64-linux-gnu/12/libgcc.a", "x86_64-linux-gnu/libc.so"):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("")
+        path.chmod(0o755)
+    assert [info.problem for info in list_devices() if info.platform == choice.POCL] == [""]
