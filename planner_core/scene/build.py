@@ -270,7 +270,7 @@ class _Repair:
         repeat[alive] = first != np.arange(alive.size)
         original = np.zeros(self.keep.size, dtype=np.int64)
         original[alive] = alive[first]
-        self._drop("duplicate", repeat, "is the same as face {face}", original)
+        self._drop("duplicate", repeat, "is the same as face", original)
 
     def _drop(self, reason: str, bad: BoolArray, text: str, original: Int64Array | None = None) -> int:
         """Take the `bad` ones out, count and list them. Returns how many."""
@@ -281,14 +281,15 @@ class _Repair:
         for number in numbers[:room]:
             element = self.raw.elements[self.raw.element[number]]
             line = f"{element.name}, face {int(self.raw.face[number])}: {text}"
-            self.lines.append(line if original is None else self._with_original(line, number, int(original[number])))
+            self.lines.append(line if original is None else line + self._original(number, int(original[number])))
         self.n_unlisted += max(numbers.size - room, 0)
         return int(numbers.size)
 
-    def _with_original(self, line: str, number: int, original: int) -> str:
-        line = line.format(face=int(self.raw.face[original]))
+    def _original(self, number: int, original: int) -> str:
+        """Which face the triangle `number` repeats, and of which element where that is another."""
         owner = self.raw.element[original]
-        return line if owner == self.raw.element[number] else f"{line} of {self.raw.elements[owner].name}"
+        face = f" {int(self.raw.face[original])}"
+        return face if owner == self.raw.element[number] else f"{face} of {self.raw.elements[owner].name}"
 
 
 def bad_index_error(

@@ -101,6 +101,16 @@ def test_repeated_face_of_another_element_names_that_element():
     assert scene.elements == tuple(elements)
 
 
+@pytest.mark.parametrize("name", ["Wall {A1-B2}", "{face}", "{", "50 % %s {0}"])
+def test_names_of_elements_are_told_as_they_are(name):
+    faces = np.vstack([SQUARE_FACES, SQUARE_FACES[:1]])
+    elements = [Element(name, "Mesh", "0"), Element("Slab", "Mesh", "1")]
+    own = scene_from_arrays(SQUARE, faces, elements=elements)
+    assert own.report.dropped == (f"{name}, face 2: is the same as face 0",)
+    other = scene_from_arrays(SQUARE, faces, element_of_triangle=[0, 0, 1], elements=elements)
+    assert other.report.dropped == (f"Slab, face 2: is the same as face 0 of {name}",)
+
+
 def test_long_lists_of_dropped_faces_are_cut_and_say_how_many_are_missing():
     faces = np.vstack([SQUARE_FACES, np.tile(SQUARE_FACES[:1], (1230, 1))])
     report = scene_from_arrays(SQUARE, faces).report
