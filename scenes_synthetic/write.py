@@ -11,6 +11,7 @@ import os
 import tempfile
 from pathlib import Path
 
+from planner_core.errors import RequirementError
 from scenes_synthetic.glb import glb_bytes
 from scenes_synthetic.mesh_files import obj_bytes, ply_bytes, stl_bytes
 from scenes_synthetic.model import SyntheticScene
@@ -25,12 +26,16 @@ def write(synthetic: SyntheticScene, path: Path | str) -> Path:
     """Save a scene and return the path; an existing file is replaced, and stays whole if writing fails.
 
     Folders on the way are made. IFC keeps storeys, rooms, names, classes and openings; USD and GLB keep names and
-    classes; OBJ keeps names; PLY and STL keep triangles only. Raises ValueError for an extension not in `FORMATS`.
+    classes; OBJ keeps names; PLY and STL keep triangles only. Raises RequirementError for an extension that is not in
+    `FORMATS`.
     """
     target = Path(path)
     suffix = target.suffix.lower()
     if suffix not in FORMATS:
-        raise ValueError(f"{target.name}: can't write '{suffix}'; name the file with one of {', '.join(FORMATS)}")
+        raise RequirementError(
+            f"{target.name}: scenes are not written as {suffix or 'files without an extension'}, "
+            f"expected one of {', '.join(FORMATS)}; end the name with one of them."
+        )
     target.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=suffix, dir=target.parent)
     os.close(handle)

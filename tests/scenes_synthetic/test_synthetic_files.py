@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
+from planner_core.errors import RequirementError
 from planner_core.model import Scene
 from planner_core.scene.load import load_scene
 from scenes_synthetic.model import SyntheticScene
@@ -123,7 +124,7 @@ def test_folders_on_the_way_are_made(house: SyntheticScene, tmp_path: Path) -> N
 
 
 def test_unknown_extension_is_refused_with_the_known_ones(house: SyntheticScene, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"house\.dwg: can't write '\.dwg'.*\.ifc"):
+    with pytest.raises(RequirementError, match=r"house\.dwg: scenes are not written as \.dwg, expected one of \.ifc, "):
         scenes_synthetic.write(house, tmp_path / "house.dwg")
     assert list(tmp_path.iterdir()) == []
 
