@@ -46,7 +46,8 @@ _ELEVATION_TOLERANCE_M = 0.01
 _CLOSED_SHARE = 1e-6
 """Share of its area by which the faces of a closed shape may fail to add up: OpenCASCADE rounds corners to 1e-7."""
 
-_QUOTED = re.compile(rb"'[^']*'")
+_TEXT = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
+"""Strings and comments, whichever begins first: either may hold the signs that begin the other."""
 _DEFINITION = re.compile(rb"#(\d{1,18})\s*=")
 _REFERENCE = re.compile(rb"#(\d{1,18})")
 _INSTANCE = re.compile(rb"#(\d{1,18})\s*=\s*(\w+)\s*\(([^;]*)")
@@ -129,7 +130,7 @@ def _check_is_complete(path: Path) -> None:
 
 def _check_references(path: Path) -> None:
     """Refuse geometry that names instances which are not there: IfcOpenShell 0.9 ends the whole process on them."""
-    text = _QUOTED.sub(b"", path.read_bytes())
+    text = _TEXT.sub(b" ", path.read_bytes())
     present = np.array([int(n) for n in _DEFINITION.findall(text)], dtype=np.int64)
     named = np.unique(np.array([int(n) for n in _REFERENCE.findall(text)], dtype=np.int64))
     missing = np.setdiff1d(named, present)

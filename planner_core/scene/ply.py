@@ -40,6 +40,8 @@ _TYPES = {
     "int64": "i8",
     "uint64": "u8",
 }
+_MOST_ROWS = 2**31
+"""No row and no list has more: what says otherwise is damaged. Vertex numbers have to fit int32 in any case."""
 _BYTE_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
 _FACE_LISTS = ("vertex_indices", "vertex_index")
 
@@ -88,7 +90,7 @@ def read_ply(path: Path, *, skip_bad_faces: bool) -> RawScene:
     order, blocks, body_start = _header(path, contents)
     columns = _body(path, contents[body_start:], order, blocks)
     vertices = _vertices(path, columns)
-    n_corners, corners = _corners(columns)
+    n_corners, corners = _corners(path, columns)
     faces = triangulate(vertices, n_corners, corners, name=path.name, skip_bad_faces=skip_bad_faces)
     return RawScene(
         vertices=vertices,
@@ -136,13 +138,15 @@ def _header(path: Path, contents: bytes) -> tuple[str, list[_Block], int]:
 
 def _row_count(word: str) -> int:
     count = int(word)
-    if count < 0:
+    if not 0 <= count <= _MOST_ROWS:
         raise ValueError(word)
     return count
 
 
 def _property(words: list[str]) -> _Property:
     if words[0] == "list":
+        if _TYPES[words[1]][0] == "f":
+            raise ValueError(words[1])
         return _Property(words[3], _TYPES[words[2]], _TYPES[words[1]])
     return _Property(words[1], _TYPES[words[0]])
 
@@ -222,9 +226,7 @@ def _list_lengths(body: bytes, at: int, block: _Block, order: str, row: int) -> 
             count_dtype = np.dtype(order + prop.count_type)
             if at + count_dtype.itemsize > len(body):
                 raise _CutOffError(row)
-            length = int(np.frombuffer(body, dtype=count_dtype, count=1, offset=at)[0])
-            if length < 0:
-                raise ValueError(f"a list of length {length}")
+            length = _list_length(int(np.frombuffer(body, dtype=count_dtype, count=1, offset=at)[0]))
             lengths.append(length)
             at += count_dtype.itemsize + length * np.dtype(prop.type).itemsize
         else:
@@ -266,7 +268,7 @@ def _text_table(words: Iterator[bytes], block: _Block) -> dict[str, _Column]:
             taken = list(itertools.islice(words, length))
             if len(taken) < length:
                 raise _CutOffError(row)
-            parts[prop.name].append(np.array([_parsed(w, prop.type) for w in taken]))
+            parts[prop.name].append(_parsed(taken, prop.type))
     return {name: _joined(values) for name, values in parts.items()}
 
 
@@ -274,14 +276,24 @@ def _next_count(words: Iterator[bytes], row: int) -> int:
     word = next(words, None)
     if word is None:
         raise _CutOffError(row)
-    length = int(word)
-    if length < 0:
+    return _list_length(int(word))
+
+
+def _list_length(length: int) -> int:
+    if not 0 <= length <= _MOST_ROWS:
         raise ValueError(f"a list of length {length}")
     return length
 
 
-def _parsed(word: bytes, type_name: str) -> float:
-    return float(word) if type_name[0] == "f" else int(word)
+def _parsed(words: list[bytes], type_name: str) -> NDArray[np.generic]:
+    """Values of words; the type's width does not matter here, files get it wrong and mean no harm."""
+    if type_name[0] == "f":
+        return np.array([float(word) for word in words], dtype=np.float64)
+    numbers = [int(word) for word in words]
+    worst = max(numbers, key=abs, default=0)
+    if abs(worst) >= 2**63:
+        raise ValueError(f"the number {str(worst)[:40]}")
+    return np.array(numbers, dtype=np.int64)
 
 
 def _joined(rows: list[NDArray[np.generic]]) -> _Column:
@@ -297,13 +309,31 @@ def _vertices(path: Path, columns: dict[str, dict[str, _Column]]) -> FloatArray:
             f"{path.name}: its vertices have the properties {', '.join(table) or 'none'}, expected x, y and z; "
             "export it again."
         )
+    ragged = next((axis for axis in "xyz" if (table[axis].n_values != 1).any()), None)
+    if ragged is not None:
+        raise SceneError(
+            f"{path.name}: {ragged} of its vertices is a list, expected one number a vertex; export it again."
+        )
     return np.stack([table[axis].values.astype(np.float64) for axis in "xyz"], axis=1)
 
 
-def _corners(columns: dict[str, dict[str, _Column]]) -> tuple[Int64Array, Int64Array]:
+def _corners(path: Path, columns: dict[str, dict[str, _Column]]) -> tuple[Int64Array, Int64Array]:
     """Corners a face, and their vertex numbers. None where the file is a point cloud."""
     table = columns.get("face", {})
     for name in _FACE_LISTS:
         if name in table:
-            return table[name].n_values, table[name].values.astype(np.int64)
+            values = table[name].values
+            if values.dtype.kind == "f":
+                _check_are_whole(path, values.astype(np.float64))
+            return table[name].n_values, values.astype(np.int64)
     return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+
+
+def _check_are_whole(path: Path, values: FloatArray) -> None:
+    """Vertex numbers that are written as floats have to be whole, and below where floats stop being so."""
+    odd = ~(np.abs(values) <= 2.0**53) | (values != np.floor(values))
+    if odd.any():
+        raise SceneError(
+            f"{path.name}: {grouped(int(odd.sum()))} vertex numbers of its faces are no whole numbers, such as "
+            f"{values[odd][0]:g}; it is damaged, export it again."
+        )

@@ -230,6 +230,27 @@ def test_ifc_relation_that_names_a_missing_instance_is_read(tmp_path, write_hous
     assert load_scene(path).n_triangles == 48
 
 
+@pytest.mark.parametrize(
+    "comment", ["/* it's a comment */", "/* not #77777 */", "/* several\nlines' with #77777 */", "/* ' */ /* */"]
+)
+def test_ifc_comment_may_hold_what_strings_and_references_begin_with(tmp_path, write_house, comment):
+    text = write_house(tmp_path, "four.ifc").read_text()
+    number = re.search(r"#(\d+)=IFCFACETEDBREP", text).group(1)
+    commented = text.replace("DATA;\n", f"DATA;\n{comment}\n", 1)
+    assert load_scene(written(tmp_path, "a.ifc", commented)).n_triangles == 48
+    lost = commented.replace(f"#{number}=IFCFACETEDBREP", "#999999=IFCFACETEDBREP")
+    assert f"names #{number}, which is not in the file" in message_of(written(tmp_path, "b.ifc", lost))
+
+
+def test_ifc_string_may_hold_what_comments_begin_with(tmp_path, write_house):
+    text = write_house(tmp_path, "four.ifc").read_text()
+    number = re.search(r"#(\d+)=IFCFACETEDBREP", text).group(1)
+    named = text.replace("'Slab'", "'Slab /* 1'")
+    assert load_scene(written(tmp_path, "a.ifc", named)).n_triangles == 48
+    lost = named.replace(f"#{number}=IFCFACETEDBREP", "#999999=IFCFACETEDBREP")
+    assert f"names #{number}, which is not in the file" in message_of(written(tmp_path, "b.ifc", lost))
+
+
 def test_ifc_whose_attributes_have_wrong_types_is_refused(tmp_path, write_house):
     text = write_house(tmp_path, "four.ifc").read_text()
     broken = re.sub(r"(IFCBUILDINGSTOREY\('[^']*',\$,'Ground',\$,\$,)#\d+", r"\g<1>#1", text)
@@ -258,6 +279,46 @@ def test_binary_stl_that_is_too_long_is_read_and_says_so(tmp_path, write_house):
     scene = load_scene(written(tmp_path, "long.stl", whole + b"0123456789"))
     assert scene.n_triangles == 48
     assert scene.report.warnings == ("long.stl: 10 bytes after its last triangle were left out.",)
+
+
+# ---------------------------------------------------------------------------------------------------- PLY
+def ply_text(*, axis="float x", corners="int", counts="uchar", rows="0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n") -> str:
+    return (
+        f"ply\nformat ascii 1.0\nelement vertex 3\nproperty {axis}\nproperty float y\nproperty float z\n"
+        f"element face 1\nproperty list {counts} {corners} vertex_indices\nend_header\n{rows}"
+    )
+
+
+TRIANGLE = "0 0 0\n1 0 0\n0 1 0\n"
+
+
+@pytest.mark.parametrize(
+    ("contents", "expected"),
+    [
+        (ply_text(rows=TRIANGLE + f"3 0 1 {10**20 - 1}\n"), "the number 99999999999999999999 among the rows of face"),
+        (ply_text(rows=TRIANGLE + f"3 0 1 -{2**63}\n"), f"the number -{2**63} among the rows of face"),
+        (ply_text(rows=TRIANGLE + f"{10**20} 0 1 2\n"), f"a list of length {10**20} among the rows of face"),
+        (ply_text(corners="float", rows=TRIANGLE + "3 0 1 nan\n"), "1 vertex numbers of its faces are no whole"),
+        (ply_text(corners="float", rows=TRIANGLE + "3 0 inf 1.5\n"), "2 vertex numbers of its faces are no whole"),
+        (ply_text(corners="double", rows=TRIANGLE + "3 0 1 1e300\n"), "no whole numbers, such as 1e+300"),
+        (ply_text(axis="list uchar float x", rows="2 0 0 0 0\n1 1 0 0\n1 0 1 0\n3 0 1 2\n"), "of its vertices is a list"),
+        (ply_text(axis="list uchar float x", rows="0 0 0\n0 0 0\n0 1 0\n3 0 1 2\n"), "x of its vertices is a"),
+        (ply_text(counts="float"), "property list float int vertex_indices' can't be read"),
+        (ply_text().replace("vertex 3", f"vertex {10**30}"), f"element vertex {10**30}' can't be read"),
+    ],
+)  # fmt: skip
+def test_ply_fault_is_named(tmp_path, contents, expected):
+    assert expected in message_of(written(tmp_path, "a.ply", contents))
+
+
+def test_binary_ply_with_a_float_vertex_number_that_is_none_is_refused(tmp_path):
+    head = ply_text(corners="float", rows="").replace("ascii", "binary_little_endian")
+    body = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0) + struct.pack("<Bfff", 3, 0, 1, float("nan"))
+    assert "no whole numbers, such as nan" in message_of(written(tmp_path, "a.ply", head.encode() + body))
+
+
+def test_ply_with_whole_float_vertex_numbers_is_read(tmp_path):
+    assert load_scene(written(tmp_path, "a.ply", ply_text(corners="float"))).n_triangles == 1
 
 
 # --------------------------------------------------------------------------------------------------- glTF
