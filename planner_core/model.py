@@ -327,6 +327,10 @@ class Coverage:
         """Covered / achievable; 1 where nothing is achievable."""
         return self.covered_area_m2 / self.achievable_area_m2 if self.achievable_area_m2 > 0 else 1.0
 
+    def meets(self, required: float) -> bool:
+        """Whether the fraction of achievable reaches `required`, but for rounding in the last places."""
+        return self.fraction_of_achievable >= required - 1e-9
+
     @property
     def fraction_of_total(self) -> float:
         """Covered / total; 1 where there is no surface."""

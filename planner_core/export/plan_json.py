@@ -197,16 +197,26 @@ def _figures(coverage: Coverage) -> dict[str, Any]:
 
 
 def _optimality(plan: Plan) -> dict[str, Any]:
-    """Bound 0 says nothing (a given list has no bound): written as null, and so is the gap."""
+    """Bound 0 says nothing: null. A list that misses the requirement has no gap: it solves another problem."""
     n_stations = len(plan.stations)
     bound = plan.lower_bound if plan.lower_bound > 0 else None
+    comparable = bound is not None and n_stations > 0 and _meets_requirement(plan)
     return {
         "objective": "fewest stations",
         "stations": n_stations,
         "lower_bound": bound,
-        "gap": None if bound is None or n_stations == 0 else _number((n_stations - bound) / n_stations, 9),
-        "proven": bound is not None and bound == n_stations,
+        "gap": _number((n_stations - plan.lower_bound) / n_stations, 9) if comparable else None,
+        "proven": comparable and bound == n_stations,
     }
+
+
+def _meets_requirement(plan: Plan) -> bool:
+    """Whether all planned floors, and the whole, are covered as asked for."""
+    required = plan.settings.requirements
+    wanted = {name.casefold() for name in required.floors}
+    floors = zip(plan.survey.floors, plan.coverage_by_floor, strict=True)
+    parts = [part for floor, part in floors if not wanted or wanted & {floor.id.casefold(), floor.name.casefold()}]
+    return all(part.meets(required.coverage) for part in (*parts, plan.coverage))
 
 
 def _link(link: Link) -> dict[str, Any]:
