@@ -1,4 +1,4 @@
-"""The report folder: maps, overview, coverage curve, what stays unseen, and a page that shows them all.
+"""The report folder: pictures, coverage curve, what stays unseen, and a page that shows them all.
 
 Plan, ScanEngine -> report/. The page needs nothing but the pictures beside it: no scripts, nothing from the network.
 """
@@ -11,7 +11,9 @@ from collections.abc import Iterable, Iterator
 from html import escape
 from pathlib import Path
 
+from planner_core.errors import MissingPackageError
 from planner_core.export.maps import write_coverage_curve, write_floor_map, write_overview
+from planner_core.export.pictures import write_floor_picture
 from planner_core.model import Plan
 from planner_core.scan.engine import ScanEngine
 
@@ -21,7 +23,8 @@ MAX_UNSEEN_ON_PAGE = 30
 
 def report_files(plan: Plan) -> tuple[str, ...]:
     """Names below report/ that `write_report` writes, in the order of writing."""
-    maps = [map_name(index) for index in range(len(plan.survey.floors))]
+    floors = range(len(plan.survey.floors))
+    maps = [name(index) for index in floors for name in (map_name, picture_name)]
     overview = ["overview.png"] if plan.survey.floors else []
     return (*maps, *overview, "coverage_curve.png", "unseen.csv", "index.html")
 
@@ -31,12 +34,27 @@ def map_name(floor_index: int) -> str:
     return f"map_F{floor_index}.png"
 
 
+def picture_name(floor_index: int) -> str:
+    """File name of a floor's coverage picture."""
+    return f"picture_F{floor_index}.png"
+
+
 def write_report(plan: Plan, folder: Path, *, engine: ScanEngine) -> Iterator[str]:
-    """Write the report into `folder`, yielding the name of each file once it is there."""
+    """Write the report into `folder`, yielding the name of each file once it is there.
+
+    Where nothing can draw the coverage pictures, they are left out: the page says why, and so does what is yielded.
+    """
     folder.mkdir(parents=True, exist_ok=True)
+    missing = ""
     for index in range(len(plan.survey.floors)):
         write_floor_map(plan, index, folder / map_name(index), engine=engine)
         yield map_name(index)
+        try:
+            write_floor_picture(plan, index, folder / picture_name(index), engine=engine)
+            yield picture_name(index)
+        except MissingPackageError as error:
+            missing = str(error)
+            yield f"{picture_name(index)} is left out: {missing}"
     if plan.survey.floors:
         write_overview(plan, folder / "overview.png", engine=engine)
         yield "overview.png"
@@ -44,7 +62,7 @@ def write_report(plan: Plan, folder: Path, *, engine: ScanEngine) -> Iterator[st
     yield "coverage_curve.png"
     (folder / "unseen.csv").write_text(unseen_csv(plan), encoding="utf-8")
     yield "unseen.csv"
-    (folder / "index.html").write_text(report_page(plan), encoding="utf-8")
+    (folder / "index.html").write_text(report_page(plan, without_pictures=missing), encoding="utf-8")
     yield "index.html"
 
 
@@ -60,14 +78,17 @@ def unseen_csv(plan: Plan) -> str:
     return text.getvalue()
 
 
-def report_page(plan: Plan) -> str:
-    """Return the text of index.html."""
+def report_page(plan: Plan, *, without_pictures: str = "") -> str:
+    """Return the text of index.html.
+
+    without_pictures : why there are no coverage pictures; empty where they are there.
+    """
     name = escape(plan.survey.scene.source.path.name)
     parts = [
         f"<h1>Scan plan of {name}</h1>",
         _figures(plan),
-        _warnings(plan),
-        *_pictures(plan),
+        _warnings(plan, without_pictures),
+        *_pictures(plan, with_pictures=not without_pictures),
         "<h2>Stations</h2>",
         _stations(plan),
         "<h2>What stays unseen</h2>",
@@ -114,15 +135,18 @@ def _figures(plan: Plan) -> str:
     return _table((), ((f"<b>{label}</b>", value) for label, value in rows), numbers_from=9)
 
 
-def _warnings(plan: Plan) -> str:
-    return "\n".join(f'<p class="warning">{escape(line)}</p>' for line in plan.warnings)
+def _warnings(plan: Plan, without_pictures: str) -> str:
+    lines = [*plan.warnings, *([f"coverage pictures are left out: {without_pictures}"] if without_pictures else [])]
+    return "\n".join(f'<p class="warning">{escape(line)}</p>' for line in lines)
 
 
-def _pictures(plan: Plan) -> Iterator[str]:
+def _pictures(plan: Plan, *, with_pictures: bool) -> Iterator[str]:
     if plan.survey.floors:
         yield '<figure><img src="overview.png" alt="All floors, cut open"></figure>'
     for index, floor in enumerate(plan.survey.floors):
         name = escape(floor.name)
+        if with_pictures:
+            yield f'<figure><img src="{picture_name(index)}" alt="Coverage of {name}"></figure>'
         yield f'<figure><img src="{map_name(index)}" alt="Map of {name}"></figure>'
     yield '<figure><img src="coverage_curve.png" alt="Coverage against number of stations"></figure>'
 

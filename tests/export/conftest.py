@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from planner_core.export import pictures
 from planner_core.export.folder import write_plan_folder
 from planner_core.model import (
     Coverage,
@@ -128,6 +130,15 @@ def make_plan(survey: Survey, engine: ScanEngine) -> Plan:
         warnings=("units were guessed",),
         timings_s={"select": 0.5, "candidates": 1.25},
     )
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _coarse_pictures() -> Iterator[None]:
+    """Draw coverage pictures without smooth edges: a software renderer takes seconds for each otherwise."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pictures, "OVERSAMPLING", 1)
+        patch.setattr(pictures, "CAP_CELLS", 400)
+        yield
 
 
 @pytest.fixture(scope="session")

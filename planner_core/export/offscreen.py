@@ -1,0 +1,110 @@
+"""Off-screen windows of VTK: which kind opens on this machine, and a PyVista plotter that uses it.
+
+VTK left alone tries X first, complains on stderr where there is none, and ends the whole process where there is neither
+EGL nor OSMesa. So a child process tries the kinds first, once a run; what ends is the child.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from planner_core.errors import MissingPackageError
+
+WINDOWS = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
+"""VTK's classes, the better first: EGL (any driver, also Mesa's software one) and OSMesa."""
+
+_CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
+"""Environment variable by which VTK's factory of windows is told the class."""
+
+_TIME_LIMIT_S = 120.0
+"""For the trial: loading VTK from a cold, slow disk takes tens of seconds."""
+
+_TRIAL = """
+import sys
+from vtkmodules import vtkRenderingOpenGL2
+from vtkmodules.vtkRenderingCore import vtkRenderer
+window = getattr(vtkRenderingOpenGL2, sys.argv[1])()
+window.SetOffScreenRendering(True)
+window.SetSize(8, 8)
+window.AddRenderer(vtkRenderer())
+window.Render()
+sys.exit(0 if window.SupportsOpenGL() else 1)
+"""
+
+
+@functools.cache
+def window_class() -> str:
+    """Name of VTK's window class to draw with off-screen.
+
+    Raises
+    ------
+    MissingPackageError
+        No kind of window opens; the message says what to install.
+    """
+    reasons = []
+    for name in WINDOWS:
+        reason = _try_window(name)
+        if reason is None:
+            return name
+        reasons.append(f"{name}: {reason}")
+    raise MissingPackageError(
+        f"pictures need an off-screen OpenGL window, none opens here ({'; '.join(reasons)}); "
+        "install EGL with a driver (Debian: libegl1 libgl1-mesa-dri) or libosmesa6"
+    )
+
+
+def _try_window(name: str) -> str | None:
+    """Why no window of this class opens, None where one does."""
+    command = [sys.executable, "-c", _TRIAL, name]
+    try:
+        done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=_TIME_LIMIT_S)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return f"could not be tried ({type(error).__name__})"
+    if done.returncode < 0:
+        return f"its trial ended by signal {-done.returncode}"
+    if done.returncode > 0:
+        last = done.stderr.strip().splitlines()[-1:]
+        return last[0] if last and "Error:" in last[0] else "OpenGL does not start"
+    return None
+
+
+@contextmanager
+def offscreen_plotter(width: int, height: int) -> Iterator[Any]:
+    """Give a PyVista plotter of `width` x `height` pixels without a screen, closed at the end.
+
+    Raises
+    ------
+    MissingPackageError
+        PyVista or an off-screen window is missing.
+    """
+    name = window_class()
+    before = os.environ.get(_CHOICE)
+    os.environ[_CHOICE] = name
+    try:
+        try:
+            import pyvista
+        except ImportError as error:
+            raise MissingPackageError(
+                f"pictures need the package pyvista, which can't be imported ({error}): pip install pyvista"
+            ) from error
+        plotter = pyvista.Plotter(off_screen=True, window_size=[width, height], lighting="none", theme=_theme(pyvista))
+        try:
+            yield plotter
+        finally:
+            plotter.close()
+    finally:
+        if before is None:
+            del os.environ[_CHOICE]
+        else:
+            os.environ[_CHOICE] = before
+
+
+def _theme(pyvista: Any) -> Any:
+    """PyVista's own defaults, not what the user's program has set."""
+    return pyvista.themes.Theme()
