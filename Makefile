@@ -67,6 +67,11 @@ wheel: $(DEV) $(VIEWER) ## the wheel, with kernels and the built viewer inside
 	rm -rf build dist
 	$(BIN)/python -m build --wheel --no-isolation --outdir dist
 
+test-wheel: wheel ## install the wheel into an empty environment without node, and plan the demo with it
+	rm -rf build/wheel-test && $(PYTHON) -m venv build/wheel-test
+	build/wheel-test/bin/python -m pip install --quiet dist/*.whl
+	cd build/wheel-test && PATH="$$PWD/bin:/usr/bin:/bin" bin/tlsplan demo -o demo --grid 1 --height 1.5 && bin/tlsplan doctor
+
 docs: $(DEV) ## regenerate the command line reference
 	$(BIN)/python -m tlsplan.reference docs/reference/cli.md
 
@@ -100,7 +105,9 @@ $(DEV): requirements/dev.lock $(RUNTIME) | system
 	@touch $@
 
 $(NODE): $(WEB)/package-lock.json
-	@command -v npm >/dev/null || { echo "tlsplan set-up: npm is missing; install Node.js 20 or later with npm" >&2; exit 1; }
+	@command -v npm >/dev/null || { echo "tlsplan set-up: npm is missing; install Node.js 20.19 or later with npm" >&2; exit 1; }
+	@node -e 'const [a, b] = process.versions.node.split(".").map(Number); process.exit(a > 20 || (a === 20 && b >= 19) ? 0 : 1)' || \
+	  { echo "tlsplan set-up: Node.js $$(node --version) is too old, 20.19 or later is needed" >&2; exit 1; }
 	cd $(WEB) && npm ci --silent --no-fund --no-audit
 	@touch $@
 

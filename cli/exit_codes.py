@@ -7,7 +7,7 @@ EXIT_CODES: dict[int, str] = {
     1: "internal error: a bug of tlsplan; please report it with the output of --debug",
     2: "the command line is wrong: unknown option, missing argument, bad value",
     3: "an input can't be used: scene, station list, plan folder, scanner",
-    4: "the requirements can't be met, or a plan falls short of them",
+    4: "a requirement can't be met or makes no sense: unknown floor, no spot to stand on",
     5: "the output exists; pass --overwrite",
     6: "the OpenCL device or a package or system library is missing or failed",
     130: "interrupted (Ctrl-C)",

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from .options import METRES_PER_UNIT
 
 if TYPE_CHECKING:
-    from planner_core.model import PlanSettings, Scene
+    from planner_core.model import PlanSettings, Scene, Survey
     from planner_core.progress import Progress
+    from planner_core.scan.engine import ScanEngine
 
 
 def load(scene: Path, *, units: str | None, up: str | None, skip_bad_faces: bool, progress: Progress) -> Scene:
@@ -52,3 +53,14 @@ def settings(
         clearance_m=clearance_m,
         max_patch_area_m2=max_patch_area_m2,
     )
+
+
+def open_engine(survey: Survey, *, engine: str, device: str | None, progress: Progress) -> ScanEngine:
+    """Open the scan engine that was asked for and show which one it is."""
+    from planner_core.progress import ProgressEvent
+    from planner_core.scan import engine as engines
+
+    progress(ProgressEvent("engine", 0, 1))
+    caster = engines.open_engine(survey.scene, survey.patches, engine=engine, device=device)
+    progress(ProgressEvent("engine", 1, 1, f"{caster.name}: {caster.device}"))
+    return caster

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner_core.candidates.admissibility import reject
-from planner_core.candidates.grid import find_candidates
+from planner_core.candidates.grid import find_candidates, lies_mostly_indoors
 from planner_core.errors import StationListError
 from planner_core.export.stations_csv import GivenStation
 from planner_core.metrics.coverage import floor_of_patch, join_rows, times_seen
@@ -46,13 +46,23 @@ def evaluate_stations(
     RequirementError, DeviceError, SceneError
         As for `planner_core.plan.make_plan`.
     """
+    survey = make_survey(scene, settings, progress=progress)
+    caster = open_engine(scene, survey.patches, engine=engine, device=device)
+    return evaluate_survey(survey, settings, stations, caster, progress=progress)
+
+
+def evaluate_survey(
+    survey: Survey,
+    settings: PlanSettings,
+    stations: Sequence[GivenStation],
+    caster: ScanEngine,
+    *,
+    progress: Progress = silent,
+) -> Plan:
+    """Do the rest of `evaluate_stations`, for callers that scan with the same engine afterwards."""
     _check_list(stations)
     clock = Stopwatch()
-    with clock.stage("survey"):
-        survey = make_survey(scene, settings, progress=progress)
-        floors = planned_floors(survey.floors, settings.requirements.floors)
-    with clock.stage("engine"):
-        caster = open_engine(scene, survey.patches, engine=engine, device=device)
+    floors = planned_floors(survey.floors, settings.requirements.floors)
     with clock.stage("candidates"):
         candidates = find_candidates(survey, settings, caster, floors=floors, progress=progress)
         placed = [place_station(survey, settings, caster, given, n) for n, given in enumerate(stations, start=1)]
@@ -101,7 +111,8 @@ def place_station(
                 f"{height_m:.3f} m above the ground of {floor.name!r}"
             )
         height_m = float(given.instrument_height_m)
-    _, reasons = reject(survey, floor, settings, engine, position[None], np.array([ground_m]))
+    indoors = lies_mostly_indoors(survey, settings, engine, floor)
+    _, reasons = reject(survey, floor, settings, engine, position[None], np.array([ground_m]), mostly_covered=indoors)
     lines.extend(f"station {given.id}: no spot for a tripod on {floor.name!r} ({reason})" for reason in reasons)
     station = Station(
         id=given.id, floor=floor.id, order=order, position_m=position, instrument_height_m=height_m, fixed=True

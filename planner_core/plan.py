@@ -14,16 +14,16 @@ from planner_core.candidates.grid import find_candidates
 from planner_core.errors import RequirementError
 from planner_core.metrics.coverage import floor_of_patch, take_rows, times_seen
 from planner_core.model import Candidates, Plan, PlanSettings, Scene, Station, Survey
-from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.progress import Progress, silent
 from planner_core.results import Stopwatch, describe_plan
-from planner_core.scan.engine import open_engine
+from planner_core.scan.engine import ScanEngine, open_engine
 from planner_core.select.bound import lower_bound
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem, floor_targets
 from planner_core.select.walking_order import walking_order
 from planner_core.survey import make_survey, planned_floors, scope_of
 
-__all__ = ["make_plan", "make_survey"]
+__all__ = ["make_plan", "make_survey", "plan_survey"]
 
 
 def make_plan(
@@ -48,16 +48,17 @@ def make_plan(
     DeviceError, SceneError
         See `open_engine`.
     """
-    clock = Stopwatch()
     # 1. What there is: floors, patches, the beams of one scan.
-    with clock.stage("survey"):
-        survey = make_survey(scene, settings, progress=progress)
-        floors = planned_floors(survey.floors, settings.requirements.floors)
+    survey = make_survey(scene, settings, progress=progress)
     # 2. Something to scan with.
-    with clock.stage("engine"):
-        progress(ProgressEvent("engine", 0, 1))
-        caster = open_engine(scene, survey.patches, engine=engine, device=device)
-        progress(ProgressEvent("engine", 1, 1, f"{caster.name}: {caster.device}"))
+    caster = open_engine(scene, survey.patches, engine=engine, device=device)
+    return plan_survey(survey, settings, caster, progress=progress)
+
+
+def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, progress: Progress = silent) -> Plan:
+    """Do the rest of `make_plan`, for callers that scan with the same engine afterwards."""
+    clock = Stopwatch()
+    floors = planned_floors(survey.floors, settings.requirements.floors)
     # 3. Where a tripod can stand.
     with clock.stage("candidates"):
         candidates = find_candidates(survey, settings, caster, floors=floors, progress=progress)

@@ -16,6 +16,9 @@ from planner_core.scan.template import make_template
 from planner_core.scene.floors import find_floors
 from planner_core.scene.patches import make_patches
 
+#: No mast is longer; a larger figure is a slip in its unit.
+MAX_INSTRUMENT_HEIGHT_M = 100.0
+
 
 def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = silent) -> Survey:
     """Find floors and patches of `scene`.
@@ -66,8 +69,11 @@ def check_settings(settings: PlanSettings) -> None:
     if settings.n_ground_ring_rays < 1:
         raise RequirementError(f"n_ground_ring_rays: got {settings.n_ground_ring_rays}, expected at least 1; e.g. 16")
     for height in settings.instrument_heights_m:
-        if not (math.isfinite(height) and height > 0):
-            raise RequirementError(f"instrument_heights_m: got {height:g}, expected metres above the ground, e.g. 1.6")
+        if not 0 < height <= MAX_INSTRUMENT_HEIGHT_M:
+            raise RequirementError(
+                f"instrument height: got {height:g} m, expected more than 0 and at most {MAX_INSTRUMENT_HEIGHT_M:g} m "
+                "above the ground; give e.g. 1.6"
+            )
 
 
 def planned_floors(floors: tuple[Floor, ...], wanted: tuple[str, ...]) -> tuple[int, ...]:

@@ -17,11 +17,14 @@ from ..options import apply, engine_options, output_options, overwrite_option, p
 def command(folder: Path, overwrite: bool, **values: Any) -> None:
     """Make a synthetic two-storey house, plan it and write the plan folder."""
     import scenes_synthetic
+    from planner_core.errors import OutputExistsError
     from planner_core.export.folder import check_output
 
     from . import plan as plan_command
 
     check_output(folder, overwrite=overwrite)
     scene = folder.with_name(f"{folder.name}.ifc")
+    if scene.exists() and not overwrite:
+        raise OutputExistsError(f"{scene}: exists, expected a free name for the demo's building; pass --overwrite")
     scenes_synthetic.write(scenes_synthetic.build("house"), scene)
     plan_command.run(scene, folder, overwrite=overwrite, units=None, up=None, skip_bad_faces=False, **values)

@@ -40,11 +40,11 @@ def command(
     **problem: Any,
 ) -> None:
     """Compute the coverage of a given station list in SCENE: your own plan, or what was really scanned."""
-    from planner_core.evaluate import evaluate_stations
+    from planner_core.evaluate import evaluate_survey
     from planner_core.export.folder import check_output, write_plan_folder
     from planner_core.export.plan_json import plan_document
     from planner_core.export.stations_csv import read_station_list
-    from planner_core.scan.engine import open_engine
+    from planner_core.survey import make_survey
 
     from .. import inputs, output, summary
     from ..progress import ProgressReporter
@@ -55,9 +55,10 @@ def command(
     given = read_station_list(stations)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
-        plan = evaluate_stations(loaded, settings, given, engine=engine, device=device, progress=reporter.show)
+        survey = make_survey(loaded, settings, progress=reporter.show)
+        caster = inputs.open_engine(survey, engine=engine, device=device, progress=reporter.show)
+        plan = evaluate_survey(survey, settings, given, caster, progress=reporter.show)
         if folder is not None:
-            caster = open_engine(plan.survey.scene, plan.survey.patches, engine=engine, device=device)
             write_plan_folder(plan, folder, engine=caster, overwrite=overwrite, progress=reporter.show)
     document = plan_document(plan)
     output.tell_repairs(loaded.report, listed_in="plan.json")

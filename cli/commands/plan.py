@@ -45,8 +45,7 @@ def run(
     """Plan, write the folder and print the summary; `demo` calls this too."""
     from planner_core.export.folder import check_output, write_plan_folder
     from planner_core.export.plan_json import plan_document
-    from planner_core.plan import make_plan
-    from planner_core.scan.engine import open_engine
+    from planner_core.plan import make_survey, plan_survey
 
     from .. import inputs, output, summary
     from ..progress import ProgressReporter
@@ -55,8 +54,9 @@ def run(
     settings = inputs.settings(**problem)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
-        plan = make_plan(loaded, settings, engine=engine, device=device, progress=reporter.show)
-        caster = open_engine(plan.survey.scene, plan.survey.patches, engine=engine, device=device)
+        survey = make_survey(loaded, settings, progress=reporter.show)
+        caster = inputs.open_engine(survey, engine=engine, device=device, progress=reporter.show)
+        plan = plan_survey(survey, settings, caster, progress=reporter.show)
         write_plan_folder(plan, folder, engine=caster, overwrite=overwrite, progress=reporter.show)
     document = plan_document(plan)
     output.tell_repairs(loaded.report, listed_in="plan.json")

@@ -53,7 +53,6 @@ def command(
     from planner_core.export.station_marks import station_prim_names
     from planner_core.export.stations_csv import read_station_list
     from planner_core.model import PlanSettings
-    from planner_core.scan.engine import open_engine
     from planner_core.scan.scanners import load_scanner
     from planner_core.simulate import simulate_scans
     from planner_core.survey import make_survey
@@ -73,7 +72,7 @@ def command(
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
         survey = make_survey(loaded, settings, progress=reporter.show)
-        caster = open_engine(survey.scene, survey.patches, engine=engine, device=device)
+        caster = inputs.open_engine(survey, engine=engine, device=device, progress=reporter.show)
         output.warn(caster.warnings)
         placed = [place_station(survey, settings, caster, one, order) for order, one in enumerate(given, start=1)]
         positions_m = np.stack([station.position_m for station, _ in placed])

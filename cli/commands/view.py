@@ -12,8 +12,10 @@ import click
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on. [default: any free one]")
 @click.option("--host", default="127.0.0.1", show_default=True, metavar="ADDRESS",
               help="Address to listen on; anything but loopback lets others on the network read the plan.")  # fmt: skip
+@click.option("--allow-host", "allowed_hosts", multiple=True, metavar="NAME",
+              help="Also answer under this host name, for a proxy or a tunnel. May be repeated.")  # fmt: skip
 @click.option("--no-browser", is_flag=True, help="Only serve and print the address.")
-def command(plan: Path, port: int, host: str, no_browser: bool) -> None:
+def command(plan: Path, port: int, host: str, allowed_hosts: tuple[str, ...], no_browser: bool) -> None:
     """Show the plan folder PLAN in the browser, served from this machine until Ctrl-C."""
     from viewer_web.server import serve
 
@@ -25,6 +27,6 @@ def command(plan: Path, port: int, host: str, no_browser: bool) -> None:
             click.launch(address)
 
     try:
-        serve(plan, host=host, port=port, on_ready=ready)
+        serve(plan, host=host, port=port, on_ready=ready, allowed_hosts=allowed_hosts)
     except KeyboardInterrupt:
         output.say("stopped")

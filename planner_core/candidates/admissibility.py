@@ -47,16 +47,17 @@ def reject(
     position_m: FloatArray,
     ground_m: FloatArray,
     *,
+    mostly_covered: bool,
     progress: Progress = silent,
 ) -> tuple[BoolArray, dict[str, int]]:
-    """Test positions (N, 3) over ground at heights (N,) of `floor`.
+    """Test positions (N, 3) over ground at heights (N,) of `floor`; `mostly_covered` as `is_mostly_covered` says.
 
     Returns
     -------
     (N,) bool, True where a tripod can stand; and how many were refused, by reason. A position refused by one test is
     not counted by the next.
     """
-    probe = _Probe(survey, floor, settings, engine)
+    probe = _Probe(survey, floor, settings, engine, mostly_covered=mostly_covered)
     tests = (
         ("too little headroom", probe.lacks_headroom),
         ("something between sensor and ground", probe.lacks_ground),
@@ -76,17 +77,39 @@ def reject(
     return kept, reasons
 
 
+def is_mostly_covered(survey: Survey, engine: ScanEngine, plan_m: FloatArray, ground_m: FloatArray) -> bool:
+    """Whether most of a floor, given by places (N, 2) with ground heights (N,), has something overhead.
+
+    A floor that is open for the most part (no roof in the model) is taken as it is; of any other, what lies under open
+    sky is outside.
+    """
+    if not ground_m.size:
+        return False
+    over = np.column_stack([plan_m, ground_m + _SLACK_M])
+    up = np.tile(np.array([[0.0, 0.0, 1.0]]), (over.shape[0], 1))
+    hits = engine.cast_rays(over, up, range_max_m=_reach_m(survey))
+    return bool(np.isfinite(hits.range_m).mean() >= 0.5)
+
+
+def _reach_m(survey: Survey) -> float:
+    """Longer than any line through the scene."""
+    vertices_m = survey.scene.vertices_m
+    return float(np.linalg.norm(vertices_m.max(axis=0) - vertices_m.min(axis=0))) + 1.0
+
+
 class _Probe:
     """The tests on one floor. Each takes positions (K, 3) and ground heights (K,), gives (K,) bool, True = refused."""
 
-    def __init__(self, survey: Survey, floor: Floor, settings: PlanSettings, engine: ScanEngine) -> None:
+    def __init__(
+        self, survey: Survey, floor: Floor, settings: PlanSettings, engine: ScanEngine, *, mostly_covered: bool
+    ) -> None:
+        self._mostly_covered = mostly_covered
         self._engine = engine
         self._settings = settings
         self._floor = floor
         self._is_ground = np.zeros(survey.scene.n_triangles + 1, dtype=bool)  # the last entry is the miss, -1
         self._is_ground[floor.ground_triangles] = True
-        vertices = survey.scene.vertices_m
-        self._reach_m = float(np.linalg.norm(vertices.max(axis=0) - vertices.min(axis=0))) + 1.0
+        self._reach_m = _reach_m(survey)
 
     def lacks_headroom(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         del ground_m
@@ -119,9 +142,9 @@ class _Probe:
             hits = self._cast(position_m, _circle(_ENCLOSURE_DIRECTIONS), self._reach_m)
             ends = np.isfinite(hits.range_m).reshape(-1, _ENCLOSURE_DIRECTIONS)
             return np.asarray(ends.mean(axis=1) < _ENCLOSED_SHARE)
-        covered = self._hits_any(position_m, np.array([[0.0, 0.0, 1.0]]), self._reach_m)
-        # A floor that is open for the most part (no roof in the model) is taken as it is.
-        return ~covered if covered.size and covered.mean() >= 0.5 else np.zeros(covered.size, dtype=bool)
+        if not self._mostly_covered:
+            return np.zeros(position_m.shape[0], dtype=bool)
+        return ~self._hits_any(position_m, np.array([[0.0, 0.0, 1.0]]), self._reach_m)
 
     def _stands(self, position_m: FloatArray, height_m: FloatArray, slack_m: float) -> BoolArray:
         """Tell whether ground is the first thing straight below, `height_m` down."""

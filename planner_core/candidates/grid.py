@@ -1,21 +1,30 @@
-"""Candidates: positions on a regular grid over each floor at which a tripod can stand, nobody having chosen any yet.
+"""Candidates: positions on a grid over each floor at which a tripod can stand, nobody having chosen any yet.
 
 Input a `Survey` (local frame, metres) and `PlanSettings`, output `Candidates` ordered by floor, y, x, height.
 
-The grid is centred on the floor's bounds, so that moving or turning the building by quarters moves it along.
+The grid is centred on the floor's bounds, so that moving or turning the building by quarters moves it along. A regular
+grid passes by rooms that are hardly wider than a tripod with its clearance, and no plan sees a room without candidates.
+So the grid is halved twice where it has found nothing nearby:
+
+    +---+---+---+     o candidate of the grid
+    | o | o |.o.|     . candidate of the halved grid, in the narrow room only
+    +---+---+---+
 """
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from planner_core.candidates.admissibility import reject
+from planner_core.candidates.admissibility import is_mostly_covered, reject
 from planner_core.errors import RequirementError
-from planner_core.model import Candidates, FloatArray, Floor, Int64Array, PlanSettings, Survey
+from planner_core.model import BoolArray, Candidates, FloatArray, Floor, Int64Array, PlanSettings, Survey
 from planner_core.progress import Progress, silent
 from planner_core.scan.engine import ScanEngine
 from planner_core.scene.columns import sample_columns
 
+#: The grid is halved this often where it found nothing: 0.5 m become 0.125 m, finer than anybody sets up a tripod.
+N_HALVINGS = 2
 #: Two grounds of one column closer than this are one: a covering on its slab, the upper one counts.
 _SAME_GROUND_M = 0.1
 
@@ -28,31 +37,74 @@ def find_candidates(
     `n_tried` counts grid points over the floors' bounds times heights; `rejected` those that are no candidates, by
     reason, see `planner_core.candidates.admissibility`.
     """
+    tally = _Tally()
+    on_floor = [_on_floor(survey, settings, engine, survey.floors[index], tally, progress) for index in floors]
+    sizes = [height.size for _, height in on_floor]
+    return Candidates(
+        position_m=np.ascontiguousarray(np.concatenate([np.empty((0, 3)), *(place for place, _ in on_floor)])),
+        floor=np.repeat(np.array(floors, dtype=np.int32), sizes),
+        instrument_height_m=np.concatenate([np.empty(0), *(height for _, height in on_floor)]),
+        n_tried=tally.n_tried,
+        rejected=tally.rejected,
+    )
+
+
+def lies_mostly_indoors(survey: Survey, settings: PlanSettings, engine: ScanEngine, floor: Floor) -> bool:
+    """Whether most of the floor's ground has something overhead, see `admissibility.is_mostly_covered`."""
+    plan_m, ground_m, _ = _grid_on_ground(survey, floor, settings.grid_step_m)
+    return is_mostly_covered(survey, engine, plan_m, ground_m)
+
+
+class _Tally:
+    """How many grid points were tried, and why some were refused."""
+
+    def __init__(self) -> None:
+        self.n_tried = 0
+        self.rejected: dict[str, int] = {}
+
+    def refuse(self, reason: str, number: int) -> None:
+        """Count positions refused for `reason`."""
+        if number:
+            self.rejected[reason] = self.rejected.get(reason, 0) + number
+
+
+def _on_floor(
+    survey: Survey, settings: PlanSettings, engine: ScanEngine, floor: Floor, tally: _Tally, progress: Progress
+) -> tuple[FloatArray, FloatArray]:
+    """Positions (N, 3) and instrument heights (N,) of one floor, ordered by y, x, height."""
     heights_m = instrument_heights_m(settings)
-    positions, grounds, floor_of = [np.empty((0, 3))], [np.empty(0)], [np.empty(0, dtype=np.int32)]
-    rejected: dict[str, int] = {}
-    n_tried = 0
-    for index in floors:
-        floor = survey.floors[index]
-        plan_m, ground_m, n_bare = _grid_on_ground(survey, floor, settings.grid_step_m)
-        n_tried += (plan_m.shape[0] + n_bare) * heights_m.size
-        _count(rejected, "no ground of this floor below", n_bare * heights_m.size)
+    # Two spots on either side of a wall are at least twice the clearance apart: a candidate nearer is in the same room.
+    reach_m = min(settings.grid_step_m, 2.0 * settings.clearance_m or 0.5 * settings.grid_step_m)
+    position_m, height_m = np.empty((0, 3)), np.empty(0)
+    for halving in range(N_HALVINGS + 1):
+        plan_m, ground_m, n_bare = _grid_on_ground(survey, floor, settings.grid_step_m / 2**halving)
+        far = ~_is_near(plan_m, position_m[:, :2], reach_m)
+        plan_m, ground_m = plan_m[far], ground_m[far]
+        if halving == 0:
+            tally.n_tried += n_bare * heights_m.size
+            tally.refuse("no ground of this floor below", n_bare * heights_m.size)
+            mostly_covered = is_mostly_covered(survey, engine, plan_m, ground_m)
         height = np.tile(heights_m, ground_m.size)
         ground = np.repeat(ground_m, heights_m.size)
         position = np.column_stack([np.repeat(plan_m, heights_m.size, axis=0), ground + height])
-        kept, reasons = reject(survey, floor, settings, engine, position, ground, progress=progress)
+        tally.n_tried += height.size
+        kept, reasons = reject(
+            survey, floor, settings, engine, position, ground, mostly_covered=mostly_covered, progress=progress
+        )
         for reason, number in reasons.items():
-            _count(rejected, reason, number)
-        positions.append(position[kept])
-        grounds.append(height[kept])
-        floor_of.append(np.full(int(kept.sum()), index, dtype=np.int32))
-    return Candidates(
-        position_m=np.ascontiguousarray(np.concatenate(positions)),
-        floor=np.concatenate(floor_of),
-        instrument_height_m=np.concatenate(grounds),
-        n_tried=n_tried,
-        rejected=rejected,
-    )
+            tally.refuse(reason, number)
+        position_m = np.concatenate([position_m, position[kept]])
+        height_m = np.concatenate([height_m, height[kept]])
+    order = np.lexsort((height_m, position_m[:, 0], position_m[:, 1]))
+    return position_m[order], height_m[order]
+
+
+def _is_near(plan_m: FloatArray, taken_m: FloatArray, reach_m: float) -> BoolArray:
+    """(N,) bool: whether a place (N, 2) has a taken one (M, 2) within reach."""
+    if not taken_m.size:
+        return np.zeros(plan_m.shape[0], dtype=bool)
+    distance_m, _ = cKDTree(taken_m).query(plan_m, distance_upper_bound=reach_m)
+    return np.asarray(np.isfinite(distance_m), dtype=bool)
 
 
 def instrument_heights_m(settings: PlanSettings) -> FloatArray:
@@ -91,8 +143,3 @@ def _grid_on_ground(survey: Survey, floor: Floor, step_m: float) -> tuple[FloatA
 def _places(column: Int64Array, low_m: FloatArray, step_m: float, n_x: int) -> FloatArray:
     index = np.column_stack([column % n_x, column // n_x]).astype(np.float64)
     return low_m + step_m * index
-
-
-def _count(rejected: dict[str, int], reason: str, number: int) -> None:
-    if number:
-        rejected[reason] = rejected.get(reason, 0) + number

@@ -23,6 +23,9 @@ from planner_core.progress import Progress, silent
 
 #: What `open_engine` accepts.
 ENGINES = ("auto", "opencl", "open3d")
+#: Farthest from the local origin that anything may lie. float32 has 24 bits: beyond 100 km a vertex is off by
+#: millimetres and squares lose the edges; far beyond, the kernels' box tests overflow.
+REACH_M = 1e5
 
 
 class ScanEngine(Protocol):
@@ -98,6 +101,13 @@ def check_positions(positions_m: FloatArray) -> FloatArray:
     if not finite.all():
         row = int(np.argmin(finite.all(axis=1)))
         raise RequirementError(f"positions_m: row {row} is {positions[row]}, expected finite metres; leave it out")
+    far = (np.abs(positions) > REACH_M).any(axis=1)
+    if far.any():
+        row = int(np.argmax(far))
+        raise RequirementError(
+            f"positions_m: row {row} is {positions[row]}, expected less than 100 km from the local origin; "
+            "check its unit and its order of coordinates"
+        )
     return positions
 
 
@@ -138,8 +148,7 @@ def _check_scene(scene: Scene, patches: Patches) -> None:
             f"patches are of {patches.depth.size} triangles, the scene has {scene.n_triangles}; make them of this scene"
         )
     reach_m = float(np.abs(scene.vertices_m).max())
-    # float32 has 24 bits: beyond 100 km of the local origin a vertex is off by millimetres, and squares lose the edges.
-    if not reach_m < 1e5:
+    if not reach_m < REACH_M:
         raise SceneError(
             f"{scene.source.path}: a vertex is {reach_m:.3g} m from the local origin, expected less than 100 km; "
             "split the model or remove stray geometry"

@@ -107,9 +107,9 @@ def _check_numbers(number: dict[str, float], n_channels: int, where: str) -> Non
         got = f"range_min_m = {number['range_min_m']:g}, range_max_m = {number['range_max_m']:g}"
         raise _bad(where, got, "0 <= range_min_m < range_max_m")
     low, high = number["instrument_height_min_m"], number["instrument_height_max_m"]
-    if not 0 < low <= high:
+    if not 0 < low <= high <= 100:  # no mast is longer
         got = f"instrument_height_min_m = {low:g}, instrument_height_max_m = {high:g}"
-        raise _bad(where, got, "0 < instrument_height_min_m <= instrument_height_max_m")
+        raise _bad(where, got, "0 < instrument_height_min_m <= instrument_height_max_m <= 100")
 
 
 def _elevation_rad(value: Any, where: str) -> tuple[float, ...]:

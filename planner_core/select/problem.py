@@ -104,10 +104,13 @@ def _merge(visibility: Visibility, targets: tuple[Target, ...]) -> tuple[Int64Ar
     for key in keys:
         label = generator.integers(1, 2**63, size=visibility.n_positions, dtype=np.uint64)
         np.add.at(key, visibility.patch, label[owner])  # wraps around, as it may
+    # Patches of one group are counted by the same targets. Renumbered at every step: bits of an integer run out.
     group = np.zeros(visibility.n_patches, dtype=np.int64)
+    counted = np.zeros(visibility.n_patches, dtype=bool)
     for target in targets:
-        group = group * 2 + target.part
-    used = np.flatnonzero((np.bincount(visibility.patch, minlength=visibility.n_patches) > 0) & (group > 0))
+        group = np.unique(group * 2 + target.part, return_inverse=True)[1].astype(np.int64)
+        counted |= target.part
+    used = np.flatnonzero((np.bincount(visibility.patch, minlength=visibility.n_patches) > 0) & counted)
     order = used[np.lexsort((used, group[used], keys[1, used], keys[0, used]))]
     new = np.ones(order.size, dtype=bool)
     new[1:] = (np.diff(keys[:, order].astype(np.uint64)) != 0).any(axis=0) | (np.diff(group[order]) != 0)

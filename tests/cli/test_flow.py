@@ -118,15 +118,19 @@ def test_plan_refuses_to_overwrite_and_says_how(house: Path, planned: tuple[Path
     assert snapshot(folder) == before
 
 
-def test_interrupted_plan_leaves_nothing_half_written(house: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("stage", ["load", "scan", "export"])
+def test_interrupted_plan_leaves_nothing_half_written(stage: str, house: Path, tmp_path: Path) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "tlsplan", "plan", str(house), "-o", str(tmp_path / "plan"), "--grid", "0.3"],
+        [sys.executable, "-m", "tlsplan", "plan", str(house), "-o", str(tmp_path / "plan"), "--grid", "0.4"],
         stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stderr is not None
-    line = process.stderr.readline()
-    assert line, "no progress was shown"
-    time.sleep(1.0)
+    for line in process.stderr:
+        if line.startswith(stage):
+            break
+    else:
+        pytest.fail(f"no progress of {stage} was shown")
+    time.sleep(0.3)
     process.send_signal(signal.SIGINT)
     _, rest = process.communicate(timeout=60)
     assert process.returncode == 130
@@ -171,7 +175,7 @@ def test_bad_station_list_ends_with_the_line_number(house: Path, tmp_path: Path)
     done = run("evaluate", house, "--stations", stations, *COARSE)
     assert done.returncode == 3
     assert "mine.csv" in done.stderr
-    assert "3" in done.stderr
+    assert "line 3" in done.stderr
     assert "Traceback" not in done.stderr
 
 
@@ -215,3 +219,19 @@ def test_view_of_a_folder_that_is_no_plan_says_so(tmp_path: Path) -> None:
     assert done.returncode == 3
     assert done.stderr.count("\n") == 1
     assert "plan.json" in done.stderr
+
+
+def test_demo_keeps_a_file_of_the_name_its_building_would_get(tmp_path: Path) -> None:
+    mine = tmp_path / "house.ifc"
+    mine.write_text("my own building")
+    done = run("demo", "-o", tmp_path / "house", *COARSE)
+    assert done.returncode == 5
+    assert "--overwrite" in done.stderr
+    assert mine.read_text() == "my own building"
+    assert list(tmp_path.iterdir()) == [mine]
+
+
+def test_a_height_in_millimetres_is_refused_in_one_line(house: Path, tmp_path: Path) -> None:
+    done = run("plan", house, "-o", tmp_path / "plan", "--height", "1600")
+    assert done.returncode == 4
+    assert "1600" in done.stderr.splitlines()[-1]
