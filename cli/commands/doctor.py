@@ -19,6 +19,7 @@ PACKAGES = {
     "open3d": "open3d",
     "pyopencl": "pyopencl",
     "pyvista": "pyvista",
+    "matplotlib": "matplotlib",
     "usd-core": "pxr.Usd",
     "OpenImageIO": "OpenImageIO",
     "ifcopenshell": "ifcopenshell",
