@@ -147,7 +147,7 @@ def _checked_arrays(
             "pass three vertex numbers in each row."
         )
     n_triangles = faces.shape[0]
-    owners = tuple(elements) if elements is not None else (Element("mesh", "Mesh", "0"),)
+    owners = tuple(map(_readable_element, elements)) if elements is not None else (Element("mesh", "Mesh", "0"),)
     element = _column(element_of_triangle, n_triangles, "element_of_triangle", np.zeros(n_triangles, dtype=np.int64))
     if n_triangles and (element.min() < 0 or element.max() >= len(owners)):
         raise SceneError(
@@ -165,6 +165,14 @@ def _column(values: ArrayLike | None, length: int, name: str, default: Int64Arra
     if column.shape != (length,):
         raise SceneError(f"{name} has the shape {column.shape}, expected ({length},); pass one number a triangle.")
     return column.astype(np.int64)
+
+
+def _readable_element(element: Element) -> Element:
+    texts = (element.name, element.kind, element.source_id)
+    if all(text.isascii() for text in texts):  # nearly all elements of nearly all files
+        return element
+    name, kind, source_id = map(readable, texts)
+    return Element(name, kind, source_id, element.storey)
 
 
 def _check_frame(metres_per_unit: float, up_axis: str) -> None:
@@ -313,6 +321,16 @@ def grouped(number: int) -> str:
     return f"{number:,}".replace(",", " ")
 
 
+def readable(text: str) -> str:
+    """`text` with halves of surrogate pairs replaced by U+FFFD: files may hold them, and no encoding can write them."""
+    return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
+
+
+def one_line(text: str) -> str:
+    """`text` fit for a message: readable, and on one line whatever names it quotes."""
+    return " ".join(readable(text).split())
+
+
 def face_height_m(corners_m: FloatArray) -> FloatArray:
     """(N,) float64: height of each triangle (N, 3, 3) above its longest edge; 0 for a point."""
     ab, bc, ca = (corners_m[:, (i + 1) % 3] - corners_m[:, i] for i in range(3))
@@ -423,18 +441,20 @@ def _sorted_storeys(
             )
     order = sorted(range(len(storeys)), key=lambda i: (storeys[i].elevation_m, i))
     place = {old: new for new, old in enumerate(order)} | {-1: -1}
-    local = tuple(replace(storeys[i], elevation_m=storeys[i].elevation_m - offset_z_m) for i in order)
+    local = tuple(
+        Storey(readable(s.name), readable(s.source_id), s.elevation_m - offset_z_m) for s in (storeys[i] for i in order)
+    )
     return local, tuple(replace(e, storey=place[e.storey]) if e.storey != -1 else e for e in elements)
 
 
 def _report(repair: _Repair, offset_m: FloatArray, prior: LoadReport) -> LoadReport:
-    lines = [*prior.dropped, *repair.lines]
+    lines = [one_line(line) for line in (*prior.dropped, *repair.lines)]
     unlisted = repair.n_unlisted + max(len(lines) - MAX_DROPPED_LINES, 0)
     if unlisted:
         lines = [*lines[: MAX_DROPPED_LINES - 1], ""]
         unlisted += 1
         lines[-1] = f"... and {grouped(unlisted)} more"
-    warnings = list(prior.warnings)
+    warnings = [one_line(warning) for warning in prior.warnings]
     if offset_m.any():
         x, y, z = (grouped(int(v)) for v in offset_m)
         warnings.append(

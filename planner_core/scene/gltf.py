@@ -15,20 +15,23 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
 
 from planner_core.errors import SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport
-from planner_core.scene.build import bad_index_error, grouped
+from planner_core.scene.build import bad_index_error, grouped, one_line
+from planner_core.scene.gltf_json import JsonObject
 from planner_core.scene.raw import Parts, RawScene, chained, is_mirrored, placed, turned_over, what_it_looks_like
 
 _COMPONENT = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _LARGEST = {"<i1": 127.0, "<u1": 255.0, "<i2": 32767.0, "<u2": 65535.0}
 """What a normalised integer is divided by."""
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+_MOST_SPARSE = 10**8
+"""Values of an accessor without a buffer, which no buffer's length bounds; more than a mesh that can be planned has."""
 _GEOMETRY_EXTENSIONS = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing")
 """Extensions without which the geometry would be wrong or missing, and which are not read."""
 _GLB_HEADER = struct.Struct("<4sII")
@@ -41,9 +44,22 @@ class _Document:
     """The JSON part and the buffers, both checked where they are used."""
 
     path: Path
-    tree: dict[str, Any]
+    tree: JsonObject
     glb_buffer: bytes | None
-    buffers: dict[int, bytes] = field(default_factory=dict)
+    contents: dict[int, bytes] = field(default_factory=dict)
+    """Of buffers, by number."""
+    nodes: list[JsonObject] = field(init=False)
+    meshes: list[JsonObject] = field(init=False)
+    accessors: list[JsonObject] = field(init=False)
+    views: list[JsonObject] = field(init=False)
+    buffers: list[JsonObject] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.nodes = self.tree.objects("nodes")
+        self.meshes = self.tree.objects("meshes")
+        self.accessors = self.tree.objects("accessors")
+        self.views = self.tree.objects("bufferViews")
+        self.buffers = self.tree.objects("buffers")
 
 
 @dataclass(frozen=True)
@@ -65,16 +81,7 @@ def read_gltf(path: Path, *, skip_bad_faces: bool) -> RawScene:
     SceneError
         Not glTF 2.0, cut off, a missing buffer, compressed geometry, or a face that names a missing vertex.
     """
-    document = _open(path)
-    try:
-        return _scene(document, skip_bad_faces=skip_bad_faces)
-    except SceneError:
-        raise
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        detail = f"{type(error).__name__}: {error}"
-        raise SceneError(
-            f"{path.name}: its contents do not follow glTF 2.0 ({detail}); validate it and export it again."
-        ) from error
+    return _scene(_open(path), skip_bad_faces=skip_bad_faces)
 
 
 # ------------------------------------------------------------------------------------------------- file
@@ -95,13 +102,16 @@ def _open(path: Path) -> _Document:
         raise SceneError(
             f"{path.name}: its JSON can't be read ({error}): cut off or damaged; export it again."
         ) from error
-    version = str(tree.get("asset", {}).get("version", "")) if isinstance(tree, dict) else ""
+    if not isinstance(tree, dict):
+        raise SceneError(f"{path.name}: its JSON is a {type(tree).__name__}, expected an object; export it again.")
+    root = JsonObject(path.name, "", tree)
+    version = root.object("asset").text("version") if root.has("asset") else ""
     if not version.startswith("2."):
         raise SceneError(
             f"{path.name}: it says {'glTF ' + version if version else 'nothing of its version'}, expected glTF 2.0; "
             "export it as glTF 2.0."
         )
-    return _Document(path, tree, glb_buffer)
+    return _Document(path, root, glb_buffer)
 
 
 def _glb_chunks(path: Path, contents: bytes) -> tuple[bytes, bytes | None]:
@@ -132,12 +142,13 @@ def _glb_chunks(path: Path, contents: bytes) -> tuple[bytes, bytes | None]:
 
 def _buffer(document: _Document, number: int) -> bytes:
     """Bytes of a buffer: the GLB's own, embedded as base64, or a file beside."""
-    if number in document.buffers:
-        return document.buffers[number]
+    if number in document.contents:
+        return document.contents[number]
     name = document.path.name
-    entry = document.tree["buffers"][number]
-    uri = entry.get("uri")
-    if uri is None:
+    entry = document.buffers[number]
+    uri = entry.text("uri")
+    n_declared = entry.whole("byteLength")
+    if not uri:
         if document.glb_buffer is None or number != 0:
             raise SceneError(f"{name}: buffer {number} has no contents; export it again.")
         contents = document.glb_buffer
@@ -145,12 +156,12 @@ def _buffer(document: _Document, number: int) -> bytes:
         contents = _decoded(name, number, uri)
     else:
         contents = _file_beside(document.path, uri)
-    if len(contents) < entry["byteLength"]:
+    if len(contents) < n_declared:
         raise SceneError(
-            f"{name}: buffer {number} declares {grouped(entry['byteLength'])} bytes and has {grouped(len(contents))}: "
+            f"{name}: buffer {number} declares {grouped(n_declared)} bytes and has {grouped(len(contents))}: "
             "it is cut off; copy or export it again."
         )
-    document.buffers[number] = contents
+    document.contents[number] = contents
     return contents
 
 
@@ -160,29 +171,29 @@ def _decoded(name: str, number: int, uri: str) -> bytes:
         raise SceneError(f"{name}: buffer {number} is embedded as {head[:40]!r}, expected base64; export it again.")
     try:
         return base64.b64decode(body, validate=True)
-    except binascii.Error as error:
+    except (binascii.Error, ValueError) as error:  # the latter where it is not ASCII
         raise SceneError(f"{name}: buffer {number} is no valid base64 ({error}); export it again.") from error
 
 
 def _file_beside(path: Path, uri: str) -> bytes:
-    relative = Path(unquote(uri))
+    relative, shown = Path(unquote(uri)), one_line(uri[:200])
     if "://" in uri or relative.is_absolute():
         raise SceneError(
-            f"{path.name}: it refers to {uri}, expected a file beside it; export it with embedded buffers."
+            f"{path.name}: it refers to {shown}, expected a file beside it; export it with embedded buffers."
         )
     try:
         return (path.parent / relative).read_bytes()
-    except OSError as error:
+    except (OSError, ValueError) as error:  # the latter where no file can have such a name
+        reason = getattr(error, "strerror", None) or error
         raise SceneError(
-            f"{path.name}: it refers to {uri}, which can't be read ({error.strerror}); put that file beside it, "
+            f"{path.name}: it refers to {shown}, which can't be read ({reason}); put that file beside it, "
             "or export the model as GLB."
         ) from error
 
 
 # ------------------------------------------------------------------------------------------------ scene
 def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
-    tree = document.tree
-    needed = [name for name in tree.get("extensionsRequired", ()) if name in _GEOMETRY_EXTENSIONS]
+    needed = [name for name in document.tree.texts("extensionsRequired") if name in _GEOMETRY_EXTENSIONS]
     if needed:
         raise SceneError(
             f"{document.path.name}: its geometry uses {needed[0]}, which is not read; export it without compression."
@@ -192,12 +203,12 @@ def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
     parts = Parts()
     n_bad = 0
     for number, matrix in _placed_nodes(document):
-        node = tree["nodes"][number]
-        mesh = node["mesh"]
+        node = document.nodes[number]
+        mesh = node.whole("mesh", below=len(document.meshes))
         if mesh not in meshes:
             meshes[mesh] = list(_mesh_parts(document, mesh, skip_bad_faces=skip_bad_faces))
-        name = node.get("name") or tree["meshes"][mesh].get("name") or f"node {number}"
-        elements.append(Element(str(name), "Mesh", str(number)))
+        name = node.text("name") or document.meshes[mesh].text("name") or f"node {number}"
+        elements.append(Element(name, "Mesh", str(number)))
         n_faces = 0
         for part in meshes[mesh]:
             triangles = turned_over(part.triangles) if is_mirrored(matrix) else part.triangles
@@ -214,15 +225,15 @@ def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
         elements=tuple(elements),
         unit_name="metre",
         up_axis="Y",
-        schema=f"glTF {tree['asset']['version']}",
+        schema=f"glTF {document.tree.object('asset').text('version')}",
         report=LoadReport(n_faces_read=n_bad, n_bad_index=n_bad, dropped=dropped),
     )
 
 
 def _placed_nodes(document: _Document) -> Iterator[tuple[int, FloatArray]]:
     """Nodes with a mesh below the shown scene, depth first, with their placement in the scene (4x4, float64)."""
-    nodes = document.tree.get("nodes", [])
-    stack = [(number, np.eye(4)) for number in reversed(_roots(document.tree))]
+    nodes = document.nodes
+    stack = [(number, np.eye(4)) for number in reversed(_roots(document))]
     seen: set[int] = set()
     while stack:
         number, above = stack.pop()
@@ -233,24 +244,25 @@ def _placed_nodes(document: _Document) -> Iterator[tuple[int, FloatArray]]:
         seen.add(number)
         node = nodes[number]
         matrix = chained(above, _local_matrix(node))
-        if "mesh" in node:
+        if node.has("mesh"):
             yield number, matrix
-        stack += [(child, matrix) for child in reversed(node.get("children", ()))]
+        stack += [(child, matrix) for child in reversed(node.wholes("children", below=len(nodes)))]
 
 
-def _roots(tree: dict[str, Any]) -> list[int]:
-    scenes = tree.get("scenes")
+def _roots(document: _Document) -> list[int]:
+    n_nodes = len(document.nodes)
+    scenes = document.tree.objects("scenes")
     if scenes:
-        return list(scenes[tree.get("scene", 0)].get("nodes", ()))
-    children = {child for node in tree.get("nodes", ()) for child in node.get("children", ())}
-    return [number for number in range(len(tree.get("nodes", ()))) if number not in children]
+        return scenes[document.tree.whole("scene", 0, below=len(scenes))].wholes("nodes", below=n_nodes)
+    children = {child for node in document.nodes for child in node.wholes("children", below=n_nodes)}
+    return [number for number in range(n_nodes) if number not in children]
 
 
-def _local_matrix(node: dict[str, Any]) -> FloatArray:
+def _local_matrix(node: JsonObject) -> FloatArray:
     """A node's placement in its parent: its matrix (stored by columns), or translation * rotation * scale."""
-    if "matrix" in node:
-        return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
-    x, y, z, w = (float(v) for v in node.get("rotation", (0, 0, 0, 1)))
+    if node.has("matrix"):
+        return np.array(node.numbers("matrix", _IDENTITY)).reshape(4, 4).T
+    x, y, z, w = node.numbers("rotation", (0.0, 0.0, 0.0, 1.0))
     turn = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -259,32 +271,45 @@ def _local_matrix(node: dict[str, Any]) -> FloatArray:
         ]
     )
     matrix = np.eye(4)
-    matrix[:3, :3] = turn * np.array(node.get("scale", (1, 1, 1)), dtype=np.float64)
-    matrix[:3, 3] = node.get("translation", (0, 0, 0))
+    with np.errstate(over="ignore", invalid="ignore"):  # vertices that end up nowhere are dropped with the repair
+        matrix[:3, :3] = turn * np.array(node.numbers("scale", (1.0, 1.0, 1.0)))
+    matrix[:3, 3] = node.numbers("translation", (0.0, 0.0, 0.0))
     return matrix
 
 
 # ------------------------------------------------------------------------------------------------- mesh
 def _mesh_parts(document: _Document, mesh: int, *, skip_bad_faces: bool) -> Iterator[_MeshPart]:
-    entry = document.tree["meshes"][mesh]
-    title = f"{document.path.name}, mesh {entry.get('name') or mesh}"
-    for primitive in entry["primitives"]:
-        mode = primitive.get("mode", _TRIANGLES)
-        if mode not in (_TRIANGLES, _STRIP, _FAN) or "POSITION" not in primitive["attributes"]:
+    entry = document.meshes[mesh]
+    title = one_line(f"{document.path.name}, mesh {entry.text('name') or mesh}")
+    n_accessors = len(document.accessors)
+    for primitive in entry.required_objects("primitives"):
+        mode = primitive.whole("mode", _TRIANGLES)
+        attributes = primitive.object("attributes")
+        if mode not in (_TRIANGLES, _STRIP, _FAN) or not attributes.has("POSITION"):
             continue  # points and lines have no surface
-        vertices = _accessor(document, primitive["attributes"]["POSITION"], 3)
-        if "indices" in primitive:
-            corners = _accessor(document, primitive["indices"], 1).astype(np.int64).ravel()
+        vertices = _accessor(document, attributes.whole("POSITION", below=n_accessors), 3)
+        if primitive.has("indices"):
+            corners = _corner_numbers(document, primitive.whole("indices", below=n_accessors))
         else:
             corners = np.arange(vertices.shape[0], dtype=np.int64)
         triangles = _triangles(title, corners, mode)
-        bad = (triangles >= vertices.shape[0]).any(axis=1)
+        is_missing = (triangles < 0) | (triangles >= vertices.shape[0])  # below 0 where their type is a signed one
+        bad = is_missing.any(axis=1)
         if bad.any() and not skip_bad_faces:
-            worst = int(triangles[triangles >= vertices.shape[0]][0])
+            worst = int(triangles[is_missing][0])
             raise bad_index_error(
                 title, int(bad.sum()), bad.size, worst, vertices.shape[0], first_number=0, owner="mesh"
             )
         yield _MeshPart(vertices, triangles[~bad], np.flatnonzero(~bad), int(bad.sum()))
+
+
+def _corner_numbers(document: _Document, accessor: int) -> Int64Array:
+    values = _accessor(document, accessor, 1).ravel()
+    if not (np.abs(values) < 2**32).all():
+        raise SceneError(
+            f"{document.path.name}: accessor {accessor} holds values that are no vertex numbers; export it again."
+        )
+    return values.astype(np.int64)
 
 
 def _triangles(title: str, corners: Int64Array, mode: int) -> Int64Array:
@@ -305,48 +330,54 @@ def _triangles(title: str, corners: Int64Array, mode: int) -> Int64Array:
 
 def _accessor(document: _Document, number: int, width: int) -> FloatArray:
     """(count, width) float64: exact for every component type."""
-    entry = document.tree["accessors"][number]
-    component = _COMPONENT[entry["componentType"]]
-    if entry["type"] != ("SCALAR" if width == 1 else f"VEC{width}"):
+    entry = document.accessors[number]
+    component = _component(document, entry)
+    shape = entry.text("type")
+    if shape != ("SCALAR" if width == 1 else f"VEC{width}"):
         raise SceneError(
-            f"{document.path.name}: accessor {number} is a {entry['type']}, expected "
+            f"{document.path.name}: accessor {number} is a {shape or 'thing of no type'}, expected "
             f"{'a SCALAR' if width == 1 else f'a VEC{width}'}; export it again."
         )
-    count = int(entry["count"])
-    if "bufferView" in entry:
-        values = _view(document, entry["bufferView"], entry.get("byteOffset", 0), component, count, width)
-    elif "sparse" in entry:
-        _check_sparse_count(document, count)
-        values = np.zeros((count, width))
-    elif "KHR_draco_mesh_compression" in document.tree.get("extensionsUsed", ()):
+    if entry.has("bufferView"):
+        values = _view(document, entry, component, entry.whole("count"), width)
+    elif entry.has("sparse"):
+        values = np.zeros((entry.whole("count", below=_MOST_SPARSE), width))
+    elif "KHR_draco_mesh_compression" in document.tree.texts("extensionsUsed"):
         raise SceneError(
             f"{document.path.name}: its geometry uses KHR_draco_mesh_compression, which is not read; "
             "export it without compression."
         )
     else:
         raise SceneError(f"{document.path.name}: accessor {number} has no contents; export it again.")
-    if "sparse" in entry:
-        values = _with_sparse(document, entry["sparse"], values, component)
-    if entry.get("normalized", False):
+    if entry.has("sparse"):
+        values = _with_sparse(document, entry.object("sparse"), values, component)
+    if entry.members.get("normalized") is True and component in _LARGEST:
         values = np.maximum(values / _LARGEST[component], -1.0)
     return values
 
 
-def _check_sparse_count(document: _Document, count: int) -> None:
-    if not 0 <= count <= 2**31:
-        raise SceneError(f"{document.path.name}: an accessor declares {count} values; it is damaged, export it again.")
+def _component(document: _Document, entry: JsonObject) -> str:
+    """The dtype of one value."""
+    code = entry.whole("componentType")
+    if code not in _COMPONENT:
+        raise SceneError(
+            f"{document.path.name}: {entry.place}/componentType is {code}, expected one of "
+            f"{', '.join(map(str, _COMPONENT))}; export it again."
+        )
+    return _COMPONENT[code]
 
 
-def _view(document: _Document, view: int, offset: int, component: str, count: int, width: int) -> FloatArray:
-    """(count, width) float64 out of a buffer view, rows `byteStride` apart."""
-    entry = document.tree["bufferViews"][view]
-    contents = _buffer(document, entry["buffer"])
+def _view(document: _Document, user: JsonObject, component: str, count: int, width: int) -> FloatArray:
+    """(count, width) float64 out of the buffer view that `user` names, rows `byteStride` apart."""
+    view = user.whole("bufferView", below=len(document.views))
+    entry = document.views[view]
+    contents = _buffer(document, entry.whole("buffer", below=len(document.buffers)))
     row = np.dtype(component).itemsize * width
-    stride = int(entry.get("byteStride", 0)) or row
-    start = int(entry.get("byteOffset", 0)) + int(offset)
+    stride = entry.whole("byteStride", 0) or row
+    start = entry.whole("byteOffset", 0) + user.whole("byteOffset", 0)
     end = start + (stride * (count - 1) + row if count else 0)
-    limit = min(int(entry.get("byteOffset", 0)) + int(entry["byteLength"]), len(contents))
-    if count < 0 or start < 0 or stride < row or end > limit:
+    limit = min(entry.whole("byteOffset", 0) + entry.whole("byteLength"), len(contents))
+    if stride < row or max(start, end) > limit:
         raise SceneError(
             f"{document.path.name}: buffer view {view} ends at byte {grouped(limit)}, {grouped(count)} values need "
             f"{grouped(end)}: it is cut off or damaged; export it again."
@@ -355,13 +386,17 @@ def _view(document: _Document, view: int, offset: int, component: str, count: in
     return values.astype(np.float64)
 
 
-def _with_sparse(document: _Document, sparse: dict[str, Any], values: FloatArray, component: str) -> FloatArray:
+def _with_sparse(document: _Document, sparse: JsonObject, values: FloatArray, component: str) -> FloatArray:
     """Values of a sparse accessor: some rows are replaced."""
-    count = int(sparse["count"])
-    where, what = sparse["indices"], sparse["values"]
-    index_type = _COMPONENT[where["componentType"]]
-    rows = _view(document, where["bufferView"], where.get("byteOffset", 0), index_type, count, 1)
-    new = _view(document, what["bufferView"], what.get("byteOffset", 0), component, count, values.shape[1])
+    count = sparse.whole("count")
+    where = sparse.object("indices")
+    rows = _view(document, where, _component(document, where), count, 1).ravel()
+    new = _view(document, sparse.object("values"), component, count, values.shape[1])
+    if not ((rows >= 0) & (rows < values.shape[0])).all():
+        raise SceneError(
+            f"{document.path.name}: {where.place} names a value that does not exist, the last is "
+            f"{values.shape[0] - 1}; it is damaged, export it again."
+        )
     values = values.copy()
-    values[rows.astype(np.int64).ravel()] = new
+    values[rows.astype(np.int64)] = new
     return values

@@ -231,13 +231,15 @@ def placed(vertices: FloatArray, matrix: FloatArray) -> FloatArray:
     place of the array, and then two copies of a vertex would no longer be equal bit by bit.
     """
     x, y, z = vertices.T
-    rows = [m[0] * x + m[1] * y + m[2] * z + m[3] for m in matrix[:3]]
+    with np.errstate(over="ignore", invalid="ignore"):  # what ends up nowhere is dropped with the repair
+        rows = [m[0] * x + m[1] * y + m[2] * z + m[3] for m in matrix[:3]]
     return np.stack(rows, axis=1)
 
 
 def chained(a: FloatArray, b: FloatArray) -> FloatArray:
     """(4, 4) placement of b's frame inside a's, in a fixed order of operations: the same on every machine."""
-    product: FloatArray = (a[:, :, None] * b[None, :, :]).sum(axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        product: FloatArray = (a[:, :, None] * b[None, :, :]).sum(axis=1)
     return product
 
 

@@ -301,7 +301,7 @@ TRIANGLE = "0 0 0\n1 0 0\n0 1 0\n"
         (ply_text(corners="float", rows=TRIANGLE + "3 0 1 nan\n"), "1 vertex numbers of its faces are no whole"),
         (ply_text(corners="float", rows=TRIANGLE + "3 0 inf 1.5\n"), "2 vertex numbers of its faces are no whole"),
         (ply_text(corners="double", rows=TRIANGLE + "3 0 1 1e300\n"), "no whole numbers, such as 1e+300"),
-        (ply_text(axis="list uchar float x", rows="2 0 0 0 0\n1 1 0 0\n1 0 1 0\n3 0 1 2\n"), "of its vertices is a list"),
+        (ply_text(axis="list uchar float x", rows="2 0 0 0 0\n1 1 0 0\n1 0 1 0\n3 0 1 2\n"), "vertices is a list"),
         (ply_text(axis="list uchar float x", rows="0 0 0\n0 0 0\n0 1 0\n3 0 1 2\n"), "x of its vertices is a"),
         (ply_text(counts="float"), "property list float int vertex_indices' can't be read"),
         (ply_text().replace("vertex 3", f"vertex {10**30}"), f"element vertex {10**30}' can't be read"),
@@ -327,8 +327,19 @@ def test_ply_with_whole_float_vertex_numbers_is_read(tmp_path):
     [
         ({"asset": {"version": "1.0"}}, "it says glTF 1.0"),
         ({"asset": {}}, "it says nothing of its version"),
-        ({"nodes": 5}, "do not follow glTF 2.0"),
-        ({"meshes": [{}]}, "do not follow glTF 2.0"),
+        ({"asset": []}, "do not follow glTF 2.0 (asset is a list, expected an object)"),
+        ({"nodes": 5}, "do not follow glTF 2.0 (nodes is 5, expected a list)"),
+        ({"nodes": [5]}, "do not follow glTF 2.0 (nodes/0 is 5, expected an object)"),
+        ({"nodes": [{"mesh": 1}]}, "(nodes/0/mesh is 1, expected a whole number from 0 to 0)"),
+        ({"nodes": [{"mesh": True}]}, "(nodes/0/mesh is True, expected a whole number from 0 to 0)"),
+        ({"nodes": [{"mesh": 0, "matrix": [1, 2]}]}, "(nodes/0/matrix is a list, expected 16 numbers)"),
+        ({"nodes": [{"mesh": 0, "scale": [1, 1, 10**400]}]}, "(nodes/0/scale is a list, expected 3 numbers)"),
+        ({"nodes": [{"mesh": 0, "name": 7}]}, "(nodes/0/name is 7, expected a text)"),
+        ({"meshes": [{}]}, "do not follow glTF 2.0 (meshes/0/primitives is missing)"),
+        ({"scene": 3}, "(scene is 3, expected a whole number from 0 to 0)"),
+        ({"accessors": [{"componentType": 1, "count": 3, "type": "VEC3"}] * 2}, "accessors/0/componentType is 1"),
+        ({"buffers": [{"byteLength": 48, "uri": "a\0b\nc.bin"}]}, "which can't be read (embedded null byte)"),
+        ({"buffers": [{"byteLength": 48, "uri": "\ud800.bin"}]}, "refers to \ufffd.bin, which can't be read"),
         ({"nodes": [{"mesh": 0, "children": [0]}]}, "hangs in two places"),
         ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "without compression"),
         ({"buffers": [{"byteLength": 48, "uri": "beside.bin"}]}, "refers to beside.bin, which can't be read"),
@@ -341,6 +352,25 @@ def test_ply_with_whole_float_vertex_numbers_is_read(tmp_path):
 def test_gltf_fault_is_named(tmp_path, change, expected):
     tree = json.loads(gltf_text([0, 1, 2])) | change
     assert expected in message_of(written(tmp_path, "a.gltf", json.dumps(tree)))
+
+
+def test_gltf_name_with_half_a_surrogate_pair_can_be_written(tmp_path):
+    tree = json.loads(gltf_text([0, 1, 2, 0, 1, 2])) | {"nodes": [{"mesh": 0, "name": "Wall \ud83c \ud83c\udfe0"}]}
+    scene = load_scene(written(tmp_path, "a.gltf", json.dumps(tree)))
+    assert [e.name for e in scene.elements] == ["Wall \ufffd \U0001f3e0"]
+    assert scene.report.dropped == ("Wall \ufffd \U0001f3e0, face 1: is the same as face 0",)
+
+
+def test_gltf_sparse_accessor_that_replaces_a_missing_value_is_refused(tmp_path):
+    tree = json.loads(gltf_text([0, 1, 9]))
+    tree["accessors"][0]["sparse"] = {
+        "count": 3,
+        "indices": {"bufferView": 1, "componentType": 5123},
+        "values": {"bufferView": 0},
+    }
+    assert "names a value that does not exist, the last is 2" in message_of(
+        written(tmp_path, "a.gltf", json.dumps(tree))
+    )
 
 
 # ----------------------------------------------------------------------------------------- native libraries

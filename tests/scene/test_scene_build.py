@@ -111,6 +111,21 @@ def test_names_of_elements_are_told_as_they_are(name):
     assert other.report.dropped == (f"Slab, face 2: is the same as face 0 of {name}",)
 
 
+def test_names_that_no_encoding_can_write_are_mended():
+    elements = [Element("Wall \ud800", "Mesh", "\udfff")]
+    storeys = [Storey("Floor \udc00", "\ud800", 0.0)]
+    scene = scene_from_arrays(SQUARE, SQUARE_FACES, elements=elements, storeys=storeys)
+    assert scene.elements == (Element("Wall \ufffd", "Mesh", "\ufffd"),)
+    assert scene.storeys == (Storey("Floor \ufffd", "\ufffd", 0.0),)
+
+
+def test_report_says_names_with_line_breaks_on_one_line():
+    faces = np.vstack([SQUARE_FACES, SQUARE_FACES[:1]])
+    scene = scene_from_arrays(SQUARE, faces, elements=[Element("Wall\r\nB", "Mesh", "0")])
+    assert scene.report.dropped == ("Wall B, face 2: is the same as face 0",)
+    assert scene.elements[0].name == "Wall\r\nB"
+
+
 def test_long_lists_of_dropped_faces_are_cut_and_say_how_many_are_missing():
     faces = np.vstack([SQUARE_FACES, np.tile(SQUARE_FACES[:1], (1230, 1))])
     report = scene_from_arrays(SQUARE, faces).report
