@@ -90,7 +90,10 @@ LINK_RADIUS_M = 0.016
 
 @dataclass(frozen=True)
 class Eye:
-    """Perspective camera. position_m, right, up, forward : (3,) local; size_px : width, height of the picture."""
+    """Perspective camera. position_m, right, up, forward : (3,) local, the last three unit vectors.
+
+    half_width_tan, half_height_tan : tangents of half the angles of view; their ratio is the picture's.
+    """
 
     position_m: FloatArray
     right: FloatArray
