@@ -6,12 +6,14 @@ range images and the best range of every face come from these scans.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from planner_core.errors import OutputExistsError, PlanFolderError
 from planner_core.export.atomic import recover, staged_folder
+from planner_core.export.carry_over import carry_over, plan_station_names
 from planner_core.export.face_results import face_results, lower_best_range, unseen_range
-from planner_core.export.plan_json import plan_text, read_plan_json
+from planner_core.export.plan_json import plan_text
 from planner_core.export.report import report_files, write_report
 from planner_core.export.scans import write_scan
 from planner_core.export.station_marks import station_prim_names
@@ -35,26 +37,49 @@ def check_output(folder: Path, *, overwrite: bool) -> None:
     ------
     OutputExistsError
         With the remedy.
+    PlanFolderError
+        Nothing can be written there: no folder to write into, or no permission.
     """
+    _check_parent(folder)
     recover(folder)
-    if not folder.exists() and not folder.is_symlink():
+    if folder.is_symlink():
+        raise OutputExistsError(f"{folder}: is a link, expected a folder of its own; name what it leads to")
+    if not folder.exists():
         return
     if not folder.is_dir():
         raise OutputExistsError(f"{folder}: is a file, expected a folder to write; give another name")
+    if folder.is_mount():
+        raise OutputExistsError(
+            f"{folder}: is where a disk is mounted, expected a folder that can be renamed; name one inside it"
+        )
     if not any(folder.iterdir()):
         return
     if not overwrite:
         raise OutputExistsError(f"{folder}: exists, expected a free name; give another or pass --overwrite")
-    if folder.is_symlink():
-        raise OutputExistsError(f"{folder}: is a link, expected a folder of its own to replace; name what it leads to")
     try:
-        read_plan_json(folder)
+        plan_station_names(folder)
     except PlanFolderError as error:
         raise OutputExistsError(
             f"{folder}: holds files but no plan of this version, expected a plan folder to replace; "
             "give another name or delete it yourself"
         ) from error
     _check_review(folder)
+
+
+def _check_parent(folder: Path) -> None:
+    """Check the nearest folder above that is there: those missing between are made when the plan is written."""
+    parent = folder.absolute().parent
+    while not os.path.lexists(parent):
+        parent = parent.parent
+    if not parent.is_dir():
+        raise PlanFolderError(
+            f"{folder}: can't be written, {parent} is no folder, expected one to write into; give another path"
+        )
+    if not os.access(parent, os.R_OK | os.W_OK | os.X_OK):
+        raise PlanFolderError(
+            f"{folder}: can't be written, {parent} gives no permission to, expected a writable folder; "
+            "give another path or change the permissions"
+        )
 
 
 def write_plan_folder(
@@ -65,7 +90,7 @@ def write_plan_folder(
     overwrite: bool = False,
     progress: Progress = silent,
 ) -> None:
-    """Write the plan folder.
+    """Write the plan folder. What people put into the folder that it replaces is carried over.
 
     Parameters
     ----------
@@ -77,14 +102,21 @@ def write_plan_folder(
     Raises
     ------
     OutputExistsError
-        See `check_output`.
+        See `check_output`, which is asked again right before the old plan is replaced, and `carry_over`.
     PlanFolderError
         A file can't be written: disk full, no permission.
     """
     check_output(folder, overwrite=overwrite)
     scanner = engine or open_engine(plan.survey.scene, plan.survey.patches)
+
+    def bring_along(staging: Path) -> None:
+        if overwrite and folder.is_dir() and any(folder.iterdir()):
+            check_output(folder, overwrite=True)  # it may be another folder by now
+            carry_over(folder, staging)
+            _check_review(folder)
+
     try:
-        with staged_folder(folder, replace=overwrite) as staging:
+        with staged_folder(folder, replace=overwrite, before_install=bring_along) as staging:
             _Writer(plan, scanner, staging, progress).write()
     except OutputExistsError:
         raise

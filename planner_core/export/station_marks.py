@@ -12,11 +12,16 @@ from planner_core.model import FloatArray, Station
 
 def station_prim_names(stations: Sequence[Station]) -> tuple[str, ...]:
     """Prim and file names, unique also where letters' case does not count; `S001` stays `S001`."""
+    return prim_names_of_ids([station.id for station in stations])
+
+
+def prim_names_of_ids(ids: Sequence[str]) -> tuple[str, ...]:
+    """`station_prim_names` of stations with these ids."""
     names: list[str] = []
     used: set[str] = set()
-    for index, station in enumerate(stations):
-        name = prim_name(station.id) or "Station"
-        if name != station.id or name.lower() in used:
+    for index, station_id in enumerate(ids):
+        name = prim_name(station_id) or "Station"
+        if name != station_id or name.lower() in used:
             name = f"{name}_{index}"
         while name.lower() in used:
             name = f"{name}_"
