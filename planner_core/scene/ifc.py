@@ -9,9 +9,11 @@ float64: far site placements lose nothing, and equal local vertices stay equal b
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -63,7 +65,7 @@ class _Shapes:
     triangles: Int64Array
     owner: Int64Array
     face: Int64Array
-    products: list[Any]
+    products: list[_ToldProduct]
 
 
 def read_ifc(path: Path, *, progress: Progress) -> RawScene:
@@ -79,36 +81,26 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
     _check_is_complete(path)
     _check_references(path)
     model = _open(path)
-    try:
-        return _raw_scene(path, model, progress)
-    except SceneError:
-        raise
-    except (RuntimeError, AttributeError, TypeError, ValueError, IndexError) as error:  # IfcOpenShell's ways to fail
-        reason = " ".join(str(error).split())
-        raise SceneError(
-            f"{path.name}: its contents do not follow {model.schema_identifier} ({reason}); "
-            "check it with an IFC validator and export it again."
-        ) from error
-
-
-def _raw_scene(path: Path, model: Any, progress: Progress) -> RawScene:
-    unit_m, unit_name, unit_warnings = _length_unit(path, model)
-    shapes, shape_warnings = _triangulate_products(path, model, progress)
-    storeys, storey_of_id, storey_warnings = _storeys(path, model, unit_m)
-    elements = tuple(_element(product, storey_of_id) for product in shapes.products)
+    with _contents_asked(path, model):
+        unit_m, unit_name = _length_unit(model)
+        told_storeys = _told_storeys(model)
+        told_products = _told_products(model, {told.id: i for i, told in enumerate(told_storeys)})
+        n_elements = len(_of_class(model, "IfcElement"))
+    shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, progress)
+    storeys, storey_warnings = _storeys(path, told_storeys, unit_m)
     return RawScene(
         vertices=shapes.vertices,
         triangles=shapes.triangles,
         element_of_triangle=shapes.owner,
         face_of_triangle=shapes.face,
-        elements=elements,
+        elements=tuple(product.element for product in shapes.products),
         storeys=storeys,
-        unit_name=unit_name,
+        unit_name=unit_name or "metre",
         metres_per_unit=unit_m,
         vertex_unit_m=1.0,
         up_axis="Z",
         schema=str(model.schema_identifier),
-        report=LoadReport(n_faces_read=0, warnings=(*unit_warnings, *shape_warnings, *storey_warnings)),
+        report=LoadReport(n_faces_read=0, warnings=(*_no_unit(path, unit_name), *shape_warnings, *storey_warnings)),
     )
 
 
@@ -163,22 +155,96 @@ def _open(path: Path) -> Any:
         ) from error
 
 
-def _length_unit(path: Path, model: Any) -> tuple[float, str, tuple[str, ...]]:
-    """Metres per unit, its name, and what there is to say."""
+@contextmanager
+def _contents_asked(path: Path, model: Any) -> Iterator[None]:
+    """Around code that does nothing but ask IfcOpenShell: its ways to fail become faults of the file.
+
+    Entities of wrong types in a file have the wrong attributes, and IfcOpenShell then raises whatever happens. What we
+    do with the answers stays outside, so that our own bugs are not taken for faults of the file.
+    """
+    try:
+        yield
+    except (RuntimeError, AttributeError, TypeError, ValueError, IndexError, KeyError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise SceneError(
+            f"{path.name}: its contents do not follow {model.schema_identifier} ({reason}); "
+            "check it with an IFC validator and export it again."
+        ) from error
+
+
+# --------------------------------------------------------------------------------------- what the file says
+@dataclass(frozen=True)
+class _ToldStorey:
+    """A storey as the file has it; heights in the file's unit."""
+
+    id: int
+    name: str
+    source_id: str
+    placed: float
+    elevation: float
+    """NaN where the file says none."""
+    building: float
+    """Height at which its building is placed."""
+
+
+@dataclass(frozen=True)
+class _ToldProduct:
+    """A product with a representation and a surface."""
+
+    id: int
+    entity: Any
+    element: Element
+    title: str
+    has_body: bool
+    """It has a representation that is meant to be solid or surface (not an axis or a footprint)."""
+
+
+def _length_unit(model: Any) -> tuple[float, str]:
+    """Metres per unit, and its name; 1 and empty where the file names none."""
     from ifcopenshell.util import unit as units
 
-    if units.get_project_unit(model, "LENGTHUNIT") is None:
-        return 1.0, "metre", (f"{path.name} names no length unit: metres are assumed; pass --units if that is wrong.",)
     unit = units.get_project_unit(model, "LENGTHUNIT")
-    return float(units.calculate_unit_scale(model)), units.get_full_unit_name(unit).lower(), ()
+    if unit is None:
+        return 1.0, ""
+    return float(units.calculate_unit_scale(model)), str(units.get_full_unit_name(unit)).lower()
 
 
-# --------------------------------------------------------------------------------------------- geometry
-def _physical_products(model: Any) -> list[Any]:
-    """Products with a representation and a surface, by file id."""
+def _no_unit(path: Path, unit_name: str) -> tuple[str, ...]:
+    """A line for the user where the file names no unit."""
+    if unit_name:
+        return ()
+    return (f"{path.name} names no length unit: metres are assumed; pass --units if that is wrong.",)
+
+
+def _told_storeys(model: Any) -> list[_ToldStorey]:
+    """Storeys by file id."""
+    return [
+        _ToldStorey(
+            id=int(entity.id()),
+            name=str(entity.Name or entity.LongName or f"storey {i}"),
+            source_id=str(entity.GlobalId),
+            placed=_placement_z(entity),
+            elevation=math.nan if entity.Elevation is None else float(entity.Elevation),
+            building=_placement_z(_parent_building(entity)),
+        )
+        for i, entity in enumerate(sorted(_of_class(model, "IfcBuildingStorey"), key=lambda s: int(s.id())))
+    ]
+
+
+def _told_products(model: Any, storey_of_id: dict[int, int]) -> list[_ToldProduct]:
+    """Physical products by file id."""
     ignored = {entity.id() for name in _NOT_PHYSICAL for entity in _of_class(model, name)}
     products = (p for p in _of_class(model, "IfcProduct") if p.id() not in ignored and p.Representation is not None)
-    return sorted((p for p in products if not _is_void_proxy(p)), key=lambda p: int(p.id()))
+    return [
+        _ToldProduct(
+            id=int(product.id()),
+            entity=product,
+            element=_element(product, storey_of_id),
+            title=f"{product.is_a()} {product.Name or product.GlobalId}",
+            has_body=_has_body(product),
+        )
+        for product in sorted((p for p in products if not _is_void_proxy(p)), key=lambda p: int(p.id()))
+    ]
 
 
 def _of_class(model: Any, name: str) -> list[Any]:
@@ -193,40 +259,46 @@ def _is_void_proxy(product: Any) -> bool:
     return str(getattr(product, "PredefinedType", None)) == "PROVISIONFORVOID"
 
 
-def _triangulate_products(path: Path, model: Any, progress: Progress) -> tuple[_Shapes, tuple[str, ...]]:
-    products = _physical_products(model)
-    by_id: dict[int, list[tuple[FloatArray, Int64Array]]] = {p.id(): [] for p in products}
+# --------------------------------------------------------------------------------------------- geometry
+def _triangulate_products(
+    path: Path, model: Any, products: list[_ToldProduct], n_elements: int, progress: Progress
+) -> tuple[_Shapes, tuple[str, ...]]:
+    by_id: dict[int, list[tuple[FloatArray, Int64Array]]] = {p.id: [] for p in products}
     if products:
-        for n_done, (product_id, vertices, triangles) in enumerate(_shapes(model, products), 1):
+        for n_done, (product_id, vertices, triangles) in enumerate(_shapes(path, model, products), 1):
             by_id[product_id].append((vertices, triangles))
             progress(ProgressEvent("load", min(n_done, len(products)), len(products), "shapes"))
-    shaped = [p for p in products if any(len(t) for _, t in by_id[p.id()])]
+    shaped = [p for p in products if any(len(t) for _, t in by_id[p.id])]
     if not shaped:
         raise SceneError(
-            f"{path.name}: none of its {grouped(len(_of_class(model, 'IfcElement')))} elements has a surface, "
+            f"{path.name}: none of its {grouped(n_elements)} elements has a surface, "
             "expected at least one; export the model with its 3D geometry."
         )
-    without = [p for p in products if not any(len(t) for _, t in by_id[p.id()]) and _has_body(p)]
+    without = [p for p in products if not any(len(t) for _, t in by_id[p.id]) and p.has_body]
     return _joined(shaped, by_id), _without_shape(path, without)
 
 
-def _shapes(model: Any, products: list[Any]) -> Iterator[tuple[int, FloatArray, Int64Array]]:
+def _shapes(path: Path, model: Any, products: list[_ToldProduct]) -> Iterator[tuple[int, FloatArray, Int64Array]]:
     """Product id, vertices in metres, triangles; in the order in which threads finish."""
     from ifcopenshell import geom
 
     settings = geom.settings()
     settings.set("no-normals", True)
     settings.set("apply-default-materials", False)
-    iterator = geom.iterator(settings, model, os.cpu_count() or 1, include=products)
-    more = iterator.initialize()
+    entities = [product.entity for product in products]
+    with _contents_asked(path, model):
+        iterator = geom.iterator(settings, model, os.cpu_count() or 1, include=entities)
+        more = iterator.initialize()
     while more:
-        shape = iterator.get()
+        with _contents_asked(path, model):
+            shape = iterator.get()
         vertices = np.frombuffer(shape.geometry.verts_buffer, dtype=np.float64).reshape(-1, 3)
         triangles = np.frombuffer(shape.geometry.faces_buffer, dtype=np.int32).reshape(-1, 3).astype(np.int64)
         matrix = np.frombuffer(shape.transformation_buffer, dtype=np.float64).reshape(4, 4).T  # columns first
         items = np.frombuffer(shape.geometry.item_ids_buffer, dtype=np.int32)
         yield int(shape.id), placed(vertices, matrix), _outside_out(vertices, triangles, items)
-        more = iterator.next()
+        with _contents_asked(path, model):
+            more = iterator.next()
 
 
 def _outside_out(vertices: FloatArray, triangles: Int64Array, items: NDArray[np.int32]) -> Int64Array:
@@ -248,28 +320,27 @@ def _outside_out(vertices: FloatArray, triangles: Int64Array, items: NDArray[np.
     return np.where(is_inside_out[item][:, None], turned_over(triangles), triangles)
 
 
-def _joined(products: list[Any], by_id: dict[int, list[tuple[FloatArray, Int64Array]]]) -> _Shapes:
+def _joined(products: list[_ToldProduct], by_id: dict[int, list[tuple[FloatArray, Int64Array]]]) -> _Shapes:
     """One mesh; a product with several shapes has them in the order of their bytes, not of the threads."""
     parts = Parts()
     for number, product in enumerate(products):
         n_faces = 0
-        for points, corners in sorted(by_id[product.id()], key=lambda s: (s[0].tobytes(), s[1].tobytes())):
+        for points, corners in sorted(by_id[product.id], key=lambda s: (s[0].tobytes(), s[1].tobytes())):
             parts.add(number, points, corners, np.arange(n_faces, n_faces + len(corners), dtype=np.int64))
             n_faces += len(corners)
     return _Shapes(*parts.joined(), products)
 
 
 def _has_body(product: Any) -> bool:
-    """The product has a representation that is meant to be solid or surface (not an axis or a footprint)."""
     shapes = product.Representation.Representations
     return any((shape.RepresentationIdentifier or "Body") in ("Body", "Facetation", "Tessellation") for shape in shapes)
 
 
-def _without_shape(path: Path, products: list[Any]) -> tuple[str, ...]:
+def _without_shape(path: Path, products: list[_ToldProduct]) -> tuple[str, ...]:
     """A line for the user about products whose geometry could not be made."""
     if not products:
         return ()
-    names = ", ".join(f"{p.is_a()} {p.Name or p.GlobalId}" for p in products[:3])
+    names = ", ".join(p.title for p in products[:3])
     more = f" and {grouped(len(products) - 3)} more" if len(products) > 3 else ""
     noun = "product has" if len(products) == 1 else "products have"
     return (f"{path.name}: {grouped(len(products))} {noun} a body that gives no surface: {names}{more}.",)
@@ -281,18 +352,16 @@ def _element(product: Any, storey_of_id: dict[int, int]) -> Element:
 
 
 # ---------------------------------------------------------------------------------------------- storeys
-def _storeys(path: Path, model: Any, unit_m: float) -> tuple[tuple[Storey, ...], dict[int, int], tuple[str, ...]]:
-    """Storeys in the order of their file ids, the index of each by file id, and warnings."""
-    entities = sorted(_of_class(model, "IfcBuildingStorey"), key=lambda s: int(s.id()))
-    placed_m = np.array([_placement_z(s) * unit_m for s in entities], dtype=np.float64)
-    told_m = np.array([np.nan if s.Elevation is None else s.Elevation * unit_m for s in entities], dtype=np.float64)
-    base_m = np.array([_placement_z(_parent_building(s)) * unit_m for s in entities], dtype=np.float64)
-    elevation_m, warnings = _choose_elevations(path, [str(s.Name) for s in entities], placed_m, told_m, base_m)
+def _storeys(path: Path, told: list[_ToldStorey], unit_m: float) -> tuple[tuple[Storey, ...], tuple[str, ...]]:
+    """Storeys in the order of `told`, elevations in metres, and warnings."""
+    placed_m = np.array([s.placed for s in told], dtype=np.float64) * unit_m
+    told_m = np.array([s.elevation for s in told], dtype=np.float64) * unit_m
+    base_m = np.array([s.building for s in told], dtype=np.float64) * unit_m
+    elevation_m, warnings = _choose_elevations(path, [s.name for s in told], placed_m, told_m, base_m)
     storeys = tuple(
-        Storey(str(s.Name or s.LongName or f"storey {i}"), str(s.GlobalId), float(elevation_m[i]))
-        for i, s in enumerate(entities)
+        Storey(s.name, s.source_id, height_m) for s, height_m in zip(told, elevation_m.tolist(), strict=True)
     )
-    return storeys, {s.id(): i for i, s in enumerate(entities)}, warnings
+    return storeys, warnings
 
 
 def _choose_elevations(

@@ -72,6 +72,7 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
     progress(ProgressEvent("load", 0, 0, f"reading {path.name}"))
     digest = _sha256(path)
     raw = _read(path, file_format, options, progress)
+    _check_told_unit(path, raw, options)
     metres_per_unit = raw.metres_per_unit if options.metres_per_unit is None else options.metres_per_unit
     up_axis = options.up_axis or raw.up_axis or "Z"
     source = SceneSource(
@@ -84,8 +85,9 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
         schema=raw.schema,
     )
     progress(ProgressEvent("load", 0, 0, "repairing"))
-    unit_correction = metres_per_unit / raw.metres_per_unit
-    vertex_unit_m = metres_per_unit if raw.vertex_unit_m is None else raw.vertex_unit_m * unit_correction
+    vertex_unit_m = metres_per_unit
+    if raw.vertex_unit_m is not None:
+        vertex_unit_m = raw.vertex_unit_m * (metres_per_unit / raw.metres_per_unit)
     scene = scene_from_arrays(
         raw.vertices,
         raw.triangles,
@@ -136,6 +138,16 @@ def _check_options(options: LoadOptions) -> None:
         raise SceneError(f"metres per unit is {unit}, expected a number above 0; 0.001 is a millimetre.")
     if options.up_axis not in (None, "Y", "Z"):
         raise SceneError(f"the upward axis is {options.up_axis!r}, expected Y or Z; pass one of them.")
+
+
+def _check_told_unit(path: Path, raw: RawScene, options: LoadOptions) -> None:
+    """Refuse a file whose unit is no length, unless the user names another and the reader did not use the file's."""
+    is_length = math.isfinite(raw.metres_per_unit) and raw.metres_per_unit > 0
+    if not is_length and (options.metres_per_unit is None or raw.vertex_unit_m is not None):
+        raise SceneError(
+            f"{path.name}: its unit is {raw.metres_per_unit:g} m long, expected more than 0; pass its unit, such as "
+            "--units m, or export it again."
+        )
 
 
 def _sha256(path: Path) -> str:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import MissingPackageError, SceneError
-from planner_core.model import Element, FloatArray, LoadReport
+from planner_core.model import Element, FloatArray, Int64Array, LoadReport
 from planner_core.scene.build import MAX_DROPPED_LINES, grouped
 from planner_core.scene.raw import (
     Faces,
@@ -71,7 +71,7 @@ def read_usd(path: Path, *, skip_bad_faces: bool) -> RawScene:
         usd-core is not installed.
     """
     try:
-        from pxr import Usd, UsdGeom, UsdUtils
+        from pxr import Tf, Usd, UsdGeom, UsdUtils
     except ImportError as error:
         raise MissingPackageError(
             f"{path.name}: reading USD needs the package usd-core, which is missing; run pip install usd-core."
@@ -85,9 +85,7 @@ def read_usd(path: Path, *, skip_bad_faces: bool) -> RawScene:
             _add_mesh(gathered, prim, matrix, label)
         told = [d.commentary for d in messages.TakeUncoalescedDiagnostics()]
         return _raw_scene(path, stage, gathered, told)
-    except SceneError:
-        raise
-    except (RuntimeError, TypeError, ValueError) as error:  # Tf errors are RuntimeErrors
+    except (Tf.ErrorException, UnicodeDecodeError) as error:  # what only the library raises, the latter for its texts
         with path.open("rb") as file:
             looks = what_it_looks_like(file.read(64))
         raise SceneError(
@@ -210,16 +208,16 @@ def _read_mesh(gathered: _Gathered, prim: Any, label: str) -> _Mesh:
 
     time = Usd.TimeCode.EarliestTime()
     mesh = UsdGeom.Mesh(prim)
-    vertices = _array(mesh.GetPointsAttr().Get(time), np.float64).reshape(-1, 3)
-    n_corners = _array(mesh.GetFaceVertexCountsAttr().Get(time), np.int64)
-    corners = _array(mesh.GetFaceVertexIndicesAttr().Get(time), np.int64)
     title = f"{gathered.name}, prim {label}"
+    vertices = _points(title, mesh.GetPointsAttr().Get(time))
+    n_corners = _whole_numbers(title, mesh.GetFaceVertexCountsAttr(), time)
+    corners = _whole_numbers(title, mesh.GetFaceVertexIndicesAttr(), time)
     if (n_corners < 0).any() or int(n_corners.sum()) != corners.size:
         raise SceneError(
             f"{title}: its faces need {grouped(int(n_corners.sum()))} corners and it lists {grouped(corners.size)}; "
             "repair the mesh and export it again."
         )
-    holes = _array(mesh.GetHoleIndicesAttr().Get(time), np.int64)
+    holes = _whole_numbers(title, mesh.GetHoleIndicesAttr(), time)
     if holes.size:
         solid = ~np.isin(np.arange(n_corners.size), holes)
         corners = corners[np.repeat(solid, n_corners)]
@@ -230,9 +228,27 @@ def _read_mesh(gathered: _Gathered, prim: Any, label: str) -> _Mesh:
     return _Mesh(vertices, faces)
 
 
-def _array(values: Any, dtype: Any) -> Any:
-    """An attribute's value as an array; empty where the attribute has none."""
-    return np.array([] if values is None else values, dtype=dtype)
+def _points(title: str, values: Any) -> FloatArray:
+    """(V, 3) float64; empty where the attribute has no value."""
+    points = np.zeros((0, 3)) if values is None else np.array(values)
+    if points.size == 0:
+        return np.zeros((0, 3))
+    if points.dtype.kind not in "fiu" or points.ndim != 2 or points.shape[1] != 3:
+        raise SceneError(f"{title}: its points are not three numbers each; repair the mesh and export it again.")
+    return points.astype(np.float64)
+
+
+def _whole_numbers(title: str, attribute: Any, time: Any) -> Int64Array:
+    """(N,) int64; empty where the attribute has no value."""
+    values = attribute.Get(time)
+    numbers = np.zeros(0, dtype=np.int64) if values is None else np.array(values)
+    if numbers.size == 0:
+        return np.zeros(0, dtype=np.int64)
+    if numbers.dtype.kind not in "iu" or numbers.ndim != 1:
+        raise SceneError(
+            f"{title}: its {attribute.GetName()} are not a list of whole numbers; repair the mesh and export it again."
+        )
+    return numbers.astype(np.int64)
 
 
 # ------------------------------------------------------------------------------------------------ result

@@ -269,6 +269,72 @@ def test_usd_unit_of_the_wrong_type_is_refused(tmp_path):
     assert "not a readable USD file" in message_of(written(tmp_path, "a.usda", contents))
 
 
+@pytest.mark.parametrize(
+    ("was", "becomes", "expected"),
+    [
+        ("point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]", "int[] points = [1, 2]", "points are not"),
+        ("point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]", 'string[] points = ["a"]', "points are not"),
+        ("int[] faceVertexCounts = [3, 3]", "float[] faceVertexCounts = [3, nan]", "faceVertexCounts are not a list"),
+        ("int[] faceVertexCounts = [3, 3]", "int faceVertexCounts = 3", "faceVertexCounts are not a list"),
+        ("metersPerUnit = 1", "metersPerUnit = 0", "its unit is 0 m long"),
+        ("metersPerUnit = 1", "metersPerUnit = nan", "its unit is nan m long"),
+    ],
+)  # fmt: skip
+def test_usd_value_of_the_wrong_kind_is_named(tmp_path, was, becomes, expected):
+    contents = USDA.format(2).replace(was, becomes)
+    assert contents != USDA.format(2)
+    assert expected in message_of(written(tmp_path, "a.usda", contents))
+
+
+def test_usd_unit_that_is_no_length_gives_way_to_the_users(tmp_path):
+    path = written(tmp_path, "a.usda", USDA.format(2).replace("metersPerUnit = 1", "metersPerUnit = 0"))
+    assert load_scene(path, options=LoadOptions(metres_per_unit=0.01)).n_triangles == 1
+
+
+# ----------------------------------------------------------------------------------------- bugs of our own
+OWN_CODE = [
+    ("four.ifc", "ifc._choose_elevations"),
+    ("four.ifc", "ifc._outside_out"),
+    ("four.ifc", "ifc.placed"),
+    ("house.usda", "usd.triangulate"),
+    ("house.usda", "usd.placed"),
+    ("house.usda", "usd._add_mesh"),
+    ("house.glb", "gltf.placed"),
+    ("house.glb", "gltf._local_matrix"),
+    ("house.glb", "gltf._triangles"),
+    ("little.ply", "ply.triangulate"),
+    ("house.obj", "obj.triangulate"),
+    ("text.stl", "stl._raw"),
+]
+
+
+@pytest.mark.parametrize("kind", [AttributeError, TypeError, ValueError, IndexError, KeyError, RuntimeError])
+@pytest.mark.parametrize(("name", "function"), OWN_CODE)
+def test_bug_of_our_own_is_not_told_as_a_fault_of_the_file(tmp_path, write_house, monkeypatch, name, function, kind):
+    path = write_house(tmp_path, name)
+
+    def fail(*args, **options):
+        raise kind("planted")
+
+    monkeypatch.setattr(f"planner_core.scene.{function}", fail)
+    with pytest.raises(kind, match="planted") as caught:
+        load_scene(path)
+    assert not isinstance(caught.value, PlannerError)
+
+
+@pytest.mark.parametrize("name", ["four.ifc", "house.obj"])
+def test_error_of_a_progress_callback_comes_through(tmp_path, write_house, name):
+    path = write_house(tmp_path, name)
+
+    def fail(event):
+        if event.done:
+            raise ValueError("the caller's own")
+
+    with pytest.raises(ValueError, match="the caller's own") as caught:
+        load_scene(path, progress=fail)
+    assert not isinstance(caught.value, PlannerError)
+
+
 def test_ifc_of_an_unknown_schema_says_so(tmp_path, write_house):
     text = write_house(tmp_path, "four.ifc").read_text().replace("IFC4'", "IFC9'")
     assert "IFC2X3, IFC4 or IFC4X3" in message_of(written(tmp_path, "nine.ifc", text))
