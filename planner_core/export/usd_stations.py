@@ -44,7 +44,7 @@ def author_stations(layer: Layer, plan: Plan, *, flat: bool) -> None:
             cloud = define(layer, f"/Plan/Stations/{name}/Cloud", "Points")
             cloud.payloadList.prependedItems = [Sdf.Payload(f"./clouds/{name}.usdc")]
     if not flat:
-        _author_links(layer, plan, dict(zip((s.id for s in plan.stations), names, strict=True)))
+        _author_links(layer, plan)
         _author_routes(layer, plan)
 
 
@@ -71,16 +71,19 @@ def _author_station(layer: Layer, plan: Plan, name: str, station: Station) -> No
     put_colours(marker, np.array([STATION]), "constant")
 
 
-def _author_links(layer: Layer, plan: Plan, name_of: dict[str, str]) -> None:
+def _author_links(layer: Layer, plan: Plan) -> None:
+    """One line a link, numbered: joined names of stations would meet, as those of A and B_C, and of A_B and C, do."""
     if not plan.links:
         return
     define(layer, "/Plan/Links", "Scope")
     position_of = {station.id: station.position_m for station in plan.stations}
-    for link in plan.links:
+    for index, link in enumerate(plan.links):
         ends_m = np.stack([position_of[link.a], position_of[link.b]])
-        path = f"/Plan/Links/{name_of[link.a]}_{name_of[link.b]}"
+        path = f"/Plan/Links/Link_{index}"
         _author_line(layer, path, ends_m, LINK_WIDTH_M, SEEN_OFTEN)
         prim = define(layer, path, "BasisCurves")
+        put(prim, "tlsplan:stationA", TYPES.String, link.a)
+        put(prim, "tlsplan:stationB", TYPES.String, link.b)
         put(prim, "tlsplan:overlap", TYPES.Double, link.overlap)
         if np.isfinite(link.strength):
             put(prim, "tlsplan:strength", TYPES.Double, link.strength)

@@ -1,5 +1,6 @@
 """The USD stage, opened again: valid, whole when moved, as the plan says, and flat where the browser needs it."""
 
+import dataclasses
 import shutil
 from collections import Counter
 from functools import cache
@@ -10,8 +11,10 @@ import pytest
 from pxr import Gf, Kind, Usd, UsdGeom, UsdShade, UsdValidation
 
 from planner_core.export.palette import face_colour_index
+from planner_core.export.sdf_authoring import new_layer
 from planner_core.export.usd_names import MAX_SIBLINGS, mesh_places, prim_name
-from planner_core.model import Element, Plan, Scene
+from planner_core.export.usd_stations import author_stations
+from planner_core.model import Element, Link, Plan, Scene
 from planner_core.scan.engine import ScanEngine
 
 VIEWS = ("plan.usda", "viewer/stage.usdc")
@@ -152,6 +155,30 @@ def test_stations_stand_at_their_sensors_with_their_figures(plan: Plan, plan_fol
         assert prim.GetAttribute("tlsplan:instrumentHeight").Get() == station.instrument_height_m
         assert (plan_folder / "viewer" / prim.GetAttribute("tlsplan:cloudUri").Get()).is_file()
         assert Kind.Registry.IsA(Usd.ModelAPI(prim).GetKind(), "component")
+
+
+def test_every_link_is_a_line_of_its_own_between_its_stations(plan: Plan, plan_folder: Path) -> None:
+    stage = opened(plan_folder, "plan.usda")
+    at = {station.id: station.position_m for station in plan.stations}
+    prims = list(stage.GetPrimAtPath("/Plan/Links").GetChildren())
+    assert [prim.GetAttribute("tlsplan:overlap").Get() for prim in prims] == [link.overlap for link in plan.links]
+    for prim, link in zip(prims, plan.links, strict=True):
+        assert [prim.GetAttribute(f"tlsplan:station{end}").Get() for end in "AB"] == [link.a, link.b]
+        np.testing.assert_allclose(prim.GetAttribute("points").Get(), [at[link.a], at[link.b]], atol=1e-6)
+
+
+def test_links_of_stations_whose_joined_names_are_equal_stay_apart(plan: Plan) -> None:
+    ids = ("A", "A_B", "B_C", "C")
+    stations = tuple(
+        dataclasses.replace(plan.stations[0], id=name, position_m=np.array([float(n), 1.0, 1.5]))
+        for n, name in enumerate(ids)
+    )
+    links = (Link("A", "B_C", 0.5, 0.1), Link("A_B", "C", 0.25, 0.1))
+    layer = new_layer()
+    author_stations(layer, dataclasses.replace(plan, stations=stations, links=links), flat=False)
+    prims = list(layer.GetPrimAtPath("/Plan/Links").nameChildren)
+    assert [prim.attributes["tlsplan:overlap"].default for prim in prims] == [0.5, 0.25]
+    assert [prim.attributes["points"].default[0][0] for prim in prims] == [0.0, 1.0]
 
 
 @pytest.mark.parametrize("name", VIEWS)
