@@ -9,6 +9,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,15 +20,22 @@ from planner_core.model import FloatArray, Plan
 COLUMNS = ("id", "floor", "order", "x_m", "y_m", "z_m", "ground_z_m", "instrument_height_m")
 """z_m is the sensor's origin; ground_z_m is z_m less the instrument height."""
 
-_ALIASES = {
-    "id": ("id", "name", "station", "stationid", "point", "nr", "no"),
-    "floor": ("floor", "level", "storey"),
-    "x": ("x", "east", "easting"),
-    "y": ("y", "north", "northing"),
-    "z": ("z", "height", "elevation"),
-    "ground_z": ("groundz", "ground"),
-    "instrument_height": ("instrumentheight", "ih", "hi"),
+_MEANINGS = {
+    "id": re.compile(
+        r"(station|stn|point|pt|pnt|setup|scan|target|punkt|pkt|standpunkt)?(id|name|label|number|num|no|nr)"
+        r"|station|stn|point|pt|pnt|setup|scan|punkt|pkt|standpunkt"
+    ),
+    "floor": re.compile("floor|level|storey"),
+    "x": re.compile("x|east|easting"),
+    "y": re.compile("y|north|northing"),
+    "z": re.compile("z|elev|elevation"),
+    "ground_z": re.compile("groundz|ground"),
+    "instrument_height": re.compile("instrumentheight|ih|hi"),
+    "height": re.compile("height"),
 }
+"""Meanings of columns, for names brought to the form of `_plain_name`. Of two columns of one meaning the first counts.
+
+`height` means z where nothing else does; beside ground_z it may be either height, and is refused."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +68,11 @@ def _metres(value: float) -> str:
 def read_station_list(path: Path) -> tuple[GivenStation, ...]:
     """Read stations from a CSV, a plan.json or a plan folder.
 
-    A CSV needs a header line with x, y and z, or x, y, ground_z and instrument_height; id, floor and
-    instrument_height are taken where present, other columns are ignored. Upper and lower case, units in the name
-    (`x_m`, `X [m]`), separators comma, semicolon and tab, a byte order mark: all the same.
+    A CSV needs a header line with x, y and z, or x, y, ground_z and instrument_height; floor and instrument_height
+    are taken where present. So is the id, under one of many names (`Point No`, `Pt`, `Name`, `Station` ...). Only a
+    list that has no other column than these goes without: it is numbered S001, S002, ... line by line. Otherwise
+    columns of other names are ignored. Upper and lower case, units in the name (`x_m`, `X [m]`), separators comma,
+    semicolon and tab, a byte order mark: all the same.
 
     Raises
     ------
@@ -82,30 +92,41 @@ def read_station_list(path: Path) -> tuple[GivenStation, ...]:
 
 def _from_plan(path: Path) -> tuple[GivenStation, ...]:
     try:
-        document = read_plan_json(path)
-        stations = tuple(
-            GivenStation(
-                id=str(row["id"]),
-                position_m=_checked_position(row["position"]),
-                instrument_height_m=None if row["instrument_height_m"] is None else float(row["instrument_height_m"]),
-                floor=str(row["floor"]) or None,
-            )
-            for row in document["stations"]
-        )
+        rows = read_plan_json(path).get("stations")
     except PlanFolderError as error:
         raise StationListError(str(error)) from error
-    except (KeyError, TypeError, ValueError) as error:
+    if not isinstance(rows, list):
+        raise StationListError(f"{path}: has no list 'stations', expected a plan; plan again or give a CSV")
+    return _checked(path, tuple(_from_plan_row(path, index, row) for index, row in enumerate(rows)))
+
+
+def _from_plan_row(path: Path, index: int, row: Any) -> GivenStation:
+    keys = ("id", "floor", "position", "instrument_height_m")
+    missing = [key for key in keys if not isinstance(row, dict) or key not in row]
+    if missing:
         raise StationListError(
-            f"{path}: its stations are not those of a plan ({error!r}), expected id, floor, position and "
-            "instrument_height_m in each; plan again or give a CSV"
+            f"{path}: stations[{index}] has no {', '.join(missing)}; expected {', '.join(keys)}; "
+            "plan again or give a CSV"
+        )
+    try:
+        height_m = row["instrument_height_m"]
+        return GivenStation(
+            id=str(row["id"]),
+            position_m=_checked_position(row["position"]),
+            instrument_height_m=None if height_m is None else float(height_m),
+            floor=str(row["floor"]) or None,
+        )
+    except (TypeError, ValueError) as error:
+        raise StationListError(
+            f"{path}: stations[{index}] is no station ({error}), expected three numbers as position and one or null "
+            "as instrument_height_m; plan again or give a CSV"
         ) from error
-    return _checked(path, stations)
 
 
 def _checked_position(values: Sequence[float]) -> FloatArray:
     position = np.asarray(values, dtype=np.float64)
     if position.shape != (3,) or not np.isfinite(position).all():
-        raise ValueError(f"position {values!r}")
+        raise ValueError(f"its position is {values!r}")
     return position
 
 
@@ -121,7 +142,7 @@ def _from_csv(path: Path, text: str) -> tuple[GivenStation, ...]:
             if not any(cell.strip() for cell in row):
                 continue
             if columns is None:
-                columns = _columns(path, row)
+                columns = _columns(path, rows.line_num, row)
             else:
                 stations.append(_station(_Row(path, rows.line_num, row, columns), len(stations), separator))
     except csv.Error as error:
@@ -140,26 +161,49 @@ def _checked(path: Path, stations: tuple[GivenStation, ...]) -> tuple[GivenStati
     return stations
 
 
-def _columns(path: Path, header: list[str]) -> dict[str, tuple[int, str]]:
+def _columns(path: Path, line: int, header: list[str]) -> dict[str, tuple[int, str]]:
     """Meaning -> (column, name as written)."""
     found: dict[str, tuple[int, str]] = {}
+    unknown = []
     for index, name in enumerate(header):
         key = _plain_name(name)
-        meaning = next((meaning for meaning, names in _ALIASES.items() if key in names), None)
-        if meaning is not None and meaning not in found:
-            found[meaning] = (index, name.strip())
+        meaning = next((meaning for meaning, names in _MEANINGS.items() if names.fullmatch(key)), None)
+        if meaning is None:
+            unknown.append(name.strip())
+        else:
+            found.setdefault(meaning, (index, name.strip()))
+    where = f"{path}, line {line}"
+    _settle_height(where, found)
     if not ({"x", "y"} <= set(found) and ("z" in found or {"ground_z", "instrument_height"} <= set(found))):
         raise StationListError(
-            f"{path}, line 1: columns are {', '.join(name.strip() for name in header)}; expected at least x_m, y_m, "
+            f"{where}: columns are {', '.join(name.strip() for name in header)}; expected at least x_m, y_m, "
             f"z_m (or ground_z_m and instrument_height_m); name them in the header, for example {','.join(COLUMNS)}"
         )
+    if "id" not in found and any(unknown):
+        raise StationListError(
+            f"{where}: none of the columns {', '.join(name for name in unknown if name)} is known to hold the "
+            "stations' ids, expected one named id; rename it, or leave these columns out to have the stations numbered"
+        )
     return found
+
+
+def _settle_height(where: str, found: dict[str, tuple[int, str]]) -> None:
+    """Take a column `height` as z where there is no other; refuse it where it may as well be the instrument's."""
+    height = found.pop("height", None)
+    if height is None or "z" in found or {"ground_z", "instrument_height"} <= set(found):
+        return
+    if "ground_z" in found:
+        raise StationListError(
+            f"{where}: column {height[1]} may be the sensor's z or its height above {found['ground_z'][1]}, expected "
+            "to know; rename it z_m or instrument_height_m"
+        )
+    found["z"] = height
 
 
 def _plain_name(name: str) -> str:
     """`X [m]`, `x_m` and `X(m)` are all `x`."""
     lowered = re.sub(r"[\[(].*?[\])]", "", name.strip().lower())
-    return re.sub(r"[^a-z]", "", re.sub(r"[\s_\-]m(et(er|re)s?)?$", "", lowered.strip()))
+    return re.sub(r"[^a-z]", "", re.sub(r"[\s_\-]m(et(er|re)s?)?$", "", lowered.strip()).replace("#", "no"))
 
 
 @dataclass(frozen=True)
@@ -174,6 +218,16 @@ class _Row:
             return None
         index = self.columns[meaning][0]
         return self.cells[index].strip() if index < len(self.cells) else ""
+
+    def id(self) -> str | None:
+        """The station's id; None where the list has no ids."""
+        text = self.text("id")
+        if text == "":
+            raise StationListError(
+                f"{self.path}, line {self.line}, column {self.columns['id'][1]}: is empty, expected the station's id; "
+                "give it one"
+            )
+        return text
 
     def number(self, meaning: str, *, decimal_comma: bool) -> float | None:
         text = self.text(meaning)
@@ -200,7 +254,7 @@ def _station(row: _Row, n_before: int, separator: str) -> GivenStation:
         height = row.number("instrument_height", decimal_comma=comma)
         z = (row.number("ground_z", decimal_comma=comma) or 0.0) + (height or 0.0)
     return GivenStation(
-        id=row.text("id") or f"S{n_before + 1:03d}",
+        id=row.id() or f"S{n_before + 1:03d}",
         position_m=np.array([x, y, z], dtype=np.float64),
         instrument_height_m=height,
         floor=row.text("floor") or None,

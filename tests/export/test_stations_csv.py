@@ -72,7 +72,7 @@ def test_station_list_is_read_in_the_ways_people_write_it(tmp_path: Path, text: 
     assert station.position_m.tolist() == [1.5, 2.0, 3.0]
 
 
-def test_station_without_id_or_height_gets_a_number_and_none(tmp_path: Path) -> None:
+def test_list_of_nothing_but_places_is_numbered_and_has_no_heights(tmp_path: Path) -> None:
     file = tmp_path / "mine.csv"
     file.write_text("x,y,z\n1,2,3\n4,5,6\n")
     assert [(s.id, s.instrument_height_m, s.floor) for s in read_station_list(file)] == [
@@ -82,8 +82,46 @@ def test_station_without_id_or_height_gets_a_number_and_none(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
+    "name",
+    [
+        "id", "ID", "Name", "Station", "Station ID", "station_name", "Stn", "Point", "Point No", "Point No.", "PointNr",
+        "Point Number", "Point ID", "Pt", "Pt#", "Pt. No", "No.", "Nr", "#", "Number", "Label", "Setup", "Scan Name",
+        "Punkt", "Punkt-Nr.", "PktNr",
+    ],
+)  # fmt: skip
+def test_id_is_found_under_the_names_people_give_it(tmp_path: Path, name: str) -> None:
+    file = tmp_path / "mine.csv"
+    file.write_text(f"code,x,y,z,{name}\nwhatever,1,2,3,P 17\nwhatever,4,5,6,P 3\n")
+    assert [station.id for station in read_station_list(file)] == ["P 17", "P 3"]
+
+
+@pytest.mark.parametrize(
+    ("text", "z_m", "height_m"),
+    [
+        ("id,x,y,height\nA,1,2,3\n", 3.0, None),
+        ("id,x,y,height,instrument_height\nA,1,2,3,1.5\n", 3.0, 1.5),
+        ("id,height,x,y,z\nA,1.5,1,2,3\n", 3.0, None),
+        ("id,height,x,y,ground_z,ih\nA,9,1,2,3,1.5\n", 4.5, 1.5),
+        ("id,x,y,Elev.\nA,1,2,3\n", 3.0, None),
+    ],
+    ids=["alone", "and the instrument's", "before z", "beside ground and instrument", "elev"],
+)
+def test_height_is_the_sensors_z_where_nothing_else_is(
+    tmp_path: Path, text: str, z_m: float, height_m: float | None
+) -> None:
+    file = tmp_path / "mine.csv"
+    file.write_text(text)
+    (station,) = read_station_list(file)
+    assert (station.position_m.tolist(), station.instrument_height_m) == ([1.0, 2.0, z_m], height_m)
+
+
+@pytest.mark.parametrize(
     ("text", "expected"),
     [
+        ("x,y,z,Beschreibung\n1,2,3,A\n", ("line 1", "Beschreibung", "ids", "numbered")),
+        ("\n\nx,y,z,tag,code\n1,2,3,A,B\n", ("line 3", "tag, code")),
+        ("id,x,y,z\nA,1,2,3\n ,1,2,3\n", ("line 3", "column id", "empty")),
+        ("id,x,y,ground_z,height\nA,1,2,3,1.5\n", ("line 1", "column height", "instrument_height_m")),
         ("id,x_m,y_m,z_m\nA,1,2,3\nB,1,two,3\n", ("line 3", "y_m", "'two'")),
         ("id,x_m,y_m,z_m\nA,1,2\n", ("line 2", "z_m", "''")),
         ("id,x_m,y_m,z_m\nA,1,nan,3\n", ("line 2", "y_m", "'nan'")),
@@ -112,8 +150,30 @@ def test_binary_file_and_missing_file_are_no_station_lists(tmp_path: Path) -> No
             read_station_list(file)
 
 
-def test_plan_json_with_a_broken_station_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("stations", "expected"),
+    [
+        ("", "has no list 'stations'"),
+        (', "stations": {"A": 1}', "has no list 'stations'"),
+        (', "stations": [{"id": "A", "position": [1, 2]}]', r"stations\[0\] has no floor, instrument_height_m;"),
+        (', "stations": [7]', r"stations\[0\] has no id, floor"),
+        (
+            ', "stations": [{"id": "A", "floor": "", "instrument_height_m": null, "position": [1, 2]}]',
+            r"stations\[0\] is no station \(its position is \[1, 2\]\)",
+        ),
+        (
+            ', "stations": [{"id": "A", "floor": "", "instrument_height_m": "high", "position": [1, 2, 3]}]',
+            r"stations\[0\] is no station",
+        ),
+        (
+            ', "stations": [{"id": "A", "floor": "", "instrument_height_m": 1, "position": [1, 2, "up"]}]',
+            r"stations\[0\] is no station",
+        ),
+    ],
+)
+def test_plan_json_without_proper_stations_is_refused_in_words(tmp_path: Path, stations: str, expected: str) -> None:
     file = tmp_path / "plan.json"
-    file.write_text('{"schema": "tlsplan/plan/1", "stations": [{"id": "A", "position": [1, 2]}]}')
-    with pytest.raises(StationListError, match="not those of a plan"):
+    file.write_text(f'{{"schema": "tlsplan/plan/1"{stations}}}')
+    with pytest.raises(StationListError, match=expected) as caught:
         read_station_list(file)
+    assert "Error(" not in str(caught.value)
