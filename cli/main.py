@@ -11,6 +11,7 @@ import sys
 
 import click
 
+from .environment import prepare
 from .exit_codes import exit_code_of, one_line
 
 COMMANDS = ("plan", "view", "floors", "evaluate", "simulate", "scanners", "scene", "demo", "doctor")
@@ -49,12 +50,17 @@ def cli(ctx: click.Context, debug: bool) -> None:
 def main() -> None:
     """Run the command line; every error ends in one line on standard error and a documented exit code."""
     debug = "--debug" in sys.argv[1:2]
+    prepare(debug=debug)
     try:
         code = cli.main(standalone_mode=False)
     except click.exceptions.Exit as stop:
         code = stop.exit_code
+    except click.UsageError as error:
+        path = error.ctx.command_path if error.ctx is not None else "tlsplan"
+        click.echo(f"tlsplan: {error.format_message()} See `{path} --help`.", err=True)
+        code = error.exit_code
     except click.ClickException as error:
-        error.show()
+        click.echo(f"tlsplan: {error.format_message()}", err=True)
         code = error.exit_code
     except (KeyboardInterrupt, click.exceptions.Abort):
         click.echo(

@@ -12,7 +12,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 METRES_PER_UNIT = {"m": 1.0, "km": 1000.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
 
-scene_argument = click.argument("scene", type=click.Path(path_type=Path))
+scene_argument = click.argument("scene", type=click.Path(path_type=Path, readable=False))
 
 scanner_option = click.option(
     "--scanner", default="hdl-64e", show_default=True, metavar="NAME|FILE",
@@ -70,7 +70,7 @@ overlap_option = click.option(
 )  # fmt: skip
 seed_option = click.option("--seed", type=int, default=0, show_default=True, help="Seed of everything random.")
 stations_option = click.option(
-    "--stations", type=click.Path(path_type=Path), required=True, metavar="FILE",
+    "--stations", type=click.Path(path_type=Path, readable=False), required=True, metavar="FILE",
     help="Stations in scene coordinates: CSV (id, x_m, y_m, z_m ...) or a plan.json.",
 )  # fmt: skip
 

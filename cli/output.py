@@ -17,14 +17,8 @@ def say(text: str = "") -> None:
     click.echo(text)
 
 
-def warn(warnings: Iterable[str]) -> None:
-    """Print warnings to standard error, one line each; they are shown even with --quiet."""
-    for line in warnings:
-        click.echo(f"warning: {line}", err=True)
-
-
-def tell_repairs(report: LoadReport, *, listed_in: str) -> None:
-    """Say on standard error what loading dropped, and where each face is listed: no repair is silent."""
+def repairs(report: LoadReport, *, listed_in: str) -> tuple[str, ...]:
+    """Return the line that says what loading dropped, and where each face is listed: no repair is silent."""
     counts = {
         "duplicate": report.n_duplicate,
         "degenerate": report.n_degenerate,
@@ -32,10 +26,9 @@ def tell_repairs(report: LoadReport, *, listed_in: str) -> None:
         "with a bad index": report.n_bad_index,
     }
     parts = [f"{count} {name}" for name, count in counts.items() if count]
-    if parts:
-        click.echo(
-            f"repaired: dropped {', '.join(parts)} of {report.n_faces_read} faces; {listed_in} lists them", err=True
-        )
+    if not parts:
+        return ()
+    return (f"{', '.join(parts)} of {report.n_faces_read} faces were dropped; {listed_in} lists them",)
 
 
 def as_json(document: Any) -> None:

@@ -7,8 +7,11 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Iterable
 from types import TracebackType
 from typing import TYPE_CHECKING, TextIO
+
+from .environment import raise_if_interrupted
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -17,6 +20,10 @@ if TYPE_CHECKING:
 
 PLAIN_LINE_EVERY_S = 10.0
 """Between the first and the last line of a stage: often enough to see life in a log, rarely enough to read it."""
+
+
+NOTE_WIDTH = 24
+"""Columns for the remark behind a bar: name, bar, count and time take the other 50 of a common terminal."""
 
 
 class ProgressReporter:
@@ -29,6 +36,7 @@ class ProgressReporter:
         self._tasks: dict[str, TaskID] = {}
         self._last_line_s: dict[str, float] = {}
         self._finished: set[str] = set()
+        self._told: set[str] = set()
 
     def __enter__(self) -> ProgressReporter:
         """Open the bars where the stream is a terminal."""
@@ -37,7 +45,7 @@ class ProgressReporter:
             from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
             self._bars = Progress(
-                TextColumn("{task.description:<22}"), BarColumn(bar_width=32), MofNCompleteColumn(),
+                TextColumn("{task.description:<10}"), BarColumn(bar_width=20), MofNCompleteColumn(),
                 TimeRemainingColumn(compact=True, elapsed_when_finished=True), TextColumn("{task.fields[note]}"),
                 console=Console(file=self._stream), transient=False,
             )  # fmt: skip
@@ -52,8 +60,20 @@ class ProgressReporter:
             self._bars.stop()
             self._bars = None
 
+    def warn(self, warnings: Iterable[str]) -> None:
+        """Print warnings at once, one line each, and each of them once; `quiet` does not hide them."""
+        for line in warnings:
+            if line in self._told:
+                continue
+            self._told.add(line)
+            if self._bars is not None:
+                self._bars.console.print(f"warning: {line}", markup=False, highlight=False, soft_wrap=True)
+            else:
+                print(f"warning: {line}", file=self._stream, flush=True)
+
     def show(self, event: ProgressEvent) -> None:
-        """Draw one event."""
+        """Draw one event; raises KeyboardInterrupt where a Ctrl-C got lost inside a package."""
+        raise_if_interrupted()
         if self._quiet:
             return
         if self._bars is not None:
@@ -65,8 +85,9 @@ class ProgressReporter:
         assert self._bars is not None
         total = event.total or None
         if event.stage not in self._tasks:
-            self._tasks[event.stage] = self._bars.add_task(event.stage, total=total, note=event.note)
-        self._bars.update(self._tasks[event.stage], completed=event.done, total=total, note=event.note)
+            self._tasks[event.stage] = self._bars.add_task(event.stage, total=total, note="")
+        note = event.note if len(event.note) <= NOTE_WIDTH else f"{event.note[: NOTE_WIDTH - 1]}…"
+        self._bars.update(self._tasks[event.stage], completed=event.done, total=total, note=note)
 
     def _show_line(self, event: ProgressEvent) -> None:
         now_s = time.monotonic()

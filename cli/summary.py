@@ -39,7 +39,10 @@ def show(document: dict[str, Any]) -> None:
         )
     n_linked = sum(link["overlap"] >= registration["threshold"] for link in registration["links"])
     state = "all stations are connected" if registration["connected"] else "NOT all stations are connected"
-    output.say(f"registration  {n_linked} links with at least {100 * registration['threshold']:.0f} % overlap; {state}")
+    links = "link" if n_linked == 1 else "links"
+    output.say(
+        f"registration  {n_linked} {links} with at least {100 * registration['threshold']:.0f} % overlap; {state}"
+    )
 
 
 def where_to_look(folder: Path) -> None:

@@ -55,14 +55,16 @@ def command(
     given = read_station_list(stations)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
+        reporter.warn((*output.repairs(loaded.report, listed_in="plan.json"), *loaded.report.warnings))
         survey = make_survey(loaded, settings, progress=reporter.show)
+        reporter.warn(survey.warnings)
         caster = inputs.open_engine(survey, engine=engine, device=device, progress=reporter.show)
+        reporter.warn(caster.warnings)
         plan = evaluate_survey(survey, settings, given, caster, progress=reporter.show)
+        reporter.warn(plan.warnings)
         if folder is not None:
             write_plan_folder(plan, folder, engine=caster, overwrite=overwrite, progress=reporter.show)
     document = plan_document(plan)
-    output.tell_repairs(loaded.report, listed_in="plan.json")
-    output.warn((*loaded.report.warnings, *plan.warnings))
     if as_json:
         output.as_json(document)
     elif not quiet:

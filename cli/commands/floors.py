@@ -20,10 +20,10 @@ def command(scene: Path, units: str | None, up: str | None, skip_bad_faces: bool
 
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
+        reporter.warn((*output.repairs(loaded.report, listed_in="--json"), *loaded.report.warnings))
         report = find_floors(loaded)
+        reporter.warn(report.warnings)
     offset_z_m = float(loaded.offset_m[2])
-    output.tell_repairs(loaded.report, listed_in="--json")
-    output.warn((*loaded.report.warnings, *report.warnings))
     if as_json:
         output.as_json(
             {

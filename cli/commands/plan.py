@@ -54,13 +54,15 @@ def run(
     settings = inputs.settings(**problem)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
+        reporter.warn((*output.repairs(loaded.report, listed_in="plan.json"), *loaded.report.warnings))
         survey = make_survey(loaded, settings, progress=reporter.show)
+        reporter.warn(survey.warnings)
         caster = inputs.open_engine(survey, engine=engine, device=device, progress=reporter.show)
+        reporter.warn(caster.warnings)
         plan = plan_survey(survey, settings, caster, progress=reporter.show)
+        reporter.warn(plan.warnings)
         write_plan_folder(plan, folder, engine=caster, overwrite=overwrite, progress=reporter.show)
     document = plan_document(plan)
-    output.tell_repairs(loaded.report, listed_in="plan.json")
-    output.warn((*loaded.report.warnings, *plan.warnings))
     if as_json:
         output.as_json(document)
     elif not quiet:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -17,6 +18,8 @@ from ..options import (
     stations_option,
 )
 
+FORMATS = ("exr", "png", "ply")
+
 
 @click.command(
     "simulate", epilog="Example:  tlsplan simulate building.ifc --stations plan/plan.json -o scans/ --format ply"
@@ -25,8 +28,8 @@ from ..options import (
 @stations_option
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), required=True, metavar="FOLDER",
               help="Folder for the scans.")  # fmt: skip
-@click.option("--format", "formats", type=click.Choice(["exr", "png", "ply"]), multiple=True,
-              default=("exr", "png", "ply"), show_default=True,
+@click.option("--format", "formats", type=click.Choice(FORMATS), multiple=True,
+              default=FORMATS, show_default=True,
               help="exr: range image; png: preview; ply: point cloud. May be repeated.")  # fmt: skip
 @apply(scanner_option, scene_options, engine_options, overwrite_option, output_options)
 def command(
@@ -47,8 +50,8 @@ def command(
     """Simulate the scans of a station list in SCENE: range images and point clouds, one a station."""
     import numpy as np
 
-    from planner_core.errors import OutputExistsError
     from planner_core.evaluate import place_station
+    from planner_core.export.atomic import staged_folder
     from planner_core.export.scans import write_scan
     from planner_core.export.station_marks import station_prim_names
     from planner_core.export.stations_csv import read_station_list
@@ -60,44 +63,53 @@ def command(
     from .. import inputs, output
     from ..progress import ProgressReporter
 
-    if folder.exists() and not folder.is_dir():
-        raise OutputExistsError(f"{folder}: is a file, expected a folder to write; give another name")
-    if folder.is_dir() and any(folder.iterdir()) and not overwrite:
-        raise OutputExistsError(
-            f"{folder}: is not empty; give another name, or pass --overwrite to add and replace scans"
-        )
+    _check_folder(folder, overwrite=overwrite)
     settings = PlanSettings(scanner=load_scanner(scanner))
     given = read_station_list(stations)
-    scans = []
+    scans: list[dict[str, Any]] = []
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
+        listed_in = "`tlsplan floors --json`"
+        warnings = [*output.repairs(loaded.report, listed_in=listed_in), *loaded.report.warnings]
+        reporter.warn(warnings)
         survey = make_survey(loaded, settings, progress=reporter.show)
         caster = inputs.open_engine(survey, engine=engine, device=device, progress=reporter.show)
-        output.warn(caster.warnings)
         placed = [place_station(survey, settings, caster, one, order) for order, one in enumerate(given, start=1)]
+        warnings += [*survey.warnings, *caster.warnings, *(line for _, lines in placed for line in lines)]
+        reporter.warn(warnings)
         positions_m = np.stack([station.position_m for station, _ in placed])
         names = station_prim_names([station for station, _ in placed])
         batches = simulate_scans(caster, survey.template, positions_m, progress=reporter.show)
-        for name, (station, _), scan in zip(names, placed, batches, strict=True):
-            files = [write_scan(survey, station, scan, folder / f"{name}.{suffix}") for suffix in formats]
-            scans.append(
-                {
-                    "station": station.id,
-                    "n_beams": survey.template.shape[0] * survey.template.shape[1],
-                    "n_returns": int(np.isfinite(scan.range_m).sum()),
-                    "files": [str(path) for path in files],
-                }
-            )
-    output.tell_repairs(loaded.report, listed_in="`tlsplan floors --json`")
-    output.warn(loaded.report.warnings)
-    output.warn(line for _, lines in placed for line in lines)
+        with staged_folder(folder, replace=overwrite) as staging:
+            for name, (station, _), scan in zip(names, placed, batches, strict=True):
+                files = [write_scan(survey, station, scan, staging / f"{name}.{suffix}") for suffix in formats]
+                scans.append(
+                    {
+                        "station": station.id,
+                        "n_beams": survey.template.shape[0] * survey.template.shape[1],
+                        "n_returns": int(np.isfinite(scan.range_m).sum()),
+                        "files": [str(folder / path.name) for path in files],
+                    }
+                )
     if as_json:
-        output.as_json({"scanner": settings.scanner.name, "scans": scans})
+        output.as_json({"scanner": settings.scanner.name, "scans": scans, "warnings": warnings})
     elif not quiet:
         output.table(
             ("station", "beams", "returns", "files"),
-            [
-                (str(s["station"]), str(s["n_beams"]), str(s["n_returns"]), f"{folder}/{name}.{{{','.join(formats)}}}")
-                for s, name in zip(scans, names, strict=True)
-            ],
+            [(s["station"], str(s["n_beams"]), str(s["n_returns"]), " ".join(s["files"])) for s in scans],
         )
+
+
+def _check_folder(folder: Path, *, overwrite: bool) -> None:
+    """Refuse, before any work, a folder that holds anything but scans, and one with scans unless told to replace it."""
+    from planner_core.errors import OutputExistsError
+
+    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+        raise OutputExistsError(f"{folder}: is no folder, expected one to write; give another name")
+    if not folder.is_dir() or not any(folder.iterdir()):
+        return
+    foreign = sorted(path.name for path in folder.iterdir() if path.suffix[1:] not in FORMATS)
+    if foreign:
+        raise OutputExistsError(f"{folder}: holds {foreign[0]!r}, expected a folder of scans; give another name")
+    if not overwrite:
+        raise OutputExistsError(f"{folder}: holds scans; give another name, or pass --overwrite to replace them all")

@@ -17,6 +17,7 @@ import click
 @click.option("--no-browser", is_flag=True, help="Only serve and print the address.")
 def command(plan: Path, port: int, host: str, allowed_hosts: tuple[str, ...], no_browser: bool) -> None:
     """Show the plan folder PLAN in the browser, served from this machine until Ctrl-C."""
+    from planner_core.export.plan_json import read_plan_json
     from viewer_web.server import serve
 
     from .. import output
@@ -26,6 +27,7 @@ def command(plan: Path, port: int, host: str, allowed_hosts: tuple[str, ...], no
         if not no_browser:
             click.launch(address)
 
+    read_plan_json(plan)  # a broken plan is told here, not by an empty page
     try:
         serve(plan, host=host, port=port, on_ready=ready, allowed_hosts=allowed_hosts)
     except KeyboardInterrupt:

@@ -13,10 +13,12 @@ Every engine keeps these rules, in the local frame and metres:
 
 from __future__ import annotations
 
+import os
 from typing import Protocol
 
 import numpy as np
 
+from planner_core.device.choice import DEVICE_VARIABLE
 from planner_core.errors import DeviceError, RequirementError, SceneError
 from planner_core.model import BeamTemplate, FloatArray, Int64Array, Patches, RayHits, ScanBatch, Scene, Visibility
 from planner_core.progress import Progress, silent
@@ -72,7 +74,7 @@ def open_engine(scene: Scene, patches: Patches, *, engine: str = "auto", device:
     RequirementError
         Unknown engine, or a device given to Open3D.
     DeviceError
-        `opencl`, or a device by name, was asked for and can't be had.
+        `opencl`, or a device by name or by the variable TLSPLAN_DEVICE, was asked for and can't be had.
     SceneError
         The scene has no triangles, or vertices too far from the local origin for float32.
     """
@@ -86,8 +88,8 @@ def open_engine(scene: Scene, patches: Patches, *, engine: str = "auto", device:
     try:
         return _opencl(scene, patches, device)
     except DeviceError as error:
-        if engine == "opencl" or device is not None:
-            raise
+        if engine == "opencl" or device is not None or os.environ.get(DEVICE_VARIABLE):
+            raise  # somebody asked for OpenCL, or for this device: nothing else will do
         warning = f"no OpenCL device is usable, scanning with Open3D instead (slower): {error}"
         return _open3d(scene, patches, (warning,))
 

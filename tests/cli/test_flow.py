@@ -193,6 +193,52 @@ def test_simulate_writes_a_range_image_and_a_cloud_a_station(
     assert report["scans"][0]["n_returns"] > 100_000
     refused = run("simulate", house, "--stations", stations, "-o", tmp_path / "scans")
     assert refused.returncode == 5
+    fewer = run("simulate", house, "--stations", stations, "-o", tmp_path / "scans", "--overwrite", "--format", "png")
+    assert fewer.returncode == 0, fewer.stderr
+    assert [path.name for path in (tmp_path / "scans").iterdir()] == ["S001.png"]
+
+
+def test_simulate_keeps_its_hands_off_a_folder_with_other_files(house: Path, tmp_path: Path) -> None:
+    stations = tmp_path / "mine.csv"
+    stations.write_text("id,x_m,y_m,z_m\nA,1,1,1.5\n")
+    done = run("simulate", house, "--stations", stations, "-o", tmp_path, "--overwrite")
+    assert done.returncode == 5
+    assert "mine.csv" in done.stderr
+    assert list(tmp_path.iterdir()) == [stations]
+
+
+def test_an_obj_in_millimetres_is_told_so_before_anything_fails(tmp_path: Path) -> None:
+    scene = tmp_path / "mm.obj"
+    done = run("scene", "box", "-o", scene)
+    assert done.returncode == 0, done.stderr
+    lines = scene.read_text().splitlines()
+    big = [
+        " ".join(["v", *(str(1000 * float(x)) for x in line.split()[1:])]) if line[:2] == "v " else line
+        for line in lines
+    ]
+    scene.write_text("\n".join(big) + "\n")
+    done = run("plan", scene, "-o", tmp_path / "plan", *COARSE)
+    assert "--units mm" in done.stderr
+    right = run("plan", scene, "-o", tmp_path / "plan", "--units", "mm", "--json", *COARSE)
+    assert right.returncode == 0, right.stderr
+    assert json.loads(right.stdout)["scene"]["metres_per_unit"] == 0.001
+
+
+@pytest.mark.parametrize("name", ["nonsense", "99"])
+def test_a_device_that_is_not_there_is_an_error_however_it_was_asked_for(
+    name: str, house: Path, tmp_path: Path
+) -> None:
+    by_option = run("plan", house, "-o", tmp_path / "plan", "--device", name, *COARSE)
+    by_variable = run("plan", house, "-o", tmp_path / "plan", *COARSE, env={"TLSPLAN_DEVICE": name})
+    assert (by_option.returncode, by_variable.returncode) == (6, 6)
+    assert name in by_variable.stderr.splitlines()[-1]
+
+
+def test_view_of_a_broken_plan_says_so(planned: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
+    (tmp_path / "plan.json").write_bytes((planned[0] / "plan.json").read_bytes()[:500])
+    done = run("view", tmp_path, "--no-browser")
+    assert done.returncode == 3
+    assert done.stderr.count("\n") == 1
 
 
 def test_view_serves_the_plan_on_loopback_until_interrupted(planned: tuple[Path, dict[str, Any]]) -> None:

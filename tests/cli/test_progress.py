@@ -2,6 +2,7 @@
 
 import io
 
+import pytest
 from tlsplan.progress import ProgressReporter
 
 from planner_core.progress import ProgressEvent
@@ -44,3 +45,24 @@ def test_terminal_progress_draws_a_bar_with_the_stage_and_the_count() -> None:
         reporter.show(ProgressEvent("scan", 7, 7))
     assert "scan" in stream.getvalue()
     assert "7/7" in stream.getvalue()
+
+
+def test_warnings_are_shown_at_once_and_each_once_even_when_quiet() -> None:
+    stream = io.StringIO()
+    with ProgressReporter(quiet=True, stream=stream) as reporter:
+        reporter.warn(["far origin", "no slab"])
+        reporter.warn(["no slab"])
+        assert stream.getvalue().splitlines() == ["warning: far origin", "warning: no slab"]
+
+
+def test_terminal_progress_of_common_width_shows_the_count_beside_a_long_remark(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    stream = Terminal()
+    with ProgressReporter(quiet=False, stream=stream) as reporter:
+        reporter.show(ProgressEvent("engine", 1, 1, "opencl: pthread-AMD EPYC (Portable Computing Language)"))
+        reporter.show(ProgressEvent("candidates", 1234, 5678, "Level 1"))
+    last = [line for line in stream.getvalue().splitlines() if "candidates" in line][-1]
+    assert "1234/5678" in last
+    assert "Level 1" in last

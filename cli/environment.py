@@ -1,0 +1,57 @@
+"""Makes the process fit for a user before anything heavy is imported: signals, caches, streams, warnings.
+
+- A Ctrl-C that arrives while a compiled package starts up is lost there: it is noted here and raised again at the next
+  step of progress.
+- Compilers and fonts keep caches below the home folder. Where that can't be written they go to a temporary folder.
+- Warnings of packages are for developers: they are shown with --debug only.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+from types import FrameType
+
+_interrupted = False
+
+
+def prepare(*, debug: bool) -> None:
+    """Do all of it; safe to call once, first."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by the caller (`2>&-`)
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, PTH123 (lives with the process)
+    signal.signal(signal.SIGINT, _note_interrupt)
+    if not debug:
+        warnings.simplefilter("ignore")
+    _use_writable_caches()
+
+
+def raise_if_interrupted() -> None:
+    """Raise KeyboardInterrupt where one was swallowed since the last call."""
+    global _interrupted
+    if _interrupted:
+        _interrupted = False
+        raise KeyboardInterrupt
+
+
+def _note_interrupt(number: int, frame: FrameType | None) -> None:
+    global _interrupted
+    _interrupted = True
+    raise KeyboardInterrupt
+
+
+def _use_writable_caches() -> None:
+    root = Path(os.environ.get("XDG_CACHE_HOME") or Path(os.environ.get("HOME") or "/nonexistent") / ".cache")
+    existing = next(folder for folder in (root, *root.parents) if folder.exists())
+    if os.access(existing, os.W_OK | os.X_OK):
+        return
+    own = tempfile.mkdtemp(prefix="tlsplan-cache-")
+    atexit.register(shutil.rmtree, own, ignore_errors=True)
+    for variable in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "MPLCONFIGDIR"):
+        os.environ[variable] = own

@@ -1,0 +1,66 @@
+"""Signals that get lost, caches that can't be written, closed streams."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from tlsplan import environment
+from tlsplan.progress import ProgressReporter
+
+from planner_core.progress import ProgressEvent
+
+
+def run(program: str, **variables: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, env={**os.environ, **variables}
+    )
+
+
+def test_an_interrupt_that_a_package_swallowed_ends_the_work_at_the_next_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr(environment, "_interrupted", False)
+    try:
+        environment.prepare(debug=True)
+        with contextlib.suppress(KeyboardInterrupt):  # as compiled packages do while they start
+            signal.raise_signal(signal.SIGINT)
+        with ProgressReporter(quiet=True) as reporter, pytest.raises(KeyboardInterrupt):
+            reporter.show(ProgressEvent("scan", 1, 2))
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+SHOW_CACHE = (
+    "import os; from tlsplan.environment import prepare; prepare(debug=False);"
+    "print(os.environ.get('XDG_CACHE_HOME', ''), os.access(os.environ.get('XDG_CACHE_HOME', '/nonexistent'), os.W_OK))"
+)
+
+
+def test_a_home_that_is_a_device_sends_caches_to_a_folder_that_is_gone_afterwards() -> None:
+    # Nobody, root included, can make a folder below /proc.
+    folder, writable = run(SHOW_CACHE, HOME="/proc/self", XDG_CACHE_HOME="").stdout.split()
+    assert writable == "True"
+    assert "tlsplan-cache-" in folder
+    assert not Path(folder).exists()
+
+
+def test_a_home_that_can_be_written_is_left_alone(tmp_path: Path) -> None:
+    assert run(SHOW_CACHE, HOME=str(tmp_path), XDG_CACHE_HOME="").stdout.split() == ["False"]
+
+
+def test_closed_standard_error_is_no_error() -> None:
+    command = f"{sys.executable} -m tlsplan scanners 2>&-"
+    done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0
+    assert "hdl-64e" in done.stdout
+
+
+@pytest.mark.parametrize("arguments", [["plan"], ["plan", "x.ifc", "--grid", "abc"], ["view", "x", "--port", "99999"]])
+def test_usage_errors_are_one_line_that_names_the_help(arguments: list[str]) -> None:
+    done = subprocess.run([sys.executable, "-m", "tlsplan", *arguments], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert f"tlsplan {arguments[0]} --help" in done.stderr
