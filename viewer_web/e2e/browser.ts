@@ -14,7 +14,7 @@ const FLAGS = [
   '--enable-unsafe-swiftshader',
   '--ignore-gpu-blocklist',
 ];
-const PLACES = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
+const PLACES = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome', '/snap/bin/chromium'];
 const SCREENSHOTS = fileURLToPath(new URL('../test-results/', import.meta.url));
 
 export function launchBrowser(): Promise<Browser> {
@@ -49,7 +49,7 @@ export class ViewerPage {
   }
 
   /** A page that has not gone anywhere yet. Flights of the camera are off, so that a click ends where it shows. */
-  static async create(browser: Browser, address: string, { width = 1280, height = 800, ...look }: Look = {}) {
+  static async create(browser: Browser, address: string, { width = 1000, height = 680, ...look }: Look = {}) {
     const page = await browser.newPage({ viewport: { width, height }, reducedMotion: 'reduce', ...look });
     return new ViewerPage(page, address);
   }
@@ -61,13 +61,11 @@ export class ViewerPage {
     await this.settle();
   }
 
-  /** Wait for two frames: what was asked for before is drawn after. */
+  /** Wait until the picture has been drawn: a frame asked for now comes after those asked for before. */
   async settle(): Promise<void> {
-    for (let i = 0; i < 2; i++) {
-      await this.page.evaluate(
-        () => new Promise<void>((done) => requestAnimationFrame(() => requestAnimationFrame(() => done()))),
-      );
-    }
+    await this.page.evaluate(
+      () => new Promise<void>((done) => requestAnimationFrame(() => requestAnimationFrame(() => done()))),
+    );
   }
 
   async screenshot(name: string): Promise<void> {
@@ -121,6 +119,13 @@ export class Pixels {
   at(x: number, y: number): Rgb {
     const i = 4 * (Math.round(y - this.box.y) * this.image.width + Math.round(x - this.box.x));
     return [this.image.rgba[i], this.image.rgba[i + 1], this.image.rgba[i + 2]];
+  }
+
+  /** Whether the pixels next to a place have its colour. */
+  isEvenAround(x: number, y: number): boolean {
+    const centre = this.at(x, y);
+    const offsets = [-1, 0, 1].flatMap((i) => [-1, 0, 1].map((j) => [i, j]));
+    return offsets.every(([i, j]) => this.at(x + i, y + j).every((value, k) => Math.abs(value - centre[k]) <= 2));
   }
 
   /** Share of the pixels for which `holds`. */

@@ -37,7 +37,7 @@ export default async function setup(project: TestProject): Promise<() => void> {
   project.provide('planFolder', folder);
   return () => {
     server.removeAllListeners('exit');
-    server.kill('SIGINT');
+    server.kill('SIGTERM');
     rmSync(own, { recursive: true, force: true });
   };
 }

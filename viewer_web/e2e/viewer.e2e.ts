@@ -45,12 +45,24 @@ async function figures(testId: string): Promise<Record<string, string>> {
   );
 }
 
+/** Click bare canvas and read what the picked surface is; null where nothing is picked or something covers the canvas. */
+async function pickAt(x: number, y: number): Promise<Record<string, string> | null> {
+  const close = viewer.page.getByRole('button', { name: 'Close' });
+  if (await close.count()) await close.click();
+  const isBare = await viewer.page.evaluate(([x, y]) => document.elementFromPoint(x, y)?.tagName === 'CANVAS', [x, y]);
+  if (!isBare) return null;
+  await viewer.page.mouse.click(x, y);
+  const isPicked = (await viewer.page.getByTestId('surface-figures').count()) > 0;
+  return isPicked ? figures('surface-figures') : null;
+}
+
 async function centreOf(id: string): Promise<{ x: number; y: number }> {
   const box = (await marker(id).boundingBox())!;
   return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
 }
 
 test('the page shows the building and the figures of the plan', async () => {
+  await viewer.page.setViewportSize({ width: 1280, height: 800 });
   await viewer.open();
   const { page } = viewer;
   expect(await page.getByTestId('coverage').textContent()).toBe(
@@ -60,7 +72,7 @@ test('the page shows the building and the figures of the plan', async () => {
   expect(await page.locator('li [data-station]').count()).toBe(plan.stations.length);
   expect(await page.title()).toContain(plan.scene.file);
   const pixels = await viewer.canvasPixels();
-  const background = pixels.at(1270, 400);
+  const background = pixels.at(990, 340);
   const drawn = pixels.share((rgb) => rgb.some((value, k) => Math.abs(value - background[k]) > 8));
   expect(drawn).toBeGreaterThan(0.15);
   expect(drawn).toBeLessThan(0.95);
@@ -95,13 +107,17 @@ test('markers stand where plan.json has the stations', async () => {
   await viewer.open(`#floor=${floor.id}`);
   await viewer.page.keyboard.press('t');
   await viewer.settle();
+  let nPicked = 0;
   for (const station of stationsOf(floor.id)) {
     const centre = await centreOf(station.id);
     // Beside the marker: what is seen there lies beside the station, seen from straight above.
-    await viewer.page.mouse.click(centre.x, centre.y + 18);
-    const at = (await figures('surface-figures')).At.split(', ').map(Number);
+    const picked = await pickAt(centre.x, centre.y + 18);
+    if (picked === null) continue;
+    nPicked++;
+    const at = picked.At.split(', ').map(Number);
     expect(Math.hypot(at[0] - station.position[0], at[1] - station.position[1]), station.id).toBeLessThan(1);
   }
+  expect(nPicked).toBeGreaterThan(stationsOf(floor.id).length / 2);
   await viewer.screenshot('3-from-above');
 });
 
@@ -178,25 +194,25 @@ test('the colour of ground is what the patch under the pointer is', async () => 
   await viewer.settle();
   const pixels = await viewer.canvasPixels();
   const found = new Set<string>();
-  let nAgree = 0;
   let nGround = 0;
-  for (let i = 0; i < 12; i++) {
-    for (let j = 0; j < 8; j++) {
-      const [x, y] = [480 + 50 * i, 140 + 64 * j];
-      await viewer.page.mouse.click(x, y);
-      if ((await viewer.page.getByTestId('surface-figures').count()) === 0) continue;
-      const shown = await figures('surface-figures');
-      if (shown['Ground of'] === undefined) continue;
+  for (let i = 0; i < 6; i++) {
+    for (let j = 0; j < 5; j++) {
+      const [x, y] = [430 + 79 * i, 150 + 83 * j];
+      // Not at the rim of a patch or at a line, where a pixel is partly one and partly the other.
+      if (!pixels.isEvenAround(x, y)) continue;
+      const shown = await pickAt(x + 0.5, y + 0.5);
+      if (shown?.['Ground of'] === undefined) continue;
       const expected = GROUND_COLOURS[shown['Seen here']] ?? SEEN_OFTEN;
       nGround++;
       found.add(shown['Seen here']);
-      // Lines and rims of patches blend: a few points may lie on one.
-      if (pixels.at(x, y).every((value, k) => Math.abs(value - expected[k]) <= 4)) nAgree++;
+      const differences = pixels.at(x, y).map((value, k) => Math.abs(value - expected[k]));
+      expect(Math.max(...differences), `${shown['Seen here']} at ${x}, ${y}: ${pixels.at(x, y)}`).toBeLessThanOrEqual(
+        4,
+      );
     }
   }
-  expect(nGround).toBeGreaterThan(15);
+  expect(nGround).toBeGreaterThan(8);
   expect(found.size).toBeGreaterThan(2);
-  expect(nAgree / nGround).toBeGreaterThan(0.9);
 });
 
 test('the keyboard chooses floors and stations and lets go', async () => {

@@ -31,7 +31,8 @@ def create_app(plan_folder: Path, *, allowed_hosts: Iterable[str] = (), built_ap
         A folder written by `write_plan_folder`. It is looked up anew on every request, so a plan that is replaced
         while the viewer is open shows after a reload.
     allowed_hosts : iterable of str
-        Host names, without port, that a request may address besides the loopback names.
+        Host names, without port, that a request may address besides the loopback names and the address at which it
+        came in.
     built_app : Path
         The folder `npm run build` wrote.
 

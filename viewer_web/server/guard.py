@@ -1,12 +1,16 @@
 """Which requests the viewer answers at all, and the security headers of every answer.
 
 The server has no login: it trusts whoever runs it. So a page of another site that the user has open must not be able
-to read the plan through the user's browser. Three checks see to that: the Host header must be one of ours (else a
-name that was re-bound to 127.0.0.1 would pass as same-origin), Origin must be our own where it is sent, and
+to read the plan through the user's browser. Three checks see to that: the Host header must name us (else a name that
+was re-bound to 127.0.0.1 would pass as same-origin), Origin must be our own where it is sent, port and all, and
 Sec-Fetch-Site must not say that another site asks, except when the user follows a link to here.
+
+Host names us where it is a loopback name, a name that was allowed, or the very address the connection came in at: an
+address, unlike a name, can't be re-bound. Its port does not matter: through a tunnel it is the other end's.
 """
 
 from collections.abc import Iterable
+from ipaddress import ip_address
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -65,7 +69,11 @@ class RequestGuard:
     def _refusal(self, scope: Scope) -> PlainTextResponse | None:
         headers = Headers(scope=scope)
         if not self._is_ours(headers.get("host", ""), scope):
-            return _refuse(421, "this host name is not served here; open the address that `tlsplan view` printed")
+            return _refuse(
+                421,
+                "this host name is not served here; open the address that `tlsplan view` printed, or start it with "
+                "--allow-host and this name",
+            )
         if not _same_origin(headers):
             return _refuse(403, "another site may not read the plan")
         if scope["method"] not in ("GET", "HEAD"):
@@ -79,13 +87,20 @@ class RequestGuard:
     def _is_ours(self, host: str, scope: Scope) -> bool:
         try:
             asked = urlsplit(f"//{host}")
-            name, port = asked.hostname, asked.port or 80
+            name, _ = asked.hostname, asked.port  # reading the port refuses what is none
         except ValueError:
             return False
         if asked.netloc != host or "@" in host or not name:
             return False
         server = scope.get("server")
-        return name in self._allowed_hosts and (not server or server[1] is None or port == server[1])
+        return name in self._allowed_hosts or (server is not None and _is_same_address(name, server[0]))
+
+
+def _is_same_address(name: str, local: str) -> bool:
+    try:
+        return ip_address(name) == ip_address(local.partition("%")[0])
+    except ValueError:  # one of them is a name
+        return False
 
 
 def _same_origin(headers: Headers) -> bool:

@@ -34,7 +34,8 @@ def serve(
     on_ready : callable
         Gets the address to open, once requests are answered.
     allowed_hosts : iterable of str
-        Names besides the loopback ones and `host` under which browsers reach this machine.
+        Names besides the loopback ones, `host` and this machine's own addresses under which browsers reach it. Where
+        `host` is a wildcard, this machine's own name is allowed too.
 
     Raises
     ------
@@ -43,7 +44,7 @@ def serve(
     RequirementError
         The address can't be listened on.
     """
-    named = () if host in WILDCARD_HOSTS else (host,)
+    named = own_names() if host in WILDCARD_HOSTS else (host,)
     app = create_app(plan_folder, allowed_hosts=(*allowed_hosts, *named), built_app=built_app)
     with _listen(host, port) as listener:
         shown_host = "127.0.0.1" if host in WILDCARD_HOSTS else host
@@ -61,6 +62,16 @@ def serve(
             timeout_graceful_shutdown=2,
         )
         _AnnouncingServer(config, lambda: on_ready(address)).run(sockets=[listener])
+
+
+def own_names() -> tuple[str, ...]:
+    """Names under which others may reach this machine: what it calls itself, short and as local networks spell it.
+
+    Asks no name server: where there is none, that would hold up the start. Other names are `allowed_hosts`.
+    """
+    name = socket.gethostname()
+    short = name.split(".", 1)[0]
+    return tuple(sorted({name, short, f"{short}.local"} if short else ()))
 
 
 def _listen(host: str, port: int) -> socket.socket:

@@ -28,13 +28,12 @@ test('choosing a floor lets go of a station of another floor and keeps one of it
   expect(store.stationId.value).toBeNull();
 });
 
-test('choosing a station brings its floor up, unless all floors are shown', () => {
+test('choosing a station opens its floor', () => {
   const store = storeWithPlan();
   store.chooseStation('S003');
-  expect(store.floorId.value).toBeNull();
-  store.chooseFloor('F0');
-  store.chooseStation('S003');
   expect(store.floorId.value).toBe('F1');
+  store.chooseStation('S001');
+  expect(store.floorId.value).toBe('F0');
 });
 
 test('stepping through stations stays on the shown floor and goes round', () => {

@@ -82,8 +82,8 @@ export function createStore(): Store {
       stationId.value = id;
       picked.value = null;
       const station = loaded.value?.plan.stations.find((candidate) => candidate.id === id);
-      // A station of a floor that is not shown would be invisible.
-      if (station !== undefined && floorId.value !== null) floorId.value = station.floor;
+      // Its floor alone: among spread floors the one above would hide it.
+      if (station !== undefined) floorId.value = station.floor;
     });
   const stepStation = (step: number): void => {
     const stations = loaded.value?.plan.stations ?? [];

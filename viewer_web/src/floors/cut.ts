@@ -35,7 +35,7 @@ export const LOWEST_CUT_M = 0.2;
 /** So much below its ground belongs to a floor's picture: it lets the slab be seen as such. */
 const SLAB_M = 0.3;
 /** Share of the building's shorter side by which a floor is lifted off the one below. */
-const LIFT_SHARE = 0.65;
+const LIFT_SHARE = 0.85;
 
 export function slicesOf(view: FloorView, floors: readonly StageFloor[], extent: Extent): Slice[] {
   const open = (floor: StageFloor, liftM: number): Slice => ({

@@ -211,8 +211,8 @@ export class Building {
             uniforms: { ...this.uniforms, slice: limits, isBack: { value: side === BackSide } },
             side,
             polygonOffset: true,
-            polygonOffsetFactor: 2 - i,
-            polygonOffsetUnits: 4 - 2 * i,
+            polygonOffsetFactor: 1,
+            polygonOffsetUnits: 3 - 2 * i,
           }),
       );
       const line = new ShaderMaterial({

@@ -1,5 +1,5 @@
 /** The 3D side of the viewer: follows the store's signals, and tells it what was clicked. */
-import { effect, untracked } from '@preact/signals';
+import { computed, effect, untracked } from '@preact/signals';
 import { Ray, Vector3 } from 'three';
 import { type Extent, extentOf, sliceOfFloor } from '../floors/cut.ts';
 import { normalOf } from '../load/edges.ts';
@@ -103,11 +103,12 @@ export class PlanView {
 
   private followLook(): void {
     const { store } = this;
+    const pickedElement = computed(() => highlighted(store.picked.value));
     this.endings.push(
       effect(() => {
         this.building.setLook({
           paint: store.paint.value,
-          pickedElement: highlighted(store.picked.value),
+          pickedElement: pickedElement.value,
           isFaded: store.cloud.value.kind === 'shown',
         });
         this.cloud?.setPaint(store.cloudPaint.value);

@@ -63,9 +63,7 @@ export class Viewport {
     const size = Math.hypot(...extent.maxM.map((max, i) => max - extent.minM[i]));
     this.controls.minDistance = 0.5;
     this.controls.maxDistance = 6 * size;
-    this.camera.near = Math.max(0.02, size / 2000);
     this.camera.far = 20 * size;
-    this.camera.updateProjectionMatrix();
   }
 
   /** Look at a place from where the camera is now, as near as `distanceM`. */
@@ -114,6 +112,9 @@ export class Viewport {
       else this.requestFrame();
     }
     this.controls.update();
+    // As far off as the view allows: thin panes and touching walls need the depth buffer's precision.
+    this.camera.near = this.camera.position.distanceTo(this.controls.target) / 40;
+    this.camera.updateProjectionMatrix();
     this.renderer.render(this.scene, this.camera);
     this.onFrame();
   }
