@@ -23,7 +23,7 @@ from planner_core.errors import SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport
 from planner_core.scene.build import bad_index_error, grouped, one_line
 from planner_core.scene.gltf_json import JsonObject
-from planner_core.scene.raw import Parts, RawScene, chained, is_mirrored, placed, turned_over, what_it_looks_like
+from planner_core.scene.raw import Parts, RawScene, chained, exact, is_mirrored, placed, turned_over, what_it_looks_like
 
 _COMPONENT = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _LARGEST = {"<i1": 127.0, "<u1": 255.0, "<i2": 32767.0, "<u2": 65535.0}
@@ -383,7 +383,7 @@ def _view(document: _Document, user: JsonObject, component: str, count: int, wid
             f"{grouped(end)}: it is cut off or damaged; export it again."
         )
     values = np.ndarray((count, width), component, contents, start, (stride, np.dtype(component).itemsize))
-    return values.astype(np.float64)
+    return exact(values)
 
 
 def _with_sparse(document: _Document, sparse: JsonObject, values: FloatArray, component: str) -> FloatArray:

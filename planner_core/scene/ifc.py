@@ -164,7 +164,7 @@ def _contents_asked(path: Path, model: Any) -> Iterator[None]:
     """
     try:
         yield
-    except (RuntimeError, AttributeError, TypeError, ValueError, IndexError, KeyError) as error:
+    except (RuntimeError, AttributeError, TypeError, ValueError, IndexError, KeyError, AssertionError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise SceneError(
             f"{path.name}: its contents do not follow {model.schema_identifier} ({reason}); "

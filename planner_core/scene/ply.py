@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from planner_core.errors import SceneError
 from planner_core.model import Element, FloatArray, Int64Array
 from planner_core.scene.build import grouped
-from planner_core.scene.raw import RawScene, triangulate, what_it_looks_like
+from planner_core.scene.raw import RawScene, exact, triangulate, what_it_looks_like
 
 _TYPES = {
     "char": "i1",
@@ -314,7 +314,7 @@ def _vertices(path: Path, columns: dict[str, dict[str, _Column]]) -> FloatArray:
         raise SceneError(
             f"{path.name}: {ragged} of its vertices is a list, expected one number a vertex; export it again."
         )
-    return np.stack([table[axis].values.astype(np.float64) for axis in "xyz"], axis=1)
+    return np.stack([exact(table[axis].values) for axis in "xyz"], axis=1)
 
 
 def _corners(path: Path, columns: dict[str, dict[str, _Column]]) -> tuple[Int64Array, Int64Array]:
@@ -324,7 +324,7 @@ def _corners(path: Path, columns: dict[str, dict[str, _Column]]) -> tuple[Int64A
         if name in table:
             values = table[name].values
             if values.dtype.kind == "f":
-                _check_are_whole(path, values.astype(np.float64))
+                _check_are_whole(path, exact(values))
             return table[name].n_values, values.astype(np.int64)
     return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
 

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner_core.model import (
     BoolArray,
@@ -221,6 +222,12 @@ def _is_ear(flat: FloatArray, left: list[int], at: int) -> bool:
 def _side(a: FloatArray, b: FloatArray, points: FloatArray) -> FloatArray:
     side: FloatArray = (b[0] - a[0]) * (points[:, 1] - a[1]) - (b[1] - a[1]) * (points[:, 0] - a[0])
     return side
+
+
+def exact(values: NDArray[np.generic]) -> FloatArray:
+    """`values` as float64. A NaN of the signalling kind, as damage makes them, stays NaN and raises no warning."""
+    with np.errstate(invalid="ignore"):
+        return values.astype(np.float64)
 
 
 # --------------------------------------------------------------------------------------------- placement

@@ -15,7 +15,7 @@ import numpy as np
 from planner_core.errors import SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport
 from planner_core.scene.build import grouped
-from planner_core.scene.raw import RawScene, what_it_looks_like
+from planner_core.scene.raw import RawScene, exact, what_it_looks_like
 
 _HEADER_BYTES = 84
 _TRIANGLE_BYTES = 50
@@ -66,7 +66,7 @@ def _is_something_else(looks: str, contents: bytes) -> bool:
 
 def _binary(contents: bytes, n_triangles: int, warnings: tuple[str, ...]) -> RawScene:
     records = np.frombuffer(contents, dtype=_TRIANGLE, count=n_triangles, offset=_HEADER_BYTES)
-    corners = records["corners"].astype(np.float64).reshape(-1, 3)
+    corners = exact(records["corners"]).reshape(-1, 3)
     title = contents[:80].split(b"\0")[0].decode("ascii", "replace").strip()
     name = title.removeprefix("solid").strip() or "mesh"
     elements = (Element(name, "Mesh", "0"),)

@@ -23,6 +23,7 @@ from planner_core.scene.raw import (
     Parts,
     RawScene,
     chained,
+    exact,
     is_mirrored,
     placed,
     triangulate,
@@ -235,7 +236,7 @@ def _points(title: str, values: Any) -> FloatArray:
         return np.zeros((0, 3))
     if points.dtype.kind not in "fiu" or points.ndim != 2 or points.shape[1] != 3:
         raise SceneError(f"{title}: its points are not three numbers each; repair the mesh and export it again.")
-    return points.astype(np.float64)
+    return exact(points)
 
 
 def _whole_numbers(title: str, attribute: Any, time: Any) -> Int64Array:

@@ -258,6 +258,15 @@ def test_ifc_whose_attributes_have_wrong_types_is_refused(tmp_path, write_house)
     assert "do not follow IFC4" in message_of(written(tmp_path, "a.ifc", broken))
 
 
+def test_ifc_placement_of_the_wrong_class_is_refused(tmp_path, write_house):
+    """IfcOpenShell ends in an AssertionError of its own."""
+    text = write_house(tmp_path, "four.ifc").read_text()
+    direction = re.search(r"#(\d+)=IFCDIRECTION", text).group(1)
+    broken = re.sub(r"(IFCLOCALPLACEMENT\(\$,)#\d+", rf"\g<1>#{direction}", text)
+    assert broken != text
+    assert "do not follow IFC4" in message_of(written(tmp_path, "a.ifc", broken))
+
+
 def test_usd_text_with_bytes_that_are_no_text_is_refused(tmp_path, write_house):
     contents = write_house(tmp_path, "house.usda").read_bytes()
     broken = contents.replace(b"metersPerUnit", b"meters\xd6\xd6Unit")
@@ -381,6 +390,18 @@ def test_binary_ply_with_a_float_vertex_number_that_is_none_is_refused(tmp_path)
     head = ply_text(corners="float", rows="").replace("ascii", "binary_little_endian")
     body = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0) + struct.pack("<Bfff", 3, 0, 1, float("nan"))
     assert "no whole numbers, such as nan" in message_of(written(tmp_path, "a.ply", head.encode() + body))
+
+
+@pytest.mark.filterwarnings("error")
+def test_signalling_nan_in_a_binary_file_is_dropped_without_a_warning(tmp_path, write_house):
+    """NumPy warns of such a bit pattern when it becomes a float64."""
+    signalling = (0x7F800001).to_bytes(4, "little")
+    stl = write_house(tmp_path, "binary.stl").read_bytes()
+    scene = load_scene(written(tmp_path, "a.stl", stl[:96] + signalling + stl[100:]))
+    assert (scene.n_triangles, scene.report.n_non_finite) == (47, 1)
+    head = ply_text(rows="").replace("ascii", "binary_little_endian")
+    body = struct.pack("<8f", 0, 0, 0, 1, 0, 0, 0, 1) + signalling + struct.pack("<Biii", 3, 0, 1, 2)
+    assert "1 not finite" in message_of(written(tmp_path, "a.ply", head.encode() + body))
 
 
 def test_ply_with_whole_float_vertex_numbers_is_read(tmp_path):
