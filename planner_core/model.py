@@ -77,6 +77,8 @@ class LoadReport:
     n_duplicate: int = 0
     n_bad_index: int = 0
     """Dropped because they name a vertex that does not exist (only with `skip_bad_faces`)."""
+    n_stray: int = 0
+    """Dropped because they lie kilometres away from everything else; a warning names their elements."""
     dropped: tuple[str, ...] = ()
     """Up to 100 lines, one a dropped face or group of faces: element, face number, reason."""
     warnings: tuple[str, ...] = ()

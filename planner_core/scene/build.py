@@ -7,7 +7,8 @@ Numbered steps of `scene_from_arrays`:
 
 1. faces that name a missing vertex: an error, or dropped and counted where `skip_bad_faces` says so;
 2. source frame -> scene frame (unit, y up);
-3. faces with a coordinate that is not finite, or no place on Earth, are dropped;
+3. faces with a coordinate that is not finite, or no place on Earth, and few faces kilometres away from all others
+   (`planner_core.scene.bulk`), are dropped;
 4. scene frame -> local frame (only when the scene lies far from its origin);
 5. bit-identical vertices become one (so that neighbours share edges exactly and no beam slips between them);
 6. faces without area, and faces that repeat an earlier one, are dropped;
@@ -38,6 +39,7 @@ from planner_core.model import (
     SceneSource,
     Storey,
 )
+from planner_core.scene.bulk import STRAY_DISTANCE_M, bulk_centre_m, face_weights, is_astray, named_few
 
 FAR_ORIGIN_M = 1000.0
 """Farthest that the centre of a scene may lie from the origin, on each axis, before it is moved.
@@ -106,6 +108,7 @@ def scene_from_arrays(
     repair.drop_bad_indices(skip=skip_bad_faces)
     scene_vertices_m = _to_scene_frame(raw.vertices, metres_per_unit, up_axis)
     repair.drop_non_finite(scene_vertices_m)
+    repair.drop_strays(scene_vertices_m)
     offset_m = _offset(scene_vertices_m, repair.kept_triangles())
     local_m = scene_vertices_m - offset_m + 0.0  # + 0.0 turns -0.0 into 0.0: both are one place, with two bit patterns
     repair.weld(local_m)
@@ -200,14 +203,26 @@ def _to_scene_frame(vertices: FloatArray, metres_per_unit: float, up_axis: str) 
 
 
 def _offset(vertices_m: FloatArray, triangles: Int64Array) -> FloatArray:
-    """(3,) float64: whole metres on the axes where the scene's box lies far from the origin, zero on the others."""
+    """(3,) float64: whole metres on the axes where the scene's centre lies far from the origin, zero on the others.
+
+    The centre is that of the scene's box; of its bulk where the box is so long that its middle may lie elsewhere.
+    """
     if triangles.size == 0:
         return np.zeros(3)
+    low, high = _box(vertices_m, triangles)
+    centre = 0.5 * (low + high)
+    if (high - low).max() > FAR_ORIGIN_M:
+        corners_m = vertices_m[triangles]
+        centre = bulk_centre_m(corners_m, face_weights(corners_m))
+    return np.where(np.abs(centre) > FAR_ORIGIN_M, np.round(centre), 0.0) + 0.0
+
+
+def _box(vertices_m: FloatArray, triangles: Int64Array) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest corner of what triangles use."""
     used = np.zeros(vertices_m.shape[0], dtype=bool)
     used[triangles.ravel()] = True
     corners = vertices_m[used]
-    centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-    return np.where(np.abs(centre) > FAR_ORIGIN_M, np.round(centre), 0.0) + 0.0
+    return corners.min(axis=0), corners.max(axis=0)
 
 
 # ----------------------------------------------------------------------------------------------- repair
@@ -222,6 +237,7 @@ class _Repair:
     keep: BoolArray = field(init=False)
     counts: dict[str, int] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
     n_unlisted: int = 0
 
     def __post_init__(self) -> None:
@@ -254,6 +270,28 @@ class _Repair:
             return
         bad_vertex: BoolArray = bad_value[:, 0] | bad_value[:, 1] | bad_value[:, 2]
         self._drop("non_finite", self.keep & bad_vertex[self.corners].any(axis=1), "has a coordinate that is no place")
+
+    def drop_strays(self, vertices_m: FloatArray) -> None:
+        """Drop triangles kilometres away from nearly all others, and warn of them by name."""
+        self.counts["stray"] = 0
+        kept = self.kept_triangles()
+        if not kept.size:
+            return
+        low, high = _box(vertices_m, kept)
+        if (high - low).max() <= STRAY_DISTANCE_M:
+            return
+        corners_m = vertices_m[kept]
+        astray = np.zeros(self.keep.size, dtype=bool)
+        astray[np.flatnonzero(self.keep)] = is_astray(corners_m, face_weights(corners_m))
+        if not astray.any():
+            return
+        n = self._drop("stray", astray, f"lies more than {STRAY_DISTANCE_M / 1000:.0f} km away from the rest")
+        names = [self.raw.elements[i].name for i in self.raw.element[astray].tolist()]
+        self.warnings.append(
+            f"{self.name}: {grouped(n)} {'face lies' if n == 1 else 'faces lie'} more than "
+            f"{STRAY_DISTANCE_M / 1000:.0f} km away from the rest and {'is' if n == 1 else 'are'} left out: "
+            f"{named_few(names)}."
+        )
 
     def weld(self, vertices_m: FloatArray) -> None:
         """Let triangles name the first vertex at each place."""
@@ -454,7 +492,7 @@ def _report(repair: _Repair, offset_m: FloatArray, prior: LoadReport) -> LoadRep
         lines = [*lines[: MAX_DROPPED_LINES - 1], ""]
         unlisted += 1
         lines[-1] = f"... and {grouped(unlisted)} more"
-    warnings = [one_line(warning) for warning in prior.warnings]
+    warnings = [one_line(warning) for warning in (*prior.warnings, *repair.warnings)]
     if offset_m.any():
         x, y, z = (grouped(int(v)) for v in offset_m)
         warnings.append(
@@ -467,6 +505,7 @@ def _report(repair: _Repair, offset_m: FloatArray, prior: LoadReport) -> LoadRep
         n_degenerate=prior.n_degenerate + repair.counts["degenerate"],
         n_duplicate=prior.n_duplicate + repair.counts["duplicate"],
         n_bad_index=prior.n_bad_index + repair.counts["bad_index"],
+        n_stray=prior.n_stray + repair.counts["stray"],
         dropped=tuple(lines),
         warnings=tuple(warnings),
     )
