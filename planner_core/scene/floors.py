@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Scene
+from planner_core.scene.bulk import fence_m, is_outside, named_few
 from planner_core.scene.columns import Columns, sample_columns
 
 #: IFC classes whose top sides are ground. IfcRoof is not: its slabs are classed IfcSlab only where flat roofs carry a
@@ -34,6 +35,8 @@ WALL_CUT_M = 1.5
 #: Plumb lines are this far apart; further on large sites, so that their number stays below `_MAX_COLUMNS`.
 _STEP_M = 0.1
 _MAX_COLUMNS = 400_000
+#: Faces outside the scene's bulk by more than its own length, and by this, take no part (`planner_core.scene.bulk`).
+_STRAY_MARGIN_M = 50.0
 #: Heights within this of each other are one surface of a level (uneven scans, thresholds, screeds).
 _SAME_HEIGHT_M = 0.15
 #: A surface of a scene without storeys is a level's ground if it has this share of the largest one. Desks in an office
@@ -66,11 +69,13 @@ def find_floors(scene: Scene) -> FloorReport:
 
     Notes
     -----
-    `ground_area_m2` counts what lies over each other once: the area of the triangles, times the share of them that no
-    other ground covers, times distinct plumb lines over crossings.
+    `ground_area_m2` is the whole ground, what lies under furniture and walls as well. It counts what lies over each
+    other once: the area of the triangles, times the share of them that no other ground covers, times distinct plumb
+    lines over crossings. Without storeys, undersides of walls that are flush with the ground count as ground, so that
+    a building whose slabs end at its walls has more of it than by its storeys.
     """
     columns = _Survey(scene)
-    warnings: list[str] = []
+    warnings: list[str] = _strays_named(columns)
     grounds = _grounds_of_storeys(columns, warnings) if scene.storeys else []
     if not grounds:
         if scene.storeys:
@@ -108,7 +113,10 @@ class _Survey:
         length = np.sqrt((cross * cross).sum(axis=1))
         self.area_m2: FloatArray = 0.5 * length
         self.level: BoolArray = np.abs(cross[:, 2]) >= np.cos(MAX_SLOPE_RAD) * length
-        self.columns, self.step_m = _plumb_lines(self.corners_m)
+        fence = _fence(self.corners_m)
+        self.stray: BoolArray = is_outside(self.corners_m, fence)
+        """(T,) Far outside the bulk: no floor is looked for there."""
+        self.columns, self.step_m = _plumb_lines(self.corners_m, np.flatnonzero(~self.stray).astype(np.int32), fence)
         self.clear_m = self.columns.clear_height_m()
         self.kind_is_floor = np.array([e.kind in FLOOR_KINDS for e in scene.elements], dtype=bool)
         self.storey_of_element = np.array([e.storey for e in scene.elements], dtype=np.int64)
@@ -120,7 +128,7 @@ class _Survey:
 
     def walls_around(self, bounds_m: FloatArray, ground_m: float) -> bool:
         """Tell whether walls stand on ground: at `WALL_CUT_M` they are half as long as its bounds' perimeter."""
-        length, _ = cut_length(self.corners_m[~self.level], ground_m + WALL_CUT_M, bounds_m)
+        length, _ = cut_length(self.corners_m[~self.level & ~self.stray], ground_m + WALL_CUT_M, bounds_m)
         return length >= float((bounds_m[1] - bounds_m[0]).sum())
 
     def bounds_of(self, triangles: Int32Array) -> FloatArray:
@@ -129,14 +137,35 @@ class _Survey:
         return np.stack([plan.min(axis=0), plan.max(axis=0)])
 
 
-def _plumb_lines(corners_m: FloatArray) -> tuple[Columns, float]:
-    plan = corners_m[:, :, :2].reshape(-1, 2)
-    low, high = plan.min(axis=0), plan.max(axis=0)
+def _fence(corners_m: FloatArray) -> FloatArray:
+    """(2, 3) where floors are looked for: everywhere, unless that would pull the plumb lines apart or is very high."""
+    points = corners_m.reshape(-1, 3)
+    everywhere = np.stack([points.min(axis=0), points.max(axis=0)])
+    size = everywhere[1] - everywhere[0]
+    if size[0] * size[1] <= _MAX_COLUMNS * _STEP_M * _STEP_M and size[2] <= 1000.0:
+        return everywhere
+    fence = fence_m(corners_m, margin_m=_STRAY_MARGIN_M)
+    return np.stack([np.maximum(fence[0], everywhere[0]), np.minimum(fence[1], everywhere[1])])
+
+
+def _strays_named(survey: _Survey) -> list[str]:
+    if not survey.stray.any():
+        return []
+    names = [survey.scene.elements[i].name for i in survey.scene.element_of_triangle[survey.stray].tolist()]
+    return [
+        f"no floor is looked for at faces that lie far from the rest: {int(survey.stray.sum())} of {named_few(names)}"
+    ]
+
+
+def _plumb_lines(corners_m: FloatArray, ids: Int32Array, fence: FloatArray) -> tuple[Columns, float]:
+    corners_m = corners_m[ids]
+    within = ((corners_m >= fence[0]) & (corners_m <= fence[1])).all(axis=(1, 2))  # none reaches far out
+    plan = corners_m[within if within.any() else slice(None)][:, :, :2].reshape(-1, 2)
+    low, high = np.maximum(plan.min(axis=0), fence[0, :2]), np.minimum(plan.max(axis=0), fence[1, :2])
     step = max(_STEP_M, float(np.sqrt(np.prod(high - low) / _MAX_COLUMNS)))
     # Off the round figures that designers align walls to: a line along a wall's face tells nothing.
     start = low + step * np.array([0.37, 0.43])
     shape = np.maximum(np.floor((high - start) / step) + 1, 1).astype(int)
-    ids = np.arange(corners_m.shape[0], dtype=np.int32)
     return sample_columns(corners_m, ids, low_m=start, step_m=step, shape=(int(shape[0]), int(shape[1]))), step
 
 
@@ -246,7 +275,7 @@ def _plane_of_storey(survey: _Survey, index: int) -> tuple[_Ground | None, str]:
     """Ground of a storey without slabs: the plane at its elevation, between its walls."""
     scene, columns = survey.scene, survey.columns
     storey = scene.storeys[index]
-    own = (survey.storey_of_element[scene.element_of_triangle] == index) & ~survey.level
+    own = (survey.storey_of_element[scene.element_of_triangle] == index) & ~survey.level & ~survey.stray
     _, segments = cut_length(survey.corners_m[own], storey.elevation_m + WALL_CUT_M)
     if segments.shape[0] == 0:
         return None, f"no floor slab, and none of its elements reaches {WALL_CUT_M} m above its elevation"
@@ -290,8 +319,9 @@ def _grounds_of_surfaces(survey: _Survey, warnings: list[str]) -> list[_Ground]:
     for number, (main_m, samples) in enumerate(sorted(levels, key=lambda level: level[0])):
         near = clear & (np.abs(columns.z_m - main_m) <= _SAME_HEIGHT_M)
         triangles = _mostly(survey, samples | near, survey.level)
-        used = (samples | near) & np.isin(columns.triangle, triangles)
-        grounds.append(_ground(survey, f"Level {number + 1}", "surface", triangles, used, used))
+        shown = np.isin(columns.triangle, triangles)  # what is under furniture and walls is ground as well
+        used = (samples | near) & shown
+        grounds.append(_ground(survey, f"Level {number + 1}", "surface", triangles, shown, used))
     return grounds
 
 
@@ -329,9 +359,13 @@ def _main_height_m(z_m: FloatArray) -> float:
     """Height around which most of the crossings lie; the lowest of equals."""
     bin_m = _SAME_HEIGHT_M / 3
     index = np.floor((z_m - z_m.min()) / bin_m).astype(np.int64)
-    histogram = np.bincount(index)
-    window = np.convolve(histogram, np.ones(5, dtype=np.int64), mode="same")
-    best = int(np.argmax(window))
+    # Only bins that hold something, and those around them: heights may lie anywhere.
+    filled, count = np.unique(index, return_counts=True)
+    before = np.concatenate([[0], np.cumsum(count)])
+    middle = np.unique(filled[:, None] + np.arange(-2, 3))
+    middle = middle[(middle >= 0) & (middle <= filled[-1])]
+    first, end = np.searchsorted(filled, middle - 2), np.searchsorted(filled, middle + 2, side="right")
+    best = middle[np.argmax(before[end] - before[first])]
     return float(np.median(z_m[np.abs(index - best) <= 2]))
 
 
@@ -345,7 +379,7 @@ def _mostly(survey: _Survey, samples: BoolArray, eligible: BoolArray) -> Int32Ar
     n_all = np.bincount(columns.triangle, minlength=n_triangles)
     n_in = np.bincount(columns.triangle[samples], minlength=n_triangles)
     chosen = survey.level & eligible & (n_in > 0) & (n_in >= 0.05 * n_all)
-    small = np.flatnonzero(survey.level & eligible & (n_all == 0))
+    small = np.flatnonzero(survey.level & eligible & (n_all == 0) & ~survey.stray)
     if small.size:
         centre = survey.corners_m[small].mean(axis=1)
         grid = np.array([columns.x_m[0], columns.y_m[0]])
