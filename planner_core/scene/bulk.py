@@ -17,6 +17,9 @@ the 100 km that the scan engine takes, and far above any part of a site that som
 BULK_SHARE = 0.95
 """Share of the weight that is the bulk. What lies far from it has less than a twentieth of the surface."""
 
+NEAR_M = 50.0
+"""What lies this near to the bulk is always near: a building's neighbours, its antennas, its cellars."""
+
 _LARGEST_WEIGHT_M2 = 100.0
 """A face weighs as its area, up to this: no single terrain face or stray sliver outweighs a building."""
 
@@ -60,17 +63,17 @@ def is_astray(corners_m: FloatArray, weight: FloatArray) -> BoolArray:
     return astray
 
 
-def fence_m(corners_m: FloatArray, *, margin_m: float) -> FloatArray:
+def fence_m(corners_m: FloatArray) -> FloatArray:
     """(2, 3) float64: lowest and highest place of the bulk and what is near it.
 
     That is the box of the middle 98 % of the centroids' weight on each axis, widened on either side by its own length
-    and at least by `margin_m`.
+    and at least by `NEAR_M`.
     """
     weight = face_weights(corners_m)
     centroid = corners_m.mean(axis=1)
     quantiles = [[weighted_quantile(centroid[:, axis], weight, share) for axis in range(3)] for share in (0.01, 0.99)]
     low, high = np.array(quantiles)
-    margin = np.maximum(high - low, margin_m)
+    margin = np.maximum(high - low, NEAR_M)
     return np.stack([low - margin, high + margin])
 
 

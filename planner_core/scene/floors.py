@@ -35,8 +35,8 @@ WALL_CUT_M = 1.5
 #: Plumb lines are this far apart; further on large sites, so that their number stays below `_MAX_COLUMNS`.
 _STEP_M = 0.1
 _MAX_COLUMNS = 400_000
-#: Faces outside the scene's bulk by more than its own length, and by this, take no part (`planner_core.scene.bulk`).
-_STRAY_MARGIN_M = 50.0
+#: Scenes higher than this have strays above or below: no building is.
+_HIGHEST_M = 1000.0
 #: Heights within this of each other are one surface of a level (uneven scans, thresholds, screeds).
 _SAME_HEIGHT_M = 0.15
 #: A surface of a scene without storeys is a level's ground if it has this share of the largest one. Desks in an office
@@ -142,9 +142,9 @@ def _fence(corners_m: FloatArray) -> FloatArray:
     points = corners_m.reshape(-1, 3)
     everywhere = np.stack([points.min(axis=0), points.max(axis=0)])
     size = everywhere[1] - everywhere[0]
-    if size[0] * size[1] <= _MAX_COLUMNS * _STEP_M * _STEP_M and size[2] <= 1000.0:
+    if size[0] * size[1] <= _MAX_COLUMNS * _STEP_M * _STEP_M and size[2] <= _HIGHEST_M:
         return everywhere
-    fence = fence_m(corners_m, margin_m=_STRAY_MARGIN_M)
+    fence = fence_m(corners_m)
     return np.stack([np.maximum(fence[0], everywhere[0]), np.minimum(fence[1], everywhere[1])])
 
 

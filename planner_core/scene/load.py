@@ -17,6 +17,7 @@ from planner_core.errors import SceneError, SceneNotFoundError
 from planner_core.model import FloatArray, LoadReport, Scene, SceneSource
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
+from planner_core.scene.bulk import fence_m, is_outside
 from planner_core.scene.raw import RawScene, unit_name
 
 FORMAT_OF_EXTENSION = {
@@ -201,13 +202,22 @@ def _doubts(scene: Scene, raw: RawScene, options: LoadOptions) -> list[str]:
     extent_m = np.ptp(scene.vertices_m, axis=0)
     doubts = []
     if options.metres_per_unit is None:
-        doubts += _unit_doubt(name, float(extent_m.max()), scene.source)
+        doubts += _unit_doubt(name, _longest_m(scene, extent_m), scene.source)
     if options.up_axis is None and not raw.up_axis and _looks_y_up(scene, extent_m):
         doubts.append(
             f"{name} says nothing of its upward axis and z is assumed, but its level surfaces face y: "
             "if y is up, pass --up y."
         )
     return doubts
+
+
+def _longest_m(scene: Scene, extent_m: FloatArray) -> float:
+    """Longest extent; of the bulk where the whole is too long, since a stray face makes a house kilometres long."""
+    if extent_m.max() <= _LONGEST_M:
+        return float(extent_m.max())
+    corners_m = scene.vertices_m[scene.triangles]
+    near = corners_m[~is_outside(corners_m, fence_m(corners_m))].reshape(-1, 3)
+    return float(np.ptp(near, axis=0).max())
 
 
 def _unit_doubt(name: str, longest_m: float, source: SceneSource) -> list[str]:

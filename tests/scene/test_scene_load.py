@@ -170,6 +170,14 @@ def test_implausible_size_is_warned_about_by_option(tmp_path, house, factor, uni
     assert unit in warnings[0]
 
 
+def test_stray_face_does_not_put_the_unit_in_doubt(tmp_path, house):
+    path = scaled_obj(tmp_path / "a.obj", house, 1.0)
+    path.write_text(path.read_text() + "\nv 3000 0 0\nv 3001 0 0\nv 3000 1 0\nf -1 -2 -3\n")
+    scene = load_scene(path)
+    assert scene.n_triangles == 49
+    assert scene.report.warnings == ()
+
+
 def test_size_warning_ends_when_the_user_says_the_unit(tmp_path, house):
     path = scaled_obj(tmp_path / "a.obj", house, 1000.0)
     assert load_scene(path, options=LoadOptions(metres_per_unit=0.001)).report.warnings == ()
