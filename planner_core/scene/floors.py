@@ -43,6 +43,11 @@ _SAME_HEIGHT_M = 0.15
 #: take about a tenth of the floor.
 _MIN_AREA_SHARE = 0.15
 _MIN_AREA_M2 = 1.0
+#: A storey's ground is the lowest of its surfaces that has this share of the largest: a suspended ceiling may be larger
+#: than the ground under it, where that is on two heights.
+_LOWEST_SHARE = 0.4
+#: Both sides of a plate thinner than this may seem to have clear space above.
+_THIN_M = 0.05
 
 
 @dataclass(frozen=True)
@@ -238,7 +243,7 @@ def _storey_ground(survey: _Survey, name: str, top: BoolArray, clear: BoolArray)
         return None, ""
     covered = clear & np.isfinite(survey.clear_m)
     judged = covered if covered.sum() * survey.cell_m2 >= _MIN_AREA_M2 else clear
-    main_m = _main_height_m(columns.z_m[judged])
+    main_m = _main_height_m(_once_a_surface(columns, judged), lowest_share=_LOWEST_SHARE)
     main = clear & (np.abs(columns.z_m - main_m) <= _SAME_HEIGHT_M)
     under_cover = float(np.isfinite(survey.clear_m[main]).mean())
     bounds = survey.bounds_of(np.unique(columns.triangle[main]))
@@ -355,8 +360,16 @@ def _stands_on(columns: Columns, part: BoolArray, ground: BoolArray) -> bool:
 
 
 # --------------------------------------------------------------------------------------------- shared
-def _main_height_m(z_m: FloatArray) -> float:
-    """Height around which most of the crossings lie; the lowest of equals."""
+def _once_a_surface(columns: Columns, samples: BoolArray) -> FloatArray:
+    """Heights of `samples`, of both sides of a thin plate (coverings) only the upper one."""
+    column, z_m = columns.column[samples], columns.z_m[samples]
+    lower_side = (column[1:] == column[:-1]) & (z_m[1:] - z_m[:-1] <= _THIN_M)
+    shown: FloatArray = z_m[np.append(~lower_side, True)]
+    return shown
+
+
+def _main_height_m(z_m: FloatArray, *, lowest_share: float = 1.0) -> float:
+    """Height around which most of the crossings lie; the lowest one that has this share of the most."""
     bin_m = _SAME_HEIGHT_M / 3
     index = np.floor((z_m - z_m.min()) / bin_m).astype(np.int64)
     # Only bins that hold something, and those around them: heights may lie anywhere.
@@ -365,7 +378,10 @@ def _main_height_m(z_m: FloatArray) -> float:
     middle = np.unique(filled[:, None] + np.arange(-2, 3))
     middle = middle[(middle >= 0) & (middle <= filled[-1])]
     first, end = np.searchsorted(filled, middle - 2), np.searchsorted(filled, middle + 2, side="right")
-    best = middle[np.argmax(before[end] - before[first])]
+    window = before[end] - before[first]
+    start = int(np.argmax(window >= lowest_share * window.max()))
+    stop = int(np.searchsorted(middle, middle[start] + 4, side="right"))  # the best of the same surface
+    best = middle[start + int(np.argmax(window[start:stop]))]
     return float(np.median(z_m[np.abs(index - best) <= 2]))
 
 
