@@ -1,5 +1,6 @@
 """`serve` on a real socket: the address it announces answers, and an interrupt ends it."""
 
+import http.client
 import socket
 import subprocess
 import sys
@@ -10,20 +11,26 @@ import pytest
 
 from planner_core.errors import RequirementError
 from viewer_web.server import serve
+from viewer_web.server.run import own_names
 
 SERVE = """
 import sys
 from pathlib import Path
 from viewer_web.server import serve
 try:
-    serve(Path(sys.argv[1]), built_app=Path(sys.argv[2]), on_ready=lambda address: print(address, flush=True))
+    serve(
+        Path(sys.argv[1]),
+        host=sys.argv[3],
+        built_app=Path(sys.argv[2]),
+        on_ready=lambda address: print(address, flush=True),
+    )
 except KeyboardInterrupt:
     sys.exit(130)
 """
 
 
 def test_serve_announces_an_address_that_answers_and_stops_on_interrupt(plan_folder: Path, built_app: Path) -> None:
-    command = [sys.executable, "-c", SERVE, str(plan_folder), str(built_app)]
+    command = [sys.executable, "-c", SERVE, str(plan_folder), str(built_app), "127.0.0.1"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             address = process.stdout.readline().strip()
@@ -37,6 +44,46 @@ def test_serve_announces_an_address_that_answers_and_stops_on_interrupt(plan_fol
             process.kill()
     assert process.returncode == 130
     assert said == ""
+
+
+def own_address() -> str:
+    """An address of this machine that is no loopback one; no packet is sent."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
+        try:
+            asked.connect(("192.0.2.254", 9))
+        except OSError:
+            pytest.skip("this machine has no network")
+        return str(asked.getsockname()[0])
+
+
+def test_serve_on_all_addresses_answers_to_each_and_to_its_name_and_to_no_other(
+    plan_folder: Path, built_app: Path
+) -> None:
+    own = own_address()
+    command = [sys.executable, "-c", SERVE, str(plan_folder), str(built_app), "0.0.0.0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            port = int(process.stdout.readline().strip().rstrip("/").rpartition(":")[2])
+            statuses = {}
+            for host in (own, "localhost", socket.gethostname(), "evil.example", "192.0.2.253"):
+                link = http.client.HTTPConnection(own, port, timeout=20)
+                link.request("GET", "/plan/plan.json", headers={"Host": f"{host}:{port}"})
+                statuses[host] = link.getresponse().status
+                link.close()
+            process.send_signal(2)
+            process.wait(timeout=20)
+        finally:
+            process.kill()
+    assert statuses == {
+        own: 200, "localhost": 200, socket.gethostname(): 200, "evil.example": 421, "192.0.2.253": 421,
+    }  # fmt: skip
+
+
+def test_own_names_are_the_host_name_in_its_usual_spellings(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(socket, "gethostname", lambda: "survey-pc.example.org")
+    assert own_names() == ("survey-pc", "survey-pc.example.org", "survey-pc.local")
+    monkeypatch.setattr(socket, "gethostname", lambda: "")
+    assert own_names() == ()
 
 
 def test_serve_refuses_a_port_in_use(plan_folder: Path, built_app: Path) -> None:

@@ -9,10 +9,13 @@ import httpx
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from starlette.responses import PlainTextResponse
+from starlette.types import Message
 
 from planner_core.errors import MissingPackageError, PlanFolderError
 from viewer_web.server import create_app
 from viewer_web.server.files import find_file
+from viewer_web.server.guard import RequestGuard
 
 SERVED = ["/", "/plan/plan.json", "/plan/viewer/clouds/S001.u16", "/plan/report/index.html"]
 
@@ -81,12 +84,17 @@ def test_found_files_always_lie_in_the_root(plan_folder: Path, relative: str) ->
     [
         "evil.example",
         "evil.example:8000",
-        "127.0.0.1:9999",
+        "192.0.2.7:8000",
+        "127.0.0.2:8000",
+        "0.0.0.0:8000",
+        "2130706433:8000",
         "127.0.0.1.evil.example:8000",
         "localhost@evil.example:8000",
         "",
         "localhost:8000:1",
         "127.0.0.1:port",
+        "127.0.0.1:99999",
+        "[127.0.0.1:8000",
     ],
 )
 def test_server_refuses_foreign_host_names(ask, host) -> None:
@@ -96,6 +104,46 @@ def test_server_refuses_foreign_host_names(ask, host) -> None:
 @pytest.mark.parametrize("host", ["127.0.0.1:8000", "localhost:8000", "LOCALHOST:8000", "[::1]:8000"])
 def test_server_answers_to_loopback_names(ask, host) -> None:
     assert ask("/plan/plan.json", headers={"host": host}).status_code == 200
+
+
+@pytest.mark.parametrize("host", ["localhost:9000", "127.0.0.1:9000", "localhost"])
+def test_server_answers_through_a_tunnel_from_another_port(ask, host) -> None:
+    assert ask("/plan/plan.json", headers={"host": host, "origin": f"http://{host}"}).status_code == 200
+
+
+@pytest.mark.parametrize("origin", ["http://localhost:8000", "http://localhost", "https://localhost:9000"])
+def test_origin_is_compared_with_the_port_through_a_tunnel_too(ask, origin) -> None:
+    assert ask("/plan/plan.json", headers={"host": "localhost:9000", "origin": origin}).status_code == 403
+
+
+@pytest.mark.parametrize(
+    ("local", "host", "expected"),
+    [
+        ("192.0.2.2", "192.0.2.2:8000", 200),
+        ("192.0.2.2", "192.0.2.2", 200),
+        ("192.0.2.2", "192.0.2.3:8000", 421),
+        ("192.0.2.2", "192.0.2.2.evil.example:8000", 421),
+        ("fd00::2", "[FD00:0::2]:8000", 200),
+        ("fe80::2%eth0", "[fe80::2]:8000", 200),
+        ("fd00::2", "[fd00::3]:8000", 421),
+        ("evil.example", "evil.example:8000", 421),
+    ],
+)
+def test_server_answers_to_the_address_a_connection_came_in_at(local: str, host: str, expected: int) -> None:
+    said: list[Message] = []
+
+    async def hear_nothing() -> Message:
+        return {"type": "http.disconnect"}
+
+    async def keep(message: Message) -> None:
+        said.append(message)
+
+    scope = {
+        "type": "http", "method": "GET", "path": "/", "raw_path": b"/", "query_string": b"",
+        "headers": [(b"host", host.encode())], "server": (local, 8000),
+    }  # fmt: skip
+    asyncio.run(RequestGuard(PlainTextResponse("plan"))(scope, hear_nothing, keep))
+    assert said[0]["status"] == expected
 
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "PROPFIND"])
