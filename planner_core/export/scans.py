@@ -1,11 +1,10 @@
 """Simulated scans as files, one a station: range image (EXR), preview (PNG), point cloud (PLY).
 
-Survey, stations, ScanEngine -> files. What is in them: docs/formats/scans.md. No file says when it was written.
+Survey, station, ScanBatch -> files. What is in them: docs/formats/scans.md. No file says when it was written.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,8 @@ import numpy as np
 from planner_core.errors import MissingPackageError, PlanFolderError, RequirementError
 from planner_core.export.atomic import staged_file
 from planner_core.export.palette import range_colour_index, range_ramp_srgb
-from planner_core.export.station_marks import station_prim_names
 from planner_core.model import ScanBatch, Station, Survey, UInt8Array
-from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.scan.engine import ScanEngine
 from planner_core.scan.template import directions
-
-FORMATS = ("exr", "png", "ply")
 
 PREVIEW_WIDTH = 1500
 PREVIEW_MIN_HEIGHT = 240
@@ -29,56 +23,32 @@ NO_SURFACE = 0xFFFFFFFF
 """Triangle and patch of a beam without return: -1 as uint32."""
 
 
-def write_scans(
-    survey: Survey,
-    stations: Sequence[Station],
-    folder: Path,
-    *,
-    engine: ScanEngine,
-    formats: Sequence[str] = ("exr", "png"),
-    progress: Progress = silent,
-) -> tuple[Path, ...]:
-    """Scan from every station and write one file a station and format; each file appears whole or not at all.
+def write_scan(survey: Survey, station: Station, scan: ScanBatch, path: Path) -> Path:
+    """Write the first scan of `scan`, taken from `station`; the file appears whole or not at all.
 
     Parameters
     ----------
-    formats
-        Out of `FORMATS`.
-    progress
-        Stage `scans`, one step a file.
-
-    Returns
-    -------
-    The files, in order of stations, then formats.
+    path
+        Its suffix chooses the format: .exr, .png or .ply.
 
     Raises
     ------
     RequirementError
-        An unknown format.
+        Another suffix; nothing is written.
     PlanFolderError
-        A file can't be written.
+        The file can't be written.
     MissingPackageError
         OpenImageIO is missing (EXR, PNG).
     """
-    unknown = [name for name in formats if name not in FORMATS]
-    if unknown:
-        raise RequirementError(f"formats: got {unknown[0]!r}, expected some of {', '.join(FORMATS)}; correct it")
-    files: list[Path] = []
-    for name, station in zip(station_prim_names(stations), stations, strict=True):
-        scan = engine.scan(survey.template, station.position_m[None, :])
-        for suffix in formats:
-            files.append(write_scan(survey, station, scan, folder / f"{name}.{suffix}"))
-            progress(ProgressEvent("scans", len(files), len(stations) * len(formats), files[-1].name))
-    return tuple(files)
-
-
-def write_scan(survey: Survey, station: Station, scan: ScanBatch, path: Path) -> Path:
-    """Write the first scan of `scan`, taken from `station`, in the format that the suffix of `path` names."""
-    writer = {".exr": _write_exr, ".png": _write_png, ".ply": _write_ply}[path.suffix]
+    writers = {".exr": _write_exr, ".png": _write_png, ".ply": _write_ply}
+    if path.suffix not in writers:
+        raise RequirementError(
+            f"{path}: format is {path.suffix!r}, expected one of {', '.join(writers)}; give the file such a name"
+        )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with staged_file(path) as staging:
-            writer(survey, station, scan, staging)
+            writers[path.suffix](survey, station, scan, staging)
     except OSError as error:
         raise PlanFolderError(
             f"{path}: can't be written ({error.strerror or error}), expected a writable disk with space; free some"

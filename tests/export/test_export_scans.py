@@ -7,16 +7,30 @@ import OpenImageIO as Oiio
 import pytest
 import trimesh
 
-from planner_core.errors import RequirementError
-from planner_core.export.scans import write_scans
+from planner_core.errors import PlanFolderError, RequirementError
+from planner_core.export.scans import write_scan
 from planner_core.model import Plan
 from planner_core.scan.engine import ScanEngine
+
+
+def write_all(plan: Plan, engine: ScanEngine, folder: Path) -> list[Path]:
+    """Every station in every format."""
+    return [
+        write_scan(
+            plan.survey,
+            station,
+            engine.scan(plan.survey.template, station.position_m[None]),
+            folder / f"{station.id}{suffix}",
+        )
+        for station in plan.stations
+        for suffix in (".exr", ".png", ".ply")
+    ]
 
 
 @pytest.fixture(scope="module")
 def folder(plan: Plan, engine: ScanEngine, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("scans") / "out"
-    files = write_scans(plan.survey, plan.stations, folder, engine=engine, formats=("exr", "png", "ply"))
+    files = write_all(plan, engine, folder)
     assert sorted(files) == sorted(folder.iterdir())
     assert len(files) == 9
     return folder
@@ -59,20 +73,35 @@ def test_preview_is_a_picture_with_more_than_one_colour(folder: Path) -> None:
 
 
 def test_scans_written_again_have_the_same_bytes(plan: Plan, engine: ScanEngine, folder: Path, tmp_path: Path) -> None:
-    write_scans(plan.survey, plan.stations, tmp_path, engine=engine, formats=("exr", "png", "ply"))
+    write_all(plan, engine, tmp_path)
     assert [f.name for f in folder.iterdir() if f.read_bytes() != (tmp_path / f.name).read_bytes()] == []
 
 
 def test_unknown_format_is_refused_before_anything_is_written(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
+    station = plan.stations[0]
+    scan = engine.scan(plan.survey.template, station.position_m[None])
     with pytest.raises(RequirementError, match="e57"):
-        write_scans(plan.survey, plan.stations, tmp_path / "out", engine=engine, formats=("png", "e57"))
+        write_scan(plan.survey, station, scan, tmp_path / "out" / "S001.e57")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("suffix", [".exr", ".png", ".ply"])
+def test_scan_that_cannot_be_written_is_told_with_its_file(
+    plan: Plan, engine: ScanEngine, tmp_path: Path, suffix: str
+) -> None:
+    station = plan.stations[0]
+    scan = engine.scan(plan.survey.template, station.position_m[None])
+    (tmp_path / "file").touch()
+    with pytest.raises(PlanFolderError, match=f"S001{suffix}: can't be written"):
+        write_scan(plan.survey, station, scan, tmp_path / "file" / f"S001{suffix}")
 
 
 def test_interrupted_scan_file_leaves_nothing(
     plan: Plan, engine: ScanEngine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write = Path.write_bytes
+    station = plan.stations[0]
+    scan = engine.scan(plan.survey.template, station.position_m[None])
 
     def stop(self: Path, content: bytes) -> int:
         write(self, content[:10])
@@ -80,5 +109,5 @@ def test_interrupted_scan_file_leaves_nothing(
 
     monkeypatch.setattr(Path, "write_bytes", stop)
     with pytest.raises(KeyboardInterrupt):
-        write_scans(plan.survey, plan.stations, tmp_path, engine=engine, formats=("ply",))
+        write_scan(plan.survey, station, scan, tmp_path / "S001.ply")
     assert list(tmp_path.iterdir()) == []
