@@ -1,8 +1,8 @@
 /** Starts the viewer: loads the plan the server gives, and keeps the address and the view in step. */
 import { batch, effect } from '@preact/signals';
 import { render } from 'preact';
-import type { Extent } from './floors/cut.ts';
-import { fetchPlan, type LoadedPlan } from './load/fetch-plan.ts';
+import { extentsOf } from './floors/cut.ts';
+import { fetchPlan } from './load/fetch-plan.ts';
 import { PlanLoadError } from './load/plan-load-error.ts';
 import { App } from './panels/app.tsx';
 import './style.css';
@@ -19,7 +19,7 @@ async function start(): Promise<void> {
     document.title = `${loaded.plan.scene.file.split(/[\\/]/).pop()} – tlsplan`;
     batch(() => {
       store.loaded.value = loaded;
-      store.extent.value = extentOfStage(loaded);
+      store.extents.value = extentsOf(loaded.stage);
       applyAddress(store);
       store.phase.value = { kind: 'ready' };
     });
@@ -30,18 +30,6 @@ async function start(): Promise<void> {
     // What is not a damaged plan is a fault of ours: let the console have where it happened.
     if (!(error instanceof PlanLoadError)) throw error;
   }
-}
-
-function extentOfStage({ stage }: LoadedPlan): Extent {
-  const min: [number, number, number] = [Infinity, Infinity, Infinity];
-  const max: [number, number, number] = [-Infinity, -Infinity, -Infinity];
-  const corners = stage.triangles.cornersM;
-  for (let i = 0; i < corners.length; i++) {
-    const axis = i % 3;
-    if (corners[i] < min[axis]) min[axis] = corners[i];
-    if (corners[i] > max[axis]) max[axis] = corners[i];
-  }
-  return { minM: min, maxM: max };
 }
 
 /** Names in an old address that the plan does not know are ignored. */

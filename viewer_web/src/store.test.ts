@@ -15,7 +15,8 @@ function storeWithPlan(): Store {
     groundAreaM2: 70,
   }));
   store.loaded.value = { plan, stage: { floors } } as unknown as LoadedPlan;
-  store.extent.value = { minM: [0, 0, 0], maxM: [10, 8, 5.6] };
+  const whole = { minM: [0, 0, 0] as [number, number, number], maxM: [10, 8, 5.6] as [number, number, number] };
+  store.extents.value = { whole, grounds: new Map() };
   return store;
 }
 

@@ -1,6 +1,6 @@
 /** The one store: what is loaded, what is shown, what is chosen. The panels and the 3D side read the same signals. */
 import { batch, computed, type ReadonlySignal, type Signal, signal } from '@preact/signals';
-import { DEFAULT_CUT_M, type Extent, floorBeside, type Slice, slicesOf } from './floors/cut.ts';
+import { DEFAULT_CUT_M, type extentsOf, floorBeside, type Slice, slicesOf } from './floors/cut.ts';
 import type { LoadedPlan } from './load/fetch-plan.ts';
 import type { StageElement } from './load/stage.ts';
 
@@ -17,6 +17,8 @@ export type CloudState =
   | { readonly kind: 'loading' }
   | { readonly kind: 'failed'; readonly message: string }
   | { readonly kind: 'shown'; readonly nReturns: number };
+
+export type Extents = ReturnType<typeof extentsOf>;
 
 /** A surface that was clicked. */
 export interface Picked {
@@ -35,7 +37,7 @@ export interface Picked {
 export interface Store {
   readonly phase: Signal<Phase>;
   readonly loaded: Signal<LoadedPlan | null>;
-  readonly extent: Signal<Extent | null>;
+  readonly extents: Signal<Extents | null>;
   readonly floorId: Signal<string | null>;
   readonly isSpread: Signal<boolean>;
   readonly cutM: Signal<number>;
@@ -58,16 +60,17 @@ export interface Store {
 export function createStore(): Store {
   const phase = signal<Phase>({ kind: 'loading', step: 'Reading the plan', fraction: null });
   const loaded = signal<LoadedPlan | null>(null);
-  const extent = signal<Extent | null>(null);
+  const extents = signal<Extents | null>(null);
   const floorId = signal<string | null>(null);
   const isSpread = signal(true);
   const cutM = signal(DEFAULT_CUT_M);
   const stationId = signal<string | null>(null);
   const picked = signal<Picked | null>(null);
   const slices = computed<readonly Slice[]>(() => {
-    const [plan, box] = [loaded.value, extent.value];
-    if (plan === null || box === null) return [];
-    return slicesOf({ floorId: floorId.value, isSpread: isSpread.value, cutM: cutM.value }, plan.stage.floors, box);
+    const [plan, boxes] = [loaded.value, extents.value];
+    if (plan === null || boxes === null) return [];
+    const view = { floorId: floorId.value, isSpread: isSpread.value, cutM: cutM.value };
+    return slicesOf(view, plan.stage.floors, boxes.whole);
   });
 
   const chooseFloor = (id: string | null): void =>
@@ -97,7 +100,7 @@ export function createStore(): Store {
   return {
     phase,
     loaded,
-    extent,
+    extents,
     floorId,
     isSpread,
     cutM,

@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest';
-import type { StageFloor } from '../load/stage.ts';
-import { type Extent, extentOf, floorAtHeight, floorBeside, sliceOfFloor, slicesOf } from './cut.ts';
+import type { StageFloor, StageTriangles } from '../load/stage.ts';
+import { type Extent, extentOf, extentsOf, floorBeside, sliceOfFloor, slicesOf } from './cut.ts';
 
 const floor = (index: number, elevationM: number, topM: number): StageFloor => ({
   id: `F${index}`,
@@ -11,6 +11,7 @@ const floor = (index: number, elevationM: number, topM: number): StageFloor => (
   groundAreaM2: 50,
 });
 const FLOORS = [floor(0, 0, 2.8), floor(1, 2.8, 5.6), floor(2, 5.6, 6.4)];
+const GROUND: Extent = { minM: [2, 2, 0], maxM: [6, 5, 0] };
 const EXTENT: Extent = { minM: [0, 0, -0.5], maxM: [10, 8, 6.4] };
 
 test('one floor is cut above, and what lies below its slab is hidden', () => {
@@ -29,7 +30,7 @@ test('the cut never reaches into the floor above', () => {
 test('all floors without spreading is the whole building, uncut', () => {
   const slices = slicesOf({ floorId: null, isSpread: false, cutM: 1.5 }, FLOORS, EXTENT);
   expect(slices).toEqual([{ floorId: null, bottomM: -Infinity, topM: Infinity, liftM: 0 }]);
-  expect(extentOf(slices, EXTENT)).toEqual(EXTENT);
+  expect(extentOf(slices, EXTENT, new Map([['F0', GROUND]]))).toEqual(EXTENT);
 });
 
 test('spread floors do not overlap and stay in order', () => {
@@ -38,7 +39,29 @@ test('spread floors do not overlap and stay in order', () => {
   for (let i = 1; i < slices.length; i++) {
     expect(slices[i].bottomM + slices[i].liftM).toBeGreaterThan(slices[i - 1].topM + slices[i - 1].liftM);
   }
-  expect(extentOf(slices, EXTENT).maxM[2]).toBeCloseTo(6.4 + slices[2].liftM);
+  expect(extentOf(slices, EXTENT, new Map()).maxM[2]).toBeCloseTo(6.4 + slices[2].liftM);
+});
+
+test('the picture of one floor is fitted to its ground', () => {
+  const slices = slicesOf({ floorId: 'F0', isSpread: true, cutM: 1.5 }, FLOORS, EXTENT);
+  const { minM, maxM } = extentOf(slices, EXTENT, new Map([['F0', GROUND]]));
+  expect(minM[0]).toBeGreaterThan(1);
+  expect(minM[0]).toBeLessThanOrEqual(2);
+  expect(maxM[1]).toBeGreaterThanOrEqual(5);
+  expect(maxM[1]).toBeLessThan(6);
+  expect(maxM[2]).toBeCloseTo(1.5);
+});
+
+test('extents are those of all triangles, and of each floor that has ground', () => {
+  const cornersM = Float32Array.of(0, 0, 0, 4, 0, 0, 0, 3, 0, -1, 0, 2, 1, 7, 2, 0, 0, 9);
+  const triangles = { count: 2, cornersM, groundOf: Uint8Array.of(1, 0) } as unknown as StageTriangles;
+  const { whole, grounds } = extentsOf({ triangles, floors: FLOORS });
+  expect([whole.minM, whole.maxM]).toEqual([
+    [-1, 0, 0],
+    [4, 7, 9],
+  ]);
+  expect([...grounds.keys()]).toEqual(['F0']);
+  expect(grounds.get('F0')?.maxM).toEqual([4, 3, 0]);
 });
 
 test('an unknown floor and a plan without floors show the whole building', () => {
@@ -50,10 +73,6 @@ test('stations of floors that are not shown have no slice', () => {
   const slices = slicesOf({ floorId: 'F1', isSpread: false, cutM: 1 }, FLOORS, EXTENT);
   expect(sliceOfFloor(slices, 'F1')).toBe(slices[0]);
   expect(sliceOfFloor(slices, 'F0')).toBeUndefined();
-});
-
-test('a height belongs to the floor that begins below it', () => {
-  expect([-5, 0, 1, 2.8, 4, 99].map((z) => floorAtHeight(z, FLOORS))).toEqual([null, 'F0', 'F0', 'F1', 'F1', 'F2']);
 });
 
 test('stepping through floors starts at all and stops at the ends', () => {

@@ -4,7 +4,7 @@
  * A slice is the part of the building between two heights, drawn higher by a lift. Everything in the scene (surfaces, lines,
  * clouds, markers, picks) goes through the same slices, so they always agree on what is visible.
  */
-import type { StageFloor } from '../load/stage.ts';
+import type { Stage, StageFloor } from '../load/stage.ts';
 
 export interface Slice {
   /** Id of the floor it shows; null: the whole building. */
@@ -34,6 +34,8 @@ export const DEFAULT_CUT_M = 1.6;
 export const LOWEST_CUT_M = 0.2;
 /** So much below its ground belongs to a floor's picture: it lets the slab be seen as such. */
 const SLAB_M = 0.3;
+/** Walls stand around a floor's ground. */
+const WALL_M = 0.5;
 /** Share of the building's shorter side by which a floor is lifted off the one below. */
 const LIFT_SHARE = 0.85;
 
@@ -63,24 +65,48 @@ export function sliceOfFloor(slices: readonly Slice[], floorId: string): Slice |
   return slices.find((slice) => slice.floorId === floorId || slice.floorId === null);
 }
 
-/** The box that the slices fill, lifts included. */
-export function extentOf(slices: readonly Slice[], extent: Extent): Extent {
-  let [bottom, top] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
+/** The box worth having in the picture: of an opened floor its ground, not the terrain or the eaves around it. */
+export function extentOf(slices: readonly Slice[], extent: Extent, grounds: ReadonlyMap<string, Extent>): Extent {
+  const min: [number, number, number] = [Number.POSITIVE_INFINITY, Number.POSITIVE_INFINITY, Number.POSITIVE_INFINITY];
+  const max: [number, number, number] = [Number.NEGATIVE_INFINITY, Number.NEGATIVE_INFINITY, Number.NEGATIVE_INFINITY];
   for (const slice of slices) {
-    bottom = Math.min(bottom, Math.max(slice.bottomM, extent.minM[2]) + slice.liftM);
-    top = Math.max(top, Math.min(slice.topM, extent.maxM[2]) + slice.liftM);
+    const ground = slice.floorId === null ? undefined : grounds.get(slice.floorId);
+    for (const axis of [0, 1]) {
+      min[axis] = Math.min(min[axis], ground ? ground.minM[axis] - WALL_M : extent.minM[axis]);
+      max[axis] = Math.max(max[axis], ground ? ground.maxM[axis] + WALL_M : extent.maxM[axis]);
+    }
+    min[2] = Math.min(min[2], Math.max(slice.bottomM, extent.minM[2]) + slice.liftM);
+    max[2] = Math.max(max[2], Math.min(slice.topM, extent.maxM[2]) + slice.liftM);
   }
-  return {
-    minM: [extent.minM[0], extent.minM[1], bottom],
-    maxM: [extent.maxM[0], extent.maxM[1], Math.max(top, bottom)],
-  };
+  return { minM: min, maxM: max };
 }
 
-/** The floor whose storey holds height `zM`: the highest that begins at or below it; null below all. */
-export function floorAtHeight(zM: number, floors: readonly StageFloor[]): string | null {
-  let found: string | null = null;
-  for (const floor of floors) if (floor.elevationM - SLAB_M <= zM) found = floor.id;
-  return found;
+/** Boxes of the whole building and of each floor's ground. */
+export function extentsOf({ triangles, floors }: Pick<Stage, 'triangles' | 'floors'>): {
+  whole: Extent;
+  grounds: Map<string, Extent>;
+} {
+  const whole = growingExtent();
+  const byFloor = new Map(floors.map((floor) => [floor.index + 1, { id: floor.id, extent: growingExtent() }]));
+  for (let t = 0; t < triangles.count; t++) {
+    const corners = triangles.cornersM.subarray(9 * t, 9 * t + 9);
+    whole.add(corners);
+    byFloor.get(triangles.groundOf[t])?.extent.add(corners);
+  }
+  const withGround = [...byFloor.values()].filter(({ extent }) => extent.minM[0] <= extent.maxM[0]);
+  return { whole, grounds: new Map(withGround.map(({ id, extent }) => [id, extent])) };
+}
+
+function growingExtent() {
+  const minM: [number, number, number] = [Number.POSITIVE_INFINITY, Number.POSITIVE_INFINITY, Number.POSITIVE_INFINITY];
+  const maxM: [number, number, number] = [Number.NEGATIVE_INFINITY, Number.NEGATIVE_INFINITY, Number.NEGATIVE_INFINITY];
+  const add = (corners: Float32Array): void => {
+    for (let i = 0; i < corners.length; i++) {
+      minM[i % 3] = Math.min(minM[i % 3], corners[i]);
+      maxM[i % 3] = Math.max(maxM[i % 3], corners[i]);
+    }
+  };
+  return { minM, maxM, add };
 }
 
 /** The next floor up (+1) or down (-1) in the order all, lowest ... highest; stays at the ends. */

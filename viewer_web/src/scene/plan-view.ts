@@ -1,7 +1,7 @@
 /** The 3D side of the viewer: follows the store's signals, and tells it what was clicked. */
 import { computed, effect, untracked } from '@preact/signals';
 import { Ray, Vector3 } from 'three';
-import { type Extent, extentOf, sliceOfFloor } from '../floors/cut.ts';
+import { extentOf, sliceOfFloor } from '../floors/cut.ts';
 import { normalOf } from '../load/edges.ts';
 import { fetchCloud, type LoadedPlan } from '../load/fetch-plan.ts';
 import { patchCode } from '../load/patch-rule.ts';
@@ -59,8 +59,10 @@ export class PlanView {
 
   /** Show everything that is drawn. */
   showAll(from: 'side' | 'top', isInstant = false): void {
-    const extent = this.store.extent.value as Extent;
-    this.viewport.showAll(extentOf(this.store.slices.value, extent), from, isInstant);
+    const { slices, extents } = this.store;
+    if (extents.value === null) return;
+    const { whole, grounds } = extents.value;
+    this.viewport.showAll(extentOf(slices.value, whole, grounds), from, isInstant);
   }
 
   dispose(): void {
