@@ -72,7 +72,9 @@ kernel void cast_rays(global const float *boxes, global const int *children, glo
         const float8 u = dot3_8(dx, dy, dz, block.n0x, block.n0y, block.n0z);
         const float8 v = dot3_8(dx, dy, dz, block.n1x, block.n1y, block.n1z);
         const float8 w = dot3_8(dx, dy, dz, block.n2x, block.n2y, block.n2z);
-        const float8 flat = dot3_8(dx, dy, dz, block.mx, block.my, block.mz);
+        const float8 plane = dot3_8(dx, dy, dz, block.mx, block.my, block.mz);
+        const int8 truly = (u >= 0.0f) & (v >= 0.0f) & (w >= 0.0f);
+        const float8 flat = PICK(truly, plane, plane * BESIDE);
         const int8 inside = (u >= -block.rounding0) & (v >= -block.rounding1) & (w >= -block.rounding2) & (flat >= best) & block.clear;
         const int8 maybe = inside | ~block.clear;
         if (!any8(maybe)) continue;

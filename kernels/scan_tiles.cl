@@ -184,7 +184,9 @@ static inline void test_block(Returns *out, global const float *geometry, global
             const lanes_f w = dot3_lanes(dx, dy, dz, wx, wy, wz);
             if (clear[j]) {
                 const lanes_i inside = MASK(u >= -rounding_u) & MASK(v >= -rounding_v) & MASK(w >= -rounding_w);
-                keep_first(out, p, dot3_lanes(dx, dy, dz, mx, my, mz), inside, triangle);
+                const lanes_i truly = MASK(u >= 0.0f) & MASK(v >= 0.0f) & MASK(w >= 0.0f);
+                const lanes_f inverse = dot3_lanes(dx, dy, dz, mx, my, mz);
+                keep_first(out, p, PICK(truly, inverse, inverse * BESIDE), inside, triangle);
             } else {
                 const lanes_f inverse = needle_inverse_range(geometry, index, j, ox, oy, oz, dx, dy, dz, u, v, w,
                                                              rounding_u, rounding_v, rounding_w);
