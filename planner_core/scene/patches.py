@@ -65,8 +65,12 @@ def make_patches(scene: Scene, *, max_area_m2: float) -> Patches:
 
 
 def squared_edges(corners_m: FloatArray) -> Float32Array:
-    """Squared edge lengths (N, 3) float32, edges 01, 12, 20, of triangles (N, 3, 3) float64 in metres."""
-    edge_m = np.roll(corners_m, -1, axis=1) - corners_m
+    """Squared edge lengths (N, 3) float32, edges 01, 12, 20, of triangles (N, 3, 3) float64 in metres.
+
+    Of the corners as float32, which is all that the exported stage holds: the viewer has to break ties as we do.
+    """
+    exported_m = corners_m.astype(np.float32).astype(np.float64)
+    edge_m = np.roll(exported_m, -1, axis=1) - exported_m
     # Summed in a fixed order: x*x + y*y + z*z in float64, so that every host rounds to the same float32.
     squared = edge_m[..., 0] * edge_m[..., 0] + edge_m[..., 1] * edge_m[..., 1] + edge_m[..., 2] * edge_m[..., 2]
     return np.ascontiguousarray(squared, dtype=np.float32)

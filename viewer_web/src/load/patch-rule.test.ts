@@ -65,7 +65,7 @@ test('patch codes equal those of the planner, right-angled and equal-sided trian
 import json, numpy as np
 from planner_core.scene.patches import patch_code, squared_edges
 rng = np.random.default_rng(5)
-corners = rng.uniform(0, 6, (400, 3, 3))
+corners = rng.uniform(0, 6, (400, 3, 3)).astype(np.float32).astype(np.float64)
 corners[:200] = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1]]) * rng.integers(1, 9, (200, 1, 3))
 corners[200:250] = [[0, 0, 0], [2, 0, 0], [1, np.sqrt(3), 0]]
 weights = rng.dirichlet([1, 1, 1], 400).astype(np.float32)
