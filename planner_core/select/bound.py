@@ -34,7 +34,7 @@ def lower_bound(problem: CoverProblem, *, n_stations: int, progress: Progress = 
     n_stations
         Size of a plan that is known to meet the targets; guides the steps, does not enter the bound.
     """
-    if not (problem.required > 0).any():
+    if not (problem.least > 0).any():
         return 0
     best = max(1, counting_bound(problem))
     if best >= n_stations:
@@ -48,12 +48,12 @@ def counting_bound(problem: CoverProblem) -> int:
     owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
     capped_sum = np.zeros(problem.n_candidates, dtype=np.int64)
     bound = 0
-    for counted, required in zip(problem.counts_for, problem.required, strict=True):
+    for counted, required in zip(problem.counts_for, problem.least, strict=True):
         area = np.zeros(problem.n_candidates, dtype=np.int64)
         np.add.at(area, owner, np.where(counted[problem.row], problem.ticks[problem.row], 0))
         capped_sum += np.minimum(area, required)
         bound = max(bound, _fewest(area, int(required)))
-    return max(bound, _fewest(capped_sum, int(problem.required.sum())))
+    return max(bound, _fewest(capped_sum, int(problem.least.sum())))
 
 
 def lagrange_bound(problem: CoverProblem, *, n_stations: int, progress: Progress = silent) -> float:
@@ -93,9 +93,9 @@ def _disjoint(problem: CoverProblem) -> list[tuple[Int64Array, int]]:
     parts = []
     for index in np.argsort(problem.counts_for.sum(axis=1), kind="stable"):
         rows = np.flatnonzero(problem.counts_for[index])
-        if problem.required[index] > 0 and not taken[rows].any():
+        if problem.least[index] > 0 and not taken[rows].any():
             taken[rows] = True
-            parts.append((rows, int(problem.required[index])))
+            parts.append((rows, int(problem.least[index])))
     return parts
 
 

@@ -30,7 +30,9 @@ class CoverProblem:
     """Patches seen by the same candidates and counted by the same targets are one row.
 
     starts, row : candidates' rows as CSR, (N + 1,) int64 and int64. ticks : (R,) int64, area of each row.
-    counts_for : (K, R) bool, rows that each target counts. required : (K,) int64, ticks that each target needs.
+    counts_for : (K, R) bool, rows that each target counts. required : (K,) int64, ticks that surely meet each target.
+    least : (K,) int64, ticks below which a target is surely missed. The two differ by the rounding of areas to ticks;
+    plans are made for `required`, bounds hold for `least`.
     """
 
     starts: Int64Array
@@ -38,6 +40,7 @@ class CoverProblem:
     ticks: Int64Array
     counts_for: BoolArray
     required: Int64Array
+    least: Int64Array
 
     @property
     def n_candidates(self) -> int:
@@ -86,14 +89,15 @@ def cover_problem(visibility: Visibility, patch_area_m2: FloatArray, targets: tu
     np.add.at(ticks, row_of_patch[merged], ticks_of_patch[merged])
     n_patches = np.bincount(row_of_patch[merged], minlength=n_rows)
     counts_for = np.array([target.part[first] for target in targets], dtype=bool).reshape(len(targets), n_rows)
-    required = np.zeros(len(targets), dtype=np.int64)
+    required, least = np.zeros(len(targets), dtype=np.int64), np.zeros(len(targets), dtype=np.int64)
     for index, target in enumerate(targets):
         whole = int(ticks[counts_for[index]].sum())
         # Half a tick of rounding a patch on either side: the fraction also holds of the unrounded areas.
         slack = int(n_patches[counts_for[index]].sum())
-        required[index] = min(whole, int(np.ceil(target.fraction * whole)) + slack)
+        exact = int(np.ceil(target.fraction * whole))
+        required[index], least[index] = min(whole, exact + slack), max(0, exact - slack)
     starts, row = _merged_rows(visibility, row_of_patch, n_rows)
-    return CoverProblem(starts=starts, row=row, ticks=ticks, counts_for=counts_for, required=required)
+    return CoverProblem(starts=starts, row=row, ticks=ticks, counts_for=counts_for, required=required, least=least)
 
 
 def _merge(visibility: Visibility, targets: tuple[Target, ...]) -> tuple[Int64Array, Int64Array]:

@@ -1,0 +1,204 @@
+"""Selection and bound against plain greedy and exhaustive search on small random instances."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner_core.errors import RequirementError
+from planner_core.model import Visibility
+from planner_core.select.bound import counting_bound, lagrange_bound, lower_bound
+from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.problem import Target, cover_problem, floor_targets
+from planner_core.select.walking_order import walking_order
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def instance(seed, *, n_positions=9, n_patches=40, density=0.25, fraction=None):
+    """Random visibility, areas and targets (two floors and everything)."""
+    rng = np.random.default_rng(seed)
+    seen = rng.random((n_positions, n_patches)) < density
+    rows = [np.flatnonzero(row) for row in seen]
+    visibility = Visibility(
+        starts=np.concatenate([[0], np.cumsum([row.size for row in rows])]).astype(np.int64),
+        patch=np.concatenate(rows).astype(np.int32),
+        n_patches=n_patches,
+    )
+    # Few distinct areas, so that ties do occur.
+    area_m2 = rng.choice([0.01, 0.02, 0.04], n_patches)
+    floor = rng.integers(-1, 2, n_patches).astype(np.int32)
+    fraction = rng.choice([0.5, 0.8, 0.95, 1.0]) if fraction is None else fraction
+    targets = floor_targets(floor, (0, 1), np.ones(n_patches, dtype=bool), float(fraction))
+    return seen, visibility, area_m2, targets
+
+
+def meets(seen, area_m2, targets, chosen):
+    """Oracle: are all targets met, straight from the definition."""
+    achievable = seen.any(axis=0)
+    covered = seen[list(chosen)].any(axis=0)
+    return all(
+        area_m2[covered & t.part].sum() >= t.fraction * area_m2[achievable & t.part].sum() - 1e-9 for t in targets
+    )
+
+
+def plain_greedy(problem):
+    """Every gain of every candidate in every round, dense and in Python's whole numbers."""
+    n = problem.n_candidates
+    sees = np.zeros((n, problem.n_rows), dtype=bool)
+    for c in range(n):
+        sees[c, problem.rows_of(c)] = True
+    chosen, seen = [], np.zeros(problem.n_rows, dtype=bool)
+    while True:
+        covered = problem.counts_for @ (seen * problem.ticks)
+        if (covered >= problem.required).all():
+            return chosen
+        gains = []
+        for c in range(n):
+            after = problem.counts_for @ ((seen | sees[c]) * problem.ticks)
+            capped = np.minimum(after, problem.required) - np.minimum(covered, problem.required)
+            gains.append((int(capped.sum()), int((after - covered).sum()), -c))
+        best = -max(gains)[2]
+        chosen.append(best)
+        seen |= sees[best]
+
+
+def fewest(seen, area_m2, targets):
+    for k in range(seen.shape[0] + 1):
+        for chosen in itertools.combinations(range(seen.shape[0]), k):
+            if meets(seen, area_m2, targets, chosen):
+                return k
+    raise AssertionError("the whole set must do")
+
+
+@settings(max_examples=40, deadline=None)
+@given(SEEDS)
+def test_lazy_greedy_chooses_what_plain_greedy_chooses(seed):
+    _, visibility, area_m2, targets = instance(seed, n_positions=25, n_patches=120, density=0.12)
+    problem = cover_problem(visibility, area_m2, targets)
+    plain = plain_greedy(problem)
+    selection = select_greedy(problem)
+    assert list(selection.chosen) == drop_redundant(problem, plain), f"seed {seed}"
+    assert selection.dropped == len(plain) - len(selection.chosen)
+
+
+@settings(max_examples=40, deadline=None)
+@given(SEEDS)
+def test_selection_meets_every_target_and_needs_every_station(seed):
+    seen, visibility, area_m2, targets = instance(seed)
+    chosen = select_greedy(cover_problem(visibility, area_m2, targets)).chosen
+    assert meets(seen, area_m2, targets, chosen), f"seed {seed}"
+    problem = cover_problem(visibility, area_m2, targets)
+    for station in chosen:
+        rest = [c for c in chosen if c != station]
+        assert (problem.covered(rest) < problem.required).any(), f"seed {seed}: {station} is not needed"
+
+
+@settings(max_examples=40, deadline=None)
+@given(SEEDS)
+def test_bound_holds_and_greedy_is_within_its_ratio_of_the_optimum(seed):
+    seen, visibility, area_m2, targets = instance(seed)
+    problem = cover_problem(visibility, area_m2, targets)
+    optimum = fewest(seen, area_m2, targets)
+    chosen = select_greedy(problem).chosen
+    bound = lower_bound(problem, n_stations=len(chosen))
+    assert 0 < bound <= optimum <= len(chosen), f"seed {seed}"
+    # Wolsey: at most 1 + ln(largest single gain / smallest gain counted) times the optimum; ticks of 0.01 m2.
+    largest = max(float(area_m2[row].sum()) for row in seen) * len(targets)
+    assert len(chosen) <= optimum * (1 + math.log(largest / 1e-9)), f"seed {seed}"
+
+
+def test_lagrange_bound_comes_near_the_linear_relaxation():
+    from scipy.optimize import linprog
+
+    for seed in range(4):
+        _, visibility, area_m2, targets = instance(seed, n_positions=30, n_patches=150, density=0.1, fraction=0.9)
+        problem = cover_problem(visibility, area_m2, targets[:2])
+        n, r = problem.n_candidates, problem.n_rows
+        below = np.zeros((r + 2, n + r))
+        for c in range(n):
+            below[problem.rows_of(c), c] = -1.0
+        below[np.arange(r), n + np.arange(r)] = 1.0
+        below[r:, n:] = -(problem.counts_for * problem.ticks) / 1e9
+        right = np.concatenate([np.zeros(r), -problem.required / 1e9])
+        cost = np.concatenate([np.ones(n), np.zeros(r)])
+        relaxed = linprog(cost, A_ub=below, b_ub=right, bounds=(0, 1), method="highs").fun
+        got = lagrange_bound(problem, n_stations=len(select_greedy(problem).chosen))
+        assert got <= relaxed + 1e-6, f"seed {seed}"
+        assert got >= 0.95 * relaxed, f"seed {seed}"
+        assert counting_bound(problem) <= math.ceil(relaxed - 1e-6) + 1
+
+
+def test_greedy_stops_as_soon_as_the_target_is_met():
+    # Three disjoint stations of 4, 3 and 3 patches. At exactly 0.4 the slack for rounded areas asks for a second one.
+    visibility = Visibility(np.array([0, 4, 7, 10]), np.arange(10, dtype=np.int32), 10)
+    everything = np.ones(10, dtype=bool)
+    for fraction, n_stations in ((0.4 - 1e-6, 1), (0.7 - 1e-6, 2), (1.0, 3)):
+        problem = cover_problem(visibility, np.full(10, 0.04), (Target(everything, fraction),))
+        assert len(select_greedy(problem).chosen) == n_stations, fraction
+
+
+def test_station_made_unnecessary_by_later_ones_is_dropped():
+    # The first takes the largest part, the other two then cover all of it: 0-3 | 0,1,4,5,6 and 2,3,7,8,9.
+    rows = [[0, 1, 2, 3, 10, 11], [0, 1, 4, 5, 6, 10], [2, 3, 7, 8, 9, 11]]
+    visibility = Visibility(np.array([0, 6, 12, 18]), np.concatenate(rows).astype(np.int32), 12)
+    area = np.array([2.0, 2, 2, 2, 1, 1, 1, 1, 1, 1, 1, 1]) / 100
+    problem = cover_problem(visibility, area, (Target(np.ones(12, dtype=bool), 1.0),))
+    selection = select_greedy(problem)
+    assert sorted(selection.chosen) == [1, 2]
+    assert selection.dropped == 1
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_order_of_candidates_does_not_change_the_covered_targets(seed):
+    seen, visibility, area_m2, targets = instance(seed)
+    order = np.random.default_rng(seed).permutation(seen.shape[0])
+    rows = [np.flatnonzero(seen[c]) for c in order]
+    shuffled = Visibility(
+        np.concatenate([[0], np.cumsum([row.size for row in rows])]), np.concatenate(rows).astype(np.int32), 40
+    )
+    one, other = (cover_problem(v, area_m2, targets) for v in (visibility, shuffled))
+    assert one.required.tolist() == other.required.tolist()
+    assert counting_bound(one) == counting_bound(other)
+    chosen = [int(order[c]) for c in select_greedy(other).chosen]
+    assert meets(seen, area_m2, targets, chosen), f"seed {seed}"
+
+
+def test_merged_rows_keep_the_area_of_every_candidate():
+    _, visibility, area_m2, _ = instance(3, n_positions=4, n_patches=200, density=0.4)
+    problem = cover_problem(visibility, area_m2, (Target(np.ones(200, dtype=bool), 1.0),))
+    assert problem.n_rows <= 15  # 2^4 - 1 sets of positions
+    for c in range(4):
+        assert problem.ticks[problem.rows_of(c)].sum() / 1e9 == pytest.approx(area_m2[visibility.row(c)].sum())
+
+
+def test_fraction_out_of_bounds_is_refused():
+    _, visibility, area_m2, _ = instance(0)
+    with pytest.raises(RequirementError, match=r"coverage: got 1\.5"):
+        cover_problem(visibility, area_m2, (Target(np.ones(40, dtype=bool), 1.5),))
+
+
+def test_walking_order_follows_a_row_and_goes_floor_by_floor():
+    along = np.array([4.0, 0.0, 2.0, 1.0, 3.0])
+    position = np.concatenate([np.column_stack([along, np.zeros(5), np.ones(5)]), [[0, 0, 4], [5, 0, 4]]])
+    floor = np.array([0, 0, 0, 0, 0, 1, 1], dtype=np.int32)
+    # The upper floor starts above where the lower one ended.
+    assert walking_order(position, floor) == [1, 3, 2, 4, 0, 6, 5]
+
+
+@settings(max_examples=25, deadline=None)
+@given(SEEDS, st.integers(2, 7))
+def test_walking_order_visits_all_and_crosses_no_shorter_two_opt_path(seed, n):
+    plan = np.random.default_rng(seed).uniform(0, 10, (n, 2))
+    position = np.column_stack([plan, np.ones(n)])
+    order = walking_order(position, np.zeros(n, dtype=np.int32))
+    assert sorted(order) == list(range(n))
+    length = lambda path: np.sqrt((np.diff(plan[path], axis=0) ** 2).sum(axis=1)).sum()  # noqa: E731
+    for i in range(1, n - 1):
+        for j in range(i + 1, n):
+            turned = [*order[:i], *order[i : j + 1][::-1], *order[j + 1 :]]
+            assert length(turned) >= length(order) - 2e-3, f"seed {seed}"
