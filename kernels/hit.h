@@ -12,7 +12,7 @@ typedef struct {
     lanes_f range;         /* metres; NaN on a miss */
     lanes_f cos_incidence; /* |n . d|; NaN on a miss */
     lanes_i triangle;      /* -1 on a miss */
-    lanes_i patch;         /* -1 on a miss */
+    lanes_i patch;         /* -1 on a miss and for a hit in the margin of its triangle, see block.h */
 } Hit;
 
 /* Patch and cosine of the lanes that hit `triangle`, other lanes get values of no meaning. Weights come from the hit
@@ -56,7 +56,8 @@ static inline Hit resolve(global const float *geometry, global const int *slot, 
     const lanes_i hit = MASK(triangle >= 0) & MASK(range >= range_min) & MASK(range <= range_max);
     Hit out;
     out.range = PICK(hit, range, (lanes_f)(NAN));
-    out.triangle = PICK(hit, triangle, (lanes_i)(-1));
+    const lanes_i beside = hit & MASK((triangle & BESIDE_BIT) != 0);
+    out.triangle = PICK(hit, triangle & ~BESIDE_BIT, (lanes_i)(-1));
     out.cos_incidence = NAN;
     out.patch = -1;
     /* Neighbouring beams mostly share a triangle: one pass a distinct triangle, with its lookups done once. */
@@ -74,6 +75,7 @@ static inline Hit resolve(global const float *geometry, global const int *slot, 
         for (int next = lane; next < LANES; ++next)
             if (todo[next] == one) todo[next] = -1;
     }
+    out.patch = PICK(beside, (lanes_i)(-1), out.patch);
     return out;
 }
 

@@ -43,14 +43,14 @@ typedef struct {
 } Returns;
 
 /* Keep the nearer hit; at one and the same range the lower triangle number, so that order does not matter. */
-static inline void keep_first(Returns *out, int p, lanes_f inverse, lanes_i inside, int triangle)
+static inline void keep_first(Returns *out, int p, lanes_f inverse, lanes_i inside, lanes_i triangle)
 {
     const lanes_f best = out->inverse[p];
     const lanes_i have = out->triangle[p];
     const lanes_i better = MASK(inverse > best) | (MASK(inverse == best) & MASK(triangle < have));
     const lanes_i take = inside & better;
     out->inverse[p] = PICK(take, inverse, best);
-    out->triangle[p] = PICK(take, (lanes_i)(triangle), have);
+    out->triangle[p] = PICK(take, triangle, have);
 }
 
 static inline void update_least(Returns *out)
@@ -170,7 +170,7 @@ static inline void test_block(Returns *out, global const float *geometry, global
             for (int p = 0; p < PACKETS; ++p) {
                 global const float *d = beams + p * (3 * LANES);
                 const lanes_f dx = LANES_LOAD(d), dy = LANES_LOAD(d + LANES), dz = LANES_LOAD(d + 2 * LANES);
-                keep_first(out, p, dot3_lanes(dx, dy, dz, mx, my, mz), (lanes_i)(-1), triangle);
+                keep_first(out, p, dot3_lanes(dx, dy, dz, mx, my, mz), (lanes_i)(-1), (lanes_i)(triangle));
             }
             continue;
         }
@@ -186,11 +186,12 @@ static inline void test_block(Returns *out, global const float *geometry, global
                 const lanes_i inside = MASK(u >= -rounding_u) & MASK(v >= -rounding_v) & MASK(w >= -rounding_w);
                 const lanes_i truly = MASK(u >= 0.0f) & MASK(v >= 0.0f) & MASK(w >= 0.0f);
                 const lanes_f inverse = dot3_lanes(dx, dy, dz, mx, my, mz);
-                keep_first(out, p, PICK(truly, inverse, inverse * BESIDE), inside, triangle);
+                const lanes_i named = PICK(truly, (lanes_i)(triangle), (lanes_i)(triangle | BESIDE_BIT));
+                keep_first(out, p, PICK(truly, inverse, inverse * BESIDE), inside, named);
             } else {
                 const lanes_f inverse = needle_inverse_range(geometry, index, j, ox, oy, oz, dx, dy, dz, u, v, w,
                                                              rounding_u, rounding_v, rounding_w);
-                keep_first(out, p, inverse, MASK(inverse > 0.0f), triangle);
+                keep_first(out, p, inverse, MASK(inverse > 0.0f), (lanes_i)(triangle));
             }
         }
     }

@@ -223,7 +223,8 @@ class RayHits:
 class ScanBatch:
     """First returns of S scans, rows x columns each.
 
-    range_m : (S, R, C) float32, NaN on a miss. triangle, patch : (S, R, C) int32, -1 on a miss.
+    range_m : (S, R, C) float32, NaN on a miss. triangle, patch : (S, R, C) int32, -1 on a miss. A beam that hits
+    nothing but the rounding margin beside a triangle's edge, about 1 in 100 000, has range and triangle but no patch.
     cos_incidence : (S, R, C) float32 in [0, 1], |normal . beam|, NaN on a miss.
     """
 
