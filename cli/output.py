@@ -24,6 +24,7 @@ def repairs(report: LoadReport, *, listed_in: str) -> tuple[str, ...]:
         "degenerate": report.n_degenerate,
         "not finite": report.n_non_finite,
         "with a bad index": report.n_bad_index,
+        "far astray": report.n_stray,
     }
     parts = [f"{count} {name}" for name, count in counts.items() if count]
     if not parts:

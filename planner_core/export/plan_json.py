@@ -115,6 +115,7 @@ def _scene(scene: Scene) -> dict[str, Any]:
             "degenerate": report.n_degenerate,
             "duplicate": report.n_duplicate,
             "bad_index": report.n_bad_index,
+            "stray": report.n_stray,
             "dropped": list(report.dropped),
             "warnings": list(report.warnings),
         },
