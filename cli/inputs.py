@@ -1,4 +1,4 @@
-"""From option values to what the library takes: load options, settings, floors. Nothing here prints."""
+"""From option values to what the library takes: scene, settings, survey, engine."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .options import METRES_PER_UNIT
+from .output import repairs
 
 if TYPE_CHECKING:
     from planner_core.model import PlanSettings, Scene, Survey
     from planner_core.progress import Progress
     from planner_core.scan.engine import ScanEngine
+
+    from .progress import ProgressReporter
 
 
 def load(scene: Path, *, units: str | None, up: str | None, skip_bad_faces: bool, progress: Progress) -> Scene:
@@ -55,12 +58,33 @@ def settings(
     )
 
 
-def open_engine(survey: Survey, *, engine: str, device: str | None, progress: Progress) -> ScanEngine:
-    """Open the scan engine that was asked for and show which one it is."""
-    from planner_core.progress import ProgressEvent
-    from planner_core.scan import engine as engines
+def open_survey(
+    scene: Path,
+    problem: PlanSettings,
+    reporter: ProgressReporter,
+    *,
+    engine: str,
+    device: str | None,
+    units: str | None,
+    up: str | None,
+    skip_bad_faces: bool,
+    listed_in: str,
+) -> tuple[Survey, ScanEngine, tuple[str, ...]]:
+    """Load the scene, find its floors and open the engine; tell each warning at once, and return them all.
 
-    progress(ProgressEvent("engine", 0, 1))
-    caster = engines.open_engine(survey.scene, survey.patches, engine=engine, device=device)
-    progress(ProgressEvent("engine", 1, 1, f"{caster.name}: {caster.device}"))
-    return caster
+    `listed_in` says where the user finds the faces that loading dropped.
+    """
+    from planner_core.progress import ProgressEvent
+    from planner_core.scan.engine import open_engine
+    from planner_core.survey import make_survey
+
+    loaded = load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
+    of_scene = (*repairs(loaded.report, listed_in=listed_in), *loaded.report.warnings)
+    reporter.warn(of_scene)
+    survey = make_survey(loaded, problem, progress=reporter.show)
+    reporter.warn(survey.warnings)
+    reporter.show(ProgressEvent("engine", 0, 1))
+    caster = open_engine(survey.scene, survey.patches, engine=engine, device=device)
+    reporter.show(ProgressEvent("engine", 1, 1, f"{caster.name}: {caster.device}"))
+    reporter.warn(caster.warnings)
+    return survey, caster, (*of_scene, *survey.warnings, *caster.warnings)

@@ -6,9 +6,12 @@ import os
 import shutil
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import output
+
+if TYPE_CHECKING:
+    from planner_core.model import Plan
 
 
 def show(document: dict[str, Any]) -> None:
@@ -43,6 +46,19 @@ def show(document: dict[str, Any]) -> None:
     output.say(
         f"registration  {n_linked} {links} with at least {100 * registration['threshold']:.0f} % overlap; {state}"
     )
+
+
+def finish(plan: Plan, folder: Path | None, *, as_json: bool, quiet: bool) -> None:
+    """Print what a plan is worth: plan.json's document, or the summary and where the folder is, or nothing."""
+    from planner_core.export.plan_json import plan_document
+
+    document = plan_document(plan)
+    if as_json:
+        output.as_json(document)
+    elif not quiet:
+        show(document)
+        if folder is not None:
+            where_to_look(folder)
 
 
 def where_to_look(folder: Path) -> None:

@@ -42,11 +42,9 @@ def command(
     """Compute the coverage of a given station list in SCENE: your own plan, or what was really scanned."""
     from planner_core.evaluate import evaluate_survey
     from planner_core.export.folder import check_output, write_plan_folder
-    from planner_core.export.plan_json import plan_document
     from planner_core.export.stations_csv import read_station_list
-    from planner_core.survey import make_survey
 
-    from .. import inputs, output, summary
+    from .. import inputs, summary
     from ..progress import ProgressReporter
 
     if folder is not None:
@@ -54,20 +52,12 @@ def command(
     settings = inputs.settings(**problem)
     given = read_station_list(stations)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
-        reporter.warn((*output.repairs(loaded.report, listed_in="plan.json"), *loaded.report.warnings))
-        survey = make_survey(loaded, settings, progress=reporter.show)
-        reporter.warn(survey.warnings)
-        caster = inputs.open_engine(survey, engine=engine, device=device, progress=reporter.show)
-        reporter.warn(caster.warnings)
+        survey, caster, _ = inputs.open_survey(
+            scene, settings, reporter, engine=engine, device=device, units=units, up=up,
+            skip_bad_faces=skip_bad_faces, listed_in="plan.json",
+        )  # fmt: skip
         plan = evaluate_survey(survey, settings, given, caster, progress=reporter.show)
         reporter.warn(plan.warnings)
         if folder is not None:
             write_plan_folder(plan, folder, engine=caster, overwrite=overwrite, progress=reporter.show)
-    document = plan_document(plan)
-    if as_json:
-        output.as_json(document)
-    elif not quiet:
-        summary.show(document)
-        if folder is not None:
-            summary.where_to_look(folder)
+    summary.finish(plan, folder, as_json=as_json, quiet=quiet)

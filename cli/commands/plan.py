@@ -44,27 +44,19 @@ def run(
 ) -> None:
     """Plan, write the folder and print the summary; `demo` calls this too."""
     from planner_core.export.folder import check_output, write_plan_folder
-    from planner_core.export.plan_json import plan_document
-    from planner_core.plan import make_survey, plan_survey
+    from planner_core.plan import plan_survey
 
-    from .. import inputs, output, summary
+    from .. import inputs, summary
     from ..progress import ProgressReporter
 
     check_output(folder, overwrite=overwrite)  # before minutes of work, not after
     settings = inputs.settings(**problem)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
-        reporter.warn((*output.repairs(loaded.report, listed_in="plan.json"), *loaded.report.warnings))
-        survey = make_survey(loaded, settings, progress=reporter.show)
-        reporter.warn(survey.warnings)
-        caster = inputs.open_engine(survey, engine=engine, device=device, progress=reporter.show)
-        reporter.warn(caster.warnings)
+        survey, caster, _ = inputs.open_survey(
+            scene, settings, reporter, engine=engine, device=device, units=units, up=up,
+            skip_bad_faces=skip_bad_faces, listed_in="plan.json",
+        )  # fmt: skip
         plan = plan_survey(survey, settings, caster, progress=reporter.show)
         reporter.warn(plan.warnings)
         write_plan_folder(plan, folder, engine=caster, overwrite=overwrite, progress=reporter.show)
-    document = plan_document(plan)
-    if as_json:
-        output.as_json(document)
-    elif not quiet:
-        summary.show(document)
-        summary.where_to_look(folder)
+    summary.finish(plan, folder, as_json=as_json, quiet=quiet)

@@ -58,7 +58,6 @@ def command(
     from planner_core.model import PlanSettings
     from planner_core.scan.scanners import load_scanner
     from planner_core.simulate import simulate_scans
-    from planner_core.survey import make_survey
 
     from .. import inputs, output
     from ..progress import ProgressReporter
@@ -68,14 +67,12 @@ def command(
     given = read_station_list(stations)
     scans: list[dict[str, Any]] = []
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
-        listed_in = "`tlsplan floors --json`"
-        warnings = [*output.repairs(loaded.report, listed_in=listed_in), *loaded.report.warnings]
-        reporter.warn(warnings)
-        survey = make_survey(loaded, settings, progress=reporter.show)
-        caster = inputs.open_engine(survey, engine=engine, device=device, progress=reporter.show)
+        survey, caster, told = inputs.open_survey(
+            scene, settings, reporter, engine=engine, device=device, units=units, up=up,
+            skip_bad_faces=skip_bad_faces, listed_in="`tlsplan floors --json`",
+        )  # fmt: skip
         placed = [place_station(survey, settings, caster, one, order) for order, one in enumerate(given, start=1)]
-        warnings += [*survey.warnings, *caster.warnings, *(line for _, lines in placed for line in lines)]
+        warnings = [*told, *(line for _, lines in placed for line in lines)]
         reporter.warn(warnings)
         positions_m = np.stack([station.position_m for station, _ in placed])
         names = station_prim_names([station for station, _ in placed])
