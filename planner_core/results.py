@@ -125,8 +125,8 @@ def warn_about_coverage(plan: Plan) -> tuple[str, ...]:
     planned = planned_floors(plan.survey.floors, plan.settings.requirements.floors)
     parts = [(f"floor {plan.survey.floors[i].name!r}", plan.coverage_by_floor[i]) for i in planned]
     for name, coverage in [*parts, ("the whole", plan.coverage)]:
-        reached = coverage.fraction_of_achievable
-        if reached < wanted - 1e-9:
+        if not coverage.meets(wanted):
+            reached = coverage.fraction_of_achievable
             lines.append(
                 f"{name} is covered to {100 * np.floor(reached * 1000) / 1000:.1f} % of its achievable area, "
                 f"{100 * wanted:g} % are required"

@@ -83,11 +83,6 @@ def link_strength(area_m2: FloatArray, surface: SharedSurface, patch: Int32Array
     return min(max(3.0 * smallest, 0.0), 1.0)
 
 
-def is_connected(links: tuple[Link, ...], station_ids: tuple[str, ...], *, threshold: float) -> bool:
-    """Tell whether links with at least `threshold` overlap join all stations; one station or none is connected."""
-    return len(components(links, station_ids, threshold=threshold)) <= 1
-
-
 def components(links: tuple[Link, ...], station_ids: tuple[str, ...], *, threshold: float) -> list[tuple[str, ...]]:
     """Groups of stations that links with at least `threshold` overlap join, in the order of station_ids."""
     group = {name: number for number, name in enumerate(station_ids)}

@@ -7,7 +7,6 @@ from planner_core.model import Link, Visibility
 from planner_core.register.overlap import (
     SharedSurface,
     components,
-    is_connected,
     link_strength,
     overlap_links,
     overlap_matrix,
@@ -86,11 +85,11 @@ def test_strength_of_too_little_surface_is_zero():
 def test_connection_is_judged_at_the_threshold():
     ids = ("A", "B", "C")
     links = (Link("A", "B", 0.4, 0.1), Link("B", "C", 0.2, 0.1))
-    assert is_connected(links, ids, threshold=0.2)
-    assert not is_connected(links, ids, threshold=0.3)
+    assert len(components(links, ids, threshold=0.2)) == 1
+    assert len(components(links, ids, threshold=0.3)) > 1
     assert components(links, ids, threshold=0.3) == [("A", "B"), ("C",)]
-    assert is_connected((), ("A",), threshold=0.3)
-    assert is_connected((), (), threshold=0.3)
+    assert components((), ("A",), threshold=0.3) == [("A",)]
+    assert components((), (), threshold=0.3) == []
 
 
 def test_geometry_of_patches_is_that_of_their_triangles():
