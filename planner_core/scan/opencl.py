@@ -5,11 +5,9 @@ Local frame, metres. The rules all engines keep are at the head of `planner_core
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from planner_core.device import Buffer, Device, Program
+from planner_core.device import Buffer, Device
 from planner_core.model import (
     BeamTemplate,
     Float32Array,
@@ -25,14 +23,9 @@ from planner_core.model import (
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import check_positions, check_rays
 from planner_core.scan.surfaces import round_surfaces
-from planner_core.scan.tiles import make_tiles
+from planner_core.scan.tiled_template import TiledTemplate
 from planner_core.scan.tree import build_tree
 from planner_core.scene.patches import squared_edges
-
-#: Beams a packet and packets a tile, by kind of device. CPU: measured on PoCL 3.0 (AVX2), docs/benchmarks/scan.md.
-#: Others are unmeasured: a scalar packet lets a GPU's own lanes be the packet.
-_TILE_SHAPE = {"cpu": (8, 32, 8)}
-_DEFAULT_TILE_SHAPE = (4, 8, 1)
 
 #: Rays a work-group on a CPU: one ray is too little work for a group's overhead.
 _RAY_GROUP = 64
@@ -41,17 +34,6 @@ _RAY_GROUP = 64
 _MARK_BYTES = 256 * 2**20
 #: Positions a batch at most, so that progress is heard of.
 _MAX_BATCH = 64
-
-
-@dataclass(frozen=True)
-class _Tiles:
-    """A template on the device. arguments: what both tile kernels take first, up to the positions."""
-
-    template: BeamTemplate
-    shape: tuple[int, int, int]
-    program: Program
-    n_tiles: int
-    arguments: tuple[object, ...]
 
 
 class OpenCLEngine:
@@ -85,7 +67,7 @@ class OpenCLEngine:
         # One node leaves at most 7 siblings on the stack, and the root needs an entry. In steps of 64, so that scenes
         # of different depths share their built programs.
         self._stack = -(-(7 * self.tree.n_levels + 1) // 64) * 64
-        self._tiles: _Tiles | None = None
+        self._tiles: TiledTemplate | None = None
 
     def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
         """See `ScanEngine.cast_rays`."""
@@ -133,10 +115,11 @@ class OpenCLEngine:
             "cosine": batch.cos_incidence,
         }
         with self._on.outputs("scans", arrays) as out:
-            tiles.program.run(
+            tiles.program("scan_tiles.cl").run(
                 "scan_tiles",
                 (tiles.n_tiles, positions.shape[0]),
-                *tiles.arguments,
+                *self._scene.values(),
+                *tiles.beam_arguments,
                 at["positions"],
                 *(out[name] for name in arrays),
             )
@@ -168,37 +151,20 @@ class OpenCLEngine:
         tiles = self._prepare(template)
         at = self._on.upload("positions", {"positions": batch})
         self._on.zero(on_device, len(batch) * self._n_patches)
-        tiles.program.run(
+        tiles.program("see_patches.cl").run(
             "mark_patches",
             (tiles.n_tiles, len(batch)),
-            *tiles.arguments,
+            *self._scene.values(),
+            *tiles.beam_arguments,
             at["positions"],
             on_device,
             np.int32(self._n_patches),
         )
         self._on.read(on_device, marks[: len(batch)])
 
-    def _prepare(self, template: BeamTemplate) -> _Tiles:
-        """Build the tile program; make and upload the template's tiles, unless the last call had the same template."""
-        shape = _TILE_SHAPE.get(self._on.kind, _DEFAULT_TILE_SHAPE)
-        if self._tiles is None or self._tiles.template is not template or self._tiles.shape != shape:
+    def _prepare(self, template: BeamTemplate) -> TiledTemplate:
+        """Make and upload the template's tiles, unless the last call had the same template."""
+        if self._tiles is None or not self._tiles.fits(template):
             self._tiles = None  # its buffers go before the new ones are made
-            self._tiles = self._make_tiles(template, shape)
+            self._tiles = TiledTemplate(template, self._on, stack=self._stack)
         return self._tiles
-
-    def _make_tiles(self, template: BeamTemplate, shape: tuple[int, int, int]) -> _Tiles:
-        rows, columns, lanes = shape
-        defines = {"LANES": lanes, "STACK": self._stack, "TILE_ROWS": rows, "TILE_COLUMNS": columns}
-        program = self._on.program("scan_tiles.cl", defines)
-        grid = make_tiles(template, tile_rows=rows, tile_columns=columns, lanes=lanes)
-        buffers = self._on.upload("beams", {"tiles": grid.bounds, "beams": grid.beams, "rectangles": grid.rectangles})
-        arguments = (
-            *self._scene.values(),
-            *buffers.values(),
-            np.int32(template.shape[0]),
-            np.int32(template.shape[1]),
-            np.int32(grid.tiles_across),
-            np.float32(template.range_min_m),
-            np.float32(template.range_max_m),
-        )
-        return _Tiles(template=template, shape=shape, program=program, n_tiles=grid.n_tiles, arguments=arguments)

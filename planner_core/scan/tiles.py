@@ -1,4 +1,4 @@
-"""Tiles of the beam template: neighbouring beams and the pyramid that bounds them; layout in kernels/scan_tiles.cl.
+"""Tiles of the beam template: neighbouring beams and the pyramid that bounds them; layout in kernels/trace_tile.h.
 
 Made once a template: a station only moves the origin.
 """

@@ -9,7 +9,7 @@ import pytest
 from planner_core.device import Device
 from planner_core.model import Visibility
 from planner_core.progress import ProgressEvent
-from planner_core.scan import opencl
+from planner_core.scan import tuning
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scene.patches import make_patches
 
@@ -140,7 +140,7 @@ def test_results_are_the_same_whatever_the_tile_and_the_packet(
     engine = open_both(shapes.scene_of(*shapes.clutter_of(60, seed=10)))[0]
     batches = []
     for shape in ((8, 32, 8), (4, 8, 1), (2, 16, 4), (16, 64, 8)):
-        monkeypatch.setattr(opencl, "_TILE_SHAPE", dict.fromkeys(("cpu", "gpu", "other"), shape))
+        monkeypatch.setattr(tuning, "_TILE_SHAPE", dict.fromkeys(("cpu", "gpu", "other"), shape))
         # A new template object: the engine keeps the tiles of the last one.
         batches.append(engine.scan(shapes.template_of(21, 130, range_max_m=6.0), positions[:3]))
     for other in batches[1:]:
