@@ -11,6 +11,7 @@ from planner_core.model import BeamTemplate
 from planner_core.scan.tiles import make_tiles
 from planner_core.scan.tuning import tile_shape
 
+
 class TiledTemplate:
     """Tiles of one template in one shape. Kernels of `trace_tile.h` take `scene_arguments`, then `beam_arguments`."""
 
