@@ -36,5 +36,9 @@ class DeviceError(PlannerError, RuntimeError):
     """No OpenCL device, a program that does not build, memory exhausted, device lost."""
 
 
+class DeviceMemoryError(DeviceError, MemoryError):
+    """The device's memory does not suffice, by our own count or the driver's: less work at a time may do."""
+
+
 class MissingPackageError(PlannerError, ImportError):
     """An optional package or system library is missing; the message says how to get it."""

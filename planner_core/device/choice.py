@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from planner_core.device.faults import driver_errors
 from planner_core.device.runtime import Device
 from planner_core.errors import DeviceError
 
@@ -15,6 +16,8 @@ from planner_core.errors import DeviceError
 DEVICE_VARIABLE = "TLSPLAN_DEVICE"
 #: Name of PoCL's platform, in every version.
 POCL = "Portable Computing Language"
+#: The loader is there and no driver is (PLATFORM_NOT_FOUND_KHR); a driver is there and its device is not.
+_NOTHING_THERE = frozenset({-1001, -1})
 _LIBRARY_ROOTS = ("/usr/lib", "/usr/lib64", "/lib64")
 
 
@@ -42,7 +45,7 @@ def list_devices() -> tuple[DeviceInfo, ...]:
     Raises
     ------
     DeviceError
-        pyopencl itself can't be loaded.
+        pyopencl itself can't be loaded, or the driver fails to say what there is.
     """
     return tuple(_describe(index, device) for index, device in enumerate(_all_devices()))
 
@@ -66,7 +69,8 @@ def open_device(name: str | None = None) -> Device:
     infos = [_describe(index, device) for index, device in enumerate(devices)]
     if not infos:
         raise DeviceError(
-            "no OpenCL device: expected at least one; install one, e.g. `pip install pocl-binary-distribution`"
+            "no OpenCL device: got none, expected at least one; install one, e.g. `pip install "
+            "pocl-binary-distribution`, or scan without OpenCL (`--engine open3d`)"
         )
     if wanted is None:
         usable = [info for info in infos if not info.problem] or infos
@@ -95,17 +99,19 @@ def _all_devices() -> list[Any]:
         raise DeviceError(
             f"pyopencl can't be loaded ({str(error).splitlines()[0]}), expected a working one; see `tlsplan doctor`"
         ) from error
-    try:
-        platforms = pyopencl.get_platforms()
-    except pyopencl.Error:
-        # PLATFORM_NOT_FOUND_KHR: the loader is there and no driver is.
-        return []
+    with driver_errors("listing OpenCL devices", "the OpenCL loader"):
+        try:
+            platforms = pyopencl.get_platforms()
+        except pyopencl.Error as error:
+            if error.code in _NOTHING_THERE:
+                return []
+            raise
     devices = []
     for platform in platforms:
         try:
             devices.extend(platform.get_devices())
         except pyopencl.Error:
-            # DEVICE_NOT_FOUND: this driver has no device here; others may.
+            # No device of this driver, or a broken driver beside one that works: others may serve.
             continue
     return devices
 
@@ -114,17 +120,18 @@ def _describe(index: int, device: Any) -> DeviceInfo:
     import pyopencl
 
     kinds = {pyopencl.device_type.CPU: "cpu", pyopencl.device_type.GPU: "gpu"}
-    kind = next((name for flag, name in kinds.items() if device.type & flag), "other")
-    return DeviceInfo(
-        index=index,
-        name=device.name.strip(),
-        platform=device.platform.name.strip(),
-        version=device.platform.version.strip(),
-        kind=kind,
-        n_compute_units=int(device.max_compute_units),
-        memory_bytes=int(device.global_mem_size),
-        problem=_linker_problem() if device.platform.name.strip() == POCL else "",
-    )
+    with driver_errors("describing", f"OpenCL device {index}"):
+        platform = device.platform.name.strip()
+        return DeviceInfo(
+            index=index,
+            name=device.name.strip(),
+            platform=platform,
+            version=device.platform.version.strip(),
+            kind=next((name for flag, name in kinds.items() if device.type & flag), "other"),
+            n_compute_units=int(device.max_compute_units),
+            memory_bytes=int(device.global_mem_size),
+            problem=_linker_problem() if platform == POCL else "",
+        )
 
 
 def _linker_problem() -> str:

@@ -1,23 +1,34 @@
-"""One open device: memory totalled before it is taken, programs built once, driver errors turned into DeviceError."""
+"""One open device: memory totalled before it is taken, programs built once, driver errors turned into DeviceError.
+
+CONTROL FLOW: one queue, in order. Launching returns at once. Results leave the device through `Device.read` and
+`Device.outputs` only, and both look first at the fate of EVERY kernel launched so far: a driver reports a kernel that
+it aborted in the kernel's own event, and nowhere else for certain.
+"""
 
 from __future__ import annotations
 
+import math
 import re
 import tempfile
 import warnings
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import resources
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.errors import DeviceError
+from planner_core.device.faults import device_error, driver_errors
+from planner_core.errors import DeviceError, DeviceMemoryError
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([\w.]+)"\s*$')
 #: Share of the device's memory that we take at most: drivers and other programs need some too.
 _USABLE_SHARE = 0.9
+#: BUILD_PROGRAM_FAILURE, COMPILE_PROGRAM_FAILURE, LINK_PROGRAM_FAILURE, INVALID_BUILD_OPTIONS: there is a log to read.
+_BUILD_FAILURES = frozenset({-11, -15, -17, -43})
+#: Launches whose fate has not been looked at yet; their events hold memory of the driver.
+_MAX_LAUNCHED = 1024
 
 
 class Buffer:
@@ -28,10 +39,15 @@ class Buffer:
 
     def release(self) -> None:
         """Give the memory back; a second call does nothing."""
-        if self.handle is not None:
-            self.handle.release()
-            self.handle = None
-            self._device.held_bytes -= self.n_bytes
+        if self.handle is None:
+            return
+        import pyopencl
+
+        handle, self.handle = self.handle, None
+        self._device.held_bytes -= self.n_bytes
+        # A lost device refuses even this; its memory is gone with it, and the error that said so is on its way.
+        with suppress(pyopencl.Error):
+            handle.release()
 
     def __del__(self) -> None:
         self.release()
@@ -47,22 +63,32 @@ class Program:
     def run(self, kernel: str, global_size: tuple[int, ...], *arguments: object, cpu_group: int = 1) -> None:
         """Queue a kernel over `global_size` work-items. Arguments: `Buffer`s and NumPy scalars or vectors.
 
-        On a CPU a group has `cpu_group` work-items along the first axis, which it must divide; elsewhere the driver
-        chooses. One is right where a work-item is much work: groups then spread evenly over the cores.
+        On a CPU a group has `cpu_group` work-items along the first axis, or the greatest common divisor of it and the
+        axis: a group must divide its axis in OpenCL 1.2. Elsewhere the driver chooses. One is right where a work-item
+        is much work: groups then spread evenly over the cores.
 
         Kernels run in the order they were queued in. Nothing is queued for an empty NDRange.
+
+        Raises
+        ------
+        DeviceError
+            The launch is refused. What goes wrong later is raised by `Device.read`, `Device.outputs`, `Device.finish`.
         """
         if 0 in global_size:
             return
         import pyopencl
 
-        with driver_errors(f"kernel {kernel} of {self._title}"):
+        device = self._device
+        what = f"kernel {kernel} of {self._title}"
+        local_size = None
+        if device.kind == "cpu":
+            local_size = (math.gcd(global_size[0], min(cpu_group, device.max_group)),) + (1,) * (len(global_size) - 1)
+        with driver_errors(what, device.label):
             if kernel not in self._kernels:
                 self._kernels[kernel] = pyopencl.Kernel(self._built, kernel)
-            handles = [item.handle if isinstance(item, Buffer) else item for item in arguments]
-            on_cpu = self._device.kind == "cpu"
-            local_size = (cpu_group,) + (1,) * (len(global_size) - 1) if on_cpu else None
-            self._kernels[kernel](self._device.queue, global_size, local_size, *handles)
+            launch = self._kernels[kernel]
+            launch.set_args(*(item.handle if isinstance(item, Buffer) else item for item in arguments))
+            device.note_launch(what, pyopencl.enqueue_nd_range_kernel(device.queue, launch, global_size, local_size))
 
 
 class Device:
@@ -72,12 +98,17 @@ class Device:
         import pyopencl
 
         self.label, self.kind = label, kind
-        with driver_errors(f"opening {label}"):
+        with driver_errors("opening the device", label):
             self.context = pyopencl.Context([device])
             self.queue = pyopencl.CommandQueue(self.context, device)
+            self.name = str(device.name).strip()
+            self.driver = f"{device.platform.version} {device.driver_version}".strip()
+            self.n_compute_units = int(device.max_compute_units)
             self.memory_bytes = int(device.global_mem_size)
             self.max_buffer_bytes = int(device.max_mem_alloc_size)
+            self.max_group = min(int(device.max_work_group_size), int(device.max_work_item_sizes[0]))
         self.held_bytes = 0
+        self._launched: list[tuple[str, Any]] = []
         self._programs: dict[tuple[str, tuple[str, ...]], Program] = {}
 
     @property
@@ -112,6 +143,8 @@ class Device:
                 warnings.simplefilter("ignore", pyopencl.CompilerWarning)
                 return pyopencl.Program(self.context, source).build(options=list(options))
         except pyopencl.Error as error:
+            if error.code not in _BUILD_FAILURES:
+                raise device_error(f"building {title}", self.label, int(error.code), str(error)) from error
             log = str(error)
             with tempfile.NamedTemporaryFile(
                 "w", prefix=f"tlsplan-{title}-", suffix=".log", delete=False, encoding="utf-8"
@@ -119,8 +152,8 @@ class Device:
                 file.write(log)
             lines = [line.strip() for line in log.splitlines() if "error" in line.lower()] or log.splitlines()
             raise DeviceError(
-                f"{title} does not build on {self.label}: {lines[0][:200]}; the full log is {file.name}; "
-                "use engine open3d or another device"
+                f"{title} does not build on {self.label}: {(lines or ['no log'])[0][:200]}; the full log is "
+                f"{file.name}; take another device (`--device`), or scan without OpenCL (`--engine open3d`)"
             ) from error
 
     def reserve(self, what: str, sizes_bytes: Mapping[str, int]) -> None:
@@ -128,18 +161,18 @@ class Device:
 
         Raises
         ------
-        DeviceError
+        DeviceMemoryError
             They don't: requested and available.
         """
         total = sum(sizes_bytes.values())
         if total > self.free_bytes:
-            raise DeviceError(
+            raise DeviceMemoryError(
                 f"{what}: {_mib(total)} requested on {self.label}, {_mib(self.free_bytes)} available; "
                 "use a larger device, a smaller scene or fewer positions a call"
             )
         for name, size in sizes_bytes.items():
             if size > self.max_buffer_bytes:
-                raise DeviceError(
+                raise DeviceMemoryError(
                     f"{what}: {_mib(size)} requested for {name} on {self.label}, one buffer can have "
                     f"{_mib(self.max_buffer_bytes)}; use a larger device or a smaller scene"
                 )
@@ -152,7 +185,7 @@ class Device:
         flags = pyopencl.mem_flags.READ_WRITE | pyopencl.mem_flags.COPY_HOST_PTR
         buffers = {}
         for name, array in arrays.items():
-            with driver_errors(f"{what}: {name}"):
+            with driver_errors(f"{what}: {name}", self.label):
                 # A buffer of nothing is an error in OpenCL; one byte stands for it.
                 source = np.ascontiguousarray(array) if array.size else np.zeros(1, dtype=np.uint8)
                 buffers[name] = self._keep(pyopencl.Buffer(self.context, flags, hostbuf=source), array.nbytes)
@@ -163,7 +196,7 @@ class Device:
         import pyopencl
 
         self.reserve(what, {what: n_bytes})
-        with driver_errors(what):
+        with driver_errors(what, self.label):
             handle = pyopencl.Buffer(self.context, pyopencl.mem_flags.READ_WRITE, size=max(n_bytes, 1))
         return self._keep(handle, n_bytes)
 
@@ -171,44 +204,115 @@ class Device:
         """Queue filling the first bytes of a buffer with zero."""
         import pyopencl
 
-        with driver_errors("clearing a buffer"):
+        with driver_errors("clearing a buffer", self.label):
             pyopencl.enqueue_fill_buffer(self.queue, buffer.handle, np.uint8(0), 0, n_bytes)
 
     def read(self, buffer: Buffer, into: NDArray[Any]) -> None:
-        """Wait for everything queued and copy a buffer's head to `into`."""
+        """Wait for everything queued and copy a buffer's head to `into`, which must be contiguous.
+
+        Raises
+        ------
+        DeviceError
+            The copy failed, or any kernel launched before it did: then `into` holds nothing of use.
+        """
         import pyopencl
 
-        if into.size == 0:
-            return
-        with driver_errors("reading results"):
-            pyopencl.enqueue_copy(self.queue, into, buffer.handle)
+        self.finish("reading results")
+        if into.size:
+            with driver_errors("reading results", self.label):
+                pyopencl.enqueue_copy(self.queue, into, buffer.handle)
+
+    def finish(self, what: str) -> None:
+        """Wait for everything queued.
+
+        Raises
+        ------
+        DeviceError
+            Waiting failed, or a kernel launched since the last call did not complete.
+        """
+        launched, self._launched = self._launched, []
+        # A kernel's own failure tells more than that of the queue, which it may have brought down.
+        broken: DeviceError | None = None
+        try:
+            with driver_errors(what, self.label):
+                self.queue.finish()
+        except DeviceError as error:
+            broken = error
+        for kernel, event in launched:
+            with driver_errors(kernel, self.label):
+                status = int(event.command_execution_status)
+            if status < 0:
+                raise device_error(kernel, self.label, status, f"the driver aborted it with status {status}")
+        if broken is not None:
+            raise broken
+
+    def note_launch(self, what: str, event: Any) -> None:
+        """Remember a command whose fate `finish` has to look at; `what` names it in errors."""
+        if len(self._launched) >= _MAX_LAUNCHED:
+            self.finish(what)
+        self._launched.append((what, event))
 
     @contextmanager
     def outputs(self, what: str, arrays: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, Buffer]]:
         """Buffers that kernels write and that ARE the arrays (on a CPU) or get copied to them (elsewhere) on leaving.
 
-        A CPU device writes straight to the arrays' memory: a copy would cost as much as a fifth of a scan.
-        """
-        import pyopencl
+        A CPU device writes straight to the arrays' memory: a copy would cost as much as a fifth of a scan. There a
+        buffer is aligned as NumPy aligns, to 16 bytes: kernels store whole vectors with vstore.
 
+        Raises
+        ------
+        DeviceError
+            Any kernel launched so far did not complete, or the copy failed: the arrays then hold nothing of use.
+        """
         self.reserve(what, {name: array.nbytes for name, array in arrays.items()})
-        flags = pyopencl.mem_flags.WRITE_ONLY | pyopencl.mem_flags.USE_HOST_PTR
         buffers: dict[str, Buffer] = {}
         try:
             for name, array in arrays.items():
-                with driver_errors(f"{what}: {name}"):
-                    buffers[name] = self._keep(pyopencl.Buffer(self.context, flags, hostbuf=array), array.nbytes)
+                with driver_errors(f"{what}: {name}", self.label):
+                    buffers[name] = self._output_buffer(array)
             yield buffers
-            with driver_errors(what):
+            self.finish(what)
+            with driver_errors(what, self.label):
                 for name, array in arrays.items():
-                    mapped, _ = pyopencl.enqueue_map_buffer(
-                        self.queue, buffers[name].handle, pyopencl.map_flags.READ, 0, array.shape, array.dtype
-                    )
-                    mapped.base.release(self.queue)
-                self.queue.finish()
+                    if array.size:
+                        self._bring_back(buffers[name], array)
+        except BaseException:
+            self._drain()  # kernels may still be writing to the arrays, which the caller is about to drop
+            raise
         finally:
             for buffer in buffers.values():
                 buffer.release()
+
+    def _output_buffer(self, array: NDArray[Any]) -> Buffer:
+        import pyopencl
+
+        flags = pyopencl.mem_flags.WRITE_ONLY
+        if self.kind == "cpu" and array.size:
+            return self._keep(
+                pyopencl.Buffer(self.context, flags | pyopencl.mem_flags.USE_HOST_PTR, hostbuf=array), array.nbytes
+            )
+        return self._keep(pyopencl.Buffer(self.context, flags, size=max(array.nbytes, 1)), array.nbytes)
+
+    def _bring_back(self, buffer: Buffer, array: NDArray[Any]) -> None:
+        import pyopencl
+
+        if self.kind != "cpu":
+            pyopencl.enqueue_copy(self.queue, array, buffer.handle)
+            return
+        # Mapping hands the memory over to the host; on a CPU nothing moves.
+        mapped, _ = pyopencl.enqueue_map_buffer(
+            self.queue, buffer.handle, pyopencl.map_flags.READ, 0, array.shape, array.dtype
+        )
+        mapped.base.release(self.queue)
+        self.queue.finish()
+
+    def _drain(self) -> None:
+        """Wait until nothing runs any more, whatever became of it: an error is on its way already."""
+        import pyopencl
+
+        self._launched.clear()
+        with suppress(pyopencl.Error):
+            self.queue.finish()
 
     def _keep(self, handle: Any, n_bytes: int) -> Buffer:
         self.held_bytes += n_bytes
@@ -238,20 +342,6 @@ def expand_includes(text: str, file: str, seen: set[str] | None = None) -> str:
 
 def _read(file: str) -> str:
     return (resources.files("planner_core.kernels") / file).read_text(encoding="utf-8")
-
-
-@contextmanager
-def driver_errors(what: str) -> Iterator[None]:
-    """Turn an error of the driver into DeviceError."""
-    import pyopencl
-
-    try:
-        yield
-    except pyopencl.Error as error:
-        line = (str(error).splitlines() or ["unknown error"])[0]
-        raise DeviceError(
-            f"{what}: the device failed ({line}), expected it to work; free memory, or use engine open3d"
-        ) from error
 
 
 def _mib(n_bytes: int) -> str:
