@@ -41,12 +41,10 @@ class Buffer:
         """Give the memory back; a second call does nothing."""
         if self.handle is None:
             return
-        import pyopencl
-
         handle, self.handle = self.handle, None
         self._device.held_bytes -= self.n_bytes
         # A lost device refuses even this; its memory is gone with it, and the error that said so is on its way.
-        with suppress(pyopencl.Error):
+        with suppress(self._device.driver_error):
             handle.release()
 
     def __del__(self) -> None:
@@ -107,6 +105,8 @@ class Device:
             self.memory_bytes = int(device.global_mem_size)
             self.max_buffer_bytes = int(device.max_mem_alloc_size)
             self.max_group = min(int(device.max_work_group_size), int(device.max_work_item_sizes[0]))
+        #: What the driver raises, kept for when the interpreter ends: nothing can be imported any more by then.
+        self.driver_error: type[Exception] = pyopencl.Error
         self.held_bytes = 0
         self._launched: list[tuple[str, Any]] = []
         self._programs: dict[tuple[str, tuple[str, ...]], Program] = {}
@@ -308,10 +308,8 @@ class Device:
 
     def _drain(self) -> None:
         """Wait until nothing runs any more, whatever became of it: an error is on its way already."""
-        import pyopencl
-
         self._launched.clear()
-        with suppress(pyopencl.Error):
+        with suppress(self.driver_error):
             self.queue.finish()
 
     def _keep(self, handle: Any, n_bytes: int) -> Buffer:
