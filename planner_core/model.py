@@ -166,7 +166,7 @@ class Patches:
 # ------------------------------------------------------------------------------------------- scanner
 @dataclass(frozen=True)
 class Scanner:
-    """A scanner's specification. Channels are the rows of a scan, azimuth steps its columns.
+    """A scanner's specification, in the instrument's own frame. Channels are the rows of a scan, azimuths its columns.
 
     elevation_rad : one angle a channel, highest first.
     """
@@ -181,6 +181,12 @@ class Scanner:
     elevation_rad: tuple[float, ...]
     instrument_height_min_m: float
     instrument_height_max_m: float
+    azimuth_range_rad: tuple[float, float] | None = None
+    """First and last of `n_azimuths` even azimuths, both included; None: a full turn from 0."""
+    azimuth_offset_rad: tuple[float, ...] = ()
+    """One angle a channel, added to its azimuths; empty: none."""
+    inverted: bool = False
+    """Hangs upside down: turned by 180 degrees about its x axis."""
 
     @property
     def n_channels(self) -> int:
@@ -195,15 +201,19 @@ class Scanner:
 
 @dataclass(frozen=True)
 class BeamTemplate:
-    """All beams of one scan from the sensor's origin: beam (row, column) = (elevation_rad[row], azimuth_rad[column]).
+    """All beams of one scan from the sensor's origin, as the scene sees them: also those of an inverted instrument.
 
+    Beam (row, column): e = elevation_rad[row], a = azimuth_rad[column] + azimuth_offset_rad[row],
     direction = (cos e cos a, cos e sin a, sin e). Float64; engines round to float32 from the SAME float64 values.
+
+    azimuth_rad : (C,) even steps, rising. elevation_rad : (R,), never rising. azimuth_offset_rad : (R,) or None: zero.
     """
 
     azimuth_rad: FloatArray
     elevation_rad: FloatArray
     range_min_m: float
     range_max_m: float
+    azimuth_offset_rad: FloatArray | None = None
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -5,19 +5,54 @@ Radians; azimuth counter-clockwise from +x seen from above, elevation up from th
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
 import numpy as np
 
+from planner_core.errors import RequirementError
 from planner_core.model import BeamTemplate, FloatArray, Scanner
+
+#: Azimuth steps that a template may be off a full turn and still be taken for one.
+_TURN_SLACK = 1e-6
+
+
+@dataclass(frozen=True)
+class Band:
+    """Rows `first_row` and on of a template, as a template of their own."""
+
+    first_row: int
+    template: BeamTemplate
 
 
 def make_template(scanner: Scanner) -> BeamTemplate:
-    """Beams of `scanner`: its channels by `n_azimuths` azimuths, evenly from 0 (the full turn itself excluded)."""
+    """Beams of `scanner` in the scene: its channels by its azimuths, turned about x where it hangs upside down.
+
+    The turn takes (x, y, z) to (x, -y, -z): azimuth and elevation change sign. Rows and columns are put in order again,
+    so that row 0 is the highest as the scene sees it, and azimuths rise: channel k of an inverted scanner is row
+    n_channels - 1 - k, and a full turn starts at 0 as ever.
+    """
+    azimuth = _azimuths(scanner)
+    elevation = np.array(scanner.elevation_rad, dtype=np.float64)
+    offset = np.array(scanner.azimuth_offset_rad, dtype=np.float64) if scanner.azimuth_offset_rad else None
+    if scanner.inverted:
+        elevation = -elevation[::-1]
+        offset = None if offset is None else -offset[::-1]
+        # A full turn is the same set of azimuths either way round.
+        azimuth = azimuth if scanner.azimuth_range_rad is None else -azimuth[::-1]
     return BeamTemplate(
-        azimuth_rad=np.arange(scanner.n_azimuths, dtype=np.float64) * (2.0 * np.pi / scanner.n_azimuths),
-        elevation_rad=np.array(scanner.elevation_rad, dtype=np.float64),
+        azimuth_rad=azimuth,
+        elevation_rad=elevation,
         range_min_m=scanner.range_min_m,
         range_max_m=scanner.range_max_m,
+        azimuth_offset_rad=offset,
     )
+
+
+def _azimuths(scanner: Scanner) -> FloatArray:
+    if scanner.azimuth_range_rad is None:
+        return np.arange(scanner.n_azimuths, dtype=np.float64) * (2.0 * np.pi / scanner.n_azimuths)
+    return np.linspace(*scanner.azimuth_range_rad, scanner.n_azimuths)
 
 
 def directions(template: BeamTemplate) -> FloatArray:
@@ -25,9 +60,55 @@ def directions(template: BeamTemplate) -> FloatArray:
 
     Engines round these very values to float32; they never compute directions of their own.
     """
-    elevation, azimuth = template.elevation_rad[:, None], template.azimuth_rad[None, :]
     out = np.empty((*template.shape, 3))
-    out[..., 0] = np.cos(elevation) * np.cos(azimuth)
-    out[..., 1] = np.cos(elevation) * np.sin(azimuth)
+    elevation, azimuth = template.elevation_rad[:, None], template.azimuth_rad[None, :]
+    if template.azimuth_offset_rad is not None:
+        azimuth = azimuth + template.azimuth_offset_rad[:, None]
+    cosine = np.cos(elevation)
+    np.multiply(cosine, np.cos(azimuth), out=out[..., 0])
+    np.multiply(cosine, np.sin(azimuth), out=out[..., 1])
     out[..., 2] = np.sin(elevation)
     return out
+
+
+def azimuth_step_rad(template: BeamTemplate) -> float:
+    """Angle between neighbouring columns; 0 where there is one column alone."""
+    azimuth = template.azimuth_rad
+    return float(azimuth[-1] - azimuth[0]) / (azimuth.size - 1) if azimuth.size > 1 else 0.0
+
+
+def is_full_turn(template: BeamTemplate) -> bool:
+    """Whether the column after the last one would be the first again."""
+    step = azimuth_step_rad(template)
+    return step > 0 and abs(step * template.azimuth_rad.size - 2 * np.pi) <= _TURN_SLACK * step
+
+
+def bands(template: BeamTemplate, *, max_beams: int) -> Iterator[Band]:
+    """Cut a template into bands of whole rows, of `max_beams` beams at most but of one row at least, top to bottom.
+
+    Scanning one band after the other needs memory for one alone. A beam's result is the same bits in any band. A
+    template that fits is its own band: the very object.
+
+    Raises
+    ------
+    RequirementError
+        `max_beams` is not positive.
+    """
+    if max_beams < 1:
+        raise RequirementError(f"max_beams: got {max_beams}, expected at least 1; a million suits most devices")
+    n_rows, n_columns = template.shape
+    at_once = max(1, max_beams // max(1, n_columns))
+    if at_once >= n_rows:
+        yield Band(0, template)
+        return
+    for first in range(0, n_rows, at_once):
+        rows = slice(first, min(first + at_once, n_rows))
+        offset = template.azimuth_offset_rad
+        yield Band(
+            first,
+            replace(
+                template,
+                elevation_rad=template.elevation_rad[rows],
+                azimuth_offset_rad=None if offset is None else offset[rows],
+            ),
+        )
