@@ -86,8 +86,7 @@ def _read(text: str, *, where: str) -> Scanner:
         elevation_rad=_radians(elevation_deg),
         instrument_height_min_m=number["instrument_height_min_m"],
         instrument_height_max_m=number["instrument_height_max_m"],
-        azimuth_range_rad=azimuth_range_deg
-        and (math.radians(azimuth_range_deg[0]), math.radians(azimuth_range_deg[1])),
+        azimuth_range_rad=azimuth_range_rad,
         azimuth_offset_rad=_radians(offset_deg),
         inverted=mounting == "inverted",
     )
