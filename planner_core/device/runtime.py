@@ -231,20 +231,21 @@ class Device:
             Waiting failed, or a kernel launched since the last call did not complete.
         """
         launched, self._launched = self._launched, []
-        # A kernel's own failure tells more than that of the queue, which it may have brought down.
-        broken: DeviceError | None = None
         try:
             with driver_errors(what, self.label):
                 self.queue.finish()
-        except DeviceError as error:
-            broken = error
+        except DeviceError:
+            # A kernel's own failure tells more than that of the queue, which it may have brought down.
+            self._look_at(launched)
+            raise
+        self._look_at(launched)
+
+    def _look_at(self, launched: list[tuple[str, Any]]) -> None:
         for kernel, event in launched:
             with driver_errors(kernel, self.label):
                 status = int(event.command_execution_status)
             if status < 0:
                 raise device_error(kernel, self.label, status, f"the driver aborted it with status {status}")
-        if broken is not None:
-            raise broken
 
     def note_launch(self, what: str, event: Any) -> None:
         """Remember a command whose fate `finish` has to look at; `what` names it in errors."""

@@ -15,11 +15,6 @@ DOUBLE = (
 )
 
 
-@pytest.fixture(scope="module")
-def device() -> Device:
-    return open_device()
-
-
 def test_devices_are_listed_with_their_numbers() -> None:
     devices = list_devices()
     assert devices, "make test installs PoCL"

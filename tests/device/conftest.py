@@ -1,0 +1,125 @@
+"""What a driver can do wrong, played by wrapping pyopencl: its own exception types, with the real status codes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pyopencl
+import pytest
+from pyopencl import _cl
+
+from planner_core.device import Device, open_device
+from planner_core.model import LoadReport, Patches, Scene, SceneSource
+from planner_core.scan.opencl import OpenCLEngine
+from planner_core.scene.patches import make_patches
+
+CODES = {name: getattr(pyopencl.status_code, name) for name in dir(pyopencl.status_code) if name.isupper()}
+_MEMORY = ("MEM_OBJECT_ALLOCATION_FAILURE", "OUT_OF_RESOURCES", "OUT_OF_HOST_MEMORY")
+
+
+def driver_error(routine: str, status: str) -> pyopencl.Error:
+    """The exception that pyopencl raises for a status: its C++ wrapper chooses the type by the code, like this."""
+    code = CODES[status]
+    kind = pyopencl.MemoryError if status in _MEMORY else pyopencl.LogicError if code <= -30 else pyopencl.RuntimeError
+    return kind(_cl._ErrorRecord(routine, code, ""))
+
+
+class Aborted:
+    """An event of a kernel that the driver took on and then aborted: it says so here, and waiting says nothing."""
+
+    def __init__(self, event: Any, status: str) -> None:
+        self._event = event
+        self.command_execution_status = CODES[status]
+
+    def wait(self) -> None:
+        self._event.wait()
+
+
+@contextmanager
+def refuse(target: Any, name: str, status: str, *, times: int = 10**9) -> Iterator[SimpleNamespace]:
+    """Calls of target.name fail with the status; `.refused` counts them."""
+    real = getattr(target, name)
+    seen = SimpleNamespace(refused=0)
+
+    def wrapped(*arguments: Any, **named: Any) -> Any:
+        if seen.refused < times:
+            seen.refused += 1
+            raise driver_error(f"cl{name}", status)
+        return real(*arguments, **named)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(target, name, wrapped)
+        yield seen
+
+
+@contextmanager
+def abort(kernel: str, status: str) -> Iterator[SimpleNamespace]:
+    """Launches of the kernel succeed, and their events say later that it was aborted; `.aborted` counts them."""
+    real = pyopencl.enqueue_nd_range_kernel
+    seen = SimpleNamespace(aborted=0)
+
+    def wrapped(queue: Any, launched: Any, *rest: Any, **named: Any) -> Any:
+        event = real(queue, launched, *rest, **named)
+        if launched.function_name != kernel:
+            return event
+        seen.aborted += 1
+        return Aborted(event, status)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pyopencl, "enqueue_nd_range_kernel", wrapped)
+        yield seen
+
+
+@contextmanager
+def watch() -> Iterator[list[str]]:
+    """Names of the kernels that are launched meanwhile."""
+    real = pyopencl.enqueue_nd_range_kernel
+    names: list[str] = []
+
+    def wrapped(queue: Any, launched: Any, *rest: Any, **named: Any) -> Any:
+        names.append(launched.function_name)
+        return real(queue, launched, *rest, **named)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pyopencl, "enqueue_nd_range_kernel", wrapped)
+        yield names
+
+
+@pytest.fixture(scope="session")
+def faults() -> SimpleNamespace:
+    """The faults above, each a context manager."""
+    return SimpleNamespace(refuse=refuse, abort=abort, watch=watch)
+
+
+@pytest.fixture
+def room() -> tuple[Scene, Patches]:
+    """A closed box of 2 x 4 x 6 m about the origin."""
+    corners = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-2.0, 2.0) for z in (-3.0, 3.0)])
+    faces = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)]
+    faces += [(2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)]
+    scene = Scene(
+        source=SceneSource(__file__, "", "memory", "metre", 1.0, "Z"),
+        vertices_m=corners,
+        triangles=np.array(faces, dtype=np.int32),
+        element_of_triangle=np.zeros(12, dtype=np.int32),
+        elements=(),
+        storeys=(),
+        offset_m=np.zeros(3),
+        report=LoadReport(12),
+    )
+    return scene, make_patches(scene, max_area_m2=0.5)
+
+
+@pytest.fixture
+def engine(room: tuple[Scene, Patches]) -> OpenCLEngine:
+    """An engine on a device of its own: what it holds can be counted."""
+    return OpenCLEngine(*room, open_device())
+
+
+@pytest.fixture(scope="module")
+def device() -> Device:
+    return open_device()

@@ -1,0 +1,321 @@
+"""What the library does when a driver fails: one clear line, or the announced fallback; never half a result."""
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pyopencl
+import pytest
+
+from planner_core.device import Device, in_batches, open_device
+from planner_core.errors import DeviceError, DeviceMemoryError
+from planner_core.model import BeamTemplate, Patches, Scene
+from planner_core.scan.engine import open_engine
+from planner_core.scan.opencl import OpenCLEngine
+
+TEMPLATE = BeamTemplate(
+    azimuth_rad=np.arange(32) * (2 * np.pi / 32),
+    elevation_rad=np.linspace(0.5, -0.5, 4),
+    range_min_m=0.0,
+    range_max_m=100.0,
+)
+AT = np.array([[0.0, 0.0, 0.0], [0.2, 0.1, -0.3], [-0.4, 0.5, 0.6]])
+NOWHERE = (np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]]))
+
+
+def scan(engine: OpenCLEngine) -> object:
+    return engine.scan(TEMPLATE, AT)
+
+
+def see(engine: OpenCLEngine) -> object:
+    return engine.visible_patches(TEMPLATE, AT)
+
+
+def cast(engine: OpenCLEngine) -> object:
+    return engine.cast_rays(*NOWHERE, range_max_m=10.0)
+
+
+def clear_line(error: BaseException) -> str:
+    """The message, once it is seen to be one line that says what was expected and what to do."""
+    text = str(error)
+    assert "\n" not in text
+    assert "expected" in text or "does not build" in text
+    assert "--engine open3d" in text or "smaller scene" in text
+    return text
+
+
+CALLS = {"scan": scan, "visible_patches": see, "cast_rays": cast}
+
+
+@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
+@pytest.mark.parametrize(
+    ("status", "said"),
+    [
+        ("DEVICE_NOT_AVAILABLE", "was lost"),
+        ("INVALID_COMMAND_QUEUE", "was lost"),
+        ("OUT_OF_RESOURCES", "ran out of memory"),
+        ("OUT_OF_HOST_MEMORY", "ran out of memory"),
+        ("MEM_OBJECT_ALLOCATION_FAILURE", "ran out of memory"),
+        ("INVALID_WORK_GROUP_SIZE", "failed"),
+    ],
+)
+def test_a_launch_that_is_refused_is_told_with_its_kernel_and_cause(
+    engine: OpenCLEngine, faults: SimpleNamespace, call: Callable[[OpenCLEngine], object], status: str, said: str
+) -> None:
+    refused = faults.refuse(pyopencl, "enqueue_nd_range_kernel", status)
+    with refused, pytest.raises(DeviceError, match=said) as caught:
+        call(engine)
+    line = clear_line(caught.value)
+    assert status in line
+    assert "kernel " in line
+    assert isinstance(caught.value, DeviceMemoryError) == (said == "ran out of memory")
+
+
+@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
+@pytest.mark.parametrize("status", ["OUT_OF_RESOURCES", "DEVICE_NOT_AVAILABLE"])
+def test_a_kernel_that_is_aborted_on_the_way_is_never_read_as_a_result(
+    engine: OpenCLEngine, faults: SimpleNamespace, call: Callable[[OpenCLEngine], object], status: str
+) -> None:
+    """The queue finishes well and the arrays can be read: only the kernel's event tells."""
+    with faults.watch() as kernels:
+        expected = call(engine)
+    assert kernels
+    for kernel in set(kernels):
+        with faults.abort(kernel, status) as seen, pytest.raises(DeviceError, match=kernel) as caught:
+            call(engine)
+        assert seen.aborted >= 1
+        clear_line(caught.value)
+    assert_equal(call(engine), expected)
+
+
+def test_a_kernel_aborted_while_the_tree_is_built_gives_no_tree(
+    room: tuple[Scene, Patches], faults: SimpleNamespace
+) -> None:
+    with faults.watch() as kernels:
+        OpenCLEngine(*room, open_device())
+    assert kernels
+    for kernel in set(kernels):
+        with faults.abort(kernel, "DEVICE_NOT_AVAILABLE"), pytest.raises(DeviceError, match=kernel):
+            OpenCLEngine(*room, open_device())
+
+
+@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
+@pytest.mark.parametrize(
+    ("target", "name"),
+    [
+        (pyopencl, "Buffer"),
+        (pyopencl, "enqueue_copy"),
+        (pyopencl, "enqueue_map_buffer"),
+        (pyopencl.CommandQueue, "finish"),
+    ],
+    ids=["Buffer", "enqueue_copy", "enqueue_map_buffer", "finish"],
+)
+def test_memory_that_runs_out_anywhere_is_an_error_and_what_was_held_comes_back(
+    engine: OpenCLEngine, faults: SimpleNamespace, call: Callable[[OpenCLEngine], object], target: Any, name: str
+) -> None:
+    expected = call(engine)
+    held = engine._on.held_bytes
+    with faults.refuse(target, name, "MEM_OBJECT_ALLOCATION_FAILURE") as seen:
+        if seen_by(call, name):
+            with pytest.raises(DeviceMemoryError) as caught:
+                call(engine)
+            clear_line(caught.value)
+            assert seen.refused >= 1
+            del caught
+    assert engine._on.held_bytes == held
+    assert_equal(call(engine), expected)
+
+
+def seen_by(call: Callable[[OpenCLEngine], object], name: str) -> bool:
+    """Whether a call on a CPU uses the function: marks are copied, other results mapped."""
+    return name in {"Buffer", "finish"} or (name == "enqueue_copy") == (call is see)
+
+
+def assert_equal(got: object, expected: object) -> None:
+    for name, value in vars(expected).items():
+        np.testing.assert_array_equal(getattr(got, name), value, err_msg=name)
+
+
+def test_a_driver_without_a_compiler_is_told_apart_from_a_faulty_program(
+    device: Device, faults: SimpleNamespace
+) -> None:
+    refused = faults.refuse(pyopencl.Program, "build", "COMPILER_NOT_AVAILABLE")
+    with refused, pytest.raises(DeviceError, match="has no compiler") as caught:
+        device.program_from_source("kernel void a(global int *x) { x[0] = 1; }", title="a.cl", defines={"A": 1})
+    clear_line(caught.value)
+
+
+def test_memory_that_runs_out_in_the_compiler_is_a_memory_error(device: Device, faults: SimpleNamespace) -> None:
+    refused = faults.refuse(pyopencl.Program, "build", "OUT_OF_HOST_MEMORY")
+    with refused, pytest.raises(DeviceMemoryError, match=r"building b\.cl"):
+        device.program_from_source("kernel void b(global int *x) { x[0] = 1; }", title="b.cl", defines={"B": 1})
+
+
+def test_a_refused_program_is_not_kept_as_built(device: Device, faults: SimpleNamespace) -> None:
+    source = "kernel void c(global int *x) { x[0] = 1; }"
+    with faults.refuse(pyopencl.Program, "build", "OUT_OF_HOST_MEMORY"), pytest.raises(DeviceMemoryError):
+        device.program_from_source(source, title="c.cl", defines={})
+    out = np.zeros(1, dtype=np.int32)
+    with device.outputs("test", {"x": out}) as buffers:
+        device.program_from_source(source, title="c.cl", defines={}).run("c", (1,), buffers["x"])
+    assert out[0] == 1
+
+
+def test_an_interrupt_among_outputs_waits_for_the_kernels_that_write_to_them(device: Device) -> None:
+    slow = "kernel void slow(global int *x) { int y = 1; for (int k = 0; k < 100000000; ++k) y = y * 5 + 1; x[0] = y; }"
+    out = np.zeros(1, dtype=np.int32)
+    program = device.program_from_source(slow, title="slow.cl", defines={})
+    held = device.held_bytes
+    with pytest.raises(KeyboardInterrupt), device.outputs("test", {"x": out}) as buffers:
+        program.run("slow", (1,), buffers["x"])
+        raise KeyboardInterrupt
+    first = int(out[0])
+    device.queue.finish()
+    assert first != 0, "the array was let go while its kernel was still running"
+    assert int(out[0]) == first
+    assert device.held_bytes == held
+
+
+def test_outputs_on_other_devices_than_cpus_are_copied(room: tuple[Scene, Patches], engine: OpenCLEngine) -> None:
+    """A GPU's path, walked on the device that is here: buffers of its own, brought back by a copy."""
+    elsewhere = open_device()
+    elsewhere.kind = "gpu"
+    copied = OpenCLEngine(*room, elsewhere)
+    for call in CALLS.values():
+        assert_equal(call(copied), call(engine))
+
+
+@pytest.mark.parametrize(("size", "group"), [(7, 64), (64, 64), (96, 64), (1, 64), (10_000, 4096 * 4)])
+def test_any_group_asked_for_fits_any_ndrange(device: Device, size: int, group: int) -> None:
+    """In OpenCL 1.2 a group must divide its axis and have no more than the device's limit."""
+    out = np.zeros(size, dtype=np.int32)
+    source = "kernel void mark(global int *x) { x[get_global_id(0)] += 1 + get_global_id(1); }"
+    with device.outputs("test", {"x": out}) as buffers:
+        device.program_from_source(source, title="mark.cl", defines={}).run(
+            "mark", (size, 1), buffers["x"], cpu_group=group
+        )
+    assert (out == 1).all()
+
+
+def test_outputs_of_no_entries_are_fine(device: Device) -> None:
+    nothing = np.empty((0, 4), dtype=np.float32)
+    with device.outputs("nothing", {"nothing": nothing}) as buffers:
+        assert buffers["nothing"].n_bytes == 0
+
+
+def test_thousands_of_launches_without_reading_are_all_looked_at(device: Device, faults: SimpleNamespace) -> None:
+    program = device.program_from_source("kernel void add(global int *x) { x[0] += 1; }", title="add.cl", defines={})
+    sum_of = device.upload("test", {"x": np.zeros(1, dtype=np.int32)})["x"]
+    got = np.zeros(1, dtype=np.int32)
+    for _ in range(2500):
+        program.run("add", (1,), sum_of)
+    device.read(sum_of, got)
+    assert got[0] == 2500
+    with faults.abort("add", "OUT_OF_RESOURCES"), pytest.raises(DeviceMemoryError):
+        for _ in range(2500):
+            program.run("add", (1,), sum_of)
+    device.finish("test")  # told once
+
+
+# --------------------------------------------------------------------------------------------- choice and fallback
+def test_no_device_falls_back_to_open3d_and_says_so(room: tuple[Scene, Patches], faults: SimpleNamespace) -> None:
+    with faults.refuse(pyopencl, "get_platforms", "PLATFORM_NOT_FOUND_KHR"):
+        engine = open_engine(*room)
+        assert engine.name == "open3d"
+        assert len(engine.warnings) == 1
+        assert "Open3D instead" in engine.warnings[0]
+        with pytest.raises(DeviceError, match="no OpenCL device") as caught:
+            open_engine(*room, engine="opencl")
+    clear_line(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("target", "name", "status"),
+    [
+        (pyopencl, "get_platforms", "OUT_OF_HOST_MEMORY"),
+        (pyopencl, "Context", "DEVICE_NOT_AVAILABLE"),
+        (pyopencl, "CommandQueue", "OUT_OF_HOST_MEMORY"),
+        (pyopencl.Program, "build", "BUILD_PROGRAM_FAILURE"),
+        (pyopencl, "Buffer", "MEM_OBJECT_ALLOCATION_FAILURE"),
+        (pyopencl, "enqueue_nd_range_kernel", "OUT_OF_RESOURCES"),
+    ],
+)
+def test_a_device_that_does_not_open_falls_back_unless_it_was_asked_for(
+    room: tuple[Scene, Patches],
+    faults: SimpleNamespace,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    target: Any,
+    name: str,
+    status: str,
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # where build logs go
+    with faults.refuse(target, name, status):
+        engine = open_engine(*room)
+        assert engine.name == "open3d"
+        assert status in engine.warnings[0]
+        assert "\n" not in engine.warnings[0]
+        for asked in ({"engine": "opencl"}, {"device": "0"}):
+            with pytest.raises(DeviceError) as caught:
+                open_engine(*room, **asked)
+            clear_line(caught.value)
+
+
+def test_a_broken_driver_beside_a_working_one_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    working = pyopencl.get_platforms()[0]
+    error = pyopencl.RuntimeError(pyopencl._cl._ErrorRecord("clGetDeviceIDs", -2, ""))
+
+    class Broken:
+        def get_devices(self) -> list[Any]:
+            raise error
+
+    monkeypatch.setattr(pyopencl, "get_platforms", lambda: [Broken(), working])
+    assert open_device().label.startswith(working.get_devices()[0].name.strip())
+
+
+# ------------------------------------------------------------------------------------------------ smaller batches
+def test_batches_halve_until_they_fit_and_every_item_is_done_once() -> None:
+    done: list[int] = []
+    sizes: list[int] = []
+    lines: list[str] = []
+
+    def work(first: int, end: int) -> None:
+        sizes.append(end - first)
+        if end - first > 3:
+            raise DeviceMemoryError("marks: 8 MiB requested, 4 MiB available, expected it to suffice; do this")
+        done.extend(range(first, end))
+
+    in_batches(23, 16, work, on_smaller=lines.append)
+    assert done == list(range(23))
+    assert sizes[:4] == [16, 8, 4, 2]
+    assert len(lines) == 1
+    assert "16 positions" in lines[0]
+    assert "marks: 8 MiB requested" in lines[0]
+    assert "\n" not in lines[0]
+
+
+def test_one_item_that_does_not_fit_is_the_error_itself() -> None:
+    tried: list[tuple[int, int]] = []
+
+    def work(first: int, end: int) -> None:
+        tried.append((first, end))
+        raise DeviceMemoryError("full")
+
+    with pytest.raises(DeviceMemoryError, match="full"):
+        in_batches(5, 4, work, on_smaller=lambda _: None)
+    assert tried == [(0, 4), (0, 2), (0, 1)]
+
+
+def test_errors_other_than_memory_are_not_tried_again() -> None:
+    tried: list[int] = []
+
+    def work(first: int, end: int) -> None:
+        tried.append(end - first)
+        raise DeviceError("lost")
+
+    with pytest.raises(DeviceError, match="lost"):
+        in_batches(5, 4, work, on_smaller=lambda _: None)
+    assert tried == [4]

@@ -1,0 +1,109 @@
+"""Faults of a driver as a user meets them: one line, the documented exit code, nothing half-written."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+import pyopencl
+import pytest
+from tlsplan.main import main
+
+from scenes_synthetic import build
+from scenes_synthetic.mesh_files import ply_bytes
+
+COARSE = ("--grid", "1.0", "--height", "1.5", "--patch-area", "0.5", "--coverage", "80")
+Command = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture(scope="module")
+def scene_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("scene") / "room.ply"
+    path.write_bytes(ply_bytes(build("l-room")))
+    return path
+
+
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
+    """Run tlsplan in this process, where the driver can be wrapped: exit code, standard output, standard error."""
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        before = signal.getsignal(signal.SIGINT)
+        monkeypatch.setattr(sys, "argv", ["tlsplan", *map(str, arguments)])
+        try:
+            with pytest.raises(SystemExit) as stopped:
+                main()
+        finally:
+            signal.signal(signal.SIGINT, before)
+        said = capsys.readouterr()
+        return int(stopped.value.code or 0), said.out, said.err
+
+    return run
+
+
+def last_line(err: str) -> str:
+    return err.strip().splitlines()[-1]
+
+
+def test_a_device_lost_in_the_middle_of_a_plan_ends_it_with_the_remedy_and_no_folder(
+    command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
+) -> None:
+    with faults.abort("mark_patches", "DEVICE_NOT_AVAILABLE") as seen:
+        code, out, err = command("plan", scene_file, "-o", tmp_path / "plan", "--json", *COARSE)
+    assert seen.aborted >= 1
+    assert code == 6
+    assert out == ""
+    assert "was lost" in last_line(err)
+    assert "--engine open3d" in last_line(err)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_device_lost_while_scans_are_written_leaves_no_folder_either(
+    command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
+) -> None:
+    with faults.abort("scan_tiles", "INVALID_COMMAND_QUEUE") as seen:
+        code, _, err = command("plan", scene_file, "-o", tmp_path / "plan", "-q", *COARSE)
+    assert seen.aborted >= 1
+    assert code == 6
+    assert "was lost" in last_line(err)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_memory_that_never_suffices_is_told_in_one_line(
+    command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
+) -> None:
+    with faults.abort("mark_patches", "OUT_OF_RESOURCES"):
+        code, _, err = command("plan", scene_file, "-o", tmp_path / "plan", "-q", *COARSE)
+    assert code == 6
+    assert "ran out of memory" in last_line(err)
+    assert last_line(err).startswith("tlsplan: ")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_a_device_open3d_scans_and_says_so_aloud_and_in_the_document(
+    command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
+) -> None:
+    stations = tmp_path / "stations.csv"
+    stations.write_text("id,x_m,y_m,z_m\nA,1.5,1.5,1.5\n", encoding="utf-8")
+    with faults.refuse(pyopencl, "get_platforms", "PLATFORM_NOT_FOUND_KHR"):
+        code, out, err = command("evaluate", scene_file, "--stations", stations, "--json", *COARSE)
+    assert code == 0
+    assert "Open3D instead" in err
+    document = json.loads(out)
+    assert any("Open3D instead" in line for line in document["warnings"])
+    assert "open3d" in document["device"].casefold()
+
+
+@pytest.mark.parametrize("asked", [("--engine", "opencl"), ("--device", "0")])
+def test_a_device_that_was_asked_for_and_is_not_there_is_an_error(
+    command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace, asked: tuple[str, str]
+) -> None:
+    with faults.refuse(pyopencl, "get_platforms", "PLATFORM_NOT_FOUND_KHR"):
+        code, _, err = command("plan", scene_file, "-o", tmp_path / "plan", "-q", *asked, *COARSE)
+    assert code == 6
+    assert "no OpenCL device" in last_line(err)
+    assert list(tmp_path.iterdir()) == []
