@@ -11,11 +11,11 @@
  *                       | . . beams . |               two neighbouring corners, normals inward
  *              corner 0 +-------------+ corner 1
  *
- * Indices    packet p of tile k: row p / (TILE_COLUMNS / LANES), column group p % (TILE_COLUMNS / LANES);
+ * Indices    packet p of tile k: where its beams lie in the image of a scan, template.h tells;
  *            beams[((k * PACKETS + p) * 3 + axis) * LANES + lane]; tiles[k * 40 + ...]: planes 4 x 3, corners 4 x 3,
  *            1e30 where the tile is too wide to be bounded (else 0), axis, right, up (3 x 3; zero if too wide), 6
  *            spare; rectangles[(k * 4 + s) * PACKETS + p]: least x, greatest x, least y, greatest y of packet p's
- *            beams in the plane one metre along the axis, x to the right and y up; tile k is row k / tiles_across, column k % tiles_across of the grid of tiles.
+ *            beams in the plane one metre along the axis, x to the right and y up.
  *
  * Define         meaning                                            example
  * TILE_ROWS      rows of beams a tile                               -DTILE_ROWS=4
@@ -264,7 +264,8 @@ static inline void trace_tile(Returns *out, global const float *boxes, global co
     global const float *boxes, global const int *children, global const float *geometry, global const int *triangles, \
         global const int *slot, global const float *edges, global const int *address
 #define GRID_ARGUMENTS                                                                                                \
-    global const float *tiles, global const float *beams, global const float *rectangles, int rows, int columns, int tiles_across, float range_min, \
-        float range_max, global const float *positions
+    global const float *tiles, global const float *beams, global const float *rectangles,                             \
+        global const int *places, int columns, int image_beams, int first_beam, float range_min, float range_max,     \
+        global const float *positions
 
 #endif

@@ -13,21 +13,31 @@ from planner_core.scan.tuning import tile_shape
 
 
 class TiledTemplate:
-    """Tiles of one template in one shape. Kernels of `trace_tile.h` take `scene_arguments`, then `beam_arguments`."""
+    """Tiles of one template in one shape. Kernels of `trace_tile.h` take `scene_arguments`, then `beam_arguments`.
 
-    def __init__(self, template: BeamTemplate, device: Device, *, stack: int) -> None:
+    A template too large for the device goes there in `planner_core.scan.template.bands`, one after the other: give each
+    its `first_row` and the number of rows of the whole, so that `scan_tiles` writes it to its place in whole images.
+    """
+
+    def __init__(
+        self, template: BeamTemplate, device: Device, *, stack: int, first_row: int = 0, image_rows: int | None = None
+    ) -> None:
         self.template, self.shape = template, tile_shape(device)
         self._on = device
         rows, columns, lanes = self.shape
         self._defines: Mapping[str, int] = {"LANES": lanes, "STACK": stack, "TILE_ROWS": rows, "TILE_COLUMNS": columns}
         grid = make_tiles(template, tile_rows=rows, tile_columns=columns, lanes=lanes)
-        buffers = device.upload("beams", {"tiles": grid.bounds, "beams": grid.beams, "rectangles": grid.rectangles})
+        buffers = device.upload(
+            "beams",
+            {"tiles": grid.bounds, "beams": grid.beams, "rectangles": grid.rectangles, "places": grid.places},
+        )
         self.n_tiles = grid.n_tiles
+        n_rows, n_columns = template.shape
         self.beam_arguments: tuple[Buffer | np.generic, ...] = (
             *buffers.values(),
-            np.int32(template.shape[0]),
-            np.int32(template.shape[1]),
-            np.int32(grid.tiles_across),
+            np.int32(n_columns),
+            np.int32(n_columns * (n_rows if image_rows is None else image_rows)),
+            np.int32(n_columns * first_row),
             np.float32(template.range_min_m),
             np.float32(template.range_max_m),
         )
@@ -36,6 +46,6 @@ class TiledTemplate:
         """Whether these are the tiles of this very template, in the shape that is wanted now."""
         return self.template is template and self.shape == tile_shape(self._on)
 
-    def program(self, file: str) -> Program:
-        """Build a kernel file for tiles of this shape; a second call finds it built."""
-        return self._on.program(file, self._defines)
+    def program(self, file: str, **more: int) -> Program:
+        """Build a kernel file for tiles of this shape, and more defines of its own; a second call finds it built."""
+        return self._on.program(file, {**self._defines, **more})

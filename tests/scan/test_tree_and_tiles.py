@@ -1,4 +1,4 @@
-"""The tree holds every triangle once, inside all boxes above it; a tile's pyramid holds all its beams."""
+"""The tree holds every triangle once, inside all boxes above it."""
 
 from types import SimpleNamespace
 
@@ -8,10 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.device import Device
-from planner_core.model import BeamTemplate
 from planner_core.scan.surfaces import round_surfaces
-from planner_core.scan.template import directions
-from planner_core.scan.tiles import make_tiles
 from planner_core.scan.tree import Tree, build_tree
 
 
@@ -85,44 +82,3 @@ def test_normals_are_those_of_the_rounded_triangles(shapes: SimpleNamespace) -> 
     np.testing.assert_allclose(surfaces.normal, cross / np.linalg.norm(cross, axis=1, keepdims=True), atol=1e-7)
     none = round_surfaces(shapes.scene_of(np.zeros((3, 3)), np.array([[0, 1, 2]])))
     assert (none.normal == 0).all()
-
-
-@settings(max_examples=40, deadline=None)
-@given(
-    rows=st.integers(1, 40),
-    columns=st.integers(1, 300),
-    low=st.floats(-90, 80),
-    span=st.floats(0.1, 170),
-    turn=st.floats(0.1, 360),
-)
-def test_the_pyramid_of_a_tile_holds_its_beams(rows: int, columns: int, low: float, span: float, turn: float) -> None:
-    template = BeamTemplate(
-        azimuth_rad=np.arange(columns) * np.deg2rad(turn) / columns,
-        elevation_rad=np.deg2rad(np.linspace(min(90.0, low + span), low, rows)),
-        range_min_m=0.0,
-        range_max_m=1.0,
-    )
-    grid = make_tiles(template, tile_rows=8, tile_columns=32, lanes=8)
-    beams = grid.beams.astype(np.float64).transpose(0, 1, 3, 2).reshape(grid.n_tiles, -1, 3)
-    planes = grid.bounds[:, :12].reshape(-1, 4, 3).astype(np.float64)
-    corners = grid.bounds[:, 12:24].reshape(-1, 4, 3).astype(np.float64)
-    assert np.einsum("kni,kci->knc", beams, planes).min() >= 0.0
-    bounded = grid.bounds[:, 24] == 0
-    # A beam is a positive sum of the corners (two triangles of the rectangle), with weights that add up to at most 1.
-    for tile in np.flatnonzero(bounded):
-        c = corners[tile]
-        halves = [np.linalg.solve(c[list(k)].T, beams[tile].T) for k in ((0, 1, 2), (0, 2, 3))]
-        inside = np.maximum(*(half.min(axis=0) for half in halves))
-        assert inside.min() > -1e-3, "a corner of a very flat rectangle is ill-conditioned, not wrong"
-        assert halves[0].sum(axis=0).max() <= 1 + 1e-5
-
-
-def test_tiles_hold_every_beam_in_its_place(shapes: SimpleNamespace) -> None:
-    template = shapes.template_of(19, 77)
-    grid = make_tiles(template, tile_rows=4, tile_columns=16, lanes=8)
-    beams = directions(template).astype(np.float32)
-    assert (grid.tiles_across, grid.n_tiles) == (5, 25)
-    for row, column in ((0, 0), (18, 76), (7, 33), (12, 15)):
-        tile = row // 4 * 5 + column // 16
-        packet = row % 4 * 2 + column % 16 // 8
-        np.testing.assert_array_equal(grid.beams[tile, packet, :, column % 8], beams[row, column])
