@@ -5,11 +5,14 @@
  */
 #include "trace_tile.h"
 
-/* Mark the patches that every position sees.
+/* Patches that a tile remembers to have listed, by their low bits. */
+#define RECENT 16
+
+/* List the patches that every tile of every position sees.
  * One work-item is one tile of one position. NDRange (tiles, positions), any local size.
- * marks (S, n_patches) bytes; the host zeroes it; 1 where a return lies on the patch. Deterministic: work-items that
- * write the same byte write the same value. A padded beam repeats a real one of its tile and marks nothing new. */
-kernel void mark_patches(TREE_ARGUMENTS, GRID_ARGUMENTS, global uchar *marks, int n_patches)
+ * list (S, tiles, TILE_ROWS * TILE_COLUMNS) int, of which the first n_listed (S, tiles) are written: no patch less than
+ * once, few more than once. patch_rows.cl takes them on. Deterministic: no work-item reads what another one writes. */
+kernel void list_patches(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, global int *n_listed)
 {
     const int tile = get_global_id(0), position = get_global_id(1);
     const float ox = positions[3 * position], oy = positions[3 * position + 1], oz = positions[3 * position + 2];
@@ -17,14 +20,24 @@ kernel void mark_patches(TREE_ARGUMENTS, GRID_ARGUMENTS, global uchar *marks, in
     Returns returns;
     trace_tile(&returns, boxes, children, geometry, triangles, tiles + (size_t)tile * TILE_FLOATS, own,
                rectangles + (size_t)tile * (4 * PACKETS), ox, oy, oz, range_max);
-    global uchar *mine = marks + (size_t)position * n_patches;
+    const size_t at = (size_t)position * get_global_size(0) + tile;
+    global int *mine = list + at * (TILE_ROWS * TILE_COLUMNS);
+    /* Neighbouring beams share patches: those listed lately are not listed again. */
+    int recent[RECENT];
+    for (int k = 0; k < RECENT; ++k) recent[k] = -1;
+    int count = 0;
     for (int p = 0; p < PACKETS; ++p) {
         global const float *d = own + p * (3 * LANES);
         const Hit hit = resolve(geometry, slot, edges, address, ox, oy, oz, LANES_LOAD(d), LANES_LOAD(d + LANES),
                                 LANES_LOAD(d + 2 * LANES), returns.inverse[p], returns.triangle[p], range_min, range_max);
         int patch[LANES];
         LANES_STORE(hit.patch, patch);
-        for (int lane = 0; lane < LANES; ++lane)
-            if (patch[lane] >= 0) mine[patch[lane]] = 1;
+        for (int lane = 0; lane < LANES; ++lane) {
+            const int one = patch[lane];
+            if (one < 0 || recent[one % RECENT] == one) continue;
+            recent[one % RECENT] = one;
+            mine[count++] = one;
+        }
     }
+    n_listed[at] = count;
 }

@@ -265,6 +265,59 @@ class Visibility:
         return self.patch[self.starts[position] : self.starts[position + 1]]
 
 
+@dataclass(frozen=True)
+class ReturnMoments:
+    """Sums over the returns on each of M patches: what F2 and point spacing are computed from, docs/method/returns.md.
+
+    A return i lies at p_i metres from the first vertex of its patch (`patch_triangles(...)[patch, 0]`, of vertices
+    rounded to float32), in the local frame's directions; its weight is w_i = 2 - cos_incidence_i.
+
+    point_sum_m : (M, 3), sum of p_i. square_sum_m2 : (M,), sum of |p_i|^2. weight_sum : (M,), sum of w_i.
+    weighted_point_sum_m : (M, 3), sum of w_i p_i. weighted_square_sum_m2 : (M,), sum of w_i |p_i|^2.
+    range_sum_m : (M,). All float64. least_range_m, greatest_cos_incidence : (M,) float32.
+    """
+
+    point_sum_m: FloatArray
+    square_sum_m2: FloatArray
+    weight_sum: FloatArray
+    weighted_point_sum_m: FloatArray
+    weighted_square_sum_m2: FloatArray
+    range_sum_m: FloatArray
+    least_range_m: Float32Array
+    greatest_cos_incidence: Float32Array
+
+
+@dataclass(frozen=True)
+class PatchReturns:
+    """How many returns of each of N positions lie on which patches: the rows of `Visibility`, with numbers.
+
+    starts, patch : as in `Visibility`. n_returns : (starts[-1],) int32, at least 1. moments : of the same length, or
+    None where they were not asked for.
+    """
+
+    starts: Int64Array
+    patch: Int32Array
+    n_returns: Int32Array
+    moments: ReturnMoments | None
+    n_patches: int
+
+    @property
+    def visibility(self) -> Visibility:
+        """The patches alone; shares the arrays."""
+        return Visibility(starts=self.starts, patch=self.patch, n_patches=self.n_patches)
+
+    @property
+    def mean_range_m(self) -> FloatArray:
+        """(starts[-1],) float64, mean range of the returns on each patch; needs moments."""
+        if self.moments is None:
+            raise ValueError("mean range: got returns without moments, expected them; ask for `moments=True`")
+        return self.moments.range_sum_m / self.n_returns
+
+    def row(self, position: int) -> slice:
+        """Where the entries of `position` lie in all the arrays."""
+        return slice(int(self.starts[position]), int(self.starts[position + 1]))
+
+
 # ------------------------------------------------------------------------------------------ planning
 @dataclass(frozen=True)
 class Candidates:

@@ -22,7 +22,17 @@ import numpy as np
 
 from planner_core.device.choice import DEVICE_VARIABLE
 from planner_core.errors import DeviceError, RequirementError, SceneError
-from planner_core.model import BeamTemplate, FloatArray, Int64Array, Patches, RayHits, ScanBatch, Scene, Visibility
+from planner_core.model import (
+    BeamTemplate,
+    FloatArray,
+    Int64Array,
+    Patches,
+    PatchReturns,
+    RayHits,
+    ScanBatch,
+    Scene,
+    Visibility,
+)
 from planner_core.progress import Progress, silent
 
 #: What `open_engine` accepts.
@@ -57,7 +67,21 @@ class ScanEngine(Protocol):
     def visible_patches(
         self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
     ) -> Visibility:
-        """Patches that the returns of a scan from each of positions (N, 3) lie on: the distinct values of `scan`."""
+        """Patches that the returns of a scan from each of positions (N, 3) lie on: the distinct values of `scan`.
+
+        Positions stream through bounded memory, and the result does not depend on how. `progress` hears of it at least
+        every 64 positions; whatever it raises ends the work, and the engine can be used again.
+        """
+        ...
+
+    def patch_returns(
+        self, template: BeamTemplate, positions_m: FloatArray, *, moments: bool = False, progress: Progress = silent
+    ) -> PatchReturns:
+        """Numbers of returns by patch of a scan from each of positions (N, 3), and moments where asked for.
+
+        Streams as `visible_patches` does. The OpenCL engine gives the same bits whatever the batch, the tile and the
+        number of cores; the two engines differ by rounding, docs/method/returns.md.
+        """
         ...
 
 

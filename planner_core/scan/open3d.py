@@ -5,6 +5,7 @@ Local frame, metres. The rules all engines keep are at the head of `planner_core
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from planner_core.model import (
     FloatArray,
     Int32Array,
     Patches,
+    PatchReturns,
     RayHits,
     ScanBatch,
     Scene,
@@ -23,9 +25,13 @@ from planner_core.model import (
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import check_positions, check_rays
+from planner_core.scan.patch_returns import Content, Rows, RowStore, count_returns, join_bands, no_rows, sum_returns
 from planner_core.scan.surfaces import round_surfaces
-from planner_core.scan.template import directions
-from planner_core.scene.patches import patch_code, squared_edges
+from planner_core.scan.template import bands, directions
+from planner_core.scene.patches import patch_code, patch_triangles, squared_edges
+
+#: Beams of a template that are cast at once; a scanner with more is scanned in bands of rows.
+_BAND_BEAMS = 2**20
 
 
 class Open3DEngine:
@@ -41,6 +47,8 @@ class Open3DEngine:
         surfaces = round_surfaces(scene)
         self._normal = surfaces.normal
         self._edges = squared_edges(scene.vertices_m[scene.triangles])
+        self._rounded = replace(scene, vertices_m=scene.vertices_m.astype(np.float32).astype(np.float64))
+        self._patches = patches
         self._depth = patches.depth
         self._first_patch = patches.first_patch
         self._n_patches = patches.n_patches
@@ -65,7 +73,7 @@ class Open3DEngine:
         triangle = np.empty(shape, dtype=np.int32)
         patch = np.empty(shape, dtype=np.int32)
         cos_incidence = np.empty(shape, dtype=np.float32)
-        beams = directions(template).astype(np.float32).reshape(-1, 3)
+        beams = _beams(template)
         for index, position in enumerate(positions):
             hits = self._scan_one(template, beams, position)
             range_m[index] = hits[0].reshape(template.shape)
@@ -78,18 +86,55 @@ class Open3DEngine:
         self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
     ) -> Visibility:
         """See `ScanEngine.visible_patches`."""
+        return self._collect(template, positions_m, Content.PATCHES, progress).visibility()
+
+    def patch_returns(
+        self, template: BeamTemplate, positions_m: FloatArray, *, moments: bool = False, progress: Progress = silent
+    ) -> PatchReturns:
+        """See `ScanEngine.patch_returns`."""
+        content = Content.MOMENTS if moments else Content.COUNTS
+        return self._collect(template, positions_m, content, progress).patch_returns(content)
+
+    def _collect(
+        self, template: BeamTemplate, positions_m: FloatArray, content: Content, progress: Progress
+    ) -> RowStore:
+        """Scan one position after the other; a large template band by band."""
         positions = check_positions(positions_m)
-        beams = directions(template).astype(np.float32).reshape(-1, 3)
-        rows: list[Int32Array] = []
+        store = RowStore(self._n_patches)
+        parts = list(bands(template, max_beams=_BAND_BEAMS)) if 0 not in template.shape else []
+        # Made once where one band is all there is.
+        kept = _beams(parts[0].template) if len(parts) == 1 else None
         for index, position in enumerate(positions):
-            _, triangle, uv = self._scan_one(template, beams, position)
-            hit = triangle >= 0
-            rows.append(np.unique(self._patch(triangle[hit], uv[hit])))
+            row: Rows | None = None
+            for band in parts:
+                beams = _beams(band.template) if kept is None else kept
+                of_band = self._row(band.template, beams, position, content)
+                row = of_band if row is None else join_bands(row, of_band)
+            store.append(no_rows(1) if row is None else row)
             progress(ProgressEvent("scan", index + 1, len(positions)))
-        starts = np.zeros(len(rows) + 1, dtype=np.int64)
-        starts[1:] = np.cumsum([row.size for row in rows], dtype=np.int64)
-        patch = np.concatenate(rows) if rows else np.empty(0, dtype=np.int32)
-        return Visibility(starts=starts, patch=patch, n_patches=self._n_patches)
+        return store
+
+    def _row(self, template: BeamTemplate, beams: Float32Array, position_m: FloatArray, content: Content) -> Rows:
+        range_m, triangle, uv = self._scan_one(template, beams, position_m)
+        hit = np.flatnonzero(triangle >= 0)
+        range_m, triangle, uv = range_m[hit], triangle[hit], uv[hit]
+        patch = self._patch(triangle, uv)
+        if content is not Content.MOMENTS:
+            return count_returns(patch, content)
+        origin = position_m.astype(np.float32).astype(np.float64)
+        point_m = origin + beams[hit].astype(np.float64) * range_m[:, None].astype(np.float64)
+        first_vertex_m = self._first_vertices(triangle, patch)
+        return sum_returns(patch, point_m - first_vertex_m, self._cos_incidence(beams[hit], triangle), range_m)
+
+    def _first_vertices(self, triangle: Int32Array, patch: Int32Array) -> FloatArray:
+        """(N, 3) float64, the first vertex of the patches that lie on the triangles (N,)."""
+        used, place = np.unique(triangle, return_inverse=True)
+        part = replace(self._rounded, triangles=self._rounded.triangles[used])
+        depth = self._depth[used]
+        vertices = patch_triangles(part, replace(self._patches, depth=depth))[:, 0]
+        first = np.cumsum(1 << depth.astype(np.int64)) - (1 << depth.astype(np.int64))
+        first_vertices: FloatArray = vertices[first[place] + (patch - self._first_patch[triangle])]
+        return first_vertices
 
     def _scan_one(
         self, template: BeamTemplate, beams: Float32Array, position_m: FloatArray
@@ -122,6 +167,11 @@ class Open3DEngine:
     def _cos_incidence(self, beams: Float32Array, triangle: Int32Array) -> Float32Array:
         cosine = np.abs((beams * self._normal[triangle]).sum(axis=1, dtype=np.float32))
         return np.where(triangle >= 0, np.minimum(cosine, np.float32(1)), np.float32(np.nan)).astype(np.float32)
+
+
+def _beams(template: BeamTemplate) -> Float32Array:
+    """All beams (rows * columns, 3), as every engine rounds them."""
+    return directions(template).astype(np.float32).reshape(-1, 3)
 
 
 def _import_open3d() -> Any:

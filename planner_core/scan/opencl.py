@@ -5,24 +5,28 @@ Local frame, metres. The rules all engines keep are at the head of `planner_core
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from planner_core.device import Buffer, Device
+from planner_core.device import Device, in_batches
 from planner_core.model import (
     BeamTemplate,
     Float32Array,
     FloatArray,
-    Int32Array,
     Patches,
+    PatchReturns,
     RayHits,
     ScanBatch,
     Scene,
-    UInt8Array,
     Visibility,
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import check_positions, check_rays
+from planner_core.scan.patch_returns import Content, Rows, RowStore, follow_on, join_bands, no_rows
+from planner_core.scan.patch_rows import BATCH_BYTES, PatchRows
 from planner_core.scan.surfaces import round_surfaces
+from planner_core.scan.template import bands
 from planner_core.scan.tiled_template import TiledTemplate
 from planner_core.scan.tree import build_tree
 from planner_core.scene.patches import squared_edges
@@ -30,10 +34,10 @@ from planner_core.scene.patches import squared_edges
 #: Rays a work-group on a CPU: one ray is too little work for a group's overhead.
 _RAY_GROUP = 64
 
-#: Marks (one byte a patch and position) that a batch of `visible_patches` may hold; results do not depend on it.
-_MARK_BYTES = 256 * 2**20
-#: Positions a batch at most, so that progress is heard of.
-_MAX_BATCH = 64
+#: Positions between two looks at the larger templates' bands: making a band's tiles costs as much as scanning it often.
+_CHUNK = 64
+#: Beams of a template that are tiled at once; a scanner with more is scanned in bands of rows.
+_BAND_BEAMS = 2**20
 
 
 class OpenCLEngine:
@@ -41,12 +45,20 @@ class OpenCLEngine:
 
     name = "opencl"
 
-    def __init__(self, scene: Scene, patches: Patches, device: Device, *, mark_bytes: int = _MARK_BYTES) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        patches: Patches,
+        device: Device,
+        *,
+        batch_bytes: int = BATCH_BYTES,
+        band_beams: int = _BAND_BEAMS,
+    ) -> None:
         self.device = device.label
         self.warnings: tuple[str, ...] = ()
         self._on = device
         self._n_patches = patches.n_patches
-        self._mark_bytes = mark_bytes
+        self._batch_bytes, self._band_beams = batch_bytes, band_beams
         surfaces = round_surfaces(scene)
         self.tree = build_tree(surfaces, device)
         self._scene = device.upload(
@@ -129,38 +141,57 @@ class OpenCLEngine:
         self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
     ) -> Visibility:
         """See `ScanEngine.visible_patches`."""
-        positions = check_positions(positions_m).astype(np.float32)
-        n_positions = positions.shape[0]
-        rows: list[Int32Array] = []
-        if n_positions:
-            n_batch = max(1, min(n_positions, _MAX_BATCH, self._mark_bytes // self._n_patches))
-            marks = np.empty((n_batch, self._n_patches), dtype=np.uint8)
-            on_device = self._on.allocate("marks of seen patches", marks.nbytes)
-            for first in range(0, n_positions, n_batch):
-                batch = positions[first : first + n_batch]
-                self._mark(template, batch, on_device, marks)
-                rows.extend(np.flatnonzero(row.view(np.bool_)).astype(np.int32) for row in marks[: len(batch)])
-                progress(ProgressEvent("scan", len(rows), n_positions))
-        starts = np.zeros(n_positions + 1, dtype=np.int64)
-        starts[1:] = np.cumsum([row.size for row in rows], dtype=np.int64)
-        patch = np.concatenate(rows) if rows else np.empty(0, dtype=np.int32)
-        return Visibility(starts=starts, patch=patch, n_patches=self._n_patches)
+        return self._collect(template, positions_m, Content.PATCHES, progress).visibility()
 
-    def _mark(self, template: BeamTemplate, batch: Float32Array, on_device: Buffer, marks: UInt8Array) -> None:
-        """Fill the first rows of `marks`: 1 where a position of the batch sees the patch."""
-        tiles = self._prepare(template)
-        at = self._on.upload("positions", {"positions": batch})
-        self._on.zero(on_device, len(batch) * self._n_patches)
-        tiles.program("see_patches.cl").run(
-            "mark_patches",
-            (tiles.n_tiles, len(batch)),
-            *self._scene.values(),
-            *tiles.beam_arguments,
-            at["positions"],
-            on_device,
-            np.int32(self._n_patches),
-        )
-        self._on.read(on_device, marks[: len(batch)])
+    def patch_returns(
+        self, template: BeamTemplate, positions_m: FloatArray, *, moments: bool = False, progress: Progress = silent
+    ) -> PatchReturns:
+        """See `ScanEngine.patch_returns`."""
+        content = Content.MOMENTS if moments else Content.COUNTS
+        return self._collect(template, positions_m, content, progress).patch_returns(content)
+
+    def _collect(
+        self, template: BeamTemplate, positions_m: FloatArray, content: Content, progress: Progress
+    ) -> RowStore:
+        """Stream positions through the device chunk by chunk; of a large template, band by band in every chunk.
+
+        Nothing is queued while `progress` runs, so that whatever it raises leaves the device at rest.
+        """
+        positions = check_positions(positions_m).astype(np.float32)
+        store = RowStore(self._n_patches)
+        parts = list(bands(template, max_beams=self._band_beams)) if 0 not in template.shape else []
+        n_positions = len(positions)
+        with PatchRows(
+            self._on, self._scene, n_patches=self._n_patches, content=content, batch_bytes=self._batch_bytes
+        ) as patch_rows:
+            for first in range(0, n_positions, _CHUNK):
+                chunk = positions[first : first + _CHUNK]
+                rows: Rows | None = None
+                for index, band in enumerate(parts):
+
+                    def report(done: int, first: int = first, n: int = len(chunk), index: int = index) -> None:
+                        progress(ProgressEvent("scan", first + (index * n + done) // len(parts), n_positions))
+
+                    of_band = self._rows_of_band(patch_rows, self._prepare(band.template), chunk, report)
+                    rows = of_band if rows is None else join_bands(rows, of_band)
+                store.append(no_rows(len(chunk)) if rows is None else rows)
+        return store
+
+    def _rows_of_band(
+        self, patch_rows: PatchRows, tiles: TiledTemplate, chunk: Float32Array, report: Callable[[int], None]
+    ) -> Rows:
+        """Rows of a chunk of positions, in batches as large as memory allows; `report` gets how many are done."""
+        batches: list[Rows] = []
+
+        def work(first: int, end: int) -> None:
+            batches.append(patch_rows.rows(tiles, chunk[first:end]))
+            report(end)
+
+        in_batches(len(chunk), patch_rows.n_batch(tiles), work, on_smaller=self._warn)
+        return follow_on(batches)
+
+    def _warn(self, line: str) -> None:
+        self.warnings = (*self.warnings, line)
 
     def _prepare(self, template: BeamTemplate) -> TiledTemplate:
         """Make and upload the template's tiles, unless the last call had the same template."""

@@ -52,7 +52,7 @@ def last_line(err: str) -> str:
 def test_a_device_lost_in_the_middle_of_a_plan_ends_it_with_the_remedy_and_no_folder(
     command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
 ) -> None:
-    with faults.abort("mark_patches", "DEVICE_NOT_AVAILABLE") as seen:
+    with faults.abort("list_patches", "DEVICE_NOT_AVAILABLE") as seen:
         code, out, err = command("plan", scene_file, "-o", tmp_path / "plan", "--json", *COARSE)
     assert seen.aborted >= 1
     assert code == 6
@@ -76,7 +76,7 @@ def test_a_device_lost_while_scans_are_written_leaves_no_folder_either(
 def test_memory_that_never_suffices_is_told_in_one_line(
     command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
 ) -> None:
-    with faults.abort("mark_patches", "OUT_OF_RESOURCES"):
+    with faults.abort("list_patches", "OUT_OF_RESOURCES"):
         code, _, err = command("plan", scene_file, "-o", tmp_path / "plan", "-q", *COARSE)
     assert code == 6
     assert "ran out of memory" in last_line(err)

@@ -48,9 +48,9 @@ def test_visibility_is_the_same_whatever_the_batch_size(
     patches = make_patches(scene, max_area_m2=0.04)
     template = shapes.template_of(16, 100, range_max_m=5.0)
     whole = OpenCLEngine(scene, patches, device).visible_patches(template, positions)
-    for mark_bytes in (1, 3 * patches.n_patches, 5 * patches.n_patches + 7):
+    for batch_bytes in (1, 3 * 10**5, 5 * 10**5 + 7):
         assert_same(
-            OpenCLEngine(scene, patches, device, mark_bytes=mark_bytes).visible_patches(template, positions), whole
+            OpenCLEngine(scene, patches, device, batch_bytes=batch_bytes).visible_patches(template, positions), whole
         )
 
 

@@ -1,0 +1,230 @@
+/* Returns: how many of a scan's beams lie on every patch, and the sums that its evenness is computed from.
+ *
+ * Purpose    Counts and moments of thousands of scans without their returns: docs/method/returns.md.
+ * Algorithm  A tile keeps one record a patch that it hits and adds its own hits to it; patch_rows.cl adds the records of
+ *            a position's tiles. Sums are of integers: every hit's contribution is rounded by itself and integers add up
+ *            to the same in any order, so that tiles, batches, bands and cores leave no trace in the bits.
+ *
+ *              hit p, |p - a| <= 2^power          a: first vertex of the patch, the centre of its moments
+ *              x = (p - a) / 2^power              2^power: the least power of two not below its longest edge
+ *              q = nearest integer to x 2^20      sum of q over hits: int in a packet, long in a record
+ *
+ * Layout     record r of tile k of position s: r-th of LIST entries of list, n_returns; with MOMENTS also of power,
+ *            sums (10 long: x y z, |x|^2, w, w x, w y, w z, w |x|^2, range) and extremes (least range, greatest cosine),
+ *            w = 2 - |cos incidence|.
+ *
+ * Define     meaning                                                       example
+ * MOMENTS    0: counts only; 1: sums and extremes too                      -DMOMENTS=1
+ * others     see trace_tile.h: TILE_ROWS, TILE_COLUMNS, LANES, STACK
+ */
+#include "trace_tile.h"
+#include "template.h"
+#include "template.h"
+
+#define LIST (TILE_ROWS * TILE_COLUMNS)
+/* Places of the table that finds a patch's record: a power of two, at least twice the records. */
+#define PLACES (LIST <= 32 ? 64 : LIST <= 128 ? 256 : LIST <= 256 ? 512 : LIST <= 512 ? 1024 : 2048)
+#if LIST > 1024
+#error "a tile can have 1024 beams at most: TILE_ROWS * TILE_COLUMNS"
+#endif
+
+typedef struct {
+    short record[PLACES]; /* -1: free */
+    int size;             /* records so far */
+} Table;
+
+/* The record of a patch; `size` grows where it is new. */
+static inline int find_record(Table *table, global int *list, int patch)
+{
+    int place = (int)(((uint)patch * 2654435769u) >> 16) & (PLACES - 1);
+    for (;; place = (place + 1) & (PLACES - 1)) {
+        const int record = table->record[place];
+        if (record < 0) {
+            table->record[place] = (short)table->size;
+            list[table->size] = patch;
+            return table->size++;
+        }
+        if (list[record] == patch) return record;
+    }
+}
+
+#if MOMENTS
+#define SUMS 10
+/* Contributions are whole multiples of 2^-20 (2^-18 for squares), ranges of 2^-20 m. */
+#define UNIT 1048576.0f
+#define UNIT_SQUARE 262144.0f
+/* A hit counts as at most this far from the first vertex along an axis, in units of 2^power: rounding alone puts it
+ * farther, and integers stay below 2^22. */
+#define FARTHEST 1.25f
+
+/* What turns a hit into coordinates of its patch. */
+typedef struct {
+    float cx, cy, cz; /* origin minus first vertex */
+    float scale;      /* 2^-power */
+} Frame;
+
+/* The frame of patch `code` of a triangle. The first vertex has whole multiples of 2^-depth for weights: exact. */
+static inline Frame frame_of(global const float *geometry, global const int *slot, global const float *edges,
+                             int triangle, int code, int depth, float ox, float oy, float oz, int *power)
+{
+    /* weights of vertices 1 and 2 in the corners of the part, by patch.h's rule */
+    float a1 = 0, a2 = 0, b1 = 1, b2 = 0, c1 = 0, c2 = 1;
+    float q01 = edges[3 * triangle], q12 = edges[3 * triangle + 1], q20 = edges[3 * triangle + 2];
+    for (int level = depth - 1; level >= 0; --level) {
+        const bool is01 = q01 >= q12 && q01 >= q20, is12 = q12 >= q20;
+        const float qab = is01 ? q01 : is12 ? q12 : q20;
+        const float qbc = is01 ? q12 : is12 ? q20 : q01;
+        const float qca = is01 ? q20 : is12 ? q01 : q12;
+        const float p1 = is01 ? a1 : is12 ? b1 : c1, p2 = is01 ? a2 : is12 ? b2 : c2;
+        const float r1 = is01 ? b1 : is12 ? c1 : a1, r2 = is01 ? b2 : is12 ? c2 : a2;
+        const float s1 = is01 ? c1 : is12 ? a1 : b1, s2 = is01 ? c2 : is12 ? a2 : b2;
+        const float qcm = (2.0f * qca + 2.0f * qbc - qab) / 4.0f;
+        const float m1 = 0.5f * (p1 + r1), m2 = 0.5f * (p2 + r2);
+        const bool second = (code >> level) & 1;
+        a1 = second ? m1 : p1, a2 = second ? m2 : p2;
+        b1 = second ? r1 : m1, b2 = second ? r2 : m2;
+        c1 = s1, c2 = s2;
+        q01 = qab / 4.0f;
+        q12 = second ? qbc : qcm;
+        q20 = second ? qcm : qca;
+    }
+    const int s = slot[triangle];
+    global const float *g = geometry + (size_t)(s / BLOCK_LANES) * (BLOCK_FLOATS * BLOCK_LANES) + s % BLOCK_LANES;
+#define AT(k) g[(k) * BLOCK_LANES]
+    Frame out;
+    out.cx = (ox - AT(0)) - (a1 * (AT(3) - AT(0)) + a2 * (AT(6) - AT(0)));
+    out.cy = (oy - AT(1)) - (a1 * (AT(4) - AT(1)) + a2 * (AT(7) - AT(1)));
+    out.cz = (oz - AT(2)) - (a1 * (AT(5) - AT(2)) + a2 * (AT(8) - AT(2)));
+#undef AT
+    /* A float below 2^k has exponent k - 1; the root of one below 2^k is below 2^ceil(k / 2). */
+    const float q = MOST(MOST(q01, q12), q20);
+    const int above = ((as_int(q) >> 23) & 255) - 126;
+    const int half_up = (above + 1) >> 1;
+    *power = MOST(half_up, -60);
+    out.scale = as_float((127 - *power) << 23);
+    return out;
+}
+
+/* Nearest integers to x unit in the lanes of `mine`, 0 in others, added up. |x unit| < 2^22: then adding 1.5 2^23 leaves
+ * the integer in the low bits. No conversion built-in, which PoCL 3.0 leaves a call. */
+static inline int add_up(lanes_f x, float unit, lanes_i mine)
+{
+    const lanes_f shifted = x * unit + 12582912.0f;
+#if LANES == 1
+    return (as_int(shifted) - 0x4b400000) & mine;
+#else
+    const lanes_i whole = (GLUE(as_int, LANES)(shifted) - 0x4b400000) & mine;
+    const int *each = (const int *)&whole;
+    int sum = 0;
+    for (int lane = 0; lane < LANES; ++lane) sum += each[lane];
+    return sum;
+#endif
+}
+
+static inline lanes_f clamp_lanes(lanes_f x)
+{
+    const lanes_f low = MOST(x, -FARTHEST);
+    return LEAST(low, FARTHEST);
+}
+
+/* Add the hits in the lanes of `mine` to one record. */
+static inline void add_hits(global long *sums, global float *extremes, const Frame *frame, const Hit *hit, lanes_i mine,
+                            lanes_f dx, lanes_f dy, lanes_f dz)
+{
+    const lanes_f x = clamp_lanes((dx * hit->range + frame->cx) * frame->scale);
+    const lanes_f y = clamp_lanes((dy * hit->range + frame->cy) * frame->scale);
+    const lanes_f z = clamp_lanes((dz * hit->range + frame->cz) * frame->scale);
+    const lanes_f square = x * x + y * y + z * z, w = 2.0f - hit->cos_incidence;
+    sums[0] += add_up(x, UNIT, mine);
+    sums[1] += add_up(y, UNIT, mine);
+    sums[2] += add_up(z, UNIT, mine);
+    sums[3] += add_up(square, UNIT_SQUARE, mine);
+    sums[4] += add_up(w, UNIT, mine);
+    sums[5] += add_up(w * x, UNIT, mine);
+    sums[6] += add_up(w * y, UNIT, mine);
+    sums[7] += add_up(w * z, UNIT, mine);
+    sums[8] += add_up(w * square, UNIT_SQUARE, mine);
+    const lanes_f near = PICK(mine, hit->range, (lanes_f)(INFINITY));
+    const lanes_f steep = PICK(mine, hit->cos_incidence, (lanes_f)(0.0f));
+    const float *ranges = (const float *)&near, *cosines = (const float *)&steep;
+    const int *counts = (const int *)&mine;
+    long range = 0;
+    float least = extremes[0], greatest = extremes[1];
+    for (int lane = 0; lane < LANES; ++lane) {
+        if (counts[lane]) range += (long)(ranges[lane] * UNIT);
+        least = LEAST(ranges[lane], least);
+        greatest = MOST(cosines[lane], greatest);
+    }
+    sums[9] += range;
+    extremes[0] = least, extremes[1] = greatest;
+}
+#define MOMENT_ARGUMENTS , global int *power, global long *sums, global float *extremes
+#else
+#define MOMENT_ARGUMENTS
+#endif
+
+/* Sum the returns of every tile of every position by patch.
+ * One work-item is one tile of one position. NDRange (tiles, positions), any local size.
+ * Writes the first n_listed (S, tiles) records of every tile, in the order of their first hits: layout above. Beams that
+ * only pad a tile count for nothing. Deterministic: no work-item reads what another one writes. */
+kernel void sum_returns(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, global int *n_listed,
+                        global int *n_returns MOMENT_ARGUMENTS)
+{
+    const int tile = get_global_id(0), position = get_global_id(1);
+    const float ox = positions[3 * position], oy = positions[3 * position + 1], oz = positions[3 * position + 2];
+    global const float *own = beams + (size_t)tile * (PACKETS * 3 * LANES);
+    Returns returns;
+    trace_tile(&returns, boxes, children, geometry, triangles, tiles + (size_t)tile * TILE_FLOATS, own,
+               rectangles + (size_t)tile * (4 * PACKETS), ox, oy, oz, range_max);
+    const size_t at = (size_t)position * get_global_size(0) + tile;
+    global int *patches = list + at * LIST, *counts = n_returns + at * LIST;
+    Table table;
+    table.size = 0;
+    for (int place = 0; place < PLACES; ++place) table.record[place] = -1;
+#if MOMENTS
+    Frame frames[LIST];
+#endif
+    for (int p = 0; p < PACKETS; ++p) {
+        const Place place = place_of(places, (size_t)tile * PACKETS + p);
+        if (place.begin == place.end) continue;
+        global const float *d = own + p * (3 * LANES);
+        const lanes_f dx = LANES_LOAD(d), dy = LANES_LOAD(d + LANES), dz = LANES_LOAD(d + 2 * LANES);
+        const Hit hit = resolve(geometry, slot, edges, address, ox, oy, oz, dx, dy, dz, returns.inverse[p],
+                                returns.triangle[p], range_min, range_max);
+        int patch[LANES], triangle[LANES];
+        LANES_STORE(hit.patch, patch);
+        LANES_STORE(hit.triangle, triangle);
+        for (int lane = 0; lane < place.begin; ++lane) patch[lane] = -1;
+        for (int lane = place.end; lane < LANES; ++lane) patch[lane] = -1;
+        for (int lane = 0; lane < LANES; ++lane) {
+            const int one = patch[lane];
+            if (one < 0) continue;
+            const int known = table.size, record = find_record(&table, patches, one);
+            if (record == known) {
+                counts[record] = 0;
+#if MOMENTS
+                const int of = triangle[lane];
+                int exponent;
+                frames[record] = frame_of(geometry, slot, edges, of, one - address[2 * of], address[2 * of + 1], ox, oy,
+                                          oz, &exponent);
+                power[at * LIST + record] = exponent;
+                for (int k = 0; k < SUMS; ++k) sums[(at * LIST + record) * SUMS + k] = 0;
+                extremes[(at * LIST + record) * 2] = INFINITY;
+                extremes[(at * LIST + record) * 2 + 1] = 0.0f;
+#endif
+            }
+            int mine[LANES], count = 0;
+            for (int other = 0; other < LANES; ++other) {
+                mine[other] = -(patch[other] == one && other >= place.begin && other < place.end);
+                count -= mine[other];
+                if (mine[other]) patch[other] = -1;
+            }
+            counts[record] += count;
+#if MOMENTS
+            add_hits(sums + (at * LIST + record) * SUMS, extremes + (at * LIST + record) * 2, &frames[record], &hit,
+                     *(const lanes_i *)mine, dx, dy, dz);
+#endif
+        }
+    }
+    n_listed[at] = table.size;
+}
