@@ -13,6 +13,7 @@ import numpy as np
 from planner_core.errors import MissingPackageError
 from planner_core.model import (
     BeamTemplate,
+    BoolArray,
     Float32Array,
     FloatArray,
     Int32Array,
@@ -135,6 +136,12 @@ class Open3DEngine:
         first = np.cumsum(1 << depth.astype(np.int64)) - (1 << depth.astype(np.int64))
         first_vertices: FloatArray = vertices[first[place] + (patch - self._first_patch[triangle])]
         return first_vertices
+
+    def are_hidden(self, position_m: FloatArray, targets_m: FloatArray) -> BoolArray:
+        """Whether a surface lies between a position (3,) and each target (N, 3) relative to it, ends included."""
+        rays = np.empty((targets_m.shape[0], 6), dtype=np.float32)
+        rays[:, :3], rays[:, 3:] = position_m, targets_m
+        return np.array(self._raycasting.test_occlusions(self._core.Tensor(rays), 0.0, 1.0).numpy(), dtype=np.bool_)
 
     def _scan_one(
         self, template: BeamTemplate, beams: Float32Array, position_m: FloatArray

@@ -5,11 +5,11 @@ Local frame, metres. The rules all engines keep are at the head of `planner_core
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from planner_core.device import Device, in_batches
+from planner_core.device import Buffer, Device, in_batches
 from planner_core.model import (
     BeamTemplate,
     Float32Array,
@@ -80,6 +80,11 @@ class OpenCLEngine:
         # of different depths share their built programs.
         self._stack = -(-(7 * self.tree.n_levels + 1) // 64) * 64
         self._tiles: TiledTemplate | None = None
+
+    @property
+    def on_device(self) -> tuple[Device, Mapping[str, Buffer], int]:
+        """The device, the scene's buffers by name (tree.h, block.h, hit.h), STACK of this tree: for other kernels."""
+        return self._on, self._scene, self._stack
 
     def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
         """See `ScanEngine.cast_rays`."""

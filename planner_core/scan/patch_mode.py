@@ -1,0 +1,362 @@
+"""Patch mode: which patches positions see, from where and how densely, by casting samples of patches instead of beams.
+
+Input an open engine, the `Scene` and `Patches` it holds, a template, positions (local frame, metres); output a
+`Visibility` or `PatchViews`. The cost does not depend on the scanner's resolution. docs/method/patch-mode.md holds the
+rules and how well they agree with the beams themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from planner_core.errors import RequirementError
+from planner_core.model import (
+    BeamTemplate,
+    BoolArray,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    Int64Array,
+    Patches,
+    Scene,
+    UInt8Array,
+    Visibility,
+)
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scan.engine import ScanEngine, check_positions
+from planner_core.scan.patch_samples import (
+    N_FINE,
+    N_RIM,
+    REFINED,
+    SLACK,
+    SLACK_MOST,
+    UInt32Array,
+    View,
+    family_of_patch,
+    make_groups,
+    places_of,
+    rounding_of,
+    sample_weights,
+    view_of,
+)
+
+if TYPE_CHECKING:
+    from planner_core.scan.open3d import Open3DEngine
+    from planner_core.scan.opencl import OpenCLEngine
+
+#: Marks (four bytes a patch and position) that a batch may hold; results do not depend on it.
+_MARK_BYTES = 256 * 2**20
+#: Positions a batch at most, so that progress is heard of.
+_MAX_BATCH = 64
+#: Groups of patches a work-item: enough that most start with a blocker, few enough to spread over the cores.
+_GROUPS_A_RUN = 64
+#: A patch counts as seen where at least this many beams are to be expected on what is seen of it.
+LEAST_RETURNS = 1.0
+
+
+@dataclass(frozen=True)
+class PatchViews:
+    """Patches that each of N positions sees, as compressed sparse rows, and how it sees them.
+
+    starts : (N + 1,) int64. patch : (M,) int32, sorted and unique inside each row. n_visible, n_samples : (M,) uint8,
+    samples of the patch that are seen, of those cast. range_m, cos_incidence : (M,) float32, at the middle of the
+    samples that are seen. spacing_m : (M, 2) float32, distance on the surface between the points of neighbouring
+    columns, and of neighbouring rows.
+    """
+
+    starts: Int64Array
+    patch: Int32Array
+    n_patches: int
+    n_visible: UInt8Array
+    n_samples: UInt8Array
+    range_m: Float32Array
+    cos_incidence: Float32Array
+    spacing_m: Float32Array
+
+    @property
+    def visibility(self) -> Visibility:
+        """The rows alone."""
+        return Visibility(starts=self.starts, patch=self.patch, n_patches=self.n_patches)
+
+
+class _Caster(Protocol):
+    """Casts the samples of all patches."""
+
+    def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
+        """(S, P) uint32: bit s, sample s of the patch is seen; `REFINED` where both patterns were cast."""
+        ...
+
+
+class PatchMode:
+    """Patch mode of one engine: the patches are grouped and sent to the device once."""
+
+    def __init__(self, engine: ScanEngine, scene: Scene, patches: Patches, *, mark_bytes: int = _MARK_BYTES) -> None:
+        self._scene, self._patches = scene, patches
+        self._mark_bytes = mark_bytes
+        self._caster = _caster_of(engine, scene, patches)
+
+    def visible_patches(
+        self,
+        template: BeamTemplate,
+        positions_m: FloatArray,
+        *,
+        max_incidence_rad: float | None = None,
+        least_returns: float = LEAST_RETURNS,
+        progress: Progress = silent,
+    ) -> Visibility:
+        """Patches that each of positions (N, 3) sees.
+
+        Parameters
+        ----------
+        max_incidence_rad
+            Surfaces met at a greater angle give no return; None: all do.
+        least_returns
+            A patch counts where at least as many beams are to be expected on it; 0: wherever a sample is seen.
+
+        Raises
+        ------
+        RequirementError
+            Positions of another shape or not finite; a template of one row or column; limits that make no sense.
+        DeviceError
+            The device fails, or its memory does not hold one position.
+        """
+        view = view_of(template, max_incidence_rad=max_incidence_rad)
+        batches = self._batches(view, check_positions(positions_m), least_returns, progress)
+        rows = [np.flatnonzero(row).astype(np.int32) for marks in batches for row in marks]
+        return Visibility(starts=_starts(rows), patch=_joined(rows), n_patches=self._patches.n_patches)
+
+    def see(
+        self,
+        template: BeamTemplate,
+        positions_m: FloatArray,
+        *,
+        max_incidence_rad: float | None = None,
+        least_returns: float = LEAST_RETURNS,
+        progress: Progress = silent,
+    ) -> PatchViews:
+        """Return what `visible_patches` does, with range, incidence and point spacing of every patch seen.
+
+        Notes
+        -----
+        With d the direction to the middle of the visible samples, n the normal, r the range: a step of angle a along t,
+        a unit vector across d, moves the point on the surface by r a sqrt(1 + (n . t / n . d)^2). For t along the slope
+        that is r a / cos(incidence). t is level for columns, where a is the azimuth step times cos(elevation), and
+        upright for rows.
+        """
+        view = view_of(template, max_incidence_rad=max_incidence_rad)
+        positions = check_positions(positions_m)
+        rows: list[Int32Array] = []
+        masks: list[UInt32Array] = []
+        for marks in self._batches(view, positions, least_returns, progress):
+            for row in marks:
+                rows.append(np.flatnonzero(row).astype(np.int32))
+                masks.append(row[rows[-1]])
+        starts, patch, mask = _starts(rows), _joined(rows), _joined_masks(masks)
+        seen_from = np.repeat(positions.astype(np.float32).astype(np.float64), np.diff(starts), axis=0)
+        range_m, cosine, spacing = self._describe(view, seen_from, patch, mask)
+        return PatchViews(
+            starts=starts,
+            patch=patch,
+            n_patches=self._patches.n_patches,
+            n_visible=_bits(mask).sum(axis=1, dtype=np.uint8),
+            n_samples=np.where(mask & REFINED != 0, N_RIM + N_FINE, N_RIM).astype(np.uint8),
+            range_m=range_m,
+            cos_incidence=cosine,
+            spacing_m=spacing,
+        )
+
+    def _batches(
+        self, view: View, positions_m: FloatArray, least_returns: float, progress: Progress
+    ) -> Iterator[UInt32Array]:
+        """Marks (S, P) of batches of positions, in their order."""
+        if not least_returns >= 0:
+            raise RequirementError(f"least_returns: got {least_returns}, expected 0 or more; leave it out for 1")
+        positions = positions_m.astype(np.float32)
+        n_batch = max(1, min(_MAX_BATCH, self._mark_bytes // (4 * max(self._patches.n_patches, 1))))
+        for first in range(0, len(positions), n_batch):
+            batch = positions[first : first + n_batch]
+            yield self._caster.marks(view, batch, least_returns)
+            progress(ProgressEvent("scan", first + len(batch), len(positions)))
+
+    def _describe(
+        self, view: View, seen_from_m: FloatArray, patch: Int32Array, mask: UInt32Array
+    ) -> tuple[Float32Array, Float32Array, Float32Array]:
+        """Range, cosine and spacing (M, 2) of patches (M,) with marks (M,), each from its own position (M, 3)."""
+        distinct, which = np.unique(patch, return_inverse=True)
+        places = places_of(self._scene, self._patches, distinct.astype(np.int32))
+        bits = _bits(mask).astype(np.float64)
+        weights = bits @ sample_weights() / np.maximum(bits.sum(axis=1), 1.0)[:, None]
+        corners, normal = places.corners_m[which], places.normal[which]
+        at = corners[:, 0] - seen_from_m
+        for k in (0, 1):
+            at += weights[:, k, None] * (corners[:, k + 1] - corners[:, 0])
+        range_m = np.sqrt((at * at).sum(axis=1))
+        along = at / range_m[:, None]
+        cosine = np.abs((along * normal).sum(axis=1))
+        level = np.hypot(along[:, 0], along[:, 1])
+        # Straight up or down, where no direction is level, any will do.
+        across = np.where(level > 0, level, 1.0)
+        azimuthal = np.stack([-along[:, 1] / across, along[:, 0] / across, np.zeros_like(level)], axis=1)
+        azimuthal[level == 0] = (0.0, 1.0, 0.0)
+        upright = np.cross(along, azimuthal)
+        steps = (view.azimuth_step_rad * level, np.full_like(level, view.elevation_step_rad))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            spacing = [
+                range_m * step * np.hypot(1.0, (normal * t).sum(axis=1) / cosine)
+                for step, t in zip(steps, (azimuthal, upright), strict=True)
+            ]
+        return (
+            range_m.astype(np.float32),
+            np.minimum(cosine, 1.0).astype(np.float32),
+            np.stack(spacing, axis=1).astype(np.float32).reshape(-1, 2),
+        )
+
+
+class _DeviceCaster:
+    """`kernels/sample_patches.cl` on the device of an `OpenCLEngine`."""
+
+    def __init__(self, engine: OpenCLEngine, scene: Scene, patches: Patches) -> None:
+        self._on, self._tree, stack = engine.on_device
+        order = engine.tree.triangle[engine.tree.triangle >= 0]
+        self._n_patches = patches.n_patches
+        self._rounding_m = rounding_of(scene)
+        grouped = make_groups(scene, patches, order)
+        self._n_groups = grouped.groups.shape[0]
+        self._groups = self._on.upload(
+            "groups of patches",
+            {
+                "order": grouped.order,
+                "groups": grouped.groups,
+                "box": grouped.box,
+                "pattern": sample_weights().astype(np.float32),
+            },
+        )
+        lanes = 8 if self._on.kind == "cpu" else 1
+        self._program = self._on.program("sample_patches.cl", {"LANES": lanes, "STACK": stack})
+
+    def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
+        """See `_Caster`."""
+        out = np.zeros((len(positions_m), self._n_patches), dtype=np.uint32)
+        packed = view.packed(least_returns=least_returns, rounding_m=self._rounding_m)
+        on_device = self._on.upload("patch mode", {"positions": positions_m, "view": packed, "marks": out})
+        self._program.run(
+            "sample_patches",
+            (-(-self._n_groups // _GROUPS_A_RUN), len(positions_m)),
+            *(self._tree[name] for name in ("boxes", "children", "geometry", "triangle", "slot", "edges", "address")),
+            *(self._groups[name] for name in ("order", "groups", "box")),
+            np.int32(self._n_groups),
+            np.int32(_GROUPS_A_RUN),
+            self._groups["pattern"],
+            on_device["view"],
+            on_device["positions"],
+            on_device["marks"],
+            np.int32(self._n_patches),
+        )
+        self._on.read(on_device["marks"], out)
+        return out
+
+
+class _Open3DCaster:
+    """The same samples through Open3D's occlusion test, in NumPy."""
+
+    def __init__(self, engine: Open3DEngine, scene: Scene, patches: Patches) -> None:
+        self._engine = engine
+        places = places_of(scene, patches, np.arange(patches.n_patches, dtype=np.int32))
+        self._corners, self._normal, self._area_m2 = places.corners_m, places.normal, places.area_m2
+        self._family = family_of_patch(patches)
+        self._rounding_m = rounding_of(scene)
+        self._weights = sample_weights()
+
+    def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
+        """See `_Caster`."""
+        out = np.empty((len(positions_m), self._family.size), dtype=np.uint32)
+        for row, position in enumerate(positions_m.astype(np.float64)):
+            seen = self._cast(view, position, np.arange(self._family.size), self._weights[:N_RIM])
+            family_seen = np.bincount(self._family, weights=seen.any(axis=1)) > 0
+            again = np.flatnonzero(family_seen[self._family] & ~seen.all(axis=1))
+            fine = self._cast(view, position, again, self._weights[N_RIM:])
+            mask = seen @ (np.uint32(1) << np.arange(N_RIM, dtype=np.uint32))
+            mask[again] |= fine @ (np.uint32(1) << np.arange(N_RIM, N_RIM + N_FINE, dtype=np.uint32)) | REFINED
+            mask[self._expected_returns(view, position, mask) < max(least_returns, 1e-30)] = 0
+            out[row] = mask
+        return out
+
+    def _cast(self, view: View, position_m: FloatArray, patch: Int64Array, weights: FloatArray) -> BoolArray:
+        """(n, s) whether samples with weights (s, 2) of patches (n,) are seen."""
+        corners, normal = self._corners[patch] - position_m, self._normal[patch]
+        edges = corners[:, 1:] - corners[:, :1]
+        at = corners[:, :1] + np.einsum("sk,nki->nsi", weights, edges)
+        open_ = in_view(view, at, normal)
+        from_plane = np.abs((corners[:, 0] * normal).sum(axis=1))
+        with np.errstate(divide="ignore"):
+            slack = np.minimum(SLACK + self._rounding_m / from_plane, SLACK_MOST)
+        targets = (at / (1 + slack)[:, None, None])[open_]
+        hidden = self._engine.are_hidden(position_m, targets)
+        open_[open_] = ~hidden
+        return open_
+
+    def _expected_returns(self, view: View, position_m: FloatArray, mask: UInt32Array) -> FloatArray:
+        """(P,) returns to be expected; 0 where no sample is seen."""
+        out = np.zeros(mask.size)
+        seen = np.flatnonzero(mask & ~REFINED)
+        share = _bits(mask[seen]).sum(axis=1) / np.where(mask[seen] & REFINED != 0, N_RIM + N_FINE, N_RIM)
+        centre = self._corners[seen].mean(axis=1) - position_m
+        across2 = (centre[:, :2] ** 2).sum(axis=1)
+        range2 = across2 + centre[:, 2] ** 2
+        facing = np.abs((centre * self._normal[seen]).sum(axis=1)) * self._area_m2[seen]
+        with np.errstate(divide="ignore"):
+            out[seen] = share * facing / (range2 * np.sqrt(across2) * view.azimuth_step_rad * view.elevation_step_rad)
+        return out
+
+
+def in_view(view: View, at_m: FloatArray, normal: FloatArray) -> BoolArray:
+    """(n, s) whether points (n, s, 3), relative to the sensor, of surfaces with normals (n, 3) can give a return."""
+    across = np.hypot(at_m[..., 0], at_m[..., 1])
+    range_m = np.hypot(across, at_m[..., 2])
+    elevation = np.arctan2(at_m[..., 2], across)
+    turned = np.arctan2(at_m[..., 1], at_m[..., 0]) - view.middle_rad
+    azimuth = np.abs((turned + np.pi) % (2 * np.pi) - np.pi)
+    facing = np.abs(np.einsum("nsi,ni->ns", at_m, normal))
+    inside: BoolArray = (
+        (range_m >= view.range_min_m)
+        & (range_m <= view.range_max_m)
+        & (elevation >= view.low_rad)
+        & (elevation <= view.high_rad)
+        & (azimuth <= view.half_width_rad)
+        & (facing >= view.least_cos_incidence * range_m)
+    )
+    return inside
+
+
+def _caster_of(engine: ScanEngine, scene: Scene, patches: Patches) -> _Caster:
+    from planner_core.scan.open3d import Open3DEngine
+    from planner_core.scan.opencl import OpenCLEngine
+
+    if isinstance(engine, OpenCLEngine):
+        return _DeviceCaster(engine, scene, patches)
+    if isinstance(engine, Open3DEngine):
+        return _Open3DCaster(engine, scene, patches)
+    raise RequirementError(f"scan mode patches: got engine {engine.name!r}, expected opencl or open3d; use mode beams")
+
+
+def _bits(mask: UInt32Array) -> UInt8Array:
+    """(M, 28) uint8, bits of marks (M,)."""
+    return (mask[:, None] >> np.arange(N_RIM + N_FINE, dtype=np.uint32) & np.uint32(1)).astype(np.uint8)
+
+
+def _starts(rows: list[Int32Array]) -> Int64Array:
+    starts = np.zeros(len(rows) + 1, dtype=np.int64)
+    starts[1:] = np.cumsum([row.size for row in rows], dtype=np.int64)
+    return starts
+
+
+def _joined(rows: list[Int32Array]) -> Int32Array:
+    return np.concatenate(rows) if rows else np.empty(0, dtype=np.int32)
+
+
+def _joined_masks(rows: list[UInt32Array]) -> UInt32Array:
+    return np.concatenate(rows) if rows else np.empty(0, dtype=np.uint32)
