@@ -19,6 +19,7 @@ from pathlib import Path
 from types import FrameType
 
 _interrupted = False
+_caches_are_kept = True
 
 
 def prepare(*, debug: bool) -> None:
@@ -40,6 +41,23 @@ def raise_if_interrupted() -> None:
         raise KeyboardInterrupt
 
 
+def check_caches_are_kept(variable: str) -> None:
+    """Refuse work whose only use is to be kept, where caches go with the process and `variable` names no other place.
+
+    Raises
+    ------
+    RequirementError
+        The home folder can't be written.
+    """
+    if _caches_are_kept or os.environ.get(variable):
+        return
+    from planner_core.errors import RequirementError
+
+    raise RequirementError(
+        f"cache folder: got a home that can't be written, expected a place to keep the result; set {variable} to one"
+    )
+
+
 def _note_interrupt(number: int, frame: FrameType | None) -> None:
     global _interrupted
     _interrupted = True
@@ -51,6 +69,8 @@ def _use_writable_caches() -> None:
     existing = next(folder for folder in (root, *root.parents) if folder.exists())
     if os.access(existing, os.W_OK | os.X_OK):
         return
+    global _caches_are_kept
+    _caches_are_kept = False
     own = tempfile.mkdtemp(prefix="tlsplan-cache-")
     atexit.register(shutil.rmtree, own, ignore_errors=True)
     for variable in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "MPLCONFIGDIR"):

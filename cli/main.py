@@ -14,7 +14,7 @@ import click
 from .environment import prepare
 from .exit_codes import exit_code_of, one_line
 
-COMMANDS = ("plan", "view", "floors", "evaluate", "simulate", "scanners", "scene", "demo", "doctor")
+COMMANDS = ("plan", "view", "floors", "evaluate", "simulate", "scanners", "scene", "demo", "doctor", "tune")
 
 
 class LazyGroup(click.Group):

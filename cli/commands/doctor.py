@@ -7,7 +7,6 @@ import importlib
 import importlib.metadata
 import platform
 import sys
-import time
 from dataclasses import asdict, dataclass
 
 import click
@@ -57,7 +56,7 @@ def command(ctx: click.Context, as_json: bool) -> None:
     """Check packages, system libraries, OpenCL devices and the scan engine; say how to get what is missing."""
     from .. import output
 
-    findings = [_python(), *_libraries(), *_packages(), *_devices(), _engine(), _viewer()]
+    findings = [_python(), *_libraries(), *_packages(), *_devices(), *_engine(), _viewer()]
     healthy = all(finding.ok for finding in findings if finding.needed)
     if as_json:
         output.as_json({"healthy": healthy, "findings": [asdict(finding) for finding in findings]})
@@ -130,33 +129,43 @@ def _devices() -> list[Finding]:
     ]
 
 
-def _engine() -> Finding:
+def _engine() -> list[Finding]:
     """Scan a box of known size with the engine that a plan would use: proves compiler, kernels and driver."""
-    import numpy as np
-
     from planner_core.errors import PlannerError
-    from planner_core.scan.engine import open_engine
-    from planner_core.scene.build import scene_from_arrays
-    from planner_core.scene.patches import make_patches
 
-    corners = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-2.0, 2.0) for z in (-3.0, 3.0)])
-    faces = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)]
-    faces += [(2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)]
+    from .. import start_time
+
     try:
-        started_s = time.perf_counter()
-        scene = scene_from_arrays(corners, np.array(faces))
-        engine = open_engine(scene, make_patches(scene, max_area_m2=0.1))
-        axes = np.array([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
-        hits = engine.cast_rays(np.zeros((3, 3)), axes, range_max_m=10.0)
-        elapsed_s = time.perf_counter() - started_s
+        _, name, right = start_time.start()
     except PlannerError as error:
-        return Finding("scan engine", False, str(error), "see the lines above; `--engine open3d` needs no OpenCL")
-    right = np.allclose(hits.range_m, [1.0, 2.0, 3.0], atol=1e-5)
-    detail = f"{engine.name} on {engine.device}; first scan after {elapsed_s:.2f} s"
-    if right:
-        return Finding("scan engine", True, detail)
-    wrong = f"{detail}, but ranges {hits.range_m.tolist()} instead of [1, 2, 3]"
-    return Finding("scan engine", False, wrong, "this driver computes wrongly: choose another device with --device")
+        return [Finding("scan engine", False, str(error), "see the lines above; `--engine open3d` needs no OpenCL")]
+    if not right:
+        wrong = f"{name} computes wrong ranges in a box"
+        return [Finding("scan engine", False, wrong, "this driver computes wrongly: choose another with --device")]
+    engine = Finding("scan engine", True, f"{name}; a box is scanned rightly")
+    return [engine, *_tiles(), _start()] if name.startswith("opencl") else [engine]
+
+
+def _start() -> Finding:
+    """How long the engine takes to start: this process has just filled the caches of the driver."""
+    from .. import start_time
+
+    times_s = {"compiled before": start_time.cached_s(), "first use, compiling": start_time.first_use_s()}
+    said = [f"{what} {seconds:.1f} s" for what, seconds in times_s.items() if seconds is not None]
+    if len(said) < len(times_s):
+        remedy = "run `python -m tlsplan.start_time` to see why"
+        return Finding("start of the engine", False, "; ".join([*said, "not measured"]), remedy, needed=False)
+    return Finding("start of the engine", True, "; ".join(said))
+
+
+def _tiles() -> list[Finding]:
+    from planner_core.device import open_device
+    from planner_core.scan.tuning import shape_in_use
+
+    from .tune import name_of
+
+    used = shape_in_use(open_device())
+    return [Finding("beam tiles", True, f"{name_of(used.shape)}; {used.origin}, {used.detail}", needed=False)]
 
 
 def _viewer() -> Finding:

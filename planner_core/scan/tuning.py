@@ -1,15 +1,206 @@
-"""Shapes of packets and tiles that suit a device; results never depend on them."""
+"""The shape of tiles and packets that suits a device: measured there and kept, or shipped; results never depend on it.
+
+A shape is (rows, columns, lanes): beams of a tile down and across, and beams a packet, see kernels/trace_tile.h.
+
+What `tlsplan tune` measured is kept in the user's cache folder, a file for each device, driver and state of the
+kernels: another driver or other kernels find no file, and a file that can't be read counts as none. Then the shipped
+shape is used; that is never an error.
+"""
 
 from __future__ import annotations
 
-from planner_core.device import Device
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
 
+from planner_core.device import Device
+from planner_core.errors import RequirementError
+
+Shape = tuple[int, int, int]
+
+#: Names the folder of what is measured and kept, in place of `tlsplan` in the user's cache folder.
+CACHE_VARIABLE = "TLSPLAN_CACHE"
+_SCHEMA = "tlsplan/tile-shape/1"
 #: Rows and columns of beams a tile and beams a packet, by kind of device. CPU: measured on PoCL 3.0 (AVX2),
-#: docs/benchmarks/scan.md. Others are unmeasured: a scalar packet lets a GPU's own lanes be the packet.
+#: docs/howto/device.md. Others are unmeasured: a scalar packet lets a GPU's own lanes be the packet.
 _TILE_SHAPE = {"cpu": (8, 32, 8)}
 _DEFAULT_TILE_SHAPE = (4, 8, 1)
+#: Packet widths that any device may have. 16 is left out: PoCL 3.0 on LLVM 14 ends the whole process on float16.
+_LANES = (1, 2, 4, 8)
+#: Beams a tile at most: each holds eight bytes of a work-item's private memory.
+_MAX_BEAMS = 2048
+_given: ContextVar[Shape | None] = ContextVar("tile shape", default=None)
 
 
-def tile_shape(device: Device) -> tuple[int, int, int]:
-    """Rows and columns of beams a tile, and beams a packet, that suit the device."""
-    return _TILE_SHAPE.get(device.kind, _DEFAULT_TILE_SHAPE)
+@dataclass(frozen=True)
+class ShapeInUse:
+    """A shape and where it is from: `given`, `measured` or `shipped`; `detail` says more, for a user."""
+
+    shape: Shape
+    origin: str
+    detail: str
+
+
+def tile_shape(device: Device) -> Shape:
+    """Rows and columns of beams a tile, and beams a packet, to be used on the device."""
+    return shape_in_use(device).shape
+
+
+def shape_in_use(device: Device) -> ShapeInUse:
+    """As `tile_shape`, and where it is from."""
+    given = _given.get()
+    if given is not None:
+        return ShapeInUse(given, "given", "by the caller")
+    file = shape_file(device)
+    kept, why_not = (None, "there is no cache folder") if file is None else _read(file)
+    if kept is not None:
+        return ShapeInUse(kept, "measured", f"kept in {file}")
+    if device.kind in _TILE_SHAPE:
+        return ShapeInUse(_TILE_SHAPE[device.kind], "shipped", f"measured with PoCL 3.0 on AVX2; here {why_not}")
+    return ShapeInUse(_DEFAULT_TILE_SHAPE, "shipped", f"nobody has measured a {device.kind} yet; here {why_not}")
+
+
+@contextmanager
+def use_shape(shape: Shape) -> Iterator[None]:
+    """Let every device take this shape meanwhile: for measuring, and for showing that results don't depend on it.
+
+    Raises
+    ------
+    RequirementError
+        No kernel can be built for it, see `is_possible`.
+    """
+    if not is_possible(shape):
+        raise RequirementError(
+            f"tile shape: got {shape}, expected (rows, columns, lanes) with lanes one of {_LANES}, columns a multiple "
+            f"of lanes and rows * columns a multiple of 8 * lanes, at most {_MAX_BEAMS}; use e.g. (8, 32, 8)"
+        )
+    token = _given.set(shape)
+    try:
+        yield
+    finally:
+        _given.reset(token)
+
+
+def is_possible(shape: Shape) -> bool:
+    """Whether kernels can be built for it: rectangles of packets are compared eight at a time."""
+    rows, columns, lanes = shape
+    if lanes not in _LANES or rows < 1 or columns < lanes or rows * columns > _MAX_BEAMS:
+        return False
+    return columns % lanes == 0 and (rows * columns) % (8 * lanes) == 0
+
+
+def shapes_to_try(device: Device) -> tuple[Shape, ...]:
+    """Shapes worth measuring on a device, the shipped one first."""
+    lanes_to_try = (8, 4) if device.kind == "cpu" else (1, 2, 4)
+    # By what has been fast somewhere, so that the first few are worth a quick look.
+    tiles = ((8, 32), (16, 32), (8, 16), (8, 64), (4, 32), (4, 64), (16, 16), (16, 64), (8, 8), (4, 16), (4, 8))
+    shipped = _TILE_SHAPE.get(device.kind, _DEFAULT_TILE_SHAPE)
+    others = ((rows, columns, lanes) for lanes in lanes_to_try for rows, columns in tiles)
+    return (shipped, *(shape for shape in others if is_possible(shape) and shape != shipped))
+
+
+def cache_folder() -> Path | None:
+    """The folder of what is measured and kept: TLSPLAN_CACHE, else `tlsplan` in the user's cache folder.
+
+    None where the environment names no home to keep anything in.
+    """
+    own = os.environ.get(CACHE_VARIABLE)
+    if own:
+        return Path(own)
+    shared = os.environ.get("XDG_CACHE_HOME")
+    if shared and Path(shared).is_absolute():  # the specification says to ignore relative ones
+        return Path(shared) / "tlsplan"
+    home = os.environ.get("HOME")
+    return Path(home) / ".cache" / "tlsplan" if home else None
+
+
+def shape_file(device: Device) -> Path | None:
+    """Where the shape measured on a device is kept, whether the file is there or not."""
+    folder = cache_folder()
+    if folder is None:
+        return None
+    key = "\n".join(_identity(device).values())
+    return folder / f"tile-shape-{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"
+
+
+def keep_shape(device: Device, shape: Shape, milliseconds: dict[str, float]) -> Path:
+    """Keep the shape measured on a device, for this user; `milliseconds` documents the measurement.
+
+    Raises
+    ------
+    RequirementError
+        No kernel can be built for the shape, or its file can't be written.
+    """
+    if not is_possible(shape):
+        raise RequirementError(f"tile shape: got {shape}, expected one that kernels can be built for; measure again")
+    file = shape_file(device)
+    if file is None:
+        raise RequirementError(
+            f"cache folder: got none, expected HOME, XDG_CACHE_HOME or {CACHE_VARIABLE} to be set; set {CACHE_VARIABLE}"
+        )
+    rows, columns, lanes = shape
+    document = {
+        "schema": _SCHEMA,
+        **_identity(device),
+        "tile_rows": rows,
+        "tile_columns": columns,
+        "lanes": lanes,
+        "milliseconds": {name: round(milliseconds[name], 4) for name in sorted(milliseconds)},
+    }
+    beside = file.with_name(f".{file.name}.{os.getpid()}")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        beside.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+        beside.replace(file)
+    except OSError as error:
+        raise RequirementError(
+            f"{file}: can't be written ({error.strerror}), expected a folder to keep the measured shape in; "
+            f"set {CACHE_VARIABLE} to one"
+        ) from error
+    _read.cache_clear()
+    return file
+
+
+def _identity(device: Device) -> dict[str, str]:
+    """What a measurement holds for. The number of cores counts: tiles are shared out among them."""
+    return {
+        "device": f"{device.name}, {device.n_compute_units} compute units",
+        "driver": device.driver,
+        "kernels": _kernels_hash(),
+    }
+
+
+@lru_cache(maxsize=1)
+def _kernels_hash() -> str:
+    """Hash of all kernel sources: other kernels may like other shapes."""
+    digest = hashlib.sha256()
+    for source in sorted(resources.files("planner_core.kernels").iterdir(), key=lambda entry: entry.name):
+        if source.name.endswith((".cl", ".h")):
+            digest.update(source.name.encode())
+            digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@lru_cache(maxsize=64)
+def _read(file: Path) -> tuple[Shape | None, str]:
+    """Return the shape that a file keeps; or None, and why in words that follow "here"."""
+    try:
+        document: Any = json.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None, "nothing was measured with this driver and these kernels (`tlsplan tune` does)"
+    except (OSError, ValueError) as error:
+        return None, f"{file} can't be read ({' '.join(str(error).split())})"
+    if isinstance(document, dict) and document.get("schema") == _SCHEMA:
+        found = tuple(document.get(name) for name in ("tile_rows", "tile_columns", "lanes"))
+        if all(type(value) is int for value in found) and is_possible(found):  # type: ignore[arg-type]
+            rows, columns, lanes = found
+            return (rows, columns, lanes), ""  # type: ignore[return-value]
+    return None, f"{file} holds no tile shape that kernels can be built for (`tlsplan tune` writes it anew)"
