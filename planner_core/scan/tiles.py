@@ -9,7 +9,6 @@ directions: a tile is about as wide as high, near the zenith too where azimuths 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,9 +25,11 @@ _MARGIN = 4e-6
 #: Widest and highest that a tile may be, radians: a pyramid of more than some 50 degrees from its axis bounds nothing.
 _LARGEST_RAD = np.deg2rad(30.0)
 #: Work of a tile goes as (width + this) (height + this): what it meets besides its own beams, in boxes and triangles.
-_SURROUNDINGS_RAD = np.deg2rad(4.0)
+_SURROUNDINGS_RAD = np.deg2rad(8.0)
 #: The device's own shape of tile, which was measured, is kept until another one is better by more than this.
 _WORTH = 1.25
+#: Beams of a template of one column are sorted into columns of this width by their offsets.
+_LONE_STEP_RAD = np.deg2rad(1.0)
 
 
 @dataclass(frozen=True)
@@ -61,9 +62,13 @@ class _Strip:
 
 @dataclass(frozen=True)
 class _Columns:
-    """Columns of tiles: column v of a tile's row r is column v + shift[r] of the template's; from `first` to `end`."""
+    """Columns of tiles: column v of a tile's row r is column v + shift[r] of the template's; from `first` to `end`.
+
+    beside_rad : (R,), by how much the row's beams then still lie beside those of a row without offset.
+    """
 
     shift: Int64Array
+    beside_rad: FloatArray
     first: int
     end: int
     full_turn: bool
@@ -79,69 +84,80 @@ def make_tiles(template: BeamTemplate, *, tile_rows: int, tile_columns: int, lan
     columns = _columns(template)
     parts = [
         _tile_strip(template, strip, columns, packets, lanes)
-        for strip in _strips(template, columns, tile_rows, packets, lanes)
+        for strip in _strips(template.elevation_rad, columns, tile_rows, packets, lanes)
     ]
     return TileGrid(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
 def _columns(template: BeamTemplate) -> _Columns:
     n_rows, n_columns = template.shape
-    step, full_turn = azimuth_step_rad(template), is_full_turn(template)
-    shift = np.zeros(n_rows, dtype=np.int64)
-    if template.azimuth_offset_rad is not None and step > 0:
-        shift = -np.rint(template.azimuth_offset_rad / step).astype(np.int64)
-    if full_turn:
-        return _Columns(shift % n_columns, 0, n_columns, True, step)
-    return _Columns(shift, -int(shift.max()), n_columns - int(shift.min()), False, step)
+    step = azimuth_step_rad(template) or _LONE_STEP_RAD
+    offset = np.zeros(n_rows) if template.azimuth_offset_rad is None else template.azimuth_offset_rad
+    shift = -np.rint(offset / step).astype(np.int64)
+    beside = offset + shift * step
+    if is_full_turn(template):
+        return _Columns(shift % n_columns, beside, 0, n_columns, True, step)
+    return _Columns(shift, beside, -int(shift.max()), n_columns - int(shift.min()), False, step)
 
 
-def _strips(template: BeamTemplate, columns: _Columns, tile_rows: int, packets: int, lanes: int) -> Iterator[_Strip]:
-    """Rows from top to bottom, each strip in the arrangement of packets that promises least work a beam."""
-    elevation = template.elevation_rad
-    own_across = packets // tile_rows
-    arrangements = [own_across] + [n for n in range(packets, 0, -1) if packets % n == 0 and n != own_across]
+def _strips(elevation: FloatArray, columns: _Columns, tile_rows: int, packets: int, lanes: int) -> tuple[_Strip, ...]:
+    """Rows from top to bottom, in the one arrangement of packets for which tiles promise the least work in all."""
+    own = packets // tile_rows
+    others = (n for n in range(packets, 0, -1) if packets % n == 0 and n != own)
+    strips = _arranged(elevation, columns, own, packets // own, lanes)
+    least = _work(strips, elevation, columns) / _WORTH
+    for across in others:
+        other = _arranged(elevation, columns, across, packets // across, lanes)
+        work = _work(other, elevation, columns)
+        if work < least:
+            strips, least = other, work
+    return strips
+
+
+def _arranged(elevation: FloatArray, columns: _Columns, across: int, down: int, lanes: int) -> tuple[_Strip, ...]:
+    """Strips whose tiles have `down` rows of `across` packets, or fewer beams where they would be too large."""
+    strips: list[_Strip] = []
     row = 0
     while row < elevation.size:
-        best, best_work = None, np.inf
-        for across in arrangements:
-            strip = _strip_at(row, elevation, columns, packets // across, across, lanes)
-            work = _work(strip, elevation, columns) * (1.0 if across == own_across else _WORTH)
-            if work < best_work:
-                best, best_work = strip, work
-        assert best is not None
-        yield best
-        row += best.n_rows
+        near = elevation[row : row + down]
+        n_rows = int(np.count_nonzero(near[0] - near <= _LARGEST_RAD))
+        while n_rows > 1 and _width_rad(slice(row, row + n_rows), elevation, columns, 1) > _LARGEST_RAD:
+            n_rows = (n_rows + 1) // 2
+        rows = slice(row, row + n_rows)
+        most = min(across * lanes, columns.end - columns.first)
+        while most > 1 and _width_rad(rows, elevation, columns, most) > _LARGEST_RAD:
+            most = (most + 1) // 2
+        strips.append(_Strip(row, n_rows, across, most))
+        row += n_rows
+    return tuple(strips)
 
 
-def _strip_at(row: int, elevation: FloatArray, columns: _Columns, most_rows: int, across: int, lanes: int) -> _Strip:
-    """The largest strip from `row` on whose tiles are not larger than may be."""
-    below = elevation[row : row + most_rows]
-    n_rows = int(np.count_nonzero(below[0] - below <= _LARGEST_RAD))
-    most = min(across * lanes, columns.end - columns.first)
-    while most > 1 and _width_rad(below[:n_rows], columns, most) > _LARGEST_RAD:
-        most = (most + 1) // 2
-    return _Strip(row, n_rows, across, most)
-
-
-def _width_rad(elevation: FloatArray, columns: _Columns, n_columns: int) -> float:
+def _width_rad(rows: slice, elevation: FloatArray, columns: _Columns, n_columns: int) -> float:
     """Angle between the first and the last of some columns, in the row where it is largest."""
-    turn = min(np.pi, (n_columns - 1 + (columns.shift != 0).any()) * columns.step_rad)
-    return float(2.0 * np.arcsin(np.cos(elevation).max() * np.sin(turn / 2.0)))
+    beside = columns.beside_rad[rows]
+    turn = min(np.pi, (n_columns - 1) * columns.step_rad + float(beside.max() - beside.min()))
+    return float(2.0 * np.arcsin(np.cos(elevation[rows]).max() * np.sin(turn / 2.0)))
 
 
-def _work(strip: _Strip, elevation: FloatArray, columns: _Columns) -> float:
-    """Expected work a beam of a strip's tiles, in no unit."""
-    rows = elevation[strip.first_row : strip.first_row + strip.n_rows]
-    height, width = rows[0] - rows[-1], _width_rad(rows, columns, strip.columns)
-    n_columns = columns.end - columns.first
-    used = n_columns / (-(-n_columns // strip.columns) * strip.columns)  # the last tile of a row is seldom full
-    return float((width + _SURROUNDINGS_RAD) * (height + _SURROUNDINGS_RAD) / (strip.n_rows * strip.columns * used))
+def _work(strips: tuple[_Strip, ...], elevation: FloatArray, columns: _Columns) -> float:
+    """Expected work of all tiles, in no unit."""
+    work = 0.0
+    for strip in strips:
+        rows = slice(strip.first_row, strip.first_row + strip.n_rows)
+        height = float(elevation[rows][0] - elevation[rows][-1])
+        width = _width_rad(rows, elevation, columns, strip.columns)
+        n_tiles = -(-(columns.end - columns.first) // strip.columns)
+        work += n_tiles * (width + _SURROUNDINGS_RAD) * (height + _SURROUNDINGS_RAD)
+    return work
 
 
 def _tile_strip(
     template: BeamTemplate, strip: _Strip, columns: _Columns, packets: int, lanes: int
 ) -> tuple[Float32Array, Float32Array, Float32Array, Int32Array]:
-    """Beams, bounds, rectangles and places of a strip's tiles."""
+    """Beams, bounds, rectangles and places of a strip's n tiles.
+
+    Arrays in between are (packets, lanes, n): tiles of a strip are alike, so that NumPy's inner loops run over tiles.
+    """
     rows = slice(strip.first_row, strip.first_row + strip.n_rows)
     offset = template.azimuth_offset_rad
     beams = directions(
@@ -151,85 +167,83 @@ def _tile_strip(
             azimuth_offset_rad=None if offset is None else offset[rows],
         )
     )
+    row = np.minimum(np.arange(packets) // strip.across, strip.n_rows - 1)[:, None, None]
     column, real = _lanes(template, strip, columns, packets, lanes)
-    held = np.flatnonzero(real.any(axis=(1, 2)))
-    column, real = column[held], real[held]
-    row = np.minimum(np.arange(packets) // strip.across, strip.n_rows - 1)[:, None]
     own = row * template.shape[1] + column
-    tiles = beams.reshape(-1, 3)[_repeated(own, real).reshape(own.shape[0], -1)]
-    bounds, plane = _bounds(tiles, real.reshape(own.shape[0], -1))
-    packed = tiles.astype(np.float32).reshape(-1, packets, lanes, 3).transpose(0, 1, 3, 2)
-    places = _places(row, strip.first_row, column, real, template.shape[1])
-    return np.ascontiguousarray(packed), bounds, _rectangles(plane, packets, lanes), places
+    held = np.take(np.ascontiguousarray(beams.reshape(-1, 3).T), _repeated(own, real), axis=1)
+    bounds, rectangles = _bounds(held, real)
+    packed = np.ascontiguousarray(held.transpose(3, 1, 0, 2), dtype=np.float32)
+    return packed, bounds, rectangles, _places(own + strip.first_row * template.shape[1], column, real)
 
 
 def _lanes(
     template: BeamTemplate, strip: _Strip, columns: _Columns, packets: int, lanes: int
 ) -> tuple[Int64Array, BoolArray]:
-    """Column (n, packets, lanes) of every lane of a strip's tiles, and whether it is a beam."""
+    """Column (packets, lanes, n) of every lane of a strip's tiles, and whether it is a beam; each tile has some."""
     n_tiles = -(-(columns.end - columns.first) // strip.columns)
-    packet = np.arange(packets)
-    row, across = packet // strip.across, packet % strip.across
-    within = (across * lanes)[:, None] + np.arange(lanes)
-    at = columns.first + np.arange(n_tiles)[:, None, None] * strip.columns + within
-    shift = columns.shift[np.minimum(strip.first_row + row, columns.shift.size - 1)]
-    column = at + shift[:, None]
-    real: BoolArray = (within < strip.columns) & (at < columns.end) & (row < strip.n_rows)[:, None]
+    row, across = np.divmod(np.arange(packets)[:, None, None], strip.across)
+    within = across * lanes + np.arange(lanes)[:, None]
+    at = columns.first + within + np.arange(n_tiles) * strip.columns
+    column = at + columns.shift[np.minimum(strip.first_row + row, columns.shift.size - 1)]
+    real = (within < strip.columns) & (at < columns.end) & (row < strip.n_rows)
     if columns.full_turn:
         return column % template.shape[1], real
-    return column, real & (column >= 0) & (column < template.shape[1])
+    real = real & (column >= 0) & (column < template.shape[1])
+    held = np.flatnonzero(real.any(axis=(0, 1)))
+    return column[..., held], real[..., held]
 
 
 def _repeated(own: Int64Array, real: BoolArray) -> Int64Array:
-    """`own` (n, packets, lanes) where real; elsewhere the packet's first real lane's, or else the tile's."""
-    lane = real.argmax(axis=2)[..., None]
-    of_packet = np.take_along_axis(own, lane, axis=2)
-    some: BoolArray = np.asarray(real.any(axis=2))
-    of_tile = np.take_along_axis(of_packet[..., 0], some.argmax(axis=1)[:, None], axis=1)
-    return np.where(real, own, np.where(some[..., None], of_packet, of_tile[..., None]))
+    """`own` (packets, lanes, n) where real; elsewhere the packet's first real lane's, or else the tile's."""
+    if real.all():
+        return own
+    of_packet = np.take_along_axis(own, real.argmax(axis=1)[:, None], axis=1)
+    some: BoolArray = np.asarray(real.any(axis=1, keepdims=True))
+    of_tile = np.take_along_axis(of_packet, some.argmax(axis=0)[None], axis=0)
+    return np.where(real, own, np.where(some, of_packet, of_tile))
 
 
-def _places(row: Int64Array, first_row: int, column: Int64Array, real: BoolArray, n_columns: int) -> Int32Array:
-    """(n, packets, 2) of kernels/template.h."""
-    lanes = real.shape[2]
-    begin = real.argmax(axis=2)
-    end = begin + real.sum(axis=2)
+def _places(own: Int64Array, column: Int64Array, real: BoolArray) -> Int32Array:
+    """(n, packets, 2) of kernels/template.h; own is row * columns + column."""
+    lanes = real.shape[1]
+    begin = real.argmax(axis=1)
+    end = begin + real.sum(axis=1)
     # Lanes follow one another but for the end of the turn, after which columns begin anew.
-    wrap = np.where(np.diff(column, axis=2) < 0, np.arange(1, lanes), lanes).min(axis=2, initial=lanes)
-    first = (first_row + row[:, 0]) * n_columns + column[..., 0]
-    return np.stack([first, begin | end << 8 | wrap << 16], axis=2).astype(np.int32)
+    behind = np.diff(column, axis=1) < 0
+    wrap = np.where(behind.any(axis=1), behind.argmax(axis=1) + 1, lanes) if lanes > 1 else np.ones_like(begin)
+    return np.ascontiguousarray(np.stack([own[:, 0], begin | end << 8 | wrap << 16]).T, dtype=np.int32)
 
 
-def _bounds(tiles: FloatArray, real: BoolArray) -> tuple[Float32Array, FloatArray]:
-    """Bounds of each tile's beams (K, n, 3), and x, y (K, n, 2) of the beams in the plane one metre along its axis."""
-    axis = np.einsum("kni,kn->ki", tiles, real.astype(np.float64))  # repeated beams would draw it aside
-    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+def _bounds(beams: FloatArray, real: BoolArray) -> tuple[Float32Array, Float32Array]:
+    """Bounds (n, 40) and rectangles (n, 4, packets) of beams (3, packets, lanes, n)."""
+    axis = np.einsum("ipln,pln->in", beams, real)  # beams that are there twice would draw it aside
+    axis /= np.linalg.norm(axis, axis=0)
     # Right lies level, so that rows of a tile run along the rectangle. Any right will do for a tile about a pole.
-    level = np.hypot(axis[:, 0], axis[:, 1])[:, None] > 1e-9
-    right = np.cross(np.where(level, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]]), axis)
-    right /= np.linalg.norm(right, axis=1, keepdims=True)
-    up = np.cross(axis, right)
-    seen = tiles @ np.stack([right, up, axis], axis=2)
-    plane = seen[..., :2] / seen[..., 2:]
-    (left, low), (east, high) = plane.min(axis=1).T - _MARGIN, plane.max(axis=1).T + _MARGIN
+    flat = np.hypot(axis[0], axis[1])
+    polar = flat < 1e-9
+    right = np.stack([np.where(polar, 1.0, -axis[1]), np.where(polar, 0.0, axis[0]), np.zeros_like(flat)])
+    right /= np.where(polar, 1.0, flat)
+    up = np.cross(axis, right, axis=0)
+    ahead = _along(beams, axis)
+    x, y = _along(beams, right) / ahead, _along(beams, up) / ahead
+    rectangles = np.stack([x.min(axis=1), x.max(axis=1), y.min(axis=1), y.max(axis=1)])
+    rectangles += np.array([-_MARGIN, _MARGIN, -_MARGIN, _MARGIN])[:, None, None]
+    west, south = rectangles[0].min(axis=0), rectangles[2].min(axis=0)
+    east, north = rectangles[1].max(axis=0), rectangles[3].max(axis=0)
     corners = np.stack(
-        [
-            axis + s[:, None] * right + t[:, None] * up
-            for s, t in ((left, low), (east, low), (east, high), (left, high))
-        ],
-        axis=1,
+        [axis + s * right + t * up for s, t in ((west, south), (east, south), (east, north), (west, north))]
     )
-    planes = np.cross(corners, np.roll(corners, -1, axis=1))
-    planes /= np.linalg.norm(planes, axis=2, keepdims=True)
-    bounds = np.zeros((tiles.shape[0], TILE_FLOATS), dtype=np.float32)
-    bounds[:, :12] = planes.reshape(-1, 12)
-    bounds[:, 12:24] = corners.reshape(-1, 12)
-    bounds[:, 25:34] = np.concatenate([axis, right, up], axis=1)
-    return bounds, plane
+    planes = np.cross(corners, np.roll(corners, -1, axis=0), axis=1)
+    planes /= np.linalg.norm(planes, axis=1, keepdims=True)
+    n_tiles = flat.size
+    bounds = np.zeros((n_tiles, TILE_FLOATS), dtype=np.float32)
+    bounds[:, :12] = planes.reshape(12, n_tiles).T
+    bounds[:, 12:24] = corners.reshape(12, n_tiles).T
+    bounds[:, 25:34] = np.concatenate([axis, right, up]).T
+    return bounds, np.ascontiguousarray(rectangles.transpose(2, 0, 1), dtype=np.float32)
 
 
-def _rectangles(plane: FloatArray, n_packets: int, lanes: int) -> Float32Array:
-    """Least and greatest x, then y, of every packet's beams (K, n, 2)."""
-    packets = plane.reshape(plane.shape[0], n_packets, lanes, 2)
-    low, high = packets.min(axis=2) - _MARGIN, packets.max(axis=2) + _MARGIN
-    return np.stack([low[..., 0], high[..., 0], low[..., 1], high[..., 1]], axis=1).astype(np.float32)
+def _along(beams: FloatArray, way: FloatArray) -> FloatArray:
+    """Dot products (packets, lanes, n) of each tile's beams (3, packets, lanes, n) with its way (3, n)."""
+    along: FloatArray = beams[0] * way[0] + beams[1] * way[1] + beams[2] * way[2]
+    return along
