@@ -6,8 +6,8 @@
  *            to the same in any order, so that tiles, batches, bands and cores leave no trace in the bits.
  *
  *              hit p, |p - a| <= 2^power          a: first vertex of the patch, the centre of its moments
- *              x = (p - a) / 2^power              2^power: the least power of two not below its longest edge
- *              q = nearest integer to x 2^20      sum of q over hits: int in a packet, long in a record
+ *              x = (p - a) / 2^power              2^power: the least power of two above its longest edge
+ *              q = nearest integer to x 2^20      sum of q over hits: int a lane of the tile, long in a record
  *
  * Layout     record r of tile k of position s: r-th of LIST entries of list, n_returns; with MOMENTS also of power,
  *            sums (10 long: x y z, |x|^2, w, w x, w y, w z, w |x|^2, range) and extremes (least range, greatest cosine),
@@ -23,9 +23,9 @@
 
 #define LIST (TILE_ROWS * TILE_COLUMNS)
 /* Places of the table that finds a patch's record: a power of two, at least twice the records. */
-#define PLACES (LIST <= 32 ? 64 : LIST <= 128 ? 256 : LIST <= 256 ? 512 : LIST <= 512 ? 1024 : 2048)
-#if LIST > 1024
-#error "a tile can have 1024 beams at most: TILE_ROWS * TILE_COLUMNS"
+#define PLACES (LIST <= 32 ? 64 : LIST <= 128 ? 256 : LIST <= 256 ? 512 : LIST <= 512 ? 1024 : 4096)
+#if LIST > 2048
+#error "a tile can have 2048 beams at most: TILE_ROWS * TILE_COLUMNS"
 #endif
 
 typedef struct {
@@ -48,12 +48,32 @@ static inline int find_record(Table *table, global int *list, int patch)
     }
 }
 
+/* Mask of the lanes that are beams; the others pad the tile. */
+static inline lanes_i real_lanes(Place place)
+{
+    lanes_i real = -1;
+    if (place.begin == 0 && place.end == LANES) return real;
+    int *each = (int *)&real;
+    for (int lane = 0; lane < LANES; ++lane) each[lane] = -(lane >= place.begin && lane < place.end);
+    return real;
+}
+
+/* How many lanes a mask has. */
+static inline int count_lanes(lanes_i mask)
+{
+    const int *each = (const int *)&mask;
+    int count = 0;
+    for (int lane = 0; lane < LANES; ++lane) count -= each[lane];
+    return count;
+}
+
 #if MOMENTS
 #define SUMS 10
+#define WHOLES (SUMS + 1)
 /* Contributions are whole multiples of 2^-20 (2^-18 for squares), ranges of 2^-20 m. */
 #define UNIT 1048576.0f
 #define UNIT_SQUARE 262144.0f
-/* A hit counts as at most this far from the first vertex along an axis, in units of 2^power: rounding alone puts it
+/* A hit counts as at most this far from the first vertex along an axis, in units of 2^power: only rounding puts one
  * farther, and integers stay below 2^22. */
 #define FARTHEST 1.25f
 
@@ -63,7 +83,7 @@ typedef struct {
     float scale;      /* 2^-power */
 } Frame;
 
-/* The frame of patch `code` of a triangle. The first vertex has whole multiples of 2^-depth for weights: exact. */
+/* The frame of patch `code` of a triangle. A patch's corners have whole multiples of 2^-depth for weights: exact. */
 static inline Frame frame_of(global const float *geometry, global const int *slot, global const float *edges,
                              int triangle, int code, int depth, float ox, float oy, float oz, int *power)
 {
@@ -105,19 +125,25 @@ static inline Frame frame_of(global const float *geometry, global const int *slo
     return out;
 }
 
-/* Nearest integers to x unit in the lanes of `mine`, 0 in others, added up. |x unit| < 2^22: then adding 1.5 2^23 leaves
- * the integer in the low bits. No conversion built-in, which PoCL 3.0 leaves a call. */
-static inline int add_up(lanes_f x, float unit, lanes_i mine)
+/* Packets after which sums go over to the record: an int holds 512 integers below 2^22. */
+#define SPILL 512
+
+/* What the hits on one patch add up to, lane by lane. */
+typedef struct {
+    lanes_i whole[WHOLES]; /* as `sums`, the range as whole metres and a remainder */
+    lanes_f least, greatest;
+    Frame frame;
+} Sums;
+
+/* Nearest integers to x unit. |x unit| < 2^22: then adding 1.5 2^23 leaves the integer in the low bits. No conversion
+ * built-in, which PoCL 3.0 leaves a call. */
+static inline lanes_i nearest(lanes_f x, float unit)
 {
     const lanes_f shifted = x * unit + 12582912.0f;
 #if LANES == 1
-    return (as_int(shifted) - 0x4b400000) & mine;
+    return as_int(shifted) - 0x4b400000;
 #else
-    const lanes_i whole = (GLUE(as_int, LANES)(shifted) - 0x4b400000) & mine;
-    const int *each = (const int *)&whole;
-    int sum = 0;
-    for (int lane = 0; lane < LANES; ++lane) sum += each[lane];
-    return sum;
+    return GLUE(as_int, LANES)(shifted) - 0x4b400000;
 #endif
 }
 
@@ -127,37 +153,69 @@ static inline lanes_f clamp_lanes(lanes_f x)
     return LEAST(low, FARTHEST);
 }
 
-/* Add the hits in the lanes of `mine` to one record. */
-static inline void add_hits(global long *sums, global float *extremes, const Frame *frame, const Hit *hit, lanes_i mine,
-                            lanes_f dx, lanes_f dy, lanes_f dz)
+/* Add the hits in the lanes of `mine`. */
+static inline void add_hits(Sums *sums, const Hit *hit, lanes_i mine, lanes_f dx, lanes_f dy, lanes_f dz)
 {
+    const Frame *frame = &sums->frame;
     const lanes_f x = clamp_lanes((dx * hit->range + frame->cx) * frame->scale);
     const lanes_f y = clamp_lanes((dy * hit->range + frame->cy) * frame->scale);
     const lanes_f z = clamp_lanes((dz * hit->range + frame->cz) * frame->scale);
     const lanes_f square = x * x + y * y + z * z, w = 2.0f - hit->cos_incidence;
-    sums[0] += add_up(x, UNIT, mine);
-    sums[1] += add_up(y, UNIT, mine);
-    sums[2] += add_up(z, UNIT, mine);
-    sums[3] += add_up(square, UNIT_SQUARE, mine);
-    sums[4] += add_up(w, UNIT, mine);
-    sums[5] += add_up(w * x, UNIT, mine);
-    sums[6] += add_up(w * y, UNIT, mine);
-    sums[7] += add_up(w * z, UNIT, mine);
-    sums[8] += add_up(w * square, UNIT_SQUARE, mine);
+    const lanes_f metres = (hit->range + 12582912.0f) - 12582912.0f;
+    lanes_i *whole = sums->whole;
+    whole[0] += nearest(x, UNIT) & mine;
+    whole[1] += nearest(y, UNIT) & mine;
+    whole[2] += nearest(z, UNIT) & mine;
+    whole[3] += nearest(square, UNIT_SQUARE) & mine;
+    whole[4] += nearest(w, UNIT) & mine;
+    whole[5] += nearest(w * x, UNIT) & mine;
+    whole[6] += nearest(w * y, UNIT) & mine;
+    whole[7] += nearest(w * z, UNIT) & mine;
+    whole[8] += nearest(w * square, UNIT_SQUARE) & mine;
+    whole[9] += nearest(metres, 1.0f) & mine;
+    whole[10] += nearest(hit->range - metres, UNIT) & mine;
     const lanes_f near = PICK(mine, hit->range, (lanes_f)(INFINITY));
     const lanes_f steep = PICK(mine, hit->cos_incidence, (lanes_f)(0.0f));
-    const float *ranges = (const float *)&near, *cosines = (const float *)&steep;
-    const int *counts = (const int *)&mine;
-    long range = 0;
+    sums->least = LEAST(near, sums->least);
+    sums->greatest = MOST(steep, sums->greatest);
+}
+
+static inline void clear_sums(Sums *sums)
+{
+    for (int k = 0; k < WHOLES; ++k) sums->whole[k] = 0;
+    sums->least = INFINITY;
+    sums->greatest = 0.0f;
+}
+
+/* Begin a record and its sums. */
+static inline void start_sums(Sums *from, global long *sums, global float *extremes)
+{
+    clear_sums(from);
+    for (int k = 0; k < SUMS; ++k) sums[k] = 0;
+    extremes[0] = INFINITY, extremes[1] = 0.0f;
+}
+
+/* Add the sums to their record and begin anew. */
+static inline void spill_sums(Sums *from, global long *sums, global float *extremes)
+{
+    long total[WHOLES];
+    for (int k = 0; k < WHOLES; ++k) {
+        const int *each = (const int *)&from->whole[k];
+        total[k] = 0;
+        for (int lane = 0; lane < LANES; ++lane) total[k] += each[lane];
+    }
+    total[SUMS - 1] = (total[SUMS - 1] << 20) + total[SUMS];
+    for (int k = 0; k < SUMS; ++k) sums[k] += total[k];
+    const float *ranges = (const float *)&from->least, *cosines = (const float *)&from->greatest;
     float least = extremes[0], greatest = extremes[1];
     for (int lane = 0; lane < LANES; ++lane) {
-        if (counts[lane]) range += (long)(ranges[lane] * UNIT);
         least = LEAST(ranges[lane], least);
         greatest = MOST(cosines[lane], greatest);
     }
-    sums[9] += range;
     extremes[0] = least, extremes[1] = greatest;
+    clear_sums(from);
 }
+
 #define MOMENT_ARGUMENTS , global int *power, global long *sums, global float *extremes
 #else
 #define MOMENT_ARGUMENTS
@@ -182,22 +240,23 @@ kernel void sum_returns(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, global
     table.size = 0;
     for (int place = 0; place < PLACES; ++place) table.record[place] = -1;
 #if MOMENTS
-    Frame frames[LIST];
+    Sums records[LIST];
+    global long *own_sums = sums + at * (LIST * SUMS);
+    global float *own_extremes = extremes + at * (LIST * 2);
 #endif
     for (int p = 0; p < PACKETS; ++p) {
         const Place place = place_of(places, (size_t)tile * PACKETS + p);
-        if (place.begin == place.end) continue;
         global const float *d = own + p * (3 * LANES);
         const lanes_f dx = LANES_LOAD(d), dy = LANES_LOAD(d + LANES), dz = LANES_LOAD(d + 2 * LANES);
         const Hit hit = resolve(geometry, slot, edges, address, ox, oy, oz, dx, dy, dz, returns.inverse[p],
                                 returns.triangle[p], range_min, range_max);
-        int patch[LANES], triangle[LANES];
-        LANES_STORE(hit.patch, patch);
+        const lanes_i real = real_lanes(place);
+        /* Neighbouring beams mostly share a patch: one pass a distinct patch, as in `resolve`. */
+        int todo[LANES], triangle[LANES];
+        LANES_STORE(hit.patch, todo);
         LANES_STORE(hit.triangle, triangle);
-        for (int lane = 0; lane < place.begin; ++lane) patch[lane] = -1;
-        for (int lane = place.end; lane < LANES; ++lane) patch[lane] = -1;
-        for (int lane = 0; lane < LANES; ++lane) {
-            const int one = patch[lane];
+        for (int lane = place.begin; lane < place.end; ++lane) {
+            const int one = todo[lane];
             if (one < 0) continue;
             const int known = table.size, record = find_record(&table, patches, one);
             if (record == known) {
@@ -205,26 +264,25 @@ kernel void sum_returns(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, global
 #if MOMENTS
                 const int of = triangle[lane];
                 int exponent;
-                frames[record] = frame_of(geometry, slot, edges, of, one - address[2 * of], address[2 * of + 1], ox, oy,
-                                          oz, &exponent);
+                start_sums(&records[record], own_sums + record * SUMS, own_extremes + record * 2);
+                records[record].frame = frame_of(geometry, slot, edges, of, one - address[2 * of], address[2 * of + 1],
+                                                 ox, oy, oz, &exponent);
                 power[at * LIST + record] = exponent;
-                for (int k = 0; k < SUMS; ++k) sums[(at * LIST + record) * SUMS + k] = 0;
-                extremes[(at * LIST + record) * 2] = INFINITY;
-                extremes[(at * LIST + record) * 2 + 1] = 0.0f;
 #endif
             }
-            int mine[LANES], count = 0;
-            for (int other = 0; other < LANES; ++other) {
-                mine[other] = -(patch[other] == one && other >= place.begin && other < place.end);
-                count -= mine[other];
-                if (mine[other]) patch[other] = -1;
-            }
-            counts[record] += count;
+            const lanes_i mine = MASK(hit.patch == one) & real;
+            for (int next = lane; next < LANES; ++next)
+                if (todo[next] == one) todo[next] = -1;
+            counts[record] += count_lanes(mine);
 #if MOMENTS
-            add_hits(sums + (at * LIST + record) * SUMS, extremes + (at * LIST + record) * 2, &frames[record], &hit,
-                     *(const lanes_i *)mine, dx, dy, dz);
+            add_hits(&records[record], &hit, mine, dx, dy, dz);
 #endif
         }
+#if MOMENTS
+        if (p + 1 == PACKETS || (p + 1) % SPILL == 0)
+            for (int record = 0; record < table.size; ++record)
+                spill_sums(&records[record], own_sums + record * SUMS, own_extremes + record * 2);
+#endif
     }
     n_listed[at] = table.size;
 }

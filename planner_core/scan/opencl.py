@@ -5,7 +5,8 @@ Local frame, metres. The rules all engines keep are at the head of `planner_core
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from planner_core.scan.engine import check_positions, check_rays
 from planner_core.scan.patch_returns import Content, Rows, RowStore, follow_on, join_bands, no_rows
 from planner_core.scan.patch_rows import BATCH_BYTES, PatchRows
 from planner_core.scan.surfaces import round_surfaces
-from planner_core.scan.template import bands
+from planner_core.scan.template import Band, bands
 from planner_core.scan.tiled_template import TiledTemplate
 from planner_core.scan.tree import build_tree
 from planner_core.scene.patches import squared_edges
@@ -34,7 +35,7 @@ from planner_core.scene.patches import squared_edges
 #: Rays a work-group on a CPU: one ray is too little work for a group's overhead.
 _RAY_GROUP = 64
 
-#: Positions between two looks at the larger templates' bands: making a band's tiles costs as much as scanning it often.
+#: Positions that one making of a band's tiles serves, and that progress hears of at the latest.
 _CHUNK = 64
 #: Beams of a template that are tiled at once; a scanner with more is scanned in bands of rows.
 _BAND_BEAMS = 2**20
@@ -123,7 +124,6 @@ class OpenCLEngine:
         )
         if 0 in shape:
             return batch
-        tiles = self._prepare(template)
         at = self._on.upload("positions", {"positions": positions})
         arrays = {
             "range": batch.range_m,
@@ -132,14 +132,18 @@ class OpenCLEngine:
             "cosine": batch.cos_incidence,
         }
         with self._on.outputs("scans", arrays) as out:
-            tiles.program("scan_tiles.cl").run(
-                "scan_tiles",
-                (tiles.n_tiles, positions.shape[0]),
-                *self._scene.values(),
-                *tiles.beam_arguments,
-                at["positions"],
-                *(out[name] for name in arrays),
-            )
+            for band in self._bands(template):
+                with self._tiled(band, template) as tiles:
+                    tiles.program("scan_tiles.cl").run(
+                        "scan_tiles",
+                        (tiles.n_tiles, positions.shape[0]),
+                        *self._scene.values(),
+                        *tiles.beam_arguments,
+                        at["positions"],
+                        *(out[name] for name in arrays),
+                    )
+                    if band.template is not template:
+                        self._on.finish("scan of a band")  # before its tiles go
         return batch
 
     def visible_patches(
@@ -163,28 +167,30 @@ class OpenCLEngine:
         Nothing is queued while `progress` runs, so that whatever it raises leaves the device at rest.
         """
         positions = check_positions(positions_m).astype(np.float32)
-        store = RowStore(self._n_patches)
-        parts = list(bands(template, max_beams=self._band_beams)) if 0 not in template.shape else []
-        n_positions = len(positions)
+        n_positions, store = len(positions), RowStore(self._n_patches)
+        parts = self._bands(template)
         with PatchRows(
             self._on, self._scene, n_patches=self._n_patches, content=content, batch_bytes=self._batch_bytes
         ) as patch_rows:
             for first in range(0, n_positions, _CHUNK):
                 chunk = positions[first : first + _CHUNK]
-                rows: Rows | None = None
+                # Of S positions and B bands, S / B are done when one band is.
+                rows = [no_rows(len(chunk))]
                 for index, band in enumerate(parts):
 
-                    def report(done: int, first: int = first, n: int = len(chunk), index: int = index) -> None:
-                        progress(ProgressEvent("scan", first + (index * n + done) // len(parts), n_positions))
+                    def report(done: int, first: int = first, n_before: int = index * len(chunk)) -> None:
+                        progress(ProgressEvent("scan", first + (n_before + done) // len(parts), n_positions))
 
-                    of_band = self._rows_of_band(patch_rows, self._prepare(band.template), chunk, report)
-                    rows = of_band if rows is None else join_bands(rows, of_band)
-                store.append(no_rows(len(chunk)) if rows is None else rows)
+                    with self._tiled(band, template) as tiles:
+                        of_band = self._rows_of_band(patch_rows, tiles, chunk, report)
+                    rows = of_band if index == 0 else [join_bands(follow_on(rows), follow_on(of_band))]
+                for batch in rows:
+                    store.append(batch)
         return store
 
     def _rows_of_band(
         self, patch_rows: PatchRows, tiles: TiledTemplate, chunk: Float32Array, report: Callable[[int], None]
-    ) -> Rows:
+    ) -> list[Rows]:
         """Rows of a chunk of positions, in batches as large as memory allows; `report` gets how many are done."""
         batches: list[Rows] = []
 
@@ -193,7 +199,24 @@ class OpenCLEngine:
             report(end)
 
         in_batches(len(chunk), patch_rows.n_batch(tiles), work, on_smaller=self._warn)
-        return follow_on(batches)
+        return batches
+
+    def _bands(self, template: BeamTemplate) -> list[Band]:
+        return list(bands(template, max_beams=self._band_beams)) if 0 not in template.shape else []
+
+    @contextmanager
+    def _tiled(self, band: Band, template: BeamTemplate) -> Iterator[TiledTemplate]:
+        """Tiles of one of a template's bands: kept for the next call where the band is all of it, else for now."""
+        if band.template is template:
+            yield self._prepare(template)
+            return
+        tiles = TiledTemplate(
+            band.template, self._on, stack=self._stack, first_row=band.first_row, image_rows=template.shape[0]
+        )
+        try:
+            yield tiles
+        finally:
+            tiles.release()
 
     def _warn(self, line: str) -> None:
         self.warnings = (*self.warnings, line)

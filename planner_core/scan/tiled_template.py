@@ -46,6 +46,12 @@ class TiledTemplate:
         """Whether these are the tiles of this very template, in the shape that is wanted now."""
         return self.template is template and self.shape == tile_shape(self._on)
 
+    def release(self) -> None:
+        """Give the device memory back; nothing can be scanned with these tiles afterwards."""
+        for item in self.beam_arguments:
+            if isinstance(item, Buffer):
+                item.release()
+
     def program(self, file: str, **more: int) -> Program:
         """Build a kernel file for tiles of this shape, and more defines of its own; a second call finds it built."""
         return self._on.program(file, {**self._defines, **more})
