@@ -18,6 +18,8 @@ from planner_core.model import FloatArray, Scanner
 
 #: A table larger than this is a mistake of units, not a scanner: it alone would need gigabytes a station.
 MAX_BEAMS = 200_000_000
+#: Channels, or azimuths of a sector: finer than a ten-thousandth of a degree is a mistake as well.
+_MAX_ANGLES = 1_000_000
 _NUMBERS = ("range_min_m", "range_max_m", "instrument_height_min_m", "instrument_height_max_m")
 _TEXTS = ("name", "title", "source")
 _NEEDED = {*_NUMBERS, *_TEXTS, "elevation_deg"}
@@ -115,10 +117,10 @@ def _number(value: object, key: str, where: str) -> float:
     return float(value)
 
 
-def _count(value: object, key: str, where: str) -> int:
+def _count(value: object, key: str, where: str, most: int) -> int:
     count = _number(value, key, where)
-    if count != int(count) or not 1 <= count <= MAX_BEAMS:
-        raise _bad(where, f"{key} = {count:g}", f"a whole number from 1 to {MAX_BEAMS}")
+    if count != int(count) or not 1 <= count <= most:
+        raise _bad(where, f"{key} = {count:g}", f"a whole number from 1 to {most}")
     return int(count)
 
 
@@ -138,7 +140,7 @@ def _azimuths(spec: dict[str, Any], where: str) -> tuple[int, tuple[float, float
         got = "both n_azimuths and azimuth_deg" if "n_azimuths" in spec else "neither n_azimuths nor azimuth_deg"
         raise _bad(where, got, "n_azimuths for a full turn, or azimuth_deg")
     if "n_azimuths" in spec:
-        return _count(spec["n_azimuths"], "n_azimuths", where), None
+        return _count(spec["n_azimuths"], "n_azimuths", where, MAX_BEAMS), None
     value = spec["azimuth_deg"]
     if isinstance(value, dict) and value.keys() == {"step"}:
         step = _number(value["step"], "azimuth_deg.step", where)
@@ -177,14 +179,14 @@ def _even(value: Any, key: str, expected: str, where: str) -> tuple[float, float
         raise _bad(where, f"{key} with {', '.join(sorted(map(str, value))) or 'nothing'}", expected)
     first, last = (_number(value[end], f"{key}.{end}", where) for end in ("first", "last"))
     if "count" in value:
-        return first, last, _count(value["count"], f"{key}.count", where)
+        return first, last, _count(value["count"], f"{key}.count", where, _MAX_ANGLES)
     step = _number(value["step"], f"{key}.step", where)
     return first, last, 1 + _whole_steps(abs(last - first), step, key, where)
 
 
 def _whole_steps(span_deg: float, step_deg: float, key: str, where: str) -> int:
-    if not step_deg > 0 or span_deg / step_deg > MAX_BEAMS:
-        raise _bad(where, f"{key}.step = {step_deg:g}", f"a positive angle, at most {MAX_BEAMS} steps")
+    if not step_deg > 0 or span_deg / step_deg >= _MAX_ANGLES:
+        raise _bad(where, f"{key}.step = {step_deg:g}", f"a positive angle, less than {_MAX_ANGLES} steps")
     steps = span_deg / step_deg
     if abs(steps - round(steps)) > _STEP_SLACK * max(1.0, steps):
         got = f"{key}.step = {step_deg:g}, {steps:.6g} times in {span_deg:g} degrees"

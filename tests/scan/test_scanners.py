@@ -1,4 +1,4 @@
-"""Scanner specifications: the one of the paper, and files of the user's own, good and bad."""
+"""Scanner specifications: those that come with the product, and files of the user's own, good and bad."""
 
 import json
 import math
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from planner_core.errors import RequirementError
+from planner_core.model import Scanner
 from planner_core.scan.scanners import list_scanners, load_scanner
 from planner_core.scan.template import directions, make_template
 
@@ -33,6 +34,19 @@ def test_hdl_64e_is_table_2_of_the_paper() -> None:
     assert math.degrees(scanner.elevation_rad[-1]) == pytest.approx(-24.9)
     np.testing.assert_allclose(np.diff(np.rad2deg(scanner.elevation_rad)), -26.9 / 63)
     assert "2023" in scanner.source
+
+
+def test_pandar64_is_the_makers_table() -> None:
+    """Figures by hand from the driver's tables; its offsets are clockwise, ours counter-clockwise."""
+    scanner = load_scanner("pandar64")
+    assert (scanner.n_azimuths, scanner.n_channels) == (1800, 64)
+    elevation, offset = np.rad2deg(scanner.elevation_rad), np.rad2deg(scanner.azimuth_offset_rad)
+    for channel, up, clockwise in ((1, 14.882, -1.042), (7, 1.86, 1.042), (18, 0, -1.042), (40, -3.712, -5.208)):
+        assert elevation[channel - 1] == pytest.approx(up, abs=1e-9)
+        assert offset[channel - 1] == pytest.approx(-clockwise)
+    assert elevation[-1] == pytest.approx(-24.897)
+    assert set(np.round(offset, 3)) == {1.042, -1.042, 3.125, -3.125, 5.208, -5.208}
+    assert "HesaiLidar_General_SDK" in scanner.source
 
 
 def test_every_listed_scanner_loads_by_its_name() -> None:
@@ -61,6 +75,41 @@ def test_a_file_of_the_users_own_is_read(tmp_path: Path) -> None:
     assert scanner.name == "mine"
     np.testing.assert_allclose(np.rad2deg(scanner.elevation_rad), [30, 0, -15.5])
     assert scanner.n_beams == 24
+    assert (scanner.azimuth_range_rad, scanner.azimuth_offset_rad, scanner.inverted) == (None, (), False)
+
+
+def read(tmp_path: Path, **change: object) -> Scanner:
+    """GOOD with some fields changed; None takes a field out."""
+    path = tmp_path / "mine.json"
+    spec = {key: value for key, value in {**GOOD, **change}.items() if value is not None}
+    path.write_text(json.dumps(spec), encoding="utf-8")
+    return load_scanner(path)
+
+
+def test_a_sector_has_both_its_ends(tmp_path: Path) -> None:
+    for azimuth in ({"first": -60, "last": 30, "count": 181}, {"first": -60, "last": 30, "step": 0.5}):
+        scanner = read(tmp_path, n_azimuths=None, azimuth_deg=azimuth)
+        assert scanner.n_azimuths == 181
+        assert scanner.azimuth_range_rad == pytest.approx((-math.pi / 3, math.pi / 6))
+        degrees = np.rad2deg(make_template(scanner).azimuth_rad)
+        np.testing.assert_allclose(degrees, np.linspace(-60, 30, 181))
+
+
+def test_a_full_turn_may_be_given_by_its_step(tmp_path: Path) -> None:
+    scanner = read(tmp_path, n_azimuths=None, azimuth_deg={"step": 0.18})
+    assert (scanner.n_azimuths, scanner.azimuth_range_rad) == (2000, None)
+
+
+def test_a_dome_may_be_given_by_its_step(tmp_path: Path) -> None:
+    scanner = read(tmp_path, elevation_deg={"first": 90, "last": -60, "step": 0.3})
+    np.testing.assert_allclose(np.rad2deg(scanner.elevation_rad), np.linspace(90, -60, 501), atol=1e-12)
+
+
+def test_offsets_and_mounting_are_read(tmp_path: Path) -> None:
+    scanner = read(tmp_path, elevation_deg=[30, 0, 0], azimuth_offset_deg=[1, 0, -2.5], mounting="inverted")
+    np.testing.assert_allclose(np.rad2deg(scanner.azimuth_offset_rad), [1, 0, -2.5])
+    assert scanner.inverted
+    assert not read(tmp_path, mounting="upright").inverted
 
 
 @pytest.mark.parametrize(
@@ -68,7 +117,7 @@ def test_a_file_of_the_users_own_is_read(tmp_path: Path) -> None:
     [
         ({"range_min_m": 40}, "range_min_m"),
         ({"range_max_m": "30"}, "range_max_m"),
-        ({"range_max_m": None}, "range_max_m"),
+        ({"range_max_m": None}, "no range_max_m"),
         ({"range_max_m": True}, "range_max_m"),
         ({"n_azimuths": 0}, "n_azimuths"),
         ({"n_azimuths": 4.5}, "n_azimuths"),
@@ -81,13 +130,39 @@ def test_a_file_of_the_users_own_is_read(tmp_path: Path) -> None:
         ({"instrument_height_min_m": 2.5}, "instrument_height"),
         ({"title": ""}, "title"),
         ({"colour": "red"}, "colour"),
+        ({"elevation_deg": [10, 0, 5]}, "rising from 0 to 5 at channel 3"),
+        ({"elevation_deg": [10, 0, 0]}, "channels 2 and 3"),
+        ({"elevation_deg": [10, 0, 0], "azimuth_offset_deg": [1, 2, 2]}, "channels 2 and 3"),
+        ({"elevation_deg": {"first": 0, "last": 10, "count": 3}}, "first > last"),
+        ({"elevation_deg": {"first": 10, "last": 0, "step": 3}}, "whole number of steps"),
+        ({"elevation_deg": {"first": 10, "last": 0, "step": -1}}, "step"),
+        ({"elevation_deg": {"first": 10, "last": 0, "step": 1e-300}}, "step"),
+        ({"elevation_deg": {"first": 10, "last": 0, "count": 10**8}}, "count"),
+        ({"elevation_deg": {"first": 91, "last": 0, "count": 3}}, "91"),
+        ({"elevation_deg": 5}, "elevation_deg"),
+        ({"elevation_deg": {}}, "with nothing"),
+        ({"azimuth_deg": {"first": 0, "last": 90, "count": 4}}, "both"),
+        ({"n_azimuths": None}, "neither"),
+        ({"n_azimuths": None, "azimuth_deg": [0, 1]}, "azimuth_deg"),
+        ({"n_azimuths": None, "azimuth_deg": {"first": 0, "count": 4}}, "azimuth_deg"),
+        ({"n_azimuths": None, "azimuth_deg": {"first": 90, "last": 0, "count": 4}}, "first <= last"),
+        ({"n_azimuths": None, "azimuth_deg": {"first": 0, "last": 0, "count": 4}}, "first < last"),
+        ({"n_azimuths": None, "azimuth_deg": {"first": 0, "last": 360, "count": 4}}, "the first again"),
+        ({"n_azimuths": None, "azimuth_deg": {"first": -200, "last": 200, "count": 4}}, "the first again"),
+        ({"n_azimuths": None, "azimuth_deg": {"first": 0, "last": 90, "step": 0.7}}, "whole number of steps"),
+        ({"n_azimuths": None, "azimuth_deg": {"step": 7}}, "whole number of steps"),
+        ({"n_azimuths": None, "azimuth_deg": {"step": 0}}, "step"),
+        ({"azimuth_offset_deg": [1, 2]}, "a list of 3 degrees"),
+        ({"azimuth_offset_deg": 1}, "a list of 3 degrees"),
+        ({"azimuth_offset_deg": [1, 2, "3"]}, "azimuth_offset_deg"),
+        ({"azimuth_offset_deg": [1, 2, 270]}, "270"),
+        ({"mounting": "sideways"}, "upright or inverted"),
+        ({"mounting": None, "title": 7}, "title"),
     ],
 )
 def test_a_bad_field_is_named(tmp_path: Path, change: dict[str, object], told: str) -> None:
-    path = tmp_path / "bad.json"
-    path.write_text(json.dumps({**GOOD, **change}), encoding="utf-8")
     with pytest.raises(RequirementError, match=told) as caught:
-        load_scanner(path)
+        read(tmp_path, **change)
     assert len(str(caught.value).splitlines()) == 1
 
 
