@@ -132,6 +132,9 @@ def _scanner(scanner: Scanner) -> dict[str, Any]:
         "n_azimuths": scanner.n_azimuths,
         "n_channels": scanner.n_channels,
         "elevation_rad": [_number(value, 9) for value in scanner.elevation_rad],
+        "azimuth_range_rad": [_number(value, 9) for value in scanner.azimuth_range_rad or ()],
+        "azimuth_offset_rad": [_number(value, 9) for value in scanner.azimuth_offset_rad],
+        "inverted": scanner.inverted,
         "instrument_height_min_m": _number(scanner.instrument_height_min_m),
         "instrument_height_max_m": _number(scanner.instrument_height_max_m),
     }

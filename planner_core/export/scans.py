@@ -14,10 +14,13 @@ from planner_core.errors import MissingPackageError, PlanFolderError, Requiremen
 from planner_core.export.atomic import staged_file
 from planner_core.export.palette import range_colour_index, range_ramp_srgb
 from planner_core.model import ScanBatch, Station, Survey, UInt8Array
-from planner_core.scan.template import directions
+from planner_core.scan.template import azimuth_step_rad, directions, first_azimuths_rad
 
 PREVIEW_WIDTH = 1500
 PREVIEW_MIN_HEIGHT = 240
+
+_BEAM_TABLE = ("azimuthStep", "azimuths", "elevations")
+"""Header fields that only an image needs: points tell where they are."""
 
 NO_SURFACE = 0xFFFFFFFF
 """Triangle and patch of a beam without return: -1 as uint32."""
@@ -130,6 +133,8 @@ def _pose(survey: Survey, station: Station) -> dict[str, str]:
         "instrumentHeight": f"{station.instrument_height_m:.6f}",
         "rangeMin": f"{template.range_min_m:.6f}",
         "rangeMax": f"{template.range_max_m:.6f}",
+        "azimuthStep": f"{azimuth_step_rad(template):.12f}",
+        "azimuths": " ".join(f"{value:.9f}" for value in first_azimuths_rad(template)),
         "elevations": " ".join(f"{value:.9f}" for value in template.elevation_rad),
     }
 
@@ -154,7 +159,7 @@ def _write_ply(survey: Survey, station: Station, scan: ScanBatch, path: Path) ->
     header = [
         "ply",
         "format binary_little_endian 1.0",
-        *(f"comment tlsplan {key} {value}" for key, value in _pose(survey, station).items() if key != "elevations"),
+        *(f"comment tlsplan {key} {value}" for key, value in _pose(survey, station).items() if key not in _BEAM_TABLE),
         f"element vertex {points.size}",
         *(f"property {kind} {name}" for name, kind, _, _ in columns),
         "end_header",

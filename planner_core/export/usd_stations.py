@@ -25,6 +25,7 @@ from planner_core.export.sdf_authoring import (
 from planner_core.export.station_marks import foot_m, station_prim_names
 from planner_core.export.viewer_files import range_step_m
 from planner_core.model import FloatArray, Plan, Station
+from planner_core.scan.template import azimuth_step_rad, first_azimuths_rad
 
 MARKER_RADIUS_M = 0.12
 """About the size of an instrument."""
@@ -64,6 +65,8 @@ def _author_station(layer: Layer, plan: Plan, name: str, station: Station) -> No
     put(prim, "tlsplan:cloudColumns", TYPES.Int, n_columns)
     put(prim, "tlsplan:rangeStep", TYPES.Double, range_step_m(template))
     put(prim, "tlsplan:elevations", TYPES.FloatArray, float_array(template.elevation_rad))
+    put(prim, "tlsplan:azimuths", TYPES.FloatArray, float_array(first_azimuths_rad(template)))
+    put(prim, "tlsplan:azimuthStep", TYPES.Double, azimuth_step_rad(template))
     marker = define(layer, f"/Plan/Stations/{name}/Marker", "Sphere")
     put(marker, "radius", TYPES.Double, MARKER_RADIUS_M)
     put_transform(marker)

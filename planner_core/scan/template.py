@@ -77,6 +77,12 @@ def azimuth_step_rad(template: BeamTemplate) -> float:
     return float(azimuth[-1] - azimuth[0]) / (azimuth.size - 1) if azimuth.size > 1 else 0.0
 
 
+def first_azimuths_rad(template: BeamTemplate) -> FloatArray:
+    """(R,) azimuth of each row's first beam; the others follow in steps of `azimuth_step_rad`."""
+    first: FloatArray = np.full(template.elevation_rad.size, template.azimuth_rad[0])
+    return first if template.azimuth_offset_rad is None else first + template.azimuth_offset_rad
+
+
 def is_full_turn(template: BeamTemplate) -> bool:
     """Whether the column after the last one would be the first again."""
     step = azimuth_step_rad(template)

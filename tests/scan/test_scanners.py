@@ -86,6 +86,14 @@ def read(tmp_path: Path, **change: object) -> Scanner:
     return load_scanner(path)
 
 
+def test_the_example_of_the_documentation_is_a_scanner(tmp_path: Path) -> None:
+    page = Path(__file__).resolve().parents[2] / "docs" / "formats" / "scanner.md"
+    path = tmp_path / "example.json"
+    path.write_text(page.read_text(encoding="utf-8").split("```json")[1].split("```")[0], encoding="utf-8")
+    scanner = load_scanner(path)
+    assert (scanner.n_azimuths, scanner.n_channels) == (2000, 601)
+
+
 def test_a_sector_has_both_its_ends(tmp_path: Path) -> None:
     for azimuth in ({"first": -60, "last": 30, "count": 181}, {"first": -60, "last": 30, "step": 0.5}):
         scanner = read(tmp_path, n_azimuths=None, azimuth_deg=azimuth)

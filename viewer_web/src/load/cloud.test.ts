@@ -12,6 +12,8 @@ const STATION: StageStation = {
   cloudColumns: 4,
   rangeStepM: 5 / 65535,
   elevationsRad: Float32Array.of(0, -Math.PI / 6),
+  azimuthsRad: Float32Array.of(0, 0),
+  azimuthStepRad: Math.PI / 2,
 };
 
 /** Range 2 m at elevation 0, azimuth 90 degrees; 5 m at -30 degrees, azimuth 180; nothing else. */
@@ -37,6 +39,15 @@ test('cloud points lie where range, elevation and azimuth say', () => {
     expect(Math.abs(b[i] - x)).toBeLessThanOrEqual(halfStepM + 1e-6);
   });
   expect([cloud.intensity[1], cloud.intensity[6]]).toEqual([255, 51]);
+});
+
+test('rows begin at their own azimuths', () => {
+  const station = { ...STATION, azimuthsRad: Float32Array.of(-Math.PI / 6, Math.PI / 2), azimuthStepRad: Math.PI / 3 };
+  const cloud = decodeCloud(bytes(), station);
+  // Column 1 of row 0 at -30 + 60 degrees, column 2 of row 1 at 90 + 120.
+  const [a, b] = [cloudPoint(cloud, station, 0, 1)!, cloudPoint(cloud, station, 1, 2)!];
+  expect(Math.atan2(a[1], a[0])).toBeCloseTo(Math.PI / 6, 6);
+  expect(Math.atan2(b[1], b[0])).toBeCloseTo((-5 * Math.PI) / 6, 6);
 });
 
 test('beams without a return are no points', () => {

@@ -37,7 +37,7 @@ export function cloudPoint(
   if (steps === 0) return null;
   const range = steps * station.rangeStepM;
   const elevation = station.elevationsRad[row];
-  const azimuth = (2 * Math.PI * column) / station.cloudColumns;
+  const azimuth = station.azimuthsRad[row] + column * station.azimuthStepRad;
   const flat = range * Math.cos(elevation);
   return [flat * Math.cos(azimuth), flat * Math.sin(azimuth), range * Math.sin(elevation)];
 }

@@ -35,7 +35,11 @@ export interface StageStation {
   readonly cloudRows: number;
   readonly cloudColumns: number;
   readonly rangeStepM: number;
+  /** One a row. */
   readonly elevationsRad: Float32Array;
+  /** Of each row's first beam; the next column is `azimuthStepRad` on. */
+  readonly azimuthsRad: Float32Array;
+  readonly azimuthStepRad: number;
 }
 
 /** Triangle by triangle; (T, 9), (T, 3) and (T,) flat arrays. */
@@ -151,6 +155,10 @@ function readFloor(prim: CratePrim): StageFloor {
 function readStation(prim: CratePrim): StageStation {
   const matrix = prim.get('xformOp:transform');
   if (!(matrix instanceof Float64Array)) throw damaged(`${prim.path} has no xformOp:transform`);
+  const cloudColumns = number(prim, 'tlsplan:cloudColumns');
+  const elevationsRad = floats(prim, 'tlsplan:elevations');
+  // Stages written before there were sectors and offsets say nothing of azimuths: a full turn from 0.
+  const hasAzimuths = prim.get('tlsplan:azimuthStep') !== undefined;
   return {
     id: string(prim, 'tlsplan:stationId'),
     floorId: string(prim, 'tlsplan:floorId'),
@@ -158,9 +166,11 @@ function readStation(prim: CratePrim): StageStation {
     positionM: [matrix[12], matrix[13], matrix[14]],
     cloudUri: string(prim, 'tlsplan:cloudUri'),
     cloudRows: number(prim, 'tlsplan:cloudRows'),
-    cloudColumns: number(prim, 'tlsplan:cloudColumns'),
+    cloudColumns,
     rangeStepM: number(prim, 'tlsplan:rangeStep'),
-    elevationsRad: floats(prim, 'tlsplan:elevations'),
+    elevationsRad,
+    azimuthsRad: hasAzimuths ? floats(prim, 'tlsplan:azimuths') : new Float32Array(elevationsRad.length),
+    azimuthStepRad: hasAzimuths ? number(prim, 'tlsplan:azimuthStep') : (2 * Math.PI) / cloudColumns,
   };
 }
 

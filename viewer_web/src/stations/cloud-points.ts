@@ -7,7 +7,7 @@ import {
   GLSL3,
   NearestFilter,
   Points,
-  RedFormat,
+  RGFormat,
   ShaderMaterial,
 } from 'three';
 import type { Slice } from '../floors/cut.ts';
@@ -16,9 +16,9 @@ import type { StageStation } from '../load/stage.ts';
 import type { CloudPaint } from '../store.ts';
 
 const VERTEX = /* glsl */ `
-uniform highp sampler2D elevations; // radians, one texel a row
+uniform highp sampler2D angles; // radians, one texel a row: its elevation, and the azimuth of its first beam
 uniform int columns;
-uniform float rangeStep, farthest, pixelRatio, height;
+uniform float azimuthStep, rangeStep, farthest, pixelRatio, height;
 uniform bool paintsRange;
 in float steps;
 in float intensity;
@@ -31,8 +31,8 @@ vec3 ramp(float t) {
   return t < 1.0 ? mix(a, b, t) : t < 2.0 ? mix(b, c, t - 1.0) : mix(c, d, t - 2.0);
 }
 void main() {
-  float elevation = texelFetch(elevations, ivec2(gl_VertexID / columns, 0), 0).r;
-  float azimuth = 6.283185307179586 * float(gl_VertexID % columns) / float(columns);
+  vec2 row = texelFetch(angles, ivec2(gl_VertexID / columns, 0), 0).rg;
+  float elevation = row.x, azimuth = row.y + float(gl_VertexID % columns) * azimuthStep;
   float range = steps * rangeStep;
   vec3 beam = vec3(cos(elevation) * cos(azimuth), cos(elevation) * sin(azimuth), sin(elevation));
   vec3 local = range * beam;
@@ -57,7 +57,7 @@ void main() {
 
 export class CloudPoints {
   readonly points: Points<BufferGeometry, ShaderMaterial>;
-  private readonly elevations: DataTexture;
+  private readonly angles: DataTexture;
 
   constructor(
     cloud: Cloud,
@@ -68,23 +68,23 @@ export class CloudPoints {
     geometry.setAttribute('steps', new BufferAttribute(cloud.rangeSteps, 1));
     geometry.setAttribute('intensity', new BufferAttribute(cloud.intensity, 1, true));
     geometry.setDrawRange(0, cloud.rangeSteps.length);
-    this.elevations = new DataTexture(
-      new Float32Array(station.elevationsRad),
-      station.cloudRows,
-      1,
-      RedFormat,
-      FloatType,
-    );
-    this.elevations.internalFormat = 'R32F';
-    this.elevations.minFilter = this.elevations.magFilter = NearestFilter;
-    this.elevations.needsUpdate = true;
+    const angles = new Float32Array(2 * station.cloudRows);
+    for (let row = 0; row < station.cloudRows; row++) {
+      angles[2 * row] = station.elevationsRad[row];
+      angles[2 * row + 1] = station.azimuthsRad[row];
+    }
+    this.angles = new DataTexture(angles, station.cloudRows, 1, RGFormat, FloatType);
+    this.angles.internalFormat = 'RG32F';
+    this.angles.minFilter = this.angles.magFilter = NearestFilter;
+    this.angles.needsUpdate = true;
     const material = new ShaderMaterial({
       glslVersion: GLSL3,
       vertexShader: VERTEX,
       fragmentShader: FRAGMENT,
       uniforms: {
-        elevations: { value: this.elevations },
+        angles: { value: this.angles },
         columns: { value: station.cloudColumns },
+        azimuthStep: { value: station.azimuthStepRad },
         rangeStep: { value: station.rangeStepM },
         farthest: { value: farthestM },
         pixelRatio: { value: Math.min(2, window.devicePixelRatio) },
@@ -113,6 +113,6 @@ export class CloudPoints {
   dispose(): void {
     this.points.geometry.dispose();
     this.points.material.dispose();
-    this.elevations.dispose();
+    this.angles.dispose();
   }
 }
