@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
+from tlsplan.commands.scanners import command
 
 from planner_core.scan import scanners
 from planner_core.scan.scanners import load_scanner
-from tlsplan.commands.scanners import command
 
 
 def test_json_has_every_figure_of_pandar64() -> None:
