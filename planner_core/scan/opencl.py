@@ -26,11 +26,9 @@ from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import check_positions, check_rays
 from planner_core.scan.patch_returns import Content, Rows, RowStore, follow_on, join_bands, no_rows
 from planner_core.scan.patch_rows import BATCH_BYTES, PatchRows
-from planner_core.scan.surfaces import round_surfaces
 from planner_core.scan.template import Band, bands
 from planner_core.scan.tiled_template import TiledTemplate
 from planner_core.scan.tree import build_tree
-from planner_core.scene.patches import squared_edges
 
 #: Rays a work-group on a CPU: one ray is too little work for a group's overhead.
 _RAY_GROUP = 64
@@ -60,21 +58,10 @@ class OpenCLEngine:
         self._on = device
         self._n_patches = patches.n_patches
         self._batch_bytes, self._band_beams = batch_bytes, band_beams
-        surfaces = round_surfaces(scene)
-        self.tree = build_tree(surfaces, device)
-        self._scene = device.upload(
-            "scene",
-            {
-                "boxes": self.tree.boxes,
-                "children": self.tree.children,
-                "geometry": self.tree.geometry,
-                "triangle": self.tree.triangle,
-                "slot": self.tree.slot,
-                "edges": squared_edges(scene.vertices_m[scene.triangles]),
-                "address": np.stack([patches.first_patch[:-1], patches.depth.astype(np.int32)], axis=1),
-            },
-        )
-        low, high = surfaces.corners_m.min(axis=(0, 1)), surfaces.corners_m.max(axis=(0, 1))
+        self.tree = build_tree(scene, device)
+        address = np.stack([patches.first_patch[:-1], patches.depth.astype(np.int32)], axis=1)
+        self._scene = {**self.tree.on_device, **device.upload("scene", {"address": address})}
+        low, high = self.tree.bounds_m
         radius = np.float32(1.001 * np.linalg.norm((high.astype(np.float64) - low) / 2))
         self._sphere = np.array([*(low + (high - low) / 2), radius], dtype=np.float32)
         # One node leaves at most 7 siblings on the stack, and the root needs an entry. In steps of 64, so that scenes

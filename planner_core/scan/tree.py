@@ -1,168 +1,126 @@
 """The tree over the scene's triangles: blocks of eight triangles, nodes of eight children; layout in kernels/tree.h.
 
-Binary splits come from the device, level by level (kernels/tree_split.cl); this module merges them into wide nodes.
-Deterministic: every split depends on the triangles alone.
+Built on the device by locally-ordered clustering, docs/method/tree.md. Float32, metres, local frame. Deterministic: the
+same scene gives the same bytes, on any number of cores.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from planner_core.device import Device
-from planner_core.model import BoolArray, Float32Array, Int32Array, Int64Array
-from planner_core.scan.surfaces import Surfaces
+from planner_core.device import Buffer, Device
+from planner_core.model import Float32Array, FloatArray, Int32Array, Scene
+from planner_core.scan.tree_clusters import cluster_triangles
+from planner_core.scan.tree_wide import widen
+
+_Scalar = TypeVar("_Scalar", bound=np.generic)
 
 WIDTH = 8
 """Children of a node and triangles of a block, fixed in the kernels."""
-_BINS = 16
-#: Inside out: no test passes it.
-_NO_BOX = np.array([1e30, 1e30, 1e30, -1e30, -1e30, -1e30], dtype=np.float32)
 
 
 @dataclass(frozen=True)
 class Tree:
-    """Arrays for the kernels, metres, local frame.
+    """Arrays for the kernels, on the device; properties of the same names copy them to the host when first asked for.
 
-    boxes : (N, 6, 8) float32. children : (N, 8) int32. geometry : (B, 12, 8) float32. triangle : (B, 8) int32, -1 in
-    an empty lane. slot : (T,) int32, block * 8 + lane of every triangle.
+    on_device : `boxes`, `children`, `geometry`, `triangle`, `slot`, `edges`, in the order of the kernels' arguments.
     """
 
-    boxes: Float32Array
-    children: Int32Array
-    geometry: Float32Array
-    triangle: Int32Array
-    slot: Int32Array
+    device: Device
+    on_device: Mapping[str, Buffer]
+    n_triangles: int
+    n_nodes: int
+    n_blocks: int
     n_levels: int
     """Levels of wide nodes."""
-    sah_cost: float
-    """Expected nodes plus blocks that a random line meets, an estimate of the tree's quality (smaller is better)."""
 
     @property
     def n_bytes(self) -> int:
         """Memory of all arrays."""
-        return sum(x.nbytes for x in (self.boxes, self.children, self.geometry, self.triangle, self.slot))
+        return sum(buffer.n_bytes for buffer in self.on_device.values())
+
+    @cached_property
+    def boxes(self) -> Float32Array:
+        """(N, 6, 8) float32 of every child of every node; an unused child's box is inside out."""
+        return self._copy("boxes", np.empty((self.n_nodes, 6, WIDTH), dtype=np.float32))
+
+    @cached_property
+    def children(self) -> Int32Array:
+        """(N, 8) int32: a node, or ~block."""
+        return self._copy("children", np.empty((self.n_nodes, WIDTH), dtype=np.int32))
+
+    @cached_property
+    def geometry(self) -> Float32Array:
+        """(B, 12, 8) float32: corners and normal of the triangles of every block."""
+        return self._copy("geometry", np.empty((self.n_blocks, 12, WIDTH), dtype=np.float32))
+
+    @cached_property
+    def triangle(self) -> Int32Array:
+        """(B, 8) int32, -1 in an empty lane."""
+        return self._copy("triangle", np.empty((self.n_blocks, WIDTH), dtype=np.int32))
+
+    @cached_property
+    def slot(self) -> Int32Array:
+        """(T,) int32, block * 8 + lane of every triangle."""
+        return self._copy("slot", np.empty(self.n_triangles, dtype=np.int32))
+
+    @cached_property
+    def edges(self) -> Float32Array:
+        """(T, 3) float32, squared edge lengths in m2, see `planner_core.scene.patches.squared_edges`."""
+        return self._copy("edges", np.empty((self.n_triangles, 3), dtype=np.float32))
+
+    @cached_property
+    def bounds_m(self) -> Float32Array:
+        """(2, 3) float32: lowest and highest corner of all triangles."""
+        root = np.empty((6, WIDTH), dtype=np.float32)
+        self.device.read(self.on_device["boxes"], root)
+        return np.stack([root[:3].min(axis=1), root[3:].max(axis=1)])
+
+    @cached_property
+    def sah_cost(self) -> float:
+        """Expected nodes plus blocks that a random line through the tree's box meets: smaller is better.
+
+        Surface area heuristic: a convex box inside another one is met by a line that meets the other with the
+        probability of the areas' ratio. One where all triangles lie on one line.
+        """
+        low, high = self.bounds_m.astype(np.float64)
+        used = (self.boxes[:, :3] <= self.boxes[:, 3:]).all(axis=1)
+        boxes = self.boxes.astype(np.float64)
+        met = float(_half_area(boxes[:, :3], boxes[:, 3:])[used].sum())
+        return 1.0 + met / max(float(_half_area(low, high, axis=0)), 1e-30)
+
+    def _copy(self, name: str, into: NDArray[_Scalar]) -> NDArray[_Scalar]:
+        self.device.read(self.on_device[name], into)
+        return into
 
 
-@dataclass(frozen=True)
-class _Binary:
-    """Binary nodes: box (M, 6), triangles order[start : start + count], left child (right = left + 1; -1: leaf)."""
+def build_tree(scene: Scene, device: Device) -> Tree:
+    """Build the tree of a scene of at least one triangle on `device`.
 
-    box: Float32Array
-    start: Int32Array
-    count: Int32Array
-    left: Int32Array
-    order: Int32Array
-
-
-def build_tree(surfaces: Surfaces, device: Device) -> Tree:
-    """Build the tree of `surfaces`, with the splits computed on `device`."""
-    return _widen(_split(surfaces, device), surfaces)
-
-
-def _split(surfaces: Surfaces, device: Device) -> _Binary:
-    corners = surfaces.corners_m
-    n_triangles = corners.shape[0]
-    program = device.program("tree_split.cl", {"BINS": _BINS})
-    boxes = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
-    order = np.arange(n_triangles, dtype=np.int32)
-    fixed = device.upload("tree", {"boxes": boxes, "order": order})
-    start, count = np.zeros(1, dtype=np.int32), np.full(1, n_triangles, dtype=np.int32)
-    levels: list[tuple[Float32Array, Int32Array, Int32Array, Int32Array]] = []
-    n_nodes = 1
-    while start.size:
-        level = device.upload("tree", {"start": start, "count": count})
-        box = np.empty((start.size, 6), dtype=np.float32)
-        left_count = np.empty(start.size, dtype=np.int32)
-        with device.outputs("tree", {"box": box, "left_count": left_count}) as out:
-            program.run(
-                "split_nodes",
-                (start.size,),
-                fixed["boxes"],
-                fixed["order"],
-                level["start"],
-                level["count"],
-                out["box"],
-                out["left_count"],
-            )
-        inner = left_count > 0
-        left = np.full(start.size, -1, dtype=np.int32)
-        left[inner] = n_nodes + 2 * np.arange(int(inner.sum()), dtype=np.int32)
-        levels.append((box, start, count, left))
-        cut = left_count[inner]
-        start = np.stack([start[inner], start[inner] + cut], axis=1).reshape(-1)
-        count = np.stack([cut, count[inner] - cut], axis=1).reshape(-1)
-        n_nodes += start.size
-    device.read(fixed["order"], order)
-    box, start, count, left = (np.concatenate([level[k] for level in levels]) for k in range(4))
-    return _Binary(box=box, start=start, count=count, left=left, order=order)
-
-
-def _widen(binary: _Binary, surfaces: Surfaces) -> Tree:
-    leaf = binary.left < 0
-    block_of = np.cumsum(leaf, dtype=np.int64) - 1
-    area = _half_area(binary.box)
-    boxes: list[Float32Array] = []
-    children: list[Int32Array] = []
-    cost = 0.0
-    n_nodes, level = 1, np.zeros(1, dtype=np.int64)
-    while level.size:
-        slots = _open_largest(level, binary.left, area)
-        used = slots >= 0
-        inner = used & ~leaf[slots]
-        child = np.full(slots.shape, 0, dtype=np.int64)
-        child[inner] = n_nodes + np.arange(int(inner.sum()))
-        child[used & ~inner] = ~block_of[slots[used & ~inner]]
-        box = np.where(used[..., None], binary.box[slots], _NO_BOX)
-        boxes.append(np.ascontiguousarray(box.transpose(0, 2, 1), dtype=np.float32))
-        children.append(child.astype(np.int32))
-        cost += float(area[slots[used]].sum(dtype=np.float64)) + float(area[level].sum()) * (len(boxes) == 1)
-        level = slots[inner]
-        n_nodes += level.size
-    geometry, triangle, slot = _fill_blocks(binary.start[leaf], binary.count[leaf], binary.order, surfaces)
+    Raises
+    ------
+    DeviceError
+        The device's memory does not suffice: some 250 bytes a triangle while building.
+    """
+    mesh = device.upload("triangles", {"vertices": scene.vertices_m.astype(np.float32), "corners": scene.triangles})
+    binary = cluster_triangles(device, mesh["vertices"], mesh["corners"], scene.n_triangles)
+    outline, arrays = widen(device, scene, mesh["vertices"], mesh["corners"], binary)
     return Tree(
-        boxes=np.concatenate(boxes),
-        children=np.concatenate(children),
-        geometry=geometry,
-        triangle=triangle,
-        slot=slot,
-        n_levels=len(boxes),
-        sah_cost=cost / float(max(area[0], np.float32(1e-30))),
+        device=device,
+        on_device=arrays,
+        n_triangles=scene.n_triangles,
+        n_nodes=outline.n_nodes,
+        n_blocks=outline.n_blocks,
+        n_levels=len(outline.levels),
     )
 
 
-def _open_largest(level: Int64Array, left: Int32Array, area: Float32Array) -> Int64Array:
-    """Children (n, 8) of wide nodes: the largest child is replaced by its two halves until 8 are there."""
-    slots = np.full((level.size, WIDTH), -1, dtype=np.int64)
-    slots[:, 0] = level
-    rows = np.arange(level.size)
-    for used in range(1, WIDTH):
-        held = slots[:, :used]
-        can_open: BoolArray = (held >= 0) & (left[held] >= 0)
-        pick = np.where(can_open, area[held], np.float32(-1)).argmax(axis=1)
-        row = rows[can_open.any(axis=1)]
-        first = left[slots[row, pick[row]]]
-        slots[row, pick[row]] = first
-        slots[row, used] = first + 1
-    return slots
-
-
-def _fill_blocks(
-    start: Int32Array, count: Int32Array, order: Int32Array, surfaces: Surfaces
-) -> tuple[Float32Array, Int32Array, Int32Array]:
-    lane = np.arange(WIDTH)
-    full = lane < count[:, None]
-    at = start[:, None] + np.minimum(lane, count[:, None] - 1)
-    of = order[at]
-    # (B, 8, 12): three corners and the normal of each triangle; an empty lane repeats the last one and is never asked.
-    packed = np.concatenate([surfaces.corners_m[of].reshape(*of.shape, 9), surfaces.normal[of]], axis=2)
-    slot = np.empty(order.size, dtype=np.int32)
-    slot[of[full]] = np.flatnonzero(full).astype(np.int32)
-    triangle = np.where(full, of, -1).astype(np.int32)
-    return np.ascontiguousarray(packed.transpose(0, 2, 1), dtype=np.float32), triangle, slot
-
-
-def _half_area(box: Float32Array) -> Float32Array:
-    x, y, z = (box[:, 3 + k] - box[:, k] for k in range(3))
-    return np.asarray(x * y + y * z + z * x, dtype=np.float32)
+def _half_area(low: FloatArray, high: FloatArray, *, axis: int = 1) -> FloatArray:
+    x, y, z = np.moveaxis(high - low, axis, 0)
+    return np.asarray(x * y + y * z + z * x)

@@ -110,7 +110,7 @@ def test_an_error_of_the_driver_is_a_device_error(device: Device) -> None:
     assert issubclass(DeviceError, PlannerError)
 
 
-@pytest.mark.parametrize("file", ["scan_tiles.cl", "see_patches.cl", "cast_rays.cl", "tree_split.cl"])
+@pytest.mark.parametrize("file", ["scan_tiles.cl", "see_patches.cl", "cast_rays.cl", "tree_merge.cl"])
 def test_kernel_sources_are_found_and_hold_no_include_of_ours(file: str) -> None:
     source = kernel_source(file)
     assert "kernel void" in source

@@ -52,7 +52,7 @@ def test_tree_holds_every_triangle_once(
         corners[..., 2] = 0.0
     scene = shapes.scene_of(corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
     surfaces = round_surfaces(scene)
-    check_tree(build_tree(surfaces, device), surfaces.corners_m)
+    check_tree(build_tree(scene, device), surfaces.corners_m)
 
 
 @pytest.mark.parametrize("count", [8, 9, 500])
@@ -60,12 +60,13 @@ def test_tree_of_triangles_in_one_place_is_built(device: Device, shapes: SimpleN
     one = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     scene = shapes.scene_of(one, np.tile([[0, 1, 2]], (count, 1)))
     surfaces = round_surfaces(scene)
-    check_tree(build_tree(surfaces, device), surfaces.corners_m)
+    check_tree(build_tree(scene, device), surfaces.corners_m)
 
 
 def test_tree_is_the_same_every_time_and_small(device: Device, shapes: SimpleNamespace) -> None:
-    surfaces = round_surfaces(shapes.scene_of(*shapes.sphere_of(1.0, 60, 120)))
-    a, b = build_tree(surfaces, device), build_tree(surfaces, device)
+    scene = shapes.scene_of(*shapes.sphere_of(1.0, 60, 120))
+    surfaces = round_surfaces(scene)
+    a, b = build_tree(scene, device), build_tree(scene, device)
     for name in ("boxes", "children", "geometry", "triangle", "slot"):
         assert getattr(a, name).tobytes() == getattr(b, name).tobytes(), name
     n_triangles = len(surfaces.corners_m)

@@ -1,0 +1,161 @@
+/* Building the tree, second stage: clusters along the Morton curve are merged, pair by pair, into one binary tree.
+ *
+ * Algorithm  PLOC (Meister and Bittner 2018): every cluster finds the nearest of its neighbours along the curve; those that
+ *            find each other merge; the others wait for the next round. Two changes. Distance is not the area of the union
+ *            alone: long unions count as larger (COMPACT), since boxes that reach far in depth keep a scan from meeting
+ *            what is in front first. And distances that differ in their last bits alone are equal; among equals the pair
+ *            decides whose places differ least as numbers i ^ j. Regular meshes have no end of equal distances; with the
+ *            lower place as the tie-break ONE pair a round would merge in a row of them, so every second pair does.
+ * Progress   The pair of least (distance, i ^ j) of all is mutual: every round merges.
+ * Treelets   While a cluster has TREELET triangles or fewer, only its children are kept. When it grows beyond, its halves
+ *            are built anew (tree_treelet.h), and from there on costs are joined (tree_cost.h) with every merge.
+ * Indices    Leaf i of the binary tree is triangle order[i]; inner node k has the number n_triangles + k and the halves
+ *            children[2 k], children[2 k + 1]. Clusters: boxes (6, stride) with cluster i in column PAD + i, id (n), size
+ *            (n), cost (n, 8); cost is valid where size > TREELET.
+ *            Launched by planner_core.scan.tree_clusters. NDRange (n_chunks) unless said otherwise, any local size.
+ *
+ * Define   meaning                                                              example
+ * PAD      unused columns at both ends of `boxes`: at least radius + LANES      -DPAD=40
+ * LANES    clusters that look for neighbours side by side                       -DLANES=8
+ * TREELET  see tree_treelet.h
+ */
+#include "chunks.h"
+#include "tree_treelet.h"
+
+#if LANES == 1
+#define LANE_NUMBERS 0
+#define BITS(x) as_int(x)
+#elif LANES == 8
+#define LANE_NUMBERS ((int8)(0, 1, 2, 3, 4, 5, 6, 7))
+#define BITS(x) as_int8(x)
+#else
+#error "LANES must be 1 or 8"
+#endif
+#define FARTHEST 0x7fffffff
+/* Share of the squared diagonal in the distance. 0: a tenth more blocks met in a scan; 0.15 to 1: much the same. */
+#define COMPACT 0.3f
+
+/* A packet of neighbours begins anywhere. */
+typedef lanes_f lanes_anywhere __attribute__((aligned(4)));
+#define LOAD_ANYWHERE(p) (*(global const lanes_anywhere *)(p))
+
+/* nearest (n) written: the nearest within `radius` places to either side. `coarse`: last bits of a distance that do not
+ * count. n >= 2. */
+kernel void find_nearest(global const float *boxes, int stride, int n, int radius, int coarse, global int *nearest)
+{
+    const int chunk = get_global_id(0), n_chunks = get_global_size(0), n_packets = (n + LANES - 1) / LANES;
+    global const float *x0 = boxes + PAD, *y0 = x0 + stride, *z0 = y0 + stride;
+    global const float *x1 = z0 + stride, *y1 = x1 + stride, *z1 = y1 + stride;
+    const int end = first_of(chunk + 1, n_chunks, n_packets) * LANES;
+    for (int i = first_of(chunk, n_chunks, n_packets) * LANES; i < end; i += LANES) {
+        const lanes_f ax0 = LOAD_ANYWHERE(x0 + i), ay0 = LOAD_ANYWHERE(y0 + i), az0 = LOAD_ANYWHERE(z0 + i);
+        const lanes_f ax1 = LOAD_ANYWHERE(x1 + i), ay1 = LOAD_ANYWHERE(y1 + i), az1 = LOAD_ANYWHERE(z1 + i);
+        const lanes_i place = i + LANE_NUMBERS;
+        lanes_i best = FARTHEST, best_pair = FARTHEST;
+        for (int offset = -radius; offset <= radius; ++offset) {
+            if (offset == 0) continue;
+            const int j = i + offset;
+            const lanes_f bx0 = LOAD_ANYWHERE(x0 + j), by0 = LOAD_ANYWHERE(y0 + j), bz0 = LOAD_ANYWHERE(z0 + j);
+            const lanes_f bx1 = LOAD_ANYWHERE(x1 + j), by1 = LOAD_ANYWHERE(y1 + j), bz1 = LOAD_ANYWHERE(z1 + j);
+            const lanes_f x = MOST(ax1, bx1) - LEAST(ax0, bx0);
+            const lanes_f y = MOST(ay1, by1) - LEAST(ay0, by0);
+            const lanes_f z = MOST(az1, bz1) - LEAST(az0, bz0);
+            const lanes_f size = x * y + (x + y) * z + COMPACT * (x * x + y * y + z * z);
+            const lanes_i other = place + offset;
+            const lanes_i there = MASK(other >= 0) & MASK(other < n);
+            /* Floats that are not negative have the order of their bits. */
+            const lanes_i distance = PICK(there, BITS(size) >> coarse, (lanes_i)(FARTHEST));
+            const lanes_i pair = place ^ other;
+            const lanes_i nearer = MASK(distance < best) | (MASK(distance == best) & MASK(pair < best_pair));
+            best = PICK(nearer, distance, best);
+            best_pair = PICK(nearer, pair, best_pair);
+        }
+        const lanes_i found = place ^ best_pair;
+        const int *each = (const int *)&found;
+        for (int lane = 0; lane < LANES && i + lane < n; ++lane) nearest[i + lane] = each[lane];
+    }
+}
+
+/* counts (n_chunks + 1, 2) written from row 1 on: clusters that this chunk hands on, merged ones among them. */
+kernel void count_merges(global const int *nearest, int n, global int *counts)
+{
+    const int chunk = get_global_id(0), n_chunks = get_global_size(0);
+    int kept = 0, merged = 0;
+    const int end = first_of(chunk + 1, n_chunks, n);
+    for (int i = first_of(chunk, n_chunks, n); i < end; ++i) {
+        const int j = nearest[i];
+        const bool mutual = nearest[j] == i;
+        kept += !mutual || i < j;
+        merged += mutual && i < j;
+    }
+    counts[2 * chunk + 2] = kept;
+    counts[2 * chunk + 3] = merged;
+}
+
+DEFINE_SUM_COUNTS
+
+/* Costs of cluster i, which is about to become half of one of more than TREELET triangles. */
+static inline void final_cost(float *to, TREE_ARGUMENTS, global const float *cost, int i, int id, int size, float area)
+{
+    if (size == 1)
+        triangle_cost(to, area);
+    else if (size <= TREELET)
+        rebuild_treelet(to, TREE, id - n_triangles);
+    else
+        for (int k = 0; k < WIDTH; ++k) to[k] = cost[WIDTH * (size_t)i + k];
+}
+
+/* Merge, and close the gaps. counts: of the chunks, summed. Inner nodes from `first_node` on are written, in the order of
+ * their left halves; to_...: the clusters of the next round, every entry once. */
+kernel void merge_clusters(TREE_ARGUMENTS, global const float *boxes, global const int *id, global const int *size,
+                           global const float *cost, int stride, int n, global const int *nearest,
+                           global const int *counts, int first_node, global float *to_boxes, global int *to_id,
+                           global int *to_size, global float *to_cost)
+{
+    const int chunk = get_global_id(0), n_chunks = get_global_size(0);
+    int to = counts[2 * chunk + 2], node = first_node + counts[2 * chunk + 3];
+    const int end = first_of(chunk + 1, n_chunks, n);
+    for (int i = first_of(chunk, n_chunks, n); i < end; ++i) {
+        const int j = nearest[i];
+        const bool mutual = nearest[j] == i;
+        if (mutual && j < i) continue;
+        global const float *a = boxes + PAD + i, *b = boxes + PAD + j;
+        const float4 a_low = (float4)(a[0], a[stride], a[2 * stride], 0.0f);
+        const float4 a_high = (float4)(a[3 * stride], a[4 * stride], a[5 * stride], 0.0f);
+        const float4 b_low = (float4)(b[0], b[stride], b[2 * stride], 0.0f);
+        const float4 b_high = (float4)(b[3 * stride], b[4 * stride], b[5 * stride], 0.0f);
+        float4 low = a_low, high = a_high;
+        int number = id[i], count = size[i];
+        if (mutual) {
+            low = LEAST(a_low, b_low);
+            high = MOST(a_high, b_high);
+            number = n_triangles + node;
+            count += size[j];
+            children[2 * node] = id[i];
+            children[2 * node + 1] = id[j];
+        }
+        if (count > TREELET && mutual) {
+            float left[WIDTH], right[WIDTH], joint[WIDTH];
+            final_cost(left, TREE, cost, i, id[i], size[i], met_area(a_low, a_high));
+            final_cost(right, TREE, cost, j, id[j], size[j], met_area(b_low, b_high));
+            choices[node] = join_costs(joint, left, right, met_area(low, high));
+            for (int k = 0; k < WIDTH; ++k) to_cost[WIDTH * (size_t)to + k] = joint[k];
+        } else if (count > TREELET) {
+            for (int k = 0; k < WIDTH; ++k) to_cost[WIDTH * (size_t)to + k] = cost[WIDTH * (size_t)i + k];
+        }
+        global float *box = to_boxes + PAD + to;
+        box[0] = low.x, box[stride] = low.y, box[2 * stride] = low.z;
+        box[3 * stride] = high.x, box[4 * stride] = high.y, box[5 * stride] = high.z;
+        to_id[to] = number;
+        to_size[to] = count;
+        ++to;
+        node += mutual;
+    }
+}
+
+/* A scene of 2 to TREELET triangles is one treelet, which no merge has finished. NDRange (1). */
+kernel void finish_treelet(TREE_ARGUMENTS)
+{
+    float cost[WIDTH];
+    rebuild_treelet(cost, TREE, n_triangles - 2);
+}
