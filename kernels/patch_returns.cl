@@ -70,12 +70,12 @@ static inline int count_lanes(lanes_i mask)
 #if MOMENTS
 #define SUMS 10
 #define WHOLES (SUMS + 1)
-/* Contributions are whole multiples of 2^-20 (2^-18 for squares), ranges of 2^-20 m. */
+/* Contributions are whole multiples of 1 / UNIT. */
 #define UNIT 1048576.0f
-#define UNIT_SQUARE 262144.0f
-/* A hit counts as at most this far from the first vertex along an axis, in units of 2^power: only rounding puts one
- * farther, and integers stay below 2^22. */
+/* A hit counts as at most this far from the first vertex along an axis, in units of 2^power, and its square as at most
+ * this: only rounding puts one farther, and integers stay below 2^22. */
 #define FARTHEST 1.25f
+#define GREATEST_SQUARE 1.99f
 
 /* What turns a hit into coordinates of its patch. */
 typedef struct {
@@ -135,11 +135,11 @@ typedef struct {
     Frame frame;
 } Sums;
 
-/* Nearest integers to x unit. |x unit| < 2^22: then adding 1.5 2^23 leaves the integer in the low bits. No conversion
- * built-in, which PoCL 3.0 leaves a call. */
-static inline lanes_i nearest(lanes_f x, float unit)
+/* Nearest integers to x, |x| < 2^22: adding 1.5 2^23 leaves the integer in the low bits. No conversion built-in, which
+ * PoCL 3.0 leaves a call. */
+static inline lanes_i nearest(lanes_f x)
 {
-    const lanes_f shifted = x * unit + 12582912.0f;
+    const lanes_f shifted = x + 12582912.0f;
 #if LANES == 1
     return as_int(shifted) - 0x4b400000;
 #else
@@ -160,20 +160,21 @@ static inline void add_hits(Sums *sums, const Hit *hit, lanes_i mine, lanes_f dx
     const lanes_f x = clamp_lanes((dx * hit->range + frame->cx) * frame->scale);
     const lanes_f y = clamp_lanes((dy * hit->range + frame->cy) * frame->scale);
     const lanes_f z = clamp_lanes((dz * hit->range + frame->cz) * frame->scale);
-    const lanes_f square = x * x + y * y + z * z, w = 2.0f - hit->cos_incidence;
+    const lanes_f sum = x * x + y * y + z * z, w = 2.0f - hit->cos_incidence;
+    const lanes_f square = LEAST(sum, GREATEST_SQUARE);
     const lanes_f metres = (hit->range + 12582912.0f) - 12582912.0f;
     lanes_i *whole = sums->whole;
-    whole[0] += nearest(x, UNIT) & mine;
-    whole[1] += nearest(y, UNIT) & mine;
-    whole[2] += nearest(z, UNIT) & mine;
-    whole[3] += nearest(square, UNIT_SQUARE) & mine;
-    whole[4] += nearest(w, UNIT) & mine;
-    whole[5] += nearest(w * x, UNIT) & mine;
-    whole[6] += nearest(w * y, UNIT) & mine;
-    whole[7] += nearest(w * z, UNIT) & mine;
-    whole[8] += nearest(w * square, UNIT_SQUARE) & mine;
-    whole[9] += nearest(metres, 1.0f) & mine;
-    whole[10] += nearest(hit->range - metres, UNIT) & mine;
+    whole[0] += nearest(x * UNIT) & mine;
+    whole[1] += nearest(y * UNIT) & mine;
+    whole[2] += nearest(z * UNIT) & mine;
+    whole[3] += nearest(square * UNIT) & mine;
+    whole[4] += nearest(w * UNIT) & mine;
+    whole[5] += nearest(w * x * UNIT) & mine;
+    whole[6] += nearest(w * y * UNIT) & mine;
+    whole[7] += nearest(w * z * UNIT) & mine;
+    whole[8] += nearest(w * square * UNIT) & mine;
+    whole[9] += nearest(metres) & mine;
+    whole[10] += nearest((hit->range - metres) * UNIT) & mine;
     const lanes_f near = PICK(mine, hit->range, (lanes_f)(INFINITY));
     const lanes_f steep = PICK(mine, hit->cos_incidence, (lanes_f)(0.0f));
     sums->least = LEAST(near, sums->least);

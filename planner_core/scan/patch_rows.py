@@ -25,8 +25,8 @@ _JOINERS = {"cpu": 8}
 _DEFAULT_JOINERS = 1024
 
 _N_SUMS = 10
-#: 1 / unit of the kernels' sums, see kernels/patch_returns.cl: in powers of two of coordinates, squares and ranges.
-_UNIT_BITS, _SQUARE_BITS, _RANGE_BITS = 20, 18, 20
+#: The kernels' sums are of whole multiples of this, see kernels/patch_returns.cl.
+_UNIT_BITS = 20
 #: Bytes that a record takes, array by array.
 _RECORD_BYTES: dict[Content, dict[str, int]] = {
     Content.PATCHES: {"list": 4},
@@ -147,14 +147,14 @@ class PatchRows:
         power: Int32Array = arrays.pop("power")
         sums, extremes = arrays.pop("sums"), arrays.pop("extremes")
         one = np.ones(power.size)
-        metre, metre2 = np.ldexp(one, power - _UNIT_BITS), np.ldexp(one, 2 * power - _SQUARE_BITS)
+        metre, metre2 = np.ldexp(one, power - _UNIT_BITS), np.ldexp(one, 2 * power - _UNIT_BITS)
         out = empty_moments(power.size)
         np.multiply(sums[:, 0:3], metre[:, None], out=out["point_sum_m"])
         np.multiply(sums[:, 3], metre2, out=out["square_sum_m2"])
         np.multiply(sums[:, 4], 2.0**-_UNIT_BITS, out=out["weight_sum"])
         np.multiply(sums[:, 5:8], metre[:, None], out=out["weighted_point_sum_m"])
         np.multiply(sums[:, 8], metre2, out=out["weighted_square_sum_m2"])
-        np.multiply(sums[:, 9], 2.0**-_RANGE_BITS, out=out["range_sum_m"])
+        np.multiply(sums[:, 9], 2.0**-_UNIT_BITS, out=out["range_sum_m"])
         out["least_range_m"][:], out["greatest_cos_incidence"][:] = extremes[:, 0], extremes[:, 1]
         return {**arrays, **out}
 

@@ -1,16 +1,26 @@
 """Visibility of many positions: the same whatever the batch, the order and the engine; bounded memory; progress."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from planner_core.device import Device
-from planner_core.model import Visibility
+from planner_core.errors import DeviceMemoryError
+from planner_core.model import Patches, Scene, Visibility
 from planner_core.progress import ProgressEvent
 from planner_core.scan import tuning
+from planner_core.scan.open3d import Open3DEngine
 from planner_core.scan.opencl import OpenCLEngine
+from planner_core.scan.patch_returns import Rows
+from planner_core.scan.patch_rows import PatchRows
+from planner_core.scan.tiled_template import TiledTemplate
 from planner_core.scene.patches import make_patches
 
 N_POSITIONS = 23
@@ -119,30 +129,174 @@ def test_progress_counts_up_to_all_positions(
     assert {event.total for event in events} == {N_POSITIONS}
 
 
+QUESTIONS: dict[str, Callable] = {
+    "visible": lambda engine, *what, **more: engine.visible_patches(*what, **more),
+    "counts": lambda engine, *what, **more: engine.patch_returns(*what, **more),
+    "moments": lambda engine, *what, **more: engine.patch_returns(*what, moments=True, **more),
+}
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
 @pytest.mark.parametrize("which", [0, 1], ids=["opencl", "open3d"])
-def test_an_exception_from_progress_cancels_and_the_engine_stays_usable(
-    open_both: Callable, shapes: SimpleNamespace, positions: np.ndarray, which: int
+def test_an_exception_from_any_progress_event_cancels_and_the_engine_stays_usable(
+    device: Device, shapes: SimpleNamespace, positions: np.ndarray, which: int, question: str
 ) -> None:
-    engine = open_both(shapes.scene_of(*shapes.clutter_of(5, seed=9)))[which]
-    template = shapes.template_of(4, 16)
+    scene, patches = engine_parts(shapes)
+    parted = {"batch_bytes": 60_000, "band_beams": 100}
+    engine = Open3DEngine(scene, patches) if which else OpenCLEngine(scene, patches, device, **parted)
+    template = shapes.template_of(8, 33)
+    ask = QUESTIONS[question]
+    events: list[ProgressEvent] = []
+    whole = ask(engine, template, positions, progress=events.append)
+    held_bytes = device.held_bytes
+    assert len(events) >= 5
+    for stop in range(len(events)):
+        heard: list[ProgressEvent] = []
 
-    def cancel(_: ProgressEvent) -> None:
-        raise KeyboardInterrupt
+        def cancel(event: ProgressEvent, heard: list[ProgressEvent] = heard, stop: int = stop) -> None:
+            heard.append(event)
+            if len(heard) > stop:
+                raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        engine.visible_patches(template, positions, progress=cancel)
-    assert engine.visible_patches(template, positions).n_positions == N_POSITIONS
+        with pytest.raises(KeyboardInterrupt):
+            ask(engine, template, positions, progress=cancel)
+        assert heard == events[: stop + 1]
+        assert device.held_bytes == held_bytes
+    again = ask(engine, template, positions)
+    np.testing.assert_array_equal(again.starts, whole.starts)
+    np.testing.assert_array_equal(again.patch, whole.patch)
+
+
+def engine_parts(shapes: SimpleNamespace) -> tuple[Scene, Patches]:
+    scene = shapes.scene_of(*shapes.clutter_of(5, seed=9))
+    return scene, make_patches(scene, max_area_m2=0.04)
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_batches_hold_no_more_than_the_memory_they_are_given(
+    device: Device, shapes: SimpleNamespace, positions: np.ndarray, question: str
+) -> None:
+    limit_bytes = 1_500_000
+    engine = OpenCLEngine(*engine_parts(shapes), device, batch_bytes=limit_bytes)
+    template = shapes.template_of(16, 100)
+    QUESTIONS[question](engine, template, positions[:1])  # its tiles stay
+    held_bytes, most = device.held_bytes, []
+    QUESTIONS[question](engine, template, positions, progress=lambda _: most.append(device.held_bytes - held_bytes))
+    assert 0 < max(most) <= limit_bytes
+    assert device.held_bytes == held_bytes
+
+
+@pytest.mark.parametrize("which", [0, 1], ids=["opencl", "open3d"])
+@pytest.mark.parametrize("axis", ["elevation_rad", "azimuth_rad"])
+def test_a_template_without_beams_sees_nothing(
+    open_both: Callable, shapes: SimpleNamespace, positions: np.ndarray, which: int, axis: str
+) -> None:
+    engine = open_both(shapes.scene_of(*shapes.box_of((-1, -1, -1), (1, 1, 1))))[which]
+    template = replace(shapes.template_of(5, 5), **{axis: np.empty(0)})
+    visibility = engine.visible_patches(template, positions)
+    assert visibility.starts.tolist() == [0] * (N_POSITIONS + 1)
+    assert engine.patch_returns(template, positions).n_returns.size == 0
+
+
+def test_a_scan_in_bands_is_the_scan_of_the_whole_template(
+    device: Device, shapes: SimpleNamespace, positions: np.ndarray
+) -> None:
+    scene = shapes.scene_of(*shapes.clutter_of(40, seed=12))
+    patches = make_patches(scene, max_area_m2=0.04)
+    template = shapes.template_of(21, 130, range_max_m=6.0)
+    whole = OpenCLEngine(scene, patches, device).scan(template, positions[:3])
+    for band_beams in (1, 1000):
+        engine = OpenCLEngine(scene, patches, device, band_beams=band_beams)
+        held_bytes = device.held_bytes
+        parted = engine.scan(template, positions[:3])
+        for name in ("range_m", "triangle", "patch", "cos_incidence"):
+            assert getattr(parted, name).tobytes() == getattr(whole, name).tobytes(), name
+        assert device.held_bytes == held_bytes
+
+
+def test_progress_of_bands_counts_up_to_all_positions(
+    device: Device, shapes: SimpleNamespace, positions: np.ndarray
+) -> None:
+    engine = OpenCLEngine(*engine_parts(shapes), device, batch_bytes=60_000, band_beams=100)
+    events: list[ProgressEvent] = []
+    engine.visible_patches(shapes.template_of(8, 33), np.tile(positions, (4, 1)), progress=events.append)
+    done = [event.done for event in events]
+    assert done == sorted(done)
+    assert done[-1] == 4 * N_POSITIONS
+    assert len(set(done)) > 8
+
+
+def test_memory_that_runs_out_halves_the_batch_and_is_said_once(
+    monkeypatch: pytest.MonkeyPatch, device: Device, shapes: SimpleNamespace, positions: np.ndarray
+) -> None:
+    template = shapes.template_of(16, 100)
+    expected = OpenCLEngine(*engine_parts(shapes), device).patch_returns(template, positions)
+    real = PatchRows.rows
+
+    def scarce(self: PatchRows, tiles: TiledTemplate, positions_m: np.ndarray) -> Rows:
+        if len(positions_m) > 5:
+            raise DeviceMemoryError("batch of scans: out of memory, expected less")
+        return real(self, tiles, positions_m)
+
+    monkeypatch.setattr(PatchRows, "rows", scarce)
+    engine = OpenCLEngine(*engine_parts(shapes), device)
+    returns = engine.patch_returns(template, positions)
+    np.testing.assert_array_equal(returns.patch, expected.patch)
+    np.testing.assert_array_equal(returns.n_returns, expected.n_returns)
+    assert len(engine.warnings) == 1
+    monkeypatch.setattr(PatchRows, "rows", lambda *_: scarce(*_[:2], np.empty((9, 3))))
+    with pytest.raises(DeviceMemoryError, match="out of memory"):
+        engine.patch_returns(template, positions)
+
+
+ONE_CORE = """
+import sys
+import numpy as np
+sys.path.insert(0, sys.argv[1])
+from conftest import clutter_of, scene_of, template_of
+from planner_core.device import open_device
+from planner_core.scan.opencl import OpenCLEngine
+from planner_core.scene.patches import make_patches
+
+scene = scene_of(*clutter_of(60, seed=13))
+device = open_device()
+engine = OpenCLEngine(scene, make_patches(scene, max_area_m2=0.04), device)
+positions = np.random.default_rng(1).uniform((-3.9, -2.9, 0.1), (3.9, 2.9, 2.9), (7, 3))
+returns = engine.patch_returns(template_of(40, 300), positions, moments=True)
+seen = engine.visible_patches(template_of(40, 300), positions)
+moments = {name: getattr(returns.moments, name) for name in returns.moments.__dataclass_fields__}
+np.savez(sys.argv[2], cores=device.n_compute_units, starts=returns.starts, patch=returns.patch,
+         n_returns=returns.n_returns, seen=seen.patch, **moments)
+"""
+
+
+@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one core only: nothing to compare with")
+def test_the_number_of_cores_leaves_no_trace_in_the_bits(tmp_path: Path) -> None:
+    results = []
+    for count in ("1", ""):
+        environment = {name: value for name, value in os.environ.items() if name != "POCL_MAX_PTHREAD_COUNT"}
+        environment |= {"POCL_MAX_PTHREAD_COUNT": count} if count else {}
+        file = tmp_path / f"cores-{count}.npz"
+        subprocess.run(
+            [sys.executable, "-c", ONE_CORE, str(Path(__file__).parent), str(file)], check=True, env=environment
+        )
+        with np.load(file) as loaded:
+            results.append(dict(loaded))
+    one, many = results
+    if one["cores"] == many["cores"]:
+        pytest.skip("this driver does not heed POCL_MAX_PTHREAD_COUNT")
+    for name in one.keys() - {"cores"}:
+        assert one[name].tobytes() == many[name].tobytes(), name
 
 
 def test_results_are_the_same_whatever_the_tile_and_the_packet(
-    monkeypatch: pytest.MonkeyPatch, open_both: Callable, shapes: SimpleNamespace, positions: np.ndarray
+    open_both: Callable, shapes: SimpleNamespace, positions: np.ndarray
 ) -> None:
     engine = open_both(shapes.scene_of(*shapes.clutter_of(60, seed=10)))[0]
     batches = []
     for shape in ((8, 32, 8), (4, 8, 1), (2, 16, 4), (16, 64, 8)):
-        monkeypatch.setattr(tuning, "_TILE_SHAPE", dict.fromkeys(("cpu", "gpu", "other"), shape))
-        # A new template object: the engine keeps the tiles of the last one.
-        batches.append(engine.scan(shapes.template_of(21, 130, range_max_m=6.0), positions[:3]))
+        with tuning.use_shape(shape):
+            batches.append(engine.scan(shapes.template_of(21, 130, range_max_m=6.0), positions[:3]))
     for other in batches[1:]:
         np.testing.assert_array_equal(other.triangle, batches[0].triangle)
         np.testing.assert_array_equal(other.range_m, batches[0].range_m)
