@@ -224,7 +224,7 @@ def test_an_unusable_device_falls_back_aloud(monkeypatch: pytest.MonkeyPatch, sh
     import pyopencl
 
     def no_platforms() -> list[object]:
-        raise pyopencl.LogicError("clGetPlatformIDs failed: PLATFORM_NOT_FOUND_KHR")
+        raise pyopencl.LogicError(pyopencl._cl._ErrorRecord("clGetPlatformIDs", -1001, ""))  # PLATFORM_NOT_FOUND_KHR
 
     monkeypatch.setattr(pyopencl, "get_platforms", no_platforms)
     scene = shapes.scene_of(*shapes.box_of((0, 0, 0), (1, 1, 1)))
