@@ -1,23 +1,23 @@
 /* Patch mode: which sample points of every patch a position sees, whatever the scanner's resolution.
  *
- * Purpose    Visibility for scanners of 10^7 beams and more, docs/method/patch-mode.md. Range, incidence and spacing follow
- *            on the host from the samples that are seen.
- * Algorithm  A group of up to 16 patches that lie together has a box. Its shaft, the hull of the box and the origin, walks
- *            the tree once and meets the triangles that can hide anything of it. A triangle whose cone from the origin
- *            holds the whole box behind it hides the group at once; consecutive groups try the last such triangle first.
- *            What is left meets the samples, LANES patches side by side, until none of them is left to hide (any hit).
+ * Purpose    Visibility for scanners of 10^7 beams and more, docs/method/patch-mode.md. Range, incidence and spacing
+ *            follow on the host from the samples that are seen.
+ * Algorithm  A group of up to 16 patches that lie together has a box. Its shaft, the hull of the box and the origin,
+ *            walks the tree once and meets the triangles that can hide anything of it; those close samples, LANES
+ *            patches side by side, until none is left open (any hit). A triangle whose cone from the origin holds a
+ *            whole box behind it closes all of that box at once. What closed much of the last groups is tried first.
  *            After shaft culling (Haines & Wallace 1991) and the packets of trace_tile.h.
  *
- *                  .---- box ----.        p: sample minus origin; NOT normalised, so that the target is at 1:
- *                 /  . samples .  \       a triangle with m = n / K hides it where p . m > 1 + slack and p is inside
- *                o -----------------      its edges. All of it is linear in p: a box is tested by centre and half size.
+ *                  .---- box ----.        p: sample minus origin, NOT normalised, so that the target is at 1: a
+ *                 /  . samples .  \       triangle with m = n / K hides it where p . m > 1 + slack and p is inside its
+ *                o -----------------      edges. All of it is linear in p: a box is tested by its centre and half size.
  *
- * Samples    pattern[2 s], pattern[2 s + 1]: weights of the patch's second and third vertex; the first RIM samples are cast
- *            always, the other FINE ones where a patch is seen in part, or not at all while its family is seen.
- *            family: patches of one triangle whose codes agree but for the last 4 bits; never split between groups.
+ * Samples    pattern[2 s], pattern[2 s + 1]: weights of the patch's second and third vertex. The first RIM samples are
+ *            cast always, the other FINE ones where a patch is seen in part, or not at all while its family is seen.
+ *            Family: patches of one triangle whose codes agree but for the last 4 bits; never split between groups.
  * Marks      one uint a patch: bit s, sample s is seen; REFINED where all were cast.
- * Groups     group g: groups[3 g] rank of its first triangle in `order`, [3 g + 1] its first code there, [3 g + 2] patches,
- *            which run on through the triangles of `order`. group_box[6 g + k]: least x y z, greatest x y z of it, metres.
+ * Groups     groups[3 g]: rank of group g's first triangle in `order`; [3 g + 1]: its first code there; [3 g + 2]: its
+ *            patches, which run on through the triangles of `order`. group_box[6 g + k]: least, greatest x y z, metres.
  * View       see VIEW_ below; "signed square" of s is s |s|: comparisons of angles without a root.
  *
  * Define         meaning                                               example
@@ -28,9 +28,11 @@
 #include "tree.h"
 
 #define GROUP_PATCHES 16
-#define PACKS (GROUP_PATCHES / LANES)
 #define RIM 7
 #define FINE 21
+#define PACKS (GROUP_PATCHES / LANES)
+#define FINE_PACKETS ((FINE + LANES - 1) / LANES)
+#define MOST_PACKETS (RIM > FINE_PACKETS ? RIM : FINE_PACKETS)
 #define REFINED 0x80000000u
 #define ALL_RIM 0x7fu
 
@@ -43,6 +45,11 @@
 
 /* Blocks remembered from the walk for the second pattern; where there are more, the tree is walked again. */
 #define MOST_BLOCKS 96
+
+/* A triangle that is done with so many packets at once is tried first on the next groups; so many blocks of them are
+ * remembered. Measured: 1 to 7 packets, 1 to 4 blocks differ by some percent. */
+#define WORTH_KEEPING 3
+#define RECENT_BLOCKS 2
 
 #define VIEW_RANGE_MIN2 0  /* m^2 */
 #define VIEW_RANGE_MAX2 1  /* m^2 */
@@ -72,12 +79,33 @@ typedef struct {
     lanes_f halves;                             /* 2 ^ depth: patches of the triangle */
 } Pack;
 
+/* A box from the origin: what can hide all of it, or none of it. */
 typedef struct {
     float cx, cy, cz, hx, hy, hz; /* centre minus origin, half sizes */
-    float low[3], high[3];        /* hull of the box and the origin, minus the origin */
-    float plane[4][3];            /* inward normals of the pyramid; zero where the box is too wide for one */
     float reach;                  /* distance of the farthest corner, not less */
+} Extent;
+
+/* The hull of a box and the origin: all beams from the origin to the box. */
+typedef struct {
+    Extent extent;
+    float low[3], high[3]; /* the box round it, minus the origin */
+    float plane[4][3];     /* inward normals of the pyramid; zero where the box is too wide for one */
 } Shaft;
+
+/* Samples that are tested together: the first pattern of LANES patches, or the second of one. */
+typedef struct {
+    Pack pack;
+    Extent extent;
+    Sample samples[MOST_PACKETS];
+    int live[MOST_PACKETS], n_live; /* packets that have an open sample */
+} Target;
+
+/* Triangles that hid much lately: neighbours are often hidden by the same. */
+typedef struct {
+    Block block[RECENT_BLOCKS];
+    int triangle[RECENT_BLOCKS * BLOCK_LANES];
+    int next;
+} Recent;
 
 /* What every function below needs of the scene and the launch. */
 typedef struct {
@@ -85,12 +113,6 @@ typedef struct {
     global const int *children, *triangles, *slot, *address, *order, *groups;
     float ox, oy, oz;
 } Launch;
-
-/* A triangle that hid a group, ready for the next one. */
-typedef struct {
-    float n[9], m[3], rounding[3];
-    bool known;
-} Blocker;
 
 static inline lanes_f signed_square(lanes_f x)
 {
@@ -104,42 +126,53 @@ static inline lanes_f magnitude(lanes_f x)
 
 static inline bool any_lane(lanes_i mask)
 {
+#if LANES == 8
+    return any8(mask);
+#else
     const int *each = (const int *)&mask;
     int any = 0;
     for (int lane = 0; lane < LANES; ++lane) any |= each[lane];
     return any != 0;
+#endif
 }
 
 /* Least and greatest of p . v over the box, as middle and spread. */
-#define SPREAD8(shaft, x, y, z) ((shaft)->hx * MAGNITUDE8(x) + (shaft)->hy * MAGNITUDE8(y) + (shaft)->hz * MAGNITUDE8(z))
-#define MIDDLE8(shaft, x, y, z) dot3_8((shaft)->cx, (shaft)->cy, (shaft)->cz, x, y, z)
+#define SPREAD8(e, x, y, z) ((e)->hx * MAGNITUDE8(x) + (e)->hy * MAGNITUDE8(y) + (e)->hz * MAGNITUDE8(z))
+#define MIDDLE8(e, x, y, z) dot3_8((e)->cx, (e)->cy, (e)->cz, x, y, z)
+
+static inline Extent make_extent(float x0, float y0, float z0, float x1, float y1, float z1)
+{
+    Extent e;
+    e.cx = 0.5f * (x0 + x1), e.cy = 0.5f * (y0 + y1), e.cz = 0.5f * (z0 + z1);
+    e.hx = 0.5f * (x1 - x0), e.hy = 0.5f * (y1 - y0), e.hz = 0.5f * (z1 - z0);
+    const float to_centre = sqrt(e.cx * e.cx + e.cy * e.cy + e.cz * e.cz);
+    e.reach = (to_centre + sqrt(e.hx * e.hx + e.hy * e.hy + e.hz * e.hz)) * 1.0001f;
+    const float pad = SHAFT_PAD * e.reach;
+    e.hx += pad, e.hy += pad, e.hz += pad;
+    return e;
+}
 
 static inline Shaft make_shaft(global const float *box, float ox, float oy, float oz)
 {
     Shaft s;
-    const float x0 = box[0] - ox, y0 = box[1] - oy, z0 = box[2] - oz;
-    const float x1 = box[3] - ox, y1 = box[4] - oy, z1 = box[5] - oz;
-    s.cx = 0.5f * (x0 + x1), s.cy = 0.5f * (y0 + y1), s.cz = 0.5f * (z0 + z1);
-    s.hx = 0.5f * (x1 - x0), s.hy = 0.5f * (y1 - y0), s.hz = 0.5f * (z1 - z0);
-    const float to_centre = sqrt(s.cx * s.cx + s.cy * s.cy + s.cz * s.cz);
-    const float radius = sqrt(s.hx * s.hx + s.hy * s.hy + s.hz * s.hz);
-    s.reach = (to_centre + radius) * 1.0001f;
-    const float pad = SHAFT_PAD * s.reach;
-    s.hx += pad, s.hy += pad, s.hz += pad;
-    s.low[0] = LEAST(x0, 0.0f) - pad, s.low[1] = LEAST(y0, 0.0f) - pad, s.low[2] = LEAST(z0, 0.0f) - pad;
-    s.high[0] = MOST(x1, 0.0f) + pad, s.high[1] = MOST(y1, 0.0f) + pad, s.high[2] = MOST(z1, 0.0f) + pad;
+    const Extent e = make_extent(box[0] - ox, box[1] - oy, box[2] - oz, box[3] - ox, box[4] - oy, box[5] - oz);
+    s.extent = e;
+    s.low[0] = LEAST(e.cx - e.hx, 0.0f), s.low[1] = LEAST(e.cy - e.hy, 0.0f), s.low[2] = LEAST(e.cz - e.hz, 0.0f);
+    s.high[0] = MOST(e.cx + e.hx, 0.0f), s.high[1] = MOST(e.cy + e.hy, 0.0f), s.high[2] = MOST(e.cz + e.hz, 0.0f);
+    const float to_centre = sqrt(e.cx * e.cx + e.cy * e.cy + e.cz * e.cz), radius = e.reach - to_centre;
     for (int k = 0; k < 4; ++k) s.plane[k][0] = s.plane[k][1] = s.plane[k][2] = 0.0f;
     if (!(to_centre > 1.2f * radius + 1e-6f)) return s;
     /* A frame about the axis; the box's corners in the plane one metre along it. */
-    const float per = 1.0f / to_centre, ax = s.cx * per, ay = s.cy * per, az = s.cz * per;
+    const float per = 1.0f / to_centre, ax = e.cx * per, ay = e.cy * per, az = e.cz * per;
     const bool level = ax * ax + ay * ay > 0.02f;
     float rx = level ? -ay : 0.0f, ry = level ? ax : -az, rz = level ? 0.0f : ay; /* z x axis, or x x axis */
     const float per_r = 1.0f / sqrt(rx * rx + ry * ry + rz * rz);
     rx *= per_r, ry *= per_r, rz *= per_r;
     const float ux = ay * rz - az * ry, uy = az * rx - ax * rz, uz = ax * ry - ay * rx;
+    /* the box's eight corners */
     const float8 sx = (float8)(-1, 1, -1, 1, -1, 1, -1, 1), sy = (float8)(-1, -1, 1, 1, -1, -1, 1, 1);
     const float8 sz = (float8)(-1, -1, -1, -1, 1, 1, 1, 1);
-    const float8 px = s.cx + s.hx * sx, py = s.cy + s.hy * sy, pz = s.cz + s.hz * sz;
+    const float8 px = e.cx + e.hx * sx, py = e.cy + e.hy * sy, pz = e.cz + e.hz * sz;
     const float8 ahead = dot3_8(px, py, pz, ax, ay, az);
     const float8 right = dot3_8(px, py, pz, rx, ry, rz) / ahead, up = dot3_8(px, py, pz, ux, uy, uz) / ahead;
     const float *each_ahead = (const float *)&ahead, *each_right = (const float *)&right, *each_up = (const float *)&up;
@@ -158,7 +191,7 @@ static inline Shaft make_shaft(global const float *box, float ox, float oy, floa
     return s;
 }
 
-/* Which children of a node the shaft can meet; *key gets their squared distances from the origin. */
+/* Which children of a node the shaft can meet; *key gets the order in which to visit them, the least first. */
 static inline int8 cull_node(int node, const Shaft *s, const Launch *at, float8 *key)
 {
     const float ox = at->ox, oy = at->oy, oz = at->oz;
@@ -175,27 +208,15 @@ static inline int8 cull_node(int node, const Shaft *s, const Launch *at, float8 
     }
     const float8 bx = MOST(box[0], -box[3]), by = MOST(box[1], -box[4]), bz = MOST(box[2], -box[5]);
     const float8 gx = MOST(bx, 0.0f), gy = MOST(by, 0.0f), gz = MOST(bz, 0.0f);
-    *key = dot3_8(gx, gy, gz, gx, gy, gz);
+    /* near and large first: what takes much of the view from the origin hides much of the group */
+    const float8 wx = box[3] - box[0], wy = box[4] - box[1], wz = box[5] - box[2];
+    const float8 area = dot3_8(wx, wy, wz, wy, wz, wx);
+    *key = dot3_8(gx, gy, gz, gx, gy, gz) / (area * area + 1e-6f);
     return keep;
 }
 
-/* Whether the last blocker hides this box too. */
-static inline bool still_hides(const Blocker *b, const Shaft *s)
-{
-    if (!b->known) return false;
-    for (int k = 0; k < 3; ++k) {
-        const float x = b->n[3 * k], y = b->n[3 * k + 1], z = b->n[3 * k + 2];
-        const float least = s->cx * x + s->cy * y + s->cz * z -
-                            (s->hx * MAGNITUDE(x) + s->hy * MAGNITUDE(y) + s->hz * MAGNITUDE(z));
-        if (!(least > 2.0f * b->rounding[k] * s->reach)) return false;
-    }
-    const float x = b->m[0], y = b->m[1], z = b->m[2];
-    return s->cx * x + s->cy * y + s->cz * z - (s->hx * MAGNITUDE(x) + s->hy * MAGNITUDE(y) + s->hz * MAGNITUDE(z)) >
-           1.0f + COVER_SLACK;
-}
-
 /* Which triangles of a block can hide part of the box (`meets`), which hide all of it (`covers`). */
-static inline void cull_block(const Block *b, const Shaft *s, int8 *meets, int8 *covers)
+static inline void cull_block(const Block *b, const Extent *s, int8 *meets, int8 *covers)
 {
     const float8 slack0 = (2.0f * s->reach) * b->rounding0, slack1 = (2.0f * s->reach) * b->rounding1;
     const float8 slack2 = (2.0f * s->reach) * b->rounding2;
@@ -211,66 +232,109 @@ static inline void cull_block(const Block *b, const Shaft *s, int8 *meets, int8 
               (depth - deep > 1.0f + COVER_SLACK);
 }
 
-/* Close the samples of one pack that triangle j of a block hides. */
-static inline lanes_i hides(const Block *block, int j, int index, const Sample *target, const Pack *pack, const Launch *at)
+/* Which samples of a packet a triangle that is not clear hides (lane j of block `index`). */
+static inline lanes_i needle_hides(const float *n, int j, int index, const Sample *s, const Pack *pack,
+                                   const Launch *at)
 {
-    const float *n = (const float *)block; /* n0x .. n2z, mx .. mz, rounding0 .. 2: eight lanes each */
-    const lanes_f u = dot3_lanes(target->x, target->y, target->z, n[j], n[8 + j], n[16 + j]);
-    const lanes_f v = dot3_lanes(target->x, target->y, target->z, n[24 + j], n[32 + j], n[40 + j]);
-    const lanes_f w = dot3_lanes(target->x, target->y, target->z, n[48 + j], n[56 + j], n[64 + j]);
-    const float rounding_u = n[96 + j], rounding_v = n[104 + j], rounding_w = n[112 + j];
-    if (((const int *)&block->clear)[j]) {
-        const lanes_f depth = dot3_lanes(target->x, target->y, target->z, n[72 + j], n[80 + j], n[88 + j]);
-        return MASK(u >= -rounding_u * pack->reach) & MASK(v >= -rounding_v * pack->reach) &
-               MASK(w >= -rounding_w * pack->reach) & MASK(depth > pack->far);
-    }
-    const lanes_f range = sqrt(target->x * target->x + target->y * target->y + target->z * target->z), per = 1.0f / range;
-    const lanes_f inverse =
-        needle_inverse_range(at->geometry, index, j, at->ox, at->oy, at->oz, target->x * per, target->y * per, target->z * per, u * per, v * per,
-                             w * per, rounding_u, rounding_v, rounding_w);
+    const lanes_f range = sqrt(s->x * s->x + s->y * s->y + s->z * s->z), per = 1.0f / range;
+    const lanes_f x = s->x * per, y = s->y * per, z = s->z * per;
+    const lanes_f u = dot3_lanes(x, y, z, n[j], n[8 + j], n[16 + j]);
+    const lanes_f v = dot3_lanes(x, y, z, n[24 + j], n[32 + j], n[40 + j]);
+    const lanes_f w = dot3_lanes(x, y, z, n[48 + j], n[56 + j], n[64 + j]);
+    const lanes_f inverse = needle_inverse_range(at->geometry, index, j, at->ox, at->oy, at->oz, x, y, z, u, v, w,
+                                                 n[96 + j], n[104 + j], n[112 + j]);
     return MASK(inverse * range > pack->far);
 }
 
-/* Test the samples against one block. Returns whether any is still open. */
-static inline bool test_block(Sample *samples, const Pack *packs, int n_packs, int per_pack, bool whole, Blocker *last,
-                              int index, const Shaft *shaft, const Launch *at, bool *met)
+/* Close the samples of a target that triangle j of a block hides. Returns how many packets are done with by that. */
+static inline int close_samples(Target *t, const Block *block, int j, int index, int triangle, const Launch *at)
 {
-    const Block block = prepare_block(at->geometry, index, at->ox, at->oy, at->oz);
-    int8 meets8, covers8;
-    cull_block(&block, shaft, &meets8, &covers8);
-    *met = any8(meets8);
-    if (!*met) return true;
-    const int *meets = (const int *)&meets8, *covers = (const int *)&covers8;
-    const float *n = (const float *)&block;
-    bool open = true;
-    for (int j = 0; j < BLOCK_LANES; ++j) {
-        const int triangle = at->triangles[index * BLOCK_LANES + j];
-        if (!meets[j] || triangle < 0) continue;
-        if (covers[j] && whole) {
-            for (int k = 0; k < 9; ++k) last->n[k] = n[8 * k + j];
-            for (int k = 0; k < 3; ++k) last->m[k] = n[72 + 8 * k + j], last->rounding[k] = n[96 + 8 * k + j];
-            last->known = true;
-            return false;
-        }
-        lanes_i left = 0;
-        for (int p = 0; p < n_packs; ++p) {
-            const lanes_i other = MASK(packs[p].own != triangle);
-            for (int k = p * per_pack; k < (p + 1) * per_pack; ++k) {
-                const lanes_i hidden = other & hides(&block, j, index, &samples[k], &packs[p], at);
-                samples[k].open &= ~hidden;
-                left |= samples[k].open;
-            }
-        }
-        open = any_lane(left);
-        if (!open) return false;
+    const float *n = (const float *)block; /* n0x .. n2z, mx .. mz, rounding0 .. 2: eight lanes each */
+    const float ux = n[j], uy = n[8 + j], uz = n[16 + j], vx = n[24 + j], vy = n[32 + j], vz = n[40 + j];
+    const float wx = n[48 + j], wy = n[56 + j], wz = n[64 + j], mx = n[72 + j], my = n[80 + j], mz = n[88 + j];
+    const lanes_f least_u = -n[96 + j] * t->pack.reach, least_v = -n[104 + j] * t->pack.reach;
+    const lanes_f least_w = -n[112 + j] * t->pack.reach, far = t->pack.far;
+    const lanes_i other = MASK(t->pack.own != triangle);
+    const bool clear = ((const int *)&block->clear)[j] != 0;
+    int n_live = 0;
+    for (int k = 0; k < t->n_live; ++k) {
+        const int packet = t->live[k];
+        Sample *s = &t->samples[packet];
+        const lanes_f x = s->x, y = s->y, z = s->z;
+        lanes_i hidden = MASK(dot3_lanes(x, y, z, ux, uy, uz) >= least_u) &
+                         MASK(dot3_lanes(x, y, z, vx, vy, vz) >= least_v) &
+                         MASK(dot3_lanes(x, y, z, wx, wy, wz) >= least_w) &
+                         MASK(dot3_lanes(x, y, z, mx, my, mz) > far) & other;
+        if (!clear) hidden = other & needle_hides(n, j, index, s, &t->pack, at);
+        const lanes_i open = s->open & ~hidden;
+        s->open = open;
+        t->live[n_live] = packet;
+        n_live += any_lane(open) ? 1 : 0;
     }
-    return open;
+    const int closed = t->n_live - n_live;
+    t->n_live = n_live;
+    return closed;
 }
 
-/* Walk the tree with the shaft. Returns false where nothing of the group is left open: all of it is hidden.
+/* Remember triangle j of a block. */
+static inline void remember(Recent *recent, const Block *block, int j, int triangle)
+{
+    const float *from = (const float *)block;
+    const int at = recent->next % BLOCK_LANES;
+    Block *into = &recent->block[recent->next / BLOCK_LANES];
+    float *to = (float *)into;
+    for (int k = 0; k < 15; ++k) to[8 * k + at] = from[8 * k + j];
+    ((int *)&into->clear)[at] = -1;
+    recent->triangle[recent->next] = triangle;
+    recent->next = (recent->next + 1) % (RECENT_BLOCKS * BLOCK_LANES);
+}
+
+/* Test targets against a block of triangles[0 .. 7]. Returns how many have open samples left. */
+static inline int test_block(Target *targets, int n_targets, const Block *block, int index, const int *triangles,
+                             Recent *recent, const Launch *at)
+{
+    int n_open = 0;
+    for (int i = 0; i < n_targets; ++i) {
+        Target *t = &targets[i];
+        if (t->n_live == 0) continue;
+        int8 meets8, covers8;
+        cull_block(block, &t->extent, &meets8, &covers8);
+        if (any8(meets8)) {
+            const int *meets = (const int *)&meets8, *covers = (const int *)&covers8;
+            const int *clear = (const int *)&block->clear;
+            for (int j = 0; j < BLOCK_LANES && t->n_live > 0; ++j) {
+                if (!meets[j] || triangles[j] < 0) continue;
+                int closed = t->n_live;
+                if (covers[j])
+                    t->n_live = 0;
+                else
+                    closed = close_samples(t, block, j, index, triangles[j], at);
+                if (recent != 0 && closed >= WORTH_KEEPING && clear[j]) remember(recent, block, j, triangles[j]);
+            }
+        }
+        n_open += t->n_live > 0 ? 1 : 0;
+    }
+    return n_open;
+}
+
+/* Test targets against one block of the tree; *met is false where nothing of it can hide anything in the shaft. */
+static inline int test_tree_block(Target *targets, int n_targets, int index, const Extent *whole, Recent *recent,
+                                  const Launch *at, bool *met)
+{
+    const Block block = prepare_block(at->geometry, index, at->ox, at->oy, at->oz);
+    int8 meets, covers;
+    cull_block(&block, whole, &meets, &covers);
+    *met = any8(meets);
+    if (!*met) return n_targets;
+    int triangles[BLOCK_LANES];
+    for (int j = 0; j < BLOCK_LANES; ++j) triangles[j] = at->triangles[index * BLOCK_LANES + j];
+    return test_block(targets, n_targets, &block, index, triangles, recent, at);
+}
+
+/* Walk the tree with the shaft. Returns false where nothing is left open.
  * blocks[0 .. *n_blocks - 1]: those that can hide something; *n_blocks is past MOST_BLOCKS where there are more. */
-static inline bool walk(Sample *samples, const Pack *packs, int n_packs, int per_pack, bool whole, Blocker *last,
-                        int *blocks, int *n_blocks, const Launch *at, const Shaft *shaft)
+static inline bool walk(Target *targets, int n_targets, Recent *recent, int *blocks, int *n_blocks, const Shaft *shaft,
+                        const Launch *at)
 {
     Stack stack;
     stack.size = 1;
@@ -286,7 +350,7 @@ static inline bool walk(Sample *samples, const Pack *packs, int n_packs, int per
             continue;
         }
         bool met;
-        if (!test_block(samples, packs, n_packs, per_pack, whole, last, ~child, shaft, at, &met)) return false;
+        if (test_tree_block(targets, n_targets, ~child, &shaft->extent, recent, at, &met) == 0) return false;
         if (met) {
             if (*n_blocks < MOST_BLOCKS) blocks[*n_blocks] = ~child;
             *n_blocks += 1;
@@ -297,7 +361,8 @@ static inline bool walk(Sample *samples, const Pack *packs, int n_packs, int per
 
 /* Weights of vertices 1 and 2 at the patch's own vertices, by the rule of docs/method/patches.md. Halves of halves are
  * exact in float32 as long as the depth is below 24, and so are the weights. */
-static inline void find_patch(Pack *pack, lanes_i code, lanes_i depth, int deepest, lanes_f q01, lanes_f q12, lanes_f q20)
+static inline void find_patch(Pack *pack, lanes_i code, lanes_i depth, int deepest, lanes_f q01, lanes_f q12,
+                              lanes_f q20)
 {
     lanes_f a1 = 0.0f, a2 = 0.0f, b1 = 1.0f, b2 = 0.0f, c1 = 0.0f, c2 = 1.0f;
     for (int level = 0; level < deepest; ++level) {
@@ -340,7 +405,8 @@ static inline void load_pack(Pack *pack, int *rank, int *code, int left, const L
         depth[lane] = at->address[2 * triangle + 1];
         deepest = depth[lane] > deepest ? depth[lane] : deepest;
         const int s = at->slot[triangle];
-        global const float *g = at->geometry + (size_t)(s / BLOCK_LANES) * (BLOCK_FLOATS * BLOCK_LANES) + s % BLOCK_LANES;
+        const size_t first = (size_t)(s / BLOCK_LANES) * (BLOCK_FLOATS * BLOCK_LANES);
+        global const float *g = at->geometry + first + s % BLOCK_LANES;
         for (int k = 0; k < 12; ++k) corner[k * LANES + lane] = g[k * BLOCK_LANES];
         corner[12 * LANES + lane] = (float)(1 << depth[lane]);
         for (int k = 0; k < 3; ++k) squared[k * LANES + lane] = at->edges[3 * triangle + k];
@@ -365,10 +431,11 @@ static inline void load_pack(Pack *pack, int *rank, int *code, int left, const L
 }
 
 /* Sample with weights (wb, wc) of the patch's vertices b and c. */
-static inline Sample place(const Pack *pack, float wb, float wc)
+static inline Sample place(const Pack *pack, lanes_f wb, lanes_f wc)
 {
-    const float wa = 1.0f - wb - wc;
-    const lanes_f l1 = wa * pack->a1 + wb * pack->b1 + wc * pack->c1, l2 = wa * pack->a2 + wb * pack->b2 + wc * pack->c2;
+    const lanes_f wa = 1.0f - wb - wc;
+    const lanes_f l1 = wa * pack->a1 + wb * pack->b1 + wc * pack->c1;
+    const lanes_f l2 = wa * pack->a2 + wb * pack->b2 + wc * pack->c2;
     Sample out;
     out.x = pack->vx + (l1 * pack->ex + l2 * pack->fx);
     out.y = pack->vy + (l1 * pack->ey + l2 * pack->fy);
@@ -394,13 +461,14 @@ static inline void look(Sample *at, Pack *pack, global const float *view)
     pack->reach = MOST(reach, pack->reach);
 }
 
-/* Returns to be expected of lane's patch, of which a share is seen: area cos / range^2 over the solid angle of a beam. */
+/* Returns to be expected of a lane's patch, a share of it seen: area cos / range^2 over the solid angle of a beam. */
 static inline float expected_returns(const Pack *pack, int lane, float share, global const float *view)
 {
     const Sample centre = place(pack, 1.0f / 3.0f, 1.0f / 3.0f);
 #define OF(v) (((const float *)&(v))[lane])
     const float x = OF(centre.x), y = OF(centre.y), z = OF(centre.z);
-    const float ex = OF(pack->ex), ey = OF(pack->ey), ez = OF(pack->ez), fx = OF(pack->fx), fy = OF(pack->fy), fz = OF(pack->fz);
+    const float ex = OF(pack->ex), ey = OF(pack->ey), ez = OF(pack->ez);
+    const float fx = OF(pack->fx), fy = OF(pack->fy), fz = OF(pack->fz);
     const float volume = x * (ey * fz - ez * fy) + y * (ez * fx - ex * fz) + z * (ex * fy - ey * fx);
     const float across2 = x * x + y * y, range2 = across2 + z * z;
     const float halves = OF(pack->halves);
@@ -408,105 +476,153 @@ static inline float expected_returns(const Pack *pack, int lane, float share, gl
     return MAGNITUDE(volume) * share / (2.0f * halves * range2 * sqrt(across2) * view[VIEW_STEPS]);
 }
 
-/* Bits of the samples of one pack that are open. */
-static inline void collect(uint *bits, const Sample *samples, int n_samples, int first_bit)
+/* The box of a target's samples, and the list of its packets that have an open one. */
+static inline void bound(Target *t, int n_packets)
 {
-    for (int k = 0; k < n_samples; ++k) {
-        const int *open = (const int *)&samples[k].open;
-        for (int lane = 0; lane < LANES; ++lane) bits[lane] |= (open[lane] != 0 ? 1u : 0u) << (first_bit + k);
+    lanes_f x0 = 1e30f, y0 = 1e30f, z0 = 1e30f, x1 = -1e30f, y1 = -1e30f, z1 = -1e30f;
+    t->n_live = 0;
+    for (int k = 0; k < n_packets; ++k) {
+        const Sample *s = &t->samples[k];
+        x0 = LEAST(s->x, x0), y0 = LEAST(s->y, y0), z0 = LEAST(s->z, z0);
+        x1 = MOST(s->x, x1), y1 = MOST(s->y, y1), z1 = MOST(s->z, z1);
+        t->live[t->n_live] = k;
+        t->n_live += any_lane(s->open) ? 1 : 0;
     }
+    const float *px0 = (const float *)&x0, *py0 = (const float *)&y0, *pz0 = (const float *)&z0;
+    const float *px1 = (const float *)&x1, *py1 = (const float *)&y1, *pz1 = (const float *)&z1;
+    float lx = px0[0], ly = py0[0], lz = pz0[0], hx = px1[0], hy = py1[0], hz = pz1[0];
+    for (int lane = 1; lane < LANES; ++lane) {
+        lx = LEAST(px0[lane], lx), ly = LEAST(py0[lane], ly), lz = LEAST(pz0[lane], lz);
+        hx = MOST(px1[lane], hx), hy = MOST(py1[lane], hy), hz = MOST(pz1[lane], hz);
+    }
+    t->extent = make_extent(lx, ly, lz, hx, hy, hz);
 }
 
-/* Cast the second pattern for the lanes in `wanted`, at the blocks that the first one met. */
-static inline void refine(uint *bits, Pack *pack, lanes_i wanted, const int *blocks, int n_blocks, const Shaft *shaft,
-                          const Launch *at)
+/* Patch `lane` of a pack in all lanes, with the second pattern as its samples. */
+static inline void spread(Target *to, const Pack *from, int lane, const Launch *at)
 {
-    Sample samples[FINE];
-    lanes_i left = 0;
-    for (int k = 0; k < FINE; ++k) {
-        samples[k] = place(pack, at->pattern[2 * (RIM + k)], at->pattern[2 * (RIM + k) + 1]);
-        look(&samples[k], pack, at->view);
-        samples[k].open &= wanted;
-        left |= samples[k].open;
+    const float *values = (const float *)from;
+    lanes_f *all = (lanes_f *)&to->pack;
+    for (int k = 0; k < (int)(sizeof(Pack) / sizeof(lanes_f)); ++k) all[k] = values[k * LANES + lane];
+    for (int packet = 0; packet < FINE_PACKETS; ++packet) {
+        lanes_f wb = 0.0f, wc = 0.0f;
+        lanes_i real = 0;
+        for (int i = 0; i < LANES; ++i) {
+            const int k = packet * LANES + i < FINE ? packet * LANES + i : FINE - 1;
+            ((float *)&wb)[i] = at->pattern[2 * (RIM + k)];
+            ((float *)&wc)[i] = at->pattern[2 * (RIM + k) + 1];
+            ((int *)&real)[i] = packet * LANES + i < FINE ? -1 : 0;
+        }
+        to->samples[packet] = place(&to->pack, wb, wc);
+        look(&to->samples[packet], &to->pack, at->view);
+        to->samples[packet].open &= real;
     }
-    bool open = any_lane(left), met;
-    int again[MOST_BLOCKS];
-    if (n_blocks > MOST_BLOCKS && open)
-        open = walk(samples, pack, 1, FINE, false, 0, again, &n_blocks, at, shaft);
+    bound(to, FINE_PACKETS);
+}
+
+/* Cast the second pattern for the patches wanted[0 .. n - 1], at the blocks that the first one met. */
+static inline void refine(uint *bits, const Target *packs, const int *wanted, int n, int *blocks, int n_blocks,
+                          const Shaft *shaft, const Launch *at)
+{
+    Target targets[GROUP_PATCHES];
+    int n_open = 0;
+    for (int i = 0; i < n; ++i) {
+        spread(&targets[i], &packs[wanted[i] / LANES].pack, wanted[i] % LANES, at);
+        n_open += targets[i].n_live > 0 ? 1 : 0;
+    }
+    bool met;
+    if (n_blocks > MOST_BLOCKS)
+        walk(targets, n, 0, blocks, &n_blocks, shaft, at);
     else
-        for (int k = 0; k < n_blocks && open; ++k)
-            open = test_block(samples, pack, 1, FINE, false, 0, blocks[k], shaft, at, &met);
-    if (open) collect(bits, samples, FINE, RIM);
-    const int *all = (const int *)&wanted;
-    for (int lane = 0; lane < LANES; ++lane)
-        if (all[lane]) bits[lane] |= REFINED;
-}
-
-/* Which patches want the second pattern: seen in part, or not at all while a patch of the family is seen. Patches of one
- * triangle in a group are one family: a group holds no more than one of a large triangle. */
-static inline bool disagree(int *wanted, const uint *bits, const Pack *packs, int n_packs)
-{
-    int own[GROUP_PATCHES];
-    for (int i = 0; i < n_packs * LANES; ++i) own[i] = ((const int *)&packs[i / LANES].own)[i % LANES];
-    bool any = false;
-    for (int first = 0; first < n_packs * LANES;) {
-        int end = first;
-        uint family = 0;
-        for (; end < n_packs * LANES && own[end] == own[first]; ++end) family |= bits[end];
-        for (; first < end; ++first) {
-            wanted[first] = own[first] >= 0 && family != 0 && bits[first] != ALL_RIM ? -1 : 0;
-            any |= wanted[first] != 0;
+        for (int k = 0; k < n_blocks && n_open > 0; ++k)
+            n_open = test_tree_block(targets, n, blocks[k], &shaft->extent, 0, at, &met);
+    for (int i = 0; i < n; ++i) {
+        uint *mine = &bits[wanted[i]];
+        *mine |= REFINED;
+        for (int k = 0; k < targets[i].n_live; ++k) {
+            const int packet = targets[i].live[k];
+            const int *open = (const int *)&targets[i].samples[packet].open;
+            for (int lane = 0; lane < LANES; ++lane)
+                *mine |= (open[lane] != 0 ? 1u : 0u) << ((RIM + packet * LANES + lane) & 31);
         }
     }
-    return any;
+}
+
+/* Numbers of the patches that want the second pattern: seen in part, or not at all while a patch of the family is seen.
+ * Patches of one triangle in a group are one family: a group holds no more than one of a large triangle. */
+static inline int disagree(int *wanted, const uint *bits, const Target *packs, int n_patches)
+{
+    int own[GROUP_PATCHES], count = 0;
+    for (int i = 0; i < n_patches; ++i) own[i] = ((const int *)&packs[i / LANES].pack.own)[i % LANES];
+    for (int first = 0, end = 0; first < n_patches; first = end) {
+        uint family = 0;
+        for (; end < n_patches && own[end] == own[first]; ++end) family |= bits[end];
+        for (int i = first; i < end && family != 0; ++i)
+            if (bits[i] != ALL_RIM) wanted[count++] = i;
+    }
+    return count;
 }
 
 /* Marks of one group of patches from one origin. */
-static inline void see_group(global uint *marks, int group, Blocker *last, const Launch *at)
+static inline void see_group(global uint *marks, int group, Recent *recent, const Launch *at)
 {
-    /* 1: all of it out of range, or behind the triangle that hid the group before */
+    /* 1: all of it out of range, or behind a triangle that hid its neighbours */
     const Shaft shaft = make_shaft(at->group_box + 6 * (size_t)group, at->ox, at->oy, at->oz);
-    const float gx = MAGNITUDE(shaft.cx) - shaft.hx, gy = MAGNITUDE(shaft.cy) - shaft.hy, gz = MAGNITUDE(shaft.cz) - shaft.hz;
+    const Extent *e = &shaft.extent;
+    const float gx = MAGNITUDE(e->cx) - e->hx, gy = MAGNITUDE(e->cy) - e->hy, gz = MAGNITUDE(e->cz) - e->hz;
     const float dx = MOST(gx, 0.0f), dy = MOST(gy, 0.0f), dz = MOST(gz, 0.0f);
-    if (dx * dx + dy * dy + dz * dz > at->view[VIEW_RANGE_MAX2] || still_hides(last, &shaft)) return;
-    /* 2: the first pattern */
-    Pack packs[PACKS];
-    Sample samples[PACKS * RIM];
-    int rank = at->groups[3 * group], code = at->groups[3 * group + 1];
-    const int n_patches = at->groups[3 * group + 2], n_packs = (n_patches + LANES - 1) / LANES;
-    lanes_i left = 0;
-    for (int p = 0; p < n_packs; ++p) {
-        load_pack(&packs[p], &rank, &code, n_patches - p * LANES, at);
-        for (int k = p * RIM; k < (p + 1) * RIM; ++k) {
-            samples[k] = place(&packs[p], at->pattern[2 * (k - p * RIM)], at->pattern[2 * (k - p * RIM) + 1]);
-            look(&samples[k], &packs[p], at->view);
-            left |= samples[k].open;
-        }
+    if (dx * dx + dy * dy + dz * dz > at->view[VIEW_RANGE_MAX2]) return;
+    int8 meets[RECENT_BLOCKS], covers;
+    for (int k = 0; k < RECENT_BLOCKS; ++k) {
+        cull_block(&recent->block[k], e, &meets[k], &covers);
+        if (any8(covers)) return;
     }
-    if (!any_lane(left)) return;
+    /* 2: the first pattern */
+    Target packs[PACKS];
+    int rank = at->groups[3 * group], code = at->groups[3 * group + 1], n_open = 0;
+    const int n_patches = at->groups[3 * group + 2], n_packs = (n_patches + LANES - 1) / LANES;
+    for (int p = 0; p < n_packs; ++p) {
+        Target *t = &packs[p];
+        load_pack(&t->pack, &rank, &code, n_patches - p * LANES, at);
+        for (int k = 0; k < RIM; ++k) {
+            t->samples[k] = place(&t->pack, at->pattern[2 * k], at->pattern[2 * k + 1]);
+            look(&t->samples[k], &t->pack, at->view);
+        }
+        bound(t, RIM);
+        n_open += t->n_live > 0 ? 1 : 0;
+    }
+    for (int k = 0; k < RECENT_BLOCKS && n_open > 0; ++k)
+        if (any8(meets[k]))
+            n_open = test_block(packs, n_packs, &recent->block[k], -1, recent->triangle + BLOCK_LANES * k, 0, at);
+    if (n_open == 0) return;
     int blocks[MOST_BLOCKS], n_blocks;
-    if (!walk(samples, packs, n_packs, RIM, true, last, blocks, &n_blocks, at, &shaft)) return;
+    if (!walk(packs, n_packs, recent, blocks, &n_blocks, &shaft, at)) return;
     /* 3: the second one where samples disagree. Something is seen, so the walk was complete and `blocks` is, too. */
     uint bits[GROUP_PATCHES];
-    lanes_i wanted[PACKS];
     for (int i = 0; i < GROUP_PATCHES; ++i) bits[i] = 0;
-    for (int p = 0; p < n_packs; ++p) collect(bits + p * LANES, samples + p * RIM, RIM, 0);
-    if (disagree((int *)wanted, bits, packs, n_packs))
-        for (int p = 0; p < n_packs; ++p)
-            if (any_lane(wanted[p])) refine(bits + p * LANES, &packs[p], wanted[p], blocks, n_blocks, &shaft, at);
+    for (int p = 0; p < n_packs; ++p)
+        for (int k = 0; k < packs[p].n_live; ++k) {
+            const int packet = packs[p].live[k];
+            const int *open = (const int *)&packs[p].samples[packet].open;
+            for (int lane = 0; lane < LANES; ++lane) bits[p * LANES + lane] |= (open[lane] != 0 ? 1u : 0u) << packet;
+        }
+    int wanted[GROUP_PATCHES];
+    const int n_wanted = disagree(wanted, bits, packs, n_patches);
+    if (n_wanted > 0) refine(bits, packs, wanted, n_wanted, blocks, n_blocks, &shaft, at);
     /* 4: what a beam can land on */
     for (int i = 0; i < n_patches; ++i) {
         const uint seen = bits[i] & ~REFINED;
         if (seen == 0) continue;
+        const Pack *pack = &packs[i / LANES].pack;
         const float share = (float)popcount(seen) / (bits[i] & REFINED ? (float)(RIM + FINE) : (float)RIM);
-        if (expected_returns(&packs[i / LANES], i % LANES, share, at->view) < at->view[VIEW_RETURNS]) continue;
-        marks[((const int *)&packs[i / LANES].patch)[i % LANES]] = bits[i];
+        if (expected_returns(pack, i % LANES, share, at->view) < at->view[VIEW_RETURNS]) continue;
+        marks[((const int *)&pack->patch)[i % LANES]] = bits[i];
     }
 }
 
 /* Mark the samples of all patches that every position sees.
- * One work-item is a run of groups of one position. NDRange (runs, positions), any local size. marks (S, n_patches) uint,
- * zeroed by the host; a patch belongs to one group, and only its work-item writes it. positions (S, 3) metres, local frame.
+ * One work-item is a run of groups of one position. NDRange (runs, positions), any local size. marks (S, n_patches)
+ * uint, zeroed by the host; a patch is in one group, whose work-item alone writes it. positions (S, 3) m, local frame.
  * Deterministic: the blocker kept from group to group only spares work. */
 kernel void sample_patches(global const float *boxes, global const int *children, global const float *geometry,
                            global const int *triangles, global const int *slot, global const float *edges,
@@ -520,9 +636,15 @@ kernel void sample_patches(global const float *boxes, global const int *children
     at.edges = edges, at.address = address, at.order = order, at.groups = groups, at.group_box = group_box;
     at.pattern = pattern, at.view = view;
     at.ox = positions[3 * position], at.oy = positions[3 * position + 1], at.oz = positions[3 * position + 2];
-    Blocker last;
-    last.known = false;
+    Recent recent;
+    for (int i = 0; i < RECENT_BLOCKS; ++i) {
+        float *nothing = (float *)&recent.block[i];
+        for (int k = 0; k < 15 * BLOCK_LANES; ++k) nothing[k] = 0.0f;
+        recent.block[i].clear = -1;
+    }
+    recent.next = 0;
+    for (int j = 0; j < RECENT_BLOCKS * BLOCK_LANES; ++j) recent.triangle[j] = -1;
     const int first = run * groups_a_run, past = first + groups_a_run, end = past < n_groups ? past : n_groups;
     global uint *mine = marks + (size_t)position * n_patches;
-    for (int group = first; group < end; ++group) see_group(mine, group, &last, &at);
+    for (int group = first; group < end; ++group) see_group(mine, group, &recent, &at);
 }
