@@ -174,12 +174,12 @@ def _identity(device: Device) -> dict[str, str]:
     return {
         "device": f"{device.name}, {device.n_compute_units} compute units",
         "driver": device.driver,
-        "kernels": _kernels_hash(),
+        "kernels": kernels_hash(),
     }
 
 
 @lru_cache(maxsize=1)
-def _kernels_hash() -> str:
+def kernels_hash() -> str:
     """Hash of all kernel sources: other kernels may like other shapes."""
     digest = hashlib.sha256()
     for source in sorted(resources.files("planner_core.kernels").iterdir(), key=lambda entry: entry.name):

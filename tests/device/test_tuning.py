@@ -38,7 +38,7 @@ OTHER = (4, 16, 4)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A cache folder of the test's own; what the process remembers of files is forgotten before and after."""
     monkeypatch.setenv("TLSPLAN_CACHE", str(tmp_path / "cache"))
-    tuning._kernels_hash.cache_clear()
+    tuning.kernels_hash.cache_clear()
     tuning._read.cache_clear()
     yield tmp_path / "cache"
     tuning._read.cache_clear()
@@ -82,7 +82,7 @@ def test_another_device_or_driver_does_not_take_it(device: Device, monkeypatch: 
 
 def test_other_kernels_do_not_take_it(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     keep_shape(device, OTHER, {})
-    monkeypatch.setattr(tuning, "_kernels_hash", lambda: "0" * 16)
+    monkeypatch.setattr(tuning, "kernels_hash", lambda: "0" * 16)
     assert shape_in_use(device).origin == "shipped"
 
 
@@ -94,7 +94,7 @@ def test_the_hash_is_that_of_every_kernel_source(tmp_path: Path, monkeypatch: py
     for change in (None, ("a.cl", "three"), ("b.h", "four"), ("c.cl", "five"), ("README.md", "no kernel")):
         if change is not None:
             (tmp_path / change[0]).write_text(change[1])
-        seen.add(tuning._kernels_hash.__wrapped__())
+        seen.add(tuning.kernels_hash.__wrapped__())
     assert len(seen) == 4
 
 
