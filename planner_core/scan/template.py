@@ -15,6 +15,8 @@ from planner_core.model import BeamTemplate, FloatArray, Scanner
 
 #: Azimuth steps that a template may be off a full turn and still be taken for one.
 _TURN_SLACK = 1e-6
+#: Bands of more rows than this are cut to a multiple of it: tiles are 1 to 16 rows high, and a cut one is not full.
+_BAND_ROWS = 16
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,8 @@ def bands(template: BeamTemplate, *, max_beams: int) -> Iterator[Band]:
     if at_once >= n_rows:
         yield Band(0, template)
         return
+    if at_once > _BAND_ROWS:
+        at_once -= at_once % _BAND_ROWS
     for first in range(0, n_rows, at_once):
         rows = slice(first, min(first + at_once, n_rows))
         offset = template.azimuth_offset_rad

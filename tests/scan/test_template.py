@@ -11,9 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner_core.device import Device
 from planner_core.errors import RequirementError
 from planner_core.model import BeamTemplate, ScanBatch, Scanner
 from planner_core.scan.engine import ScanEngine, open_engine
+from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.scanners import load_scanner
 from planner_core.scan.template import azimuth_step_rad, bands, directions, is_full_turn, make_template
 from planner_core.scene.load import load_scene
@@ -172,6 +174,17 @@ def test_scans_of_a_cluttered_room_are_the_oracles(open_both: Callable, shapes: 
     np.testing.assert_array_equal(
         ours.visible_patches(template, at_m[None]).patch, np.unique(batch.patch[batch.patch >= 0])
     )
+
+
+@pytest.mark.parametrize("name", ["pandar64", "pandar64 in a sector"])
+def test_a_scan_in_bands_is_the_scan_in_one(device: Device, shapes: SimpleNamespace, name: str) -> None:
+    scene = shapes.scene_of(*shapes.clutter_of(40, seed=23))
+    patches, template = make_patches(scene, max_area_m2=0.04), TEMPLATES[name]()
+    at_m = np.array([[0.031, -0.047, 1.373], [-0.3, 0.2, 0.8]])
+    whole = OpenCLEngine(scene, patches, device).scan(template, at_m)
+    parted = OpenCLEngine(scene, patches, device, band_beams=19 * template.shape[1]).scan(template, at_m)
+    for field in ("range_m", "triangle", "patch", "cos_incidence"):
+        np.testing.assert_array_equal(getattr(parted, field), getattr(whole, field), err_msg=field)
 
 
 @pytest.mark.parametrize("name", ["pandar64", "dome"])
