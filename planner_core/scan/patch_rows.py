@@ -44,6 +44,8 @@ class PatchRows:
         self._on, self._scene, self._content, self._batch_bytes = device, scene, content, batch_bytes
         self._n_words = -(-n_patches // 32)
         self._buffers: dict[str, Buffer] = {}
+        # What kernels write and `_in_metres` reads at once: used again, since new memory costs more than filling it.
+        self._whole = _whole_sums(0)
 
     def __enter__(self) -> PatchRows:
         return self
@@ -135,9 +137,9 @@ class PatchRows:
         if self._content is not Content.PATCHES:
             arrays["n_returns"] = np.empty(n_entries, dtype=np.int32)
         if self._content is Content.MOMENTS:
-            arrays["power"] = np.empty(n_entries, dtype=np.int32)
-            arrays["sums"] = np.empty((n_entries, _N_SUMS), dtype=np.int64)
-            arrays["extremes"] = np.empty((n_entries, 2), dtype=np.float32)
+            if self._whole["power"].size < n_entries:
+                self._whole = _whole_sums(n_entries + n_entries // 4)
+            arrays |= {name: array[:n_entries] for name, array in self._whole.items()}
         return arrays
 
     def _in_metres(self, arrays: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
@@ -188,3 +190,12 @@ class PatchRows:
         for buffer in self._buffers.values():
             buffer.release()
         self._buffers = {}
+
+
+def _whole_sums(n_entries: int) -> dict[str, NDArray[Any]]:
+    """Columns of moments as whole numbers, see kernels/patch_returns.cl; uninitialised."""
+    return {
+        "power": np.empty(n_entries, dtype=np.int32),
+        "sums": np.empty((n_entries, _N_SUMS), dtype=np.int64),
+        "extremes": np.empty((n_entries, 2), dtype=np.float32),
+    }
