@@ -39,6 +39,7 @@ def settings(
     heights_m: Sequence[float],
     clearance_m: float,
     max_patch_area_m2: float,
+    scan_mode: str,
     seed: int,
 ) -> PlanSettings:
     """Return the settings of a plan from the values of `options.problem_options`."""
@@ -55,6 +56,7 @@ def settings(
         instrument_heights_m=tuple(heights_m),
         clearance_m=clearance_m,
         max_patch_area_m2=max_patch_area_m2,
+        scan_mode=scan_mode,
     )
 
 

@@ -60,6 +60,11 @@ patch_area_option = click.option(
     "--patch-area", "max_patch_area_m2", type=click.FloatRange(min=1e-5), default=0.04, show_default=True,
     metavar="M2", help="Largest patch, the unit in which coverage is counted.",
 )  # fmt: skip
+scan_mode_option = click.option(
+    "--scan-mode", type=click.Choice(["auto", "beams", "patches"]), metavar="MODE", default="auto", show_default=True,
+    help="What candidates are judged by. beams: every beam; patches: samples of every patch, at a cost that does not "
+    "depend on the scanner's resolution. auto: patches from two million beams a scan on.",
+)  # fmt: skip
 coverage_option = click.option(
     "--coverage", "coverage_percent", type=click.FloatRange(min=0, min_open=True, max=100), default=95.0,
     show_default=True, metavar="PERCENT", help="Coverage asked for, of the achievable area, overall and on each floor.",
@@ -89,7 +94,7 @@ def apply(*options: Callable[[F], F]) -> Callable[[F], F]:
 scene_options = apply(units_option, up_option, skip_bad_faces_option)
 problem_options = apply(
     scanner_option, coverage_option, overlap_option, floor_option, grid_option, height_option, clearance_option,
-    patch_area_option, seed_option,
+    patch_area_option, scan_mode_option, seed_option,
 )  # fmt: skip
 engine_options = apply(engine_option, device_option)
 output_options = apply(json_option, quiet_option)

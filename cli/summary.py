@@ -21,7 +21,7 @@ def show(document: dict[str, Any]) -> None:
     optimality = document["optimality"]
     registration = document["registration"]
     floors = {floor["id"]: floor["name"] for floor in document["floors"]}
-    output.say(f"scanner       {scanner['title']}, range {scanner['range_max_m']:g} m")
+    output.say(f"scanner       {scanner['title']}, range {scanner['range_max_m']:g} m{_scan_mode(document)}")
     output.say(f"stations      {len(document['stations'])}{_bound(optimality)}")
     output.say(
         f"coverage      {100 * coverage['fraction_of_achievable']:.1f} % of the "
@@ -76,6 +76,13 @@ def _command() -> str:
         return "tlsplan"
     found = shutil.which("tlsplan")
     return "tlsplan" if found and Path(found).resolve() == called.resolve() else os.path.relpath(called)
+
+
+def _scan_mode(document: dict[str, Any]) -> str:
+    n_beams = document["scanner"]["n_azimuths"] * document["scanner"]["n_channels"]
+    if document["settings"]["scan_mode"] == "patches":
+        return f", patches sampled instead of {n_beams:,} beams a scan"
+    return f", {n_beams:,} beams a scan"
 
 
 def _bound(optimality: dict[str, Any]) -> str:

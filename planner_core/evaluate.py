@@ -14,7 +14,7 @@ from planner_core.candidates.admissibility import reject
 from planner_core.candidates.grid import find_candidates, lies_mostly_indoors
 from planner_core.errors import StationListError
 from planner_core.export.stations_csv import GivenStation
-from planner_core.metrics.coverage import floor_of_patch, join_rows, times_seen
+from planner_core.metrics.coverage import floor_of_patch, take_rows, times_seen
 from planner_core.model import FloatArray, Plan, PlanSettings, Scene, Station, Survey
 from planner_core.progress import Progress, silent
 from planner_core.results import Stopwatch, describe_plan, warn_about_coverage
@@ -22,7 +22,7 @@ from planner_core.scan.engine import ScanEngine, open_engine
 from planner_core.select.bound import lower_bound
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem, floor_targets
-from planner_core.survey import make_survey, planned_floors, scope_of
+from planner_core.survey import make_survey, planned_floors, scope_of, visible_from
 
 
 def evaluate_stations(
@@ -68,9 +68,10 @@ def evaluate_survey(
         placed = [place_station(survey, settings, caster, given, n) for n, given in enumerate(stations, start=1)]
     with clock.stage("scan"):
         at = np.stack([station.position_m for station, _ in placed])
-        own_rows = caster.visible_patches(survey.template, at, progress=progress)
-        grid_rows = caster.visible_patches(survey.template, candidates.position_m, progress=progress)
-        everything = join_rows(grid_rows, own_rows)
+        everything = visible_from(
+            survey, settings, caster, np.concatenate([candidates.position_m, at]), progress=progress
+        )
+        own_rows = take_rows(everything, range(candidates.floor.size, everything.n_positions))
     with clock.stage("bound"):
         of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
         scope = scope_of(of_patch, floors, len(survey.floors))

@@ -361,6 +361,9 @@ class PlanSettings:
     ground_ring_radius_m: float = 0.2
     n_ground_ring_rays: int = 16
     max_patch_area_m2: float = 0.04
+    scan_mode: str = "auto"
+    """What candidates are judged by: `beams`, `patches` (samples of patches, see `planner_core.scan.patch_mode`), or
+    `auto`: patches for scanners of very many beams."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from planner_core.select.bound import lower_bound
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem, floor_targets
 from planner_core.select.walking_order import walking_order
-from planner_core.survey import make_survey, planned_floors, scope_of
+from planner_core.survey import make_survey, planned_floors, scope_of, visible_from
 
 __all__ = ["make_plan", "make_survey", "plan_survey"]
 
@@ -65,7 +65,7 @@ def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, p
         warnings = (*survey.warnings, *caster.warnings, *_bare_floors(survey, candidates, floors))
     # 4. What each spot sees. Seen by any of them: achievable.
     with clock.stage("scan"):
-        visibility = caster.visible_patches(survey.template, candidates.position_m, progress=progress)
+        visibility = visible_from(survey, settings, caster, candidates.position_m, progress=progress)
         achievable = times_seen(visibility) > 0
     # 5. Few spots that see enough, and how few are possible.
     with clock.stage("select"):

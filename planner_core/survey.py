@@ -10,8 +10,10 @@ import math
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, Floor, Int32Array, PlanSettings, Scene, Survey
+from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, PlanSettings, Scene, Survey, Visibility
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scan.engine import ScanEngine
+from planner_core.scan.patch_mode import SCAN_MODES, PatchMode, scan_mode_of
 from planner_core.scan.template import make_template
 from planner_core.scene.floors import find_floors
 from planner_core.scene.patches import make_patches
@@ -58,6 +60,8 @@ def check_settings(settings: PlanSettings) -> None:
         )
     if settings.method != "greedy":
         raise RequirementError(f"method: got {settings.method!r}, expected 'greedy'; the only one there is")
+    if settings.scan_mode not in SCAN_MODES:
+        raise RequirementError(f"scan_mode: got {settings.scan_mode!r}, expected one of {', '.join(SCAN_MODES)}")
     for name in ("grid_step_m", "height_step_m", "max_patch_area_m2"):
         value = getattr(settings, name)
         if not (math.isfinite(value) and value > 0):
@@ -74,6 +78,22 @@ def check_settings(settings: PlanSettings) -> None:
                 f"instrument height: got {height:g} m, expected more than 0 and at most {MAX_INSTRUMENT_HEIGHT_M:g} m "
                 "above the ground; give e.g. 1.6"
             )
+
+
+def visible_from(
+    survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
+) -> Visibility:
+    """Patches that each of positions (N, 3), local frame, sees: by beams or by samples, as `settings.scan_mode` says.
+
+    Raises
+    ------
+    RequirementError, DeviceError
+        See `ScanEngine.visible_patches` and `PatchMode.visible_patches`.
+    """
+    if scan_mode_of(settings.scan_mode, survey.template) == "beams":
+        return engine.visible_patches(survey.template, positions_m, progress=progress)
+    mode = PatchMode(engine, survey.scene, survey.patches)
+    return mode.visible_patches(survey.template, positions_m, progress=progress)
 
 
 def planned_floors(floors: tuple[Floor, ...], wanted: tuple[str, ...]) -> tuple[int, ...]:

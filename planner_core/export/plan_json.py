@@ -15,6 +15,7 @@ from typing import Any
 
 from planner_core.errors import PlanFolderError
 from planner_core.model import Coverage, Element, Floor, Link, Plan, Scanner, Scene, Station, UnseenElement
+from planner_core.scan.patch_mode import scan_mode_of
 
 SCHEMA = "tlsplan/plan/1"
 """Grows by new keys only; a change of meaning gets a new number."""
@@ -150,6 +151,7 @@ def _settings(plan: Plan) -> dict[str, Any]:
         "ground_ring_radius_m": _number(settings.ground_ring_radius_m),
         "n_ground_ring_rays": settings.n_ground_ring_rays,
         "max_patch_area_m2": _number(settings.max_patch_area_m2, 9),
+        "scan_mode": scan_mode_of(settings.scan_mode, plan.survey.template),
         "n_candidates": plan.n_candidates,
         "n_patches": plan.survey.patches.n_patches,
     }

@@ -48,6 +48,11 @@ if TYPE_CHECKING:
     from planner_core.scan.open3d import Open3DEngine
     from planner_core.scan.opencl import OpenCLEngine
 
+#: What `scan_mode_of` accepts.
+SCAN_MODES = ("auto", "beams", "patches")
+#: Beams of a scan from which on `auto` takes patches: docs/benchmarks/patch-mode.md.
+AUTO_PATCHES_BEAMS = 2_000_000
+
 #: Marks (four bytes a patch and position) that a batch may hold; results do not depend on it.
 _MARK_BYTES = 256 * 2**20
 #: Positions a batch at most, so that progress is heard of.
@@ -56,6 +61,22 @@ _MAX_BATCH = 64
 _GROUPS_A_RUN = 64
 #: A patch counts as seen where at least this many beams are to be expected on what is seen of it.
 LEAST_RETURNS = 1.0
+
+
+def scan_mode_of(asked: str, template: BeamTemplate) -> str:
+    """`beams` or `patches`: what was asked for, or for `auto` what suits the number of beams a scan has.
+
+    Raises
+    ------
+    RequirementError
+        `asked` is none of `SCAN_MODES`.
+    """
+    if asked not in SCAN_MODES:
+        raise RequirementError(f"scan_mode: got {asked!r}, expected one of {', '.join(SCAN_MODES)}")
+    if asked != "auto":
+        return asked
+    rows, columns = template.shape
+    return "patches" if min(rows, columns) > 1 and rows * columns >= AUTO_PATCHES_BEAMS else "beams"
 
 
 @dataclass(frozen=True)
