@@ -101,8 +101,8 @@ def longest_edge_m(scene: Scene, patches: Patches) -> np.ndarray:
 def test_returns_are_the_sums_over_the_scan(
     open_both: Callable, shapes: SimpleNamespace, positions: np.ndarray, which: int
 ) -> None:
-    scene = shapes.scene_of(*shapes.clutter_of(60, seed=2))
-    *engines, patches = open_both(scene)
+    scene, positions = shapes.scene_of(*shapes.clutter_of(60, seed=2)), positions[:4]
+    *engines, patches = open_both(scene, 0.1)
     template = shapes.template_of(45, 333, range_min_m=0.3, range_max_m=5.0)  # no multiple of a tile
     batch = engines[which].scan(template, positions)
     returns = engines[which].patch_returns(template, positions, moments=True)
