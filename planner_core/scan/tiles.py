@@ -2,9 +2,9 @@
 
 Made once a template: a station only moves the origin.
 
-A template is cut into strips of rows, a strip into tiles. Where rows have azimuth offsets, they are shifted against one
-another by whole columns, so that the beams of a tile look the same way. How many rows a strip has follows the beams'
-directions: a tile is about as wide as high, near the zenith too where azimuths crowd, and never too wide to be bounded.
+A template is cut into strips of rows, a strip into tiles. Where rows have azimuth offsets, they are shifted by whole
+columns, so that the beams of a tile look the same way. How many rows a strip has is the device's choice (tuning.py)
+unless the template's angles make such tiles long and narrow; no tile is too wide to be bounded.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planner_core.errors import RequirementError
 from planner_core.model import BeamTemplate, BoolArray, Float32Array, FloatArray, Int32Array, Int64Array
 from planner_core.scan.template import azimuth_step_rad, directions, is_full_turn
 
@@ -79,6 +80,11 @@ def make_tiles(template: BeamTemplate, *, tile_rows: int, tile_columns: int, lan
     """Cut a template into tiles of `tile_rows` x `tile_columns` beams, or as many in another arrangement.
 
     Lanes without a beam of their own repeat one of their tile.
+
+    Raises
+    ------
+    RequirementError
+        The template's azimuths are not in even steps.
     """
     packets = tile_rows * tile_columns // lanes
     columns = _columns(template)
@@ -92,6 +98,12 @@ def make_tiles(template: BeamTemplate, *, tile_rows: int, tile_columns: int, lan
 def _columns(template: BeamTemplate) -> _Columns:
     n_rows, n_columns = template.shape
     step = azimuth_step_rad(template) or _LONE_STEP_RAD
+    even = template.azimuth_rad[0] + azimuth_step_rad(template) * np.arange(n_columns)
+    if np.abs(template.azimuth_rad - even).max() > step / 2:  # columns of a tile would not be neighbours
+        raise RequirementError(
+            f"azimuth_rad: got {n_columns} azimuths in uneven steps, expected even ones; "
+            "give what differs between rows as azimuth_offset_rad"
+        )
     offset = np.zeros(n_rows) if template.azimuth_offset_rad is None else template.azimuth_offset_rad
     shift = -np.rint(offset / step).astype(np.int64)
     beside = offset + shift * step
@@ -120,7 +132,8 @@ def _arranged(elevation: FloatArray, columns: _Columns, across: int, down: int, 
     row = 0
     while row < elevation.size:
         near = elevation[row : row + down]
-        n_rows = int(np.count_nonzero(near[0] - near <= _LARGEST_RAD))
+        height = np.maximum.accumulate(near) - np.minimum.accumulate(near)
+        n_rows = int(np.count_nonzero(height <= _LARGEST_RAD))
         while n_rows > 1 and _width_rad(slice(row, row + n_rows), elevation, columns, 1) > _LARGEST_RAD:
             n_rows = (n_rows + 1) // 2
         rows = slice(row, row + n_rows)
@@ -144,7 +157,7 @@ def _work(strips: tuple[_Strip, ...], elevation: FloatArray, columns: _Columns) 
     work = 0.0
     for strip in strips:
         rows = slice(strip.first_row, strip.first_row + strip.n_rows)
-        height = float(elevation[rows][0] - elevation[rows][-1])
+        height = float(np.ptp(elevation[rows]))
         width = _width_rad(rows, elevation, columns, strip.columns)
         n_tiles = -(-(columns.end - columns.first) // strip.columns)
         work += n_tiles * (width + _SURROUNDINGS_RAD) * (height + _SURROUNDINGS_RAD)

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner_core.errors import RequirementError
 from planner_core.model import BeamTemplate
 from planner_core.scan.scanners import load_scanner
 from planner_core.scan.template import directions, make_template
@@ -22,8 +23,10 @@ def templates(draw: st.DrawFn) -> BeamTemplate:
     low = draw(st.floats(-90, 90))
     high = draw(st.floats(low, 90))
     elevation = np.linspace(high, low, rows)
-    if draw(st.booleans()):  # uneven, as tables are
-        elevation = np.sort(np.random.default_rng(rows).uniform(low, high, rows))[::-1]
+    order = draw(st.sampled_from(["even", "uneven", "any"]))
+    if order != "even":  # as tables are; rows in no order are no scanner's, but a caller's may be
+        elevation = np.random.default_rng(rows).uniform(low, high, rows)
+        elevation = elevation if order == "any" else np.sort(elevation)[::-1]
     turn = draw(st.one_of(st.just(360.0), st.floats(0.001, 359)))
     first = draw(st.floats(-360, 0))
     offset = None
@@ -97,6 +100,12 @@ def test_the_rectangle_of_a_packet_holds_its_beams(template: BeamTemplate, shape
     for value, low, high in ((x / ahead, 0, 1), (y / ahead, 2, 3)):
         assert (value >= grid.rectangles[:, low, :, None]).all()
         assert (value <= grid.rectangles[:, high, :, None]).all()
+
+
+def test_uneven_azimuths_are_refused() -> None:
+    template = BeamTemplate(np.array([0.0, 0.1, 0.2, 3.0]), np.zeros(1), 0.0, 1.0)
+    with pytest.raises(RequirementError, match="even"):
+        make_tiles(template, tile_rows=8, tile_columns=32, lanes=8)
 
 
 def test_rows_with_offsets_make_no_wider_tiles() -> None:
