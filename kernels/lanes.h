@@ -32,6 +32,10 @@ typedef GLUE(int, LANES) lanes_i;
 /* Where p is aligned to the whole vector, as all arrays of ours are. */
 #define LANES_LOAD(p) (*(global const lanes_f *)(p))
 #define LOAD8(p) (*(global const float8 *)(p))
+#define LOAD8I(p) (*(global const int8 *)(p))
+/* Eight ints to private memory that is aligned to an int alone. */
+typedef int8 int8_anywhere __attribute__((aligned(4)));
+#define STORE8I(x, p) (*(int8_anywhere *)(p) = (x))
 
 /* Operators instead of built-in functions. PoCL 3.0 (LLVM 14) leaves select, fmin, fmax, fma, vload and the like as
  * CALLS on CPUs whose features its library was not built for: more than half of a scan's time. An operator is an
@@ -47,6 +51,21 @@ static inline bool any8(int8 mask)
     const int4 half4 = mask.lo | mask.hi;
     const int2 half2 = half4.lo | half4.hi;
     return (half2.x | half2.y) != 0;
+}
+
+/* Bit j is lane j of a mask. */
+static inline int bits8(int8 mask)
+{
+    const int8 bits = mask & (int8)(1, 2, 4, 8, 16, 32, 64, 128);
+    const int4 half4 = bits.lo | bits.hi;
+    const int2 half2 = half4.lo | half4.hi;
+    return half2.x | half2.y;
+}
+
+/* Number of the lowest set bit; bits is not 0. */
+static inline int lowest_bit(uint bits)
+{
+    return 31 - (int)clz(bits & -bits);
 }
 
 /* a . b in ONE order of operations wherever a sign or a range is decided. Contraction is allowed HERE alone: the

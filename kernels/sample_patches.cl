@@ -337,16 +337,15 @@ static inline bool walk(Target *targets, int n_targets, Recent *recent, int *blo
                         const Launch *at)
 {
     Stack stack;
-    stack.size = 1;
-    stack.child[0] = 0;
-    stack.near2[0] = 0.0f;
+    stack.size = 0;
+    int child = 0;
     *n_blocks = 0;
-    while (stack.size > 0) {
-        const int child = stack.child[--stack.size];
+    for (;; child = pop_child(&stack, at->children)) {
+        if (child == NO_CHILD) break;
         if (child >= 0) {
             float8 key;
             const int8 keep = cull_node(child, shaft, at, &key);
-            if (any8(keep)) push_children(&stack, at->children, child, keep, key);
+            if (any8(keep)) push_children(&stack, child, keep, key);
             continue;
         }
         bool met;

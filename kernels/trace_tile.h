@@ -1,10 +1,13 @@
 /* Tiles: first hits of a tile of neighbouring beams that share one origin.
  *
  * Purpose    The traversal below every beam-exact scan; what becomes of the hits is the business of the .cl files.
- * Algorithm  A tile of TILE_ROWS x TILE_COLUMNS beams walks the tree once. Nodes are culled eight at a time by the four
- *            planes of the tile's pyramid and by distance; the triangles of a block eight at a time by the tile's four
- *            corner directions. What is left meets all packets of the tile; a triangle that covers the whole tile needs
- *            no edge test. After METHOD 2 of the project's design notes.
+ * Algorithm  A tile of TILE_ROWS x TILE_COLUMNS beams walks the tree once. The children of a node are culled eight at a time by
+ *            the four planes of the tile's pyramid and by distance; each gets its rectangle in the plane one metre along
+ *            the tile's axis. A child or block is looked at only if its rectangle meets that of a packet whose farthest
+ *            hit lies behind it: a tile across a table's edge does not look at what lies hidden below the table for the
+ *            sake of the beams that pass it. The triangles of a block are culled eight at a time by the tile's corner
+ *            directions and each is tested against the packets that it meets; a triangle that covers the whole tile
+ *            needs no edge test. After METHOD 2 of the project's design notes; docs/method/scan-engine.md.
  *
  *              corner 3 +-------------+ corner 2      corners: the tile's bounding rectangle in the plane one metre along
  *                       | . . . . . . |               its axis, a little enlarged; planes through the origin and
@@ -13,8 +16,7 @@
  *
  * Indices    packet p of tile k: where its beams lie in the image of a scan, template.h tells;
  *            beams[((k * PACKETS + p) * 3 + axis) * LANES + lane]; tiles[k * 40 + ...]: planes 4 x 3, corners 4 x 3,
- *            1e30 where the tile is too wide to be bounded (else 0), axis, right, up (3 x 3; zero if too wide), 6
- *            spare; rectangles[(k * 4 + s) * PACKETS + p]: least x, greatest x, least y, greatest y of packet p's
+ *            a zero, axis, right, up (3 x 3), 6 spare; rectangles[(k * 4 + s) * PACKETS + p]: least x, greatest x, least y, greatest y of packet p's
  *            beams in the plane one metre along the axis, x to the right and y up.
  *
  * Define         meaning                                            example
@@ -30,6 +32,10 @@
 
 #define PACKETS_ACROSS (TILE_COLUMNS / LANES)
 #define PACKETS (TILE_ROWS * PACKETS_ACROSS)
+/* Nodes on the way from the root to a block, at most: see tree.h. */
+#define LEVELS (STACK / 7 + 1)
+#define PACKETS_A_GROUP (PACKETS < 32 ? PACKETS : 32)
+#define PACKET_GROUPS ((PACKETS + 31) / 32)
 #define TILE_FLOATS 40
 #if PACKETS % 8 != 0
 #error "rectangles of packets are compared eight at a time: TILE_ROWS * TILE_COLUMNS must be a multiple of 8 * LANES"
@@ -41,7 +47,9 @@
 typedef struct {
     lanes_f inverse[PACKETS]; /* 1 / range of the first hit so far; at first 1 / range_max, less a little */
     lanes_i triangle[PACKETS];
-    float least; /* smallest of `inverse`: nothing farther than 1 / least matters any more */
+    /* Smallest of `inverse`: nothing farther than 1 / least matters any more to the packet or the tile. */
+    float8 least_of_packet[PACKETS / 8]; /* lane e of k is packet 8 k + e */
+    float least;
 } Returns;
 
 /* Keep the nearer hit; at one and the same range the lower triangle number, so that order does not matter. */
@@ -55,20 +63,53 @@ static inline void keep_first(Returns *out, int p, lanes_f inverse, lanes_i insi
     out->triangle[p] = PICK(take, triangle, have);
 }
 
-static inline void update_least(Returns *out)
+/* Smallest lane of each of eight packets. */
+static inline float8 least_of_eight(const lanes_f *inverse)
 {
-    lanes_f least = out->inverse[0];
-    for (int p = 1; p < PACKETS; ++p) least = LEAST(least, out->inverse[p]);
-    const float *each = (const float *)&least;
-    float smallest = each[0];
-    for (int lane = 1; lane < LANES; ++lane) smallest = LEAST(smallest, each[lane]);
-    out->least = smallest;
+#if LANES == 8
+    float8 halves[4], quarters[2];
+    for (int k = 0; k < 4; ++k) {
+        const float8 low = (float8)(inverse[2 * k].lo, inverse[2 * k + 1].lo);
+        const float8 high = (float8)(inverse[2 * k].hi, inverse[2 * k + 1].hi);
+        halves[k] = LEAST(low, high);
+    }
+    for (int k = 0; k < 2; ++k) {
+        const float8 low = (float8)(halves[2 * k].s01, halves[2 * k].s45, halves[2 * k + 1].s01, halves[2 * k + 1].s45);
+        const float8 high = (float8)(halves[2 * k].s23, halves[2 * k].s67, halves[2 * k + 1].s23, halves[2 * k + 1].s67);
+        quarters[k] = LEAST(low, high);
+    }
+    const float8 low = (float8)(quarters[0].s0246, quarters[1].s0246);
+    const float8 high = (float8)(quarters[0].s1357, quarters[1].s1357);
+    return LEAST(low, high);
+#else
+    float8 out;
+    float *least = (float *)&out;
+    for (int e = 0; e < 8; ++e) {
+        const float *each = (const float *)(inverse + e);
+        least[e] = each[0];
+        for (int lane = 1; lane < LANES; ++lane) least[e] = LEAST(least[e], each[lane]);
+    }
+    return out;
+#endif
+}
+
+/* After hits on the packets 8 k .. 8 k + 7 for which bit k of `changed` is set. */
+static inline void update_least(Returns *out, uint changed)
+{
+    for (int k = 0; k < PACKETS / 8; ++k)
+        if (changed >> k & 1) out->least_of_packet[k] = least_of_eight(out->inverse + 8 * k);
+    float8 least8 = out->least_of_packet[0];
+    for (int k = 1; k < PACKETS / 8; ++k) least8 = LEAST(least8, out->least_of_packet[k]);
+    const float4 least4 = LEAST(least8.lo, least8.hi);
+    const float2 least2 = LEAST(least4.lo, least4.hi);
+    out->least = LEAST(least2.x, least2.y);
 }
 
 /* Which triangles of a block can return a beam of the tile (`meets`), which cover all of it (`covers`).
  * A beam is a positive sum of the corners c, with c . axis = 1, whose weights add up to at most 1: so the values at
  * the corners bound d . N from both sides, and d . m from above. */
-static inline void cull_block(const Block *block, global const float *corners, float least, int8 *meets, int8 *covers)
+static inline void cull_block(const Block *block, global const float *corners, float least, int8 *meets, int8 *covers,
+                              float8 *inverse)
 {
     float8 low0 = INFINITY, low1 = INFINITY, low2 = INFINITY;
     float8 high0 = -INFINITY, high1 = -INFINITY, high2 = -INFINITY, nearest = -INFINITY;
@@ -87,7 +128,8 @@ static inline void cull_block(const Block *block, global const float *corners, f
     const float8 slack0 = 4.0f * block->rounding0, slack1 = 4.0f * block->rounding1, slack2 = 4.0f * block->rounding2;
     const int8 front = (high0 >= -slack0) & (high1 >= -slack1) & (high2 >= -slack2);
     const int8 back = (low0 <= slack0) & (low1 <= slack1) & (low2 <= slack2);
-    const int8 in_reach = nearest * NEAR_SLACK + corners[12] >= least;
+    *inverse = PICK(block->clear, nearest * NEAR_SLACK, (float8)(INFINITY));
+    const int8 in_reach = *inverse >= least;
     *meets = PICK(block->clear, front & in_reach, front | back);
     *covers = block->clear & (low0 > slack0) & (low1 > slack1) & (low2 > slack2);
 }
@@ -99,6 +141,8 @@ typedef struct {
 
 /* Rounding of x / z is some 1e-5 where z > (|x| + |y|) / 5, and triangles count as larger by some 2e-6 rad. */
 #define SPAN_PAD 1e-4f
+/* The same for a box, whose z is exacter: 1e-6 of its distance. */
+#define BOX_BESIDE 0.02f
 
 static inline void grow_span(Span *span, int8 *bounded, global const float *g, float ox, float oy, float oz,
                              global const float *frame)
@@ -128,23 +172,23 @@ static inline Span span_block(global const float *geometry, int index, int8 clea
     return span;
 }
 
-/* Numbers of the packets whose rectangle meets that of lane j; returns how many. */
-static inline int packets_met(int *met, const Span *span, int j, global const float *rectangles)
+/* Packets that triangle j may return a beam of: rectangles meet, and it is not farther than all their hits. Bit p of
+ * group g is packet 32 g + p. */
+static inline uint packets_met(const Returns *out, const Span *span, const float8 *inverse, int j,
+                               global const float *rectangles, int group)
 {
     const float *s = (const float *)span;
-    const float x0 = s[j], x1 = s[8 + j], y0 = s[16 + j], y1 = s[24 + j];
-    int count = 0;
-    for (int p = 0; p < PACKETS; p += 8) {
-        global const float *r = rectangles + p;
+    const float x0 = s[j], x1 = s[8 + j], y0 = s[16 + j], y1 = s[24 + j], nearest = ((const float *)inverse)[j];
+    int8 met = 0;
+    for (int p = 0; p < PACKETS_A_GROUP; p += 8) {
+        global const float *r = rectangles + 32 * group + p;
         const int8 meets = (LOAD8(r) <= x1) & (LOAD8(r + PACKETS) >= x0) & (LOAD8(r + 2 * PACKETS) <= y1) &
-                           (LOAD8(r + 3 * PACKETS) >= y0);
-        const int *each = (const int *)&meets;
-        for (int k = 0; k < 8; ++k) {
-            met[count] = p + k;
-            count -= each[k];
-        }
+                           (LOAD8(r + 3 * PACKETS) >= y0) & (out->least_of_packet[4 * group + p / 8] <= nearest);
+        met |= meets & ((int8)(1, 2, 4, 8, 16, 32, 64, 128) << p);
     }
-    return count;
+    const int4 met4 = met.lo | met.hi;
+    const int2 met2 = met4.lo | met4.hi;
+    return (uint)(met2.x | met2.y);
 }
 
 /* Test the packets of tile `beams` against the triangles of one block. */
@@ -154,50 +198,50 @@ static inline void test_block(Returns *out, global const float *geometry, global
 {
     const Block block = prepare_block(geometry, index, ox, oy, oz);
     int8 meets8, covers8;
-    cull_block(&block, corners, out->least, &meets8, &covers8);
+    float8 inverse8;
+    cull_block(&block, corners, out->least, &meets8, &covers8, &inverse8);
+    meets8 &= LOAD8I(triangles + (size_t)index * BLOCK_LANES) >= 0;
     if (!any8(meets8)) return;
     const Span span = span_block(geometry, index, block.clear, ox, oy, oz, corners + 13);
-    int met[PACKETS + 1];
     const int *meets = (const int *)&meets8, *covers = (const int *)&covers8, *clear = (const int *)&block.clear;
     const float *n = (const float *)&block; /* n0x .. n2z, mx .. mz, rounding0 .. 2: eight lanes each */
-    for (int j = 0; j < BLOCK_LANES; ++j) {
+    uint changed = 0;
+    for (int lanes = bits8(meets8); lanes; lanes &= lanes - 1) {
+        const int j = lowest_bit(lanes);
         const int triangle = triangles[index * BLOCK_LANES + j];
-        if (!meets[j] || triangle < 0) continue;
         const float ux = n[j], uy = n[8 + j], uz = n[16 + j];
         const float vx = n[24 + j], vy = n[32 + j], vz = n[40 + j];
         const float wx = n[48 + j], wy = n[56 + j], wz = n[64 + j];
         const float mx = n[72 + j], my = n[80 + j], mz = n[88 + j];
         const float rounding_u = n[96 + j], rounding_v = n[104 + j], rounding_w = n[112 + j];
-        if (covers[j]) {
-            for (int p = 0; p < PACKETS; ++p) {
+        for (int group = 0; group < PACKET_GROUPS; ++group) {
+            for (uint met = packets_met(out, &span, &inverse8, j, rectangles, group); met; met &= met - 1) {
+                const int p = 32 * group + lowest_bit(met);
                 global const float *d = beams + p * (3 * LANES);
                 const lanes_f dx = LANES_LOAD(d), dy = LANES_LOAD(d + LANES), dz = LANES_LOAD(d + 2 * LANES);
-                keep_first(out, p, dot3_lanes(dx, dy, dz, mx, my, mz), (lanes_i)(-1), (lanes_i)(triangle));
-            }
-            continue;
-        }
-        const int n_met = packets_met(met, &span, j, rectangles);
-        for (int k = 0; k < n_met; ++k) {
-            const int p = met[k];
-            global const float *d = beams + p * (3 * LANES);
-            const lanes_f dx = LANES_LOAD(d), dy = LANES_LOAD(d + LANES), dz = LANES_LOAD(d + 2 * LANES);
-            const lanes_f u = dot3_lanes(dx, dy, dz, ux, uy, uz);
-            const lanes_f v = dot3_lanes(dx, dy, dz, vx, vy, vz);
-            const lanes_f w = dot3_lanes(dx, dy, dz, wx, wy, wz);
-            if (clear[j]) {
-                const lanes_i inside = MASK(u >= -rounding_u) & MASK(v >= -rounding_v) & MASK(w >= -rounding_w);
-                const lanes_i truly = MASK(u >= 0.0f) & MASK(v >= 0.0f) & MASK(w >= 0.0f);
-                const lanes_f inverse = dot3_lanes(dx, dy, dz, mx, my, mz);
-                const lanes_i named = PICK(truly, (lanes_i)(triangle), (lanes_i)(triangle | BESIDE_BIT));
-                keep_first(out, p, PICK(truly, inverse, inverse * BESIDE), inside, named);
-            } else {
-                const lanes_f inverse = needle_inverse_range(geometry, index, j, ox, oy, oz, dx, dy, dz, u, v, w,
-                                                             rounding_u, rounding_v, rounding_w);
-                keep_first(out, p, inverse, MASK(inverse > 0.0f), (lanes_i)(triangle));
+                changed |= 1u << (p / 8);
+                if (covers[j]) {
+                    keep_first(out, p, dot3_lanes(dx, dy, dz, mx, my, mz), (lanes_i)(-1), (lanes_i)(triangle));
+                    continue;
+                }
+                const lanes_f u = dot3_lanes(dx, dy, dz, ux, uy, uz);
+                const lanes_f v = dot3_lanes(dx, dy, dz, vx, vy, vz);
+                const lanes_f w = dot3_lanes(dx, dy, dz, wx, wy, wz);
+                if (clear[j]) {
+                    const lanes_i inside = MASK(u >= -rounding_u) & MASK(v >= -rounding_v) & MASK(w >= -rounding_w);
+                    const lanes_i truly = MASK(u >= 0.0f) & MASK(v >= 0.0f) & MASK(w >= 0.0f);
+                    const lanes_f inverse = dot3_lanes(dx, dy, dz, mx, my, mz);
+                    const lanes_i named = PICK(truly, (lanes_i)(triangle), (lanes_i)(triangle | BESIDE_BIT));
+                    keep_first(out, p, PICK(truly, inverse, inverse * BESIDE), inside, named);
+                } else {
+                    const lanes_f inverse = needle_inverse_range(geometry, index, j, ox, oy, oz, dx, dy, dz, u, v, w,
+                                                                 rounding_u, rounding_v, rounding_w);
+                    keep_first(out, p, inverse, MASK(inverse > 0.0f), (lanes_i)(triangle));
+                }
             }
         }
     }
-    update_least(out);
+    if (changed) update_least(out, changed);
 }
 
 static inline float8 gap(float8 below, float8 above)
@@ -206,9 +250,50 @@ static inline float8 gap(float8 below, float8 above)
     return MOST(outside, 0.0f);
 }
 
-/* Which children of a node the tile's pyramid can meet nearer than 1 / least; *key gets their squared distances. */
-static inline int8 cull_node(global const float *boxes, int node, global const float *planes, float least, float ox,
-                             float oy, float oz, float8 *key)
+/* A direction, and which corner of a box lies farthest along it: indices into its six faces. */
+typedef struct {
+    float x, y, z;
+    int far_x, far_y, far_z, near_x, near_y, near_z;
+} Way;
+
+static inline Way way_of(global const float *v)
+{
+    Way way = {v[0], v[1], v[2]};
+    way.far_x = v[0] > 0.0f ? 3 : 0, way.near_x = 3 - way.far_x;
+    way.far_y = v[1] > 0.0f ? 4 : 1, way.near_y = 5 - way.far_y;
+    way.far_z = v[2] > 0.0f ? 5 : 2, way.near_z = 7 - way.far_z;
+    return way;
+}
+
+#define FARTHEST_ALONG(way, box) dot3_8((way).x, (way).y, (way).z, box[(way).far_x], box[(way).far_y], box[(way).far_z])
+#define NEAREST_ALONG(way, box) dot3_8((way).x, (way).y, (way).z, box[(way).near_x], box[(way).near_y], box[(way).near_z])
+
+/* A tile's planes and axes. */
+typedef struct {
+    Way plane[4], axis, right, up;
+} TileFrame;
+
+/* Bounding rectangles of boxes in the plane one metre along the axis; the whole plane for those beside or behind it. */
+static inline Span span_boxes(const float8 *box, const TileFrame *frame)
+{
+    const float8 z0 = NEAREST_ALONG(frame->axis, box), z1 = FARTHEST_ALONG(frame->axis, box);
+    const float8 x0 = NEAREST_ALONG(frame->right, box), x1 = FARTHEST_ALONG(frame->right, box);
+    const float8 y0 = NEAREST_ALONG(frame->up, box), y1 = FARTHEST_ALONG(frame->up, box);
+    const float8 wide_x = MOST(MAGNITUDE8(x0), MAGNITUDE8(x1)), wide_y = MOST(MAGNITUDE8(y0), MAGNITUDE8(y1));
+    const int8 bounded = z0 > BOX_BESIDE * (wide_x + wide_y);
+    const float8 near = 1.0f / z0, far = 1.0f / z1;
+    Span span;
+    span.x0 = PICK(bounded, x0 * PICK(x0 > 0.0f, far, near) - SPAN_PAD, (float8)(-1e30f));
+    span.x1 = PICK(bounded, x1 * PICK(x1 > 0.0f, near, far) + SPAN_PAD, (float8)(1e30f));
+    span.y0 = PICK(bounded, y0 * PICK(y0 > 0.0f, far, near) - SPAN_PAD, (float8)(-1e30f));
+    span.y1 = PICK(bounded, y1 * PICK(y1 > 0.0f, near, far) + SPAN_PAD, (float8)(1e30f));
+    return span;
+}
+
+/* Which children of a node the tile's pyramid can meet nearer than 1 / least; *key gets their squared distances, *span
+ * their rectangles. */
+static inline int8 cull_node(global const float *boxes, int node, const TileFrame *frame, float least, float ox, float oy,
+                             float oz, float8 *key, Span *span)
 {
     global const float *b = boxes + (size_t)node * (6 * NODE_CHILDREN);
     float8 box[6]; /* x0 y0 z0 x1 y1 z1 minus the origin */
@@ -219,13 +304,23 @@ static inline int8 cull_node(global const float *boxes, int node, global const f
     const float8 gapz = gap(box[2], -box[5]);
     const float8 near2 = dot3_8(gapx, gapy, gapz, gapx, gapy, gapz);
     int8 keep = near2 * (least * least) <= NEAR_SLACK;
-    for (int c = 0; c < 4; ++c) {
-        /* the corner of the box that lies farthest inwards */
-        const float x = planes[3 * c], y = planes[3 * c + 1], z = planes[3 * c + 2];
-        keep &= dot3_8(x, y, z, box[x > 0.0f ? 3 : 0], box[y > 0.0f ? 4 : 1], box[z > 0.0f ? 5 : 2]) >= 0.0f;
-    }
+    for (int c = 0; c < 4; ++c) keep &= FARTHEST_ALONG(frame->plane[c], box) >= 0.0f;
     *key = near2;
+    *span = span_boxes(box, frame);
     return keep;
+}
+
+/* Whether a box with this rectangle, lane 0 of `span`, and squared distance can return a beam of any packet. */
+static inline bool meets_packet(const Returns *out, const float *span, float near2, global const float *rectangles)
+{
+    int8 open = 0;
+    for (int p = 0; p < PACKETS; p += 8) {
+        global const float *r = rectangles + p;
+        const float8 least = out->least_of_packet[p / 8];
+        open |= (LOAD8(r) <= span[8]) & (LOAD8(r + PACKETS) >= span[0]) & (LOAD8(r + 2 * PACKETS) <= span[24]) &
+                (LOAD8(r + 3 * PACKETS) >= span[16]) & (near2 * (least * least) <= NEAR_SLACK);
+    }
+    return any8(open);
 }
 
 /* Walk the tree with one tile. */
@@ -240,22 +335,38 @@ static inline void trace_tile(Returns *out, global const float *boxes, global co
         out->inverse[p] = limit;
         out->triangle[p] = -1;
     }
+    for (int k = 0; k < PACKETS / 8; ++k) out->least_of_packet[k] = limit;
     out->least = limit;
-    /* 2: front to back. Invariant: what is not on the stack can't change `out`. */
+    /* 2: front to back. Invariant: what is not on the stack can't change `out`. A node's children lie on the stack above
+     * those of its parents, so that as many nodes are open as the tree has levels. */
+    TileFrame frame;
+    for (int c = 0; c < 4; ++c) frame.plane[c] = way_of(tile + 3 * c);
+    frame.axis = way_of(tile + 25), frame.right = way_of(tile + 28), frame.up = way_of(tile + 31);
+    Span spans[LEVELS];
+    int nodes[LEVELS];
     Stack stack;
-    stack.size = 1;
-    stack.child[0] = 0;
-    stack.near2[0] = 0.0f;
-    while (stack.size > 0) {
-        const int at = --stack.size;
-        if (stack.near2[at] * (out->least * out->least) > NEAR_SLACK) continue;
-        const int child = stack.child[at];
+    stack.size = 0;
+    int child = 0, level = 0;
+    for (;;) {
         if (child < 0) {
             test_block(out, geometry, triangles, ~child, beams, tile + 12, rectangles, ox, oy, oz);
         } else {
             float8 key;
-            const int8 keep = cull_node(boxes, child, tile, out->least, ox, oy, oz, &key);
-            push_children(&stack, children, child, keep, key);
+            const int8 keep = cull_node(boxes, child, &frame, out->least, ox, oy, oz, &key, &spans[level]);
+            nodes[level] = child;
+            push_children(&stack, level, keep, key);
+        }
+        for (;;) {
+            if (stack.size == 0) return;
+            const int at = --stack.size, lane = stack.key[at] & 7;
+            const float near2 = as_float(stack.key[at] & ~7);
+            level = stack.from[at];
+            const float *span = (const float *)&spans[level] + lane;
+            if (near2 * (out->least * out->least) > NEAR_SLACK) continue;
+            if (!meets_packet(out, span, near2, rectangles)) continue;
+            child = children[nodes[level] * NODE_CHILDREN + lane];
+            ++level;
+            break;
         }
     }
 }

@@ -13,32 +13,81 @@
 #include "lanes.h"
 
 #define NODE_CHILDREN 8
+#define NO_CHILD 0x7fffffff
 
+/* Entries are written eight at a time, so that there is room above the top. The low three bits of a key name the child's
+ * lane in its node, the rest is the key of the order: squared distance (tiles) or entry range (rays), metres, as the bits
+ * of a positive float, too small by up to seven ulp: something may be looked at in vain, nothing is missed. */
 typedef struct {
-    int child[STACK];
-    float near2[STACK]; /* key of the order: squared distance (tiles) or entry range (rays), metres */
+    int key[STACK + NODE_CHILDREN];
+    int from[STACK + NODE_CHILDREN]; /* the node, or what the walk finds it by */
     int size;
 } Stack;
 
-/* Push the children in `keep`, the nearest on top. Equal keys: the higher lane on top, always the same one. */
-static inline void push_children(Stack *stack, global const int *children, int node, int8 keep, float8 key)
+/* One step of the sorting network: lanes that differ in bit j; `upper` is where the smaller one belongs. */
+#define EXCHANGE(x, swapped, upper)                                                                                       do {                                                                                                                      const int8 other = swapped, greater = MOST(x, other), smaller = LEAST(x, other);                                      x = PICK((int8)upper, smaller, greater);                                                                          } while (0)
+
+/* Greatest first. Batcher's bitonic network. */
+static inline int8 sort8(int8 x)
 {
-    const int *kept = (const int *)&keep;
-    const float *keys = (const float *)&key;
-    const int bottom = stack->size;
-    int size = bottom;
-    for (int j = 0; j < NODE_CHILDREN; ++j) {
-        if (!kept[j]) continue;
-        int at = size++;
-        while (at > bottom && stack->near2[at - 1] < keys[j]) {
-            stack->near2[at] = stack->near2[at - 1];
-            stack->child[at] = stack->child[at - 1];
-            --at;
-        }
-        stack->near2[at] = keys[j];
-        stack->child[at] = children[node * NODE_CHILDREN + j];
-    }
-    stack->size = size;
+    EXCHANGE(x, x.s10325476, (0, -1, -1, 0, 0, -1, -1, 0));
+    EXCHANGE(x, x.s23016745, (0, 0, -1, -1, -1, -1, 0, 0));
+    EXCHANGE(x, x.s10325476, (0, -1, 0, -1, -1, 0, -1, 0));
+    EXCHANGE(x, x.s45670123, (0, 0, 0, 0, -1, -1, -1, -1));
+    EXCHANGE(x, x.s23016745, (0, 0, -1, -1, 0, 0, -1, -1));
+    EXCHANGE(x, x.s10325476, (0, -1, 0, -1, 0, -1, 0, -1));
+    return x;
+}
+
+/* Smallest lane. */
+static inline int least8(int8 x)
+{
+    const int4 least4 = LEAST(x.lo, x.hi);
+    const int2 least2 = LEAST(least4.lo, least4.hi);
+    return LEAST(least2.x, least2.y);
+}
+
+/* Minus the number of lanes in a mask. */
+static inline int minus_count8(int8 mask)
+{
+    const int4 half4 = mask.lo + mask.hi;
+    const int2 half2 = half4.lo + half4.hi;
+    return half2.x + half2.y;
+}
+
+static inline int8 named_keys(float8 key)
+{
+    return (as_int8(key) & ~7) | (int8)(0, 1, 2, 3, 4, 5, 6, 7);
+}
+
+/* Push the children in `keep`, nearer ones higher. Equal keys: the lower lane is nearer, always the same one. No branch
+ * depends on the data: a processor's wrong guess costs as much as all of this. `from` is what the child is found by. */
+static inline void push_children(Stack *stack, int from, int8 keep, float8 key)
+{
+    STORE8I(sort8(PICK(keep, named_keys(key), (int8)(-1))), stack->key + stack->size);
+    STORE8I((int8)(from), stack->from + stack->size);
+    stack->size -= minus_count8(keep);
+}
+
+/* Take the nearest child off a stack of nodes; NO_CHILD where it is empty. */
+static inline int pop_child(Stack *stack, global const int *children)
+{
+    if (stack->size == 0) return NO_CHILD;
+    const int at = --stack->size;
+    return children[stack->from[at] * NODE_CHILDREN + (stack->key[at] & 7)];
+}
+
+/* The same but for the nearest, whose key is returned, or NO_CHILD where none is kept: it is found by itself, so that the
+ * walk can go on while the rest is still being sorted. */
+static inline int push_farther(Stack *stack, int from, int8 keep, float8 key)
+{
+    const int8 named = named_keys(key);
+    const int nearest = least8(PICK(keep, named, (int8)(NO_CHILD)));
+    const int before = stack->size;
+    push_children(stack, from, keep, key);
+    const int rest = stack->size - 1;
+    stack->size = MOST(rest, before);
+    return nearest;
 }
 
 #endif
