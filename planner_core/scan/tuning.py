@@ -31,7 +31,7 @@ CACHE_VARIABLE = "TLSPLAN_CACHE"
 _SCHEMA = "tlsplan/tile-shape/1"
 #: Rows and columns of beams a tile and beams a packet, by kind of device. CPU: measured on PoCL 3.0 (AVX2),
 #: docs/howto/device.md. Others are unmeasured: a scalar packet lets a GPU's own lanes be the packet.
-_TILE_SHAPE = {"cpu": (8, 32, 8)}
+_TILE_SHAPE = {"cpu": (8, 64, 8)}
 _DEFAULT_TILE_SHAPE = (4, 8, 1)
 #: Packet widths that any device may have. 16 is left out: PoCL 3.0 on LLVM 14 ends the whole process on float16.
 _LANES = (1, 2, 4, 8)
