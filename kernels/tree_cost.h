@@ -43,16 +43,19 @@ static inline float met_area(float4 low, float4 high)
 }
 
 /* Costs of one triangle alone. */
-static inline void triangle_cost(float *cost, float area)
+static inline float8 triangle_cost(float area)
 {
-    for (int k = 0; k < WIDTH - 1; ++k) cost[k] = BLOCK_COST * area;
-    cost[WIDTH - 1] = 1.0f;
+    float8 cost = BLOCK_COST * area;
+    cost.s7 = 1.0f;
+    return cost;
 }
 
 /* Costs of two clusters' union, whose area is given; returns the choices. Ties: a block before a node, the fewest places,
  * the smallest left share. */
-static inline uint join_costs(float *cost, const float *left, const float *right, float area)
+static inline uint join_costs(float8 *joint, float8 left8, float8 right8, float area)
 {
+    const float *left = (const float *)&left8, *right = (const float *)&right8;
+    float *cost = (float *)joint;
     uint choices = 0;
     float divided[WIDTH + 1]; /* least cost in at most s places with at least one for each half */
     for (int s = 2; s <= WIDTH; ++s) {

@@ -72,9 +72,10 @@ kernel void make_keys(global const float *vertices, global const int *corners, i
 }
 
 /* The first clusters: single triangles in their order along the curve. boxes (6, stride), columns from PAD on, x0 y0 z0
- * x1 y1 z1; id (T) = 0, 1, 2 ... and size (T) = 1 written. */
+ * x1 y1 z1; id (T) = 0, 1, 2 ..., size (T) = 1 and units (T) = boxes (tree_treelet.h) written. */
 kernel void make_leaves(global const float *vertices, global const int *corners, int n, global const int *order,
-                        global float *boxes, int stride, global int *id, global int *size)
+                        global float *boxes, int stride, global int *id, global int *size,
+                        global float8 *units)
 {
     const int chunk = get_global_id(0), n_chunks = get_global_size(0);
     const int end = first_of(chunk + 1, n_chunks, n);
@@ -86,5 +87,6 @@ kernel void make_leaves(global const float *vertices, global const int *corners,
         x1[i] = high.x, x1[stride + i] = high.y, x1[2 * stride + i] = high.z;
         id[i] = i;
         size[i] = 1;
+        units[i] = (float8)(low, high);
     }
 }

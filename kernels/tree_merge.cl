@@ -7,17 +7,17 @@
  *            decides whose places differ least as numbers i ^ j. Regular meshes have no end of equal distances; with the
  *            lower place as the tie-break ONE pair a round would merge in a row of them, so every second pair does.
  * Progress   The pair of least (distance, i ^ j) of all is mutual: every round merges.
- * Treelets   While a cluster has TREELET triangles or fewer, only its children are kept. When it grows beyond, its halves
- *            are built anew (tree_treelet.h), and from there on costs are joined (tree_cost.h) with every merge.
+ * Treelets   What is clustered is split anew, 64 units at a time (tree_treelet.h): when two clusters together have more, each
+ *            of them is finished and becomes one unit of the next level.
  * Indices    Leaf i of the binary tree is triangle order[i]; inner node k has the number n_triangles + k and the halves
- *            children[2 k], children[2 k + 1]. Clusters: boxes (6, stride) with cluster i in column PAD + i, id (n), size
- *            (n), cost (n, 8); cost is valid where size > TREELET.
+ *            halves[2 k], halves[2 k + 1]; a node's number is greater than those of its halves until it is built anew.
+ *            Clusters: boxes (6, stride) with cluster i in column PAD + i; id (n), number in the binary tree; size (n), level
+ *            times 128 plus units.
  *            Launched by planner_core.scan.tree_clusters. NDRange (n_chunks) unless said otherwise, any local size.
  *
  * Define   meaning                                                              example
  * PAD      unused columns at both ends of `boxes`: at least radius + LANES      -DPAD=40
  * LANES    clusters that look for neighbours side by side                       -DLANES=8
- * TREELET  see tree_treelet.h
  */
 #include "chunks.h"
 #include "tree_treelet.h"
@@ -94,23 +94,39 @@ kernel void count_merges(global const int *nearest, int n, global int *counts)
 
 DEFINE_SUM_COUNTS
 
-/* Costs of cluster i, which is about to become half of one of more than TREELET triangles. */
-static inline void final_cost(float *to, TREE_ARGUMENTS, global const float *cost, int i, int id, int size, float area)
+#define UNITS_OF(size) ((size) & 127)
+#define LEVEL_OF(size) ((size) & ~127)
+#define NEXT_LEVEL 128
+
+/* Make a cluster one unit. */
+static inline void finish_cluster(TREE_ARGUMENTS, int id, int size)
 {
-    if (size == 1)
-        triangle_cost(to, area);
-    else if (size <= TREELET)
-        rebuild_treelet(to, TREE, id - n_triangles);
-    else
-        for (int k = 0; k < WIDTH; ++k) to[k] = cost[WIDTH * (size_t)i + k];
+    if (UNITS_OF(size) > 1) finish_treelet(TREE, id - n_triangles);
+}
+
+/* Size of the union of clusters a and b, once finished is what has to be: the one of the lower level becomes a unit, and
+ * both do where their units are too many for one treelet. */
+static inline int join_sizes(TREE_ARGUMENTS, int a, int b, int a_size, int b_size)
+{
+    if (LEVEL_OF(a_size) < LEVEL_OF(b_size)) {
+        finish_cluster(TREE, a, a_size);
+        a_size = LEVEL_OF(b_size) | 1;
+    } else if (LEVEL_OF(b_size) < LEVEL_OF(a_size)) {
+        finish_cluster(TREE, b, b_size);
+        b_size = LEVEL_OF(a_size) | 1;
+    }
+    const int n_units = UNITS_OF(a_size) + UNITS_OF(b_size);
+    if (n_units <= TREELET) return LEVEL_OF(a_size) | n_units;
+    finish_cluster(TREE, a, a_size);
+    finish_cluster(TREE, b, b_size);
+    return (LEVEL_OF(a_size) + NEXT_LEVEL) | 2;
 }
 
 /* Merge, and close the gaps. counts: of the chunks, summed. Inner nodes from `first_node` on are written, in the order of
  * their left halves; to_...: the clusters of the next round, every entry once. */
 kernel void merge_clusters(TREE_ARGUMENTS, global const float *boxes, global const int *id, global const int *size,
-                           global const float *cost, int stride, int n, global const int *nearest,
-                           global const int *counts, int first_node, global float *to_boxes, global int *to_id,
-                           global int *to_size, global float *to_cost)
+                           int stride, int n, global const int *nearest, global const int *counts, int first_node,
+                           global float *to_boxes, global int *to_id, global int *to_size)
 {
     const int chunk = get_global_id(0), n_chunks = get_global_size(0);
     int to = counts[2 * chunk + 2], node = first_node + counts[2 * chunk + 3];
@@ -130,18 +146,10 @@ kernel void merge_clusters(TREE_ARGUMENTS, global const float *boxes, global con
             low = LEAST(a_low, b_low);
             high = MOST(a_high, b_high);
             number = n_triangles + node;
-            count += size[j];
-            children[2 * node] = id[i];
-            children[2 * node + 1] = id[j];
-        }
-        if (count > TREELET && mutual) {
-            float left[WIDTH], right[WIDTH], joint[WIDTH];
-            final_cost(left, TREE, cost, i, id[i], size[i], met_area(a_low, a_high));
-            final_cost(right, TREE, cost, j, id[j], size[j], met_area(b_low, b_high));
-            choices[node] = join_costs(joint, left, right, met_area(low, high));
-            for (int k = 0; k < WIDTH; ++k) to_cost[WIDTH * (size_t)to + k] = joint[k];
-        } else if (count > TREELET) {
-            for (int k = 0; k < WIDTH; ++k) to_cost[WIDTH * (size_t)to + k] = cost[WIDTH * (size_t)i + k];
+            halves[2 * node] = id[i];
+            halves[2 * node + 1] = id[j];
+            choices[node] = 0;
+            count = join_sizes(TREE, id[i], id[j], size[i], size[j]);
         }
         global float *box = to_boxes + PAD + to;
         box[0] = low.x, box[stride] = low.y, box[2 * stride] = low.z;
@@ -153,9 +161,5 @@ kernel void merge_clusters(TREE_ARGUMENTS, global const float *boxes, global con
     }
 }
 
-/* A scene of 2 to TREELET triangles is one treelet, which no merge has finished. NDRange (1). */
-kernel void finish_treelet(TREE_ARGUMENTS)
-{
-    float cost[WIDTH];
-    rebuild_treelet(cost, TREE, n_triangles - 2);
-}
+/* The last cluster: n_triangles >= 2. NDRange (1). */
+kernel void finish_root(TREE_ARGUMENTS) { finish_treelet(TREE, n_triangles - 2); }

@@ -1,56 +1,78 @@
-/* Treelets: the lowest parts of the binary tree, of at most TREELET triangles, built anew from the top.
+/* Treelets: parts of the binary tree, of at most TREELET units, built anew from the top.
  *
  * Purpose    Clustering leaves blocks of eight little more than half full, and a block costs the same however full it is.
- *            Splits that count blocks fill them.
- * Algorithm  Sweep: triangles sorted by centroid along each axis; every split of each order is tried. Its cost is the sum
- *            over both sides of area times the number of blocks that the side needs (tree_cost.h has the area).
- *
- * Define   meaning                                                        example
- * TREELET  triangles of a treelet at most: 8 times 8, one full node       -DTREELET=64
+ *            Splits that count blocks fill them; and near the root, where clusters are large, they part better than
+ *            neighbourhood along a curve does.
+ * Algorithm  Sweep: units sorted by centroid along each axis; every split of each order is tried. Its cost is the sum over
+ *            both sides of area times the number of blocks that the side's triangles need (tree_cost.h has the area).
+ * Units      A triangle is a unit, and so is every treelet when it is finished: treelets of treelets reach up to the root.
+ *            A unit that is a treelet has bit UNIT in the choices of its root.
+ * Layout     units (T) float8: at first the box of every leaf of the binary tree, low.xyz0 high.xyz0. A finished treelet
+ *            needs those of its leaves no longer: its box takes the place of its first leaf's, its costs (tree_cost.h) that
+ *            of its last leaf's. Other names: see tree_merge.cl.
  */
 #ifndef TLSPLAN_TREE_TREELET_H
 #define TLSPLAN_TREE_TREELET_H
 #include "tree_cost.h"
 
-#if TREELET != 64
-#error "a split is kept as the bits of one ulong, and keys end in six bits: TREELET must be 64"
-#endif
+/* 8 times 8 triangles are one full node. A split is kept as the bits of a ulong: not more than 64. A power of two. */
+#define TREELET 64
+#define UNIT 0x80000000u
 
-#define TREE_ARGUMENTS                                                                                               \
-    global const float *vertices, global const int *corners, global const int *order, int n_triangles,               \
-        global int *children, global uint *choices
-#define TREE vertices, corners, order, n_triangles, children, choices
+#define TREE_ARGUMENTS int n_triangles, global int *halves, global uint *choices, global float8 *units
+#define TREE n_triangles, halves, choices, units
 
 typedef struct {
-    float4 low[TREELET], high[TREELET]; /* boxes of the triangles */
-    int leaf[TREELET];                  /* their numbers as leaves of the binary tree */
-    int inner[TREELET];                 /* numbers of the inner nodes, the treelet's root first */
-    uchar sorted[3][TREELET];           /* triangles along each axis; a node owns the same range of all three */
+    float4 low[TREELET], high[TREELET]; /* boxes of the units */
+    float weight[TREELET];              /* their triangles */
+    int unit[TREELET];                  /* their numbers in the binary tree */
+    int inner[TREELET];                 /* inner nodes above them, the treelet's root first */
+    uchar sorted[3][TREELET];           /* units along each axis; a node owns the same range of all three */
     int count;
 } Treelet;
+
+static inline int first_leaf(TREE_ARGUMENTS, int id)
+{
+    while (id >= n_triangles) id = halves[2 * (id - n_triangles)];
+    return id;
+}
+
+static inline int last_leaf(TREE_ARGUMENTS, int id)
+{
+    while (id >= n_triangles) id = halves[2 * (id - n_triangles) + 1];
+    return id;
+}
+
+static inline void add_unit(Treelet *treelet, TREE_ARGUMENTS, int id)
+{
+    const int n = treelet->count++;
+    const float8 box = units[first_leaf(TREE, id)];
+    treelet->low[n] = box.lo;
+    treelet->high[n] = box.hi;
+    treelet->weight[n] = id < n_triangles ? 1.0f : units[last_leaf(TREE, id)].s7;
+    treelet->unit[n] = id;
+}
 
 /* What hangs below inner node `root`. */
 static inline void gather_treelet(Treelet *treelet, TREE_ARGUMENTS, int root)
 {
     int stack[TREELET];
-    int size = 1, n_inner = 0, n = 0;
+    int size = 1, n_inner = 0;
     stack[0] = n_triangles + root;
+    treelet->count = 0;
     while (size > 0) {
-        const int id = stack[--size];
-        if (id < n_triangles) {
-            triangle_box(&treelet->low[n], &treelet->high[n], vertices, corners, order[id]);
-            treelet->leaf[n++] = id;
+        const int id = stack[--size], node = id - n_triangles;
+        if (node < 0 || (node != root && (choices[node] & UNIT))) {
+            add_unit(treelet, TREE, id);
         } else {
-            const int node = id - n_triangles;
             treelet->inner[n_inner++] = node;
-            stack[size++] = children[2 * node + 1];
-            stack[size++] = children[2 * node];
+            stack[size++] = halves[2 * node + 1];
+            stack[size++] = halves[2 * node];
         }
     }
-    treelet->count = n;
 }
 
-/* Sort along the axes. A key is the centroid, from the lowest one on, with the triangle's number in place of its last bits,
+/* Sort along the axes. A key is the centroid, from the lowest one on, with the unit's number in place of its last bits,
  * so that no two are equal; the rank is how many keys are smaller. */
 static inline void sort_treelet(Treelet *treelet)
 {
@@ -80,9 +102,9 @@ static inline void sort_treelet(Treelet *treelet)
     }
 }
 
-static inline float blocks_of(int n) { return (float)((n + WIDTH - 1) / WIDTH); }
+static inline float blocks_of(float n_triangles) { return (float)(((int)n_triangles + WIDTH - 1) / WIDTH); }
 
-/* The cheapest split of the n triangles from `first` on: returns how many go left along *axis. Ties: the lower axis, then
+/* The cheapest split of the n units from `first` on: returns how many go left along *axis. Ties: the lower axis, then
  * the smaller left side. */
 static inline int find_split(const Treelet *treelet, int first, int n, int *axis)
 {
@@ -93,25 +115,29 @@ static inline int find_split(const Treelet *treelet, int first, int n, int *axis
         const uchar *sorted = treelet->sorted[a] + first;
         float right_cost[TREELET];
         float4 low = INFINITY, high = -INFINITY;
+        float weight = 0.0f;
         for (int i = n - 1; i > 0; --i) {
             const int k = sorted[i];
+            weight += treelet->weight[k];
             low = LEAST(treelet->low[k], low);
             high = MOST(treelet->high[k], high);
-            right_cost[i] = met_area(low, high) * blocks_of(n - i);
+            right_cost[i] = met_area(low, high) * blocks_of(weight);
         }
         low = INFINITY, high = -INFINITY;
+        weight = 0.0f;
         for (int i = 1; i < n; ++i) {
             const int k = sorted[i - 1];
+            weight += treelet->weight[k];
             low = LEAST(treelet->low[k], low);
             high = MOST(treelet->high[k], high);
-            const float cost = met_area(low, high) * blocks_of(i) + right_cost[i];
+            const float cost = met_area(low, high) * blocks_of(weight) + right_cost[i];
             if (cost < best) best = cost, left = i, *axis = a;
         }
     }
     return left;
 }
 
-/* Bring the first `left` triangles along `axis` to the front of the other two orders, which stay sorted on both sides. */
+/* Bring the first `left` units along `axis` to the front of the other two orders, which stay sorted on both sides. */
 static inline void part_orders(Treelet *treelet, int first, int n, int axis, int left)
 {
     ulong goes_left = 0;
@@ -133,7 +159,8 @@ static inline void part_orders(Treelet *treelet, int first, int n, int axis, int
     }
 }
 
-/* Split from the top. Node k gets the parts parts[k][]: >= 0: node, greater than k; < 0: ~triangle. Returns how many nodes. */
+/* Split from the top. Node k is parted into parts[k][0] and [1]: >= 0: a node, greater than k; < 0: ~unit. Returns how many
+ * nodes. */
 static inline int split_treelet(Treelet *treelet, int (*parts)[2])
 {
     uchar first[TREELET], count[TREELET];
@@ -161,35 +188,41 @@ static inline int split_treelet(Treelet *treelet, int (*parts)[2])
     return n_nodes;
 }
 
-/* Build the treelet below inner node `root` anew. The numbers of its inner nodes stay, the root's among them, and get new
- * children and choices; `cost` (8) of the root is written. */
-static inline void rebuild_treelet(float *cost, TREE_ARGUMENTS, int root)
+/* Costs of a unit. */
+static inline float8 unit_cost(const Treelet *treelet, TREE_ARGUMENTS, int k)
+{
+    if (treelet->unit[k] >= n_triangles) return units[last_leaf(TREE, treelet->unit[k])];
+    return triangle_cost(met_area(treelet->low[k], treelet->high[k]));
+}
+
+/* Build the treelet below inner node `root` anew, and make it a unit. Its inner nodes keep their numbers, the root among
+ * them, and get new halves and choices. */
+static inline void finish_treelet(TREE_ARGUMENTS, int root)
 {
     Treelet treelet;
     gather_treelet(&treelet, TREE, root);
     sort_treelet(&treelet);
     int parts[TREELET][2];
-    const int n_nodes = split_treelet(&treelet, parts);
     float4 low[TREELET], high[TREELET];
-    float costs[TREELET][WIDTH];
-    for (int k = n_nodes - 1; k >= 0; --k) {
+    float8 cost[TREELET];
+    for (int k = split_treelet(&treelet, parts) - 1; k >= 0; --k) {
         const int node = treelet.inner[k];
-        float4 side_low[2], side_high[2];
-        float alone[2][WIDTH];
-        const float *side_cost[2];
+        float4 part_low[2], part_high[2];
+        float8 part_cost[2];
         for (int side = 0; side < 2; ++side) {
-            const int c = parts[k][side];
-            side_low[side] = c >= 0 ? low[c] : treelet.low[~c];
-            side_high[side] = c >= 0 ? high[c] : treelet.high[~c];
-            children[2 * node + side] = c >= 0 ? n_triangles + treelet.inner[c] : treelet.leaf[~c];
-            side_cost[side] = c >= 0 ? costs[c] : alone[side];
-            if (c < 0) triangle_cost(alone[side], met_area(side_low[side], side_high[side]));
+            const int part = parts[k][side];
+            part_low[side] = part >= 0 ? low[part] : treelet.low[~part];
+            part_high[side] = part >= 0 ? high[part] : treelet.high[~part];
+            part_cost[side] = part >= 0 ? cost[part] : unit_cost(&treelet, TREE, ~part);
+            halves[2 * node + side] = part >= 0 ? n_triangles + treelet.inner[part] : treelet.unit[~part];
         }
-        low[k] = LEAST(side_low[0], side_low[1]);
-        high[k] = MOST(side_high[0], side_high[1]);
-        choices[node] = join_costs(costs[k], side_cost[0], side_cost[1], met_area(low[k], high[k]));
+        low[k] = LEAST(part_low[0], part_low[1]);
+        high[k] = MOST(part_high[0], part_high[1]);
+        choices[node] = join_costs(&cost[k], part_cost[0], part_cost[1], met_area(low[k], high[k]));
     }
-    for (int s = 0; s < WIDTH; ++s) cost[s] = costs[0][s];
+    choices[root] |= UNIT;
+    units[first_leaf(TREE, n_triangles + root)] = (float8)(low[0], high[0]);
+    units[last_leaf(TREE, n_triangles + root)] = cost[0];
 }
 
 #endif

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.device import Buffer, Device
+from planner_core.device import Buffer, Device, Program
 from planner_core.device.sort import chunk_count, sort_pairs
 
-#: Bits a coordinate of the Morton code: cells of 4 mm in a building of a kilometre. 7 passes of the sort.
+#: Bits a coordinate of the Morton code: cells of 4 mm in a scene of a kilometre, in 7 passes of the sort.
 _MORTON_BITS = 18
 #: Neighbours to either side that a cluster looks at: few while there are many clusters, since what they form first is
 #: taken apart again as treelets; more later, when it costs nothing.
@@ -26,8 +26,6 @@ _COARSE = 17
 #: all, when neighbours merge in pairs: the number of rounds and the depth of the tree stay bounded.
 _SLOW_SHARE = 32
 _COARSER_BY, _COARSEST = 3, 31
-#: Triangles of a treelet, kernels/tree_treelet.h.
-_TREELET = 64
 
 
 @dataclass(frozen=True)
@@ -35,86 +33,78 @@ class Binary:
     """A binary tree on the device. Leaf i is triangle order[i]; inner node k is number n_triangles + k, the root last.
 
     order : (T,) int32. halves : (T - 1, 2) int32, numbers. choices : (T - 1,) uint32, how wide nodes are cut out of it,
-    kernels/tree_cost.h. spare : buffers of 4, 4 and 8 bytes a triangle whose content is of no more use.
+    kernels/tree_cost.h. spare : buffers of 4, 4, 8 and 32 bytes a triangle whose content is of no more use.
     """
 
     order: Buffer
     halves: Buffer
     choices: Buffer
     n_triangles: int
-    spare: tuple[Buffer, Buffer, Buffer]
-
-
-@dataclass
-class _Clusters:
-    """Buffers of one round, see kernels/tree_merge.cl."""
-
-    boxes: Buffer
-    number: Buffer
-    size: Buffer
-    cost: Buffer
+    spare: tuple[Buffer, Buffer, Buffer, Buffer]
 
 
 def cluster_triangles(device: Device, vertices: Buffer, corners: Buffer, n_triangles: int) -> Binary:
     """Build the binary tree of `n_triangles` >= 1 triangles: corners (T, 3) int32 of vertices (V, 3) float32."""
-    keys, order, spare_keys, spare_order = (
-        device.allocate("order of triangles", size * n_triangles) for size in (8, 4, 8, 4)
-    )
     leaves = device.program("tree_leaves.cl", {"LANES": 1, "MORTON_BITS": _MORTON_BITS, "PAD": _PAD})
     n_chunks = chunk_count(device, n_triangles)
     mesh = (vertices, corners, np.int32(n_triangles))
+    order, free_order, free_keys, free_keys_too = _sort_along_curve(device, leaves, mesh, n_chunks)
+    stride = n_triangles + 2 * _PAD
+    now, then = (
+        tuple(device.allocate("clusters", size) for size in (24 * stride, 4 * n_triangles, 4 * n_triangles))
+        for _ in range(2)
+    )
+    units = device.allocate("units of treelets", 32 * n_triangles)
+    leaves.run("make_leaves", (n_chunks,), *mesh, order, now[0], np.int32(stride), *now[1:], units)
+    binary = Binary(
+        order=order,
+        halves=free_keys,
+        choices=free_order,
+        n_triangles=n_triangles,
+        spare=(now[1], then[1], free_keys_too, units),
+    )
+    _merge_all(device, binary, now, then, np.int32(stride))
+    return binary
+
+
+def _sort_along_curve(
+    device: Device, leaves: Program, mesh: tuple[Buffer, Buffer, np.int32], n_chunks: int
+) -> tuple[Buffer, Buffer, Buffer, Buffer]:
+    """Order of the triangles, (T,) int32; then buffers of 4, 8 and 8 bytes a triangle that are free again."""
+    n = int(mesh[2])
+    keys, spare_keys = (device.allocate("Morton codes", 8 * n) for _ in range(2))
+    order, spare_order = (device.allocate("order of triangles", 4 * n) for _ in range(2))
     bounds, grid = device.allocate("bounds of chunks", 32 * n_chunks), device.allocate("grid", 16)
     leaves.run("bound_centroids", (n_chunks,), *mesh, bounds)
     leaves.run("join_bounds", (1,), bounds, np.int32(n_chunks), grid)
     leaves.run("make_keys", (n_chunks,), *mesh, grid, keys, order)
-    keys, order = sort_pairs(device, keys, order, spare_keys, spare_order, n=n_triangles, n_bits=3 * _MORTON_BITS)
-    stride = n_triangles + 2 * _PAD
-    now, then = (
-        _Clusters(
-            *(
-                device.allocate("clusters", size)
-                for size in (24 * stride, 4 * n_triangles, 4 * n_triangles, 32 * n_triangles)
-            )
-        )
-        for _ in range(2)
-    )
-    leaves.run("make_leaves", (n_chunks,), *mesh, order, now.boxes, np.int32(stride), now.number, now.size)
-    binary = Binary(
-        order=order,
-        halves=device.allocate("binary tree", 8 * n_triangles),
-        choices=device.allocate("binary tree", 4 * n_triangles),
-        n_triangles=n_triangles,
-        spare=(now.number, then.number, keys),
-    )
-    _merge_all(device, vertices, corners, binary, now, then, stride)
-    return binary
+    _, by_key = sort_pairs(device, keys, order, spare_keys, spare_order, n=n, n_bits=3 * _MORTON_BITS)
+    return by_key, spare_order if by_key is order else order, keys, spare_keys
 
 
 def _merge_all(
-    device: Device, vertices: Buffer, corners: Buffer, binary: Binary, now: _Clusters, then: _Clusters, stride: int
+    device: Device, binary: Binary, now: tuple[Buffer, ...], then: tuple[Buffer, ...], stride: np.int32
 ) -> None:
-    """Merge clusters round by round, until one is left."""
+    """Merge clusters round by round, until one is left. `now`, `then`: boxes, number, size; kernels/tree_merge.cl."""
     n_triangles = binary.n_triangles
-    program = device.program("tree_merge.cl", {"LANES": _LANES.get(device.kind, 1), "PAD": _PAD, "TREELET": _TREELET})
-    tree = (vertices, corners, binary.order, np.int32(n_triangles), binary.halves, binary.choices)
+    program = device.program("tree_merge.cl", {"LANES": _LANES.get(device.kind, 1), "PAD": _PAD})
+    tree = (np.int32(n_triangles), binary.halves, binary.choices, binary.spare[3])
     nearest = device.allocate("nearest clusters", 4 * n_triangles)
     counts = device.allocate("counts of chunks", 8 * (chunk_count(device, n_triangles) + 1))
     totals = np.empty(2, dtype=np.int32)
     n, n_nodes, coarse = n_triangles, 0, _COARSE
     while n > 1:
-        n_chunks = chunk_count(device, n)
+        n_chunks, size = chunk_count(device, n), np.int32(n)
         radius = _RADIUS if n * _LATE_SHARE > n_triangles else _LATE_RADIUS
-        row = (np.int32(stride), np.int32(n))
-        program.run("find_nearest", (n_chunks,), now.boxes, *row, np.int32(radius), np.int32(coarse), nearest)
-        program.run("count_merges", (n_chunks,), nearest, np.int32(n), counts)
+        program.run("find_nearest", (n_chunks,), now[0], stride, size, np.int32(radius), np.int32(coarse), nearest)
+        program.run("count_merges", (n_chunks,), nearest, size, counts)
         program.run("sum_counts", (1,), counts, np.int32(n_chunks))
-        clusters = (now.boxes, now.number, now.size, now.cost)
-        target = (then.boxes, then.number, then.size, then.cost)
-        program.run("merge_clusters", (n_chunks,), *tree, *clusters, *row, nearest, counts, np.int32(n_nodes), *target)
+        links = (nearest, counts, np.int32(n_nodes))
+        program.run("merge_clusters", (n_chunks,), *tree, *now, stride, size, *links, *then)
         device.read(counts, totals)
         n, merged = int(totals[0]), int(totals[1])
         n_nodes += merged
         coarse = min(coarse + _COARSER_BY, _COARSEST) if merged * _SLOW_SHARE < n else _COARSE
         now, then = then, now
-    if 1 < n_triangles <= _TREELET:
-        program.run("finish_treelet", (1,), *tree)
+    if n_triangles > 1:
+        program.run("finish_root", (1,), *tree)

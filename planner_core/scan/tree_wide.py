@@ -56,43 +56,40 @@ def widen(
         "geometry": 384 * outline.n_blocks,
         "triangle": 32 * outline.n_blocks,
         "slot": 4 * binary.n_triangles,
+        "edges": 12 * binary.n_triangles,
     }
     device.reserve("tree", sizes)
     arrays = {name: device.allocate("tree", size) for name, size in sizes.items()}
-    if float64:
-        arrays["edges"] = device.allocate("tree", 12 * binary.n_triangles)
-        normals = arrays["edges"]  # not read
-    else:
+    normals = arrays["edges"]  # something to hand over where normals are not read
+    if not float64:
         measured = {"normals": round_surfaces(scene).normal, "edges": squared_edges(scene.vertices_m[scene.triangles])}
         uploaded = device.upload("normals and edges of triangles", measured)
         arrays["edges"], normals = uploaded["edges"], uploaded["normals"]
-    block_box = device.allocate("boxes of blocks", 32 * outline.n_blocks)
+    block_box = binary.spare[3]  # of 32 bytes a triangle; no block is without one
     program.run(
         "fill_blocks",
         (chunk_count(device, outline.n_blocks),),
-        *(vertices, corners, binary.order, normals),
-        *_binary_arguments(binary),
-        outline.blocks,
-        np.int32(outline.n_blocks),
+        *(vertices, corners, binary.order, normals, *_binary_arguments(binary)),
+        *(outline.blocks, np.int32(outline.n_blocks)),
         *(arrays[name] for name in ("geometry", "triangle", "slot", "edges")),
         block_box,
     )
+    _write_nodes(device, program, binary, outline, block_box, arrays)
+    return outline, arrays
+
+
+def _write_nodes(
+    device: Device, program: Program, binary: Binary, outline: Outline, block_box: Buffer, arrays: dict[str, Buffer]
+) -> None:
+    """Level by level from the lowest up, since a node's box is the union of its children's."""
     node_box = device.allocate("boxes of nodes", 32 * outline.n_nodes)
     for first, count in reversed(outline.levels):
         program.run(
             "write_nodes",
             (chunk_count(device, count),),
-            *_binary_arguments(binary),
-            outline.nodes,
-            np.int32(first),
-            np.int32(count),
-            outline.first_child,
-            block_box,
-            node_box,
-            arrays["boxes"],
-            arrays["children"],
+            *(*_binary_arguments(binary), outline.nodes, np.int32(first), np.int32(count)),
+            *(outline.first_child, block_box, node_box, arrays["boxes"], arrays["children"]),
         )
-    return outline, arrays
 
 
 def _binary_arguments(binary: Binary) -> tuple[Buffer, Buffer, np.int32]:
@@ -102,7 +99,7 @@ def _binary_arguments(binary: Binary) -> tuple[Buffer, Buffer, np.int32]:
 def _outline(device: Device, program: Program, binary: Binary) -> Outline:
     """Walk down from the root, level by level."""
     tree = _binary_arguments(binary)
-    nodes, blocks, first_child = binary.spare
+    nodes, blocks, first_child, _ = binary.spare
     counts = device.allocate("counts of chunks", 8 * (chunk_count(device, binary.n_triangles) + 1))
     totals = np.empty(2, dtype=np.int32)
     program.run("list_root", (1,), np.int32(binary.n_triangles), nodes)
