@@ -201,12 +201,12 @@ class Device:
             handle = pyopencl.Buffer(self.context, pyopencl.mem_flags.READ_WRITE, size=max(n_bytes, 1))
         return self._keep(handle, n_bytes)
 
-    def zero(self, buffer: Buffer, n_bytes: int) -> None:
-        """Queue filling the first bytes of a buffer with zero."""
+    def zero(self, buffer: Buffer, n_bytes: int, *, first: int = 0) -> None:
+        """Queue filling bytes of a buffer with zero, from byte `first` on."""
         import pyopencl
 
         with driver_errors("clearing a buffer", self.label):
-            pyopencl.enqueue_fill_buffer(self.queue, buffer.handle, np.uint8(0), 0, n_bytes)
+            pyopencl.enqueue_fill_buffer(self.queue, buffer.handle, np.uint8(0), first, n_bytes)
 
     def read(self, buffer: Buffer, into: NDArray[Any]) -> None:
         """Wait for everything queued and copy a buffer's head to `into`, which must be contiguous.
@@ -288,7 +288,7 @@ class Device:
     def _output_buffer(self, array: NDArray[Any]) -> Buffer:
         import pyopencl
 
-        flags = pyopencl.mem_flags.WRITE_ONLY
+        flags = pyopencl.mem_flags.READ_WRITE  # kernels add to what they have written
         if self.kind == "cpu" and array.size:
             return self._keep(
                 pyopencl.Buffer(self.context, flags | pyopencl.mem_flags.USE_HOST_PTR, hostbuf=array), array.nbytes
