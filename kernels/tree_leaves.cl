@@ -6,9 +6,10 @@
  *
  * Define       meaning                                                     example
  * MORTON_BITS  bits a coordinate, at most 21                               -DMORTON_BITS=18
- * PAD          unused columns at both ends of `boxes`                      -DPAD=16
+ * PAD          see tree_clusters.h                                         -DPAD=32
  */
 #include "chunks.h"
+#include "tree_clusters.h"
 #include "tree_cost.h"
 
 /* Bounds of twice the centroids of one chunk. bounds (n_chunks, 2) written: low, high. */
@@ -80,6 +81,7 @@ kernel void make_leaves(global const float *vertices, global const int *corners,
     const int chunk = get_global_id(0), n_chunks = get_global_size(0);
     const int end = first_of(chunk + 1, n_chunks, n);
     global float *x0 = boxes + PAD, *x1 = x0 + 3 * stride;
+    if (chunk == 0) clear_pads(boxes, stride, n);
     for (int i = first_of(chunk, n_chunks, n); i < end; ++i) {
         float4 low, high;
         triangle_box(&low, &high, vertices, corners, order[i]);

@@ -11,15 +11,16 @@
  *            of them is finished and becomes one unit of the next level.
  * Indices    Leaf i of the binary tree is triangle order[i]; inner node k has the number n_triangles + k and the halves
  *            halves[2 k], halves[2 k + 1]; a node's number is greater than those of its halves until it is built anew.
- *            Clusters: boxes (6, stride) with cluster i in column PAD + i; id (n), number in the binary tree; size (n), level
- *            times 128 plus units.
+ *            Clusters: boxes (6, stride), see tree_clusters.h; id (n), number in the binary tree; size (n), level times 128
+ *            plus units.
  *            Launched by planner_core.scan.tree_clusters. NDRange (n_chunks) unless said otherwise, any local size.
  *
  * Define   meaning                                                              example
- * PAD      unused columns at both ends of `boxes`: at least radius + LANES      -DPAD=40
+ * PAD      see tree_clusters.h; at least radius + LANES                         -DPAD=32
  * LANES    clusters that look for neighbours side by side                       -DLANES=8
  */
 #include "chunks.h"
+#include "tree_clusters.h"
 #include "tree_treelet.h"
 
 #if LANES == 1
@@ -130,6 +131,7 @@ kernel void merge_clusters(TREE_ARGUMENTS, global const float *boxes, global con
 {
     const int chunk = get_global_id(0), n_chunks = get_global_size(0);
     int to = counts[2 * chunk + 2], node = first_node + counts[2 * chunk + 3];
+    if (chunk == 0) clear_pads(to_boxes, stride, counts[0]);
     const int end = first_of(chunk + 1, n_chunks, n);
     for (int i = first_of(chunk, n_chunks, n); i < end; ++i) {
         const int j = nearest[i];
