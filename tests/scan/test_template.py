@@ -18,6 +18,7 @@ from planner_core.scan.engine import ScanEngine, open_engine
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.scanners import load_scanner
 from planner_core.scan.template import azimuth_step_rad, bands, directions, is_full_turn, make_template
+from planner_core.scan.tuning import use_shape
 from planner_core.scene.load import load_scene
 from planner_core.scene.patches import make_patches
 
@@ -185,6 +186,21 @@ def test_a_scan_in_bands_is_the_scan_in_one(device: Device, shapes: SimpleNamesp
     parted = OpenCLEngine(scene, patches, device, band_beams=19 * template.shape[1]).scan(template, at_m)
     for field in ("range_m", "triangle", "patch", "cos_incidence"):
         np.testing.assert_array_equal(getattr(parted, field), getattr(whole, field), err_msg=field)
+
+
+@pytest.mark.parametrize("shape", [(4, 8, 1), (16, 16, 4)])
+def test_a_scan_is_the_same_whatever_the_tiles(
+    device: Device, shapes: SimpleNamespace, shape: tuple[int, int, int]
+) -> None:
+    scene = shapes.scene_of(*shapes.clutter_of(40, seed=24))
+    engine = OpenCLEngine(scene, make_patches(scene, max_area_m2=0.04), device)
+    at_m = np.array([[0.031, -0.047, 1.373]])
+    for name in ("pandar64 in a sector", "coarse sphere"):
+        usual = engine.scan(TEMPLATES[name](), at_m)
+        with use_shape(shape):
+            other = engine.scan(TEMPLATES[name](), at_m)
+        for field in ("range_m", "triangle", "patch", "cos_incidence"):
+            np.testing.assert_array_equal(getattr(other, field), getattr(usual, field), err_msg=f"{name} {field}")
 
 
 @pytest.mark.parametrize("name", ["pandar64", "dome"])
