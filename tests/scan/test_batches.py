@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from planner_core.device import Device
+from planner_core.device import Device, open_device
 from planner_core.errors import DeviceMemoryError
 from planner_core.model import Patches, Scene, Visibility
 from planner_core.progress import ProgressEvent
@@ -129,6 +129,12 @@ def test_progress_counts_up_to_all_positions(
     assert {event.total for event in events} == {N_POSITIONS}
 
 
+@pytest.fixture
+def own_device() -> Device:
+    """A device whose memory nobody else counts against: no engine of another test is still to be collected."""
+    return open_device()
+
+
 QUESTIONS: dict[str, Callable] = {
     "visible": lambda engine, *what, **more: engine.visible_patches(*what, **more),
     "counts": lambda engine, *what, **more: engine.patch_returns(*what, **more),
@@ -139,16 +145,16 @@ QUESTIONS: dict[str, Callable] = {
 @pytest.mark.parametrize("question", QUESTIONS)
 @pytest.mark.parametrize("which", [0, 1], ids=["opencl", "open3d"])
 def test_an_exception_from_any_progress_event_cancels_and_the_engine_stays_usable(
-    device: Device, shapes: SimpleNamespace, positions: np.ndarray, which: int, question: str
+    own_device: Device, shapes: SimpleNamespace, positions: np.ndarray, which: int, question: str
 ) -> None:
     scene, patches = engine_parts(shapes)
     parted = {"batch_bytes": 60_000, "band_beams": 100}
-    engine = Open3DEngine(scene, patches) if which else OpenCLEngine(scene, patches, device, **parted)
+    engine = Open3DEngine(scene, patches) if which else OpenCLEngine(scene, patches, own_device, **parted)
     template = shapes.template_of(8, 33)
     ask, positions = QUESTIONS[question], positions[:7]
     events: list[ProgressEvent] = []
     whole = ask(engine, template, positions, progress=events.append)
-    held_bytes = device.held_bytes
+    held_bytes = own_device.held_bytes
     assert len(events) >= 5
     for stop in range(len(events)):
         heard: list[ProgressEvent] = []
@@ -163,7 +169,7 @@ def test_an_exception_from_any_progress_event_cancels_and_the_engine_stays_usabl
         assert heard == events[: stop + 1]
         # Even while the error, and by its traceback every frame of the engine's, lives on.
         assert raised.tb is not None
-        assert device.held_bytes == held_bytes
+        assert own_device.held_bytes == held_bytes
     again = ask(engine, template, positions)
     np.testing.assert_array_equal(again.starts, whole.starts)
     np.testing.assert_array_equal(again.patch, whole.patch)
@@ -176,16 +182,16 @@ def engine_parts(shapes: SimpleNamespace) -> tuple[Scene, Patches]:
 
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_batches_hold_no_more_than_the_memory_they_are_given(
-    device: Device, shapes: SimpleNamespace, positions: np.ndarray, question: str
+    own_device: Device, shapes: SimpleNamespace, positions: np.ndarray, question: str
 ) -> None:
     limit_bytes = 3_000_000  # of which the moments of one position take most
-    engine = OpenCLEngine(*engine_parts(shapes), device, batch_bytes=limit_bytes)
+    engine = OpenCLEngine(*engine_parts(shapes), own_device, batch_bytes=limit_bytes)
     template = shapes.template_of(16, 100)
     QUESTIONS[question](engine, template, positions[:1])  # its tiles stay
-    held_bytes, most = device.held_bytes, []
-    QUESTIONS[question](engine, template, positions, progress=lambda _: most.append(device.held_bytes - held_bytes))
+    held_bytes, most = own_device.held_bytes, []
+    QUESTIONS[question](engine, template, positions, progress=lambda _: most.append(own_device.held_bytes - held_bytes))
     assert 0 < max(most) <= limit_bytes
-    assert device.held_bytes == held_bytes
+    assert own_device.held_bytes == held_bytes
 
 
 @pytest.mark.parametrize("which", [0, 1], ids=["opencl", "open3d"])
