@@ -19,7 +19,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check setup viewer system system-tests lint typecheck imports pytest web e2e bench wheel test-wheel docs lock clean
+.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e bench soak kernel-check wheel test-wheel docs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -62,6 +62,12 @@ web: $(NODE) $(VIEWER) $(DEV) system-tests ## the checks and tests of the viewer
 bench: $(DEV) ## scan engine against Open3D; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_scan.py --write docs/benchmarks/scan.md
 
+soak: $(DEV) ## a hundred million beams at shared edges and vertices, none may leak; goes on where it was interrupted
+	$(BIN)/python tests/soak/soak_watertight.py --write docs/benchmarks/watertight.md
+
+kernel-check: $(DEV) system-kernel-check ## all kernels under oclgrind: memory, races, uninitialised values
+	$(BIN)/python tests/kernels/check_kernels.py
+
 # ---------------------------------------------------------------------------------------------- build
 wheel: $(DEV) $(VIEWER) ## the wheel, with kernels and the built viewer inside
 	rm -rf build dist
@@ -91,6 +97,9 @@ system:
 
 system-tests:
 	@requirements/system.sh --tests
+
+system-kernel-check:
+	@requirements/system.sh --kernel-check
 
 $(RUNTIME): requirements/runtime.lock pyproject.toml | system
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \

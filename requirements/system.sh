@@ -1,12 +1,15 @@
 #!/bin/sh
 # Installs the Debian/Ubuntu packages that tlsplan needs and that are missing; prints the command where it may not.
-# Usage: requirements/system.sh [--tests]     (--tests: what the browser tests need, too)
+# Usage: requirements/system.sh [--tests | --kernel-check]
+#   --tests         what the browser tests need, too
+#   --kernel-check  the checker of `make kernel-check`, too
 set -eu
 
 # PoCL links every kernel it compiles with the system's linker against libgcc and libc (gcc brings the first two).
 # Open3D loads libusb, libGL and libgomp; PyVista renders through EGL with Mesa's software driver where there is no GPU.
 wanted="gcc libc6-dev libusb-1.0-0 libgl1 libgomp1 libegl1 libgl1-mesa-dri libxrender1"
 [ "${1:-}" = --tests ] && wanted="$wanted chromium"
+[ "${1:-}" = --kernel-check ] && wanted="$wanted oclgrind"
 # The interpreter brings ensurepip unless it is Debian's own, which splits it off.
 "${PYTHON:-python3}" -c 'import ensurepip, venv' 2>/dev/null || wanted="$wanted python3-venv"
 

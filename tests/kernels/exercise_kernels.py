@@ -1,0 +1,169 @@
+"""Every kernel once, through the library, on scenes of some dozens of triangles: what `check_kernels.py` has watched.
+
+    python tests/kernels/exercise_kernels.py cpu|cpu-4|gpu [--save-tree FILE | --tree FILE] [--poison BYTE]
+
+`cpu` takes packets of eight, `cpu-4` of four; `gpu` takes the shape of tiles for GPUs and tells the library that it is
+on one. Prints JSON: the kernels that were
+launched, and a hash of all results, which must be the same however this is run.
+
+--save-tree  keep the tree that the kernels built
+--tree       take it from there: the checker's search for uninitialised values dies of the kernels that build it
+--poison     write this byte to all memory of the device that is allocated, before anybody uses it
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyopencl
+
+from planner_core.device import Device, open_device
+from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource
+from planner_core.scan import opencl
+from planner_core.scan.opencl import OpenCLEngine
+from planner_core.scan.patch_mode import PatchMode
+from planner_core.scan.tree import Tree
+from planner_core.scan.tuning import use_shape
+from planner_core.scene.patches import make_patches
+
+SHAPES = {"cpu": (4, 16, 8), "cpu-4": (4, 16, 4), "gpu": (4, 8, 1)}
+#: 112 triangles: more than a treelet; and 28, which are one treelet.
+N_BOXES, N_FEW_BOXES = 8, 1
+TREE_SIZES = ("n_triangles", "n_nodes", "n_blocks", "n_levels")
+
+
+def room(n_boxes: int) -> Scene:
+    """A room of 4 x 3 x 2.5 m with small boxes in it, a needle, two triangles in one place and one without area."""
+    rng = np.random.default_rng(1)
+    unit = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    box = np.array([t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))])
+    parts = [unit * [4.0, 3.0, 2.5] - [2.0, 1.5, 1.0]]
+    for _ in range(n_boxes):
+        parts.append(rng.uniform(-0.9, 0.9, 3) * [1.8, 1.3, 0.9] + unit * rng.uniform(0.05, 0.5, 3))
+    triangles = [box + 8 * index for index in range(len(parts))]
+    odd = np.array([[1, 1, 0], [1, -1, 0.5], [1, 0, 0.25 + 1e-7], [1.2, 0, 0], [1.2, 1, 0], [1.2, 0, 1.0]])
+    more = np.array([[0, 1, 2], [3, 4, 5], [3, 4, 5], [3, 3, 5]]) + 8 * len(parts)
+    cells = np.concatenate([*triangles, more]).astype(np.int32)
+    return Scene(
+        source=SceneSource(Path("memory"), "", "memory", "metre", 1.0, "Z"),
+        vertices_m=np.concatenate([*parts, odd]),
+        triangles=cells,
+        element_of_triangle=np.zeros(len(cells), dtype=np.int32),
+        elements=(),
+        storeys=(),
+        offset_m=np.zeros(3),
+        report=LoadReport(len(cells)),
+    )
+
+
+def results(kind: str, *, with_tree: bool, save_tree: Path | None) -> list[Any]:
+    """Everything that the library asks of kernels; without the kernels that build the tree if `with_tree` is False."""
+    device = open_device()
+    device.kind = kind.removesuffix("-4")
+    scene = room(N_BOXES)
+    patches = make_patches(scene, max_area_m2=0.5)
+    # Offsets, no full turn, a number of rows and columns that fills no tile.
+    template = BeamTemplate(
+        azimuth_rad=np.linspace(-1.0, 2.0, 21),
+        elevation_rad=np.linspace(0.6, -0.7, 6),
+        range_min_m=0.2,
+        range_max_m=3.0,
+        azimuth_offset_rad=np.array([0.3, -0.3, 0.1, 0.0, 0.2, -0.1]),
+    )
+    at = np.array([[0.1, 0.2, 0.3], [-0.5, 0.4, 0.1], [0.4, -0.6, 0.2]])
+    rng = np.random.default_rng(2)
+    found: list[Any] = []
+    with use_shape(SHAPES[kind]):
+        if with_tree:
+            few = room(N_FEW_BOXES)
+            OpenCLEngine(few, make_patches(few, max_area_m2=0.5), device)
+        engine = OpenCLEngine(scene, patches, device)
+        if save_tree is not None:
+            keep(engine.tree, save_tree)
+        found.append(engine.scan(template, at))
+        found.append(engine.visible_patches(template, at))
+        found.append(engine.patch_returns(template, at))
+        found.append(engine.patch_returns(template, at, moments=True))
+        found.append(engine.cast_rays(np.repeat(at, 7, axis=0), rng.normal(size=(21, 3)), range_max_m=np.inf))
+        found.append(PatchMode(engine, scene, patches).see(template, at[:1]))
+    return found
+
+
+def keep(tree: Tree, file: Path) -> None:
+    """Write a tree's arrays and sizes."""
+    arrays = {}
+    for name, buffer in tree.on_device.items():
+        arrays[name] = np.empty(buffer.n_bytes, dtype=np.uint8)
+        tree.device.read(buffer, arrays[name])
+    np.savez(file, sizes=[getattr(tree, name) for name in TREE_SIZES], **arrays)
+
+
+def kept(file: Path, device: Device) -> Tree:
+    """Read what `keep` wrote."""
+    with np.load(file) as held:
+        arrays = {name: held[name] for name in held.files if name != "sizes"}
+        sizes = dict(zip(TREE_SIZES, (int(size) for size in held["sizes"]), strict=True))
+    return Tree(device=device, on_device=device.upload("tree", arrays), **sizes)
+
+
+def digest(found: list[Any]) -> str:
+    """Hash of all arrays, bit by bit."""
+    hashed = hashlib.sha256()
+    for item in found:
+        for name, value in sorted(vars(item).items()):
+            hashed.update(name.encode())
+            hashed.update(value.tobytes() if isinstance(value, np.ndarray) else repr(value).encode())
+    return hashed.hexdigest()[:16]
+
+
+def note_kernels() -> set[str]:
+    """Names of the kernels that are launched from now on."""
+    kernels: set[str] = set()
+    real = pyopencl.enqueue_nd_range_kernel
+
+    def noted(queue: Any, kernel: Any, *rest: Any, **named: Any) -> Any:
+        kernels.add(kernel.function_name)
+        return real(queue, kernel, *rest, **named)
+
+    pyopencl.enqueue_nd_range_kernel = noted
+    return kernels
+
+
+def poison_memory(byte: int) -> None:
+    """Fill whatever is allocated from now on."""
+    real = Device.allocate
+
+    def poisoned(self: Device, what: str, n_bytes: int) -> Any:
+        buffer = real(self, what, n_bytes)
+        if n_bytes:
+            # Copied, not filled: oclgrind 21.10 takes memory that was filled for uninitialised.
+            pyopencl.enqueue_copy(self.queue, buffer.handle, np.full(n_bytes, byte, dtype=np.uint8))
+        return buffer
+
+    Device.allocate = poisoned  # type: ignore[method-assign]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kind", choices=SHAPES)
+    parser.add_argument("--save-tree", type=Path)
+    parser.add_argument("--tree", type=Path)
+    parser.add_argument("--poison", type=lambda text: int(text, 0))
+    options = parser.parse_args()
+    kernels = note_kernels()
+    if options.poison is not None:
+        poison_memory(options.poison)
+    if options.tree is not None:
+        opencl.build_tree = lambda _, device: kept(options.tree, device)  # type: ignore[attr-defined]
+    found = results(options.kind, with_tree=options.tree is None, save_tree=options.save_tree)
+    print(json.dumps({"kernels": sorted(kernels), "results": digest(found)}))
+
+
+if __name__ == "__main__":
+    main()
