@@ -278,7 +278,7 @@ def test_tiles_leave_no_trace_in_the_bits(open_both: Callable, shapes: SimpleNam
 
 def test_sums_of_a_tile_do_not_overflow(open_both: Callable, shapes: SimpleNamespace) -> None:
     """2048 grazing returns at the far end of one patch, in one tile of one lane: w x comes to 4e9 units."""
-    corners = np.array([[0, 0, 0], [15.9, 0, 0], [15.9, 2.0, 0]])
+    corners = np.array([[0, 0, 0], [15.8, 0, 0], [15.8, 2.0, 0]])
     engine = open_both(shapes.scene_of(corners, np.array([[0, 1, 2]], dtype=np.int32)), 100.0)[0]
     template = BeamTemplate(np.linspace(-0.05, 0.05, 64), np.linspace(-0.1, -0.11, 32), 0.0, 100.0)
     with tuning.use_shape((32, 64, 1)):
@@ -288,6 +288,7 @@ def test_sums_of_a_tile_do_not_overflow(open_both: Callable, shapes: SimpleNames
     w, x = 2 + beams[:, 2], 14.0 + beams[:, 0] * (0.15 / -beams[:, 2])
     assert returns.moments is not None
     assert returns.moments.weighted_point_sum_m[0, 0] == pytest.approx((w * x).sum(), rel=1e-6)
+    assert returns.moments.weight_sum[0] == pytest.approx(w.sum(), rel=1e-6)
     assert (w * x).sum() * 2**20 / 16 > 2**31
 
 
