@@ -62,7 +62,7 @@ def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, p
     # 3. Where a tripod can stand.
     with clock.stage("candidates"):
         candidates = find_candidates(survey, settings, caster, floors=floors, progress=progress)
-        warnings = (*survey.warnings, *caster.warnings, *_bare_floors(survey, candidates, floors))
+        bare = _bare_floors(survey, candidates, floors)
     # 4. What each spot sees. Seen by any of them: achievable.
     with clock.stage("scan"):
         visibility = visible_from(survey, settings, caster, candidates.position_m, progress=progress)
@@ -89,7 +89,7 @@ def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, p
             achievable=achievable,
             lower_bound=fewest,
             n_candidates=int(candidates.floor.size),
-            warnings=warnings,
+            warnings=(*survey.warnings, *caster.warnings, *bare),  # the engine's last: scanning may add to them
         )
     return replace(plan, timings_s=clock.seconds)
 

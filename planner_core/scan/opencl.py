@@ -206,7 +206,8 @@ class OpenCLEngine:
             tiles.release()
 
     def _warn(self, line: str) -> None:
-        self.warnings = (*self.warnings, line)
+        """Tell of smaller batches once: every chunk finds out for itself."""
+        self.warnings = self.warnings or (line,)
 
     def _prepare(self, template: BeamTemplate) -> TiledTemplate:
         """Make and upload the template's tiles, unless the last call had the same template."""

@@ -57,14 +57,17 @@ def refuse(target: Any, name: str, status: str, *, times: int = 10**9) -> Iterat
 
 
 @contextmanager
-def abort(kernel: str, status: str) -> Iterator[SimpleNamespace]:
-    """Launches of the kernel succeed, and their events say later that it was aborted; `.aborted` counts them."""
+def abort(kernel: str, status: str, *, more_than: int = 0) -> Iterator[SimpleNamespace]:
+    """Launches of the kernel succeed, and their events say later that it was aborted; `.aborted` counts them.
+
+    Only launches with more work-items than `more_than` along the last axis, which is that of positions.
+    """
     real = pyopencl.enqueue_nd_range_kernel
     seen = SimpleNamespace(aborted=0)
 
-    def wrapped(queue: Any, launched: Any, *rest: Any, **named: Any) -> Any:
-        event = real(queue, launched, *rest, **named)
-        if launched.function_name != kernel:
+    def wrapped(queue: Any, launched: Any, global_size: tuple[int, ...], *rest: Any, **named: Any) -> Any:
+        event = real(queue, launched, global_size, *rest, **named)
+        if launched.function_name != kernel or global_size[-1] <= more_than:
             return event
         seen.aborted += 1
         return Aborted(event, status)

@@ -13,6 +13,12 @@ import pyopencl
 import pytest
 from tlsplan.main import main
 
+from planner_core.export.plan_json import DROPPABLE_KEYS, plan_document
+from planner_core.model import PlanSettings
+from planner_core.plan import make_plan
+from planner_core.scan import opencl
+from planner_core.scan.scanners import load_scanner
+from planner_core.scene.load import load_scene
 from scenes_synthetic import build
 from scenes_synthetic.mesh_files import ply_bytes
 
@@ -82,6 +88,30 @@ def test_memory_that_never_suffices_is_told_in_one_line(
     assert "ran out of memory" in last_line(err)
     assert last_line(err).startswith("tlsplan: ")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_memory_that_suffices_for_fewer_candidates_at_a_time_gives_the_same_plan_and_one_warning(
+    scene_file: Path, faults: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(opencl, "_CHUNK", 6)
+    scene = load_scene(scene_file)
+    settings = PlanSettings(
+        load_scanner("hdl-64e"), grid_step_m=0.7, instrument_heights_m=(1.5,), max_patch_area_m2=0.5
+    )
+    expected = make_plan(scene, settings)
+    with faults.abort("list_patches", "OUT_OF_RESOURCES", more_than=3) as seen:
+        plan = make_plan(scene, settings)
+    assert seen.aborted >= 2
+    told = [line for line in plan.warnings if "ran out of memory" in line]
+    assert len(told) == 1
+    assert "same results" in told[0]
+    assert "\n" not in told[0]
+    assert plan_document(plan)["warnings"][: len(plan.warnings)] == list(plan.warnings)
+    documents = [plan_document(each) for each in (plan, expected)]
+    for document in documents:
+        for key in (*DROPPABLE_KEYS, "warnings"):
+            del document[key]
+    assert documents[0] == documents[1]
 
 
 def test_without_a_device_open3d_scans_and_says_so_aloud_and_in_the_document(
