@@ -100,18 +100,18 @@ kernel void list_children(BINARY_ARGUMENTS, global int *nodes, int first, int n,
  * last bit: the same float64 operations in the same order, none contracted. No area: a normal of zeros. */
 static inline void measure_triangle(float *normal, global float *edges, const float *v)
 {
-    double p[3], q[3], r[3]; /* v1 - v0, v2 - v1, v0 - v2 */
+    double p[3], q[3], r[3]; /* v1 - v0, v2 - v1, v2 - v0 */
     for (int k = 0; k < 3; ++k) {
         p[k] = (double)v[3 + k] - (double)v[k];
         q[k] = (double)v[6 + k] - (double)v[3 + k];
-        r[k] = (double)v[k] - (double)v[6 + k];
+        r[k] = (double)v[6 + k] - (double)v[k];
     }
     edges[0] = (float)(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
     edges[1] = (float)(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]);
     edges[2] = (float)(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
-    const double x = p[1] * -r[2] - p[2] * -r[1];
-    const double y = p[2] * -r[0] - p[0] * -r[2];
-    const double z = p[0] * -r[1] - p[1] * -r[0];
+    const double x = p[1] * r[2] - p[2] * r[1];
+    const double y = p[2] * r[0] - p[0] * r[2];
+    const double z = p[0] * r[1] - p[1] * r[0];
     const double length = sqrt(x * x + y * y + z * z);
     normal[0] = length > 0.0 ? (float)(x / length) : 0.0f;
     normal[1] = length > 0.0 ? (float)(y / length) : 0.0f;

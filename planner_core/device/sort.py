@@ -29,7 +29,7 @@ def chunk_count(device: Device, n: int) -> int:
 def sort_pairs(
     device: Device, keys: Buffer, values: Buffer, spare_keys: Buffer, spare_values: Buffer, *, n: int, n_bits: int
 ) -> tuple[Buffer, Buffer]:
-    """Queue sorting `n` pairs by the last `n_bits` bits of their keys; equal keys keep their order.
+    """Queue sorting `n` pairs by the last `n_bits` bits of their keys, in whole bytes; equal ones keep their order.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ def widen(
     outline, arrays
         boxes (N, 6, 8), children (N, 8), geometry (B, 12, 8), triangle (B, 8), slot (T,), edges (T, 3) m2.
     """
-    float64 = "cl_khr_fp64" in device.queue.device.extensions.split()
+    float64 = _has_float64(device)
     program = device.program("tree_widen.cl", {"LANES": 1, "FLOAT64": int(float64)})
     outline = _outline(device, program, binary)
     sizes = {
@@ -76,6 +76,10 @@ def widen(
     )
     _write_nodes(device, program, binary, outline, block_box, arrays)
     return outline, arrays
+
+
+def _has_float64(device: Device) -> bool:
+    return "cl_khr_fp64" in device.queue.device.extensions.split()
 
 
 def _write_nodes(
