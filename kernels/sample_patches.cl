@@ -12,10 +12,10 @@
  *                 /  . samples .  \       triangle with m = n / K hides it where p . m > 1 + slack and p is inside its
  *                o -----------------      edges. All of it is linear in p: a box is tested by its centre and half size.
  *
- * Samples    pattern[2 s], pattern[2 s + 1]: weights of the patch's second and third vertex. The first RIM samples are
- *            cast always, the other FINE ones where a patch is seen in part, or not at all while its family is seen.
- *            Family: patches of one triangle whose codes agree but for the last 4 bits; never split between groups.
- * Marks      one uint a patch: bit s, sample s is seen; REFINED where all were cast.
+ * Samples    pattern[3 s], [3 s + 1]: weights of the patch's second and third vertex; [3 s + 2]: share of the patch
+ *            that the sample stands for. The first RIM samples are cast always, the other FINE ones where not all of
+ *            those are seen: a patch that one triangle hides whole is never asked for them.
+ * Marks      one uint a patch: bit s, sample s is seen.
  * Groups     groups[3 g]: rank of group g's first triangle in `order`; [3 g + 1]: its first code there; [3 g + 2]: its
  *            patches, which run on through the triangles of `order`. group_box[6 g + k]: least, greatest x y z, metres.
  * View       see VIEW_ below; "signed square" of s is s |s|: comparisons of angles without a root.
@@ -29,11 +29,10 @@
 
 #define GROUP_PATCHES 16
 #define RIM 7
-#define FINE 21
+#define FINE 22
 #define PACKS (GROUP_PATCHES / LANES)
 #define FINE_PACKETS ((FINE + LANES - 1) / LANES)
 #define MOST_PACKETS (RIM > FINE_PACKETS ? RIM : FINE_PACKETS)
-#define REFINED 0x80000000u
 #define ALL_RIM 0x7fu
 
 /* A prepared triangle that hides a whole box: the samples' own test has slack of at most SLACK_MOST. */
@@ -42,6 +41,9 @@
 
 /* Hits may lie some ulp outside their triangle and box: shafts are larger by this share of the distance. */
 #define SHAFT_PAD 1e-5f
+
+/* Rows and columns that a patch must span for a beam to be expected on it: then one meets it half of the time. */
+#define LEAST_SPAN 0.5f
 
 /* Blocks remembered from the walk for the second pattern; where there are more, the tree is walked again. */
 #define MOST_BLOCKS 96
@@ -59,10 +61,11 @@
 #define VIEW_AZIMUTH_Y 5   /* sine, */
 #define VIEW_AZIMUTH 6     /* and signed square of the cosine of half their width; -2 for a full turn */
 #define VIEW_LEAST_COS2 7  /* square of the cosine of the greatest incidence */
-#define VIEW_STEPS 8       /* azimuth step times elevation step, rad^2 */
-#define VIEW_RETURNS 9     /* expected returns below which a patch does not count as seen */
-#define VIEW_SLACK 10      /* share of the range within which a surface does not hide the target */
-#define VIEW_ROUNDING 11   /* rounding of the scene's coordinates, m */
+#define VIEW_COLUMN 8      /* azimuth step, rad */
+#define VIEW_ROW 9         /* elevation step, rad */
+#define VIEW_RETURNS 10    /* expected returns below which a patch does not count as seen */
+#define VIEW_SLACK 11      /* share of the range within which a surface does not hide the target */
+#define VIEW_ROUNDING 12   /* rounding of the scene's coordinates, m */
 
 typedef struct {
     lanes_f x, y, z; /* sample minus origin, metres */
@@ -76,7 +79,6 @@ typedef struct {
     lanes_i patch;
     lanes_f vx, vy, vz, ex, ey, ez, fx, fy, fz; /* vertex 0 minus origin, edges 01 and 02 */
     lanes_f a1, a2, b1, b2, c1, c2;             /* weights of vertices 1 and 2 at the patch's vertices a, b, c: exact */
-    lanes_f halves;                             /* 2 ^ depth: patches of the triangle */
 } Pack;
 
 /* A box from the origin: what can hide all of it, or none of it. */
@@ -98,6 +100,7 @@ typedef struct {
     Extent extent;
     Sample samples[MOST_PACKETS];
     int live[MOST_PACKETS], n_live; /* packets that have an open sample */
+    bool covered;                   /* one triangle hides all of the extent */
 } Target;
 
 /* Triangles that hid much lately: neighbours are often hidden by the same. */
@@ -305,9 +308,10 @@ static inline int test_block(Target *targets, int n_targets, const Block *block,
             for (int j = 0; j < BLOCK_LANES && t->n_live > 0; ++j) {
                 if (!meets[j] || triangles[j] < 0) continue;
                 int closed = t->n_live;
-                if (covers[j])
+                if (covers[j]) {
                     t->n_live = 0;
-                else
+                    t->covered = true;
+                } else
                     closed = close_samples(t, block, j, index, triangles[j], at);
                 if (recent != 0 && closed >= WORTH_KEEPING && clear[j]) remember(recent, block, j, triangles[j]);
             }
@@ -391,7 +395,7 @@ static inline void load_pack(Pack *pack, int *rank, int *code, int left, const L
 {
     /* Vectors that are filled lane by lane: an array of ints need not be aligned to be read as one. */
     lanes_i own8, patch8, path8, depth8;
-    lanes_f corner8[13], squared8[3];
+    lanes_f corner8[12], squared8[3];
     int *own = (int *)&own8, *patch = (int *)&patch8, *path = (int *)&path8, *depth = (int *)&depth8;
     float *corner = (float *)corner8, *squared = (float *)squared8;
     int deepest = 0;
@@ -407,7 +411,6 @@ static inline void load_pack(Pack *pack, int *rank, int *code, int left, const L
         const size_t first = (size_t)(s / BLOCK_LANES) * (BLOCK_FLOATS * BLOCK_LANES);
         global const float *g = at->geometry + first + s % BLOCK_LANES;
         for (int k = 0; k < 12; ++k) corner[k * LANES + lane] = g[k * BLOCK_LANES];
-        corner[12 * LANES + lane] = (float)(1 << depth[lane]);
         for (int k = 0; k < 3; ++k) squared[k * LANES + lane] = at->edges[3 * triangle + k];
         if (lane + 1 < left && ++*code == 1 << depth[lane]) {
             *code = 0;
@@ -417,7 +420,6 @@ static inline void load_pack(Pack *pack, int *rank, int *code, int left, const L
     pack->vx = corner8[0] - at->ox, pack->vy = corner8[1] - at->oy, pack->vz = corner8[2] - at->oz;
     pack->ex = corner8[3] - corner8[0], pack->ey = corner8[4] - corner8[1], pack->ez = corner8[5] - corner8[2];
     pack->fx = corner8[6] - corner8[0], pack->fy = corner8[7] - corner8[1], pack->fz = corner8[8] - corner8[2];
-    pack->halves = corner8[12];
     pack->own = own8;
     pack->patch = patch8;
     const lanes_f plane = dot3_lanes(pack->vx, pack->vy, pack->vz, corner8[9], corner8[10], corner8[11]);
@@ -460,19 +462,54 @@ static inline void look(Sample *at, Pack *pack, global const float *view)
     pack->reach = MOST(reach, pack->reach);
 }
 
-/* Returns to be expected of a lane's patch, a share of it seen: area cos / range^2 over the solid angle of a beam. */
+/* Corners of a lane's patch minus the origin, (x, y, z) each. */
+static inline void patch_corners(float *corners, const Pack *pack, int lane)
+{
+#define OF(v) (((const float *)&(v))[lane])
+    const float l1[3] = {OF(pack->a1), OF(pack->b1), OF(pack->c1)}, l2[3] = {OF(pack->a2), OF(pack->b2), OF(pack->c2)};
+    for (int k = 0; k < 3; ++k) {
+        corners[3 * k] = OF(pack->vx) + (l1[k] * OF(pack->ex) + l2[k] * OF(pack->fx));
+        corners[3 * k + 1] = OF(pack->vy) + (l1[k] * OF(pack->ey) + l2[k] * OF(pack->fy));
+        corners[3 * k + 2] = OF(pack->vz) + (l1[k] * OF(pack->ez) + l2[k] * OF(pack->fz));
+    }
+#undef OF
+}
+
+/* Box of a lane's patch. */
+static inline Extent patch_extent(const Pack *pack, int lane)
+{
+    float c[9], low[3], high[3];
+    patch_corners(c, pack, lane);
+    for (int k = 0; k < 3; ++k) {
+        const float least = LEAST(c[k], c[3 + k]), most = MOST(c[k], c[3 + k]);
+        low[k] = LEAST(least, c[6 + k]), high[k] = MOST(most, c[6 + k]);
+    }
+    return make_extent(low[0], low[1], low[2], high[0], high[1], high[2]);
+}
+
+/* Returns to be expected of a lane's patch, a share of it seen: area cos / range^2 over the solid angle of a beam. None
+ * where it spans too little of a row or column, as a table top at eye level does: beams may pass on both sides. */
 static inline float expected_returns(const Pack *pack, int lane, float share, global const float *view)
 {
-    const Sample centre = place(pack, 1.0f / 3.0f, 1.0f / 3.0f);
-#define OF(v) (((const float *)&(v))[lane])
-    const float x = OF(centre.x), y = OF(centre.y), z = OF(centre.z);
-    const float ex = OF(pack->ex), ey = OF(pack->ey), ez = OF(pack->ez);
-    const float fx = OF(pack->fx), fy = OF(pack->fy), fz = OF(pack->fz);
+    float c[9];
+    patch_corners(c, pack, lane);
+    const float x = (c[0] + c[3] + c[6]) / 3.0f, y = (c[1] + c[4] + c[7]) / 3.0f, z = (c[2] + c[5] + c[8]) / 3.0f;
+    const float across2 = x * x + y * y, across = sqrt(across2), range2 = across2 + z * z;
+    float left = INFINITY, right = -INFINITY, low = INFINITY, high = -INFINITY;
+    for (int k = 0; k < 3; ++k) {
+        const float sideways = x * c[3 * k + 1] - y * c[3 * k];
+        const float up = across2 * c[3 * k + 2] - z * (x * c[3 * k] + y * c[3 * k + 1]);
+        left = LEAST(sideways, left), right = MOST(sideways, right), low = LEAST(up, low), high = MOST(up, high);
+    }
+    const float ex = c[3] - c[0], ey = c[4] - c[1], ez = c[5] - c[2];
+    const float fx = c[6] - c[0], fy = c[7] - c[1], fz = c[8] - c[2];
     const float volume = x * (ey * fz - ez * fy) + y * (ez * fx - ex * fz) + z * (ex * fy - ey * fx);
-    const float across2 = x * x + y * y, range2 = across2 + z * z;
-    const float halves = OF(pack->halves);
-#undef OF
-    return MAGNITUDE(volume) * share / (2.0f * halves * range2 * sqrt(across2) * view[VIEW_STEPS]);
+    if (!(across2 > 1e-8f * range2)) return volume != 0.0f ? INFINITY : 0.0f; /* straight up all columns meet */
+    /* at the centre, of directions across the beam: radians of azimuth and of elevation */
+    const float columns = (right - left) / (across2 * view[VIEW_COLUMN]);
+    const float rows = (high - low) / (across * range2 * view[VIEW_ROW]);
+    if (!(columns >= LEAST_SPAN) || !(rows >= LEAST_SPAN)) return 0.0f;
+    return MAGNITUDE(volume) * share / (2.0f * range2 * across * view[VIEW_COLUMN] * view[VIEW_ROW]);
 }
 
 /* The box of a target's samples, and the list of its packets that have an open one. */
@@ -495,6 +532,7 @@ static inline void bound(Target *t, int n_packets)
         hx = MOST(px1[lane], hx), hy = MOST(py1[lane], hy), hz = MOST(pz1[lane], hz);
     }
     t->extent = make_extent(lx, ly, lz, hx, hy, hz);
+    t->covered = false;
 }
 
 /* Patch `lane` of a pack in all lanes, with the second pattern as its samples. */
@@ -508,8 +546,8 @@ static inline void spread(Target *to, const Pack *from, int lane, const Launch *
         lanes_i real = 0;
         for (int i = 0; i < LANES; ++i) {
             const int k = packet * LANES + i < FINE ? packet * LANES + i : FINE - 1;
-            ((float *)&wb)[i] = at->pattern[2 * (RIM + k)];
-            ((float *)&wc)[i] = at->pattern[2 * (RIM + k) + 1];
+            ((float *)&wb)[i] = at->pattern[3 * (RIM + k)];
+            ((float *)&wc)[i] = at->pattern[3 * (RIM + k) + 1];
             ((int *)&real)[i] = packet * LANES + i < FINE ? -1 : 0;
         }
         to->samples[packet] = place(&to->pack, wb, wc);
@@ -519,47 +557,65 @@ static inline void spread(Target *to, const Pack *from, int lane, const Launch *
     bound(to, FINE_PACKETS);
 }
 
-/* Cast the second pattern for the patches wanted[0 .. n - 1], at the blocks that the first one met. */
-static inline void refine(uint *bits, const Target *packs, const int *wanted, int n, int *blocks, int n_blocks,
+/* Whether one of the triangles that hid much lately hides all of a box. */
+static inline bool hidden_by_recent(const Recent *recent, const Extent *e)
+{
+    int8 meets, covers, any = 0;
+    for (int k = 0; k < RECENT_BLOCKS; ++k) {
+        cull_block(&recent->block[k], e, &meets, &covers);
+        any |= covers;
+    }
+    return any8(any);
+}
+
+/* Test targets against the triangles that hid much lately. Returns how many have open samples left. */
+static inline int test_recent(Target *targets, int n_targets, const Recent *recent, const Launch *at)
+{
+    int n_open = n_targets;
+    for (int k = 0; k < RECENT_BLOCKS && n_open > 0; ++k)
+        n_open = test_block(targets, n_targets, &recent->block[k], -1, recent->triangle + BLOCK_LANES * k, 0, at);
+    return n_open;
+}
+
+/* Add the second pattern to the bits of a group's patches that are not seen whole. blocks: all that can hide something
+ * of the group; n_blocks is past MOST_BLOCKS where they are not known. */
+static inline void refine(uint *bits, const Target *packs, int n_patches, Recent *recent, int *blocks, int n_blocks,
                           const Shaft *shaft, const Launch *at)
 {
     Target targets[GROUP_PATCHES];
-    int n_open = 0;
-    for (int i = 0; i < n; ++i) {
-        spread(&targets[i], &packs[wanted[i] / LANES].pack, wanted[i] % LANES, at);
-        n_open += targets[i].n_live > 0 ? 1 : 0;
+    int patch[GROUP_PATCHES], n = 0;
+    for (int i = 0; i < n_patches; ++i) {
+        const Target *pack = &packs[i / LANES];
+        if (bits[i] == ALL_RIM || pack->covered) continue;
+        const Extent own = patch_extent(&pack->pack, i % LANES);
+        if (hidden_by_recent(recent, &own)) continue;
+        spread(&targets[n], &pack->pack, i % LANES, at);
+        patch[n] = i;
+        n += targets[n].n_live > 0 ? 1 : 0;
     }
+    int n_open = test_recent(targets, n, recent, at);
     bool met;
-    if (n_blocks > MOST_BLOCKS)
-        walk(targets, n, 0, blocks, &n_blocks, shaft, at);
+    if (n_open > 0 && n_blocks > MOST_BLOCKS)
+        walk(targets, n, recent, blocks, &n_blocks, shaft, at);
     else
         for (int k = 0; k < n_blocks && n_open > 0; ++k)
-            n_open = test_tree_block(targets, n, blocks[k], &shaft->extent, 0, at, &met);
-    for (int i = 0; i < n; ++i) {
-        uint *mine = &bits[wanted[i]];
-        *mine |= REFINED;
+            n_open = test_tree_block(targets, n, blocks[k], &shaft->extent, recent, at, &met);
+    for (int i = 0; i < n; ++i)
         for (int k = 0; k < targets[i].n_live; ++k) {
             const int packet = targets[i].live[k];
             const int *open = (const int *)&targets[i].samples[packet].open;
             for (int lane = 0; lane < LANES; ++lane)
-                *mine |= (open[lane] != 0 ? 1u : 0u) << ((RIM + packet * LANES + lane) & 31);
+                bits[patch[i]] |= (open[lane] != 0 ? 1u : 0u) << ((RIM + packet * LANES + lane) & 31);
         }
-    }
 }
 
-/* Numbers of the patches that want the second pattern: seen in part, or not at all while a patch of the family is seen.
- * Patches of one triangle in a group are one family: a group holds no more than one of a large triangle. */
-static inline int disagree(int *wanted, const uint *bits, const Target *packs, int n_patches)
+/* Share of a patch that the samples in `bits` stand for. */
+static inline float share_of(uint bits, global const float *pattern)
 {
-    int own[GROUP_PATCHES], count = 0;
-    for (int i = 0; i < n_patches; ++i) own[i] = ((const int *)&packs[i / LANES].pack.own)[i % LANES];
-    for (int first = 0, end = 0; first < n_patches; first = end) {
-        uint family = 0;
-        for (; end < n_patches && own[end] == own[first]; ++end) family |= bits[end];
-        for (int i = first; i < end && family != 0; ++i)
-            if (bits[i] != ALL_RIM) wanted[count++] = i;
-    }
-    return count;
+    if (bits == ALL_RIM) return 1.0f;
+    float share = 0.0f;
+    for (int s = 0; s < RIM + FINE; ++s) share += bits >> s & 1u ? pattern[3 * s + 2] : 0.0f;
+    return share;
 }
 
 /* Marks of one group of patches from one origin. */
@@ -570,12 +626,7 @@ static inline void see_group(global uint *marks, int group, Recent *recent, cons
     const Extent *e = &shaft.extent;
     const float gx = MAGNITUDE(e->cx) - e->hx, gy = MAGNITUDE(e->cy) - e->hy, gz = MAGNITUDE(e->cz) - e->hz;
     const float dx = MOST(gx, 0.0f), dy = MOST(gy, 0.0f), dz = MOST(gz, 0.0f);
-    if (dx * dx + dy * dy + dz * dz > at->view[VIEW_RANGE_MAX2]) return;
-    int8 meets[RECENT_BLOCKS], covers;
-    for (int k = 0; k < RECENT_BLOCKS; ++k) {
-        cull_block(&recent->block[k], e, &meets[k], &covers);
-        if (any8(covers)) return;
-    }
+    if (dx * dx + dy * dy + dz * dz > at->view[VIEW_RANGE_MAX2] || hidden_by_recent(recent, e)) return;
     /* 2: the first pattern */
     Target packs[PACKS];
     int rank = at->groups[3 * group], code = at->groups[3 * group + 1], n_open = 0;
@@ -584,19 +635,16 @@ static inline void see_group(global uint *marks, int group, Recent *recent, cons
         Target *t = &packs[p];
         load_pack(&t->pack, &rank, &code, n_patches - p * LANES, at);
         for (int k = 0; k < RIM; ++k) {
-            t->samples[k] = place(&t->pack, at->pattern[2 * k], at->pattern[2 * k + 1]);
+            t->samples[k] = place(&t->pack, at->pattern[3 * k], at->pattern[3 * k + 1]);
             look(&t->samples[k], &t->pack, at->view);
         }
         bound(t, RIM);
         n_open += t->n_live > 0 ? 1 : 0;
     }
-    for (int k = 0; k < RECENT_BLOCKS && n_open > 0; ++k)
-        if (any8(meets[k]))
-            n_open = test_block(packs, n_packs, &recent->block[k], -1, recent->triangle + BLOCK_LANES * k, 0, at);
-    if (n_open == 0) return;
-    int blocks[MOST_BLOCKS], n_blocks;
-    if (!walk(packs, n_packs, recent, blocks, &n_blocks, &shaft, at)) return;
-    /* 3: the second one where samples disagree. Something is seen, so the walk was complete and `blocks` is, too. */
+    int blocks[MOST_BLOCKS], n_blocks = MOST_BLOCKS + 1;
+    if (n_open > 0) n_open = test_recent(packs, n_packs, recent, at);
+    /* a walk that ends early has not met all blocks */
+    if (n_open > 0 && !walk(packs, n_packs, recent, blocks, &n_blocks, &shaft, at)) n_blocks = MOST_BLOCKS + 1;
     uint bits[GROUP_PATCHES];
     for (int i = 0; i < GROUP_PATCHES; ++i) bits[i] = 0;
     for (int p = 0; p < n_packs; ++p)
@@ -605,17 +653,14 @@ static inline void see_group(global uint *marks, int group, Recent *recent, cons
             const int *open = (const int *)&packs[p].samples[packet].open;
             for (int lane = 0; lane < LANES; ++lane) bits[p * LANES + lane] |= (open[lane] != 0 ? 1u : 0u) << packet;
         }
-    int wanted[GROUP_PATCHES];
-    const int n_wanted = disagree(wanted, bits, packs, n_patches);
-    if (n_wanted > 0) refine(bits, packs, wanted, n_wanted, blocks, n_blocks, &shaft, at);
+    /* 3: the second one where the first did not see all */
+    refine(bits, packs, n_patches, recent, blocks, n_blocks, &shaft, at);
     /* 4: what a beam can land on */
     for (int i = 0; i < n_patches; ++i) {
-        const uint seen = bits[i] & ~REFINED;
-        if (seen == 0) continue;
+        if (bits[i] == 0) continue;
         const Pack *pack = &packs[i / LANES].pack;
-        const float share = (float)popcount(seen) / (bits[i] & REFINED ? (float)(RIM + FINE) : (float)RIM);
-        if (expected_returns(pack, i % LANES, share, at->view) < at->view[VIEW_RETURNS]) continue;
-        marks[((const int *)&pack->patch)[i % LANES]] = bits[i];
+        const float returns = expected_returns(pack, i % LANES, share_of(bits[i], at->pattern), at->view);
+        if (returns >= at->view[VIEW_RETURNS]) marks[((const int *)&pack->patch)[i % LANES]] = bits[i];
     }
 }
 

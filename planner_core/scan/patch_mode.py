@@ -29,18 +29,18 @@ from planner_core.model import (
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import ScanEngine, check_positions
 from planner_core.scan.patch_samples import (
+    ALL_RIM,
+    LEAST_SPAN,
     N_FINE,
     N_RIM,
-    REFINED,
     SLACK,
     SLACK_MOST,
     UInt32Array,
     View,
-    family_of_patch,
     make_groups,
     places_of,
     rounding_of,
-    sample_weights,
+    sample_pattern,
     view_of,
 )
 
@@ -84,7 +84,8 @@ class PatchViews:
     """Patches that each of N positions sees, as compressed sparse rows, and how it sees them.
 
     starts : (N + 1,) int64. patch : (M,) int32, sorted and unique inside each row. n_visible, n_samples : (M,) uint8,
-    samples of the patch that are seen, of those cast. range_m, cos_incidence : (M,) float32, at the middle of the
+    samples of the patch that are seen, of those cast. share : (M,) float32, the part of the patch that they stand for,
+    0 to 1. range_m, cos_incidence : (M,) float32, at the middle of the
     samples that are seen. spacing_m : (M, 2) float32, distance on the surface between the points of neighbouring
     columns, and of neighbouring rows.
     """
@@ -94,6 +95,7 @@ class PatchViews:
     n_patches: int
     n_visible: UInt8Array
     n_samples: UInt8Array
+    share: Float32Array
     range_m: Float32Array
     cos_incidence: Float32Array
     spacing_m: Float32Array
@@ -108,7 +110,7 @@ class _Caster(Protocol):
     """Casts the samples of all patches."""
 
     def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
-        """(S, P) uint32: bit s, sample s of the patch is seen; `REFINED` where both patterns were cast."""
+        """(S, P) uint32: bit s, sample s of the patch is seen; the second pattern's only where not all of the first."""
         ...
 
 
@@ -184,7 +186,8 @@ class PatchMode:
             patch=patch,
             n_patches=self._patches.n_patches,
             n_visible=_bits(mask).sum(axis=1, dtype=np.uint8),
-            n_samples=np.where(mask & REFINED != 0, N_RIM + N_FINE, N_RIM).astype(np.uint8),
+            n_samples=np.where(mask == ALL_RIM, N_RIM, N_RIM + N_FINE).astype(np.uint8),
+            share=_share(mask).astype(np.float32),
             range_m=range_m,
             cos_incidence=cosine,
             spacing_m=spacing,
@@ -210,7 +213,7 @@ class PatchMode:
         distinct, which = np.unique(patch, return_inverse=True)
         places = places_of(self._scene, self._patches, distinct.astype(np.int32))
         bits = _bits(mask).astype(np.float64)
-        weights = bits @ sample_weights() / np.maximum(bits.sum(axis=1), 1.0)[:, None]
+        weights = bits @ sample_pattern()[:, :2] / np.maximum(bits.sum(axis=1), 1.0)[:, None]
         corners, normal = places.corners_m[which], places.normal[which]
         at = corners[:, 0] - seen_from_m
         for k in (0, 1):
@@ -253,7 +256,7 @@ class _DeviceCaster:
                 "order": grouped.order,
                 "groups": grouped.groups,
                 "box": grouped.box,
-                "pattern": sample_weights().astype(np.float32),
+                "pattern": sample_pattern().astype(np.float32),
             },
         )
         lanes = 8 if self._on.kind == "cpu" else 1
@@ -288,21 +291,20 @@ class _Open3DCaster:
         self._engine = engine
         places = places_of(scene, patches, np.arange(patches.n_patches, dtype=np.int32))
         self._corners, self._normal, self._area_m2 = places.corners_m, places.normal, places.area_m2
-        self._family = family_of_patch(patches)
         self._rounding_m = rounding_of(scene)
-        self._weights = sample_weights()
+        self._weights = sample_pattern()[:, :2]
 
     def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
         """See `_Caster`."""
-        out = np.empty((len(positions_m), self._family.size), dtype=np.uint32)
+        n_patches = self._corners.shape[0]
+        out = np.empty((len(positions_m), n_patches), dtype=np.uint32)
         for row, position in enumerate(positions_m.astype(np.float64)):
-            seen = self._cast(view, position, np.arange(self._family.size), self._weights[:N_RIM])
-            family_seen = np.bincount(self._family, weights=seen.any(axis=1)) > 0
-            again = np.flatnonzero(family_seen[self._family] & ~seen.all(axis=1))
+            seen = self._cast(view, position, np.arange(n_patches), self._weights[:N_RIM])
+            again = np.flatnonzero(~seen.all(axis=1))
             fine = self._cast(view, position, again, self._weights[N_RIM:])
             mask = seen @ (np.uint32(1) << np.arange(N_RIM, dtype=np.uint32))
-            mask[again] |= fine @ (np.uint32(1) << np.arange(N_RIM, N_RIM + N_FINE, dtype=np.uint32)) | REFINED
-            mask[self._expected_returns(view, position, mask) < max(least_returns, 1e-30)] = 0
+            mask[again] |= fine @ (np.uint32(1) << np.arange(N_RIM, N_RIM + N_FINE, dtype=np.uint32))
+            mask[self._expected_returns(view, position, mask) < least_returns] = 0
             out[row] = mask
         return out
 
@@ -323,15 +325,35 @@ class _Open3DCaster:
     def _expected_returns(self, view: View, position_m: FloatArray, mask: UInt32Array) -> FloatArray:
         """(P,) returns to be expected; 0 where no sample is seen."""
         out = np.zeros(mask.size)
-        seen = np.flatnonzero(mask & ~REFINED)
-        share = _bits(mask[seen]).sum(axis=1) / np.where(mask[seen] & REFINED != 0, N_RIM + N_FINE, N_RIM)
-        centre = self._corners[seen].mean(axis=1) - position_m
-        across2 = (centre[:, :2] ** 2).sum(axis=1)
-        range2 = across2 + centre[:, 2] ** 2
-        facing = np.abs((centre * self._normal[seen]).sum(axis=1)) * self._area_m2[seen]
-        with np.errstate(divide="ignore"):
-            out[seen] = share * facing / (range2 * np.sqrt(across2) * view.azimuth_step_rad * view.elevation_step_rad)
+        seen = np.flatnonzero(mask)
+        returns = expected_returns(view, self._corners[seen] - position_m, self._normal[seen], self._area_m2[seen])
+        out[seen] = _share(mask[seen]) * returns
         return out
+
+
+def expected_returns(view: View, corners_m: FloatArray, normal: FloatArray, area_m2: FloatArray) -> FloatArray:
+    """Beams (n,) to be expected on patches with corners (n, 3, 3), relative to the sensor, that nothing hides.
+
+    Notes
+    -----
+    Area cos(incidence) / range^2 over the solid angle of a beam, azimuth step x elevation step x cos(elevation), at the
+    centre. None where the patch spans less than `LEAST_SPAN` of a row or a column, as a table top at eye level does:
+    there the number is right in the mean over many positions, but mostly none lands.
+    """
+    centre = corners_m.mean(axis=1)
+    across2 = (centre[:, :2] ** 2).sum(axis=1)
+    range2 = across2 + centre[:, 2] ** 2
+    facing = np.abs((centre * normal).sum(axis=1)) * area_m2
+    x, y, z = (centre[:, k, None] for k in range(3))
+    level = x * corners_m[..., 0] + y * corners_m[..., 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        columns = np.ptp(x * corners_m[..., 1] - y * corners_m[..., 0], axis=1) / (across2 * view.azimuth_step_rad)
+        up = across2[:, None] * corners_m[..., 2] - z * level
+        rows = np.ptp(up, axis=1) / (np.sqrt(across2) * range2 * view.elevation_step_rad)
+        returns: FloatArray = facing / (range2 * np.sqrt(across2) * view.azimuth_step_rad * view.elevation_step_rad)
+    returns[~((columns >= LEAST_SPAN) & (rows >= LEAST_SPAN))] = 0.0
+    returns[(across2 <= 1e-8 * range2) & (facing > 0)] = np.inf  # straight up or down all columns meet
+    return returns
 
 
 def in_view(view: View, at_m: FloatArray, normal: FloatArray) -> BoolArray:
@@ -367,6 +389,13 @@ def _caster_of(engine: ScanEngine, scene: Scene, patches: Patches) -> _Caster:
 def _bits(mask: UInt32Array) -> UInt8Array:
     """(M, 28) uint8, bits of marks (M,)."""
     return (mask[:, None] >> np.arange(N_RIM + N_FINE, dtype=np.uint32) & np.uint32(1)).astype(np.uint8)
+
+
+def _share(mask: UInt32Array) -> FloatArray:
+    """(M,) part of the patch that the samples of marks (M,) stand for."""
+    share: FloatArray = _bits(mask) @ sample_pattern()[:, 2]
+    share[mask == ALL_RIM] = 1.0
+    return share
 
 
 def _starts(rows: list[Int32Array]) -> Int64Array:

@@ -5,8 +5,8 @@ Input `Patches` (addresses), local frame, metres; output weights, points and lim
             c           The first pattern: near the corners, near the middles of the edges, the centroid. What hides a
            / \\          part of a patch mostly has straight edges, so that the part that is seen mostly holds a corner.
           / 2 \\
-         /5   4\\        The second pattern fills the patch evenly; it is cast where samples of the first disagree.
-        /   6   \\
+         /5   4\\        The second pattern: more of the rim, and a lattice inside. It is cast where not all of the
+        /   6   \\       first is seen, to find parts that hold none of it and to tell how large they are.
        /0   3   1\\
       a-----------b
 """
@@ -35,28 +35,37 @@ from planner_core.scene.patches import patch_triangles, squared_edges
 
 UInt32Array = NDArray[np.uint32]
 
-#: Distance of the first pattern's samples from the patch's edges, as a weight: strictly inside, so that neither the own
-#: edges nor what meets them decides; near enough that a seen corner of 1/25 of the patch's height is found.
-_RIM = 0.02
-#: Codes of a family of patches differ in their last bits only: 16 neighbours, see `family_of_patch`.
-FAMILY_BITS = 4
+#: Distance of the rim's samples from the patch's edges, as a weight: strictly inside, so that neither the own edges nor
+#: what meets them decides; near enough that a seen strip of a hundredth of the patch's height is found.
+_RIM = 0.01
+#: Share of a patch that a sample of the rim stands for, against one inside.
+_RIM_SHARE = 0.3
+#: A group has at most 16 patches, see `make_groups`.
+GROUP_BITS = 4
 #: A surface does not hide what lies within this share of its range behind it: two surfaces in one place are both seen.
 SLACK = 2e-5
 #: ... and never what lies farther behind it than this share, however grazing the beam.
 SLACK_MOST = 1e-3
-#: Mark of a patch for which both patterns were cast; bit s of a mark is sample s.
-REFINED = np.uint32(1 << 31)
-N_RIM, N_FINE = 7, 21
-_ALL_RIM = np.uint32((1 << N_RIM) - 1)
+#: Rows and columns that a patch must span for a beam to be expected on it: then one meets it half of the time.
+LEAST_SPAN = 0.5
+N_RIM, N_FINE = 7, 22
+#: Mark of a patch whose first pattern is seen whole; bit s of a mark is sample s.
+ALL_RIM = np.uint32((1 << N_RIM) - 1)
 
 
-def sample_weights() -> FloatArray:
-    """Weights (28, 2) of a patch's second and third vertex at the samples: 7 of the first pattern, 21 of the second."""
-    far, middle = 1.0 - 2 * _RIM, (1.0 - _RIM) / 2
-    rim = [(_RIM, _RIM), (far, _RIM), (_RIM, far), (middle, _RIM), (middle, middle), (_RIM, middle), (1 / 3, 1 / 3)]
-    # Rows of 6, 5, ... 1 points, a third of their distance from the edges: each stands for about the same area.
-    lattice = [((i + 1 / 3) / 6, (j + 1 / 3) / 6) for j in range(6) for i in range(6 - j)]
-    return np.array(rim + lattice)
+def sample_pattern() -> FloatArray:
+    """(29, 3): weights of a patch's second and third vertex at each sample, and the share that the sample stands for.
+
+    The first 7 are the first pattern, the others the second. The shares add up to 1.
+    """
+    far, half, third = 1.0 - 2 * _RIM, (1.0 - _RIM) / 2, 1.0 / 3.0
+    corners, middles = [(_RIM, _RIM), (far, _RIM), (_RIM, far)], [(half, _RIM), (half, half), (_RIM, half)]
+    along = [_RIM + at * (1.0 - 3 * _RIM) for at in (1 / 6, 1 / 3, 2 / 3, 5 / 6)]
+    rim = [place for at in along for place in ((at, _RIM), (_RIM, at), (at, 1.0 - _RIM - at))]
+    inside = [((i + 0.8) / 5.4, (j + 0.8) / 5.4) for j in range(4) for i in range(4 - j)]
+    places = np.array([*corners, *middles, (third, third), *rim, *inside])
+    share = np.array([_RIM_SHARE] * 6 + [1.0] + [_RIM_SHARE] * len(rim) + [1.0] * len(inside))
+    return np.column_stack([places, share / share.sum()])
 
 
 @dataclass(frozen=True)
@@ -78,7 +87,7 @@ class View:
     least_cos_incidence: float
 
     def packed(self, *, least_returns: float, rounding_m: float) -> Float32Array:
-        """(12,) float32 as `kernels/sample_patches.cl` reads it (VIEW_)."""
+        """(13,) float32 as `kernels/sample_patches.cl` reads it (VIEW_)."""
         full = self.half_width_rad >= math.pi
         values = (
             self.range_min_m**2,
@@ -89,7 +98,8 @@ class View:
             math.sin(self.middle_rad),
             -2.0 if full else _signed_square(math.cos(self.half_width_rad)),
             self.least_cos_incidence**2,
-            self.azimuth_step_rad * self.elevation_step_rad,
+            self.azimuth_step_rad,
+            self.elevation_step_rad,
             least_returns,
             SLACK,
             rounding_m,
@@ -195,15 +205,6 @@ def places_of(scene: Scene, patches: Patches, patch: Int32Array) -> PatchPlaces:
     return PatchPlaces(at, normal, 0.5 * length / np.exp2(patches.depth[triangle].astype(np.float64)))
 
 
-def family_of_patch(patches: Patches) -> Int64Array:
-    """(P,) number of each patch's family: patches of a triangle that share all but the last 4 bits of their codes."""
-    size = np.diff(patches.first_patch)
-    first_family = np.concatenate([[0], np.cumsum(np.maximum(size >> FAMILY_BITS, 1), dtype=np.int64)])
-    code = np.arange(patches.n_patches, dtype=np.int64) - np.repeat(patches.first_patch[:-1], size)
-    family: Int64Array = np.repeat(first_family[:-1], size) + (code >> FAMILY_BITS)
-    return family
-
-
 @dataclass(frozen=True)
 class PatchGroups:
     """Patches that lie together, up to 16 each; layout in kernels/sample_patches.cl.
@@ -217,14 +218,13 @@ class PatchGroups:
 
 
 def make_groups(scene: Scene, patches: Patches, order: Int32Array) -> PatchGroups:
-    """Group all patches: families of large triangles, and small triangles that follow each other in `order` (T,)."""
-    family = 1 << FAMILY_BITS
-    coarse_depth = np.maximum(patches.depth.astype(np.int32) - FAMILY_BITS, 0).astype(np.uint8)
+    """Group all patches: 16 of a large triangle, or small triangles that follow each other in `order` (T,)."""
+    coarse_depth = np.maximum(patches.depth.astype(np.int32) - GROUP_BITS, 0).astype(np.uint8)
     rounded = replace(scene, vertices_m=scene.vertices_m.astype(np.float32).astype(np.float64))
     parts = patch_triangles(rounded, replace(patches, depth=coarse_depth)).astype(np.float32)
     box = np.concatenate([parts.min(axis=1), parts.max(axis=1)], axis=1)
     first_part = np.concatenate([[0], np.cumsum(np.int64(1) << coarse_depth.astype(np.int64))])
-    large = patches.depth[order] >= FAMILY_BITS
+    large = patches.depth[order] >= GROUP_BITS
     small_first = np.concatenate([order[~large], order[large]])
     n_small = int((~large).sum())
     few, few_box = _group_small(patches.depth[small_first[:n_small]], box[first_part[small_first[:n_small]]])
@@ -232,10 +232,10 @@ def make_groups(scene: Scene, patches: Patches, order: Int32Array) -> PatchGroup
     count = np.int64(1) << coarse_depth[big].astype(np.int64)
     rank = np.repeat(np.arange(n_small, order.size), count)
     part = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
-    families = np.stack([rank, part << FAMILY_BITS, np.full(rank.size, family)], axis=1)
+    full = np.stack([rank, part << GROUP_BITS, np.full(rank.size, 1 << GROUP_BITS)], axis=1)
     return PatchGroups(
         order=np.ascontiguousarray(small_first, dtype=np.int32),
-        groups=np.ascontiguousarray(np.concatenate([few, families]), dtype=np.int32),
+        groups=np.ascontiguousarray(np.concatenate([few, full]), dtype=np.int32),
         box=np.ascontiguousarray(np.concatenate([few_box, box[np.repeat(first_part[big], count) + part]])),
     )
 
@@ -249,9 +249,9 @@ def _group_small(depth: UInt8Array, box: Float32Array) -> tuple[Int64Array, Floa
         return np.empty((0, 3), dtype=np.int64), np.empty((0, 6), dtype=np.float32)
     size = np.int64(1) << depth.astype(np.int64)
     start = np.cumsum(size) - size
-    sixteen = start >> FAMILY_BITS
+    sixteen = start >> GROUP_BITS
     total = np.bincount(sixteen, weights=size)
-    half = (total[sixteen] > 1 << FAMILY_BITS) & (start & 8 != 0)
+    half = (total[sixteen] > 1 << GROUP_BITS) & (start & 8 != 0)
     key = 2 * sixteen + half
     rank = np.flatnonzero(np.diff(key, prepend=-1))
     count = np.add.reduceat(size, rank)

@@ -17,16 +17,15 @@ from planner_core.scan.engine import ScanEngine, open_engine
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.patch_mode import PatchMode
 from planner_core.scan.patch_samples import (
-    FAMILY_BITS,
+    ALL_RIM,
+    GROUP_BITS,
     N_FINE,
     N_RIM,
-    REFINED,
     SLACK,
-    family_of_patch,
     make_groups,
     patch_corner_weights,
     places_of,
-    sample_weights,
+    sample_pattern,
     view_of,
 )
 from planner_core.scene.patches import make_patches, patch_code, patch_triangles, squared_edges
@@ -70,7 +69,7 @@ def random_scene(shapes: SimpleNamespace, rng: np.random.Generator, n: int) -> S
 
 # ------------------------------------------------------------------------------------ samples and groups
 def test_the_samples_lie_strictly_inside_their_patch_and_have_its_address(shapes: SimpleNamespace) -> None:
-    weights = sample_weights()
+    weights = sample_pattern()[:, :2]
     assert weights.shape == (N_RIM + N_FINE, 2)
     assert (weights > 0).all()
     assert (weights.sum(axis=1) < 1).all()
@@ -94,14 +93,18 @@ def test_the_samples_lie_strictly_inside_their_patch_and_have_its_address(shapes
     np.testing.assert_array_equal(patches.first_patch[of] + code, np.repeat(np.arange(patches.n_patches), len(weights)))
 
 
-def test_the_second_pattern_estimates_the_share_that_a_straight_edge_leaves() -> None:
-    weights = sample_weights()[N_RIM:]
+def test_the_samples_seen_estimate_the_share_that_a_straight_edge_leaves() -> None:
+    pattern = sample_pattern()
+    assert pattern[:, 2].sum() == pytest.approx(1.0)
     rng = np.random.default_rng(2)
     fine = rng.dirichlet((1, 1, 1), 20_000)[:, 1:]
-    for angle, offset in zip(rng.uniform(0, 2 * np.pi, 40), rng.uniform(-0.3, 0.3, 40), strict=True):
+    gap = []
+    for angle, offset in zip(rng.uniform(0, 2 * np.pi, 60), rng.uniform(-0.3, 0.3, 60), strict=True):
         cut = np.array([np.cos(angle), np.sin(angle)])
         truth = ((fine - 1 / 3) @ cut > offset).mean()
-        assert abs(((weights - 1 / 3) @ cut > offset).mean() - truth) < 0.15
+        gap.append(pattern[(pattern[:, :2] - 1 / 3) @ cut > offset, 2].sum() - truth)
+    assert np.abs(gap).max() < 0.15
+    assert np.abs(gap).mean() < 0.05
 
 
 @settings(max_examples=30, deadline=None)
@@ -113,7 +116,6 @@ def test_groups_hold_every_patch_once_and_bound_it(shapes: SimpleNamespace, seed
     order = rng.permutation(n).astype(np.int32)
     grouped = make_groups(scene, patches, order)
     corners = patch_triangles(scene, patches)
-    family = family_of_patch(patches)
     found, group_of = [], np.full(patches.n_patches, -1)
     for number, (rank, code, count) in enumerate(grouped.groups):
         members = []
@@ -123,15 +125,14 @@ def test_groups_hold_every_patch_once_and_bound_it(shapes: SimpleNamespace, seed
             code += 1
             if code == 1 << patches.depth[triangle]:
                 rank, code = rank + 1, 0
-        assert 1 <= count <= 1 << FAMILY_BITS
+        assert 1 <= count <= 1 << GROUP_BITS
         box = grouped.box[number].astype(np.float64)
         assert (corners[members] >= box[:3] - 1e-5).all()
         assert (corners[members] <= box[3:] + 1e-5).all()
         found += members
         group_of[members] = number
     assert sorted(found) == list(range(patches.n_patches))
-    for number in np.unique(family):
-        assert len(set(group_of[family == number])) == 1, "a family is split between groups"
+    assert (group_of >= 0).all()
     np.testing.assert_array_equal(np.sort(grouped.order), np.arange(n))
 
 
@@ -180,7 +181,7 @@ def test_a_hole_in_a_wall_lets_exactly_the_samples_behind_it_through(shapes: Sim
     marks = marks_of(mode, shapes.template_of(1800, 3600, low_deg=-89, high_deg=89), position)[0]
     behind = np.arange(patches.first_patch[16], patches.n_patches)
     corners = patch_triangles(scene, patches)[behind]
-    weights = sample_weights()
+    weights = sample_pattern()[:, :2]
     samples = corners[:, :1] + np.einsum("sk,nki->nsi", weights, corners[:, 1:] - corners[:, :1])
     line = position[0] + (samples - position[0]) / (samples[..., :1])  # where it passes x = 1
     inside = np.abs(line[..., 1:]).max(axis=2)
@@ -189,14 +190,11 @@ def test_a_hole_in_a_wall_lets_exactly_the_samples_behind_it_through(shapes: Sim
     seen = (inside < 0.5) | (inside > wall_ends)
     bits = marks[behind, None] >> np.arange(N_RIM + N_FINE) & 1 == 1
     np.testing.assert_array_equal(bits[:, :N_RIM][clear[:, :N_RIM]], seen[:, :N_RIM][clear[:, :N_RIM]])
-    again = marks[behind] & REFINED != 0
+    again = marks[behind] != ALL_RIM
     np.testing.assert_array_equal(bits[again][clear[again]], seen[again][clear[again]])
-    family = family_of_patch(patches)[behind]
-    some = np.isin(family, family[seen[:, :N_RIM].any(axis=1)])
-    # A patch of which the second pattern finds nothing either is not marked at all.
-    np.testing.assert_array_equal(again, some & ~seen[:, :N_RIM].all(axis=1) & seen.any(axis=1))
-    assert 0 < again.sum() < behind.size / 2
-    assert (marks[: behind[0]] & ~REFINED == (1 << N_RIM) - 1).all(), "the near wall is seen whole"
+    np.testing.assert_array_equal(marks[behind] == 0, ~seen.any(axis=1))
+    assert 0 < (again & (marks[behind] != 0)).sum() < behind.size / 2
+    assert (marks[: behind[0]] == ALL_RIM).all(), "the near wall is seen whole"
 
 
 @pytest.mark.parametrize("name", ENGINES)
@@ -223,7 +221,7 @@ def test_samples_count_within_the_limits_of_the_scanner_alone(shapes: SimpleName
     template = shapes.template_of(901, 1800, low_deg=-90, high_deg=90)
     position = np.array([0.31, 0.42, 0.13])
     at = patch_triangles(scene, patches) - position
-    at = at[:, :1] + np.einsum("sk,nki->nsi", sample_weights()[:N_RIM], at[:, 1:] - at[:, :1])
+    at = at[:, :1] + np.einsum("sk,nki->nsi", sample_pattern()[:N_RIM, :2], at[:, 1:] - at[:, :1])
     range_m = np.linalg.norm(at, axis=2)
     azimuth, elevation = np.arctan2(at[..., 1], at[..., 0]), np.arcsin(at[..., 2] / range_m)
     max_incidence = None
@@ -300,18 +298,17 @@ def test_samples_in_a_cluttered_room_are_hidden_as_brute_force_says(shapes: Simp
     position = np.array([[0.0131, 0.0273, 1.511]])
     marks = marks_of(mode, template, position)[0]
     corners = patch_triangles(scene, patches)
-    weights = sample_weights()
+    weights = sample_pattern()[:, :2]
     samples = corners[:, :1] + np.einsum("sk,nki->nsi", weights, corners[:, 1:] - corners[:, :1])
-    again = marks & REFINED != 0
+    again = marks != ALL_RIM
     cast = np.repeat(again[:, None], N_RIM + N_FINE, axis=1)
     cast[:, :N_RIM] = True
     own = np.repeat(patches.triangle_of_patch[:, None], N_RIM + N_FINE, axis=1)[cast]
     hidden, grazing = brute_force(scene.vertices_m[scene.triangles], position[0], samples[cast], own)
     seen = (marks[:, None] >> np.arange(N_RIM + N_FINE) & 1 == 1)[cast]
     np.testing.assert_array_equal(seen[~grazing], ~hidden[~grazing])
-    assert grazing.mean() < 1e-3
+    assert grazing.mean() < 3e-3
     assert 0.1 < seen.mean() < 0.9
-    assert again.mean() > 0.01
 
 
 def test_engines_mark_the_same_samples_but_for_grazing_ones(open_both: Callable, shapes: SimpleNamespace) -> None:
@@ -365,7 +362,7 @@ def test_results_do_not_depend_on_the_batch_and_progress_tells_every_position(
     small = PatchMode(ours, scene, patches, mark_bytes=2 * 4 * patches.n_patches).see(
         template, positions, progress=events.append
     )
-    for field in ("starts", "patch", "n_visible", "n_samples", "range_m", "cos_incidence", "spacing_m"):
+    for field in ("starts", "patch", "n_visible", "n_samples", "share", "range_m", "cos_incidence", "spacing_m"):
         assert getattr(whole, field).tobytes() == getattr(small, field).tobytes(), field
     assert [(event.done, event.total) for event in events] == [(2, 7), (4, 7), (6, 7), (7, 7)]
     rows = PatchMode(ours, scene, patches).visible_patches(template, positions[::-1])
