@@ -101,7 +101,20 @@ def shapes_to_try(device: Device) -> tuple[Shape, ...]:
     """Shapes worth measuring on a device, the shipped one first."""
     lanes_to_try = (8, 4) if device.kind == "cpu" else (1, 2, 4)
     # By what has been fast somewhere, so that the first few are worth a quick look.
-    tiles = ((8, 32), (16, 32), (8, 16), (8, 64), (4, 32), (4, 64), (16, 16), (16, 64), (8, 8), (4, 16), (4, 8))
+    tiles = (
+        (8, 64),
+        (16, 32),
+        (8, 32),
+        (16, 64),
+        (4, 64),
+        (8, 128),
+        (8, 16),
+        (4, 32),
+        (16, 16),
+        (8, 8),
+        (4, 16),
+        (4, 8),
+    )
     shipped = _TILE_SHAPE.get(device.kind, _DEFAULT_TILE_SHAPE)
     others = ((rows, columns, lanes) for lanes in lanes_to_try for rows, columns in tiles)
     return (shipped, *(shape for shape in others if is_possible(shape) and shape != shipped))
