@@ -54,7 +54,7 @@ def _split(low: np.ndarray, high: np.ndarray) -> np.ndarray | None:
 
 
 def build(corners: np.ndarray) -> ReferenceTree:
-    """Build the tree of triangles (T, 3, 3): binary from the top, then the largest children opened until there are 8."""
+    """Build the tree of triangles (T, 3, 3): binary from the top, then largest children opened to have eight."""
     lows, highs = corners.min(axis=1).astype(np.float64), corners.max(axis=1).astype(np.float64)
     held: list[np.ndarray] = [np.arange(len(corners))]
     halves: list[tuple[int, int] | None] = []
