@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.device import Device, sort
+from planner_core.device import Device, Program, sort
 from planner_core.model import Scene
 from planner_core.scan import tree_clusters, tree_wide
 from planner_core.scan.surfaces import round_surfaces
@@ -132,13 +132,23 @@ def test_a_tree_of_triangles_in_one_place_is_shallow(device: Device, scene_of_co
     assert tree.n_levels <= 2 + np.log2(count) / 2
 
 
-def test_a_row_in_which_every_triangle_is_nearest_to_the_one_before_is_shallow(
-    device: Device, scene_of_corners
+@pytest.mark.parametrize("growth", [1.001, 1.03])
+def test_a_row_in_which_each_is_nearest_to_the_one_before_takes_few_rounds(
+    device: Device, scene_of_corners, monkeypatch: pytest.MonkeyPatch, growth: float
 ) -> None:
-    # Sizes and gaps grow by a thousandth a step: without coarse distances one pair a round would merge.
-    at = np.cumsum(1.001 ** np.arange(4000))
-    corners = at[:, None, None] * np.ones(3) + np.array([[0, 0, 0], [0.2, 0, 0], [0, 0.2, 0.2]])
+    # Gaps grow along the row, so that by distance alone one pair a round would merge.
+    at = np.cumsum(growth ** np.arange(1000))
+    corners = at[:, None, None] * np.ones(3) + 0.2 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 1]])
+    rounds = []
+    run = Program.run
+
+    def counted(program: Program, kernel: str, *arguments: object, **named: int) -> None:
+        rounds.append(kernel == "find_nearest")
+        run(program, kernel, *arguments, **named)
+
+    monkeypatch.setattr(Program, "run", counted)
     tree = build_tree(scene_of_corners(corners), device)
+    assert sum(rounds) < 120
     assert tree.n_levels <= 12
 
 
