@@ -213,6 +213,16 @@ def test_a_surface_is_seen_from_both_sides(shapes: SimpleNamespace, name: str) -
     assert visibility.row(0).size == visibility.row(1).size == patches.n_patches
 
 
+def test_a_patch_is_not_hidden_by_its_own_triangle_however_grazing(shapes: SimpleNamespace) -> None:
+    rng = np.random.default_rng(18)
+    for height_m in (1e-2, 1e-3, 1e-4, 3e-5, 1e-5, 3e-6):
+        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        flat = np.array([[2.0, -1, 0], [4, -1, 0], [2, 1.5, 0]]) - (0, 0, height_m)
+        mode, patches, _ = mode_of(shapes.scene_of(flat @ turn.T, np.array([[0, 1, 2]], dtype=np.int32)), "opencl", 0.1)
+        marks = marks_of(mode, shapes.template_of(181, 360, low_deg=-90, high_deg=90), np.zeros((1, 3)))
+        np.testing.assert_array_equal(marks, np.full((1, patches.n_patches), ALL_RIM), err_msg=f"{height_m} m above")
+
+
 @pytest.mark.parametrize("name", ENGINES)
 @pytest.mark.parametrize("limit", ["range", "elevation", "azimuth", "incidence", "turn"])
 def test_samples_count_within_the_limits_of_the_scanner_alone(shapes: SimpleNamespace, name: str, limit: str) -> None:
