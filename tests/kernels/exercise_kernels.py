@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 import pyopencl
 
-from planner_core.device import Device, open_device
+from planner_core.device import Device, open_device, sort
 from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource
-from planner_core.scan import opencl
+from planner_core.scan import opencl, patch_mode
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.patch_mode import PatchMode
 from planner_core.scan.tree import Tree
@@ -157,6 +157,8 @@ def main() -> None:
     parser.add_argument("--poison", type=lambda text: int(text, 0))
     options = parser.parse_args()
     kernels = note_kernels()
+    # Small scenes would be one work-item's: let several share the work, as they do in use.
+    sort._MIN_CHUNK, patch_mode._GROUPS_A_RUN = 16, 2
     if options.poison is not None:
         poison_memory(options.poison)
     if options.tree is not None:
