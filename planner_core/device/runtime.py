@@ -201,6 +201,13 @@ class Device:
             handle = pyopencl.Buffer(self.context, pyopencl.mem_flags.READ_WRITE, size=max(n_bytes, 1))
         return self._keep(handle, n_bytes)
 
+    def zero(self, buffer: Buffer, n_bytes: int) -> None:
+        """Queue filling the first bytes of a buffer with zero."""
+        import pyopencl
+
+        with driver_errors("clearing a buffer", self.label):
+            pyopencl.enqueue_fill_buffer(self.queue, buffer.handle, np.uint8(0), 0, n_bytes)
+
     def read(self, buffer: Buffer, into: NDArray[Any]) -> None:
         """Wait for everything queued and copy a buffer's head to `into`, which must be contiguous.
 

@@ -94,11 +94,12 @@ def test_memory_comes_back(device: Device) -> None:
     assert device.held_bytes == held
 
 
-def test_reading_covers_the_array_given_and_no_more(device: Device) -> None:
-    buffer = device.upload("test", {"x": np.arange(16, dtype=np.uint8)})["x"]
-    got = np.full(12, 99, dtype=np.uint8)
-    device.read(buffer, got[:10])
-    assert got.tolist() == [*range(10), 99, 99]
+def test_zero_and_read_cover_the_bytes_asked_for(device: Device) -> None:
+    buffer = device.upload("test", {"x": np.full(16, 7, dtype=np.uint8)})["x"]
+    device.zero(buffer, 10)
+    got = np.full(14, 99, dtype=np.uint8)
+    device.read(buffer, got[:12])
+    assert got.tolist() == [0] * 10 + [7, 7, 99, 99]
 
 
 def test_an_error_of_the_driver_is_a_device_error(device: Device) -> None:
