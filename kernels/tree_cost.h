@@ -1,7 +1,7 @@
 /* The tree's building material: boxes of triangles, and what wide nodes cost.
  *
  * Cost       Of a tree: the sum over its nodes and blocks of the area by which beams meet them, times NODE_COST or BLOCK_COST
- *            (surface area heuristic; MacDonald and Booth 1990). A node costs the same however many of its eight children are
+ *            (surface area heuristic). A node costs the same however many of its eight children are
  *            there, a block the same however many triangles. What meets a box is not a line but a tile of beams, so that
  *            boxes count as BEAM_WIDTH larger along each axis: without it, boxes far smaller than a tile look cheap.
  * Wide nodes cost[s - 1], s = 1 .. 7, is the least cost of a cluster of triangles hung into at most s places of a wide node

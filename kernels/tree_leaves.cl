@@ -2,7 +2,7 @@
  *
  * Layout     vertices (V, 3) float32, metres, local frame; corners (T, 3) int32 into them. Launched by
  *            planner_core.scan.tree_clusters. NDRange (n_chunks) unless said otherwise, any local size.
- * Algorithm  Morton 1966: the bits of the three coordinates of a triangle's centroid, in turn. Cells are cubes.
+ * Algorithm  Morton code: the bits of the three coordinates of a triangle's centroid, in turn. Cells are cubes.
  *
  * Define       meaning                                                     example
  * MORTON_BITS  bits a coordinate, at most 21                               -DMORTON_BITS=18
