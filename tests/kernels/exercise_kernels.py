@@ -135,6 +135,11 @@ def note_kernels() -> set[str]:
     return kernels
 
 
+def fill(queue: Any, buffer: Any, pattern: Any, first: int, n_bytes: int) -> Any:
+    """Fill memory by a copy: oclgrind 21.10 takes what was filled for uninitialised."""
+    return pyopencl.enqueue_copy(queue, buffer, np.full(n_bytes, pattern, dtype=np.uint8), dst_offset=first)
+
+
 def poison_memory(byte: int) -> None:
     """Fill whatever is allocated from now on."""
     real = Device.allocate
@@ -142,8 +147,7 @@ def poison_memory(byte: int) -> None:
     def poisoned(self: Device, what: str, n_bytes: int) -> Any:
         buffer = real(self, what, n_bytes)
         if n_bytes:
-            # Copied, not filled: oclgrind 21.10 takes memory that was filled for uninitialised.
-            pyopencl.enqueue_copy(self.queue, buffer.handle, np.full(n_bytes, byte, dtype=np.uint8))
+            fill(self.queue, buffer.handle, byte, 0, n_bytes)
         return buffer
 
     Device.allocate = poisoned  # type: ignore[method-assign]
@@ -157,6 +161,7 @@ def main() -> None:
     parser.add_argument("--poison", type=lambda text: int(text, 0))
     options = parser.parse_args()
     kernels = note_kernels()
+    pyopencl.enqueue_fill_buffer = fill
     # Small scenes would be one work-item's: let several share the work, as they do in use.
     sort._MIN_CHUNK, patch_mode._GROUPS_A_RUN = 16, 2
     if options.poison is not None:
