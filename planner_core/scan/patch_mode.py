@@ -7,12 +7,13 @@ rules and how well they agree with the beams themselves.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from planner_core.device import in_batches
 from planner_core.errors import RequirementError
 from planner_core.model import (
     BeamTemplate,
@@ -120,7 +121,7 @@ class PatchMode:
     def __init__(self, engine: ScanEngine, scene: Scene, patches: Patches, *, mark_bytes: int = _MARK_BYTES) -> None:
         self._scene, self._patches = scene, patches
         self._mark_bytes = mark_bytes
-        self._caster = _caster_of(engine, scene, patches)
+        self._engine, self._caster = engine, _caster_of(engine, scene, patches)
 
     def visible_patches(
         self,
@@ -148,8 +149,12 @@ class PatchMode:
             The device fails, or its memory does not hold one position.
         """
         view = view_of(template, max_incidence_rad=max_incidence_rad)
-        batches = self._batches(view, check_positions(positions_m), least_returns, progress)
-        rows = [np.flatnonzero(row).astype(np.int32) for marks in batches for row in marks]
+        rows: list[Int32Array] = []
+
+        def keep(marks: UInt32Array) -> None:
+            rows.extend(np.flatnonzero(row).astype(np.int32) for row in marks)
+
+        self._cast(view, check_positions(positions_m), least_returns, progress, keep)
         return Visibility(starts=_starts(rows), patch=_joined(rows), n_patches=self._patches.n_patches)
 
     def see(
@@ -174,10 +179,13 @@ class PatchMode:
         positions = check_positions(positions_m)
         rows: list[Int32Array] = []
         masks: list[UInt32Array] = []
-        for marks in self._batches(view, positions, least_returns, progress):
+
+        def keep(marks: UInt32Array) -> None:
             for row in marks:
                 rows.append(np.flatnonzero(row).astype(np.int32))
                 masks.append(row[rows[-1]])
+
+        self._cast(view, positions, least_returns, progress, keep)
         starts, patch, mask = _starts(rows), _joined(rows), _joined_masks(masks)
         seen_from = np.repeat(positions.astype(np.float32).astype(np.float64), np.diff(starts), axis=0)
         range_m, cosine, spacing = self._describe(view, seen_from, patch, mask)
@@ -193,18 +201,28 @@ class PatchMode:
             spacing_m=spacing,
         )
 
-    def _batches(
-        self, view: View, positions_m: FloatArray, least_returns: float, progress: Progress
-    ) -> Iterator[UInt32Array]:
-        """Marks (S, P) of batches of positions, in their order."""
+    def _cast(
+        self,
+        view: View,
+        positions_m: FloatArray,
+        least_returns: float,
+        progress: Progress,
+        keep: Callable[[UInt32Array], None],
+    ) -> None:
+        """Hand marks (S, P) of batches of positions to `keep`, in their order."""
         if not least_returns >= 0:
             raise RequirementError(f"least_returns: got {least_returns}, expected 0 or more; leave it out for 1")
         positions = positions_m.astype(np.float32)
         n_batch = max(1, min(_MAX_BATCH, self._mark_bytes // (4 * max(self._patches.n_patches, 1))))
-        for first in range(0, len(positions), n_batch):
-            batch = positions[first : first + n_batch]
-            yield self._caster.marks(view, batch, least_returns)
-            progress(ProgressEvent("scan", first + len(batch), len(positions)))
+
+        def work(first: int, end: int) -> None:
+            keep(self._caster.marks(view, positions[first:end], least_returns))
+            progress(ProgressEvent("scan", end, len(positions)))
+
+        in_batches(len(positions), n_batch, work, on_smaller=self._warn)
+
+    def _warn(self, line: str) -> None:
+        self._engine.warnings = (*self._engine.warnings, line)
 
     def _describe(
         self, view: View, seen_from_m: FloatArray, patch: Int32Array, mask: UInt32Array
@@ -266,7 +284,7 @@ class _DeviceCaster:
         """See `_Caster`."""
         out = np.zeros((len(positions_m), self._n_patches), dtype=np.uint32)
         packed = view.packed(least_returns=least_returns, rounding_m=self._rounding_m)
-        on_device = self._on.upload("patch mode", {"positions": positions_m, "view": packed, "marks": out})
+        at = self._on.upload("patch mode", {"positions": positions_m, "view": packed, "marks": out})
         self._program.run(
             "sample_patches",
             (-(-self._n_groups // _GROUPS_A_RUN), len(positions_m)),
@@ -275,12 +293,12 @@ class _DeviceCaster:
             np.int32(self._n_groups),
             np.int32(_GROUPS_A_RUN),
             self._groups["pattern"],
-            on_device["view"],
-            on_device["positions"],
-            on_device["marks"],
+            at["view"],
+            at["positions"],
+            at["marks"],
             np.int32(self._n_patches),
         )
-        self._on.read(on_device["marks"], out)
+        self._on.read(at["marks"], out)
         return out
 
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.device import Device
-from planner_core.errors import RequirementError
+from planner_core.errors import DeviceMemoryError, RequirementError
 from planner_core.model import Patches, Scene
 from planner_core.progress import ProgressEvent
 from planner_core.scan.engine import ScanEngine, open_engine
@@ -482,3 +482,26 @@ def test_what_makes_no_sense_is_refused_in_one_line(shapes: SimpleNamespace, ope
         PatchMode(SimpleNamespace(name="other"), scene, patches)  # type: ignore[arg-type]
     assert mode.visible_patches(good, np.zeros((0, 3))).n_positions == 0
     assert mode.see(good, np.zeros((0, 3))).patch.size == 0
+
+
+def test_a_device_short_of_memory_gets_smaller_batches_and_the_user_one_line(
+    open_both: Callable, shapes: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = shapes.scene_of(*shapes.clutter_of(20, seed=19))
+    ours, _, patches = open_both(scene, 0.1)
+    template, positions = shapes.template_of(200, 400), np.full((5, 3), 0.3)
+    mode = PatchMode(ours, scene, patches)
+    expected = mode.visible_patches(template, positions)
+    cast = mode._caster.marks
+
+    def short_of_memory(view: object, positions_m: np.ndarray, least_returns: float) -> np.ndarray:
+        if len(positions_m) > 2:
+            raise DeviceMemoryError("no memory, expected some")
+        return cast(view, positions_m, least_returns)
+
+    monkeypatch.setattr(mode._caster, "marks", short_of_memory)
+    again = mode.visible_patches(template, positions)
+    np.testing.assert_array_equal(again.patch, expected.patch)
+    np.testing.assert_array_equal(again.starts, expected.starts)
+    assert len(ours.warnings) == 1
+    assert "went on with 2" in ours.warnings[0]
