@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tlsplan import start_time
+from tlsplan.commands import doctor
 
 from planner_core.device import Device
 from planner_core.errors import DeviceError, RequirementError
@@ -295,11 +297,33 @@ def test_tune_keeps_its_answer(cache: Path) -> None:
     assert (kept["tile_rows"], kept["tile_columns"], kept["lanes"]) == best
 
 
-def test_doctor_shows_the_shape_in_use_and_how_long_a_start_takes(device: Device) -> None:
+def test_doctor_shows_the_shape_in_use_and_where_it_is_from(device: Device) -> None:
+    (shipped,) = doctor._tiles()
+    assert "shipped" in shipped.detail
     file = keep_shape(device, OTHER, {})
-    findings = {f["subject"]: f for f in json.loads(tlsplan("doctor", "--json").stdout)["findings"]}
-    assert findings["beam tiles"]["detail"] == f"4 x 16 beams, packets of 4; measured, kept in {file}"
-    start = findings["start of the engine"]
-    assert start["ok"]
-    compiled, first = (float(x) for x in re.findall(r"(\d+\.\d) s", start["detail"]))
-    assert 0 < compiled < first, "compiling takes longer than fetching what was compiled"
+    (found,) = doctor._tiles()
+    assert found.detail == f"4 x 16 beams, packets of 4; measured, kept in {file}"
+
+
+def test_doctor_shows_how_long_a_start_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(start_time, "first_use_s", lambda: 61.2345)  # the real one is part of the test of doctor
+    found = doctor._start()
+    assert found.ok
+    assert re.fullmatch(r"compiled before \d+\.\d s; first use, compiling 61\.2 s", found.detail)
+    monkeypatch.setattr(start_time, "first_use_s", lambda: None)
+    failed = doctor._start()
+    assert not failed.ok
+    assert not failed.needed
+    assert "tlsplan.start_time" in failed.remedy
+
+
+def test_a_first_use_finds_no_cache_of_the_user(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[dict[str, str]] = []
+    monkeypatch.setattr(start_time, "_in_fresh_process", lambda variables: given.append(variables) or 1.0)
+    assert start_time.first_use_s() == 1.0
+    assert start_time.cached_s() == 1.0
+    empty, as_it_is = given
+    assert as_it_is == {}
+    for name in ("HOME", "XDG_CACHE_HOME", "POCL_CACHE_DIR"):
+        assert empty[name] != os.environ.get(name)
+        assert not Path(empty[name]).exists(), "the folder is gone afterwards"
