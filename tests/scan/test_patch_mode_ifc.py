@@ -27,10 +27,10 @@ def test_patch_mode_agrees_with_beams_and_with_open3d_in_a_building(name: str) -
     ours, oracle = (open_engine(scene, survey.patches, engine=engine) for engine in ("opencl", "open3d"))
     found = find_candidates(survey, settings, ours, floors=tuple(range(len(survey.floors)))).position_m
     stations = found[np.linspace(0, len(found) - 1, 2).astype(int)]
-    step = np.deg2rad(0.2)
+    step = np.deg2rad(0.1)
     template = BeamTemplate(
-        azimuth_rad=np.arange(1800) * step,
-        elevation_rad=np.deg2rad(np.linspace(90, -60, 751)),
+        azimuth_rad=np.arange(3600) * step,
+        elevation_rad=np.deg2rad(np.linspace(90, -60, 1501)),
         range_min_m=0.5,
         range_max_m=50.0,
     )
@@ -44,6 +44,6 @@ def test_patch_mode_agrees_with_beams_and_with_open3d_in_a_building(name: str) -
         either += area[np.union1d(by_samples.row(row), by_beams.row(row))].sum()
     # docs/benchmarks/patch-mode.md: what remains are slivers, chance at the beams' spacing, two surfaces in one place.
     assert apart < 0.01 * len(stations) * area.sum(), f"{apart} m2 of {len(stations) * area.sum()}"
-    assert apart < 0.025 * either, f"{apart} m2 of {either}"
+    assert apart < 0.03 * either, f"{apart} m2 of {either}"
     # Both engines: but for patches seen edge-on, and those at the very number of returns that is asked for.
     assert area[np.setxor1d(by_samples.row(0), by_oracle.row(0))].sum() < 1e-3 * area[by_oracle.row(0)].sum()
