@@ -9,8 +9,8 @@ import numpy as np
 
 from planner_core.device.runtime import Buffer, Device
 
-#: Chunks at most, by kind of device: a CPU takes several a core, so that cores that finish early find more (on two cores
-#: 64 and 256 take the same time); others need thousands to be busy. Results do not depend on them.
+#: Chunks at most, by kind of device: a CPU takes several a core, so that cores that finish early find more (two cores
+#: take the same time for 64 and 256); others need thousands to be busy. Results do not depend on them.
 _MAX_CHUNKS = {"cpu": 256}
 _DEFAULT_MAX_CHUNKS = 8192
 #: Elements a chunk at least: below it, summing the chunks' counts costs more than it saves.
