@@ -13,7 +13,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, PlanSettings, Scene, Survey, Visibility
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import ScanEngine
-from planner_core.scan.patch_mode import SCAN_MODES, PatchMode, scan_mode_of
+from planner_core.scan.patch_mode import PatchMode, check_scan_mode, scan_mode_of
 from planner_core.scan.template import make_template
 from planner_core.scene.floors import find_floors
 from planner_core.scene.patches import make_patches
@@ -60,8 +60,7 @@ def check_settings(settings: PlanSettings) -> None:
         )
     if settings.method != "greedy":
         raise RequirementError(f"method: got {settings.method!r}, expected 'greedy'; the only one there is")
-    if settings.scan_mode not in SCAN_MODES:
-        raise RequirementError(f"scan_mode: got {settings.scan_mode!r}, expected one of {', '.join(SCAN_MODES)}")
+    check_scan_mode(settings.scan_mode)
     for name in ("grid_step_m", "height_step_m", "max_patch_area_m2"):
         value = getattr(settings, name)
         if not (math.isfinite(value) and value > 0):

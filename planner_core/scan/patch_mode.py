@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from planner_core.scan.open3d import Open3DEngine
     from planner_core.scan.opencl import OpenCLEngine
 
-#: What `scan_mode_of` accepts.
+#: What `check_scan_mode` accepts.
 SCAN_MODES = ("auto", "beams", "patches")
 #: Beams of a scan from which on `auto` takes patches: docs/benchmarks/patch-mode.md.
 AUTO_PATCHES_BEAMS = 2_000_000
@@ -64,6 +64,12 @@ _GROUPS_A_RUN = 64
 LEAST_RETURNS = 1.0
 
 
+def check_scan_mode(asked: str) -> None:
+    """Raise RequirementError where `asked` is none of `SCAN_MODES`."""
+    if asked not in SCAN_MODES:
+        raise RequirementError(f"scan_mode: got {asked!r}, expected one of {', '.join(SCAN_MODES)}")
+
+
 def scan_mode_of(asked: str, template: BeamTemplate) -> str:
     """`beams` or `patches`: what was asked for, or for `auto` what suits the number of beams a scan has.
 
@@ -72,8 +78,7 @@ def scan_mode_of(asked: str, template: BeamTemplate) -> str:
     RequirementError
         `asked` is none of `SCAN_MODES`.
     """
-    if asked not in SCAN_MODES:
-        raise RequirementError(f"scan_mode: got {asked!r}, expected one of {', '.join(SCAN_MODES)}")
+    check_scan_mode(asked)
     if asked != "auto":
         return asked
     rows, columns = template.shape
