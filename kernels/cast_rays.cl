@@ -4,8 +4,13 @@
  * Algorithm  The tree is walked front to back; a ray meets eight boxes at a time (slabs) and eight triangles at a time.
  *            The triangle test is that of the tiles (block.h), in the same order of operations: same beam, same bits.
  *
- * Define         meaning
- * LANES          1 here: a packet is one ray
+ *            A walk waits for memory and for its own last step most of the time, so that a processor that looks ahead
+ *            (a CPU) takes several at once, a step each in turn: their waits overlap.
+ *
+ * Define         meaning                                              example
+ * LANES          1 here: a packet is one ray                          -DLANES=1
+ * RAYS           rays a work-item                                     -DRAYS=64
+ * WALKS          how many of them are under way at once               -DWALKS=4
  * STACK          see tree.h
  */
 #include "block.h"
@@ -50,96 +55,158 @@ static inline float8 along(float8 box, float inverse, float from)
     _Pragma("OPENCL FP_CONTRACT ON") return box * inverse - from;
 }
 
+/* One ray on its way through the tree. */
+typedef struct {
+    float ox, oy, oz, dx, dy, dz;
+    Slab x, y, z;
+    int in_x, in_y, in_z, out_x, out_y, out_z; /* offsets in a node of the faces it enters and leaves by */
+    float best; /* 1 / range of the first hit so far; at first 1 / range_max, less a little */
+    float far;  /* farther than this nothing matters any more */
+    int found;  /* the triangle, -1 for none */
+    int child;  /* what is to be met next: a node, or ~block */
+    int ray;
+    Stack stack;
+} Walk;
+
+static inline void start_walk(Walk *walk, global const float *rays, int ray, float best, float far, float4 sphere)
+{
+    const float ox = rays[6 * ray], oy = rays[6 * ray + 1], oz = rays[6 * ray + 2];
+    const float dx = rays[6 * ray + 3], dy = rays[6 * ray + 4], dz = rays[6 * ray + 5];
+    const float pad = BOX_SHARE * (MAGNITUDE(sphere.x - ox) + MAGNITUDE(sphere.y - oy) + MAGNITUDE(sphere.z - oz) +
+                                   sphere.w) +
+                      ORIGIN_SHARE * (MAGNITUDE(ox) + MAGNITUDE(oy) + MAGNITUDE(oz));
+    walk->ox = ox, walk->oy = oy, walk->oz = oz, walk->dx = dx, walk->dy = dy, walk->dz = dz;
+    walk->x = slab_of(ox, dx, pad), walk->y = slab_of(oy, dy, pad), walk->z = slab_of(oz, dz, pad);
+    walk->in_x = dx < 0.0f ? 24 : 0, walk->in_y = dy < 0.0f ? 32 : 8, walk->in_z = dz < 0.0f ? 40 : 16;
+    walk->out_x = 24 - walk->in_x, walk->out_y = 40 - walk->in_y, walk->out_z = 56 - walk->in_z;
+    walk->best = best;
+    walk->far = far;
+    walk->found = -1;
+    walk->child = 0;
+    walk->ray = ray;
+    walk->stack.size = 0;
+}
+
+/* Take the nearest child off the stack; false where the walk is at its end. */
+static inline bool next_child(Walk *walk, global const int *children)
+{
+    Stack *stack = &walk->stack;
+    const int far = as_int(walk->far); /* of positive floats the order is that of their bits */
+    int at = stack->size;
+    do {
+        if (at == 0) return false;
+    } while (stack->key[--at] > far);
+    stack->size = at;
+    walk->child = children[stack->from[at] * NODE_CHILDREN + (stack->key[at] & 7)];
+    return true;
+}
+
+/* Meet a node and go on to its nearest child; false where the walk is at its end. */
+static inline bool meet_node(Walk *walk, global const float *boxes, global const int *children)
+{
+    const int node = walk->child;
+    global const float *b = boxes + (size_t)node * (6 * NODE_CHILDREN);
+    const Slab x = walk->x, y = walk->y, z = walk->z;
+    const float8 ex = along(LOAD8(b + walk->in_x), x.in, x.from_in), lx = along(LOAD8(b + walk->out_x), x.out, x.from_out);
+    const float8 ey = along(LOAD8(b + walk->in_y), y.in, y.from_in), ly = along(LOAD8(b + walk->out_y), y.out, y.from_out);
+    const float8 ez = along(LOAD8(b + walk->in_z), z.in, z.from_in), lz = along(LOAD8(b + walk->out_z), z.out, z.from_out);
+    const float8 exy = MOST(ex, ey), ez0 = MOST(ez, 0.0f), enter = MOST(exy, ez0);
+    const float8 lxy = LEAST(lx, ly), leave = LEAST(lxy, lz);
+    const int8 keep = (enter <= leave) & (enter <= walk->far);
+    const int nearest = push_farther(&walk->stack, node, keep, enter);
+    if (nearest == NO_CHILD) return next_child(walk, children);
+    walk->child = children[node * NODE_CHILDREN + (nearest & 7)];
+    return true;
+}
+
+/* Keep a hit if it is nearer, or as near on a lower triangle. */
+static inline void keep_hit(Walk *walk, float inverse, int triangle)
+{
+    if (inverse > walk->best || (inverse == walk->best && triangle < walk->found)) {
+        walk->best = inverse;
+        walk->far = NEAR_SLACK / inverse;
+        walk->found = triangle;
+    }
+}
+
+/* Meet the triangles of a block. */
+static inline void meet_block(Walk *walk, global const float *geometry, global const int *triangles)
+{
+    const int index = ~walk->child;
+    global const int *named = triangles + (size_t)index * BLOCK_LANES;
+    const float dx = walk->dx, dy = walk->dy, dz = walk->dz;
+    const Block block = prepare_block(geometry, index, walk->ox, walk->oy, walk->oz);
+    const float8 u = dot3_8(dx, dy, dz, block.n0x, block.n0y, block.n0z);
+    const float8 v = dot3_8(dx, dy, dz, block.n1x, block.n1y, block.n1z);
+    const float8 w = dot3_8(dx, dy, dz, block.n2x, block.n2y, block.n2z);
+    const float8 plane = dot3_8(dx, dy, dz, block.mx, block.my, block.mz);
+    const int8 held = LOAD8I(named) >= 0;
+    const int8 truly = (u >= 0.0f) & (v >= 0.0f) & (w >= 0.0f);
+    const int8 inside = (u >= -block.rounding0) & (v >= -block.rounding1) & (w >= -block.rounding2);
+    const float8 flat = PICK(truly, plane, plane * BESIDE);
+    /* 1: the clear ones at once. Mostly one lane has the nearest hit; of several the lowest triangle counts. */
+    const float8 hits = PICK(inside & block.clear & held, flat, (float8)(0.0f));
+    const float4 most4 = MOST(hits.lo, hits.hi);
+    const float2 most2 = MOST(most4.lo, most4.hi);
+    const float nearest = MOST(most2.x, most2.y);
+    if (nearest >= walk->best) {
+        int lanes = bits8(hits == nearest), lowest = named[lowest_bit(lanes)];
+        while (lanes &= lanes - 1) {
+            const int other = named[lowest_bit(lanes)];
+            lowest = LEAST(other, lowest);
+        }
+        keep_hit(walk, nearest, lowest);
+    }
+    /* 2: the others one by one */
+    const int8 other = held & ~block.clear;
+    if (!any8(other)) return;
+    const float *us = (const float *)&u, *vs = (const float *)&v, *ws = (const float *)&w;
+    const float *roundings = (const float *)&block.rounding0;
+    for (int lanes = bits8(other); lanes; lanes &= lanes - 1) {
+        const int j = lowest_bit(lanes);
+        keep_hit(walk,
+                 needle_inverse_range(geometry, index, j, walk->ox, walk->oy, walk->oz, dx, dy, dz, us[j], vs[j], ws[j],
+                                      roundings[j], roundings[8 + j], roundings[16 + j]),
+                 named[j]);
+    }
+}
+
 /* First hits of N rays.
- * One work-item is one ray. NDRange (N rounded up to the local size). rays (N, 6): origin and UNIT direction, metres, local
- * frame. scene_sphere: centre and radius of the scene. range_out (N) metres, NaN on a miss; triangle_out (N), -1 on a miss.
- * Hits at 0 < range <= range_max. Equal ranges: the lower triangle number. Deterministic. */
+ * One work-item is RAYS rays, of which it has WALKS under way at a time. NDRange (N / RAYS, rounded up). rays (N, 6): origin
+ * and UNIT direction, metres, local frame. scene_sphere: centre and radius of the scene. range_out (N) metres, NaN on a
+ * miss; triangle_out (N), -1 on a miss. Hits at 0 < range <= range_max. Equal ranges: the lower triangle number.
+ * Deterministic: a ray's hit does not depend on the others. */
 kernel void cast_rays(global const float *boxes, global const int *children, global const float *geometry,
                       global const int *triangles, global const float *rays, int n_rays, float range_max,
                       float4 scene_sphere, global float *range_out, global int *triangle_out)
 {
-    const int ray = get_global_id(0);
-    if (ray >= n_rays) return;
-    const float ox = rays[6 * ray], oy = rays[6 * ray + 1], oz = rays[6 * ray + 2];
-    const float dx = rays[6 * ray + 3], dy = rays[6 * ray + 4], dz = rays[6 * ray + 5];
-    const float pad = BOX_SHARE * (MAGNITUDE(scene_sphere.x - ox) + MAGNITUDE(scene_sphere.y - oy) +
-                                   MAGNITUDE(scene_sphere.z - oz) + scene_sphere.w) +
-                      ORIGIN_SHARE * (MAGNITUDE(ox) + MAGNITUDE(oy) + MAGNITUDE(oz));
-    const Slab x = slab_of(ox, dx, pad), y = slab_of(oy, dy, pad), z = slab_of(oz, dz, pad);
-    const int inx = dx < 0.0f ? 24 : 0, iny = dy < 0.0f ? 32 : 8, inz = dz < 0.0f ? 40 : 16;
-    const int outx = 24 - inx, outy = 40 - iny, outz = 56 - inz;
-
-    float best = (1.0f / range_max) * 0.99999f;
-    float far = NEAR_SLACK / best;
-    int found = -1;
-    Stack stack;
-    stack.size = 0;
-    int child = 0;
-    for (;;) {
-        if (child >= 0) {
-            global const float *b = boxes + (size_t)child * (6 * NODE_CHILDREN);
-            const float8 ex = along(LOAD8(b + inx), x.in, x.from_in), lx = along(LOAD8(b + outx), x.out, x.from_out);
-            const float8 ey = along(LOAD8(b + iny), y.in, y.from_in), ly = along(LOAD8(b + outy), y.out, y.from_out);
-            const float8 ez = along(LOAD8(b + inz), z.in, z.from_in), lz = along(LOAD8(b + outz), z.out, z.from_out);
-            const float8 exy = MOST(ex, ey), ez0 = MOST(ez, 0.0f), enter = MOST(exy, ez0);
-            const float8 lxy = LEAST(lx, ly), leave = LEAST(lxy, lz);
-            const int8 keep = (enter <= leave) & (enter <= far);
-            const int nearest = push_farther(&stack, child, keep, enter);
-            if (nearest == NO_CHILD) goto next;
-            child = children[child * NODE_CHILDREN + (nearest & 7)];
-            continue;
-        }
-        {
-        const int index = ~child;
-        const Block block = prepare_block(geometry, index, ox, oy, oz);
-        const float8 u = dot3_8(dx, dy, dz, block.n0x, block.n0y, block.n0z);
-        const float8 v = dot3_8(dx, dy, dz, block.n1x, block.n1y, block.n1z);
-        const float8 w = dot3_8(dx, dy, dz, block.n2x, block.n2y, block.n2z);
-        const float8 plane = dot3_8(dx, dy, dz, block.mx, block.my, block.mz);
-        const int8 truly = (u >= 0.0f) & (v >= 0.0f) & (w >= 0.0f);
-        const float8 flat = PICK(truly, plane, plane * BESIDE);
-        const int8 inside = (u >= -block.rounding0) & (v >= -block.rounding1) & (w >= -block.rounding2) & (flat >= best) & block.clear & (LOAD8I(triangles + (size_t)index * BLOCK_LANES) >= 0);
-        /* the clear ones, all at once: mostly one lane, and the lowest triangle of several at one range */
-        const float8 hits = PICK(inside, flat, (float8)(0.0f));
-        const float4 most4 = MOST(hits.lo, hits.hi);
-        const float2 most2 = MOST(most4.lo, most4.hi);
-        const float nearest = MOST(most2.x, most2.y);
-        if (nearest >= best) {
-            for (int lanes = bits8(hits == nearest); lanes; lanes &= lanes - 1) {
-                const int triangle = triangles[index * BLOCK_LANES + lowest_bit(lanes)];
-                const bool first = nearest > best || triangle < found;
-                found = first ? triangle : found;
-                best = nearest, far = NEAR_SLACK / best;
+    const int first = get_global_id(0) * RAYS, end = LEAST(first + RAYS, n_rays);
+    const float best = (1.0f / range_max) * 0.99999f, far = NEAR_SLACK / best;
+    Walk walks[WALKS];
+    int next = first, under_way = 0;
+    while (under_way < WALKS && next < end) start_walk(&walks[under_way++], rays, next++, best, far, scene_sphere);
+    while (under_way > 0) {
+        for (int k = 0; k < under_way; ++k) {
+            Walk *walk = &walks[k];
+            bool goes_on;
+            if (walk->child >= 0) {
+                goes_on = meet_node(walk, boxes, children);
+            } else {
+                meet_block(walk, geometry, triangles);
+                goes_on = next_child(walk, children);
             }
-        }
-        if (any8(~block.clear)) {
-            const float *us = (const float *)&u, *vs = (const float *)&v, *ws = (const float *)&w;
-            const float *roundings = (const float *)&block.rounding0;
-            const int *clear = (const int *)&block.clear;
-            for (int j = 0; j < BLOCK_LANES; ++j) {
-                const int triangle = triangles[index * BLOCK_LANES + j];
-                if (clear[j] || triangle < 0) continue;
-                const float inverse = needle_inverse_range(geometry, index, j, ox, oy, oz, dx, dy, dz, us[j], vs[j],
-                                                           ws[j], roundings[j], roundings[8 + j], roundings[16 + j]);
-                if (inverse > best || (inverse == best && triangle < found)) {
-                    best = inverse, far = NEAR_SLACK / best;
-                    found = triangle;
-                }
+            if (goes_on) {
+                fetch_ahead(walk->child, boxes, geometry, children, triangles);
+                continue;
             }
-        }
-        }
-    next:
-        for (;;) {
-            if (stack.size == 0) goto done;
-            const int at = --stack.size, key = stack.key[at];
-            if (key > as_int(far)) continue;
-            child = children[stack.from[at] * NODE_CHILDREN + (key & 7)];
-            break;
+            const float range = 1.0f / walk->best;
+            const bool hit = walk->found >= 0 && range <= range_max;
+            range_out[walk->ray] = hit ? range : NAN;
+            triangle_out[walk->ray] = hit ? walk->found : -1;
+            if (next < end)
+                start_walk(walk, rays, next++, best, far, scene_sphere);
+            else
+                walks[k--] = walks[--under_way];
         }
     }
-done:;
-    const float range = 1.0f / best;
-    const bool hit = found >= 0 && range <= range_max;
-    range_out[ray] = hit ? range : NAN;
-    triangle_out[ray] = hit ? found : -1;
 }

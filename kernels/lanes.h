@@ -62,10 +62,11 @@ static inline int bits8(int8 mask)
     return half2.x | half2.y;
 }
 
-/* Number of the lowest set bit; bits is not 0. */
+/* Number of the lowest set bit; bits is not 0. A power of two as a float has its number as exponent: no call. */
 static inline int lowest_bit(uint bits)
 {
-    return 31 - (int)clz(bits & -bits);
+    const float power = (float)(int)(bits & -bits);
+    return (int)(as_uint(power) >> 23 & 255u) - 127;
 }
 
 /* a . b in ONE order of operations wherever a sign or a range is decided. Contraction is allowed HERE alone: the

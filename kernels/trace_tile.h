@@ -365,6 +365,10 @@ static inline void trace_tile(Returns *out, global const float *boxes, global co
             if (near2 * (out->least * out->least) > NEAR_SLACK) continue;
             if (!meets_packet(out, span, near2, rectangles)) continue;
             child = children[nodes[level] * NODE_CHILDREN + lane];
+            if (PREFETCH && at > 0) {
+                const int next = nodes[stack.from[at - 1]] * NODE_CHILDREN + (stack.key[at - 1] & 7);
+                fetch_ahead(children[next], boxes, geometry, children, triangles);
+            }
             ++level;
             break;
         }

@@ -6,14 +6,39 @@
  * Stack      A level leaves at most 7 siblings behind. STACK is the host's figure for this tree: 7 * levels + 1.
  *
  * Define   meaning                                                       example
+ * PREFETCH 1 where the device takes hints about memory (a CPU) and    -DPREFETCH=1
+ *          the tree does not fit into its caches; else 0, as without
  * STACK    entries of the stack a work-item, from the tree's depth       -DSTACK=64
  */
 #ifndef TLSPLAN_TREE_H
 #define TLSPLAN_TREE_H
-#include "lanes.h"
+#include "block.h"
+
+#ifndef PREFETCH
+#define PREFETCH 0
+#endif
 
 #define NODE_CHILDREN 8
 #define NO_CHILD 0x7fffffff
+
+/* Ask for what will be met next, where the tree is larger than a processor's caches: a walk through 2.6 million triangles
+ * waits for memory half of its time. */
+static inline void fetch_ahead(int child, global const float *boxes, global const float *geometry,
+                               global const int *children, global const int *triangles)
+{
+#if PREFETCH
+#define FETCH_LINE(p) __builtin_prefetch((const void *)(size_t)(p)) /* OpenCL's `prefetch` does nothing in PoCL */
+    if (child >= 0) {
+        global const float *b = boxes + (size_t)child * (6 * NODE_CHILDREN);
+        for (int k = 0; k < 6 * NODE_CHILDREN; k += 16) FETCH_LINE(b + k);
+        FETCH_LINE(children + (size_t)child * NODE_CHILDREN);
+    } else {
+        global const float *g = geometry + (size_t)~child * (BLOCK_FLOATS * BLOCK_LANES);
+        for (int k = 0; k < BLOCK_FLOATS * BLOCK_LANES; k += 16) FETCH_LINE(g + k);
+        FETCH_LINE(triangles + (size_t)~child * BLOCK_LANES);
+    }
+#endif
+}
 
 /* Entries are written eight at a time, so that there is room above the top. The low three bits of a key name the child's
  * lane in its node, the rest is the key of the order: squared distance (tiles) or entry range (rays), metres, as the bits

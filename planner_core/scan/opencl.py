@@ -30,8 +30,12 @@ from planner_core.scan.template import Band, bands
 from planner_core.scan.tiled_template import TiledTemplate
 from planner_core.scan.tree import build_tree
 
-#: Rays a work-group on a CPU: one ray is too little work for a group's overhead.
-_RAY_GROUP = 64
+#: Free rays a work-item and how many of those it has under way at once. A CPU looks ahead into the next steps of
+#: several walks; other devices, unmeasured, have work-items for that. Measured: docs/method/scan-engine.md.
+_RAYS = {"cpu": (64, 4)}
+_RAYS_FETCHING = (64, 8)
+#: Trees larger than this don't fit into a core's caches: the walk then asks for memory ahead.
+_CACHED_BYTES = 4 * 2**20
 
 #: Positions that one making of a band's tiles serves, and that progress hears of at the latest.
 _CHUNK = 64
@@ -66,28 +70,34 @@ class OpenCLEngine:
         self._sphere = np.array([*(low + (high - low) / 2), radius], dtype=np.float32)
         # One node leaves at most 7 siblings on the stack, and the root needs an entry. In steps of 64, so that scenes
         # of different depths share their built programs.
-        self._stack = -(-(7 * self.tree.n_levels + 1) // 64) * 64
+        stack = -(-(7 * self.tree.n_levels + 1) // 64) * 64
+        fetches = device.kind == "cpu" and self.tree.n_bytes > _CACHED_BYTES
+        self._walk = {"STACK": stack, "PREFETCH": int(fetches)}
         self._tiles: TiledTemplate | None = None
 
     @property
     def on_device(self) -> tuple[Device, Mapping[str, Buffer], int]:
         """The device, the scene's buffers by name (tree.h, block.h, hit.h), STACK of this tree: for other kernels."""
-        return self._on, self._scene, self._stack
+        return self._on, self._scene, self._walk["STACK"]
 
     def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
         """See `ScanEngine.cast_rays`."""
         origins, unit = check_rays(origins_m, directions, range_max_m)
-        rays = np.concatenate([origins, unit], axis=1).astype(np.float32)
+        return self.cast_prepared(np.concatenate([origins, unit], axis=1).astype(np.float32), range_max_m=range_max_m)
+
+    def cast_prepared(self, rays: Float32Array, *, range_max_m: float) -> RayHits:
+        """`cast_rays` for rays (N, 6), origin and UNIT direction, that nobody checks."""
         range_m = np.empty(rays.shape[0], dtype=np.float32)
         triangle = np.empty(rays.shape[0], dtype=np.int32)
         if rays.shape[0] == 0:
             return RayHits(range_m=range_m, triangle=triangle)
-        program = self._on.program("cast_rays.cl", {"LANES": 1, "STACK": self._stack})
+        per_item, walks = _RAYS_FETCHING if self._walk["PREFETCH"] else _RAYS.get(self._on.kind, (1, 1))
+        program = self._on.program("cast_rays.cl", {"LANES": 1, "RAYS": per_item, "WALKS": walks, **self._walk})
         queries = self._on.upload("rays", {"rays": rays})
         with self._on.outputs("hits", {"range": range_m, "triangle": triangle}) as out:
             program.run(
                 "cast_rays",
-                (-(-rays.shape[0] // _RAY_GROUP) * _RAY_GROUP,),
+                (-(-rays.shape[0] // per_item),),
                 *(self._scene[name] for name in ("boxes", "children", "geometry", "triangle")),
                 queries["rays"],
                 np.int32(rays.shape[0]),
@@ -95,7 +105,6 @@ class OpenCLEngine:
                 self._sphere,
                 out["range"],
                 out["triangle"],
-                cpu_group=_RAY_GROUP,
             )
         return RayHits(range_m=range_m, triangle=triangle)
 
@@ -198,7 +207,7 @@ class OpenCLEngine:
             yield self._prepare(template)
             return
         tiles = TiledTemplate(
-            band.template, self._on, stack=self._stack, first_row=band.first_row, image_rows=template.shape[0]
+            band.template, self._on, walk=self._walk, first_row=band.first_row, image_rows=template.shape[0]
         )
         try:
             yield tiles
@@ -213,5 +222,5 @@ class OpenCLEngine:
         """Make and upload the template's tiles, unless the last call had the same template."""
         if self._tiles is None or not self._tiles.fits(template):
             self._tiles = None  # its buffers go before the new ones are made
-            self._tiles = TiledTemplate(template, self._on, stack=self._stack)
+            self._tiles = TiledTemplate(template, self._on, walk=self._walk)
         return self._tiles

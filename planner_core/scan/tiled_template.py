@@ -13,19 +13,27 @@ from planner_core.scan.tuning import tile_shape
 
 
 class TiledTemplate:
-    """Tiles of one template in one shape. Kernels of `trace_tile.h` take `scene_arguments`, then `beam_arguments`.
+    """Tiles of one template in one shape; `walk` has the defines of tree.h for the scene.
+
+    Kernels of `trace_tile.h` take the scene's arguments, then `beam_arguments`.
 
     A template too large for the device goes there in `planner_core.scan.template.bands`, one after the other: give each
     its `first_row` and the number of rows of the whole, so that `scan_tiles` writes it to its place in whole images.
     """
 
     def __init__(
-        self, template: BeamTemplate, device: Device, *, stack: int, first_row: int = 0, image_rows: int | None = None
+        self,
+        template: BeamTemplate,
+        device: Device,
+        *,
+        walk: Mapping[str, int],
+        first_row: int = 0,
+        image_rows: int | None = None,
     ) -> None:
         self.template, self.shape = template, tile_shape(device)
         self._on = device
         rows, columns, lanes = self.shape
-        self._defines: Mapping[str, int] = {"LANES": lanes, "STACK": stack, "TILE_ROWS": rows, "TILE_COLUMNS": columns}
+        self._defines: Mapping[str, int] = {**walk, "LANES": lanes, "TILE_ROWS": rows, "TILE_COLUMNS": columns}
         grid = make_tiles(template, tile_rows=rows, tile_columns=columns, lanes=lanes)
         buffers = device.upload(
             "beams",

@@ -119,7 +119,7 @@ def test_kernel_sources_are_found_and_hold_no_include_of_ours(file: str) -> None
 
 @pytest.mark.parametrize("lanes", [1, 4, 8])
 def test_kernels_build_at_every_packet_width(device: Device, lanes: int) -> None:
-    defines = {"LANES": lanes, "STACK": 64, "TILE_ROWS": 8, "TILE_COLUMNS": 8}
+    defines = {"LANES": lanes, "STACK": 64, "PREFETCH": 1, "TILE_ROWS": 8, "TILE_COLUMNS": 8}
     device.program("scan_tiles.cl", defines)
 
 
