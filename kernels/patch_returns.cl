@@ -9,7 +9,7 @@
  *              x = (p - a) / 2^power              2^power: the least power of two above its longest edge
  *              q = nearest integer to x 2^20      sum of q over hits: int a lane of the tile, long in a record
  *
- * Layout     record r of tile k of position s: r-th of LIST entries of list, n_returns; with MOMENTS also of power,
+ * Layout     record r of tile k of position s: entry (r S + s) tiles + k of list, n_returns; with MOMENTS also of power,
  *            sums (10 long: x y z, |x|^2, w, w x, w y, w z, w |x|^2, range) and extremes (least range, greatest cosine),
  *            w = 2 - |cos incidence|.
  *
@@ -34,17 +34,17 @@ typedef struct {
 } Table;
 
 /* The record of a patch; `size` grows where it is new. */
-static inline int find_record(Table *table, global int *list, int patch)
+static inline int find_record(Table *table, global int *list, size_t stride, int patch)
 {
     int place = (int)(((uint)patch * 2654435769u) >> 16) & (PLACES - 1);
     for (;; place = (place + 1) & (PLACES - 1)) {
         const int record = table->record[place];
         if (record < 0) {
             table->record[place] = (short)table->size;
-            list[table->size] = patch;
+            list[stride * table->size] = patch;
             return table->size++;
         }
-        if (list[record] == patch) return record;
+        if (list[stride * record] == patch) return record;
     }
 }
 
@@ -236,14 +236,15 @@ kernel void sum_returns(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, global
     trace_tile(&returns, boxes, children, geometry, triangles, tiles + (size_t)tile * TILE_FLOATS, own,
                rectangles + (size_t)tile * (4 * PACKETS), ox, oy, oz, range_max);
     const size_t at = (size_t)position * get_global_size(0) + tile;
-    global int *patches = list + at * LIST, *counts = n_returns + at * LIST;
+    const size_t stride = get_global_size(0) * get_global_size(1);
+    global int *patches = list + at, *counts = n_returns + at;
     Table table;
     table.size = 0;
     for (int place = 0; place < PLACES; ++place) table.record[place] = -1;
 #if MOMENTS
     Sums records[LIST];
-    global long *own_sums = sums + at * (LIST * SUMS);
-    global float *own_extremes = extremes + at * (LIST * 2);
+    global long *own_sums = sums + at * SUMS;
+    global float *own_extremes = extremes + at * 2;
 #endif
     for (int p = 0; p < PACKETS; ++p) {
         const Place place = place_of(places, (size_t)tile * PACKETS + p);
@@ -259,22 +260,22 @@ kernel void sum_returns(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, global
         for (int lane = place.begin; lane < place.end; ++lane) {
             const int one = todo[lane];
             if (one < 0) continue;
-            const int known = table.size, record = find_record(&table, patches, one);
+            const int known = table.size, record = find_record(&table, patches, stride, one);
             if (record == known) {
-                counts[record] = 0;
+                counts[stride * record] = 0;
 #if MOMENTS
                 const int of = triangle[lane];
                 int exponent;
-                start_sums(&records[record], own_sums + record * SUMS, own_extremes + record * 2);
+                start_sums(&records[record], own_sums + stride * record * SUMS, own_extremes + stride * record * 2);
                 records[record].frame = frame_of(geometry, slot, edges, of, one - address[2 * of], address[2 * of + 1],
                                                  ox, oy, oz, &exponent);
-                power[at * LIST + record] = exponent;
+                power[at + stride * record] = exponent;
 #endif
             }
             const lanes_i mine = MASK(hit.patch == one) & real;
             for (int next = lane; next < LANES; ++next)
                 if (todo[next] == one) todo[next] = -1;
-            counts[record] += count_lanes(mine);
+            counts[stride * record] += count_lanes(mine);
 #if MOMENTS
             add_hits(&records[record], &hit, mine, dx, dy, dz);
 #endif
@@ -282,7 +283,7 @@ kernel void sum_returns(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, global
 #if MOMENTS
         if (p + 1 == PACKETS || (p + 1) % SPILL == 0)
             for (int record = 0; record < table.size; ++record)
-                spill_sums(&records[record], own_sums + record * SUMS, own_extremes + record * 2);
+                spill_sums(&records[record], own_sums + stride * record * SUMS, own_extremes + stride * record * 2);
 #endif
     }
     n_listed[at] = table.size;

@@ -9,11 +9,9 @@
  *              lists of tiles  7 3 | 3 9 | 9      slice 0: patches 0..31    slice 1: patches 32..63
  *              bits            0001000101...      row: 3 7 9
  *
- * Layout     list (S, tiles, LIST) int: the first n_listed (S, tiles) of every tile are patches. bits (S, words) uint:
- *            bit p % 32 of word p / 32 is patch p.
- *
- * Define   meaning                            example
- * LIST     entries that a tile's list can have -DLIST=256
+ * Layout     list (..., S, tiles) int: the first n_listed (S, tiles) entries of every tile are patches. First entries of all
+ *            tiles lie together, then all second ones: few tiles have many, so that little of the memory is ever touched.
+ *            bits (S, words) uint: bit p % 32 of word p / 32 is patch p.
  */
 #pragma OPENCL FP_CONTRACT OFF
 
@@ -46,13 +44,13 @@ kernel void mark_rows(global const int *list, global const int *n_listed, int ti
     const int position = get_global_id(1);
     const Slice own = own_slice(words);
     global uint *mine = bits + (size_t)position * words;
+    const size_t stride = (size_t)tiles * get_global_size(1);
     for (int word = own.first; word < own.last; ++word) mine[word] = 0;
     for (int tile = 0; tile < tiles; ++tile) {
         const size_t at = (size_t)position * tiles + tile;
-        global const int *patches = list + at * LIST;
         const int count = n_listed[at];
         for (int k = 0; k < count; ++k) {
-            const int patch = patches[k], word = patch >> 5;
+            const int patch = list[at + stride * k], word = patch >> 5;
             if (word >= own.first && word < own.last) mine[word] |= 1u << (patch & 31);
         }
     }
@@ -102,11 +100,11 @@ kernel void add_counts(global const int *list, global const int *n_listed, int t
 {
     const int position = get_global_id(1), part = position * (int)get_global_size(0) + get_global_id(0);
     const Slice own = own_slice(words);
+    const size_t stride = (size_t)tiles * get_global_size(1);
     for (int at = start[part]; at < start[part] + n_set[part]; ++at) row_returns[at] = 0;
     for (int tile = 0; tile < tiles; ++tile) {
-        const size_t first = ((size_t)position * tiles + tile) * LIST;
-        const int count = n_listed[(size_t)position * tiles + tile];
-        for (size_t k = first; k < first + count; ++k) {
+        const size_t first = (size_t)position * tiles + tile, end = first + stride * n_listed[first];
+        for (size_t k = first; k < end; k += stride) {
             const int patch = list[k], word = patch >> 5;
             if (word < own.first || word >= own.last) continue;
             row_returns[place_in_row(bits + (size_t)position * words, before + (size_t)position * words, patch)] +=
@@ -124,6 +122,7 @@ kernel void add_moments(global const int *list, global const int *n_listed, int 
 {
     const int position = get_global_id(1), part = position * (int)get_global_size(0) + get_global_id(0);
     const Slice own = own_slice(words);
+    const size_t stride = (size_t)tiles * get_global_size(1);
     for (int at = start[part]; at < start[part] + n_set[part]; ++at) {
         row_returns[at] = 0;
         for (int k = 0; k < SUMS; ++k) row_sums[(size_t)at * SUMS + k] = 0;
@@ -131,9 +130,8 @@ kernel void add_moments(global const int *list, global const int *n_listed, int 
         row_extremes[2 * (size_t)at + 1] = 0.0f;
     }
     for (int tile = 0; tile < tiles; ++tile) {
-        const size_t first = ((size_t)position * tiles + tile) * LIST;
-        const int count = n_listed[(size_t)position * tiles + tile];
-        for (size_t k = first; k < first + count; ++k) {
+        const size_t first = (size_t)position * tiles + tile, end = first + stride * n_listed[first];
+        for (size_t k = first; k < end; k += stride) {
             const int patch = list[k], word = patch >> 5;
             if (word < own.first || word >= own.last) continue;
             const size_t at =

@@ -10,8 +10,8 @@
 
 /* List the patches that every tile of every position sees.
  * One work-item is one tile of one position. NDRange (tiles, positions), any local size.
- * list (S, tiles, TILE_ROWS * TILE_COLUMNS) int, of which the first n_listed (S, tiles) are written: no patch less than
- * once, few more than once. patch_rows.cl takes them on. Deterministic: no work-item reads what another one writes. */
+ * list (TILE_ROWS * TILE_COLUMNS, S, tiles) int, of which the first n_listed (S, tiles) of every tile are written: no patch
+ * less than once, few more than once. patch_rows.cl takes them on. Deterministic: no work-item reads what another one writes. */
 kernel void list_patches(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, global int *n_listed)
 {
     const int tile = get_global_id(0), position = get_global_id(1);
@@ -21,7 +21,7 @@ kernel void list_patches(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, globa
     trace_tile(&returns, boxes, children, geometry, triangles, tiles + (size_t)tile * TILE_FLOATS, own,
                rectangles + (size_t)tile * (4 * PACKETS), ox, oy, oz, range_max);
     const size_t at = (size_t)position * get_global_size(0) + tile;
-    global int *mine = list + at * (TILE_ROWS * TILE_COLUMNS);
+    const size_t stride = get_global_size(0) * get_global_size(1);
     /* Neighbouring beams share patches: those listed lately are not listed again. */
     int recent[RECENT];
     for (int k = 0; k < RECENT; ++k) recent[k] = -1;
@@ -36,7 +36,7 @@ kernel void list_patches(TREE_ARGUMENTS, GRID_ARGUMENTS, global int *list, globa
             const int one = patch[lane];
             if (one < 0 || recent[one % RECENT] == one) continue;
             recent[one % RECENT] = one;
-            mine[count++] = one;
+            list[at + stride * count++] = one;
         }
     }
     n_listed[at] = count;

@@ -60,6 +60,8 @@ _MARK_BYTES = 256 * 2**20
 _MAX_BATCH = 64
 #: Groups of patches a work-item: enough that most start with a blocker, few enough to spread over the cores.
 _GROUPS_A_RUN = 64
+#: Patches whose samples are cast at once through Open3D: some 100 MB.
+_OPEN3D_PATCHES = 2**16
 #: A patch counts as seen where at least this many beams are to be expected on what is seen of it.
 LEAST_RETURNS = 1.0
 
@@ -91,9 +93,8 @@ class PatchViews:
 
     starts : (N + 1,) int64. patch : (M,) int32, sorted and unique inside each row. n_visible, n_samples : (M,) uint8,
     samples of the patch that are seen, of those cast. share : (M,) float32, the part of the patch that they stand for,
-    0 to 1. range_m, cos_incidence : (M,) float32, at the middle of the
-    samples that are seen. spacing_m : (M, 2) float32, distance on the surface between the points of neighbouring
-    columns, and of neighbouring rows.
+    0 to 1. range_m, cos_incidence : (M,) float32, at the middle of the samples that are seen. spacing_m : (M, 2)
+    float32, distance on the surface between the points of neighbouring columns, and of neighbouring rows.
     """
 
     starts: Int64Array
@@ -322,17 +323,24 @@ class _Open3DCaster:
         n_patches = self._corners.shape[0]
         out = np.empty((len(positions_m), n_patches), dtype=np.uint32)
         for row, position in enumerate(positions_m.astype(np.float64)):
-            seen = self._cast(view, position, np.arange(n_patches), self._weights[:N_RIM])
+            seen = self._see(view, position, np.arange(n_patches), self._weights[:N_RIM])
             again = np.flatnonzero(~seen.all(axis=1))
-            fine = self._cast(view, position, again, self._weights[N_RIM:])
+            fine = self._see(view, position, again, self._weights[N_RIM:])
             mask = seen @ (np.uint32(1) << np.arange(N_RIM, dtype=np.uint32))
             mask[again] |= fine @ (np.uint32(1) << np.arange(N_RIM, N_RIM + N_FINE, dtype=np.uint32))
             mask[self._expected_returns(view, position, mask) < least_returns] = 0
             out[row] = mask
         return out
 
-    def _cast(self, view: View, position_m: FloatArray, patch: Int64Array, weights: FloatArray) -> BoolArray:
-        """(n, s) whether samples with weights (s, 2) of patches (n,) are seen."""
+    def _see(self, view: View, position_m: FloatArray, patch: Int64Array, weights: FloatArray) -> BoolArray:
+        """(n, s) whether samples with weights (s, 2) of patches (n,) are seen; in parts, for memory's sake."""
+        seen = np.empty((patch.size, weights.shape[0]), dtype=np.bool_)
+        for first in range(0, patch.size, _OPEN3D_PATCHES):
+            part = slice(first, first + _OPEN3D_PATCHES)
+            seen[part] = self._see_part(view, position_m, patch[part], weights)
+        return seen
+
+    def _see_part(self, view: View, position_m: FloatArray, patch: Int64Array, weights: FloatArray) -> BoolArray:
         corners, normal = self._corners[patch] - position_m, self._normal[patch]
         edges = corners[:, 1:] - corners[:, :1]
         at = corners[:, :1] + np.einsum("sk,nki->nsi", weights, edges)

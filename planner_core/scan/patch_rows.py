@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.device import Buffer, Device
+from planner_core.device import Buffer, Device, Program
 from planner_core.model import Float32Array, Int32Array
 from planner_core.scan.patch_returns import Content, Rows, empty_moments
 from planner_core.scan.tiled_template import TiledTemplate
@@ -70,7 +70,7 @@ class PatchRows:
             at = self._upload(held, "positions", positions_m)
             with self._on.outputs("numbers of seen patches", {"n_set": n_set}) as out:
                 self._trace(tiles, at, n_positions)
-                self._join(tiles).run(
+                self._join().run(
                     "mark_rows",
                     (n_slices, n_positions),
                     self._buffers["list"],
@@ -104,7 +104,7 @@ class PatchRows:
         self, tiles: TiledTemplate, size: tuple[int, int], start: Buffer, n_set: Buffer, arrays: dict[str, NDArray[Any]]
     ) -> None:
         """Fill the arrays with the rows, in order of positions."""
-        join, words = self._join(tiles), np.int32(self._n_words)
+        join, words = self._join(), np.int32(self._n_words)
         bits, before = self._buffers["bits"], self._buffers["before"]
         with self._on.outputs("rows of patches", arrays) as out:
             join.run("write_rows", size, bits, words, start, out["patch"], before)
@@ -125,8 +125,8 @@ class PatchRows:
                 *(out[name] for name in list(arrays)[1:]),
             )
 
-    def _join(self, tiles: TiledTemplate) -> Any:
-        return self._on.program("patch_rows.cl", {"LIST": tiles.shape[0] * tiles.shape[1]})
+    def _join(self) -> Program:
+        return self._on.program("patch_rows.cl", {})
 
     def _record_names(self) -> tuple[str, ...]:
         return tuple(_RECORD_BYTES[self._content])
