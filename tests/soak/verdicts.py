@@ -13,16 +13,18 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: Rounding of an edge function in float32, as a share of (farthest vertex * edge): block.h counts 1.25e-6 and takes
-#: lengths up to 1.23 times too long, each.
+#: Rounding of an edge function in float32, a share of (reach * edge); reach: a vertex's distance + the longest edge.
+#: block.h counts 1.25e-6 and takes lengths up to 1.23 times too long, each.
 MARGIN = 2.1e-6
 #: A hit in the margin counts as farther by 1e-5 (block.h, BESIDE), and float32 does the rest.
 RANGE_SHARE = 2e-5
 #: Rounding of a float32 range, a share of it that grows with 1 / cosine.
 RANGE_ULPS = 16 * 2.0**-24
+#: A line's range is kept inside its bounding box, which is larger by a share of its distance (block.h, NEEDLE_PAD).
+LINE_RANGE_SHARE = 1e-4
 #: cos(incidence) below which the range along a triangle is not worth comparing: the beam runs in its plane.
 EDGE_ON = 1e-5
-#: A triangle whose volume with the origin is less than this share of (farthest vertex squared * sum of edges) is a line
+#: A triangle whose volume with the origin is less than this share of (reach squared * sum of edges) is a line
 #: to float32, be it a needle or seen edge-on: block.h takes its range from its vertices and its bounding box.
 LINE = 1.25e-6 * 1.23**3
 
@@ -42,7 +44,7 @@ REASONS = (
 class Crossing:
     """Beams against one triangle each, float64.
 
-    outside : how far outside, as a share of (farthest vertex * edge); 0 or less inside. range : along the beam, NaN
+    outside : how far outside, as a share of (reach * edge), see MARGIN; 0 or less inside. range : along the beam, NaN
     where it runs in the plane. cosine : |normal . beam|. is_line : whether the triangle is a line to float32, see LINE.
     """
 
@@ -58,8 +60,8 @@ def cross(origins: Floats, beams: Floats, corners: Floats) -> Crossing:
     sides = [(b, c), (c, a), (a, b)]
     normals = [np.cross(p, q) for p, q in sides]
     values = np.stack([np.einsum("ij,ij->i", beams, n) for n in normals], axis=1)
-    reach = np.sqrt(np.max([np.einsum("ij,ij->i", x, x) for x in (a, b, c)], axis=0))
     edges = np.stack([np.linalg.norm(q - p, axis=1) for p, q in sides], axis=1)
+    reach = np.linalg.norm(a, axis=1) + edges.max(axis=1)
     total = values.sum(axis=1)  # beam . (B - A) x (C - A): its sign is the side from which the triangle is seen
     side = np.where(total < 0, -1.0, 1.0)[:, None]
     unit = np.maximum(reach[:, None] * edges, 1e-300)
@@ -113,12 +115,15 @@ def leaks(
 def wrong_ranges(origins: Floats, beams: Floats, corners: Floats, range_m: Floats) -> NDArray[np.bool_]:
     """Which of N hits, each with the triangle (N, 3, 3) it names, have another range than the triangle's plane.
 
-    Not asked of lines, whose planes say nothing.
+    Planes of lines say nothing: of them it is asked whether the range lies between those of the vertices.
     """
     met = cross(origins, beams, corners)
+    along = np.einsum("nij,nj->ni", corners - origins[:, None], beams)
+    slack = LINE_RANGE_SHARE * np.abs(along).max(axis=1)
+    beside = (range_m < along.min(axis=1) - slack) | (range_m > along.max(axis=1) + slack)
     with np.errstate(invalid="ignore"):
         off = np.abs(range_m - met.range) > tolerance(met.range, met.cosine)
-    return off & ~met.is_line & (met.cosine > EDGE_ON)
+    return np.where(met.is_line | (met.cosine <= EDGE_ON), beside, off)
 
 
 def explain(
