@@ -3,7 +3,7 @@
  * Purpose    Visibility for scanners of 10^7 beams and more, docs/method/patch-mode.md. Range, incidence and spacing
  *            follow on the host from the samples that are seen.
  * Algorithm  A group of up to 16 patches that lie together has a box. Its shaft, the hull of the box and the origin,
- *            walks the tree once and meets the triangles that can hide anything of it; those close samples, LANES
+ *            walks the tree and meets the triangles that can hide anything of it; those close samples, LANES
  *            patches side by side, until none is left open (any hit). A triangle whose cone from the origin holds a
  *            whole box behind it closes all of that box at once. What closed much of the last groups is tried first.
  *            After shaft culling (Haines & Wallace 1991) and the packets of trace_tile.h.
@@ -44,9 +44,6 @@
 
 /* Rows and columns that a patch must span for a beam to be expected on it: then one meets it half of the time. */
 #define LEAST_SPAN 0.5f
-
-/* Blocks remembered from the walk for the second pattern; where there are more, the tree is walked again. */
-#define MOST_BLOCKS 96
 
 /* A triangle that is done with so many packets at once is tried first on the next groups; so many blocks of them are
  * remembered. Measured: 1 to 7 packets, 1 to 4 blocks differ by some percent. */
@@ -321,45 +318,27 @@ static inline int test_block(Target *targets, int n_targets, const Block *block,
     return n_open;
 }
 
-/* Test targets against one block of the tree; *met is false where nothing of it can hide anything in the shaft. */
-static inline int test_tree_block(Target *targets, int n_targets, int index, const Extent *whole, Recent *recent,
-                                  const Launch *at, bool *met)
-{
-    const Block block = prepare_block(at->geometry, index, at->ox, at->oy, at->oz);
-    int8 meets, covers;
-    cull_block(&block, whole, &meets, &covers);
-    *met = any8(meets);
-    if (!*met) return n_targets;
-    int triangles[BLOCK_LANES];
-    for (int j = 0; j < BLOCK_LANES; ++j) triangles[j] = at->triangles[index * BLOCK_LANES + j];
-    return test_block(targets, n_targets, &block, index, triangles, recent, at);
-}
-
-/* Walk the tree with the shaft. Returns false where nothing is left open.
- * blocks[0 .. *n_blocks - 1]: those that can hide something; *n_blocks is past MOST_BLOCKS where there are more. */
-static inline bool walk(Target *targets, int n_targets, Recent *recent, int *blocks, int *n_blocks, const Shaft *shaft,
-                        const Launch *at)
+/* Walk the tree with the shaft until nothing is left open. */
+static inline void walk(Target *targets, int n_targets, Recent *recent, const Shaft *shaft, const Launch *at)
 {
     Stack stack;
     stack.size = 0;
-    int child = 0;
-    *n_blocks = 0;
-    for (;; child = pop_child(&stack, at->children)) {
-        if (child == NO_CHILD) break;
+    int n_open = n_targets;
+    for (int child = 0; child != NO_CHILD && n_open > 0; child = pop_child(&stack, at->children)) {
+        int8 covers, meets;
         if (child >= 0) {
             float8 key;
             const int8 keep = cull_node(child, shaft, at, &key);
             if (any8(keep)) push_children(&stack, child, keep, key);
             continue;
         }
-        bool met;
-        if (test_tree_block(targets, n_targets, ~child, &shaft->extent, recent, at, &met) == 0) return false;
-        if (met) {
-            if (*n_blocks < MOST_BLOCKS) blocks[*n_blocks] = ~child;
-            *n_blocks += 1;
-        }
+        const Block block = prepare_block(at->geometry, ~child, at->ox, at->oy, at->oz);
+        cull_block(&block, &shaft->extent, &meets, &covers);
+        if (!any8(meets)) continue;
+        int triangles[BLOCK_LANES];
+        for (int j = 0; j < BLOCK_LANES; ++j) triangles[j] = at->triangles[~child * BLOCK_LANES + j];
+        n_open = test_block(targets, n_targets, &block, ~child, triangles, recent, at);
     }
-    return true;
 }
 
 /* Weights of vertices 1 and 2 at the patch's own vertices, by the rule of docs/method/patches.md. Halves of halves are
@@ -577,10 +556,9 @@ static inline int test_recent(Target *targets, int n_targets, const Recent *rece
     return n_open;
 }
 
-/* Add the second pattern to the bits of a group's patches that are not seen whole. blocks: all that can hide something
- * of the group; n_blocks is past MOST_BLOCKS where they are not known. */
-static inline void refine(uint *bits, const Target *packs, int n_patches, Recent *recent, int *blocks, int n_blocks,
-                          const Shaft *shaft, const Launch *at)
+/* Add the second pattern to the bits of a group's patches that are not seen whole. */
+static inline void refine(uint *bits, const Target *packs, int n_patches, Recent *recent, const Shaft *shaft,
+                          const Launch *at)
 {
     Target targets[GROUP_PATCHES];
     int patch[GROUP_PATCHES], n = 0;
@@ -593,13 +571,7 @@ static inline void refine(uint *bits, const Target *packs, int n_patches, Recent
         patch[n] = i;
         n += targets[n].n_live > 0 ? 1 : 0;
     }
-    int n_open = test_recent(targets, n, recent, at);
-    bool met;
-    if (n_open > 0 && n_blocks > MOST_BLOCKS)
-        walk(targets, n, recent, blocks, &n_blocks, shaft, at);
-    else
-        for (int k = 0; k < n_blocks && n_open > 0; ++k)
-            n_open = test_tree_block(targets, n, blocks[k], &shaft->extent, recent, at, &met);
+    if (test_recent(targets, n, recent, at) > 0) walk(targets, n, recent, shaft, at);
     for (int i = 0; i < n; ++i)
         for (int k = 0; k < targets[i].n_live; ++k) {
             const int packet = targets[i].live[k];
@@ -641,10 +613,7 @@ static inline void see_group(global uint *marks, int group, Recent *recent, cons
         bound(t, RIM);
         n_open += t->n_live > 0 ? 1 : 0;
     }
-    int blocks[MOST_BLOCKS], n_blocks = MOST_BLOCKS + 1;
-    if (n_open > 0) n_open = test_recent(packs, n_packs, recent, at);
-    /* a walk that ends early has not met all blocks */
-    if (n_open > 0 && !walk(packs, n_packs, recent, blocks, &n_blocks, &shaft, at)) n_blocks = MOST_BLOCKS + 1;
+    if (n_open > 0 && test_recent(packs, n_packs, recent, at) > 0) walk(packs, n_packs, recent, &shaft, at);
     uint bits[GROUP_PATCHES];
     for (int i = 0; i < GROUP_PATCHES; ++i) bits[i] = 0;
     for (int p = 0; p < n_packs; ++p)
@@ -654,7 +623,7 @@ static inline void see_group(global uint *marks, int group, Recent *recent, cons
             for (int lane = 0; lane < LANES; ++lane) bits[p * LANES + lane] |= (open[lane] != 0 ? 1u : 0u) << packet;
         }
     /* 3: the second one where the first did not see all */
-    refine(bits, packs, n_patches, recent, blocks, n_blocks, &shaft, at);
+    refine(bits, packs, n_patches, recent, &shaft, at);
     /* 4: what a beam can land on */
     for (int i = 0; i < n_patches; ++i) {
         if (bits[i] == 0) continue;
