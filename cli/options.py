@@ -63,7 +63,7 @@ patch_area_option = click.option(
 scan_mode_option = click.option(
     "--scan-mode", type=click.Choice(["auto", "beams", "patches"]), metavar="MODE", default="auto", show_default=True,
     help="What candidates are judged by. beams: every beam; patches: samples of every patch, at a cost that does not "
-    "depend on the scanner's resolution. auto: patches from two million beams a scan on.",
+    "depend on the scanner's resolution. auto: patches from four million beams a scan on.",
 )  # fmt: skip
 coverage_option = click.option(
     "--coverage", "coverage_percent", type=click.FloatRange(min=0, min_open=True, max=100), default=95.0,

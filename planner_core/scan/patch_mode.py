@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 #: What `check_scan_mode` accepts.
 SCAN_MODES = ("auto", "beams", "patches")
 #: Beams of a scan from which on `auto` takes patches: docs/benchmarks/patch-mode.md.
-AUTO_PATCHES_BEAMS = 2_000_000
+AUTO_PATCHES_BEAMS = 4_000_000
 
 #: Marks (four bytes a patch and position) that a batch may hold; results do not depend on it.
 _MARK_BYTES = 256 * 2**20
