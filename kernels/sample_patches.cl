@@ -6,7 +6,6 @@
  *            walks the tree and meets the triangles that can hide anything of it; those close samples, LANES
  *            patches side by side, until none is left open (any hit). A triangle whose cone from the origin holds a
  *            whole box behind it closes all of that box at once. What closed much of the last groups is tried first.
- *            After shaft culling (Haines & Wallace 1991) and the packets of trace_tile.h.
  *
  *                  .---- box ----.        p: sample minus origin, NOT normalised, so that the target is at 1: a
  *                 /  . samples .  \       triangle with m = n / K hides it where p . m > 1 + slack and p is inside its
