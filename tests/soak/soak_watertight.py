@@ -65,7 +65,8 @@ REMARKS = (
     "  of the triangles is, seen from the origin, thinner than float32 can tell, a needle or seen edge-on;",
     "  beams that pass beside its end in its plane may be stopped (block.h). Let through by Open3D: a triangle",
     "  that the beam meets in float64, and Open3D goes on behind it.",
-    "- Wrong ranges: of one hit in eight, those whose range is not that of the plane of their triangle.",
+    "- Wrong ranges: of one hit in eight, those whose range is not that of the plane of their triangle; not asked",
+    "  of lines.",
     "- Sizes that float32 can't hold at a place (less than 32 steps across) are left out: slivers and small",
     "  meshes far away.",
 )

@@ -20,8 +20,6 @@ MARGIN = 2.1e-6
 RANGE_SHARE = 2e-5
 #: Rounding of a float32 range, a share of it that grows with 1 / cosine.
 RANGE_ULPS = 16 * 2.0**-24
-#: A line's range is kept inside its bounding box, which is larger by a share of its distance (block.h, NEEDLE_PAD).
-LINE_RANGE_SHARE = 1e-4
 #: cos(incidence) below which the range along a triangle is not worth comparing: the beam runs in its plane.
 EDGE_ON = 1e-5
 #: A triangle whose volume with the origin is less than this share of (reach squared * sum of edges) is a line
@@ -115,15 +113,12 @@ def leaks(
 def wrong_ranges(origins: Floats, beams: Floats, corners: Floats, range_m: Floats) -> NDArray[np.bool_]:
     """Which of N hits, each with the triangle (N, 3, 3) it names, have another range than the triangle's plane.
 
-    Planes of lines say nothing: of them it is asked whether the range lies between those of the vertices.
+    Not asked of lines, whose planes say nothing: their ranges are kept inside a padded box, see block.h.
     """
     met = cross(origins, beams, corners)
-    along = np.einsum("nij,nj->ni", corners - origins[:, None], beams)
-    slack = LINE_RANGE_SHARE * np.abs(along).max(axis=1)
-    beside = (range_m < along.min(axis=1) - slack) | (range_m > along.max(axis=1) + slack)
     with np.errstate(invalid="ignore"):
         off = np.abs(range_m - met.range) > tolerance(met.range, met.cosine)
-    return np.where(met.is_line | (met.cosine <= EDGE_ON), beside, off)
+    return off & ~met.is_line & (met.cosine > EDGE_ON)
 
 
 def explain(
