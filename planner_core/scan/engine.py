@@ -125,18 +125,22 @@ def check_positions(positions_m: FloatArray) -> FloatArray:
     positions = np.ascontiguousarray(positions_m, dtype=np.float64)
     if positions.ndim != 2 or positions.shape[1] != 3:
         raise RequirementError(f"positions_m: got shape {positions.shape}, expected (N, 3); pass one row a position")
-    finite = np.isfinite(positions)
-    if not finite.all():
-        row = int(np.argmin(finite.all(axis=1)))
-        raise RequirementError(f"positions_m: row {row} is {positions[row]}, expected finite metres; leave it out")
-    far = (np.abs(positions) > REACH_M).any(axis=1)
-    if far.any():
-        row = int(np.argmax(far))
-        raise RequirementError(
-            f"positions_m: row {row} is {positions[row]}, expected less than 100 km from the local origin; "
-            "check its unit and its order of coordinates"
-        )
+    if positions.size and not np.abs(positions).max() <= REACH_M:  # NaN compares false
+        _refuse_position(positions)
     return positions
+
+
+def _refuse_position(positions: FloatArray) -> None:
+    """Say which row is not finite, or else which lies out of reach."""
+    finite = np.isfinite(positions).all(axis=1)
+    if not finite.all():
+        row = int(np.argmin(finite))
+        raise RequirementError(f"positions_m: row {row} is {positions[row]}, expected finite metres; leave it out")
+    row = int(np.argmax((np.abs(positions) > REACH_M).any(axis=1)))
+    raise RequirementError(
+        f"positions_m: row {row} is {positions[row]}, expected less than 100 km from the local origin; "
+        "check its unit and its order of coordinates"
+    )
 
 
 def check_rays(origins_m: FloatArray, directions: FloatArray, range_max_m: float) -> tuple[FloatArray, FloatArray]:

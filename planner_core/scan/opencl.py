@@ -41,6 +41,8 @@ _CACHED_BYTES = 4 * 2**20
 _CHUNK = 64
 #: Beams of a template that are tiled at once; a scanner with more is scanned in bands of rows.
 _BAND_BEAMS = 2**20
+#: Beams of a template whose tiles are kept on the device for the next call, 12 bytes a beam and little more.
+_KEPT_BEAMS = 2**23
 
 
 class OpenCLEngine:
@@ -73,7 +75,8 @@ class OpenCLEngine:
         stack = -(-(7 * self.tree.n_levels + 1) // 64) * 64
         fetches = device.kind == "cpu" and self.tree.n_bytes > _CACHED_BYTES
         self._walk = {"STACK": stack, "PREFETCH": int(fetches)}
-        self._tiles: TiledTemplate | None = None
+        self._kept_template: BeamTemplate | None = None
+        self._kept: dict[int, TiledTemplate] = {}
 
     @property
     def on_device(self) -> tuple[Device, Mapping[str, Buffer], int]:
@@ -138,7 +141,7 @@ class OpenCLEngine:
                         at["positions"],
                         *(out[name] for name in arrays),
                     )
-                    if band.template is not template:
+                    if not _is_kept(template):
                         self._on.finish("scan of a band")  # before its tiles go
         return batch
 
@@ -202,13 +205,20 @@ class OpenCLEngine:
 
     @contextmanager
     def _tiled(self, band: Band, template: BeamTemplate) -> Iterator[TiledTemplate]:
-        """Tiles of one of a template's bands: kept for the next call where the band is all of it, else for now."""
-        if band.template is template:
-            yield self._prepare(template)
+        """Tiles of one of a template's bands: kept for the next call with this template, or for now if it is large."""
+        tiles = self._kept.get(band.first_row)
+        if tiles is not None and self._kept_template is template and tiles.has_wanted_shape:
+            yield tiles
             return
+        if self._kept_template is not template:
+            self._kept.clear()  # its buffers go before the new ones are made
         tiles = TiledTemplate(
             band.template, self._on, walk=self._walk, first_row=band.first_row, image_rows=template.shape[0]
         )
+        if _is_kept(template):
+            self._kept_template, self._kept[band.first_row] = template, tiles
+            yield tiles
+            return
         try:
             yield tiles
         finally:
@@ -218,9 +228,6 @@ class OpenCLEngine:
         """Tell of smaller batches once: every chunk finds out for itself."""
         self.warnings = self.warnings or (line,)
 
-    def _prepare(self, template: BeamTemplate) -> TiledTemplate:
-        """Make and upload the template's tiles, unless the last call had the same template."""
-        if self._tiles is None or not self._tiles.fits(template):
-            self._tiles = None  # its buffers go before the new ones are made
-            self._tiles = TiledTemplate(template, self._on, walk=self._walk)
-        return self._tiles
+
+def _is_kept(template: BeamTemplate) -> bool:
+    return template.shape[0] * template.shape[1] <= _KEPT_BEAMS

@@ -30,7 +30,7 @@ class TiledTemplate:
         first_row: int = 0,
         image_rows: int | None = None,
     ) -> None:
-        self.template, self.shape = template, tile_shape(device)
+        self.shape = tile_shape(device)
         self._on = device
         rows, columns, lanes = self.shape
         self._defines: Mapping[str, int] = {**walk, "LANES": lanes, "TILE_ROWS": rows, "TILE_COLUMNS": columns}
@@ -50,9 +50,10 @@ class TiledTemplate:
             np.float32(template.range_max_m),
         )
 
-    def fits(self, template: BeamTemplate) -> bool:
-        """Whether these are the tiles of this very template, in the shape that is wanted now."""
-        return self.template is template and self.shape == tile_shape(self._on)
+    @property
+    def has_wanted_shape(self) -> bool:
+        """Whether these tiles have the shape that is wanted now."""
+        return self.shape == tile_shape(self._on)
 
     def release(self) -> None:
         """Give the device memory back; nothing can be scanned with these tiles afterwards."""

@@ -15,7 +15,7 @@ from planner_core.device import Device, open_device
 from planner_core.errors import DeviceMemoryError
 from planner_core.model import Patches, Scene, Visibility
 from planner_core.progress import ProgressEvent
-from planner_core.scan import tuning
+from planner_core.scan import opencl, tuning
 from planner_core.scan.open3d import Open3DEngine
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.patch_returns import Rows
@@ -206,9 +206,11 @@ def test_a_template_without_beams_sees_nothing(
     assert engine.patch_returns(template, positions).n_returns.size == 0
 
 
+@pytest.mark.parametrize("kept_beams", [0, 10_000], ids=["dropped", "kept"])
 def test_a_scan_in_bands_is_the_scan_of_the_whole_template(
-    device: Device, shapes: SimpleNamespace, positions: np.ndarray
+    monkeypatch: pytest.MonkeyPatch, device: Device, shapes: SimpleNamespace, positions: np.ndarray, kept_beams: int
 ) -> None:
+    monkeypatch.setattr(opencl, "_KEPT_BEAMS", kept_beams)
     scene = shapes.scene_of(*shapes.clutter_of(40, seed=12))
     patches = make_patches(scene, max_area_m2=0.04)
     template = shapes.template_of(21, 130, range_max_m=6.0)
@@ -216,10 +218,29 @@ def test_a_scan_in_bands_is_the_scan_of_the_whole_template(
     for band_beams in (1, 1000):
         engine = OpenCLEngine(scene, patches, device, band_beams=band_beams)
         held_bytes = device.held_bytes
-        parted = engine.scan(template, positions[:3])
-        for name in ("range_m", "triangle", "patch", "cos_incidence"):
-            assert getattr(parted, name).tobytes() == getattr(whole, name).tobytes(), name
-        assert device.held_bytes == held_bytes
+        for _ in range(2):
+            parted = engine.scan(template, positions[:3])
+            for name in ("range_m", "triangle", "patch", "cos_incidence"):
+                assert getattr(parted, name).tobytes() == getattr(whole, name).tobytes(), name
+        assert (device.held_bytes == held_bytes) == (kept_beams == 0)
+
+
+def test_tiles_of_a_template_in_bands_are_made_once(
+    monkeypatch: pytest.MonkeyPatch, device: Device, shapes: SimpleNamespace, positions: np.ndarray
+) -> None:
+    made: list[int] = []
+    real = opencl.TiledTemplate
+
+    def counted(*arguments: object, **more: int) -> object:
+        made.append(more["first_row"])
+        return real(*arguments, **more)
+
+    monkeypatch.setattr(opencl, "TiledTemplate", counted)
+    engine = OpenCLEngine(*engine_parts(shapes), device, band_beams=1000)
+    template = shapes.template_of(21, 130)
+    for _ in range(2):
+        engine.scan(template, positions[:1])
+    assert made == [0, 7, 14]
 
 
 def test_progress_of_bands_counts_up_to_all_positions(
