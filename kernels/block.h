@@ -54,6 +54,7 @@ typedef struct {
     float8 mx, my, mz;                                  /* n / K: 1 / t = d . m */
     float8 rounding0, rounding1, rounding2;             /* bounds of the rounding of d . N: inside is >= -rounding */
     int8 clear;                                         /* -1: seen well enough from the front for the fast test */
+    int8 behind;                                        /* sign bit set where the origin is behind: see TURN */
 } Block;
 
 /* (greatest + sum) / 2 of the magnitudes: between |v| and 1.23 |v|, and no root. */
@@ -64,53 +65,73 @@ static inline float8 length_bound(float8 x, float8 y, float8 z)
     return 0.5f * (MOST(mxy, mz) + (mx + my + mz));
 }
 
-/* Step 1 of the test, once an origin and block. A triangle is `clear` when its volume A . N0 exceeds the sum of the
- * roundings of its edge functions, times r: then a beam inside has a positive sum of them, and its plane gives a sound t.
- * Others (edge-on, needles, no area) take the two-sided test of `needle_inverse_range`. */
-static inline Block prepare_block(global const float *geometry, int block, float ox, float oy, float oz)
+/* Step 1 of the test, once an origin and block: vertices minus the origin, edge normals, lengths of the edges. */
+typedef struct {
+    float8 ax, ay, az, bx, by, bz, cx, cy, cz;
+    float8 n0x, n0y, n0z, n1x, n1y, n1z, n2x, n2y, n2z; /* for a triangle seen from the front */
+    float8 length0, length1, length2;                   /* not less than the edges' */
+} Edges;
+
+static inline Edges prepare_edges(global const float *geometry, int block, float ox, float oy, float oz)
 {
     global const float *g = geometry + (size_t)block * (BLOCK_FLOATS * BLOCK_LANES);
     const float8 v0x = LOAD8(g), v0y = LOAD8(g + 1 * 8), v0z = LOAD8(g + 2 * 8);
     const float8 v1x = LOAD8(g + 3 * 8), v1y = LOAD8(g + 4 * 8), v1z = LOAD8(g + 5 * 8);
     const float8 v2x = LOAD8(g + 6 * 8), v2y = LOAD8(g + 7 * 8), v2z = LOAD8(g + 8 * 8);
-    const float8 nx = LOAD8(g + 9 * 8), ny = LOAD8(g + 10 * 8), nz = LOAD8(g + 11 * 8);
-    const float8 ax = v0x - ox, ay = v0y - oy, az = v0z - oz;
-    const float8 bx = v1x - ox, by = v1y - oy, bz = v1z - oz;
-    const float8 cx = v2x - ox, cy = v2y - oy, cz = v2z - oz;
+    Edges out;
+    out.ax = v0x - ox, out.ay = v0y - oy, out.az = v0z - oz;
+    out.bx = v1x - ox, out.by = v1y - oy, out.bz = v1z - oz;
+    out.cx = v2x - ox, out.cy = v2y - oy, out.cz = v2z - oz;
     const float8 fx = v2x - v1x, fy = v2y - v1y, fz = v2z - v1z; /* C - B */
     const float8 gx = v0x - v2x, gy = v0y - v2y, gz = v0z - v2z; /* A - C */
     const float8 hx = v1x - v0x, hy = v1y - v0y, hz = v1z - v0z; /* B - A */
-    const float8 px = bx + cx, py = by + cy, pz = bz + cz;
-    const float8 qx = cx + ax, qy = cy + ay, qz = cz + az;
-    const float8 rx = ax + bx, ry = ay + by, rz = az + bz;
+    const float8 px = out.bx + out.cx, py = out.by + out.cy, pz = out.bz + out.cz;
+    const float8 qx = out.cx + out.ax, qy = out.cy + out.ay, qz = out.cz + out.az;
+    const float8 rx = out.ax + out.bx, ry = out.ay + out.by, rz = out.az + out.bz;
+    out.n0x = py * fz - pz * fy, out.n0y = pz * fx - px * fz, out.n0z = px * fy - py * fx;
+    out.n1x = qy * gz - qz * gy, out.n1y = qz * gx - qx * gz, out.n1z = qx * gy - qy * gx;
+    out.n2x = ry * hz - rz * hy, out.n2y = rz * hx - rx * hz, out.n2z = rx * hy - ry * hx;
+    out.length0 = length_bound(fx, fy, fz);
+    out.length1 = length_bound(gx, gy, gz);
+    out.length2 = length_bound(hx, hy, hz);
+    return out;
+}
+
+/* x where its triangle is seen from the front, -x, exactly, where from behind. */
+#define TURN(x, behind) as_float8(as_int8(x) ^ (behind))
+
+/* Step 2. A triangle is `clear` when its volume A . N0 exceeds the sum of the roundings of its edge functions, times r:
+ * then a beam inside has a positive sum of them, and its plane gives a sound t. Others (edge-on, needles, no area) take
+ * the two-sided test of `needle_inverse_range`. */
+static inline Block finish_block(const Edges *e, global const float *geometry, int block)
+{
+    global const float *g = geometry + (size_t)block * (BLOCK_FLOATS * BLOCK_LANES);
+    const float8 nx = LOAD8(g + 9 * 8), ny = LOAD8(g + 10 * 8), nz = LOAD8(g + 11 * 8);
     Block out;
-    const float8 plane = dot3_8(nx, ny, nz, ax, ay, az);
-    /* Turned round, exactly, where the origin is behind: its sign bit flips the edge normals'. */
-    const int8 behind = as_int8(plane) & (int)0x80000000;
-#define TURN(x) as_float8(as_int8(x) ^ behind)
-    out.n0x = TURN(py * fz - pz * fy);
-    out.n0y = TURN(pz * fx - px * fz);
-    out.n0z = TURN(px * fy - py * fx);
-    out.n1x = TURN(qy * gz - qz * gy);
-    out.n1y = TURN(qz * gx - qx * gz);
-    out.n1z = TURN(qx * gy - qy * gx);
-    out.n2x = TURN(ry * hz - rz * hy);
-    out.n2y = TURN(rz * hx - rx * hz);
-    out.n2z = TURN(rx * hy - ry * hx);
-#undef TURN
-    const float8 reach_a = length_bound(ax, ay, az), reach_b = length_bound(bx, by, bz);
-    const float8 reach_c = length_bound(cx, cy, cz), reach_ab = MOST(reach_a, reach_b);
-    const float8 unit = EDGE_ROUNDING * MOST(reach_ab, reach_c);
-    out.rounding0 = unit * length_bound(fx, fy, fz);
-    out.rounding1 = unit * length_bound(gx, gy, gz);
-    out.rounding2 = unit * length_bound(hx, hy, hz);
-    const float8 volume = dot3_8(ax, ay, az, out.n0x, out.n0y, out.n0z);
-    out.clear = volume > (out.rounding0 + out.rounding1 + out.rounding2) * MOST(reach_ab, reach_c);
+    const float8 plane = dot3_8(nx, ny, nz, e->ax, e->ay, e->az);
+    out.behind = as_int8(plane) & (int)0x80000000;
+    out.n0x = TURN(e->n0x, out.behind), out.n0y = TURN(e->n0y, out.behind), out.n0z = TURN(e->n0z, out.behind);
+    out.n1x = TURN(e->n1x, out.behind), out.n1y = TURN(e->n1y, out.behind), out.n1z = TURN(e->n1z, out.behind);
+    out.n2x = TURN(e->n2x, out.behind), out.n2y = TURN(e->n2y, out.behind), out.n2z = TURN(e->n2z, out.behind);
+    const float8 reach_a = length_bound(e->ax, e->ay, e->az), reach_b = length_bound(e->bx, e->by, e->bz);
+    const float8 reach_c = length_bound(e->cx, e->cy, e->cz), reach_ab = MOST(reach_a, reach_b);
+    const float8 reach = MOST(reach_ab, reach_c), unit = EDGE_ROUNDING * reach;
+    out.rounding0 = unit * e->length0;
+    out.rounding1 = unit * e->length1;
+    out.rounding2 = unit * e->length2;
+    const float8 volume = dot3_8(e->ax, e->ay, e->az, out.n0x, out.n0y, out.n0z);
+    out.clear = volume > (out.rounding0 + out.rounding1 + out.rounding2) * reach;
     const float8 scale = 1.0f / plane;
     out.mx = nx * scale;
     out.my = ny * scale;
     out.mz = nz * scale;
     return out;
+}
+
+static inline Block prepare_block(global const float *geometry, int block, float ox, float oy, float oz)
+{
+    const Edges edges = prepare_edges(geometry, block, ox, oy, oz);
+    return finish_block(&edges, geometry, block);
 }
 
 /* Range in which beams d are inside a triangle's box along one axis, narrowing [*enter, *leave]. a, b, c: the vertices

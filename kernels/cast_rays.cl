@@ -65,6 +65,7 @@ typedef struct {
     int found;  /* the triangle, -1 for none */
     int child;  /* what is to be met next: a node, or ~block */
     int ray;
+    float rounding; /* not less than any edge function's, a metre of its edge */
     Stack stack;
 } Walk;
 
@@ -72,9 +73,9 @@ static inline void start_walk(Walk *walk, global const float *rays, int ray, flo
 {
     const float ox = rays[6 * ray], oy = rays[6 * ray + 1], oz = rays[6 * ray + 2];
     const float dx = rays[6 * ray + 3], dy = rays[6 * ray + 4], dz = rays[6 * ray + 5];
-    const float pad = BOX_SHARE * (MAGNITUDE(sphere.x - ox) + MAGNITUDE(sphere.y - oy) + MAGNITUDE(sphere.z - oz) +
-                                   sphere.w) +
-                      ORIGIN_SHARE * (MAGNITUDE(ox) + MAGNITUDE(oy) + MAGNITUDE(oz));
+    /* not less than the distance of any vertex */
+    const float reach = MAGNITUDE(sphere.x - ox) + MAGNITUDE(sphere.y - oy) + MAGNITUDE(sphere.z - oz) + sphere.w;
+    const float pad = BOX_SHARE * reach + ORIGIN_SHARE * (MAGNITUDE(ox) + MAGNITUDE(oy) + MAGNITUDE(oz));
     walk->ox = ox, walk->oy = oy, walk->oz = oz, walk->dx = dx, walk->dy = dy, walk->dz = dz;
     walk->x = slab_of(ox, dx, pad), walk->y = slab_of(oy, dy, pad), walk->z = slab_of(oz, dz, pad);
     walk->in_x = dx < 0.0f ? 24 : 0, walk->in_y = dy < 0.0f ? 32 : 8, walk->in_z = dz < 0.0f ? 40 : 16;
@@ -84,6 +85,8 @@ static inline void start_walk(Walk *walk, global const float *rays, int ray, flo
     walk->found = -1;
     walk->child = 0;
     walk->ray = ray;
+    /* `finish_block` takes at most 1.23 of a vertex's distance */
+    walk->rounding = 1.3f * EDGE_ROUNDING * reach;
     walk->stack.size = 0;
 }
 
@@ -135,16 +138,24 @@ static inline void meet_block(Walk *walk, global const float *geometry, global c
     const int index = ~walk->child;
     global const int *named = triangles + (size_t)index * BLOCK_LANES;
     const float dx = walk->dx, dy = walk->dy, dz = walk->dz;
-    const Block block = prepare_block(geometry, index, walk->ox, walk->oy, walk->oz);
-    const float8 u = dot3_8(dx, dy, dz, block.n0x, block.n0y, block.n0z);
-    const float8 v = dot3_8(dx, dy, dz, block.n1x, block.n1y, block.n1z);
-    const float8 w = dot3_8(dx, dy, dz, block.n2x, block.n2y, block.n2z);
+    /* 1: the edge functions alone tell that most blocks are missed, with a bound that suits any of the scene's triangles */
+    const Edges edges = prepare_edges(geometry, index, walk->ox, walk->oy, walk->oz);
+    const float8 front_u = dot3_8(dx, dy, dz, edges.n0x, edges.n0y, edges.n0z);
+    const float8 front_v = dot3_8(dx, dy, dz, edges.n1x, edges.n1y, edges.n1z);
+    const float8 front_w = dot3_8(dx, dy, dz, edges.n2x, edges.n2y, edges.n2z);
+    const float8 most_u = walk->rounding * edges.length0, most_v = walk->rounding * edges.length1;
+    const float8 most_w = walk->rounding * edges.length2;
+    const int8 front = (front_u >= -most_u) & (front_v >= -most_v) & (front_w >= -most_w);
+    const int8 back = (front_u <= most_u) & (front_v <= most_v) & (front_w <= most_w);
+    if (!any8(front | back)) return;
+    /* 2: the clear ones at once. Mostly one lane has the nearest hit; of several the lowest triangle counts. */
+    const Block block = finish_block(&edges, geometry, index);
+    const float8 u = TURN(front_u, block.behind), v = TURN(front_v, block.behind), w = TURN(front_w, block.behind);
     const float8 plane = dot3_8(dx, dy, dz, block.mx, block.my, block.mz);
     const int8 held = LOAD8I(named) >= 0;
     const int8 truly = (u >= 0.0f) & (v >= 0.0f) & (w >= 0.0f);
     const int8 inside = (u >= -block.rounding0) & (v >= -block.rounding1) & (w >= -block.rounding2);
     const float8 flat = PICK(truly, plane, plane * BESIDE);
-    /* 1: the clear ones at once. Mostly one lane has the nearest hit; of several the lowest triangle counts. */
     const float8 hits = PICK(inside & block.clear & held, flat, (float8)(0.0f));
     const float4 most4 = MOST(hits.lo, hits.hi);
     const float2 most2 = MOST(most4.lo, most4.hi);
@@ -157,7 +168,7 @@ static inline void meet_block(Walk *walk, global const float *geometry, global c
         }
         keep_hit(walk, nearest, lowest);
     }
-    /* 2: the others one by one */
+    /* 3: the others one by one */
     const int8 other = held & ~block.clear;
     if (!any8(other)) return;
     const float *us = (const float *)&u, *vs = (const float *)&v, *ws = (const float *)&w;

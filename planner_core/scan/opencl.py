@@ -34,8 +34,8 @@ from planner_core.scan.tree import build_tree
 #: several walks; other devices, unmeasured, have work-items for that. Measured: docs/method/scan-engine.md.
 _RAYS = {"cpu": (64, 4)}
 _RAYS_FETCHING = (64, 8)
-#: Trees larger than this don't fit into a core's caches: the walk then asks for memory ahead.
-_CACHED_BYTES = 4 * 2**20
+#: Trees larger than this don't fit into a processor's caches: the walk then asks for memory ahead.
+_CACHED_BYTES = 16 * 2**20
 
 #: Positions that one making of a band's tiles serves, and that progress hears of at the latest.
 _CHUNK = 64
