@@ -19,10 +19,10 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e bench soak kernel-check wheel test-wheel docs lock clean
+.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e bench bench-patch-mode soak kernel-check wheel test-wheel docs lock clean
 
 help: ## list the targets
-	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
 
 # ------------------------------------------------------------------------------------------------ use
 demo: setup ## plan a synthetic two-storey house, or your own building with SCENE=path/to/building.ifc
@@ -61,6 +61,9 @@ web: $(NODE) $(VIEWER) $(DEV) system-tests ## the checks and tests of the viewer
 
 bench: $(DEV) ## scan engine against Open3D; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_scan.py --write docs/benchmarks/scan.md
+
+bench-patch-mode: $(DEV) ## patch mode against beams; writes docs/benchmarks
+	$(BIN)/python tests/benchmarks/bench_patch_mode.py --write docs/benchmarks/patch-mode.md
 
 soak: $(DEV) ## a hundred million beams at shared edges and vertices, none may leak; goes on where it was interrupted
 	$(BIN)/python tests/soak/soak_watertight.py --write docs/benchmarks/watertight.md

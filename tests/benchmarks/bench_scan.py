@@ -287,8 +287,8 @@ def as_markdown(rows: list[Row], remarks: list[str], shape: str) -> str:
         )
     explained = (
         "Other triangle: share of beams for which the engines name different triangles; in IFC models nearly all are "
-        "two surfaces in one place. The last column is our visibility a position, and free rays with the checks of their "
-        "float64 input."
+        "two surfaces in one place. The last column is our visibility a position, and free rays with the checks of "
+        "their float64 input."
     )
     return "\n".join([*lines, "", explained, "", *(f"- {remark}" for remark in remarks), ""])
 
