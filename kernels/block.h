@@ -49,6 +49,9 @@
 /* A computed hit lies within about 2e-6 of its distance from the triangle: twice that. */
 #define NEEDLE_PAD 4e-6f
 
+/* Rounding of the distance of the origin from a plane, as a share of the distance of the plane's triangle. */
+#define PLANE_ROUNDING 2e-7f
+
 typedef struct {
     float8 n0x, n0y, n0z, n1x, n1y, n1z, n2x, n2y, n2z; /* edge normals, turned so that inside is positive if clear */
     float8 mx, my, mz;                                  /* n / K: 1 / t = d . m */
@@ -146,10 +149,52 @@ static inline void clip_axis(float a, float b, float c, float pad, lanes_f d, la
     *leave = LEAST(last, *leave);
 }
 
+/* t of beams d with the plane of a triangle, or with the line of its longest edge where rounding may put the plane
+ * farther off than the triangle is wide: a needle is hardly more than that line, and seen edge-on has no other range. The
+ * weights u, v, w would not do: a needle's are rounding and no more, and put a hit anywhere between its ends. Nor do they
+ * tell a beam beyond a needle's end, in the plane of needle and origin: `*past` are beams that lie farther beyond the
+ * longest edge's ends than 1/100 of its length and the rounding. g: the triangle's lane. */
+static inline lanes_f needle_range(global const float *g, float ox, float oy, float oz, lanes_f dx, lanes_f dy,
+                                   lanes_f dz, lanes_i *past)
+{
+    const float ax = g[0] - ox, ay = g[8] - oy, az = g[16] - oz;
+    const float fx = g[48] - g[24], fy = g[56] - g[32], fz = g[64] - g[40]; /* C - B */
+    const float gx = g[0] - g[48], gy = g[8] - g[56], gz = g[16] - g[64];   /* A - C */
+    const float hx = g[24] - g[0], hy = g[32] - g[8], hz = g[40] - g[16];   /* B - A */
+    const float ff = dot3_1(fx, fy, fz, fx, fy, fz), gg = dot3_1(gx, gy, gz, gx, gy, gz);
+    const float hh = dot3_1(hx, hy, hz, hx, hy, hz), most = MOST(ff, gg), longest = MOST(most, hh);
+    /* 1: the plane; off by PLANE_ROUNDING reach / |d . n| */
+    const float nx = g[72], ny = g[80], nz = g[88];
+    const lanes_f dn = dot3_lanes(dx, dy, dz, nx, ny, nz);
+    const lanes_f to_plane = dot3_1(nx, ny, nz, ax, ay, az) / dn;
+    /* 2: the line q + k e, q its nearest point to the origin: q . e = 0. Where it is nearest to t d,
+     * (t d - q - k e) . d = (t d - q - k e) . e = 0. */
+    const bool is_h = hh == longest, is_g = gg == longest;
+    const float ex = is_h ? hx : is_g ? gx : fx, ey = is_h ? hy : is_g ? gy : fy, ez = is_h ? hz : is_g ? gz : fz;
+    const int start = is_h ? 0 : is_g ? 48 : 24; /* the vertex that e begins in */
+    const float sx = g[start] - ox, sy = g[start + 8] - oy, sz = g[start + 16] - oz;
+    const float along = dot3_1(sx, sy, sz, ex, ey, ez) / longest;
+    const lanes_f dq = dot3_lanes(dx, dy, dz, sx - along * ex, sy - along * ey, sz - along * ez);
+    const lanes_f de = dot3_lanes(dx, dy, dz, ex, ey, ez);
+    const lanes_f sine2 = (longest - de * de) / longest;
+    const lanes_f to_line = dq / sine2;
+    /* 3: the width is that of the area by the longest edge */
+    const float wx = gy * hz - gz * hy, wy = gz * hx - gx * hz, wz = gx * hy - gy * hx;
+    const float width2 = dot3_1(wx, wy, wz, wx, wy, wz) / longest;
+    const float off2 = PLANE_ROUNDING * PLANE_ROUNDING * (dot3_1(ax, ay, az, ax, ay, az) + longest);
+    const lanes_i flat = MASK(dn * dn * width2 > off2);
+    const lanes_f range = PICK(flat, to_plane, to_line);
+    /* 4: x, place along the edge, from its middle to longest / 2. NaN, of a beam along it, compares false: not past it. */
+    const lanes_f x = range * de - (along + 0.5f) * longest, slope2 = PICK(flat, dn * dn, sine2 * sine2);
+    const lanes_f beyond = PICK(MASK(x < 0.0f), -x, x) - 0.51f * longest;
+    *past = MASK(beyond > 0.0f) & MASK(beyond * beyond * slope2 > 16.0f * off2 * longest);
+    return range;
+}
+
 /* 1 / t of beams d with a triangle that is not clear; 0 where they miss. u, v, w are the edge functions, `rounding` their
  * bounds. Hit from both sides, if the beam meets the triangle's box too: edge-on, u, v and w vanish in its whole plane.
- * t is the mean of the vertices' distances along d with weights u, v, w, kept inside the box. Wrong case: a beam within
- * some 1e-6 rad of the plane of a triangle seen edge-on may be stopped by the box where it passes the triangle. */
+ * t is kept inside the box. Wrong case: a beam within some 1e-6 rad of the plane of a triangle seen edge-on may be
+ * stopped by the box where it passes the triangle. */
 static inline lanes_f needle_inverse_range(global const float *geometry, int block, int lane, float ox, float oy,
                                            float oz, lanes_f dx, lanes_f dy, lanes_f dz, lanes_f u, lanes_f v,
                                            lanes_f w, float rounding_u, float rounding_v, float rounding_w)
@@ -160,14 +205,7 @@ static inline lanes_f needle_inverse_range(global const float *geometry, int blo
     const float cx = g[48] - ox, cy = g[56] - oy, cz = g[64] - oz;
     const lanes_i front = MASK(u >= -rounding_u) & MASK(v >= -rounding_v) & MASK(w >= -rounding_w);
     const lanes_i back = MASK(u <= rounding_u) & MASK(v <= rounding_v) & MASK(w <= rounding_w);
-    /* 1: weights of the side that fits, none negative; 1e-30 makes them equal where all are zero */
-    const lanes_f turn = PICK(front, (lanes_f)(1.0f), (lanes_f)(-1.0f));
-    const lanes_f tu = turn * u, tv = turn * v, tw = turn * w;
-    const lanes_f wu = MOST(tu, 0.0f) + 1e-30f, wv = MOST(tv, 0.0f) + 1e-30f, ww = MOST(tw, 0.0f) + 1e-30f;
-    const lanes_f depth = wu * dot3_lanes(dx, dy, dz, ax, ay, az) + wv * dot3_lanes(dx, dy, dz, bx, by, bz) +
-                          ww * dot3_lanes(dx, dy, dz, cx, cy, cz);
-    const lanes_f mean = depth / ((wu + wv) + ww);
-    /* 2: the box, larger by what a beam may be off at that distance */
+    /* The box, larger by what a beam may be off at that distance */
     const float pad = NEEDLE_PAD * (MAGNITUDE(ax) + MAGNITUDE(ay) + MAGNITUDE(az) + MAGNITUDE(bx - ax) +
                                     MAGNITUDE(by - ay) + MAGNITUDE(bz - az) + MAGNITUDE(cx - ax) + MAGNITUDE(cy - ay) +
                                     MAGNITUDE(cz - az));
@@ -175,9 +213,11 @@ static inline lanes_f needle_inverse_range(global const float *geometry, int blo
     clip_axis(ax, bx, cx, pad, dx, &enter, &leave);
     clip_axis(ay, by, cy, pad, dy, &enter, &leave);
     clip_axis(az, bz, cz, pad, dz, &enter, &leave);
-    const lanes_f not_before = MOST(mean, enter), range = LEAST(not_before, leave);
-    /* 3: an origin within the pad of the triangle has no range. NaN compares false. */
-    const lanes_i hit = (front | back) & MASK(enter <= leave) & MASK(range > 0.0f);
+    lanes_i past;
+    const lanes_f own = needle_range(g, ox, oy, oz, dx, dy, dz, &past);
+    const lanes_f not_before = MOST(own, enter), range = LEAST(not_before, leave);
+    /* An origin within the pad of the triangle has no range. NaN, of a beam along a needle: where it enters the box. */
+    const lanes_i hit = (front | back) & ~past & MASK(enter <= leave) & MASK(range > 0.0f);
     return PICK(hit, 1.0f / range, (lanes_f)(0.0f));
 }
 
