@@ -181,6 +181,7 @@ static inline uint packets_met(const Returns *out, const Span *span, const float
     const float x0 = s[j], x1 = s[8 + j], y0 = s[16 + j], y1 = s[24 + j], nearest = ((const float *)inverse)[j];
     int8 met = 0;
     for (int p = 0; p < PACKETS_A_GROUP; p += 8) {
+        if (PACKETS % 32 != 0 && 32 * group + p >= PACKETS) break; /* the last group is not full */
         global const float *r = rectangles + 32 * group + p;
         const int8 meets = (LOAD8(r) <= x1) & (LOAD8(r + PACKETS) >= x0) & (LOAD8(r + 2 * PACKETS) <= y1) &
                            (LOAD8(r + 3 * PACKETS) >= y0) & (out->least_of_packet[4 * group + p / 8] <= nearest);
