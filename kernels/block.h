@@ -17,7 +17,9 @@
  * Watertight Exactly negated edge functions keep beams from passing through an EDGE, but round a VERTEX the signs of all its
  *            edges can come out the same, and a beam slip through (measured: 1 in 60 of beams aimed at vertices). So
  *            a value counts as inside down to minus the bound of its rounding: a beam that meets a triangle in exact
- *            arithmetic is never refused. The price: triangles are larger by about 2e-6 rad, 10 micrometres at 5 m.
+ *            arithmetic is never refused. The price: triangles are larger by about 2e-6 rad, 10 micrometres at 5 m;
+ *            by more where the line of an edge passes near the origin and another vertex lies far away: as their
+ *            distances, 2e-4 rad round a lawn of 300 m under a station of 2 m.
  *            A beam that runs along this margin must not see a face that lies hidden round an edge, so that such a
  *            hit counts as farther by 1 - BESIDE: any true hit at the same place comes first, and where there is none
  *            the range is 1e-5 of its value too long, 50 micrometres at 5 m, and the hit is

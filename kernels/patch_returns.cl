@@ -19,7 +19,6 @@
  */
 #include "trace_tile.h"
 #include "template.h"
-#include "template.h"
 
 #define LIST (TILE_ROWS * TILE_COLUMNS)
 /* Places of the table that finds a patch's record: a power of two, at least twice the records. */

@@ -50,7 +50,11 @@ typedef struct {
 } Stack;
 
 /* One step of the sorting network: lanes that differ in bit j; `upper` is where the smaller one belongs. */
-#define EXCHANGE(x, swapped, upper)                                                                                       do {                                                                                                                      const int8 other = swapped, greater = MOST(x, other), smaller = LEAST(x, other);                                      x = PICK((int8)upper, smaller, greater);                                                                          } while (0)
+#define EXCHANGE(x, swapped, upper)                                                                                   \
+    do {                                                                                                              \
+        const int8 other = swapped, greater = MOST(x, other), smaller = LEAST(x, other);                              \
+        x = PICK((int8)upper, smaller, greater);                                                                      \
+    } while (0)
 
 /* Greatest first. Batcher's bitonic network. */
 static inline int8 sort8(int8 x)
