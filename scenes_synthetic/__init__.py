@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from scenes_synthetic import house, rooms
+from scenes_synthetic import house, puzzles, rooms
 from scenes_synthetic.model import SyntheticScene, Truth
 from scenes_synthetic.write import write
 
@@ -21,6 +21,13 @@ _BUILDERS: dict[str, Callable[..., SyntheticScene]] = {
     "two-rooms": rooms.two_rooms,
     "closed-rooms": rooms.closed_rooms,
     "corridor-comb": rooms.corridor_comb,
+    "convex-room": puzzles.convex_room,
+    "l-by-range": puzzles.l_by_range,
+    "t-corridor": puzzles.t_corridor,
+    "plus-corridor": puzzles.plus_corridor,
+    "comb-gallery": puzzles.comb_gallery,
+    "spiral": puzzles.spiral,
+    "column-hall": puzzles.column_hall,
 }
 
 

@@ -6,6 +6,7 @@ Scene frame: metres, z up, near the origin (so local = scene frame, offset zero)
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,7 +58,10 @@ class Part:
 
 @dataclass(frozen=True)
 class Room:
-    """A room between its walls: outline (x, y) counter-clockwise with axis-parallel edges, floor and clear height."""
+    """A room between its walls: outline (x, y) counter-clockwise, floor and clear height.
+
+    Edges with openings are axis-parallel.
+    """
 
     name: str
     storey: int
@@ -72,6 +76,18 @@ class Level:
 
     name: str
     elevation_m: float
+
+
+@dataclass(frozen=True)
+class KnownView:
+    """What one station sees, computed from the plan and not from the mesh.
+
+    station_m : the sensor's origin. visible_area_m2 : by part, of those that it sees; range_m : how far it reaches.
+    """
+
+    station_m: Point
+    visible_area_m2: dict[str, float]
+    range_m: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -91,6 +107,21 @@ class Truth:
     extents_m: FloatArray
     storeys: tuple[tuple[str, float], ...]
     n_stations: int | None = None
+    stations_m: tuple[Point, ...] = ()
+    """`n_stations` sensor positions that see it all together; empty where none are known."""
+    witnesses_m: tuple[Point, ...] = ()
+    """Spots on the floor, no two of which can be seen from one place: as many stations are needed."""
+    n_stations_at_range: tuple[tuple[float, int], ...] = ()
+    """(range in metres, fewest stations of that range)."""
+    views: tuple[KnownView, ...] = ()
+    returns_nothing: tuple[str, ...] = ()
+    """Parts that no scanner gets a return of: glass lets the beam through, a mirror turns it aside."""
+    slides_along: Point | None = None
+    """Direction along which scans can be shifted against each other and still fit; None: no such one by design."""
+    n_degenerate: int = 0
+    """Faces without area, put there on purpose."""
+    n_duplicate: int = 0
+    """Faces that repeat another, put there on purpose."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +200,7 @@ def wall_area_m2(room: Room, parts: Sequence[Part]) -> float:
     corners = np.asarray(room.outline_m)
     area = 0.0
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        area += float(np.abs(end - start).sum()) * room.height_m
+        area += math.hypot(*(end - start)) * room.height_m
         along = int(np.argmax(np.abs(end - start)))
         across = 1 - along
         low, high = sorted((start[along], end[along]))
