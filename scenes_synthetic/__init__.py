@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from scenes_synthetic import house, puzzles, rooms
+from scenes_synthetic import hole_walls, house, puzzles, rooms
 from scenes_synthetic.model import SyntheticScene, Truth
 from scenes_synthetic.write import write
 
@@ -21,6 +21,7 @@ _BUILDERS: dict[str, Callable[..., SyntheticScene]] = {
     "two-rooms": rooms.two_rooms,
     "closed-rooms": rooms.closed_rooms,
     "corridor-comb": rooms.corridor_comb,
+    "hole-walls": hole_walls.build,
     "convex-room": puzzles.convex_room,
     "l-by-range": puzzles.l_by_range,
     "t-corridor": puzzles.t_corridor,
