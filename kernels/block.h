@@ -189,7 +189,8 @@ static inline lanes_f needle_range(global const float *g, float ox, float oy, fl
     /* 4: x, place along the edge, from its middle to longest / 2. NaN, of a beam along it, compares false: not past it. */
     const lanes_f x = range * de - (along + 0.5f) * longest, slope2 = PICK(flat, dn * dn, sine2 * sine2);
     const lanes_f beyond = PICK(MASK(x < 0.0f), -x, x) - 0.51f * longest;
-    *past = MASK(beyond > 0.0f) & MASK(beyond * beyond * slope2 > 16.0f * off2 * longest);
+    const lanes_f slack2 = PICK(flat, (lanes_f)(off2), off2 + width2 * sine2); /* the line may be the far side */
+    *past = MASK(beyond > 0.0f) & MASK(beyond * beyond * slope2 > 16.0f * slack2 * longest);
     return range;
 }
 
