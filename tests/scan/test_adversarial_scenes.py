@@ -201,10 +201,16 @@ def test_no_beam_ends_where_nothing_is(device: Device, shapes: SimpleNamespace, 
         with np.errstate(divide="ignore", invalid="ignore"):
             lines = np.linalg.norm(np.cross(relative, edges), axis=2) / np.linalg.norm(edges, axis=2)
             margin = range_m * 4e-6 * reach / np.where(np.isnan(lines), np.inf, lines).min(axis=1)
+        # Along the beam a hit is off by the rounding of the plane over the cosine of the incidence, plane / range.
+        normal = np.cross(edges[:, 0], edges[:, 1])
+        area = np.linalg.norm(normal, axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            plane = np.abs(np.einsum("ni,ni->n", normal, relative[:, 0])) / area
+            along = np.nan_to_num(PLANE_ROUNDING * (range_m + reach) * range_m / plane)
         # Needles count as longer by a hundredth, and to the rounding of their ranges.
-        needle = 0.02 * np.linalg.norm(edges, axis=2).max(axis=1)
-        thin = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) < 1e-2 * (edges**2).sum(axis=2).max(axis=1)
-        assert (away <= BESIDE * range_m + 1e-5 * reach + margin + np.where(thin, needle, 0)).all()
+        longest = np.linalg.norm(edges, axis=2).max(axis=1)
+        needle = np.where(area < 1e-2 * longest**2, 0.02 * longest, 0)
+        assert (away <= BESIDE * range_m + 1e-5 * reach + margin + np.minimum(along, longest) + needle).all()
 
 
 def same_bits(one: ScanBatch, other: ScanBatch) -> bool:
