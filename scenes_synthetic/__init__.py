@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from scenes_synthetic import hole_walls, house, puzzles, rooms
+from scenes_synthetic import basement, hard, hole_walls, house, office, puzzles, rooms, school
 from scenes_synthetic.model import SyntheticScene, Truth
 from scenes_synthetic.write import write
 
-__all__ = ["SyntheticScene", "Truth", "build", "names", "write"]
+__all__ = ["PAPER", "SyntheticScene", "Truth", "build", "names", "write"]
 
 _BUILDERS: dict[str, Callable[..., SyntheticScene]] = {
     "house": house.build,
@@ -21,6 +21,9 @@ _BUILDERS: dict[str, Callable[..., SyntheticScene]] = {
     "two-rooms": rooms.two_rooms,
     "closed-rooms": rooms.closed_rooms,
     "corridor-comb": rooms.corridor_comb,
+    "basement": basement.build,
+    "school": school.build,
+    "office": office.build,
     "hole-walls": hole_walls.build,
     "convex-room": puzzles.convex_room,
     "l-by-range": puzzles.l_by_range,
@@ -29,7 +32,19 @@ _BUILDERS: dict[str, Callable[..., SyntheticScene]] = {
     "comb-gallery": puzzles.comb_gallery,
     "spiral": puzzles.spiral,
     "column-hall": puzzles.column_hall,
+    "glass-and-mirror": hard.glass_and_mirror,
+    "thin-walls": hard.thin_walls,
+    "doors-open": hard.doors_open,
+    "doors-shut": hard.doors_shut,
+    "stairwell": hard.stairwell,
+    "double-height-hall": hard.double_height_hall,
+    "atrium": hard.atrium,
+    "tunnel": hard.tunnel,
+    "facade": hard.facade,
 }
+
+PAPER = ("basement", "school", "office")
+"""The three buildings of Lopez et al. 2023, of 130 thousand to 2.7 million triangles."""
 
 
 def names() -> tuple[str, ...]:

@@ -68,7 +68,7 @@ def test_ifc_loads_back_with_names_classes_storeys_and_areas(name: str, tmp_path
     assert scene.report.warnings == ()
 
 
-@pytest.mark.parametrize("name", scenes_synthetic.names())
+@pytest.mark.parametrize("name", [name for name in scenes_synthetic.names() if name not in scenes_synthetic.PAPER])
 def test_ifc_is_valid_by_its_schema(name: str, tmp_path: Path) -> None:
     import ifcopenshell
     import ifcopenshell.validate
