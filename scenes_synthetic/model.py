@@ -54,6 +54,8 @@ class Part:
     fills: str = ""
     predefined_type: str = ""
     """IFC4 PredefinedType where the class alone says too little (`FLOOR`, `ROOF`, `TABLE`)."""
+    material: str = ""
+    """`glass` or `mirror`, which return nothing to a scanner; empty: any opaque one."""
 
 
 @dataclass(frozen=True)
