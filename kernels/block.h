@@ -194,6 +194,31 @@ static inline lanes_f needle_range(global const float *g, float ox, float oy, fl
     return range;
 }
 
+/* Range of whatever the origin itself lies on, metres. */
+#define ON_SURFACE 1e-6f
+
+/* Whether the origin lies on a triangle, to rounding. Then it blocks every beam, as in Embree: a scanner in a wall's face
+ * sees nothing, and no candidate stands there. */
+static inline bool holds_origin(global const float *g, float ox, float oy, float oz)
+{
+    const float ax = g[0] - ox, ay = g[8] - oy, az = g[16] - oz;
+    const float bx = g[24] - ox, by = g[32] - oy, bz = g[40] - oz;
+    const float cx = g[48] - ox, cy = g[56] - oy, cz = g[64] - oz;
+    const float nx = g[72], ny = g[80], nz = g[88];
+    const float size_a = MAGNITUDE(ax) + MAGNITUDE(ay) + MAGNITUDE(az);
+    const float size_b = MAGNITUDE(bx) + MAGNITUDE(by) + MAGNITUDE(bz);
+    const float size_c = MAGNITUDE(cx) + MAGNITUDE(cy) + MAGNITUDE(cz);
+    const float size_ab = MOST(size_a, size_b), size = MOST(size_ab, size_c);
+    const float off = dot3_1(nx, ny, nz, ax, ay, az);
+    if (MAGNITUDE(off) > PLANE_ROUNDING * size) return false;
+    /* twice the areas that the origin parts the triangle into; a triangle without area has no normal and no answer */
+    const float of_a = dot3_1(nx, ny, nz, by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx);
+    const float of_b = dot3_1(nx, ny, nz, cy * az - cz * ay, cz * ax - cx * az, cx * ay - cy * ax);
+    const float of_c = dot3_1(nx, ny, nz, ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx);
+    const float least = -PLANE_ROUNDING * size * size;
+    return nx * nx + ny * ny + nz * nz > 0.5f && of_a >= least && of_b >= least && of_c >= least;
+}
+
 /* 1 / t of beams d with a triangle that is not clear; 0 where they miss. u, v, w are the edge functions, `rounding` their
  * bounds. Hit from both sides, if the beam meets the triangle's box too: edge-on, u, v and w vanish in its whole plane.
  * t is kept inside the box. Wrong case: a beam within some 1e-6 rad of the plane of a triangle seen edge-on may be
@@ -203,6 +228,7 @@ static inline lanes_f needle_inverse_range(global const float *geometry, int blo
                                            lanes_f w, float rounding_u, float rounding_v, float rounding_w)
 {
     global const float *g = geometry + (size_t)block * (BLOCK_FLOATS * BLOCK_LANES) + lane;
+    if (holds_origin(g, ox, oy, oz)) return (lanes_f)(1.0f / ON_SURFACE);
     const float ax = g[0] - ox, ay = g[8] - oy, az = g[16] - oz;
     const float bx = g[24] - ox, by = g[32] - oy, bz = g[40] - oz;
     const float cx = g[48] - ox, cy = g[56] - oy, cz = g[64] - oz;

@@ -318,3 +318,20 @@ def test_the_hdl_64e_scans_a_room_as_the_oracle_does(open_both: Callable, shapes
     at_edges, unexplained = explain(a, b, 1e-5)
     assert unexplained <= 6, f"{unexplained} of {template.shape} unexplained, {at_edges} at edges"
     assert np.nanmax(a.range_m) <= 5.0
+
+
+@pytest.mark.parametrize("where", [(0.3, -0.2, -1.0), (1.0, 0.4, 0.25), (-1.0, -1.0, 0.5), (1.0, 1.0, 1.0)])
+def test_a_position_on_a_surface_sees_nothing_beyond_it(
+    open_both: Callable, shapes: SimpleNamespace, where: tuple[float, float, float]
+) -> None:
+    """On a face, an edge and a vertex. A building's corner was taken for a place to stand: it saw the facades."""
+    ours, oracle, _ = open_both(shapes.scene_of(*shapes.box_of((-1, -1, -1), (1, 1, 1))))
+    rays = np.random.default_rng(1).normal(size=(200, 3))
+    rays[:6] = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]
+    at = np.broadcast_to(np.array(where), rays.shape)
+    assert (ours.cast_rays(at, rays, range_max_m=np.inf).range_m <= 1e-5).all()
+    assert (oracle.cast_rays(at, rays, range_max_m=np.inf).range_m[6:] <= 1e-5).all()
+    scan = ours.scan(shapes.template_of(8, 64), np.array([where]))
+    assert (scan.range_m <= 1e-5).all()
+    beside = np.array([where]) * 0.999
+    assert np.nanmax(ours.scan(shapes.template_of(8, 64), beside).range_m) > 0.5
