@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from scenes_synthetic import basement, hard, hole_walls, house, office, puzzles, rooms, school
+from scenes_synthetic import basement, copies, hard, hole_walls, house, office, puzzles, rooms, school
 from scenes_synthetic.model import SyntheticScene, Truth
 from scenes_synthetic.write import write
 
@@ -41,6 +41,10 @@ _BUILDERS: dict[str, Callable[..., SyntheticScene]] = {
     "atrium": hard.atrium,
     "tunnel": hard.tunnel,
     "facade": hard.facade,
+    "georeferenced": copies.georeferenced,
+    "millimetres-y-up": copies.millimetres_y_up,
+    "broken-faces": copies.broken_faces,
+    "without-slabs": copies.without_slabs,
 }
 
 PAPER = ("basement", "school", "office")

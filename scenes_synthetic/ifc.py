@@ -16,6 +16,7 @@ import ifcopenshell.api.aggregate
 import ifcopenshell.api.context
 import ifcopenshell.api.feature
 import ifcopenshell.api.geometry
+import ifcopenshell.api.material
 import ifcopenshell.api.project
 import ifcopenshell.api.root
 import ifcopenshell.api.spatial
@@ -33,6 +34,7 @@ _SETS = (
     ("IfcRelContainedInSpatialStructure", "RelatedElements"),
     ("IfcRelAggregates", "RelatedObjects"),
     ("IfcUnitAssignment", "Units"),
+    ("IfcRelAssociatesMaterial", "RelatedObjects"),
 )
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_OID, "tlsplan scenes_synthetic")
 
@@ -46,6 +48,11 @@ def write_ifc(synthetic: SyntheticScene, path: Path) -> None:
             if room.storey == index:
                 _add_space(model, body, storey, room)
         _add_parts(model, body, storey, [part for part in synthetic.parts if part.storey == index])
+    _add_materials(model, synthetic)
+    if any(synthetic.frame.offset_m):
+        # All else is placed relative to the site.
+        (site,) = model.by_type("IfcSite")
+        site.ObjectPlacement.RelativePlacement.Location.Coordinates = [_mm(v) for v in synthetic.frame.offset_m]
     _fix_header_and_ids(model, synthetic.name)
     model.write(str(path))
 
@@ -152,6 +159,15 @@ def _face_set(model: Any, solid: Solid, low_m: np.ndarray[Any, Any]) -> Any:
     points = model.create_entity("IfcCartesianPointList3D", millimetres)
     corners = (solid.triangles + 1).tolist()
     return model.create_entity("IfcTriangulatedFaceSet", Coordinates=points, Closed=True, CoordIndex=corners)
+
+
+def _add_materials(model: Any, synthetic: SyntheticScene) -> None:
+    """Associate the parts that have a material with an IfcMaterial of that name and category."""
+    for name in sorted({part.material for part in synthetic.parts if part.material}):
+        material = ifcopenshell.api.material.add_material(model, name=name, category=name)
+        wanted = {part.name for part in synthetic.parts if part.material == name}
+        products = [product for product in model.by_type("IfcElement") if product.Name in wanted]
+        ifcopenshell.api.material.assign_material(model, products=products, material=material)
 
 
 def _represent(model: Any, body: Any, product: Any, kind: str, item: Any) -> None:

@@ -127,6 +127,29 @@ class Truth:
 
 
 @dataclass(frozen=True)
+class FileFrame:
+    """How files hold a scene: unit, upward axis, and how far from the origin, where the format leaves the choice."""
+
+    metres_per_unit: float = 1.0
+    up_axis: str = "Z"
+    """`Y` or `Z`."""
+    offset_m: Point = (0.0, 0.0, 0.0)
+    """Added to the scene's coordinates, which are local."""
+
+    @property
+    def title(self) -> str:
+        """What it is in words, for headers."""
+        unit = {1.0: "metres", 0.001: "millimetres"}[self.metres_per_unit]
+        return f"{unit}, {self.up_axis.lower()} up"
+
+    def coordinates(self, local_m: FloatArray) -> FloatArray:
+        """(N, 3) local metres as the file's numbers, with six decimals."""
+        x, y, z = (local_m + np.asarray(self.offset_m)).T
+        turned = np.stack([x, z, -y] if self.up_axis == "Y" else [x, y, z], axis=1)
+        return np.round(turned / self.metres_per_unit, 6)
+
+
+@dataclass(frozen=True)
 class SyntheticScene:
     """A generated building: its parts, its rooms, the mesh of all of it, and the truth about it."""
 
@@ -136,6 +159,7 @@ class SyntheticScene:
     """In the order of `scene.elements`."""
     rooms: tuple[Room, ...]
     truth: Truth
+    frame: FileFrame = FileFrame()
 
 
 def assemble(
