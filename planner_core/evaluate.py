@@ -15,7 +15,7 @@ from planner_core.candidates.grid import find_candidates, lies_mostly_indoors
 from planner_core.errors import StationListError
 from planner_core.export.stations_csv import GivenStation
 from planner_core.metrics.coverage import floor_of_patch, take_rows, times_seen
-from planner_core.model import FloatArray, Plan, PlanSettings, Scene, Station, Survey
+from planner_core.model import FloatArray, Plan, PlanSettings, Scene, Station, Survey, Visibility
 from planner_core.progress import Progress, silent
 from planner_core.results import Stopwatch, describe_plan, warn_about_coverage
 from planner_core.scan.engine import ScanEngine, open_engine
@@ -72,6 +72,7 @@ def evaluate_survey(
             survey, settings, caster, np.concatenate([candidates.position_m, at]), progress=progress
         )
         own_rows = take_rows(everything, range(candidates.floor.size, everything.n_positions))
+        blind = _blind_stations([station for station, _ in placed], own_rows, survey)
     with clock.stage("bound"):
         of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
         scope = scope_of(of_patch, floors, len(survey.floors))
@@ -91,7 +92,7 @@ def evaluate_survey(
             achievable=times_seen(everything) > 0,
             lower_bound=fewest,
             n_candidates=int(candidates.floor.size),
-            warnings=(*survey.warnings, *caster.warnings, *(line for _, lines in placed for line in lines)),
+            warnings=(*survey.warnings, *caster.warnings, *(line for _, lines in placed for line in lines), *blind),
         )
     return replace(plan, timings_s=clock.seconds, warnings=(*plan.warnings, *warn_about_coverage(plan)))
 
@@ -160,3 +161,13 @@ def _ground_below(survey: Survey, engine: ScanEngine, index: int, position_m: Fl
     if hits.triangle[0] >= 0 and np.isin(hits.triangle[0], floor.ground_triangles):
         return float(position_m[2] - np.float64(hits.range_m[0]))
     return floor.elevation_m
+
+
+def _blind_stations(stations: list[Station], rows: Visibility, survey: Survey) -> tuple[str, ...]:
+    """Warnings about stations that see nothing: in a wall, or with everything out of the scanner's range."""
+    limits = f"{survey.template.range_min_m:g} and {survey.template.range_max_m:g} m"
+    return tuple(
+        f"station {station.id} sees nothing between {limits}; check its place and the scanner's ranges (metres)"
+        for index, station in enumerate(stations)
+        if rows.row(index).size == 0
+    )

@@ -13,7 +13,7 @@ import numpy as np
 from planner_core.candidates.grid import find_candidates
 from planner_core.errors import RequirementError
 from planner_core.metrics.coverage import floor_of_patch, take_rows, times_seen
-from planner_core.model import Candidates, Plan, PlanSettings, Scene, Station, Survey
+from planner_core.model import BoolArray, Candidates, Plan, PlanSettings, Scene, Station, Survey
 from planner_core.progress import Progress, silent
 from planner_core.results import Stopwatch, describe_plan
 from planner_core.scan.engine import ScanEngine, open_engine
@@ -67,6 +67,7 @@ def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, p
     with clock.stage("scan"):
         visibility = visible_from(survey, settings, caster, candidates.position_m, progress=progress)
         achievable = times_seen(visibility) > 0
+        _check_something_is_seen(achievable, survey, settings, int(candidates.floor.size))
     # 5. Few spots that see enough, and how few are possible.
     with clock.stage("select"):
         of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
@@ -105,6 +106,16 @@ def _stations(survey: Survey, candidates: Candidates, rows: list[int]) -> tuple[
         )
         for number, row in enumerate(rows, start=1)
     )
+
+
+def _check_something_is_seen(achievable: BoolArray, survey: Survey, settings: PlanSettings, n_candidates: int) -> None:
+    """Refuse a scanner that sees nothing from anywhere: without stations every requirement would be met."""
+    if not achievable.any():
+        low_m, high_m = survey.template.range_min_m, survey.template.range_max_m
+        raise RequirementError(
+            f"scanner {settings.scanner.name}: nothing to be seen from any of {n_candidates} admissible positions, "
+            f"expected surfaces between {low_m:g} and {high_m:g} m; check its ranges (metres) and field of view"
+        )
 
 
 def _bare_floors(survey: Survey, candidates: Candidates, floors: tuple[int, ...]) -> tuple[str, ...]:

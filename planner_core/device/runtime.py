@@ -7,7 +7,6 @@ it aborted in the kernel's own event, and nowhere else for certain.
 
 from __future__ import annotations
 
-import math
 import re
 import tempfile
 import warnings
@@ -59,12 +58,11 @@ class Program:
         self._device, self._built, self._title = device, built, title
         self._kernels: dict[str, Any] = {}
 
-    def run(self, kernel: str, global_size: tuple[int, ...], *arguments: object, cpu_group: int = 1) -> None:
+    def run(self, kernel: str, global_size: tuple[int, ...], *arguments: object) -> None:
         """Queue a kernel over `global_size` work-items. Arguments: `Buffer`s and NumPy scalars or vectors.
 
-        On a CPU a group has `cpu_group` work-items along the first axis, or the greatest common divisor of it and the
-        axis: a group must divide its axis in OpenCL 1.2. Elsewhere the driver chooses. One is right where a work-item
-        is much work: groups then spread evenly over the cores.
+        On a CPU a group is one work-item, since each is much work: groups then spread evenly over the cores. Elsewhere
+        the driver chooses.
 
         Kernels run in the order they were queued in. Nothing is queued for an empty NDRange.
 
@@ -79,9 +77,7 @@ class Program:
 
         device = self._device
         what = f"kernel {kernel} of {self._title}"
-        local_size = None
-        if device.kind == "cpu":
-            local_size = (math.gcd(global_size[0], min(cpu_group, device.max_group)),) + (1,) * (len(global_size) - 1)
+        local_size = (1,) * len(global_size) if device.kind == "cpu" else None
         with driver_errors(what, device.label):
             if kernel not in self._kernels:
                 self._kernels[kernel] = pyopencl.Kernel(self._built, kernel)
@@ -105,7 +101,6 @@ class Device:
             self.n_compute_units = int(device.max_compute_units)
             self.memory_bytes = int(device.global_mem_size)
             self.max_buffer_bytes = int(device.max_mem_alloc_size)
-            self.max_group = min(int(device.max_work_group_size), int(device.max_work_item_sizes[0]))
         #: What the driver raises, kept for when the interpreter ends: nothing can be imported any more by then.
         self.driver_error: type[Exception] = pyopencl.Error
         self.held_bytes = 0

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -99,6 +100,8 @@ def _spec(text: str, where: str) -> dict[str, Any]:
         spec = json.loads(text)
     except json.JSONDecodeError as error:
         raise _bad(where, f"not JSON (line {error.lineno}: {error.msg})", "a JSON object") from error
+    except (ValueError, RecursionError) as error:  # whole numbers of thousands of digits; a thousand brackets
+        raise _bad(where, "numbers or brackets beyond what JSON readers take", "a JSON object") from error
     if not isinstance(spec, dict):
         raise _bad(where, f"a {type(spec).__name__}", "a JSON object")
     if missing := sorted(_NEEDED - spec.keys()):
@@ -106,14 +109,25 @@ def _spec(text: str, where: str) -> dict[str, Any]:
     if unknown := sorted(spec.keys() - _NEEDED - _OPTIONAL):
         raise _bad(where, f"unknown {', '.join(unknown)}", "only " + ", ".join(sorted(_NEEDED | _OPTIONAL)))
     for key in _TEXTS:
-        if not (isinstance(spec[key], str) and spec[key].strip()):
+        if not (isinstance(spec[key], str) and spec[key].strip() and _is_text(spec[key])):
             raise _bad(where, f"{key} = {spec[key]!r}", "a text")
     return spec
 
 
+def _is_text(value: str) -> bool:
+    """Whether other programs can have it: half a character (a lone surrogate) is none in UTF-8."""
+    try:
+        value.encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def _number(value: object, key: str, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise _bad(where, f"{key} = {value!r}", "a finite number")
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= sys.float_info.max:
+        raise _bad(
+            where, f"{key} = {str(value)[:40]}" if isinstance(value, int) else f"{key} = {value!r}", "a finite number"
+        )
     return float(value)
 
 
@@ -213,11 +227,12 @@ def _check_channels(elevation_deg: FloatArray, offset_deg: FloatArray, where: st
         k = int(rising[0])
         got = f"elevation_deg rising from {elevation_deg[k]:g} to {elevation_deg[k + 1]:g} at channel {k + 2}"
         raise _bad(where, got, "the highest channel first; sort the channels, azimuth_offset_deg along with them")
-    level = np.flatnonzero(drop == 0)
-    same = level[offset_deg[level] == offset_deg[level + 1]] if offset_deg.size else level
-    if same.size:
-        k = int(same[0])
-        got = f"elevation_deg = {elevation_deg[k]:g} for channels {k + 1} and {k + 2}"
+    turned = offset_deg % 360.0 if offset_deg.size else np.zeros_like(elevation_deg)
+    order = np.lexsort([turned, elevation_deg])
+    twice = np.flatnonzero((np.diff(elevation_deg[order]) == 0) & (np.diff(turned[order]) == 0))
+    if twice.size:
+        first, second = sorted(order[twice[0] : twice[0] + 2].tolist())
+        got = f"elevation_deg = {elevation_deg[first]:g} for channels {first + 1} and {second + 1}"
         raise _bad(where, got, "channels that differ in elevation_deg or azimuth_offset_deg")
 
 

@@ -186,18 +186,6 @@ def test_outputs_on_other_devices_than_cpus_are_copied(room: tuple[Scene, Patche
         assert_equal(call(copied), call(engine))
 
 
-@pytest.mark.parametrize(("size", "group"), [(7, 64), (64, 64), (96, 64), (1, 64), (10_000, 4096 * 4)])
-def test_any_group_asked_for_fits_any_ndrange(device: Device, size: int, group: int) -> None:
-    """In OpenCL 1.2 a group must divide its axis and have no more than the device's limit."""
-    out = np.zeros(size, dtype=np.int32)
-    source = "kernel void mark(global int *x) { x[get_global_id(0)] += 1 + get_global_id(1); }"
-    with device.outputs("test", {"x": out}) as buffers:
-        device.program_from_source(source, title="mark.cl", defines={}).run(
-            "mark", (size, 1), buffers["x"], cpu_group=group
-        )
-    assert (out == 1).all()
-
-
 def test_outputs_of_no_entries_are_fine(device: Device) -> None:
     nothing = np.empty((0, 4), dtype=np.float32)
     with device.outputs("nothing", {"nothing": nothing}) as buffers:

@@ -187,3 +187,34 @@ def test_an_unknown_name_is_answered_with_the_known_ones() -> None:
         load_scanner("hdl-65e")
     with pytest.raises(RequirementError, match="can't be read"):
         load_scanner("nowhere/at-all.json")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        json.dumps(GOOD).replace("30", "1" + "0" * 400, 1),
+        "[" * 100_000,
+        json.dumps({**GOOD, "range_max_m": 0}).replace('"range_max_m": 0', '"range_max_m": 1' + "0" * 10_000),
+        json.dumps(GOOD).replace('"title": "', '"title": "\\ud800'),
+    ],
+    ids=["huge number", "deep brackets", "endless number", "half a character"],
+)
+def test_what_json_readers_choke_on_is_refused_in_one_line(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "mine.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(RequirementError) as refused:
+        load_scanner(path)
+    assert len(str(refused.value).splitlines()) == 1
+    assert len(str(refused.value)) < 400
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"elevation_deg": [5, 5, 5, 0], "azimuth_offset_deg": [0, 1, 0, 0]},
+        {"elevation_deg": [5, 5, 4], "azimuth_offset_deg": [180, -180, 0]},
+    ],
+)
+def test_a_channel_that_is_there_twice_is_refused_wherever_it_is(tmp_path: Path, change: dict[str, object]) -> None:
+    with pytest.raises(RequirementError, match="channels"):
+        read(tmp_path, **change)
