@@ -8,29 +8,41 @@ import click
 
 from ..options import overwrite_option, seed_option
 
+_CAMPUS, _CAMPUS_TRIANGLES = "campus", 1_000_000
+
 
 @click.command("scene", epilog="Example:  tlsplan scene house -o house.ifc")
 @click.argument("name", required=False)
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
               help="File to write; its ending chooses among ifc, obj, ply, stl, glb, usd, usda, usdc.")  # fmt: skip
+@click.option("--triangles", type=int, metavar="N", default=None,
+              help="Size of the scene campus (ply or obj only); 1000000 where not given.")  # fmt: skip
 @seed_option
 @overwrite_option
-def command(name: str | None, output: Path | None, seed: int, overwrite: bool) -> None:
+def command(name: str | None, output: Path | None, triangles: int | None, seed: int, overwrite: bool) -> None:
     """Write the synthetic scene NAME to a file; without NAME, list the scenes there are."""
     import scenes_synthetic
     from planner_core.errors import OutputExistsError, RequirementError
 
     from .. import output as printer
 
+    known = (*scenes_synthetic.names(), _CAMPUS)
     if name is None:
-        for known in scenes_synthetic.names():
-            printer.say(known)
+        for each in known:
+            printer.say(each)
         return
-    if name not in scenes_synthetic.names():
-        raise RequirementError(f"scene {name!r} is not known; expected one of {', '.join(scenes_synthetic.names())}.")
-    path = output if output is not None else Path(f"{name}.ifc")
+    if name not in known:
+        raise RequirementError(f"scene {name!r} is not known; expected one of {', '.join(known)}.")
+    if triangles is not None and name != _CAMPUS:
+        raise RequirementError(f"--triangles: got scene {name!r}, expected {_CAMPUS}; other scenes have one size only.")
+    path = output if output is not None else Path(f"{name}{'.ply' if name == _CAMPUS else '.ifc'}")
     if path.exists() and not overwrite:
         raise OutputExistsError(f"{path} exists; pass --overwrite to replace it.")
-    synthetic = scenes_synthetic.build(name, seed=seed)
-    scenes_synthetic.write(synthetic, path)
+    if name == _CAMPUS:
+        from scenes_synthetic.campus import write_campus
+
+        campus = write_campus(path, n_triangles=_CAMPUS_TRIANGLES if triangles is None else triangles, seed=seed)
+        printer.say(f"wrote {path}: {len(campus.buildings)} buildings, {campus.n_triangles} triangles")
+        return
+    scenes_synthetic.write(scenes_synthetic.build(name, seed=seed), path)
     printer.say(f"wrote {path}")

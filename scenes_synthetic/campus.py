@@ -1,0 +1,170 @@
+"""`campus`: any number of buildings to any number of triangles, written to disk one building at a time.
+
+Offices, schools and basements (as pavilions) stand on a grid of plots; a park in the south makes up what is missing.
+No more than one building is in memory at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from planner_core.errors import RequirementError
+from scenes_synthetic import basement, office, school
+from scenes_synthetic.model import SyntheticScene
+from scenes_synthetic.solids import Solid, box, join, place
+from scenes_synthetic.stream import stream_file
+from scenes_synthetic.tessellated import copies, ellipsoid, lathe
+
+FEWEST_TRIANGLES, MOST_TRIANGLES = 150_000, 1_000_000_000
+"""One pavilion and some trees; and as much as 32 bit indices of vertices hold."""
+_KINDS: tuple[tuple[Callable[..., SyntheticScene], int], ...] = (
+    # builder, triangles that no seed exceeds
+    (office.build, 2_850_000),
+    (school.build, 540_000),
+    (basement.build, 137_000),
+)
+_PLOT_M = 62.0
+_TREE_EVERY_M = 7.0
+_GROUND_M = 0.5
+
+
+@dataclass(frozen=True)
+class Building:
+    """A building of the campus: its name, its lowest corner, its triangles and the floor area of its rooms."""
+
+    name: str
+    at_m: tuple[float, float, float]
+    n_triangles: int
+    floor_area_m2: float
+
+
+@dataclass(frozen=True)
+class Campus:
+    """What was written: the buildings, all triangles (park and ground too), and the extents (2, 3) of everything."""
+
+    buildings: tuple[Building, ...]
+    n_trees: int
+    n_triangles: int
+    extents_m: tuple[tuple[float, float, float], tuple[float, float, float]]
+
+
+def write_campus(
+    path: Path | str,
+    *,
+    n_triangles: int,
+    seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+) -> Campus:
+    """Write a campus to a `.ply` or `.obj` file; memory does not grow with its size.
+
+    n_triangles : between `FEWEST_TRIANGLES` and `MOST_TRIANGLES`; the file has at most 11 less.
+    progress : called with the triangles written so far and those wanted.
+
+    Raises RequirementError for another number or another kind of file.
+    """
+    if not FEWEST_TRIANGLES <= n_triangles <= MOST_TRIANGLES:
+        raise RequirementError(
+            f"campus: got {n_triangles} triangles, expected {FEWEST_TRIANGLES} to {MOST_TRIANGLES}; "
+            "ask for a number between them."
+        )
+    maker = _Maker(n_triangles, seed)
+
+    def solids() -> Iterator[tuple[str, Solid]]:
+        for name, solid in maker.solids():
+            yield name, solid
+            if progress is not None:
+                progress(maker.n_written, n_triangles)
+
+    stream_file(path, solids(), "campus")
+    return maker.campus()
+
+
+class _Maker:
+    """Yields the named solids of a campus and keeps account of them."""
+
+    def __init__(self, n_triangles: int, seed: int) -> None:
+        self.n_written = 0
+        self._wanted = n_triangles
+        self._rng = np.random.default_rng(seed)
+        mean = sum(most for _, most in _KINDS) / len(_KINDS)
+        self._columns = max(1, round(float(np.sqrt(n_triangles / mean))))
+        self._buildings: list[Building] = []
+        self._n_trees = 0
+        self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
+
+    def solids(self) -> Iterator[tuple[str, Solid]]:
+        while (fits := self._next_kind()) is not None:
+            yield from self._building(fits)
+        yield from self._park()
+
+    def campus(self) -> Campus:
+        low, high = (tuple(float(v) for v in corner) for corner in (self._low, self._high))
+        extents = ((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+        return Campus(tuple(self._buildings), self._n_trees, self.n_written, extents)
+
+    def _left(self) -> int:
+        return self._wanted - self.n_written - 12  # of the ground
+
+    def _next_kind(self) -> Callable[..., SyntheticScene] | None:
+        """The next in turn, or a smaller one where that is too large for what is left."""
+        first = len(self._buildings) % len(_KINDS)
+        return next((build for build, most in (*_KINDS[first:], *_KINDS) if most <= self._left()), None)
+
+    def _count(self, solid: Solid) -> Solid:
+        low, high = solid.bounds_m
+        self._low, self._high = np.minimum(self._low, low), np.maximum(self._high, high)
+        self.n_written += len(solid.triangles)
+        return solid
+
+    def _building(self, build: Callable[..., SyntheticScene]) -> Iterator[tuple[str, Solid]]:
+        number = len(self._buildings)
+        synthetic = build(seed=int(self._rng.integers(2**31)))
+        row, column = divmod(number, self._columns)
+        foot_m = -float(synthetic.truth.extents_m[0, 2])  # its base slab stands on the ground
+        at = (column * _PLOT_M, row * _PLOT_M, foot_m)
+        name = f"{synthetic.name} {number + 1}"
+        area = sum(synthetic.truth.floor_area_m2.values())
+        self._buildings.append(Building(name, (at[0], at[1], 0.0), synthetic.scene.n_triangles, area))
+        for part in synthetic.parts:
+            yield f"{name}: {part.name}", self._count(place(part.solid, at))
+
+    def _park(self) -> Iterator[tuple[str, Solid]]:
+        """Trees for what is left, stone blocks for what is less than a tree, and the ground under everything."""
+        tree = _tree()
+        self._n_trees, rest = divmod(self._left(), len(tree.triangles))
+        width = max(self._columns * _PLOT_M, _TREE_EVERY_M * np.sqrt(self._n_trees))
+        per_row = int(width / _TREE_EVERY_M)
+        for start in range(0, self._n_trees, per_row):
+            n = min(per_row, self._n_trees - start)
+            shift = self._rng.uniform(-1.5, 1.5, size=(n, 2))
+            x = (np.arange(n) + 0.5) * _TREE_EVERY_M + shift[:, 0]
+            y = -_TREE_EVERY_M * (2 + start // per_row) + shift[:, 1]
+            size = self._rng.uniform(0.7, 1.3, size=n)
+            trees = copies(tree, np.column_stack([x, y, np.zeros(n)]), np.repeat(size[:, None], 3, axis=1))
+            yield f"Trees {start // per_row + 1}", self._count(trees)
+        n_blocks = rest // 12
+        if n_blocks:
+            block = box((0.0, -4.0, 0.0), (0.4, -3.6, 0.45))
+            spots = np.column_stack([1.5 * np.arange(n_blocks), np.zeros(n_blocks), np.zeros(n_blocks)])
+            yield "Blocks", self._count(copies(block, spots))
+        low, high = self._low - 5.0, self._high + 5.0
+        ground = box((float(low[0]), float(low[1]), -_GROUND_M), (float(high[0]), float(high[1]), 0.0))
+        yield "Ground", self._count(ground)
+
+
+def _tree() -> Solid:
+    """A trunk that widens to the ground, and a crown of five round masses; about 6 m high."""
+    trunk = lathe([(0.0, 0.0), (0.3, 0.0), (0.2, 0.3), (0.15, 1.5), (0.1, 3.5), (0.0, 3.6)], n_sides=12)
+    spots = (
+        (0.0, 0.0, 4.7, 1.5),
+        (0.9, 0.2, 3.9, 1.1),
+        (-0.8, 0.5, 4.0, 1.1),
+        (-0.2, -0.9, 4.1, 1.1),
+        (0.2, 0.9, 4.3, 1.0),
+    )
+    crown = [ellipsoid((x, y, z), (r, r, 0.85 * r), n_sides=14, n_rings=8) for x, y, z, r in spots]
+    return join([trunk, *crown])
