@@ -17,7 +17,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenes_synthetic.building import slab
 from scenes_synthetic.model import KnownView, Level, Part, Room, SyntheticScene, assemble
 from scenes_synthetic.plan_view import Edge, Flat, edges_of, visible_areas_m2
 from scenes_synthetic.solids import prism
@@ -184,11 +183,13 @@ def _with_ranges(found: SyntheticScene, n_stations_at_range: tuple[tuple[float, 
 
 
 def _slabs(outline: Sequence[Flat]) -> list[Part]:
-    low, high = _outer_bounds(outline)
-    top = _HEIGHT_M + _SLAB_M
+    """Floor and ceiling in the outline of the walls: nobody can stand beside the room."""
+    outer = _mitred(outline)
+    floor = prism(outer, axis="z", low_m=-_SLAB_M, high_m=0.0)
+    ceiling = prism(outer, axis="z", low_m=_HEIGHT_M, high_m=_HEIGHT_M + _SLAB_M)
     return [
-        slab("Floor", 0, (*low, -_SLAB_M), (*high, 0.0), lowest=True),
-        slab("Ceiling", 0, (*low, _HEIGHT_M), (*high, top), lowest=False),
+        Part("Floor", "IfcSlab", 0, floor, predefined_type="BASESLAB"),
+        Part("Ceiling", "IfcSlab", 0, ceiling, predefined_type="FLOOR"),
     ]
 
 

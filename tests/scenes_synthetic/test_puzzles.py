@@ -286,7 +286,15 @@ def measured_by_beams(puzzle: SyntheticScene, engine: ScanEngine, view: KnownVie
     }
 
 
-def test_puzzle_plans_without_error(puzzle: SyntheticScene) -> None:
+def test_puzzle_plans_without_error_and_inside_its_room(puzzle: SyntheticScene) -> None:
     plan = make_plan(puzzle.scene, COARSE)
+    for x, y, _ in (station.position_m for station in plan.stations):
+        above = [((y0 > y) != (y1 > y)) and x < x0 + (y - y0) * (x1 - x0) / (y1 - y0)
+                 for (x0, y0), (x1, y1) in segments(puzzle).tolist()]  # fmt: skip
+        assert sum(above) % 2 == 1, (x, y)
+    walls_and_slabs_m2 = puzzle.truth.floor_area_m2["Room"] * 2 + puzzle.truth.wall_area_m2["Room"]
+    columns_m2 = sum(4 * 2.7 - 2 for part in puzzle.parts if part.kind == "IfcColumn")
+    # Patches on the seam of room and wall's foot count whole; outer faces would more than double the area.
+    assert plan.coverage.achievable_area_m2 < 1.35 * (walls_and_slabs_m2 + columns_m2)
     assert plan.coverage.fraction_of_achievable >= 0.8
     assert 1 <= plan.lower_bound <= len(plan.stations)
