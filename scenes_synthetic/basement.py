@@ -52,7 +52,7 @@ _EAST_ROOMS = (
     ("Shaft", 18.45, 20.7, None),
 )
 ENCLOSED = ("Boiler room", "Electrical room", "Store 1", "Store 2", "Store 3", "Shower", "Shaft", "Archive")
-"""Rooms that nothing outside them can be seen from: their doors are shut."""
+"""Rooms whose doors are shut, or that have none: nothing is seen from outside but through gaps of a centimetre."""
 _LAMP, _PIPE_SIDES = "IfcLightFixture", 14
 
 
