@@ -87,20 +87,21 @@ def _small(
     *,
     front_m: float = -99.0,
     storeys: tuple[int, ...] = (0,),
+    zoom: float = 1.2,
 ) -> View:
     """View of a puzzle or a hard scene, in a picture of its name."""
-    return View(f"{scene}.png", scene, storeys, cut_m, seen_from, front_m, size=_SMALL_SIZE)
+    return View(f"{scene}.png", scene, storeys, cut_m, seen_from, front_m, zoom=zoom, size=_SMALL_SIZE)
 
 
 VIEWS = (
     View("house-outside.png", "house", (0, 1), 99.0, (-1.0, -1.7, 0.8)),
     View("house-ground-floor.png", "house", (0,), 2.15, (-0.55, -1.2, 1.9)),
     View("house-upper-floor.png", "house", (0, 1), 4.95, (-0.55, -1.2, 1.9)),
-    View("basement.png", "basement", (0,), 3.3, (-0.5, -1.1, 1.9), edges=False, zoom=1.12),
+    View("basement.png", "basement", (0,), 3.3, (-0.5, -1.1, 1.9), edges=False, zoom=1.02),
     View(
         "school-section.png", "school", (0, 1, 2, 3, 4), 99.0, (-0.45, -1.5, 0.6), front_m=15.0, edges=False, zoom=1.3
     ),
-    View("school-floor.png", "school", (0, 1), 7.6, (-0.35, -1.0, 1.5), edges=False, zoom=1.18),
+    View("school-floor.png", "school", (0, 1), 7.6, (-0.35, -1.0, 1.5), edges=False, zoom=1.1),
     View("office.png", "office", (0,), 2.55, (-1.1, -0.75, 1.15), edges=False, zoom=1.35),
     _small("hole-walls", 1.9, (-0.5, -0.9, 1.3)),
     _small("convex-room", 2.0),
@@ -110,15 +111,15 @@ VIEWS = (
     _small("comb-gallery", 2.0),
     _small("spiral", 2.0),
     _small("column-hall", 2.0),
-    _small("glass-and-mirror", 2.65, (-0.6, -1.1, 1.2)),
+    _small("glass-and-mirror", 2.3, (-0.5, -0.9, 1.4), zoom=1.1),
     _small("thin-walls", 2.0),
     _small("doors-open", 2.0),
     _small("doors-shut", 2.0),
-    _small("stairwell", 99.0, (-0.5, -1.4, 0.45), front_m=2.6, storeys=(0, 1, 2)),
+    _small("stairwell", 99.0, (-0.5, -1.4, 0.45), front_m=2.6, storeys=(0, 1, 2), zoom=0.98),
     _small("double-height-hall", 5.3, (-0.4, -0.9, 1.3), storeys=(0, 1)),
-    _small("atrium", 99.0, (-0.3, -1.2, 0.6), front_m=4.5, storeys=(0, 1, 2)),
-    _small("tunnel", 99.0, (-1.0, -0.8, 0.45)),
-    _small("facade", 99.0, (-0.6, -1.4, 0.6)),
+    _small("atrium", 99.0, (-0.3, -1.4, 0.3), front_m=7.0, storeys=(0, 1, 2)),
+    _small("tunnel", 99.0, (-1.0, -0.4, 0.2), front_m=0.0, zoom=2.2),
+    _small("facade", 99.0, (-0.6, -1.4, 0.6), zoom=1.4),
 )
 
 

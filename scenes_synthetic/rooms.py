@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from scenes_synthetic.building import Opening, slab, wall
-from scenes_synthetic.model import Level, Part, Room, SyntheticScene, assemble
+from scenes_synthetic.model import KnownView, Level, Part, Room, SyntheticScene, assemble
 
 _LEVEL = Level("Ground floor", 0.0)
 _WALL_M = 0.2
@@ -59,7 +60,18 @@ def closed_rooms(*, seed: int = 0, n_rooms: int = 3) -> SyntheticScene:
     ]
     rooms = [_rectangle(f"Room {i + 1}", start, 0.0, round(start + side, 6), depth) for i, start in enumerate(starts)]
     parts = [*_floor_and_ceiling(width, depth), *_shell(width, depth), *partitions]
-    return _assemble("closed-rooms", rooms, parts, (width, depth), n_stations=n_rooms)
+    found = _assemble("closed-rooms", rooms, parts, (width, depth), n_stations=n_rooms)
+    ends = ["Wall west", *(f"Partition {i}" for i in range(1, n_rooms)), "Wall east"]
+    views = []
+    for i, start in enumerate(starts):
+        # All of its own room, which is convex, and nothing else.
+        seen = dict.fromkeys(("Floor", "Ceiling"), side * depth) | dict.fromkeys(
+            ("Wall south", "Wall north"), side * _HEIGHT_M
+        )
+        seen |= dict.fromkeys(ends[i : i + 2], depth * _HEIGHT_M)
+        views.append(KnownView((round(start + side / 2, 6), depth / 2, 1.5), seen))
+    stations = tuple(view.station_m for view in views)
+    return replace(found, truth=replace(found.truth, stations_m=stations, views=tuple(views)))
 
 
 def corridor_comb(*, seed: int = 0, n_rooms: int = 4) -> SyntheticScene:

@@ -232,7 +232,10 @@ def dense(range_m: float) -> BeamTemplate:
 
 
 @pytest.mark.parametrize("engine_name", ["opencl", "open3d"])
-def test_scan_sees_the_areas_that_the_plan_says(puzzle: SyntheticScene, engine_name: str) -> None:
+@pytest.mark.parametrize("name", [*PUZZLES, "closed-rooms"])
+def test_scan_sees_the_areas_that_the_plan_says(name: str, engine_name: str) -> None:
+    puzzle = scenes_synthetic.build(name)
+    assert puzzle.truth.views
     scene = puzzle.scene
     patches = make_patches(scene, max_area_m2=0.04)
     mode = PatchMode(open_engine(scene, patches, engine=engine_name), scene, patches)
