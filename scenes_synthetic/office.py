@@ -212,7 +212,7 @@ def _work_place(
     fitter.put(room, "computer", screens, x_m, y_m - sign * 0.04, turn, lift_m=0.7401)
     away = 1.22 + float(rng.integers(0, 16)) / 100
     seat_turn = turn + 180.0 + float(rng.integers(-35, 36))
-    fitter.put(room, "swivel chair", pieces.chair, x_m - sign * 0.15, y_m - sign * away, seat_turn % 360.0)
+    fitter.put(room, "swivel chair", pieces.chair, x_m - sign * 0.3, y_m - sign * away, seat_turn % 360.0)
     if rng.random() < 0.6:
         fitter.put(room, "desk lamp", pieces.lamp, x_m - sign * 0.68, y_m - sign * 0.05, turn, lift_m=0.7401)
     if rng.random() < 0.7:
@@ -308,9 +308,10 @@ def _ceilings(fitter: Fitter, pieces: _Pieces, rooms: list[Room]) -> None:
         for i in range(n_x):
             for j in range(n_y):
                 x, y = x0 + (i + 0.5) * (x1 - x0) / n_x, y0 + (j + 0.5) * (y1 - y0) / n_y
-                if "Landing" not in room.name and "Kitchen" not in room.name:
+                plain = "Landing" not in room.name and "Kitchen" not in room.name
+                if plain:
                     fitter.put(room.name, "lamp", pieces.louvre, x, y, kind=_LAMP, from_ceiling=True)
-                if (i + j) % 2 == 0:
+                if plain and (i + j) % 2 == 0:
                     fitter.put(room.name, "air outlet", pieces.grille, x, y + 0.75, kind=_OUTLET, from_ceiling=True)
                 fitter.put(
                     room.name,
