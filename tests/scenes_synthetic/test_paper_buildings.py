@@ -282,3 +282,16 @@ def test_campus_refuses_sizes_and_files_it_cannot_write(tmp_path: Path) -> None:
     with pytest.raises(RequirementError, match=r"expected one of \.ply, \.obj"):
         write_campus(tmp_path / "campus.glb", n_triangles=200_000)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_command_writes_a_campus_and_gives_other_scenes_no_size(tmp_path: Path) -> None:
+    from click.testing import CliRunner
+    from tlsplan.commands.scene import command
+
+    path = tmp_path / "campus.ply"
+    done = CliRunner().invoke(command, ["campus", "--triangles", "150000", "-o", str(path)], catch_exceptions=False)
+    assert done.exit_code == 0
+    assert 149_988 < load_scene(path).n_triangles <= 150_000
+    refused = CliRunner().invoke(command, ["house", "--triangles", "150000", "-o", str(tmp_path / "house.ply")])
+    assert isinstance(refused.exception, RequirementError)
+    assert not (tmp_path / "house.ply").exists()
