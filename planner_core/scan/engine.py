@@ -8,7 +8,8 @@ Every engine keeps these rules, in the local frame and metres:
   beam and gives no return.
 - A miss is range NaN, triangle -1, patch -1, cosine NaN.
 - The OpenCL engine is watertight: triangles are larger by the bound of rounding. A beam that hits nothing but such a
-  margin, about 1 in 100 000, gets range and triangle but no patch, so that no hidden face counts as seen.
+  margin, about 1 in 100 000 indoors, gets range and triangle but no patch, so that no hidden face counts as seen;
+  docs/method/watertight.md has the exceptions. A position on a surface is blocked all round.
 - The patch is that of `docs/method/patches.md` at the hit. Two triangles hit at one and the same float32 range: the
   lower number wins in the OpenCL engine; Open3D makes no promise.
 """
