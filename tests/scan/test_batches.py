@@ -1,5 +1,6 @@
 """Visibility of many positions: the same whatever the batch, the order and the engine; bounded memory; progress."""
 
+import gc
 import os
 import subprocess
 import sys
@@ -217,6 +218,7 @@ def test_a_scan_in_bands_is_the_scan_of_the_whole_template(
     whole = OpenCLEngine(scene, patches, device).scan(template, positions[:3])
     for band_beams in (1, 1000):
         engine = OpenCLEngine(scene, patches, device, band_beams=band_beams)
+        gc.collect()  # engines of earlier tests
         held_bytes = device.held_bytes
         for _ in range(2):
             parted = engine.scan(template, positions[:3])
