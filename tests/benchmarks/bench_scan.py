@@ -269,7 +269,7 @@ def as_markdown(rows: list[Row], remarks: list[str], shape: str) -> str:
         "# Scans: ours against Open3D",
         "Written by `make bench` (tests/benchmarks/bench_scan.py, which says what is measured). HDL-64E has 4500 x 64 "
         "beams, Pandar64 1800 x 64. Ratio = Open3D's time / ours by the clock, CPU ratio the same of processor time, "
-        "which is what counts where others use the machine too. What the figures come from and what was tried: "
+        "which is what counts where others use the machine too. What was tried, and which targets are missed and why: "
         "[the scan engine](../method/scan-engine.md).",
         "",
         f"{open_device().label}, {os.cpu_count()} cores, {platform.machine()}, tiles of {shape}, Open3D "
