@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .options import METRES_PER_UNIT
+from .options import METRES_PER_UNIT, FileOptions
 from .output import repairs
 
 if TYPE_CHECKING:
@@ -17,14 +17,15 @@ if TYPE_CHECKING:
     from .progress import ProgressReporter
 
 
-def load(scene: Path, *, units: str | None, up: str | None, skip_bad_faces: bool, progress: Progress) -> Scene:
+def load(scene: Path, reading: FileOptions, *, progress: Progress) -> Scene:
     """Load the scene file with the options of the command line."""
     from planner_core.scene.load import LoadOptions, load_scene
 
     options = LoadOptions(
-        metres_per_unit=METRES_PER_UNIT[units] if units else None,
-        up_axis=up.upper() if up else None,
-        skip_bad_faces=skip_bad_faces,
+        metres_per_unit=METRES_PER_UNIT[reading.units] if reading.units else None,
+        up_axis=reading.up.upper() if reading.up else None,
+        skip_bad_faces=reading.skip_bad_faces,
+        glass=reading.glass,
     )
     return load_scene(scene, options=options, progress=progress)
 
@@ -63,13 +64,11 @@ def settings(
 def open_survey(
     scene: Path,
     problem: PlanSettings,
+    reading: FileOptions,
     reporter: ProgressReporter,
     *,
     engine: str,
     device: str | None,
-    units: str | None,
-    up: str | None,
-    skip_bad_faces: bool,
     listed_in: str,
 ) -> tuple[Survey, ScanEngine, tuple[str, ...]]:
     """Load the scene, find its floors and open the engine; tell each warning at once, and return them all.
@@ -80,7 +79,7 @@ def open_survey(
     from planner_core.scan.engine import open_engine
     from planner_core.survey import make_survey
 
-    loaded = load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
+    loaded = load(scene, reading, progress=reporter.show)
     of_scene = (*repairs(loaded.report, listed_in=listed_in), *loaded.report.warnings)
     reporter.warn(of_scene)
     survey = make_survey(loaded, problem, progress=reporter.show)

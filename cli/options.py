@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -29,6 +31,11 @@ up_option = click.option(
 skip_bad_faces_option = click.option(
     "--skip-bad-faces", is_flag=True, help="Drop (and count) faces that name vertices the file does not have."
 )
+glass_option = click.option(
+    "--glass", type=click.Choice(["pass", "stop", "return"]), default="pass", show_default=True,
+    help="What glass does to beams, where the file says what is glass. pass: they go through; stop: they end there, as "
+    "behind blinds; return: they come back, as from a wall.",
+)  # fmt: skip
 engine_option = click.option(
     "--engine", type=click.Choice(["auto", "opencl", "open3d"]), default="auto", show_default=True,
     help="What casts the beams. auto: OpenCL; Open3D, said aloud, where there is no OpenCL device.",
@@ -91,7 +98,32 @@ def apply(*options: Callable[[F], F]) -> Callable[[F], F]:
     return decorate
 
 
-scene_options = apply(units_option, up_option, skip_bad_faces_option)
+@dataclass(frozen=True)
+class FileOptions:
+    """How to read a scene file: the values of `scene_options`."""
+
+    units: str | None = None
+    up: str | None = None
+    skip_bad_faces: bool = False
+    glass: str = "pass"
+
+
+AS_THE_FILE_SAYS = FileOptions()
+
+
+def scene_options(function: F) -> F:
+    """Add the options on reading the scene file; the command gets their values as one `FileOptions`, `reading`."""
+    names = [field.name for field in fields(FileOptions)]
+
+    @wraps(function)
+    def command(*arguments: Any, **values: Any) -> Any:
+        reading = FileOptions(**{name: values.pop(name) for name in names})
+        return function(*arguments, reading=reading, **values)
+
+    gathered: Any = apply(units_option, up_option, skip_bad_faces_option, glass_option)(command)
+    return gathered  # type: ignore[no-any-return]
+
+
 problem_options = apply(
     scanner_option, coverage_option, overlap_option, floor_option, grid_option, height_option, clearance_option,
     patch_area_option, scan_mode_option, seed_option,

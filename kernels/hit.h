@@ -1,7 +1,8 @@
 /* Hits: from (1 / t, triangle) of a packet to range, incidence and patch.
  *
  * Layout     slot[t]: where triangle t lies, block * 8 + lane. edges[3 t + 0, 1, 2]: squared edges 01, 12, 20, m^2.
- *            address[2 t]: first patch; address[2 t + 1]: depth. Geometry: see block.h.
+ *            address[2 t]: first patch, -1 where the surface gives no return (a mirror); address[2 t + 1]: depth.
+ *            Geometry: see block.h.
  */
 #ifndef TLSPLAN_HIT_H
 #define TLSPLAN_HIT_H
@@ -67,11 +68,16 @@ static inline Hit resolve(global const float *geometry, global const int *slot, 
         const int one = todo[lane];
         if (one < 0) continue;
         const lanes_i mine = MASK(out.triangle == one);
-        lanes_i patch;
-        lanes_f cosine;
-        resolve_triangle(geometry, slot, edges, address, one, ox, oy, oz, dx, dy, dz, range, &patch, &cosine);
-        out.patch = PICK(mine, patch, out.patch);
-        out.cos_incidence = PICK(mine, cosine, out.cos_incidence);
+        if (address[2 * one] < 0) { /* no longer a hit, and no later triangle takes its lanes */
+            out.range = PICK(mine, (lanes_f)(NAN), out.range);
+            out.triangle = PICK(mine, (lanes_i)(-1), out.triangle);
+        } else {
+            lanes_i patch;
+            lanes_f cosine;
+            resolve_triangle(geometry, slot, edges, address, one, ox, oy, oz, dx, dy, dz, range, &patch, &cosine);
+            out.patch = PICK(mine, patch, out.patch);
+            out.cos_incidence = PICK(mine, cosine, out.cos_incidence);
+        }
         for (int next = lane; next < LANES; ++next)
             if (todo[next] == one) todo[next] = -1;
     }

@@ -13,6 +13,7 @@ Angles are radians; azimuth runs counter-clockwise from +x seen from above, elev
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import IntEnum
 from pathlib import Path
 
 import numpy as np
@@ -42,6 +43,19 @@ class SceneSource:
     """`Y` or `Z`."""
     schema: str = ""
     """What the file says of itself: `IFC2X3`, `IFC4`, `glTF 2.0` ...; empty where it says nothing."""
+    glass: str = "pass"
+    """What the user said that glass does: `pass`, `stop` or `return`, see `Optics`."""
+
+
+class Optics(IntEnum):
+    """What a surface does to a beam."""
+
+    RETURNS = 0
+    """Sends it back: nearly all surfaces."""
+    PASSES = 1
+    """Lets it through, without a return: clear glass."""
+    STOPS = 2
+    """Ends it without a return from there: a mirror. What it shows at wrong places is not simulated."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +106,7 @@ class Scene:
     vertices_m : (V, 3) float64, local frame. Triangles that share an edge share its vertices bit by bit.
     triangles : (T, 3) int32, into vertices_m.
     element_of_triangle : (T,) int32, into elements.
+    optics_of_triangle : (T,) uint8 of `Optics`; None: all return.
     offset_m : (3,) float64; scene = local + offset_m. Zero when the source lies near its origin.
     """
 
@@ -103,6 +118,7 @@ class Scene:
     storeys: tuple[Storey, ...]
     offset_m: FloatArray
     report: LoadReport
+    optics_of_triangle: UInt8Array | None = None
 
     @property
     def n_triangles(self) -> int:

@@ -27,4 +27,4 @@ def command(folder: Path, overwrite: bool, **values: Any) -> None:
     if scene.exists() and not overwrite:
         raise OutputExistsError(f"{scene}: exists, expected a free name for the demo's building; pass --overwrite")
     scenes_synthetic.write(scenes_synthetic.build("house"), scene)
-    plan_command.run(scene, folder, overwrite=overwrite, units=None, up=None, skip_bad_faces=False, **values)
+    plan_command.run(scene, folder, overwrite=overwrite, **values)

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from ..options import (
+    FileOptions,
     apply,
     engine_options,
     output_options,
@@ -34,9 +35,7 @@ def command(
     quiet: bool,
     engine: str,
     device: str | None,
-    units: str | None,
-    up: str | None,
-    skip_bad_faces: bool,
+    reading: FileOptions,
     **problem: Any,
 ) -> None:
     """Compute the coverage of a given station list in SCENE: your own plan, or what was really scanned."""
@@ -53,9 +52,8 @@ def command(
     given = read_station_list(stations)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, caster, _ = inputs.open_survey(
-            scene, settings, reporter, engine=engine, device=device, units=units, up=up,
-            skip_bad_faces=skip_bad_faces, listed_in="plan.json",
-        )  # fmt: skip
+            scene, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
+        )
         plan = evaluate_survey(survey, settings, given, caster, progress=reporter.show)
         reporter.warn(plan.warnings)
         if folder is not None:

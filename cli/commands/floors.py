@@ -6,12 +6,12 @@ from pathlib import Path
 
 import click
 
-from ..options import apply, output_options, scene_argument, scene_options
+from ..options import FileOptions, apply, output_options, scene_argument, scene_options
 
 
 @click.command("floors", epilog="Example:  tlsplan floors building.ifc")
 @apply(scene_argument, scene_options, output_options)
-def command(scene: Path, units: str | None, up: str | None, skip_bad_faces: bool, as_json: bool, quiet: bool) -> None:
+def command(scene: Path, reading: FileOptions, as_json: bool, quiet: bool) -> None:
     """List the floors of SCENE that can be planned, with area and elevation."""
     from planner_core.scene.floors import find_floors
 
@@ -19,7 +19,7 @@ def command(scene: Path, units: str | None, up: str | None, skip_bad_faces: bool
     from ..progress import ProgressReporter
 
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        loaded = inputs.load(scene, units=units, up=up, skip_bad_faces=skip_bad_faces, progress=reporter.show)
+        loaded = inputs.load(scene, reading, progress=reporter.show)
         reporter.warn((*output.repairs(loaded.report, listed_in="--json"), *loaded.report.warnings))
         report = find_floors(loaded)
         reporter.warn(report.warnings)

@@ -8,6 +8,8 @@ from typing import Any
 import click
 
 from ..options import (
+    AS_THE_FILE_SAYS,
+    FileOptions,
     apply,
     engine_options,
     output_options,
@@ -37,9 +39,7 @@ def run(
     quiet: bool,
     engine: str,
     device: str | None,
-    units: str | None,
-    up: str | None,
-    skip_bad_faces: bool,
+    reading: FileOptions = AS_THE_FILE_SAYS,
     **problem: Any,
 ) -> None:
     """Plan, write the folder and print the summary; `demo` calls this too."""
@@ -53,9 +53,8 @@ def run(
     settings = inputs.settings(**problem)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, caster, _ = inputs.open_survey(
-            scene, settings, reporter, engine=engine, device=device, units=units, up=up,
-            skip_bad_faces=skip_bad_faces, listed_in="plan.json",
-        )  # fmt: skip
+            scene, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
+        )
         plan = plan_survey(survey, settings, caster, progress=reporter.show)
         reporter.warn(plan.warnings)
         write_plan_folder(plan, folder, engine=caster, overwrite=overwrite, progress=reporter.show)

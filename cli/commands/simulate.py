@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from ..options import (
+    FileOptions,
     apply,
     engine_options,
     output_options,
@@ -38,9 +39,7 @@ def command(
     folder: Path,
     formats: tuple[str, ...],
     scanner: str,
-    units: str | None,
-    up: str | None,
-    skip_bad_faces: bool,
+    reading: FileOptions,
     engine: str,
     device: str | None,
     overwrite: bool,
@@ -68,9 +67,8 @@ def command(
     scans: list[dict[str, Any]] = []
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, caster, told = inputs.open_survey(
-            scene, settings, reporter, engine=engine, device=device, units=units, up=up,
-            skip_bad_faces=skip_bad_faces, listed_in="`tlsplan floors --json`",
-        )  # fmt: skip
+            scene, settings, reading, reporter, engine=engine, device=device, listed_in="`tlsplan floors --json`"
+        )
         placed = [place_station(survey, settings, caster, one, order) for order, one in enumerate(given, start=1)]
         warnings = [*told, *(line for _, lines in placed for line in lines)]
         reporter.warn(warnings)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from planner_core.errors import PlanFolderError
-from planner_core.model import Coverage, Element, Floor, Link, Plan, Scanner, Scene, Station, UnseenElement
+from planner_core.model import Coverage, Element, Floor, Link, Optics, Plan, Scanner, Scene, Station, UnseenElement
 from planner_core.scan.patch_mode import scan_mode_of
 
 SCHEMA = "tlsplan/plan/1"
@@ -107,9 +107,12 @@ def _scene(scene: Scene) -> dict[str, Any]:
         "units": scene.source.unit_name,
         "metres_per_unit": scene.source.metres_per_unit,
         "up_axis": scene.source.up_axis,
+        "glass": scene.source.glass,
         "offset": [_number(value) for value in scene.offset_m],
         "n_elements": len(scene.elements),
         "n_triangles": scene.n_triangles,
+        "n_triangles_passing": _n_of(scene, Optics.PASSES),
+        "n_triangles_stopping": _n_of(scene, Optics.STOPS),
         "repairs": {
             "faces_read": report.n_faces_read,
             "non_finite": report.n_non_finite,
@@ -121,6 +124,10 @@ def _scene(scene: Scene) -> dict[str, Any]:
             "warnings": list(report.warnings),
         },
     }
+
+
+def _n_of(scene: Scene, optics: Optics) -> int:
+    return 0 if scene.optics_of_triangle is None else int((scene.optics_of_triangle == optics).sum())
 
 
 def _scanner(scanner: Scanner) -> dict[str, Any]:

@@ -2,7 +2,8 @@
 
 Every engine keeps these rules, in the local frame and metres:
 
-- Triangles are hit from both sides. The first surface along a beam ends it.
+- Triangles are hit from both sides. The first surface along a beam ends it. In scans, glass lets beams pass and
+  mirrors end them without a return (`planner_core.model.Optics`); free rays meet every surface.
 - Vertices, origins and directions are float64 values rounded to float32 once; nothing is rounded twice.
 - `range_min_m <= range <= range_max_m` is a return, both ends included. A surface nearer than `range_min_m` blocks the
   beam and gives no return.
@@ -27,6 +28,7 @@ from planner_core.model import (
     BeamTemplate,
     FloatArray,
     Int64Array,
+    Optics,
     Patches,
     PatchReturns,
     RayHits,
@@ -55,6 +57,8 @@ class ScanEngine(Protocol):
 
     def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
         """First hits of N free rays: origins (N, 3), directions (N, 3) of any length but zero; ranges are metres.
+
+        Glass and mirrors are hit as all surfaces are.
 
         Raises RequirementError where an origin or direction is not finite, a direction is zero, shapes disagree or the
         range is not positive.
@@ -176,6 +180,10 @@ def _scaled(rays: FloatArray, rows: Int64Array) -> FloatArray:
 def _check_scene(scene: Scene, patches: Patches) -> None:
     if scene.n_triangles == 0:
         raise SceneError(f"{scene.source.path}: no triangles to scan, expected at least one; check what was loaded")
+    if scene.optics_of_triangle is not None and (scene.optics_of_triangle == Optics.PASSES).all():
+        raise SceneError(
+            f"{scene.source.path}: all of it is glass, expected a surface that returns beams; pass --glass return"
+        )
     if patches.depth.size != scene.n_triangles:
         raise SceneError(
             f"patches are of {patches.depth.size} triangles, the scene has {scene.n_triangles}; make them of this scene"

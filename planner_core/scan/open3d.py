@@ -6,6 +6,7 @@ Local frame, metres. The rules all engines keep are at the head of `planner_core
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from planner_core.model import (
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import check_positions, check_rays
+from planner_core.scan.optics import traced_surfaces
 from planner_core.scan.patch_returns import Content, Rows, RowStore, count_returns, join_bands, no_rows, sum_returns
 from planner_core.scan.surfaces import round_surfaces
 from planner_core.scan.template import bands, directions
@@ -45,26 +47,37 @@ class Open3DEngine:
         self._core = open3d.core
         self.device = f"Open3D {open3d.__version__} (Embree, CPU)"
         self.warnings = warnings
-        surfaces = round_surfaces(scene)
-        self._normal = surfaces.normal
-        self._edges = squared_edges(scene.vertices_m[scene.triangles])
-        self._rounded = replace(scene, vertices_m=scene.vertices_m.astype(np.float32).astype(np.float64))
-        self._patches = patches
-        self._depth = patches.depth
-        self._first_patch = patches.first_patch
+        self._open3d, self._whole_scene = open3d, scene
         self._n_patches = patches.n_patches
-        self._raycasting = open3d.t.geometry.RaycastingScene()
-        self._raycasting.add_triangles(
-            self._core.Tensor(scene.vertices_m.astype(np.float32)),
-            self._core.Tensor(scene.triangles.astype(np.uint32)),
-        )
+        self._traced = traced_surfaces(scene, patches)
+        self._patches, self._first_patch = self._traced.patches, self._traced.first_patch
+        self._depth = self._patches.depth
+        traced = self._traced.scene
+        surfaces = round_surfaces(traced)
+        self._normal = surfaces.normal
+        self._edges = squared_edges(traced.vertices_m[traced.triangles])
+        self._rounded = replace(traced, vertices_m=traced.vertices_m.astype(np.float32).astype(np.float64))
+        self._raycasting = self._prepare(traced)
 
     def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
         """See `ScanEngine.cast_rays`."""
         origins, unit = check_rays(origins_m, directions, range_max_m)
         rays = np.concatenate([origins, unit], axis=1).astype(np.float32)
-        range_m, triangle, _ = self._first_returns(rays, 0.0, range_max_m)
+        range_m, triangle, _ = self._first_hits(self._solid, rays, 0.0, range_max_m)
         return RayHits(range_m=range_m, triangle=triangle)
+
+    @cached_property
+    def _solid(self) -> Any:
+        """What free rays meet: glass is in it. Made when first asked for, where it is another one."""
+        return self._raycasting if self._traced.triangle is None else self._prepare(self._whole_scene)
+
+    def _prepare(self, scene: Scene) -> Any:
+        raycasting = self._open3d.t.geometry.RaycastingScene()
+        raycasting.add_triangles(
+            self._core.Tensor(scene.vertices_m.astype(np.float32)),
+            self._core.Tensor(scene.triangles.astype(np.uint32)),
+        )
+        return raycasting
 
     def scan(self, template: BeamTemplate, positions_m: FloatArray) -> ScanBatch:
         """See `ScanEngine.scan`."""
@@ -81,7 +94,12 @@ class Open3DEngine:
             triangle[index] = hits[1].reshape(template.shape)
             patch[index] = self._patch(hits[1], hits[2]).reshape(template.shape)
             cos_incidence[index] = self._cos_incidence(beams, hits[1]).reshape(template.shape)
-        return ScanBatch(range_m=range_m, triangle=triangle, patch=patch, cos_incidence=cos_incidence)
+        return ScanBatch(
+            range_m=range_m,
+            triangle=self._traced.in_whole_scene(triangle),
+            patch=patch,
+            cos_incidence=cos_incidence,
+        )
 
     def visible_patches(
         self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
@@ -149,13 +167,16 @@ class Open3DEngine:
         rays = np.empty((beams.shape[0], 6), dtype=np.float32)
         rays[:, :3] = position_m.astype(np.float32)
         rays[:, 3:] = beams
-        return self._first_returns(rays, template.range_min_m, template.range_max_m)
+        range_m, triangle, uv = self._first_hits(self._raycasting, rays, template.range_min_m, template.range_max_m)
+        swallowed = (triangle >= 0) & ~self._traced.returns[triangle]
+        range_m[swallowed], triangle[swallowed] = np.nan, -1
+        return range_m, triangle, uv
 
-    def _first_returns(
-        self, rays: Float32Array, range_min_m: float, range_max_m: float
+    def _first_hits(
+        self, raycasting: Any, rays: Float32Array, range_min_m: float, range_max_m: float
     ) -> tuple[Float32Array, Int32Array, Float32Array]:
         """Range, triangle and barycentric (u, v) of rays (N, 6) with unit directions."""
-        hits: dict[str, Any] = self._raycasting.cast_rays(self._core.Tensor(rays))
+        hits: dict[str, Any] = raycasting.cast_rays(self._core.Tensor(rays))
         range_m = np.array(hits["t_hit"].numpy(), dtype=np.float32)
         # Compared as float32, as the kernels do; a miss is infinite and so has to be asked for by itself.
         inside = (range_m >= np.float32(range_min_m)) & (range_m <= np.float32(range_max_m)) & np.isfinite(range_m)

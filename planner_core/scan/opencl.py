@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -24,11 +26,12 @@ from planner_core.model import (
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import check_positions, check_rays
+from planner_core.scan.optics import traced_surfaces
 from planner_core.scan.patch_returns import Content, Rows, RowStore, follow_on, join_bands, no_rows
 from planner_core.scan.patch_rows import BATCH_BYTES, PatchRows
 from planner_core.scan.template import Band, bands
 from planner_core.scan.tiled_template import TiledTemplate
-from planner_core.scan.tree import build_tree
+from planner_core.scan.tree import Tree, build_tree
 
 #: Free rays a work-item and how many of those it has under way at once. A CPU looks ahead into the next steps of
 #: several walks; other devices, unmeasured, have work-items for that. Measured: docs/method/scan-engine.md.
@@ -62,19 +65,14 @@ class OpenCLEngine:
         self.device = device.label
         self.warnings: tuple[str, ...] = ()
         self._on = device
+        self._whole_scene = scene
         self._n_patches = patches.n_patches
         self._batch_bytes, self._band_beams = batch_bytes, band_beams
-        self.tree = build_tree(scene, device)
-        address = np.stack([patches.first_patch[:-1], patches.depth.astype(np.int32)], axis=1)
+        self.traced = traced_surfaces(scene, patches)
+        self.tree = build_tree(self.traced.scene, device)
+        address = np.stack([self.traced.first_patch, self.traced.patches.depth.astype(np.int32)], axis=1)
         self._scene = {**self.tree.on_device, **device.upload("scene", {"address": address})}
-        low, high = self.tree.bounds_m
-        radius = np.float32(1.001 * np.linalg.norm((high.astype(np.float64) - low) / 2))
-        self._sphere = np.array([*(low + (high - low) / 2), radius], dtype=np.float32)
-        # One node leaves at most 7 siblings on the stack, and the root needs an entry. In steps of 64, so that scenes
-        # of different depths share their built programs.
-        stack = -(-(7 * self.tree.n_levels + 1) // 64) * 64
-        fetches = device.kind == "cpu" and self.tree.n_bytes > _CACHED_BYTES
-        self._walk = {"STACK": stack, "PREFETCH": int(fetches)}
+        self._walk = _walk_of(self.tree)
         self._kept_template: BeamTemplate | None = None
         self._kept: dict[int, TiledTemplate] = {}
 
@@ -83,6 +81,11 @@ class OpenCLEngine:
         """The device, the scene's buffers by name (tree.h, block.h, hit.h), STACK of this tree: for other kernels."""
         return self._on, self._scene, self._walk["STACK"]
 
+    @cached_property
+    def _solid(self) -> Tree:
+        """The tree that free rays go through: glass is in it. Made when first asked for, where it is another one."""
+        return self.tree if self.traced.triangle is None else build_tree(self._whole_scene, self._on)
+
     def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
         """See `ScanEngine.cast_rays`."""
         origins, unit = check_rays(origins_m, directions, range_max_m)
@@ -90,22 +93,24 @@ class OpenCLEngine:
 
     def cast_prepared(self, rays: Float32Array, *, range_max_m: float) -> RayHits:
         """`cast_rays` for rays (N, 6), origin and UNIT direction, that nobody checks."""
+        tree = self._solid
         range_m = np.empty(rays.shape[0], dtype=np.float32)
         triangle = np.empty(rays.shape[0], dtype=np.int32)
         if rays.shape[0] == 0:
             return RayHits(range_m=range_m, triangle=triangle)
-        per_item, walks = _RAYS_FETCHING if self._walk["PREFETCH"] else _RAYS.get(self._on.kind, (1, 1))
-        program = self._on.program("cast_rays.cl", {"LANES": 1, "RAYS": per_item, "WALKS": walks, **self._walk})
+        walk = _walk_of(tree)
+        per_item, walks = _RAYS_FETCHING if walk["PREFETCH"] else _RAYS.get(self._on.kind, (1, 1))
+        program = self._on.program("cast_rays.cl", {"LANES": 1, "RAYS": per_item, "WALKS": walks, **walk})
         queries = self._on.upload("rays", {"rays": rays})
         with self._on.outputs("hits", {"range": range_m, "triangle": triangle}) as out:
             program.run(
                 "cast_rays",
                 (-(-rays.shape[0] // per_item),),
-                *(self._scene[name] for name in ("boxes", "children", "geometry", "triangle")),
+                *(tree.on_device[name] for name in ("boxes", "children", "geometry", "triangle")),
                 queries["rays"],
                 np.int32(rays.shape[0]),
                 np.float32(range_max_m),
-                self._sphere,
+                tree.sphere,
                 out["range"],
                 out["triangle"],
             )
@@ -143,7 +148,7 @@ class OpenCLEngine:
                     )
                     if not _is_kept(template):
                         self._on.finish("scan of a band")  # before its tiles go
-        return batch
+        return replace(batch, triangle=self.traced.in_whole_scene(batch.triangle))
 
     def visible_patches(
         self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
@@ -227,6 +232,14 @@ class OpenCLEngine:
     def _warn(self, line: str) -> None:
         """Tell of smaller batches once: every chunk finds out for itself."""
         self.warnings = self.warnings or (line,)
+
+
+def _walk_of(tree: Tree) -> dict[str, int]:
+    """Build options of kernels that walk a tree."""
+    # One node leaves at most 7 siblings on the stack, and the root needs an entry. In steps of 64, so that scenes of
+    # different depths share their built programs.
+    stack = -(-(7 * tree.n_levels + 1) // 64) * 64
+    return {"STACK": stack, "PREFETCH": int(tree.device.kind == "cpu" and tree.n_bytes > _CACHED_BYTES)}
 
 
 def _is_kept(template: BeamTemplate) -> bool:

@@ -22,6 +22,7 @@ from planner_core.model import (
     FloatArray,
     Int32Array,
     Int64Array,
+    Optics,
     Patches,
     Scene,
     UInt8Array,
@@ -270,9 +271,10 @@ class _DeviceCaster:
     def __init__(self, engine: OpenCLEngine, scene: Scene, patches: Patches) -> None:
         self._on, self._tree, stack = engine.on_device
         order = engine.tree.triangle[engine.tree.triangle >= 0]
+        order = order[engine.traced.returns[order]]
         self._n_patches = patches.n_patches
         self._rounding_m = rounding_of(scene)
-        grouped = make_groups(scene, patches, order)
+        grouped = make_groups(engine.traced.scene, engine.traced.patches, order)
         self._n_groups = grouped.groups.shape[0]
         self._groups = self._on.upload(
             "groups of patches",
@@ -289,6 +291,8 @@ class _DeviceCaster:
     def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
         """See `_Caster`."""
         out = np.zeros((len(positions_m), self._n_patches), dtype=np.uint32)
+        if self._n_groups == 0:  # nothing returns a beam
+            return out
         packed = view.packed(least_returns=least_returns, rounding_m=self._rounding_m)
         at = self._on.upload("patch mode", {"positions": positions_m, "view": packed, "marks": out})
         self._program.run(
@@ -317,14 +321,18 @@ class _Open3DCaster:
         self._corners, self._normal, self._area_m2 = places.corners_m, places.normal, places.area_m2
         self._rounding_m = rounding_of(scene)
         self._weights = sample_pattern()[:, :2]
+        optics = scene.optics_of_triangle
+        returning = np.ones(scene.n_triangles, dtype=np.bool_) if optics is None else optics == Optics.RETURNS
+        self._returning = np.flatnonzero(returning[patches.triangle_of_patch])
 
     def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
         """See `_Caster`."""
         n_patches = self._corners.shape[0]
         out = np.empty((len(positions_m), n_patches), dtype=np.uint32)
         for row, position in enumerate(positions_m.astype(np.float64)):
-            seen = self._see(view, position, np.arange(n_patches), self._weights[:N_RIM])
-            again = np.flatnonzero(~seen.all(axis=1))
+            seen = np.zeros((n_patches, N_RIM), dtype=np.bool_)
+            seen[self._returning] = self._see(view, position, self._returning, self._weights[:N_RIM])
+            again = self._returning[~seen[self._returning].all(axis=1)]
             fine = self._see(view, position, again, self._weights[N_RIM:])
             mask = seen @ (np.uint32(1) << np.arange(N_RIM, dtype=np.uint32))
             mask[again] |= fine @ (np.uint32(1) << np.arange(N_RIM, N_RIM + N_FINE, dtype=np.uint32))

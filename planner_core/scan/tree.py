@@ -83,6 +83,13 @@ class Tree:
         return np.stack([root[:3].min(axis=1), root[3:].max(axis=1)])
 
     @cached_property
+    def sphere(self) -> Float32Array:
+        """(4,) float32, centre and radius of a sphere round all triangles."""
+        low, high = self.bounds_m
+        radius = np.float32(1.001 * np.linalg.norm((high.astype(np.float64) - low) / 2))
+        return np.array([*(low + (high - low) / 2), radius], dtype=np.float32)
+
+    @cached_property
     def sah_cost(self) -> float:
         """Expected nodes plus blocks that a random line through the tree's box meets: smaller is better.
 

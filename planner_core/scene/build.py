@@ -35,9 +35,11 @@ from planner_core.model import (
     Int32Array,
     Int64Array,
     LoadReport,
+    Optics,
     Scene,
     SceneSource,
     Storey,
+    UInt8Array,
 )
 from planner_core.scene.bulk import STRAY_DISTANCE_M, bulk_centre_m, face_weights, is_astray, named_few
 
@@ -74,6 +76,7 @@ def scene_from_arrays(
     metres_per_unit: float = 1.0,
     up_axis: str = "Z",
     face_of_triangle: ArrayLike | None = None,
+    optics_of_triangle: ArrayLike | None = None,
     skip_bad_faces: bool = False,
     prior: LoadReport | None = None,
 ) -> Scene:
@@ -89,6 +92,7 @@ def scene_from_arrays(
     source : kept for the record and named in errors; None: a scene made in memory.
     metres_per_unit, up_axis : unit and upward axis (`Y` or `Z`) of `vertices`.
     face_of_triangle : (T,) numbers of the source's faces, for messages; None: the triangles' own numbers.
+    optics_of_triangle : (T,) integers of `Optics`; None: all return.
     skip_bad_faces : drop faces that name a vertex which does not exist, instead of refusing them.
     prior : what the reader itself already dropped and has to say; it is added to the scene's report.
 
@@ -102,6 +106,7 @@ def scene_from_arrays(
     Same arrays, same scene, bit by bit: no step depends on threads, hashes' seeds or libraries' matrix products.
     """
     raw = _checked_arrays(vertices, triangles, element_of_triangle, elements, face_of_triangle)
+    optics = _checked_optics(optics_of_triangle, raw.triangles.shape[0])
     source = source or _memory_source(raw)
     _check_frame(metres_per_unit, up_axis)
     repair = _Repair(raw, name=source.path.name or "scene")
@@ -114,7 +119,8 @@ def scene_from_arrays(
     repair.weld(local_m)
     repair.drop_degenerate(local_m)
     repair.drop_duplicates()
-    return _assemble(repair, local_m, offset_m, source, tuple(storeys), prior or LoadReport(n_faces_read=0))
+    scene = _assemble(repair, local_m, offset_m, source, tuple(storeys), prior or LoadReport(n_faces_read=0))
+    return scene if optics is None else replace(scene, optics_of_triangle=optics[repair.keep])
 
 
 # ------------------------------------------------------------------------------------------------ input
@@ -168,6 +174,17 @@ def _column(values: ArrayLike | None, length: int, name: str, default: Int64Arra
     if column.shape != (length,):
         raise SceneError(f"{name} has the shape {column.shape}, expected ({length},); pass one number a triangle.")
     return column.astype(np.int64)
+
+
+def _checked_optics(optics_of_triangle: ArrayLike | None, n_triangles: int) -> UInt8Array | None:
+    """(T,) uint8; None where all surfaces return."""
+    optics = _column(optics_of_triangle, n_triangles, "optics_of_triangle", np.zeros(n_triangles, dtype=np.int64))
+    if n_triangles and (optics.min() < 0 or optics.max() > max(Optics)):
+        raise SceneError(
+            f"optics_of_triangle goes from {optics.min()} to {optics.max()}, expected 0 to {max(Optics):d}; "
+            "pass values of planner_core.model.Optics."
+        )
+    return optics.astype(np.uint8) if optics.any() else None
 
 
 def _readable_element(element: Element) -> Element:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from planner_core.errors import SceneError, SceneNotFoundError
-from planner_core.model import FloatArray, LoadReport, Scene, SceneSource
+from planner_core.model import FloatArray, LoadReport, Optics, Scene, SceneSource, UInt8Array
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.bulk import fence_m, is_outside
@@ -33,6 +33,9 @@ FORMAT_OF_EXTENSION = {
     ".usdz": "usd",
 }
 
+#: Meanings of `LoadOptions.glass`.
+OPTICS_OF_GLASS = {"pass": Optics.PASSES, "stop": Optics.STOPS, "return": Optics.RETURNS}
+
 
 @dataclass(frozen=True)
 class LoadOptions:
@@ -43,6 +46,8 @@ class LoadOptions:
     """`Y` or `Z`."""
     skip_bad_faces: bool = False
     """Drop faces that name a vertex which does not exist, instead of refusing the file."""
+    glass: str = "pass"
+    """What glass does to beams: `pass`, `stop` or `return`, see `planner_core.model.Optics`."""
 
 
 def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Progress = silent) -> Scene:
@@ -84,6 +89,7 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
         metres_per_unit=metres_per_unit,
         up_axis=up_axis,
         schema=raw.schema,
+        glass=options.glass,
     )
     progress(ProgressEvent("load", 0, 0, "repairing"))
     vertex_unit_m = metres_per_unit
@@ -99,6 +105,7 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
         metres_per_unit=vertex_unit_m,
         up_axis=up_axis,
         face_of_triangle=raw.face_of_triangle,
+        optics_of_triangle=_optics(raw, options),
         skip_bad_faces=options.skip_bad_faces,
         prior=raw.report,
     )
@@ -139,6 +146,8 @@ def _check_options(options: LoadOptions) -> None:
         raise SceneError(f"metres per unit is {unit}, expected a number above 0; 0.001 is a millimetre.")
     if options.up_axis not in (None, "Y", "Z"):
         raise SceneError(f"the upward axis is {options.up_axis!r}, expected Y or Z; pass one of them.")
+    if options.glass not in OPTICS_OF_GLASS:
+        raise SceneError(f"glass: got {options.glass!r}, expected one of {', '.join(OPTICS_OF_GLASS)}.")
 
 
 def _check_told_unit(path: Path, raw: RawScene, options: LoadOptions) -> None:
@@ -181,6 +190,15 @@ def _read(path: Path, file_format: str, options: LoadOptions, progress: Progress
     from planner_core.scene.usd import read_usd
 
     return read_usd(path, skip_bad_faces=options.skip_bad_faces)
+
+
+def _optics(raw: RawScene, options: LoadOptions) -> UInt8Array | None:
+    """What the file's materials do to beams, with the user's word on glass."""
+    if raw.optics_of_triangle is None:
+        return None
+    optics = raw.optics_of_triangle.copy()
+    optics[raw.optics_of_triangle == Optics.PASSES] = OPTICS_OF_GLASS[options.glass]
+    return optics
 
 
 def _unit_name(raw: RawScene, options: LoadOptions) -> str:

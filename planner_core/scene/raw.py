@@ -18,7 +18,9 @@ from planner_core.model import (
     FloatArray,
     Int64Array,
     LoadReport,
+    Optics,
     Storey,
+    UInt8Array,
 )
 from planner_core.scene.build import MAX_DROPPED_LINES, bad_index_error
 
@@ -29,6 +31,7 @@ class RawScene:
 
     vertices : (V, 3) float64, source frame. triangles : (T, 3) int64. element_of_triangle : (T,) int64 into elements.
     face_of_triangle : (T,) int64, number of the source's face, as its format numbers them.
+    optics_of_triangle : (T,) uint8 of `Optics`, as the file's materials say; None: it says nothing of that.
     """
 
     vertices: FloatArray
@@ -48,6 +51,7 @@ class RawScene:
     """`Y` or `Z`; empty where the file says nothing."""
     schema: str = ""
     report: LoadReport = field(default_factory=lambda: LoadReport(n_faces_read=0))
+    optics_of_triangle: UInt8Array | None = None
 
 
 @dataclass(frozen=True)
@@ -269,14 +273,23 @@ class Parts:
     triangles: list[Int64Array] = field(default_factory=list)
     owner: list[Int64Array] = field(default_factory=list)
     face: list[Int64Array] = field(default_factory=list)
+    optics: list[UInt8Array] = field(default_factory=list)
     n_vertices: int = 0
 
-    def add(self, owner: int, vertices: FloatArray, triangles: Int64Array, face: Int64Array) -> None:
-        """Take in one mesh, already placed: (V, 3), (T, 3) into its own vertices, (T,) face numbers."""
+    def add(
+        self,
+        owner: int,
+        vertices: FloatArray,
+        triangles: Int64Array,
+        face: Int64Array,
+        optics: UInt8Array | None = None,
+    ) -> None:
+        """Take in one mesh, already placed: (V, 3), (T, 3) into its own vertices, (T,) face numbers, (T,) `Optics`."""
         self.vertices.append(vertices)
         self.triangles.append(triangles + self.n_vertices)
         self.owner.append(np.full(len(triangles), owner, dtype=np.int64))
         self.face.append(face)
+        self.optics.append(np.full(len(triangles), Optics.RETURNS, np.uint8) if optics is None else optics)
         self.n_vertices += len(vertices)
 
     def joined(self) -> tuple[FloatArray, Int64Array, Int64Array, Int64Array]:
@@ -288,6 +301,12 @@ class Parts:
             np.concatenate([none, *self.owner]),
             np.concatenate([none, *self.face]),
         )
+
+    def joined_optics(self) -> UInt8Array | None:
+        """What each triangle does to a beam, in the order of `joined`; None where all return it."""
+        if not any(part.any() for part in self.optics):
+            return None
+        return np.concatenate(self.optics)
 
 
 _UNIT_NAMES = {

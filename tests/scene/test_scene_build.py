@@ -316,3 +316,23 @@ def test_soup_of_a_few_hundred_thousand_triangles_is_built_right():
     assert scene.n_triangles == 2 * n * n
     assert len(scene.vertices_m) == (n + 1) ** 2
     assert np.array_equal(scene.vertices_m[scene.triangles].reshape(-1, 3), soup)
+
+
+def test_optics_follow_the_triangles_that_are_kept() -> None:
+    points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [np.nan, 0, 0]]
+    triangles = [[0, 1, 2], [0, 1, 4], [0, 1, 1], [0, 1, 3], [2, 1, 0], [0, 2, 3]]
+    scene = scene_from_arrays(points, triangles, optics_of_triangle=[0, 2, 1, 1, 2, 2])
+    assert scene.optics_of_triangle is not None
+    assert scene.optics_of_triangle.dtype == np.uint8
+    assert scene.optics_of_triangle.tolist() == [0, 1, 2]
+
+
+def test_optics_of_nothing_but_returning_surfaces_are_left_out() -> None:
+    points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    assert scene_from_arrays(points, [[0, 1, 2]], optics_of_triangle=[0]).optics_of_triangle is None
+
+
+@pytest.mark.parametrize("optics", [[3], [-1], [0, 0]])
+def test_optics_that_mean_nothing_are_refused(optics: list[int]) -> None:
+    with pytest.raises(SceneError, match=r"^optics_of_triangle .* expected .*; pass .*\.$"):
+        scene_from_arrays([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], optics_of_triangle=optics)
