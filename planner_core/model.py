@@ -203,6 +203,24 @@ class Scanner:
     """One angle a channel, added to its azimuths; empty: none."""
     inverted: bool = False
     """Hangs upside down: turned by 180 degrees about its x axis."""
+    mode: str = ""
+    """Which of its resolutions this is: a mode's id, or a point spacing at 10 m such as `6mm`; empty: it has one."""
+    seconds_per_scan: float | None = None
+    """Of a whole scan in this mode; None: not known, as with all that follows."""
+    range_noise: tuple[tuple[float, float, float], ...] = ()
+    """Rows (range in metres, reflectivity in 0..1, one sigma in metres), by reflectivity, then range."""
+    ranging_accuracy: tuple[float, float] | None = None
+    """(a, b): one sigma of a range r is a + b r metres."""
+    angular_accuracy_rad: float | None = None
+    """One sigma of either angle."""
+    beam_divergence_rad: float | None = None
+    """Full angle, by the definition of a beam's width that `beam_width_at` names."""
+    beam_diameter_m: float | None = None
+    """At the exit, by the same definition."""
+    beam_width_at: str = ""
+    """`1/e`, `1/e2`, `FWHM`, or empty: not told."""
+    wavelength_m: float | None = None
+    dual_axis_compensator: bool | None = None
 
     @property
     def n_channels(self) -> int:
