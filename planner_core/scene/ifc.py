@@ -48,6 +48,10 @@ _ELEVATION_TOLERANCE_M = 0.01
 _CLOSED_SHARE = 1e-6
 """Share of its area by which the faces of a closed shape may fail to add up: OpenCASCADE rounds corners to 1e-7."""
 
+_SOLID_KERNEL, _FACES_KERNEL = "opencascade", "cgal-simple"
+"""IfcOpenShell's kernels. The first makes a topological face of every triangle, at twenty times the cost of the second;
+the second refuses polygons that touch themselves and subtracts no openings."""
+
 _TEXT = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
 """Strings and comments, whichever begins first: either may hold the signs that begin the other."""
 _DEFINITION = re.compile(rb"#(\d{1,18})\s*=")
@@ -197,6 +201,8 @@ class _ToldProduct:
     title: str
     has_body: bool
     """It has a representation that is meant to be solid or surface (not an axis or a footprint)."""
+    is_triangles: bool
+    """It has nothing but triangulated face sets, and no opening is to be cut out."""
 
 
 def _length_unit(model: Any) -> tuple[float, str]:
@@ -242,6 +248,7 @@ def _told_products(model: Any, storey_of_id: dict[int, int]) -> list[_ToldProduc
             element=_element(product, storey_of_id),
             title=f"{product.is_a()} {product.Name or product.GlobalId}",
             has_body=_has_body(product),
+            is_triangles=_is_triangles(product),
         )
         for product in sorted((p for p in products if not _is_void_proxy(p)), key=lambda p: int(p.id()))
     ]
@@ -280,6 +287,19 @@ def _triangulate_products(
 
 def _shapes(path: Path, model: Any, products: list[_ToldProduct]) -> Iterator[tuple[int, FloatArray, Int64Array]]:
     """Product id, vertices in metres, triangles; in the order in which threads finish."""
+    made = set()
+    for shape in _shapes_by(_FACES_KERNEL, path, model, [p for p in products if p.is_triangles]):
+        made.add(shape[0])
+        yield shape
+    yield from _shapes_by(_SOLID_KERNEL, path, model, [p for p in products if p.id not in made])
+
+
+def _shapes_by(
+    kernel: str, path: Path, model: Any, products: list[_ToldProduct]
+) -> Iterator[tuple[int, FloatArray, Int64Array]]:
+    """`_shapes` by one of IfcOpenShell's kernels."""
+    if not products:  # IfcOpenShell takes an empty list for all there are
+        return
     from ifcopenshell import geom
 
     settings = geom.settings()
@@ -287,7 +307,7 @@ def _shapes(path: Path, model: Any, products: list[_ToldProduct]) -> Iterator[tu
     settings.set("apply-default-materials", False)
     entities = [product.entity for product in products]
     with _contents_asked(path, model):
-        iterator = geom.iterator(settings, model, os.cpu_count() or 1, include=entities)
+        iterator = geom.iterator(settings, model, os.cpu_count() or 1, include=entities, geometry_library=kernel)
         more = iterator.initialize()
     while more:
         with _contents_asked(path, model):
@@ -334,6 +354,30 @@ def _joined(products: list[_ToldProduct], by_id: dict[int, list[tuple[FloatArray
 def _has_body(product: Any) -> bool:
     shapes = product.Representation.Representations
     return any((shape.RepresentationIdentifier or "Body") in ("Body", "Facetation", "Tessellation") for shape in shapes)
+
+
+def _is_triangles(product: Any) -> bool:
+    wholes, seen = [product], set()
+    while wholes:  # openings of a whole go through its parts
+        entity = wholes.pop()
+        if getattr(entity, "HasOpenings", None):
+            return False
+        seen.add(entity.id())
+        above = (relation.RelatingObject for relation in getattr(entity, "Decomposes", None) or ())
+        wholes += [whole for whole in above if whole.id() not in seen]
+    return all(
+        item.is_a() == "IfcTriangulatedFaceSet"
+        for shape in product.Representation.Representations
+        for item in _unmapped_items(shape)
+    )
+
+
+def _unmapped_items(shape: Any) -> Iterator[Any]:
+    for item in shape.Items:
+        if item.is_a("IfcMappedItem"):
+            yield from _unmapped_items(item.MappingSource.MappedRepresentation)
+        else:
+            yield item
 
 
 def _without_shape(path: Path, products: list[_ToldProduct]) -> tuple[str, ...]:
