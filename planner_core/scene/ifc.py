@@ -22,9 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.errors import MissingPackageError, SceneError
-from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Storey
+from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Storey, UInt8Array
 from planner_core.progress import Progress, ProgressEvent
 from planner_core.scene.build import grouped
+from planner_core.scene.ifc_materials import IfcOptics, told_optics
 from planner_core.scene.raw import Parts, RawScene, placed, turned_over, what_it_looks_like
 
 _NOT_PHYSICAL = (
@@ -69,7 +70,22 @@ class _Shapes:
     triangles: Int64Array
     owner: Int64Array
     face: Int64Array
+    optics: UInt8Array | None
     products: list[_ToldProduct]
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """One of a product's shapes. vertices : (V, 3) metres. optics : (T,), None where all faces return."""
+
+    vertices: FloatArray
+    triangles: Int64Array
+    optics: UInt8Array | None
+
+    @property
+    def key(self) -> tuple[bytes, bytes, bytes]:
+        """What shapes are ordered by."""
+        return self.vertices.tobytes(), self.triangles.tobytes(), b"" if self.optics is None else self.optics.tobytes()
 
 
 def read_ifc(path: Path, *, progress: Progress) -> RawScene:
@@ -90,13 +106,16 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
         told_storeys = _told_storeys(model)
         told_products = _told_products(model, {told.id: i for i, told in enumerate(told_storeys)})
         n_elements = len(_of_class(model, "IfcElement"))
-    shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, progress)
+    optics, optics_warnings = _optics(path, model)
+    shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, optics, progress)
     storeys, storey_warnings = _storeys(path, told_storeys, unit_m)
+    warnings = (*_no_unit(path, unit_name), *optics_warnings, *shape_warnings, *storey_warnings)
     return RawScene(
         vertices=shapes.vertices,
         triangles=shapes.triangles,
         element_of_triangle=shapes.owner,
         face_of_triangle=shapes.face,
+        optics_of_triangle=shapes.optics,
         elements=tuple(product.element for product in shapes.products),
         storeys=storeys,
         unit_name=unit_name or "metre",
@@ -104,7 +123,7 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
         vertex_unit_m=1.0,
         up_axis="Z",
         schema=str(model.schema_identifier),
-        report=LoadReport(n_faces_read=0, warnings=(*_no_unit(path, unit_name), *shape_warnings, *storey_warnings)),
+        report=LoadReport(n_faces_read=0, warnings=warnings),
     )
 
 
@@ -266,37 +285,53 @@ def _is_void_proxy(product: Any) -> bool:
     return str(getattr(product, "PredefinedType", None)) == "PROVISIONFORVOID"
 
 
+def _optics(path: Path, model: Any) -> tuple[IfcOptics | None, tuple[str, ...]]:
+    """What the file says of its materials; a warning instead where they are damaged, as no shape needs them."""
+    try:
+        with _contents_asked(path, model):
+            return told_optics(model), ()
+    except SceneError as error:
+        return None, (f"its materials can't be read, and all surfaces are taken to return beams: {error}",)
+
+
 # --------------------------------------------------------------------------------------------- geometry
 def _triangulate_products(
-    path: Path, model: Any, products: list[_ToldProduct], n_elements: int, progress: Progress
+    path: Path,
+    model: Any,
+    products: list[_ToldProduct],
+    n_elements: int,
+    optics: IfcOptics | None,
+    progress: Progress,
 ) -> tuple[_Shapes, tuple[str, ...]]:
-    by_id: dict[int, list[tuple[FloatArray, Int64Array]]] = {p.id: [] for p in products}
+    by_id: dict[int, list[_Shape]] = {p.id: [] for p in products}
     if products:
-        for n_done, (product_id, vertices, triangles) in enumerate(_shapes(path, model, products), 1):
-            by_id[product_id].append((vertices, triangles))
+        for n_done, (product_id, shape) in enumerate(_shapes(path, model, products, optics), 1):
+            by_id[product_id].append(shape)
             progress(ProgressEvent("load", min(n_done, len(products)), len(products), "shapes"))
-    shaped = [p for p in products if any(len(t) for _, t in by_id[p.id])]
+    shaped = [p for p in products if any(len(shape.triangles) for shape in by_id[p.id])]
     if not shaped:
         raise SceneError(
             f"{path.name}: none of its {grouped(n_elements)} elements has a surface, "
             "expected at least one; export the model with its 3D geometry."
         )
-    without = [p for p in products if not any(len(t) for _, t in by_id[p.id]) and p.has_body]
+    without = [p for p in products if not any(len(shape.triangles) for shape in by_id[p.id]) and p.has_body]
     return _joined(shaped, by_id), _without_shape(path, without)
 
 
-def _shapes(path: Path, model: Any, products: list[_ToldProduct]) -> Iterator[tuple[int, FloatArray, Int64Array]]:
-    """Product id, vertices in metres, triangles; in the order in which threads finish."""
+def _shapes(
+    path: Path, model: Any, products: list[_ToldProduct], optics: IfcOptics | None
+) -> Iterator[tuple[int, _Shape]]:
+    """Product id and shape; in the order in which threads finish."""
     made = set()
-    for shape in _shapes_by(_FACES_KERNEL, path, model, [p for p in products if p.is_triangles]):
+    for shape in _shapes_by(_FACES_KERNEL, path, model, [p for p in products if p.is_triangles], optics):
         made.add(shape[0])
         yield shape
-    yield from _shapes_by(_SOLID_KERNEL, path, model, [p for p in products if p.id not in made])
+    yield from _shapes_by(_SOLID_KERNEL, path, model, [p for p in products if p.id not in made], optics)
 
 
 def _shapes_by(
-    kernel: str, path: Path, model: Any, products: list[_ToldProduct]
-) -> Iterator[tuple[int, FloatArray, Int64Array]]:
+    kernel: str, path: Path, model: Any, products: list[_ToldProduct], optics: IfcOptics | None
+) -> Iterator[tuple[int, _Shape]]:
     """`_shapes` by one of IfcOpenShell's kernels."""
     if not products:  # IfcOpenShell takes an empty list for all there are
         return
@@ -316,7 +351,8 @@ def _shapes_by(
         triangles = np.frombuffer(shape.geometry.faces_buffer, dtype=np.int32).reshape(-1, 3).astype(np.int64)
         matrix = np.frombuffer(shape.transformation_buffer, dtype=np.float64).reshape(4, 4).T  # columns first
         items = np.frombuffer(shape.geometry.item_ids_buffer, dtype=np.int32)
-        yield int(shape.id), placed(vertices, matrix), _outside_out(vertices, triangles, items)
+        of_faces = None if optics is None else optics.of_faces(int(shape.id), shape.geometry)
+        yield int(shape.id), _Shape(placed(vertices, matrix), _outside_out(vertices, triangles, items), of_faces)
         with _contents_asked(path, model):
             more = iterator.next()
 
@@ -340,15 +376,16 @@ def _outside_out(vertices: FloatArray, triangles: Int64Array, items: NDArray[np.
     return np.where(is_inside_out[item][:, None], turned_over(triangles), triangles)
 
 
-def _joined(products: list[_ToldProduct], by_id: dict[int, list[tuple[FloatArray, Int64Array]]]) -> _Shapes:
+def _joined(products: list[_ToldProduct], by_id: dict[int, list[_Shape]]) -> _Shapes:
     """One mesh; a product with several shapes has them in the order of their bytes, not of the threads."""
     parts = Parts()
     for number, product in enumerate(products):
         n_faces = 0
-        for points, corners in sorted(by_id[product.id], key=lambda s: (s[0].tobytes(), s[1].tobytes())):
-            parts.add(number, points, corners, np.arange(n_faces, n_faces + len(corners), dtype=np.int64))
-            n_faces += len(corners)
-    return _Shapes(*parts.joined(), products)
+        for shape in sorted(by_id[product.id], key=lambda s: s.key):
+            face = np.arange(n_faces, n_faces + len(shape.triangles), dtype=np.int64)
+            parts.add(number, shape.vertices, shape.triangles, face, shape.optics)
+            n_faces += len(face)
+    return _Shapes(*parts.joined(), parts.joined_optics(), products)
 
 
 def _has_body(product: Any) -> bool:
