@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +24,15 @@ import numpy as np
 import pyopencl
 
 from planner_core.device import Device, open_device, sort
-from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource
+from planner_core.genetic import GeneticSettings, on_device, select_genetic
+from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource, Visibility
 from planner_core.scan import opencl, patch_mode
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.patch_mode import PatchMode
 from planner_core.scan.tree import Tree
 from planner_core.scan.tuning import use_shape
 from planner_core.scene.patches import make_patches
+from planner_core.select.problem import Target, cover_problem
 
 SHAPES = {"cpu": (4, 16, 8), "cpu-4": (4, 16, 4), "gpu": (4, 8, 1)}
 #: 112 triangles: more than a treelet; and 28, which are one treelet.
@@ -92,7 +95,30 @@ def results(kind: str, *, with_tree: bool, save_tree: Path | None) -> list[Any]:
         found.append(engine.patch_returns(template, at, moments=True))
         found.append(engine.cast_rays(np.repeat(at, 7, axis=0), rng.normal(size=(21, 3)), range_max_m=np.inf))
         found.append(PatchMode(engine, scene, patches).see(template, at[:1]))
-    return found
+    return found + evolved(kind, device)
+
+
+def evolved(kind: str, device: Device) -> list[Any]:
+    """Genetic selections of a few generations on a few hundred rows, with every operator."""
+    rng = np.random.default_rng(3)
+    rows = [np.flatnonzero(row) for row in rng.random((40, 300)) < 0.1]
+    starts = np.cumsum([0, *(row.size for row in rows)])
+    visibility = Visibility(starts, np.concatenate(rows).astype(np.int32), 300)
+    targets = (Target(np.arange(300) < 100, 0.8), Target(np.full(300, True), 0.9))
+    problem = cover_problem(visibility, rng.uniform(0.001, 0.04, 300), targets)
+    few = {"population": 9, "n_parents": 6, "max_iterations": 2, "individual_mutation_rate": 0.5}
+    ways = (
+        GeneticSettings(**few),
+        GeneticSettings(**few, crossover="uniform", selection="elitist", replacement="generational", n_elite=2),
+        GeneticSettings(**few, crossover="one-point", objective="coverage-at-most-n", n_stations=8, expected_active=1),
+        GeneticSettings(**few, objective="eq9", gene_mutation_rate=0.5),
+    )
+    lanes = {"cpu": 8, "cpu-4": 4, "gpu": 1}[kind]
+    shape = on_device.SHAPES["cpu"]
+    on_device.SHAPES["cpu"] = replace(shape, lanes=lanes)
+    found = [select_genetic(problem, way, device=device, given=[np.arange(3)]) for way in ways]
+    on_device.SHAPES["cpu"] = shape
+    return [replace(result, device="") for result in found]
 
 
 def keep(tree: Tree, file: Path) -> None:

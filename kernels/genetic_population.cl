@@ -1,0 +1,279 @@
+/* Genetic selection: everything but coverage. Docs: docs/method/genetic-selection.md.
+ *
+ * Purpose    The whole loop on the device: random start, mating pool, crossover, mutation, ranking, replacement, the best
+ *            solution and the decision to stop. The host queues generations and looks at `state` now and then.
+ * Source     López et al. 2023, section 3.6 and Table 3. planner_core/genetic/operators.py is the same in NumPy, and gives
+ *            the same bits: whole numbers alone, random numbers by counter (genetic_random.h).
+ *
+ * A generation   fill_pool -> breed -> list_active -> cover (genetic_cover.cl) -> judge -> rank -> replace_* -> rank
+ *                -> note_best. Once state[STOPPED] is set all of them return at once, so that generations queued too
+ *                many change nothing.
+ *
+ * Layout     genes (n, W) uint, W = ceil(N / 32): bit g % 32 of word g / 32 is candidate g, bits from N on are 0.
+ *            facts (n, 3) long: key (greater is better), ticks covered, stations. order (n): individuals, best first.
+ *            rules: RULE_ below, ulong. state: STATE_ below, int.
+ */
+#include "genetic_random.h"
+
+#define RULE_SEED 0
+#define RULE_GENES 1       /* N */
+#define RULE_POPULATION 2  /* P */
+#define RULE_PARENTS 3     /* size of the mating pool */
+#define RULE_OFFSPRING 4
+#define RULE_ELITE 5       /* individuals that generational replacement keeps */
+#define RULE_TOURNAMENT 6  /* individuals a tournament; 0: elitist selection */
+#define RULE_CROSSOVER 7   /* 1 one-point, 2 two-point, 3 uniform */
+#define RULE_CROSS 8       /* numbers below these count as hits, of 2^32 */
+#define RULE_MUTATE 9
+#define RULE_FLIP 10
+#define RULE_RATE_LOW 11   /* a random individual's rate of active genes, of 2^32 */
+#define RULE_RATE_SPAN 12
+#define RULE_OBJECTIVE 13  /* 0 fewest, 1 coverage-at-most-n, 2 eq9 */
+#define RULE_STATIONS 14   /* for coverage-at-most-n */
+#define RULE_TOTAL 15      /* ticks of all rows */
+#define RULE_SHIFT 16      /* for eq9 */
+#define RULE_PATIENCE 17
+#define RULE_ITERATIONS 18
+
+#define STATE_ITERATION 0 /* -1 before the first ranking */
+#define STATE_IMPROVED 1  /* iteration of the last improvement */
+#define STATE_STOPPED 2   /* 0 runs, 1 no improvement, 2 iterations */
+
+#define KEY 0
+#define COVERED 1
+#define ACTIVE 2
+#define FACTS 3
+
+static inline int words_of(global const ulong *rules) { return (int)((rules[RULE_GENES] + 31) / 32); }
+
+static inline uint4 draw(global const ulong *rules, global const int *state, uint purpose, uint individual, uint block)
+{
+    return philox((uint4)((uint)(state[STATE_ITERATION] + 1), purpose, individual, block), rules[RULE_SEED]);
+}
+
+/* A word whose bits are set with the odds of `hit` of 2^32 each, without those from N on. */
+static inline uint random_word(global const ulong *rules, global const int *state, uint purpose, uint individual,
+                               int word, ulong hit)
+{
+    const int n = (int)rules[RULE_GENES];
+    uint bits = 0;
+    for (int quad = 0; quad < 8 && 32 * word + 4 * quad < n; ++quad) {
+        const uint4 x = draw(rules, state, purpose, individual, (uint)(8 * word + quad));
+        for (int k = 0; k < 4; ++k)
+            if (word_of(x, k) < hit && 32 * word + 4 * quad + k < n) bits |= 1u << (4 * quad + k);
+    }
+    return bits;
+}
+
+/* Fill the individuals after the given ones: each has a rate of active genes of its own, drawn evenly.
+ * One work-item is one individual. NDRange (P - n_given). genes: rows from n_given on are written. */
+kernel void start_population(global const ulong *rules, global const int *state, int n_given, global uint *genes)
+{
+    const int individual = get_global_id(0) + n_given, words = words_of(rules);
+    const uint number = draw(rules, state, DRAW_RATE, individual, 0).x;
+    const ulong rate = rules[RULE_RATE_LOW] + (((ulong)number * rules[RULE_RATE_SPAN]) >> 32);
+    for (int word = 0; word < words; ++word)
+        genes[(size_t)individual * words + word] = random_word(rules, state, DRAW_GENE, individual, word, rate);
+}
+
+/* Choose the mating pool: winners of tournaments, or the best.
+ * One work-item is a run of places. NDRange (any). pool (n_parents) written. A tournament draws RANKS, with replacement:
+ * everybody has one, so that the least rank drawn is the winner's. */
+kernel void fill_pool(global const ulong *rules, global const int *state, global const int *order, global int *pool)
+{
+    if (state[STATE_STOPPED]) return;
+    const int n_parents = (int)rules[RULE_PARENTS], size = (int)rules[RULE_TOURNAMENT];
+    for (int place = get_global_id(0); place < n_parents; place += get_global_size(0)) {
+        uint best = size == 0 ? (uint)place : ~0u;
+        for (int block = 0; 4 * block < size; ++block) {
+            const uint4 x = draw(rules, state, DRAW_TOURNAMENT, place, block);
+            for (int k = 0; k < 4 && 4 * block + k < size; ++k) {
+                const uint rank = below(word_of(x, k), (uint)rules[RULE_POPULATION]);
+                best = rank < best ? rank : best;
+            }
+        }
+        pool[place] = order[best];
+    }
+}
+
+/* Bits of a word that lie in genes first .. end - 1. */
+static inline uint segment(int word, uint first, uint end)
+{
+    const uint low = 32u * word;
+    const uint from = first <= low ? ~0u : first >= low + 32 ? 0u : ~0u << (first - low);
+    const uint to = end <= low ? 0u : end >= low + 32 ? ~0u : ~(~0u << (end - low));
+    return from & to;
+}
+
+/* Which bits of a word the two children of a pair exchange. */
+static inline uint exchanged(global const ulong *rules, global const int *state, uint pair, int word)
+{
+    const uint n = (uint)rules[RULE_GENES];
+    if (rules[RULE_CROSSOVER] == 3) return word_of(draw(rules, state, DRAW_MIX, pair, word / 4), word % 4);
+    const uint4 x = draw(rules, state, DRAW_CUT, pair, 0);
+    if (rules[RULE_CROSSOVER] == 1) return segment(word, 1 + below(x.x, n - 1), n);
+    /* Two different ones of the n + 1 places where a chromosome can be cut, its ends included. */
+    const uint a = below(x.x, n + 1), other = below(x.y, n), b = other + (other >= a);
+    return segment(word, a < b ? a : b, a < b ? b : a);
+}
+
+/* Cross pairs of the pool, and mutate the children.
+ * One work-item is some words of some pairs. NDRange (any, any): words by pairs. offspring (n_offspring, W) written, each
+ * word once; child 2 p and 2 p + 1 are those of pair p. */
+kernel void breed(global const ulong *rules, global const int *state, global const int *pool, global const uint *genes,
+                  global uint *offspring)
+{
+    if (state[STATE_STOPPED]) return;
+    const int words = words_of(rules), n_offspring = (int)rules[RULE_OFFSPRING];
+    const uint n_parents = (uint)rules[RULE_PARENTS];
+    for (int pair = get_global_id(1); 2 * pair < n_offspring; pair += get_global_size(1)) {
+        /* 1. Two different places of the pool, and whether they are crossed. */
+        const uint4 mate = draw(rules, state, DRAW_MATE, pair, 0);
+        const uint one = below(mate.x, n_parents), step = 1 + below(mate.y, n_parents - 1);
+        const uint two = one + step < n_parents ? one + step : one + step - n_parents;
+        const bool crossed = mate.z < rules[RULE_CROSS];
+        global const uint *mother = genes + (size_t)pool[one] * words, *father = genes + (size_t)pool[two] * words;
+        for (int child = 2 * pair; child < 2 * pair + 2 && child < n_offspring; ++child) {
+            const bool mutates = draw(rules, state, DRAW_MUTATE, child, 0).x < rules[RULE_MUTATE];
+            global const uint *own = child & 1 ? father : mother, *partner = child & 1 ? mother : father;
+            for (int word = get_global_id(0); word < words; word += get_global_size(0)) {
+                /* 2. Exchange a part. */
+                const uint swap = crossed ? exchanged(rules, state, pair, word) : 0u;
+                uint bits = (own[word] & ~swap) | (partner[word] & swap);
+                /* 3. Flip genes. */
+                if (mutates) bits ^= random_word(rules, state, DRAW_FLIP, child, word, rules[RULE_FLIP]);
+                offspring[(size_t)child * words + word] = bits;
+            }
+        }
+    }
+}
+
+/* List the active genes of n individuals; one without any gets a random one.
+ * One work-item is one individual. NDRange (n). list (n, N) written up to n_listed (n); genes changed where all were 0. */
+kernel void list_active(global const ulong *rules, global const int *state, global uint *genes, global int *list,
+                        global int *n_listed)
+{
+    if (state[STATE_STOPPED]) return;
+    const int individual = get_global_id(0), words = words_of(rules);
+    global uint *own = genes + (size_t)individual * words;
+    global int *mine = list + (size_t)individual * (int)rules[RULE_GENES];
+    int n = 0;
+    for (int word = 0; word < words; ++word) {
+        uint bits = own[word];
+        /* The number of a lone bit is the exponent of its float. */
+        for (; bits != 0; bits &= bits - 1) mine[n++] = 32 * word + (int)(as_uint((float)(bits & -bits)) >> 23) - 127;
+    }
+    if (n == 0) {
+        const uint gene = below(draw(rules, state, DRAW_MEND, individual, 0).x, (uint)rules[RULE_GENES]);
+        own[gene / 32] = 1u << (gene % 32);
+        mine[n++] = (int)gene;
+    }
+    n_listed[individual] = n;
+}
+
+/* The key of the objectives: see planner_core/genetic/objective.py. missing: ticks that targets lack, added up. */
+static inline long key_of(global const ulong *rules, long covered, long active, long missing)
+{
+    const long n = (long)rules[RULE_GENES], total = (long)rules[RULE_TOTAL];
+    if (rules[RULE_OBJECTIVE] == 2) return (long)(((ulong)covered << rules[RULE_SHIFT]) / (ulong)active);
+    if (rules[RULE_OBJECTIVE] == 1) {
+        const long most = (long)rules[RULE_STATIONS];
+        return active <= most ? covered * (n + 1) + (n - active) : most - active;
+    }
+    return missing == 0 ? (n - active) * (total + 1) + covered : -(missing * (n + 1) + active);
+}
+
+/* Add up what `cover` left of each individual, and turn it into facts.
+ * One work-item is one individual. NDRange (n). sums (n, n_tiles, n_slots) ulong; facts written.
+ * class_of (n_tiles): class of each tile's rows. counts (n_targets, n_classes): 1 where a target counts a class.
+ * required (n_targets) ticks. */
+kernel void judge(global const ulong *rules, global const int *state, global const int *n_listed,
+                  global const ulong *sums, int n_tiles, int n_slots, global const int *class_of,
+                  global const uchar *counts, int n_classes, global const long *required, int n_targets,
+                  global long *facts)
+{
+    if (state[STATE_STOPPED]) return;
+    const int individual = get_global_id(0);
+    global const ulong *own = sums + (size_t)individual * n_tiles * n_slots;
+    long covered = 0, missing = 0;
+    for (int i = 0; i < n_tiles * n_slots; ++i) covered += (long)own[i];
+    for (int target = 0; target < n_targets; ++target) {
+        long lacks = required[target];
+        for (int tile = 0; tile < n_tiles; ++tile)
+            if (counts[target * n_classes + class_of[tile]])
+                for (int slot = 0; slot < n_slots; ++slot) lacks -= (long)own[tile * n_slots + slot];
+        missing += lacks > 0 ? lacks : 0;
+    }
+    global long *fact = facts + (size_t)FACTS * individual;
+    fact[KEY] = key_of(rules, covered, n_listed[individual], missing);
+    fact[COVERED] = covered;
+    fact[ACTIVE] = n_listed[individual];
+}
+
+/* Order n individuals by key, the best first; of equals the lower number.
+ * One work-item ranks some individuals. NDRange (any). order (n) written, each entry once: ranks are all different. */
+kernel void rank(global const int *state, global const long *facts, int n, global int *order)
+{
+    if (state[STATE_STOPPED]) return;
+    for (int individual = get_global_id(0); individual < n; individual += get_global_size(0)) {
+        const long key = facts[(size_t)FACTS * individual + KEY];
+        int better = 0;
+        for (int i = 0; i < individual; ++i) better += facts[(size_t)FACTS * i + KEY] >= key;
+        for (int i = individual + 1; i < n; ++i) better += facts[(size_t)FACTS * i + KEY] > key;
+        order[better] = individual;
+    }
+}
+
+/* Overwrite individual `to` of the population by an offspring. */
+static inline void take(int words, global const uint *offspring, global const long *offspring_facts, int from,
+                        global uint *genes, global long *facts, int to)
+{
+    for (int word = 0; word < words; ++word) genes[(size_t)to * words + word] = offspring[(size_t)from * words + word];
+    for (int fact = 0; fact < FACTS; ++fact)
+        facts[(size_t)FACTS * to + fact] = offspring_facts[(size_t)FACTS * from + fact];
+}
+
+/* Stationary replacement: the best offspring takes the place of the worst individual if it is better, the second best
+ * that of the second worst, and so on: what is left are the best of both together.
+ * One work-item is one offspring. NDRange (n_offspring). genes, facts changed, each individual by one work-item. */
+kernel void replace_worst(global const ulong *rules, global const int *state, global const int *order,
+                          global const int *offspring_order, global const uint *offspring,
+                          global const long *offspring_facts, global uint *genes, global long *facts)
+{
+    if (state[STATE_STOPPED]) return;
+    const int i = get_global_id(0), from = offspring_order[i], to = order[(int)rules[RULE_POPULATION] - 1 - i];
+    if (offspring_facts[(size_t)FACTS * from + KEY] > facts[(size_t)FACTS * to + KEY])
+        take(words_of(rules), offspring, offspring_facts, from, genes, facts, to);
+}
+
+/* Generational replacement: offspring take the places of all but the best individuals.
+ * One work-item is one offspring. NDRange (n_offspring). As above. */
+kernel void replace_all(global const ulong *rules, global const int *state, global const int *order,
+                        global const uint *offspring, global const long *offspring_facts, global uint *genes,
+                        global long *facts)
+{
+    if (state[STATE_STOPPED]) return;
+    const int i = get_global_id(0);
+    take(words_of(rules), offspring, offspring_facts, i, genes, facts, order[(int)rules[RULE_ELITE] + i]);
+}
+
+/* Keep the best solution so far, count the iteration, decide whether to stop.
+ * One work-item is all. NDRange (1). history (iterations + 1, 3) long: facts of the best so far, the iteration's row is
+ * written. best (W): its genes. */
+kernel void note_best(global const ulong *rules, global int *state, global const int *order, global const uint *genes,
+                      global const long *facts, global long *history, global uint *best)
+{
+    if (state[STATE_STOPPED]) return;
+    const int iteration = state[STATE_ITERATION] + 1, words = words_of(rules);
+    global const long *leader = facts + (size_t)FACTS * order[0];
+    global long *now = history + (size_t)FACTS * iteration;
+    const bool improved = iteration == 0 || leader[KEY] > now[KEY - FACTS];
+    for (int fact = 0; fact < FACTS; ++fact) now[fact] = improved ? leader[fact] : now[fact - FACTS];
+    if (improved) {
+        for (int word = 0; word < words; ++word) best[word] = genes[(size_t)order[0] * words + word];
+        state[STATE_IMPROVED] = iteration;
+    }
+    state[STATE_ITERATION] = iteration;
+    if (iteration - state[STATE_IMPROVED] >= (int)rules[RULE_PATIENCE]) state[STATE_STOPPED] = 1;
+    else if (iteration >= (int)rules[RULE_ITERATIONS]) state[STATE_STOPPED] = 2;
+}
