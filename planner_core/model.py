@@ -210,9 +210,9 @@ class Scanner:
     range_noise: tuple[tuple[float, float, float], ...] = ()
     """Rows (range in metres, reflectivity in 0..1, one sigma in metres), by reflectivity, then range."""
     ranging_accuracy: tuple[float, float] | None = None
-    """(a, b): one sigma of a range r is a + b r metres."""
+    """(a, b): a range r is accurate to a + b r metres, as the maker states it."""
     angular_accuracy_rad: float | None = None
-    """One sigma of either angle."""
+    """Of either angle, as the maker states it."""
     beam_divergence_rad: float | None = None
     """Full angle, by the definition of a beam's width that `beam_width_at` names."""
     beam_diameter_m: float | None = None
