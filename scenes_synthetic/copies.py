@@ -55,13 +55,15 @@ def broken_faces(*, seed: int = 0) -> SyntheticScene:
     """A copy with a further part of faces that no modeller wants: of all faces, 5 % are broken.
 
     Some repeat a face of the building, some of those inside out; some have two corners in one place; some have all
-    three on one line. They are the only part of any scene that is not closed, and the seed chooses them.
+    three on one line. They are the only part of any scene that is not closed, and the seed chooses them. As many again
+    have a corner that is no place, or name a vertex which does not exist: those are in files only, see `damage`, and
+    whoever loads them has to say that bad faces may be skipped.
     """
     original = rooms.corridor_comb(seed=seed)
     whole = join([part.solid for part in original.parts])
     n_broken = round(len(whole.triangles) * BROKEN_SHARE / (1 - BROKEN_SHARE))
-    chosen = np.random.default_rng(seed).choice(len(whole.triangles), size=n_broken, replace=False)
-    n_duplicate = n_broken // 2
+    n_bad_index, n_non_finite, n_duplicate, n_degenerate = ((n_broken + i) // 4 for i in range(4))
+    chosen = np.random.default_rng(seed).choice(len(whole.triangles), size=n_duplicate + n_degenerate, replace=False)
     faces = whole.triangles[np.sort(chosen)]
     broken = Solid(*_break(whole, faces, n_duplicate))
     found = assemble(
@@ -72,7 +74,13 @@ def broken_faces(*, seed: int = 0) -> SyntheticScene:
         extents_m=original.truth.extents_m.tolist(),
         n_stations=original.truth.n_stations,
     )
-    truth = replace(found.truth, n_duplicate=n_duplicate, n_degenerate=n_broken - n_duplicate)
+    truth = replace(
+        found.truth,
+        n_duplicate=n_duplicate,
+        n_degenerate=n_degenerate,
+        n_non_finite=n_non_finite,
+        n_bad_index=n_bad_index,
+    )
     return replace(found, truth=truth)
 
 

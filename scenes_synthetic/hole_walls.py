@@ -38,12 +38,19 @@ def build(*, seed: int = 0) -> SyntheticScene:
     found = assemble(
         "hole-walls",
         levels=[Level("Ground floor", 0.0)],
-        rooms=[Room("Court", 0, ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)), 0.0, top)],
+        rooms=[
+            Room("Court", 0, _square(_COURT_M), 0.0, top),
+            Room("Ring", 0, _square(_OUTER_M), 0.0, top, islands_m=(_square(_COURT_M + _THICK_M)[::-1],)),
+        ],
         parts=parts,
         extents_m=[(-far, -far, -_SLAB_M), (far, far, top + _SLAB_M)],
     )
     views = tuple(KnownView((0.0, 0.0, z), _seen_from_the_middle(z)) for z in HEIGHTS_M)
     return replace(found, truth=replace(found.truth, views=views))
+
+
+def _square(half_m: float) -> tuple[tuple[float, float], ...]:
+    return ((-half_m, -half_m), (half_m, -half_m), (half_m, half_m), (-half_m, half_m))
 
 
 def _walls(ring: str, inside_m: float, thick_m: float, *, holes: bool = False) -> list[Part]:

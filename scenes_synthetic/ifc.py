@@ -8,6 +8,7 @@ same bytes.
 from __future__ import annotations
 
 import uuid
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -130,12 +131,17 @@ def _add_space(model: Any, body: Any, storey: Any, room: Room) -> None:
     space.PredefinedType = "INTERNAL"
     ifcopenshell.api.aggregate.assign_object(model, products=[space], relating_object=storey)
     _place(model, space, (0.0, 0.0, room.floor_m))
-    outline = [*room.outline_m, room.outline_m[0]]
-    points = [model.create_entity("IfcCartesianPoint", [_mm(x), _mm(y)]) for x, y in outline]
-    profile = model.create_entity(
-        "IfcArbitraryClosedProfileDef", "AREA", None, model.create_entity("IfcPolyline", points)
-    )
+    outline, *islands = (_closed_line(model, ring) for ring in (room.outline_m, *room.islands_m))
+    if islands:
+        profile = model.create_entity("IfcArbitraryProfileDefWithVoids", "AREA", None, outline, islands)
+    else:
+        profile = model.create_entity("IfcArbitraryClosedProfileDef", "AREA", None, outline)
     _represent(model, body, space, "SweptSolid", _extrude(model, profile, room.height_m))
+
+
+def _closed_line(model: Any, ring_m: Sequence[tuple[float, float]]) -> Any:
+    points = [model.create_entity("IfcCartesianPoint", [_mm(x), _mm(y)]) for x, y in (*ring_m, ring_m[0])]
+    return model.create_entity("IfcPolyline", points)
 
 
 def _add_box(model: Any, body: Any, product: Any, low_m: Point, high_m: Point) -> None:

@@ -62,7 +62,7 @@ class Part:
 class Room:
     """A room between its walls: outline (x, y) counter-clockwise, floor and clear height.
 
-    Edges with openings are axis-parallel.
+    Edges with openings are axis-parallel. islands_m : outlines of what stands in it from floor to ceiling, clockwise.
     """
 
     name: str
@@ -70,6 +70,7 @@ class Room:
     outline_m: tuple[tuple[float, float], ...]
     floor_m: float
     height_m: float
+    islands_m: tuple[tuple[tuple[float, float], ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -124,6 +125,10 @@ class Truth:
     """Faces without area, put there on purpose."""
     n_duplicate: int = 0
     """Faces that repeat another, put there on purpose."""
+    n_non_finite: int = 0
+    """Faces with a corner that is no place, in files only, see `scenes_synthetic.damage`."""
+    n_bad_index: int = 0
+    """Faces that name a vertex which does not exist, in files only, see `scenes_synthetic.damage`."""
 
 
 @dataclass(frozen=True)
@@ -208,9 +213,9 @@ def _scene(name: str, levels: Sequence[Level], parts: Sequence[Part]) -> Scene:
 
 
 def floor_area_m2(room: Room, parts: Sequence[Part]) -> float:
-    """Area inside the room's outline, less the holes of slabs whose top is the room's floor."""
+    """Area inside the room's outline, less its islands and the holes of slabs whose top is the room's floor."""
+    area = sum(_signed_area_m2(ring) for ring in (room.outline_m, *room.islands_m))
     x, y = np.asarray(room.outline_m).T
-    area = float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2
     low_x, low_y, high_x, high_y = x.min(), y.min(), x.max(), y.max()
     for hole in _holes(parts):
         inside = (
@@ -221,11 +226,18 @@ def floor_area_m2(room: Room, parts: Sequence[Part]) -> float:
     return area
 
 
+def _signed_area_m2(ring_m: Sequence[tuple[float, float]]) -> float:
+    """Area inside a polygon; negative where it runs clockwise."""
+    x, y = np.asarray(ring_m).T
+    return float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2
+
+
 def wall_area_m2(room: Room, parts: Sequence[Part]) -> float:
-    """Perimeter times clear height, less the openings that begin at the room's outline."""
-    corners = np.asarray(room.outline_m)
+    """Perimeter, that of islands too, times clear height, less the openings that begin at it."""
+    rings = [np.asarray(ring) for ring in (room.outline_m, *room.islands_m)]
+    edges = [edge for ring in rings for edge in zip(ring, np.roll(ring, -1, axis=0), strict=True)]
     area = 0.0
-    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+    for start, end in edges:
         area += math.hypot(*(end - start)) * room.height_m
         along = int(np.argmax(np.abs(end - start)))
         across = 1 - along

@@ -12,6 +12,7 @@ import tempfile
 from pathlib import Path
 
 from planner_core.errors import RequirementError
+from scenes_synthetic.damage import as_in_files
 from scenes_synthetic.glb import glb_bytes
 from scenes_synthetic.mesh_files import obj_bytes, ply_bytes, stl_bytes
 from scenes_synthetic.model import SyntheticScene
@@ -41,7 +42,7 @@ def write(synthetic: SyntheticScene, path: Path | str) -> Path:
     os.close(handle)
     beside = Path(name)
     try:
-        _fill(synthetic, beside, suffix)
+        _fill(as_in_files(synthetic, suffix), beside, suffix)
         beside.chmod(0o644)  # mkstemp makes files that only their owner can read
         beside.replace(target)
     except BaseException:

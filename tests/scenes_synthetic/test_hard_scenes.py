@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
-from planner_core.errors import RequirementError
+from planner_core.errors import RequirementError, SceneError
 from planner_core.model import BeamTemplate, PlanSettings, Requirements, Scene
 from planner_core.plan import make_plan
 from planner_core.scan.engine import open_engine
@@ -55,6 +55,43 @@ def test_scan_from_the_court_sees_the_areas_of_similar_triangles(hole_scene: Syn
         for part, area, slack in zip(hole_scene.parts, found, 0.12 * across + 0.02, strict=True):
             exact_m2 = view.visible_area_m2.get(part.name, 0.0)
             assert abs(area - exact_m2) < slack, f"{part.name} at {view.station_m}: {area}, {exact_m2}"
+
+
+def test_the_ring_between_the_walls_is_a_room_with_the_areas_of_its_plan(hole_scene: SyntheticScene) -> None:
+    truth = hole_scene.truth
+    hole = 0.6 * 0.15
+    assert truth.floor_area_m2 == pytest.approx({"Court": 2**2, "Ring": 8**2 - 3.2**2}, rel=1e-12)
+    walls = {"Court": 4 * (2 * 2.7 - hole), "Ring": 4 * 8 * 2.7 + 4 * (3.2 * 2.7 - hole)}
+    assert truth.wall_area_m2 == pytest.approx(walls, rel=1e-12)
+
+
+def test_as_much_of_the_hall_is_free_as_the_floors_of_court_and_ring_say(hole_scene: SyntheticScene) -> None:
+    import open3d as o3d
+
+    caster = o3d.t.geometry.RaycastingScene()
+    caster.add_triangles(hole_scene.scene.vertices_m.astype(np.float32), hole_scene.scene.triangles.astype(np.uint32))
+    step = 0.05
+    x, y = np.meshgrid(*[np.arange(-4.0 + step / 2, 4.0, step)] * 2)
+    # Below all holes; a spot inside a wall has an odd number of surfaces on its way out.
+    rays = np.array(np.broadcast_arrays(x.ravel(), y.ravel(), 0.3, 1.0, 0.0, 0.0), dtype=np.float32).T
+    free = caster.count_intersections(o3d.core.Tensor(np.ascontiguousarray(rays))).numpy() % 2 == 0
+    in_court = np.abs(rays[:, :2]).max(axis=1) < 1.0
+    found = {"Court": np.count_nonzero(free & in_court), "Ring": np.count_nonzero(free & ~in_court)}
+    assert {room: n * step**2 for room, n in found.items()} == pytest.approx(hole_scene.truth.floor_area_m2)
+
+
+def test_the_space_of_the_ring_leaves_out_what_stands_in_it(hole_scene: SyntheticScene, tmp_path: Path) -> None:
+    import ifcopenshell
+    import ifcopenshell.geom
+    import ifcopenshell.util.shape
+
+    model = ifcopenshell.open(str(scenes_synthetic.write(hole_scene, tmp_path / "holes.ifc")))
+    shapes = {
+        s.Name: ifcopenshell.geom.create_shape(ifcopenshell.geom.settings(), s) for s in model.by_type("IfcSpace")
+    }
+    volumes = {name: ifcopenshell.util.shape.get_volume(shape.geometry) for name, shape in shapes.items()}
+    floors = hole_scene.truth.floor_area_m2
+    assert volumes == pytest.approx({name: area * 2.7 for name, area in floors.items()}, rel=1e-9)
 
 
 def test_each_hole_shows_its_outer_wall_at_its_own_height_only(hole_scene: SyntheticScene) -> None:
@@ -266,16 +303,54 @@ def test_copy_in_millimetres_y_up_loads_as_the_original(suffix: str, tmp_path: P
     np.testing.assert_allclose(corners(scene), corners(original.scene), atol=2e-3)
 
 
+DAMAGE_CARRIED = {
+    ".obj": ("n_non_finite", "n_bad_index"),
+    ".ply": ("n_non_finite", "n_bad_index"),
+    ".stl": ("n_non_finite",),
+    ".glb": ("n_bad_index",),
+    ".usda": ("n_bad_index",),
+}
+
+
 @pytest.mark.parametrize("seed", [0, 1])
-@pytest.mark.parametrize("suffix", [".obj", ".ply"])
-def test_broken_faces_are_found_and_counted(suffix: str, seed: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("suffix", DAMAGE_CARRIED)
+def test_broken_faces_are_found_and_counted_by_kind(suffix: str, seed: int, tmp_path: Path) -> None:
     broken, original = (scenes_synthetic.build(name, seed=seed) for name in ("broken-faces", "corridor-comb"))
-    truth = broken.truth
-    n_broken = truth.n_duplicate + truth.n_degenerate
-    assert n_broken / broken.scene.n_triangles == pytest.approx(0.05, abs=0.003)
-    scene = load_scene(scenes_synthetic.write(broken, tmp_path / f"broken{suffix}"))
-    assert (scene.report.n_duplicate, scene.report.n_degenerate) == (truth.n_duplicate, truth.n_degenerate)
+    path = scenes_synthetic.write(broken, tmp_path / f"broken{suffix}")
+    scene = load_scene(path, options=LoadOptions(skip_bad_faces=True))
+    report = scene.report
+    kinds = ("n_duplicate", "n_degenerate", *DAMAGE_CARRIED[suffix])
+    wanted = {kind: getattr(broken.truth, kind) for kind in kinds}
+    assert min(wanted.values()) >= 2
+    assert {kind: getattr(report, kind) for kind in kinds} == wanted
+    assert report.n_faces_read - scene.n_triangles == sum(wanted.values())
+    assert report.n_faces_read == original.scene.n_triangles + sum(wanted.values())
     np.testing.assert_allclose(corners(scene), corners(original.scene), atol=2e-3)
+
+
+def test_a_twentieth_of_the_faces_in_a_file_is_broken(tmp_path: Path) -> None:
+    broken, original = (scenes_synthetic.build(name) for name in ("broken-faces", "corridor-comb"))
+    text = scenes_synthetic.write(broken, tmp_path / "broken.obj").read_text()
+    n_faces = text.count("\nf ")
+    assert (n_faces - original.scene.n_triangles) / n_faces == pytest.approx(0.05, abs=0.003)
+    assert "nan" in text
+    assert max(int(number) for line in text.splitlines() if line.startswith("f ") for number in line.split()[1:]) > 1e6
+
+
+@pytest.mark.parametrize("suffix", [suffix for suffix in DAMAGE_CARRIED if "n_bad_index" in DAMAGE_CARRIED[suffix]])
+def test_missing_vertices_are_refused_unless_they_may_be_skipped(suffix: str, tmp_path: Path) -> None:
+    broken = scenes_synthetic.build("broken-faces")
+    n_bad = broken.truth.n_bad_index
+    with pytest.raises(SceneError, match=rf"{n_bad} of \d+ faces name vertex 1 000 .* pass --skip-bad-faces"):
+        load_scene(scenes_synthetic.write(broken, tmp_path / f"broken{suffix}"))
+
+
+def test_scene_in_memory_has_no_damage_and_ifc_files_have_none(tmp_path: Path) -> None:
+    broken = scenes_synthetic.build("broken-faces")
+    assert np.isfinite(broken.scene.vertices_m).all()
+    assert broken.scene.triangles.max() < len(broken.scene.vertices_m)
+    report = load_scene(scenes_synthetic.write(broken, tmp_path / "broken.ifc")).report
+    assert (report.n_non_finite, report.n_bad_index, report.warnings) == (0, 0, ())
 
 
 def test_copy_without_slabs_is_the_walls_alone() -> None:
@@ -289,13 +364,16 @@ HARD = (
     *("hole-walls", "glass-and-mirror", "thin-walls", "doors-open", "doors-shut", "stairwell", "double-height-hall"),
     *("atrium", "tunnel", "facade", "georeferenced", "millimetres-y-up", "broken-faces", "without-slabs"),
 )
-UNITS = {"millimetres-y-up": LoadOptions(metres_per_unit=0.001, up_axis="Y")}
+OPTIONS = {
+    "millimetres-y-up": LoadOptions(metres_per_unit=0.001, up_axis="Y"),
+    "broken-faces": LoadOptions(skip_bad_faces=True),
+}
 
 
 @pytest.mark.parametrize("name", HARD)
 def test_hard_scene_loads_and_plans(name: str, tmp_path: Path) -> None:
     suffix = ".ifc" if name == "without-slabs" else ".obj"  # only IFC has storeys, which stand in for slabs
     path = scenes_synthetic.write(scenes_synthetic.build(name), tmp_path / f"{name}{suffix}")
-    plan = make_plan(load_scene(path, options=UNITS.get(name, LoadOptions())), COARSE)
+    plan = make_plan(load_scene(path, options=OPTIONS.get(name, LoadOptions())), COARSE)
     assert plan.coverage.fraction_of_achievable >= 0.6
     assert 1 <= plan.lower_bound <= len(plan.stations)
