@@ -14,7 +14,9 @@ import click
 from .environment import prepare
 from .exit_codes import exit_code_of, one_line
 
-COMMANDS = ("plan", "view", "floors", "evaluate", "simulate", "scanners", "scene", "demo", "doctor", "tune")
+COMMANDS = (
+    "plan", "view", "floors", "evaluate", "simulate", "scanners", "scene", "demo", "reproduce", "doctor", "tune",
+)  # fmt: skip
 
 
 class LazyGroup(click.Group):

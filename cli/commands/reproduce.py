@@ -1,0 +1,60 @@
+"""`tlsplan reproduce`: the figures of the method paper, from our own runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..options import overwrite_option, quiet_option, seed_option
+
+
+@click.command("reproduce", epilog="Example:  tlsplan reproduce fig12 -o reproduction/")
+@click.argument("names", nargs=-1, metavar="[FIGURE]...")
+@click.option(
+    "-o", "--output", "folder", type=click.Path(path_type=Path, file_okay=False), default=Path("reproduction"),
+    show_default=True, metavar="FOLDER", help="Folder for pages, pictures and numbers.",
+)  # fmt: skip
+@click.option("--full", is_flag=True, help="The paper's sizes: hours. [default: sizes that run in minutes]")
+@seed_option
+@overwrite_option
+@quiet_option
+def command(names: tuple[str, ...], folder: Path, full: bool, seed: int, overwrite: bool, quiet: bool) -> None:
+    """Run FIGUREs of the method paper again and write what came out; `all` runs every one, no name lists them."""
+    import tempfile
+
+    from planner_core.errors import OutputExistsError, RequirementError
+
+    from .. import output
+    from ..progress import ProgressReporter
+    from ..reproduction.figure import Bench
+    from ..reproduction.figures import FIGURES
+    from ..reproduction.page import write_index, write_page
+
+    known = {figure.name: figure for figure in FIGURES}
+    if not names:
+        output.table(("figure", "what it is about"), [(figure.name, figure.title) for figure in FIGURES])
+        return
+    unknown = [name for name in names if name not in known and name != "all"]
+    if unknown:
+        raise RequirementError(f"figure {unknown[0]!r} is not known; expected all or one of {', '.join(known)}.")
+    wanted = list(known) if "all" in names else list(dict.fromkeys(names))
+    taken = [name for name in wanted if (folder / f"{name}.md").exists()]
+    if taken and not overwrite:
+        raise OutputExistsError(f"{folder / taken[0]}.md exists; pass --overwrite to replace it.")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in wanted:
+        figure = known[name]
+        # A figure that fails or is interrupted leaves nothing: its files move in only when all of them are there.
+        with (
+            tempfile.TemporaryDirectory(dir=folder, prefix=f".{name}-") as staging,
+            ProgressReporter(quiet=quiet) as reporter,
+        ):
+            bench = Bench(folder=Path(staging), full=full, seed=seed, progress=reporter.show)
+            outcome = figure.run(bench)
+            write_page(bench.folder, figure, outcome, full=full, seed=seed)
+            for file in sorted(bench.folder.iterdir()):
+                file.replace(folder / file.name)
+        if not quiet:
+            output.say(f"{name}: agrees: {outcome.agrees}; {folder / name}.md")
+    write_index(folder, FIGURES)

@@ -1,0 +1,79 @@
+"""One level of a synthetic building made ready to measure on: what most figures of the reproduction begin with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import scenes_synthetic
+from planner_core.candidates.grid import find_candidates
+from planner_core.export.section_view import CUT_HEIGHT_M, section_lines
+from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, Scanner, Survey
+from planner_core.scan.engine import ScanEngine, open_engine
+from planner_core.scan.scanners import load_scanner
+from planner_core.survey import make_survey
+
+if TYPE_CHECKING:
+    from .figure import Bench
+
+#: Table 2's patch size is not told; ours is the planner's own.
+PATCH_AREA_M2 = 0.04
+
+
+@dataclass(frozen=True)
+class Level:
+    """A level to plan, with an open engine. Local frame, metres."""
+
+    survey: Survey
+    settings: PlanSettings
+    engine: ScanEngine
+    index: int
+
+    @property
+    def floor(self) -> Floor:
+        """The level's ground."""
+        return self.survey.floors[self.index]
+
+    def candidates(self) -> Candidates:
+        """Admissible positions of the uniform grid."""
+        return find_candidates(self.survey, self.settings, self.engine, floors=(self.index,))
+
+    def walls_m(self) -> FloatArray:
+        """(N, 2, 2) what a cut at 1.2 m above the ground meets."""
+        return section_lines(self.survey, self.floor.elevation_m + CUT_HEIGHT_M)[:, :, :2]
+
+    def patches_of_level(self) -> BoolArray:
+        """(P,) patches whose coverage counts for this level."""
+        return np.asarray(self.survey.floor_of_triangle[self.survey.patches.triangle_of_patch] == self.index)
+
+
+def open_level(
+    bench: Bench,
+    scene: str,
+    *,
+    floor: int = 0,
+    scanner: str | Scanner = "hdl-64e",
+    n_azimuths: int | None = None,
+    grid_step_m: float = 0.5,
+    heights_m: tuple[float, ...] = (),
+    max_patch_area_m2: float = PATCH_AREA_M2,
+) -> Level:
+    """Build a synthetic scene and get one of its levels ready.
+
+    `n_azimuths` thins the scanner's columns out: for runs that are smaller than the paper's. `grid_step_m` is the voxel
+    in plan; in height it is 0.4 m, Table 1's. `heights_m`: fixed heights; empty: the scanner's range.
+    """
+    model = scenes_synthetic.build(scene, seed=bench.seed)
+    used = load_scanner(scanner) if isinstance(scanner, str) else scanner
+    settings = PlanSettings(
+        scanner=used if n_azimuths is None else replace(used, n_azimuths=n_azimuths),
+        seed=bench.seed,
+        grid_step_m=grid_step_m,
+        instrument_heights_m=heights_m,
+        max_patch_area_m2=max_patch_area_m2,
+        scan_mode="beams",
+    )
+    survey = make_survey(model.scene, settings)
+    return Level(survey, settings, open_engine(survey.scene, survey.patches), floor)
