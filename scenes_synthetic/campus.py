@@ -1,21 +1,23 @@
 """`campus`: any number of buildings to any number of triangles, written to disk one building at a time.
 
-Offices, schools and basements (as pavilions) stand on a grid of plots; a park in the south makes up what is missing.
-No more than one building is in memory at once.
+Offices, schools and basements (as pavilions) stand on a square grid of plots; a park in the south makes up what is
+missing. No more than one building is in memory at once.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from planner_core.errors import RequirementError
+from planner_core.progress import Progress, ProgressEvent, silent
 from scenes_synthetic import basement, office, school
-from scenes_synthetic.model import SyntheticScene
-from scenes_synthetic.solids import Solid, box, join, place
+from scenes_synthetic.model import Part, SyntheticScene
+from scenes_synthetic.solids import Point, Solid, box, join, place
 from scenes_synthetic.stream import stream_file
 from scenes_synthetic.tessellated import copies, ellipsoid, lathe
 
@@ -30,15 +32,21 @@ _KINDS: tuple[tuple[Callable[..., SyntheticScene], int], ...] = (
 _PLOT_M = 62.0
 _TREE_EVERY_M = 7.0
 _GROUND_M = 0.5
+_PARK, _LANDSCAPE = "Park", "IfcGeographicElement"
 
 
 @dataclass(frozen=True)
 class Building:
-    """A building of the campus: its name, its lowest corner, its triangles and the floor area of its rooms."""
+    """A building of the campus: its name, lowest corner and triangles, the elevation of its storeys and its floor area.
+
+    storeys_m : elevation of each storey's floor above the campus's ground, lowest first.
+    floor_area_m2 : of all its rooms.
+    """
 
     name: str
-    at_m: tuple[float, float, float]
+    at_m: Point
     n_triangles: int
+    storeys_m: tuple[float, ...]
     floor_area_m2: float
 
 
@@ -49,94 +57,97 @@ class Campus:
     buildings: tuple[Building, ...]
     n_trees: int
     n_triangles: int
-    extents_m: tuple[tuple[float, float, float], tuple[float, float, float]]
+    extents_m: tuple[Point, Point]
 
 
-def write_campus(
-    path: Path | str,
-    *,
-    n_triangles: int,
-    seed: int = 0,
-    progress: Callable[[int, int], None] | None = None,
-) -> Campus:
-    """Write a campus to a `.ply` or `.obj` file; memory does not grow with its size.
+def write_campus(path: Path | str, *, n_triangles: int, seed: int = 0, progress: Progress = silent) -> Campus:
+    """Write a campus to a `.ply`, `.obj`, `.glb` or `.usdz` file; memory does not grow with its triangles.
 
     n_triangles : between `FEWEST_TRIANGLES` and `MOST_TRIANGLES`; the file has at most 11 less.
-    progress : called with the triangles written so far and those wanted.
 
-    Raises RequirementError for another number or another kind of file.
+    Raises RequirementError for another number, another kind of file, or more than the format can hold.
     """
-    if not FEWEST_TRIANGLES <= n_triangles <= MOST_TRIANGLES:
-        raise RequirementError(
-            f"campus: got {n_triangles} triangles, expected {FEWEST_TRIANGLES} to {MOST_TRIANGLES}; "
-            "ask for a number between them."
-        )
     maker = _Maker(n_triangles, seed)
 
-    def solids() -> Iterator[tuple[str, Solid]]:
-        for name, solid in maker.solids():
-            yield name, solid
-            if progress is not None:
-                progress(maker.n_written, n_triangles)
+    def told() -> Iterator[tuple[str, Part]]:
+        for group, part in maker.parts():
+            yield group, part
+            progress(ProgressEvent("writing", maker.n_made, n_triangles, group))
 
-    stream_file(path, solids(), "campus")
+    stream_file(path, told(), "campus", n_triangles=n_triangles)
+    progress(ProgressEvent("writing", n_triangles, n_triangles))
     return maker.campus()
 
 
+def campus_parts(n_triangles: int, *, seed: int = 0) -> Iterator[Part]:
+    """Yield the parts of a campus; they lie in it where `write_campus` puts them, and have the names of their building.
+
+    Raises RequirementError for a number outside `FEWEST_TRIANGLES` to `MOST_TRIANGLES`.
+    """
+    return (part for _, part in _Maker(n_triangles, seed).parts())
+
+
 class _Maker:
-    """Yields the named solids of a campus and keeps account of them."""
+    """Yields the parts of a campus, by building, and keeps account of them."""
 
     def __init__(self, n_triangles: int, seed: int) -> None:
-        self.n_written = 0
+        if not FEWEST_TRIANGLES <= n_triangles <= MOST_TRIANGLES:
+            raise RequirementError(
+                f"campus: got {n_triangles} triangles, expected {FEWEST_TRIANGLES} to {MOST_TRIANGLES}; "
+                "ask for a number between them."
+            )
+        self.n_made = 0
         self._wanted = n_triangles
         self._rng = np.random.default_rng(seed)
-        mean = sum(most for _, most in _KINDS) / len(_KINDS)
-        self._columns = max(1, round(float(np.sqrt(n_triangles / mean))))
         self._buildings: list[Building] = []
         self._n_trees = 0
         self._low, self._high = np.full(3, np.inf), np.full(3, -np.inf)
 
-    def solids(self) -> Iterator[tuple[str, Solid]]:
+    def parts(self) -> Iterator[tuple[str, Part]]:
+        """(building, part), the park last."""
         while (fits := self._next_kind()) is not None:
             yield from self._building(fits)
-        yield from self._park()
+        for name, solid in self._park():
+            yield _PARK, self._count(Part(name, _LANDSCAPE, 0, solid))
 
     def campus(self) -> Campus:
-        low, high = (tuple(float(v) for v in corner) for corner in (self._low, self._high))
+        """What was made."""
+        low, high = self._low.tolist(), self._high.tolist()
         extents = ((low[0], low[1], low[2]), (high[0], high[1], high[2]))
-        return Campus(tuple(self._buildings), self._n_trees, self.n_written, extents)
+        return Campus(tuple(self._buildings), self._n_trees, self.n_made, extents)
 
     def _left(self) -> int:
-        return self._wanted - self.n_written - 12  # of the ground
+        return self._wanted - self.n_made - 12  # of the ground
 
     def _next_kind(self) -> Callable[..., SyntheticScene] | None:
         """The next in turn, or a smaller one where that is too large for what is left."""
         first = len(self._buildings) % len(_KINDS)
         return next((build for build, most in (*_KINDS[first:], *_KINDS) if most <= self._left()), None)
 
-    def _count(self, solid: Solid) -> Solid:
-        low, high = solid.bounds_m
+    def _count(self, part: Part) -> Part:
+        low, high = part.solid.bounds_m
         self._low, self._high = np.minimum(self._low, low), np.maximum(self._high, high)
-        self.n_written += len(solid.triangles)
-        return solid
+        self.n_made += len(part.solid.triangles)
+        return part
 
-    def _building(self, build: Callable[..., SyntheticScene]) -> Iterator[tuple[str, Solid]]:
+    def _building(self, build: Callable[..., SyntheticScene]) -> Iterator[tuple[str, Part]]:
         number = len(self._buildings)
         synthetic = build(seed=int(self._rng.integers(2**31)))
-        row, column = divmod(number, self._columns)
+        column, row = _plot(number)
         foot_m = -float(synthetic.truth.extents_m[0, 2])  # its base slab stands on the ground
         at = (column * _PLOT_M, row * _PLOT_M, foot_m)
         name = f"{synthetic.name} {number + 1}"
+        storeys = tuple(round(foot_m + elevation, 6) for _, elevation in synthetic.truth.storeys)
         area = sum(synthetic.truth.floor_area_m2.values())
-        self._buildings.append(Building(name, (at[0], at[1], 0.0), synthetic.scene.n_triangles, area))
+        self._buildings.append(Building(name, (at[0], at[1], 0.0), synthetic.scene.n_triangles, storeys, area))
         for part in synthetic.parts:
-            yield f"{name}: {part.name}", self._count(place(part.solid, at))
+            yield name, self._count(replace(part, solid=place(part.solid, at), pierced_box=None))
 
     def _park(self) -> Iterator[tuple[str, Solid]]:
         """Trees for what is left, stone blocks for what is less than a tree, and the ground under everything."""
         tree = _tree()
         self._n_trees, rest = divmod(self._left(), len(tree.triangles))
-        width = max(self._columns * _PLOT_M, _TREE_EVERY_M * np.sqrt(self._n_trees))
+        width = max(float(self._high[0]), _TREE_EVERY_M * math.sqrt(self._n_trees))
         per_row = int(width / _TREE_EVERY_M)
         for start in range(0, self._n_trees, per_row):
             n = min(per_row, self._n_trees - start)
@@ -144,16 +155,22 @@ class _Maker:
             x = (np.arange(n) + 0.5) * _TREE_EVERY_M + shift[:, 0]
             y = -_TREE_EVERY_M * (2 + start // per_row) + shift[:, 1]
             size = self._rng.uniform(0.7, 1.3, size=n)
-            trees = copies(tree, np.column_stack([x, y, np.zeros(n)]), np.repeat(size[:, None], 3, axis=1))
-            yield f"Trees {start // per_row + 1}", self._count(trees)
+            at = np.column_stack([x, y, np.zeros(n)])
+            yield f"Trees {start // per_row + 1}", copies(tree, at, np.repeat(size[:, None], 3, axis=1))
         n_blocks = rest // 12
         if n_blocks:
             block = box((0.0, -4.0, 0.0), (0.4, -3.6, 0.45))
             spots = np.column_stack([1.5 * np.arange(n_blocks), np.zeros(n_blocks), np.zeros(n_blocks)])
-            yield "Blocks", self._count(copies(block, spots))
+            yield "Blocks", copies(block, spots)
         low, high = self._low - 5.0, self._high + 5.0
-        ground = box((float(low[0]), float(low[1]), -_GROUND_M), (float(high[0]), float(high[1]), 0.0))
-        yield "Ground", self._count(ground)
+        yield "Ground", box((float(low[0]), float(low[1]), -_GROUND_M), (float(high[0]), float(high[1]), 0.0))
+
+
+def _plot(number: int) -> tuple[int, int]:
+    """Column and row of a plot: shells round the first one, so that any number of them makes about a square."""
+    shell = math.isqrt(number)
+    step = number - shell**2
+    return (shell, step) if step < shell else (2 * shell - step, shell)
 
 
 def _tree() -> Solid:

@@ -7,6 +7,7 @@ with signs replaced by underscores.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -35,6 +36,42 @@ def write_usd(synthetic: SyntheticScene, path: Path) -> None:
         for part in synthetic.parts:
             if part.storey == index:
                 _define_mesh(stage, storey, part, near)
+    _export(stage, path)
+
+
+def write_group(name: str, parts: Iterable[Part], path: Path) -> None:
+    """Write one layer of a stage in layers: an Xform with a Mesh a part, in metres and z up."""
+    stage = _metric_stage()
+    root = UsdGeom.Xform.Define(stage, f"/{_prim_name(name)}")
+    stage.SetDefaultPrim(root.GetPrim())
+    for part in parts:
+        _define_mesh(stage, root.GetPath(), part, FileFrame())
+    _export(stage, path)
+
+
+def write_root(name: str, layers: Mapping[str, str], path: Path) -> None:
+    """Write the layer that has the others as payloads.
+
+    layers : by the name of each group, its layer's path from `path`.
+    """
+    # With nothing loaded, the stage does not look for layers that do not lie at their place yet.
+    stage = _metric_stage(Usd.Stage.LoadNone)
+    root = UsdGeom.Xform.Define(stage, f"/{_prim_name(name)}")
+    stage.SetDefaultPrim(root.GetPrim())
+    for group, layer in layers.items():
+        prim = UsdGeom.Xform.Define(stage, root.GetPath().AppendChild(_prim_name(group))).GetPrim()
+        prim.GetPayloads().AddPayload(f"./{layer}")
+    _export(stage, path)
+
+
+def _metric_stage(load: Usd.Stage.InitialLoadSet = Usd.Stage.LoadAll) -> Usd.Stage:
+    stage = Usd.Stage.CreateInMemory(load)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    return stage
+
+
+def _export(stage: Usd.Stage, path: Path) -> None:
     if not stage.GetRootLayer().Export(str(path)):
         raise OSError(f"{path}: usd-core could not write the stage")
 

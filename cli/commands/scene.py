@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ..options import overwrite_option, seed_option
+from ..options import overwrite_option, quiet_option, seed_option
 
 _CAMPUS, _CAMPUS_TRIANGLES = "campus", 1_000_000
 
@@ -16,10 +16,13 @@ _CAMPUS, _CAMPUS_TRIANGLES = "campus", 1_000_000
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
               help="File to write; its ending chooses among ifc, obj, ply, stl, glb, usd, usda, usdc.")  # fmt: skip
 @click.option("--triangles", type=int, metavar="N", default=None,
-              help="Size of the scene campus (ply or obj only); 1000000 where not given.")  # fmt: skip
+              help="Size of the scene campus (ply, obj, glb or usdz only); 1000000 where not given.")  # fmt: skip
 @seed_option
 @overwrite_option
-def command(name: str | None, output: Path | None, triangles: int | None, seed: int, overwrite: bool) -> None:
+@quiet_option
+def command(
+    name: str | None, output: Path | None, triangles: int | None, seed: int, overwrite: bool, quiet: bool
+) -> None:
     """Write the synthetic scene NAME to a file; without NAME, list the scenes there are."""
     import scenes_synthetic
     from planner_core.errors import OutputExistsError, RequirementError
@@ -39,10 +42,19 @@ def command(name: str | None, output: Path | None, triangles: int | None, seed: 
     if path.exists() and not overwrite:
         raise OutputExistsError(f"{path} exists; pass --overwrite to replace it.")
     if name == _CAMPUS:
-        from scenes_synthetic.campus import write_campus
+        done = _write_campus(path, _CAMPUS_TRIANGLES if triangles is None else triangles, seed, quiet=quiet)
+    else:
+        done = f"wrote {scenes_synthetic.write(scenes_synthetic.build(name, seed=seed), path)}"
+    if not quiet:
+        printer.say(done)
 
-        campus = write_campus(path, n_triangles=_CAMPUS_TRIANGLES if triangles is None else triangles, seed=seed)
-        printer.say(f"wrote {path}: {len(campus.buildings)} buildings, {campus.n_triangles} triangles")
-        return
-    scenes_synthetic.write(scenes_synthetic.build(name, seed=seed), path)
-    printer.say(f"wrote {path}")
+
+def _write_campus(path: Path, n_triangles: int, seed: int, *, quiet: bool) -> str:
+    from scenes_synthetic.campus import write_campus
+
+    from ..progress import ProgressReporter
+
+    with ProgressReporter(quiet=quiet) as reporter:
+        campus = write_campus(path, n_triangles=n_triangles, seed=seed, progress=reporter.show)
+    count = "1 building" if len(campus.buildings) == 1 else f"{len(campus.buildings)} buildings"
+    return f"wrote {path}: {count}, {campus.n_triangles} triangles"

@@ -1,4 +1,4 @@
-"""The paper's three buildings and the campus: sizes, areas, closed parts, what sees what; the product reads them."""
+"""The paper's three buildings: sizes, areas, closed parts, what sees what; the product reads them."""
 
 from __future__ import annotations
 
@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
-from planner_core.errors import RequirementError
 from planner_core.scene.floors import find_floors
 from planner_core.scene.load import load_scene
 from scenes_synthetic import basement, school
-from scenes_synthetic.campus import write_campus
 from scenes_synthetic.model import SyntheticScene
 
 #: From the paper's Fig. 10: triangles, and width, depth and height in metres.
@@ -210,88 +208,3 @@ def test_product_loads_what_was_written(
     assert scene.report.n_degenerate == scene.report.n_duplicate == 0
     extents = [scene.vertices_m.min(axis=0), scene.vertices_m.max(axis=0)]
     np.testing.assert_allclose(extents, buildings[name].truth.extents_m, atol=1e-5)
-
-
-@pytest.mark.parametrize(("suffix", "n_triangles"), [(".ply", 700_003), (".obj", 150_000)])
-def test_campus_has_the_triangles_asked_for_and_loads(suffix: str, n_triangles: int, tmp_path: Path) -> None:
-    path = tmp_path / f"campus{suffix}"
-    campus = write_campus(path, n_triangles=n_triangles)
-    assert 0 <= n_triangles - campus.n_triangles < 12
-    assert len(campus.buildings) == (2 if n_triangles > 500_000 else 1)
-    scene = load_scene(path)
-    assert scene.n_triangles == campus.n_triangles
-    assert scene.report.n_degenerate == scene.report.n_duplicate == 0
-    extents = [scene.vertices_m.min(axis=0), scene.vertices_m.max(axis=0)]
-    np.testing.assert_allclose(extents + scene.offset_m, campus.extents_m, atol=1e-6)
-
-
-def test_campus_of_one_seed_is_the_same_file_and_of_another_is_not(tmp_path: Path) -> None:
-    files = {}
-    for name, seed in (("a", 0), ("b", 0), ("c", 1)):
-        write_campus(tmp_path / f"{name}.ply", n_triangles=160_000, seed=seed)
-        files[name] = (tmp_path / f"{name}.ply").read_bytes()
-    assert files["a"] == files["b"] != files["c"]
-
-
-def test_campus_keeps_no_building_once_it_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Memory is bounded: of all scenes built, at most two live at any time, the one written and the one before."""
-    import gc
-    import weakref
-
-    from scenes_synthetic import campus as module
-
-    alive: list[weakref.ref[SyntheticScene]] = []
-    most = 0
-
-    def build(*, seed: int) -> SyntheticScene:
-        nonlocal most
-        gc.collect()
-        most = max(most, sum(ref() is not None for ref in alive))
-        made = basement.build(seed=seed)
-        alive.append(weakref.ref(made))
-        return made
-
-    monkeypatch.setattr(module, "_KINDS", ((build, 137_000),))
-    made = write_campus(tmp_path / "campus.ply", n_triangles=700_000)
-    assert len(made.buildings) == len(alive) == 5
-    assert most <= 1
-
-
-def test_campus_buildings_do_not_overlap_each_other_or_the_park(tmp_path: Path) -> None:
-    path = tmp_path / "campus.obj"
-    campus = write_campus(path, n_triangles=450_000)
-    assert len(campus.buildings) == 3
-    scene = load_scene(path)
-    names = np.array([element.name.split(":")[0] for element in scene.elements])
-    corners = scene.vertices_m[scene.triangles]
-    boxes = []
-    for building in campus.buildings:
-        of_it = (names == building.name)[scene.element_of_triangle]
-        boxes.append((corners[of_it].min(axis=(0, 1)), corners[of_it].max(axis=(0, 1))))
-        assert boxes[-1][0] + scene.offset_m == pytest.approx(building.at_m, abs=1e-6)
-    trees = np.char.startswith(names, "Trees")[scene.element_of_triangle]
-    boxes.append((corners[trees].min(axis=(0, 1)), corners[trees].max(axis=(0, 1))))
-    for i, (low_a, high_a) in enumerate(boxes):
-        for low_b, high_b in boxes[i + 1 :]:
-            assert (np.minimum(high_a, high_b)[:2] < np.maximum(low_a, low_b)[:2]).any()
-
-
-def test_campus_refuses_sizes_and_files_it_cannot_write(tmp_path: Path) -> None:
-    with pytest.raises(RequirementError, match="expected 150000"):
-        write_campus(tmp_path / "campus.ply", n_triangles=1000)
-    with pytest.raises(RequirementError, match=r"expected one of \.ply, \.obj"):
-        write_campus(tmp_path / "campus.glb", n_triangles=200_000)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_command_writes_a_campus_and_gives_other_scenes_no_size(tmp_path: Path) -> None:
-    from click.testing import CliRunner
-    from tlsplan.commands.scene import command
-
-    path = tmp_path / "campus.ply"
-    done = CliRunner().invoke(command, ["campus", "--triangles", "150000", "-o", str(path)], catch_exceptions=False)
-    assert done.exit_code == 0
-    assert 149_988 < load_scene(path).n_triangles <= 150_000
-    refused = CliRunner().invoke(command, ["house", "--triangles", "150000", "-o", str(tmp_path / "house.ply")])
-    assert isinstance(refused.exception, RequirementError)
-    assert not (tmp_path / "house.ply").exists()
