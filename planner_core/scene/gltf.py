@@ -3,7 +3,8 @@
 A reader of our own because the installed library (trimesh 5) ends in whatever exception the damage happens to cause (a
 JSON error for half a GLB), and because nodes must keep their names and order. Read are triangles, strips and fans,
 indexed or not, sparse and quantised positions, embedded and separate buffers. Compressed geometry is refused by name.
-Source: Khronos Group, glTF 2.0 Specification, 2021.
+Materials are read for what they do to beams (`planner_core.scene.materials`), a primitive at a time.
+Source: Khronos Group, glTF 2.0 Specification, 2021, and its extension KHR_materials_transmission.
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ from urllib.parse import unquote
 import numpy as np
 
 from planner_core.errors import SceneError
-from planner_core.model import Element, FloatArray, Int64Array, LoadReport
+from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Optics
 from planner_core.scene.build import bad_index_error, grouped, one_line
 from planner_core.scene.gltf_json import JsonObject
+from planner_core.scene.materials import optics_of_material, optics_of_name
 from planner_core.scene.raw import Parts, RawScene, chained, exact, is_mirrored, placed, turned_over, what_it_looks_like
 
 _COMPONENT = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -53,6 +55,8 @@ class _Document:
     accessors: list[JsonObject] = field(init=False)
     views: list[JsonObject] = field(init=False)
     buffers: list[JsonObject] = field(init=False)
+    optics: list[Optics | None] = field(init=False)
+    """Of materials, by number; None where one says nothing."""
 
     def __post_init__(self) -> None:
         self.nodes = self.tree.objects("nodes")
@@ -60,6 +64,7 @@ class _Document:
         self.accessors = self.tree.objects("accessors")
         self.views = self.tree.objects("bufferViews")
         self.buffers = self.tree.objects("buffers")
+        self.optics = [_optics_of_material(material) for material in self.tree.objects("materials")]
 
 
 @dataclass(frozen=True)
@@ -71,6 +76,8 @@ class _MeshPart:
     face: Int64Array
     n_bad: int
     """Triangles left out because they name a missing vertex."""
+    optics: Optics | None
+    """What its material says; None where that is nothing."""
 
 
 def read_gltf(path: Path, *, skip_bad_faces: bool) -> RawScene:
@@ -209,10 +216,13 @@ def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
             meshes[mesh] = list(_mesh_parts(document, mesh, skip_bad_faces=skip_bad_faces))
         name = node.text("name") or document.meshes[mesh].text("name") or f"node {number}"
         elements.append(Element(name, "Mesh", str(number)))
+        of_node = _optics_of_node(node)
         n_faces = 0
         for part in meshes[mesh]:
             triangles = turned_over(part.triangles) if is_mirrored(matrix) else part.triangles
-            parts.add(len(elements) - 1, placed(part.vertices, matrix), triangles, part.face + n_faces)
+            told = of_node if part.optics is None else part.optics
+            optics = np.full(len(triangles), told, dtype=np.uint8) if told else None
+            parts.add(len(elements) - 1, placed(part.vertices, matrix), triangles, part.face + n_faces, optics)
             n_faces += len(part.face) + part.n_bad
             n_bad += part.n_bad
     vertices, triangles, owner, face = parts.joined()
@@ -222,6 +232,7 @@ def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
         triangles=triangles,
         element_of_triangle=owner,
         face_of_triangle=face,
+        optics_of_triangle=parts.joined_optics(),
         elements=tuple(elements),
         unit_name="metre",
         up_axis="Y",
@@ -277,6 +288,37 @@ def _local_matrix(node: JsonObject) -> FloatArray:
     return matrix
 
 
+# ------------------------------------------------------------------------------------------------ optics
+def _optics_of_material(material: JsonObject) -> Optics | None:
+    """What a material's name, transmission, blended opacity, metal and roughness say; textures say nothing."""
+    pbr = material.object("pbrMetallicRoughness") if material.has("pbrMetallicRoughness") else None
+    metallic: float | None = None
+    roughness: float | None = None
+    if pbr is not None and not pbr.has("metallicRoughnessTexture"):
+        metallic, roughness = pbr.number("metallicFactor", 1.0), pbr.number("roughnessFactor", 1.0)
+    return optics_of_material(
+        [material.text("name")], transparency=_transparency(material, pbr), metallic=metallic, roughness=roughness
+    )
+
+
+def _transparency(material: JsonObject, pbr: JsonObject | None) -> float | None:
+    """The share of light that goes through, by whichever way lets more through; None where neither is used."""
+    told = []
+    extensions = material.object("extensions") if material.has("extensions") else None
+    if extensions is not None and extensions.has("KHR_materials_transmission"):
+        told.append(extensions.object("KHR_materials_transmission").number("transmissionFactor", 0.0))
+    if material.text("alphaMode") == "BLEND" and pbr is not None:
+        told.append(1.0 - pbr.numbers("baseColorFactor", (1.0, 1.0, 1.0, 1.0))[3])
+    return max(told, default=None)
+
+
+def _optics_of_node(node: JsonObject) -> Optics | None:
+    """What `extras.material`, a text of our own that other tools keep, says of a node's mesh."""
+    extras = node.members.get("extras")
+    named = extras.get("material") if isinstance(extras, dict) else None
+    return optics_of_name(named) if isinstance(named, str) else None
+
+
 # ------------------------------------------------------------------------------------------------- mesh
 def _mesh_parts(document: _Document, mesh: int, *, skip_bad_faces: bool) -> Iterator[_MeshPart]:
     entry = document.meshes[mesh]
@@ -300,7 +342,10 @@ def _mesh_parts(document: _Document, mesh: int, *, skip_bad_faces: bool) -> Iter
             raise bad_index_error(
                 title, int(bad.sum()), bad.size, worst, vertices.shape[0], first_number=0, owner="mesh"
             )
-        yield _MeshPart(vertices, triangles[~bad], np.flatnonzero(~bad), int(bad.sum()))
+        optics = None
+        if primitive.has("material"):
+            optics = document.optics[primitive.whole("material", below=len(document.optics))]
+        yield _MeshPart(vertices, triangles[~bad], np.flatnonzero(~bad), int(bad.sum()), optics)
 
 
 def _corner_numbers(document: _Document, accessor: int) -> Int64Array:

@@ -51,6 +51,13 @@ class JsonObject:
         """Return a list of whole numbers from 0 to `below` (exclusive); empty where it is not there."""
         return [self._as_whole(f"{key}/{i}", value, below) for i, value in enumerate(self._list(key))]
 
+    def number(self, key: str, default: float) -> float:
+        """Return a number; `default` where it is not there."""
+        value = self.members.get(key, default)
+        if not _is_number(value):
+            raise self._fault(key, value, "a number")
+        return float(value)
+
     def numbers(self, key: str, default: tuple[float, ...]) -> list[float]:
         """Return as many numbers as `default` has, which holds where the member is not there."""
         if key not in self.members:
