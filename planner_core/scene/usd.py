@@ -31,6 +31,7 @@ from planner_core.scene.raw import (
     unit_name,
     what_it_looks_like,
 )
+from planner_core.scene.usd_materials import UsdOptics
 
 _HIDDEN_PURPOSES = ("guide", "proxy")
 _MAX_STAGE_WARNINGS = 5
@@ -42,6 +43,8 @@ _MAX_INSTANCER_DEPTH = 8
 class _Mesh:
     vertices: FloatArray
     faces: Faces
+    face: Int64Array
+    """(T,) number of the polygon that each triangle is of, counting holes."""
 
 
 @dataclass
@@ -54,6 +57,7 @@ class _Gathered:
     elements: list[Element] = field(default_factory=list)
     meshes: dict[str, _Mesh] = field(default_factory=dict)
     """By path in the prototype, so that an instanced mesh is read once."""
+    optics: UsdOptics = field(default_factory=UsdOptics)
     left_out: Counter[str] = field(default_factory=Counter)
     """Shapes that are no meshes, by type."""
     n_bad_index: int = 0
@@ -196,7 +200,8 @@ def _add_mesh(gathered: _Gathered, prim: Any, matrix: FloatArray, label: str) ->
     if not mesh.faces.triangles.size and not mesh.faces.n_dropped:
         return
     triangles = turned_over(mesh.faces.triangles) if is_mirrored(matrix) else mesh.faces.triangles
-    gathered.parts.add(len(gathered.elements), placed(mesh.vertices, matrix), triangles, mesh.faces.polygon)
+    optics = gathered.optics.of_triangles(prim, mesh.face)
+    gathered.parts.add(len(gathered.elements), placed(mesh.vertices, matrix), triangles, mesh.face, optics)
     gathered.elements.append(Element(label, str(prim.GetTypeName()), label))
     gathered.n_bad_index += mesh.faces.n_bad_index
     gathered.n_too_short += mesh.faces.n_too_short
@@ -219,14 +224,16 @@ def _read_mesh(gathered: _Gathered, prim: Any, label: str) -> _Mesh:
             "repair the mesh and export it again."
         )
     holes = _whole_numbers(title, mesh.GetHoleIndicesAttr(), time)
+    number = np.arange(n_corners.size)
     if holes.size:
-        solid = ~np.isin(np.arange(n_corners.size), holes)
+        solid = ~np.isin(number, holes)
+        number = number[solid]
         corners = corners[np.repeat(solid, n_corners)]
         n_corners = n_corners[solid]
     faces = triangulate(vertices, n_corners, corners, name=title, skip_bad_faces=gathered.skip_bad_faces, owner="mesh")
     if str(mesh.GetOrientationAttr().Get(time)) == "leftHanded":
         faces = Faces(turned_over(faces.triangles), faces.polygon, faces.n_bad_index, faces.n_too_short, faces.dropped)
-    return _Mesh(vertices, faces)
+    return _Mesh(vertices, faces, number[faces.polygon])
 
 
 def _points(title: str, values: Any) -> FloatArray:
@@ -263,6 +270,7 @@ def _raw_scene(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> 
         triangles=triangles,
         element_of_triangle=owner,
         face_of_triangle=face,
+        optics_of_triangle=gathered.parts.joined_optics(),
         elements=tuple(gathered.elements),
         unit_name=unit_name(metres_per_unit),
         metres_per_unit=metres_per_unit,
