@@ -1,5 +1,7 @@
 """Wavefront OBJ: text lines -> `RawScene`. Groups and objects become elements; polygons are split; no unit, no axes.
 
+Of materials, what they do to beams is read: by their names, and by the figures of libraries beside the file.
+
 A reader of our own because the installed library (trimesh 5) ends in a bare IndexError on a face that names a missing
 vertex, joins objects into one mesh, and fans polygons that have notches. Source: Wavefront, Object Files, appendix B1.
 """
@@ -7,13 +9,14 @@ vertex, joins objects into one mesh, and fans polygons that have notches. Source
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from planner_core.errors import SceneError
-from planner_core.model import Element, FloatArray, Int64Array
+from planner_core.model import Element, FloatArray, Int64Array, UInt8Array
+from planner_core.scene.mtl import optics_of_uses
 from planner_core.scene.raw import RawScene, triangulate, what_it_looks_like
 
 _AFTER_SLASH = re.compile(rb"/\S*")
@@ -32,6 +35,11 @@ class _Lines:
     owner: list[int] = field(default_factory=list)
     """Of each face: its element."""
     elements: dict[str, int] = field(default_factory=dict)
+    materials: list[str] = field(default_factory=list)
+    """Of each `usemtl` line: its name."""
+    n_faces_before: list[int] = field(default_factory=list)
+    """Of each `usemtl` line."""
+    libraries: list[str] = field(default_factory=list)
 
 
 def read_obj(path: Path, *, skip_bad_faces: bool) -> RawScene:
@@ -60,13 +68,15 @@ def read_obj(path: Path, *, skip_bad_faces: bool) -> RawScene:
         as_written=as_written,
     )
     owner = np.array(lines.owner, dtype=np.int64)
+    optics, warnings = _optics_of_faces(path, lines)
     return RawScene(
         vertices=vertices,
         triangles=faces.triangles,
         element_of_triangle=owner[faces.polygon],
         face_of_triangle=faces.polygon + 1,
+        optics_of_triangle=None if optics is None else optics[faces.polygon],
         elements=tuple(Element(name, "Mesh", name) for name in lines.elements),
-        report=faces.report(),
+        report=replace(faces.report(), warnings=warnings),
     )
 
 
@@ -99,7 +109,21 @@ def _sort_lines(contents: bytes) -> _Lines:
                 labels[b"g"] = ""  # a new object begins without a group
             labels[word] = rest.strip().decode("utf-8", "replace")
             owner = -1
+        elif word == b"usemtl":
+            lines.materials.append(rest.strip().decode("utf-8", "replace"))
+            lines.n_faces_before.append(len(lines.faces))
+        elif word == b"mtllib":
+            lines.libraries.append(rest.strip().decode("utf-8", "replace"))
     return lines
+
+
+def _optics_of_faces(path: Path, lines: _Lines) -> tuple[UInt8Array | None, tuple[str, ...]]:
+    """(F,) `Optics` of the faces, None where all return; and lines for the user. A material holds until the next."""
+    of_use, warnings = optics_of_uses(path, lines.materials, lines.libraries)
+    if not of_use.any():
+        return None, warnings
+    n_faces = np.diff([0, *lines.n_faces_before, len(lines.faces)])
+    return np.repeat(np.concatenate([np.zeros(1, np.uint8), of_use]), n_faces), warnings
 
 
 def _split_line(line: bytes) -> tuple[bytes, bytes]:
