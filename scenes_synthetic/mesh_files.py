@@ -14,11 +14,19 @@ from scenes_synthetic.model import SyntheticScene
 
 
 def obj_bytes(synthetic: SyntheticScene) -> bytes:
-    """Wavefront OBJ: `o` names each part; coordinates have six decimals, which is all that they have."""
+    """Wavefront OBJ: `o` names each part; coordinates have six decimals, which is all that they have.
+
+    Materials are names alone, by `usemtl`: a scene is one file, and a library would be a second. What has none is
+    `opaque` where others have one, as a name holds until the next.
+    """
     lines = [f"# tlsplan synthetic scene {synthetic.name}: {synthetic.frame.title}"]
     first = 1
+    material = ""
     for part in synthetic.parts:
         lines.append(f"o {part.name}")
+        if part.material != material:
+            material = part.material
+            lines.append(f"usemtl {material or 'opaque'}")
         lines += [
             f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in synthetic.frame.coordinates(part.solid.vertices_m).tolist()
         ]

@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from planner_core.model import Element, FloatArray, LoadReport, Scene, SceneSource, Storey
+from planner_core.model import Element, FloatArray, LoadReport, Optics, Scene, SceneSource, Storey, UInt8Array
+from planner_core.scene.materials import optics_of_name
 from scenes_synthetic.solids import Point, Solid, pierced_box
 
 
@@ -209,7 +210,14 @@ def _scene(name: str, levels: Sequence[Level], parts: Sequence[Part]) -> Scene:
         storeys=tuple(Storey(level.name, level.name, level.elevation_m) for level in levels),
         offset_m=np.zeros(3),
         report=LoadReport(n_faces_read=len(triangles)),
+        optics_of_triangle=_optics(parts),
     )
+
+
+def _optics(parts: Sequence[Part]) -> UInt8Array | None:
+    """(T,) what the parts' materials do to beams, as a reader of the scene's file tells it; None where all return."""
+    optics = np.array([optics_of_name(part.material) or Optics.RETURNS for part in parts], dtype=np.uint8)
+    return np.repeat(optics, [len(part.solid.triangles) for part in parts]) if optics.any() else None
 
 
 def floor_area_m2(room: Room, parts: Sequence[Part]) -> float:
