@@ -1,8 +1,13 @@
-"""`tlsplan scanners`: the scanners known by name."""
+"""`tlsplan scanners`: the scanners known by name, and docs/reference/scanners.md, the page on them.
+
+`python -m tlsplan.commands.scanners docs/reference/scanners.md` writes the page anew.
+"""
 
 from __future__ import annotations
 
 import math
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,6 +16,22 @@ from ..options import json_option
 
 if TYPE_CHECKING:
     from planner_core.model import Scanner
+    from planner_core.scan.scanner_modes import ScanMode
+
+_HEAD = """# Scanners
+
+Written by `python -m tlsplan.commands.scanners docs/reference/scanners.md` from the files in `planner_core/scan/`.
+`--scanner NAME` takes the default mode, in bold here; `NAME:MODE` another; `NAME:6mm` any spacing at 10 m. What the
+keys mean, and how to add your own: [scanner files](../formats/scanner.md).
+
+A dash: the figure is not known. A figure is here only if a source that states it was opened. The makers' sheets could
+not be, so most figures are second hand: compare your instrument's sheet before you rely on one.
+"""
+_MISSING = """## Not here yet
+FARO Focus Premium (70, 150, 350) and Trimble X7, X9 and X12: no source for their vertical field and their modes could
+be opened. With the data sheet at hand, a [file of your own](../formats/scanner.md) takes a few minutes. Found, by one
+source alone: X7 0.6 to 80 m, ranging accuracy 2 mm, noise under 3 mm at 60 m on 80 % reflectivity; X9 0.6 to 150 m.
+"""
 
 
 @click.command("scanners", epilog="Example:  tlsplan scanners --json")
@@ -26,11 +47,12 @@ def command(as_json: bool) -> None:
         output.as_json({"scanners": [_document(scanner) for scanner in scanners]})
         return
     output.table(
-        ("name", "scanner", "beams", "azimuth deg", "elevation deg", "range m", "mounting"),
+        ("name", "scanner", "modes", "beams", "azimuth deg", "elevation deg", "range m", "mounting"),
         [
             (
                 s.name,
                 s.title,
+                " ".join(mode.id for mode in _modes(s)) or "one",
                 f"{s.n_azimuths} x {s.n_channels}",
                 _azimuths(s),
                 f"{math.degrees(s.elevation_rad[-1]):.1f} to {math.degrees(s.elevation_rad[0]):.1f}",
@@ -42,8 +64,15 @@ def command(as_json: bool) -> None:
     )
 
 
+def _modes(scanner: Scanner) -> tuple[ScanMode, ...]:
+    from planner_core.scan.scanners import scan_modes
+
+    return scan_modes(scanner.name)
+
+
 def _document(scanner: Scanner) -> dict[str, Any]:
     sector = scanner.azimuth_range_rad
+    accuracy = scanner.ranging_accuracy
     return {
         "name": scanner.name,
         "title": scanner.title,
@@ -52,6 +81,9 @@ def _document(scanner: Scanner) -> dict[str, Any]:
         "range_max_m": scanner.range_max_m,
         "instrument_height_min_m": scanner.instrument_height_min_m,
         "instrument_height_max_m": scanner.instrument_height_max_m,
+        "mode": scanner.mode or None,
+        "modes": [_mode_document(mode, scanner) for mode in _modes(scanner)],
+        "seconds_per_scan": scanner.seconds_per_scan,
         "n_azimuths": scanner.n_azimuths,
         "azimuth_range_deg": [_degrees(angle) for angle in sector] if sector else None,
         "azimuth_offset_deg": [_degrees(angle) for angle in scanner.azimuth_offset_rad],
@@ -59,6 +91,32 @@ def _document(scanner: Scanner) -> dict[str, Any]:
         "elevation_min_deg": _degrees(scanner.elevation_rad[-1]),
         "elevation_max_deg": _degrees(scanner.elevation_rad[0]),
         "mounting": _mounting(scanner),
+        "range_noise": [
+            {"range_m": range_m, "reflectivity": reflectivity, "sigma_m": sigma_m}
+            for range_m, reflectivity, sigma_m in scanner.range_noise
+        ],
+        "ranging_accuracy": {"constant_m": accuracy[0], "per_metre": accuracy[1]} if accuracy else None,
+        "angular_accuracy_rad": scanner.angular_accuracy_rad,
+        "beam_divergence_rad": scanner.beam_divergence_rad,
+        "beam_diameter_m": scanner.beam_diameter_m,
+        "beam_width_at": scanner.beam_width_at or None,
+        "wavelength_m": scanner.wavelength_m,
+        "dual_axis_compensator": scanner.dual_axis_compensator,
+    }
+
+
+def _mode_document(mode: ScanMode, scanner: Scanner) -> dict[str, Any]:
+    from planner_core.scan.scanner_modes import grid_of
+
+    grid = grid_of(mode, field_rad=scanner.elevation_rad[0] - scanner.elevation_rad[-1])
+    return {
+        "id": mode.id,
+        "title": mode.title,
+        "seconds": mode.seconds,
+        "azimuth_step_deg": _degrees(mode.azimuth_step_rad),
+        "elevation_step_deg": _degrees(mode.elevation_step_rad),
+        "n_azimuths": grid.n_azimuths,
+        "n_channels": grid.n_channels,
     }
 
 
@@ -73,3 +131,81 @@ def _mounting(scanner: Scanner) -> str:
 
 def _degrees(angle_rad: float) -> float:
     return round(math.degrees(angle_rad), 6)
+
+
+# ------------------------------------------------------------------------------------------- the page
+def reference_page() -> str:
+    """Return docs/reference/scanners.md: tables of all scanners that come along, and where their figures are from."""
+    from planner_core.scan.scanners import list_scanners, scanner_title
+
+    documents = [_document(scanner) for scanner in list_scanners()]
+    titles = {d["name"]: scanner_title(d["name"]) for d in documents}
+    parts = [
+        _HEAD,
+        _table(
+            "name | scanner | range m | elevation deg | accuracy of range | of angles arcsec | noise of range",
+            [_figures_row(d, titles[d["name"]]) for d in documents],
+        ),
+        _table(
+            "name | beam divergence mrad | width at | wavelength nm | compensator", [_beam_row(d) for d in documents]
+        ),
+        "## Modes\nBeams of a whole scan: azimuths x channels. `default` where a scanner has one resolution alone.\n",
+        _table("name | mode | step deg | beams | seconds", [row for d in documents for row in _mode_rows(d)]),
+        "## Sources\n",
+        *(f"- **{titles[d['name']]}** (`{d['name']}`): {d['source']}\n" for d in documents),
+    ]
+    parts.append(_MISSING)
+    text = "\n".join(part.rstrip("\n") + "\n" for part in parts)
+    return text.replace("\n\n- **", "\n- **").replace("## Sources\n- ", "## Sources\n- ")
+
+
+def _table(head: str, rows: list[tuple[str, ...]]) -> str:
+    names = head.split(" | ")
+    lines = [names, ["---"] * len(names), *rows]
+    return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+
+
+def _figures_row(d: dict[str, Any], title: str) -> tuple[str, ...]:
+    accuracy, angle = d["ranging_accuracy"], d["angular_accuracy_rad"]
+    return (
+        f"`{d['name']}`",
+        title,
+        f"{d['range_min_m']:g} to {d['range_max_m']:g}",
+        f"{d['elevation_min_deg']:g} to {d['elevation_max_deg']:g}",
+        f"{accuracy['constant_m'] * 1e3:g} mm + {accuracy['per_metre'] * 1e6:g} ppm" if accuracy else "-",
+        f"{math.degrees(angle) * 3600:.1f}" if angle else "-",
+        f"{len(d['range_noise'])} rows" if d["range_noise"] else "-",
+    )
+
+
+def _beam_row(d: dict[str, Any]) -> tuple[str, ...]:
+    divergence, wavelength, compensator = d["beam_divergence_rad"], d["wavelength_m"], d["dual_axis_compensator"]
+    return (
+        f"`{d['name']}`",
+        f"{divergence * 1e3:g}" if divergence else "-",
+        d["beam_width_at"] or "-",
+        f"{wavelength * 1e9:.0f}" if wavelength else "-",
+        "-" if compensator is None else "two axes" if compensator else "none",
+    )
+
+
+def _mode_rows(d: dict[str, Any]) -> list[tuple[str, ...]]:
+    """One row a mode, with the default one in bold, also where it is none of the instrument's own."""
+    rows = [
+        (m["id"], m["title"], f"{m['azimuth_step_deg']:.4f}", m["n_azimuths"], m["n_channels"], m["seconds"])
+        for m in d["modes"]
+    ]
+    if d["mode"] not in {row[0] for row in rows}:
+        own = (d["mode"] or "default", "our choice, no mode of the instrument", "-", d["n_azimuths"], d["n_channels"])
+        rows.append((*own, d["seconds_per_scan"]))
+    cells = []
+    for mode, title, step, n_azimuths, n_channels, seconds in rows:
+        told = f"`{mode}`" if d["mode"] is None or mode != d["mode"] else f"**`{mode}`**"
+        note = f" ({title})" if d["mode"] else ""
+        beams = f"{n_azimuths} x {n_channels}"
+        cells.append((f"`{d['name']}`", told + note, step, beams, f"{seconds:g}" if seconds else "-"))
+    return cells
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(reference_page(), encoding="utf-8")

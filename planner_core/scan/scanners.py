@@ -105,6 +105,18 @@ def scan_modes(name_or_path: str | Path) -> tuple[ScanMode, ...]:
     return read_modes(spec["modes"], where) if "modes" in spec else ()
 
 
+def scanner_title(name_or_path: str | Path) -> str:
+    """Title of a scanner whatever its mode; `Scanner.title` adds that.
+
+    Raises
+    ------
+    RequirementError
+        As `load_scanner`.
+    """
+    content, where, _ = _find(str(name_or_path))
+    return str(_spec(content, where)["title"])
+
+
 def _find(key: str) -> tuple[str, str, str | None]:
     """The text of the file that `key` means, what to call it, and the mode asked for, None for the default one."""
     own = _own_files()
@@ -324,10 +336,10 @@ def _figures(spec: dict[str, Any], where: str) -> dict[str, Any]:
         "range_noise": read_range_noise(spec.get("range_noise", []), where),
         "ranging_accuracy": _ranging_accuracy(spec, where),
         "angular_accuracy_rad": None if arcsec is None else math.radians(arcsec / 3600.0),
-        "beam_divergence_rad": _scaled(_optional(spec, "beam_divergence_mrad", where, most=100.0), 1e-3),
-        "beam_diameter_m": _scaled(_optional(spec, "beam_diameter_mm", where, most=1000.0), 1e-3),
+        "beam_divergence_rad": _scaled(_optional(spec, "beam_divergence_mrad", where, most=100.0), 1e3),
+        "beam_diameter_m": _scaled(_optional(spec, "beam_diameter_mm", where, most=1000.0), 1e3),
         "beam_width_at": _beam_width_at(spec, where),
-        "wavelength_m": _scaled(_optional(spec, "wavelength_nm", where, most=100_000.0), 1e-9),
+        "wavelength_m": _scaled(_optional(spec, "wavelength_nm", where, most=100_000.0), 1e9),
         "dual_axis_compensator": compensator,
     }
 
@@ -341,7 +353,7 @@ def _ranging_accuracy(spec: dict[str, Any], where: str) -> tuple[float, float] |
     ppm = number(value.get("ppm", 0), "ranging_accuracy.ppm", where)
     if not 0 <= ppm <= 10_000:
         raise bad(where, f"ranging_accuracy.ppm = {ppm:g}", "0 to 10000")
-    return constant_mm / 1000.0, ppm * 1e-6
+    return constant_mm / 1000.0, ppm / 1e6
 
 
 def _beam_width_at(spec: dict[str, Any], where: str) -> str:
@@ -355,8 +367,9 @@ def _optional(spec: dict[str, Any], key: str, where: str, *, most: float) -> flo
     return measure(spec[key], key, where, above=0.0, most=most) if key in spec else None
 
 
-def _scaled(value: float | None, factor: float) -> float | None:
-    return None if value is None else value * factor
+def _scaled(value: float | None, parts: float) -> float | None:
+    """`value` of a unit that goes `parts` times into the one we use: dividing rounds as the decimal fraction does."""
+    return None if value is None else value / parts
 
 
 def _radians(degrees: FloatArray) -> tuple[float, ...]:

@@ -86,12 +86,15 @@ def read(tmp_path: Path, **change: object) -> Scanner:
     return load_scanner(path)
 
 
-def test_the_example_of_the_documentation_is_a_scanner(tmp_path: Path) -> None:
+def test_the_examples_of_the_documentation_are_scanners(tmp_path: Path) -> None:
     page = Path(__file__).resolve().parents[2] / "docs" / "formats" / "scanner.md"
-    path = tmp_path / "example.json"
-    path.write_text(page.read_text(encoding="utf-8").split("```json")[1].split("```")[0], encoding="utf-8")
-    scanner = load_scanner(path)
-    assert (scanner.n_azimuths, scanner.n_channels) == (2000, 601)
+    sizes = []
+    for example in page.read_text(encoding="utf-8").split("```json")[1:]:
+        path = tmp_path / "example.json"
+        path.write_text(example.split("```")[0], encoding="utf-8")
+        scanner = load_scanner(path)
+        sizes.append((scanner.mode, scanner.n_azimuths, scanner.n_channels))
+    assert sizes == [("fast", 5236, 2183), ("", 2000, 601)]
 
 
 def test_a_sector_has_both_its_ends(tmp_path: Path) -> None:
