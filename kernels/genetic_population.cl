@@ -5,12 +5,12 @@
  * Source     López et al. 2023, section 3.6 and Table 3. planner_core/genetic/operators.py is the same in NumPy, and gives
  *            the same bits: whole numbers alone, random numbers by counter (genetic_random.h).
  *
- * A generation   fill_pool -> breed -> list_active -> cover (genetic_cover.cl) -> judge -> rank -> replace_* -> rank
+ * A generation   fill_pool -> breed -> mend -> cover (genetic_cover.cl) -> judge -> rank -> replace_* -> rank
  *                -> note_best. Once state[STOPPED] is set all of them return at once, so that generations queued too
  *                many change nothing.
  *
  * Layout     genes (n, W) uint, W = ceil(N / 32): bit g % 32 of word g / 32 is candidate g, bits from N on are 0.
- *            facts (n, 3) long: key (greater is better), ticks covered, stations. order (n): individuals, best first.
+ *            facts (3, n) long: key (greater is better), ticks covered, stations. order (n): individuals, best first.
  *            rules: RULE_ below, ulong. state: STATE_ below, int.
  */
 #include "genetic_random.h"
@@ -55,14 +55,16 @@ static inline uint4 draw(global const ulong *rules, global const int *state, uin
 static inline uint random_word(global const ulong *rules, global const int *state, uint purpose, uint individual,
                                int word, ulong hit)
 {
-    const int n = (int)rules[RULE_GENES];
+    const int left = (int)rules[RULE_GENES] - 32 * word;
+    if (hit == 0) return 0;
+    const uint4 most = (uint4)((uint)(hit - 1));
     uint bits = 0;
-    for (int quad = 0; quad < 8 && 32 * word + 4 * quad < n; ++quad) {
+    for (int quad = 0; quad < 8 && 4 * quad < left; ++quad) {
         const uint4 x = draw(rules, state, purpose, individual, (uint)(8 * word + quad));
-        for (int k = 0; k < 4; ++k)
-            if (word_of(x, k) < hit && 32 * word + 4 * quad + k < n) bits |= 1u << (4 * quad + k);
+        const int4 hits = (x <= most) & (int4)(1, 2, 4, 8);
+        bits |= (uint)(hits.x | hits.y | hits.z | hits.w) << (4 * quad);
     }
-    return bits;
+    return left < 32 ? bits & ~(~0u << left) : bits;
 }
 
 /* Fill the individuals after the given ones: each has a rate of active genes of its own, drawn evenly.
@@ -105,21 +107,35 @@ static inline uint segment(int word, uint first, uint end)
     return from & to;
 }
 
-/* Which bits of a word the two children of a pair exchange. */
-static inline uint exchanged(global const ulong *rules, global const int *state, uint pair, int word)
+/* What the two children of a pair exchange: genes first .. end - 1, or at random. */
+typedef struct {
+    uint first, end;
+    bool at_random;
+} Exchange;
+
+static inline Exchange exchange_of(global const ulong *rules, global const int *state, uint pair, bool crossed)
 {
     const uint n = (uint)rules[RULE_GENES];
-    if (rules[RULE_CROSSOVER] == 3) return word_of(draw(rules, state, DRAW_MIX, pair, word / 4), word % 4);
+    Exchange exchange = {0, 0, false};
+    if (!crossed) return exchange;
+    exchange.at_random = rules[RULE_CROSSOVER] == 3;
+    if (exchange.at_random) return exchange;
     const uint4 x = draw(rules, state, DRAW_CUT, pair, 0);
-    if (rules[RULE_CROSSOVER] == 1) return segment(word, 1 + below(x.x, n - 1), n);
+    if (rules[RULE_CROSSOVER] == 1) {
+        exchange.first = 1 + below(x.x, n - 1);
+        exchange.end = n;
+        return exchange;
+    }
     /* Two different ones of the n + 1 places where a chromosome can be cut, its ends included. */
     const uint a = below(x.x, n + 1), other = below(x.y, n), b = other + (other >= a);
-    return segment(word, a < b ? a : b, a < b ? b : a);
+    exchange.first = a < b ? a : b;
+    exchange.end = a < b ? b : a;
+    return exchange;
 }
 
 /* Cross pairs of the pool, and mutate the children.
  * One work-item is some words of some pairs. NDRange (any, any): words by pairs. offspring (n_offspring, W) written, each
- * word once; child 2 p and 2 p + 1 are those of pair p. */
+ * word once; children 2 p and 2 p + 1 are those of pair p. */
 kernel void breed(global const ulong *rules, global const int *state, global const int *pool, global const uint *genes,
                   global uint *offspring)
 {
@@ -127,48 +143,52 @@ kernel void breed(global const ulong *rules, global const int *state, global con
     const int words = words_of(rules), n_offspring = (int)rules[RULE_OFFSPRING];
     const uint n_parents = (uint)rules[RULE_PARENTS];
     for (int pair = get_global_id(1); 2 * pair < n_offspring; pair += get_global_size(1)) {
-        /* 1. Two different places of the pool, and whether they are crossed. */
+        /* 1. Two different places of the pool, and what they exchange. */
         const uint4 mate = draw(rules, state, DRAW_MATE, pair, 0);
         const uint one = below(mate.x, n_parents), step = 1 + below(mate.y, n_parents - 1);
         const uint two = one + step < n_parents ? one + step : one + step - n_parents;
-        const bool crossed = mate.z < rules[RULE_CROSS];
         global const uint *mother = genes + (size_t)pool[one] * words, *father = genes + (size_t)pool[two] * words;
+        const Exchange exchange = exchange_of(rules, state, pair, mate.z < rules[RULE_CROSS]);
         for (int child = 2 * pair; child < 2 * pair + 2 && child < n_offspring; ++child) {
-            const bool mutates = draw(rules, state, DRAW_MUTATE, child, 0).x < rules[RULE_MUTATE];
+            const ulong flip = draw(rules, state, DRAW_MUTATE, child, 0).x < rules[RULE_MUTATE] ? rules[RULE_FLIP] : 0;
             global const uint *own = child & 1 ? father : mother, *partner = child & 1 ? mother : father;
             for (int word = get_global_id(0); word < words; word += get_global_size(0)) {
-                /* 2. Exchange a part. */
-                const uint swap = crossed ? exchanged(rules, state, pair, word) : 0u;
-                uint bits = (own[word] & ~swap) | (partner[word] & swap);
-                /* 3. Flip genes. */
-                if (mutates) bits ^= random_word(rules, state, DRAW_FLIP, child, word, rules[RULE_FLIP]);
-                offspring[(size_t)child * words + word] = bits;
+                uint swap = segment(word, exchange.first, exchange.end);
+                if (exchange.at_random) swap = word_of(draw(rules, state, DRAW_MIX, pair, word / 4), word % 4);
+                const uint bits = (own[word] & ~swap) | (partner[word] & swap);
+                /* 2. Flip genes. */
+                offspring[(size_t)child * words + word] =
+                    bits ^ random_word(rules, state, DRAW_FLIP, child, word, flip);
             }
         }
     }
 }
 
-/* List the active genes of n individuals; one without any gets a random one.
- * One work-item is one individual. NDRange (n). list (n, N) written up to n_listed (n); genes changed where all were 0. */
-kernel void list_active(global const ulong *rules, global const int *state, global uint *genes, global int *list,
-                        global int *n_listed)
+/* Set bits of a word. Operators: PoCL 3.0 leaves popcount a call. */
+static inline int bits_set(uint word)
+{
+    word -= (word >> 1) & 0x55555555u;
+    word = (word & 0x33333333u) + ((word >> 2) & 0x33333333u);
+    return (int)((((word + (word >> 4)) & 0x0f0f0f0fu) * 0x01010101u) >> 24);
+}
+
+/* Count the stations of n individuals; one without any gets a random one.
+ * One work-item is some individuals. NDRange (any). genes changed where all were 0; facts: stations written. */
+kernel void mend(global const ulong *rules, global const int *state, int n, global uint *genes, global long *facts)
 {
     if (state[STATE_STOPPED]) return;
-    const int individual = get_global_id(0), words = words_of(rules);
-    global uint *own = genes + (size_t)individual * words;
-    global int *mine = list + (size_t)individual * (int)rules[RULE_GENES];
-    int n = 0;
-    for (int word = 0; word < words; ++word) {
-        uint bits = own[word];
-        /* The number of a lone bit is the exponent of its float. */
-        for (; bits != 0; bits &= bits - 1) mine[n++] = 32 * word + (int)(as_uint((float)(bits & -bits)) >> 23) - 127;
+    const int words = words_of(rules);
+    for (int individual = get_global_id(0); individual < n; individual += get_global_size(0)) {
+        global uint *own = genes + (size_t)individual * words;
+        int active = 0;
+        for (int word = 0; word < words; ++word) active += bits_set(own[word]);
+        if (active == 0) {
+            const uint gene = below(draw(rules, state, DRAW_MEND, individual, 0).x, (uint)rules[RULE_GENES]);
+            own[gene / 32] = 1u << (gene % 32);
+            active = 1;
+        }
+        facts[(size_t)n * ACTIVE + individual] = active;
     }
-    if (n == 0) {
-        const uint gene = below(draw(rules, state, DRAW_MEND, individual, 0).x, (uint)rules[RULE_GENES]);
-        own[gene / 32] = 1u << (gene % 32);
-        mine[n++] = (int)gene;
-    }
-    n_listed[individual] = n;
 }
 
 /* The key of the objectives: see planner_core/genetic/objective.py. missing: ticks that targets lack, added up. */
@@ -184,30 +204,28 @@ static inline long key_of(global const ulong *rules, long covered, long active, 
 }
 
 /* Add up what `cover` left of each individual, and turn it into facts.
- * One work-item is one individual. NDRange (n). sums (n, n_tiles, n_slots) ulong; facts written.
+ * One work-item is some individuals. NDRange (any). sums (n, n_tiles, n_slots) ulong; facts: key and ticks written.
  * class_of (n_tiles): class of each tile's rows. counts (n_targets, n_classes): 1 where a target counts a class.
  * required (n_targets) ticks. */
-kernel void judge(global const ulong *rules, global const int *state, global const int *n_listed,
-                  global const ulong *sums, int n_tiles, int n_slots, global const int *class_of,
-                  global const uchar *counts, int n_classes, global const long *required, int n_targets,
-                  global long *facts)
+kernel void judge(global const ulong *rules, global const int *state, int n, global const ulong *sums, int n_tiles,
+                  int n_slots, global const int *class_of, global const uchar *counts, int n_classes,
+                  global const long *required, int n_targets, global long *facts)
 {
     if (state[STATE_STOPPED]) return;
-    const int individual = get_global_id(0);
-    global const ulong *own = sums + (size_t)individual * n_tiles * n_slots;
-    long covered = 0, missing = 0;
-    for (int i = 0; i < n_tiles * n_slots; ++i) covered += (long)own[i];
-    for (int target = 0; target < n_targets; ++target) {
-        long lacks = required[target];
-        for (int tile = 0; tile < n_tiles; ++tile)
-            if (counts[target * n_classes + class_of[tile]])
-                for (int slot = 0; slot < n_slots; ++slot) lacks -= (long)own[tile * n_slots + slot];
-        missing += lacks > 0 ? lacks : 0;
+    for (int individual = get_global_id(0); individual < n; individual += get_global_size(0)) {
+        global const ulong *own = sums + (size_t)individual * n_tiles * n_slots;
+        long covered = 0, missing = 0;
+        for (int i = 0; i < n_tiles * n_slots; ++i) covered += (long)own[i];
+        for (int target = 0; target < n_targets; ++target) {
+            long lacks = required[target];
+            for (int tile = 0; tile < n_tiles; ++tile)
+                if (counts[target * n_classes + class_of[tile]])
+                    for (int slot = 0; slot < n_slots; ++slot) lacks -= (long)own[tile * n_slots + slot];
+            missing += lacks > 0 ? lacks : 0;
+        }
+        facts[(size_t)n * KEY + individual] = key_of(rules, covered, facts[(size_t)n * ACTIVE + individual], missing);
+        facts[(size_t)n * COVERED + individual] = covered;
     }
-    global long *fact = facts + (size_t)FACTS * individual;
-    fact[KEY] = key_of(rules, covered, n_listed[individual], missing);
-    fact[COVERED] = covered;
-    fact[ACTIVE] = n_listed[individual];
 }
 
 /* Order n individuals by key, the best first; of equals the lower number.
@@ -215,46 +233,51 @@ kernel void judge(global const ulong *rules, global const int *state, global con
 kernel void rank(global const int *state, global const long *facts, int n, global int *order)
 {
     if (state[STATE_STOPPED]) return;
+    global const long *keys = facts + (size_t)n * KEY;
     for (int individual = get_global_id(0); individual < n; individual += get_global_size(0)) {
-        const long key = facts[(size_t)FACTS * individual + KEY];
-        int better = 0;
-        for (int i = 0; i < individual; ++i) better += facts[(size_t)FACTS * i + KEY] >= key;
-        for (int i = individual + 1; i < n; ++i) better += facts[(size_t)FACTS * i + KEY] > key;
+        const long key = keys[individual];
+        long better = 0;
+        for (int i = 0; i < individual; ++i) better += keys[i] >= key;
+        for (int i = individual + 1; i < n; ++i) better += keys[i] > key;
         order[better] = individual;
     }
 }
 
-/* Overwrite individual `to` of the population by an offspring. */
-static inline void take(int words, global const uint *offspring, global const long *offspring_facts, int from,
-                        global uint *genes, global long *facts, int to)
+/* Overwrite individual `to` of the population by offspring `from`. */
+static inline void take(global const ulong *rules, global const uint *offspring, global const long *offspring_facts,
+                        int from, global uint *genes, global long *facts, int to)
 {
+    const int words = words_of(rules);
     for (int word = 0; word < words; ++word) genes[(size_t)to * words + word] = offspring[(size_t)from * words + word];
     for (int fact = 0; fact < FACTS; ++fact)
-        facts[(size_t)FACTS * to + fact] = offspring_facts[(size_t)FACTS * from + fact];
+        facts[rules[RULE_POPULATION] * fact + to] = offspring_facts[rules[RULE_OFFSPRING] * fact + from];
 }
 
 /* Stationary replacement: the best offspring takes the place of the worst individual if it is better, the second best
  * that of the second worst, and so on: what is left are the best of both together.
- * One work-item is one offspring. NDRange (n_offspring). genes, facts changed, each individual by one work-item. */
+ * One work-item is some offspring. NDRange (any). genes, facts changed, each individual by one work-item. */
 kernel void replace_worst(global const ulong *rules, global const int *state, global const int *order,
                           global const int *offspring_order, global const uint *offspring,
                           global const long *offspring_facts, global uint *genes, global long *facts)
 {
     if (state[STATE_STOPPED]) return;
-    const int i = get_global_id(0), from = offspring_order[i], to = order[(int)rules[RULE_POPULATION] - 1 - i];
-    if (offspring_facts[(size_t)FACTS * from + KEY] > facts[(size_t)FACTS * to + KEY])
-        take(words_of(rules), offspring, offspring_facts, from, genes, facts, to);
+    const int n = (int)rules[RULE_POPULATION], n_offspring = (int)rules[RULE_OFFSPRING];
+    for (int i = get_global_id(0); i < n_offspring; i += get_global_size(0)) {
+        const int from = offspring_order[i], to = order[n - 1 - i];
+        if (offspring_facts[from] > facts[to]) take(rules, offspring, offspring_facts, from, genes, facts, to);
+    }
 }
 
 /* Generational replacement: offspring take the places of all but the best individuals.
- * One work-item is one offspring. NDRange (n_offspring). As above. */
+ * One work-item is some offspring. NDRange (any). As above. */
 kernel void replace_all(global const ulong *rules, global const int *state, global const int *order,
                         global const uint *offspring, global const long *offspring_facts, global uint *genes,
                         global long *facts)
 {
     if (state[STATE_STOPPED]) return;
-    const int i = get_global_id(0);
-    take(words_of(rules), offspring, offspring_facts, i, genes, facts, order[(int)rules[RULE_ELITE] + i]);
+    const int n_offspring = (int)rules[RULE_OFFSPRING], n_elite = (int)rules[RULE_ELITE];
+    for (int i = get_global_id(0); i < n_offspring; i += get_global_size(0))
+        take(rules, offspring, offspring_facts, i, genes, facts, order[n_elite + i]);
 }
 
 /* Keep the best solution so far, count the iteration, decide whether to stop.
@@ -265,10 +288,10 @@ kernel void note_best(global const ulong *rules, global int *state, global const
 {
     if (state[STATE_STOPPED]) return;
     const int iteration = state[STATE_ITERATION] + 1, words = words_of(rules);
-    global const long *leader = facts + (size_t)FACTS * order[0];
     global long *now = history + (size_t)FACTS * iteration;
-    const bool improved = iteration == 0 || leader[KEY] > now[KEY - FACTS];
-    for (int fact = 0; fact < FACTS; ++fact) now[fact] = improved ? leader[fact] : now[fact - FACTS];
+    const bool improved = iteration == 0 || facts[order[0]] > now[KEY - FACTS];
+    for (int fact = 0; fact < FACTS; ++fact)
+        now[fact] = improved ? facts[rules[RULE_POPULATION] * fact + order[0]] : now[fact - FACTS];
     if (improved) {
         for (int word = 0; word < words; ++word) best[word] = genes[(size_t)order[0] * words + word];
         state[STATE_IMPROVED] = iteration;

@@ -1,7 +1,8 @@
 """How coverage lies on the device: rows as bits in tiles of words, for all candidates side by side, and their weights.
 
 Input `CoverRows`, output `Tiles`; kernels/genetic_cover.cl reads them. Rows that the same targets count form a class; a
-tile holds rows of one class alone, so that a target's sum is that of whole tiles.
+tile holds rows of one class alone, so that a target's sum is that of whole tiles. A row that weighs more than
+`PART_BITS` hold is in one tile with its low bits and in another one with those above.
 """
 
 from __future__ import annotations
@@ -12,22 +13,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.genetic.problem import CoverRows
-from planner_core.model import Int32Array, Int64Array
+from planner_core.model import BoolArray, Int32Array, Int64Array
 
-#: Weights are added up in 32 bits, 256 of them: those that need more bits are split.
-PART_BITS = 24
+#: Weights are added up in 32 bits, 32 at a time.
+PART_BITS = 27
 
 
 @dataclass(frozen=True)
 class Tiles:
     """Bits, weights and classes, tile by tile; the row at place i of a tile is bit i // W of word i % W.
 
-    bits : (n_tiles, N, W) uint32. weights : (n_tiles, parts, 32, W) uint32. class_of : (n_tiles,) int32.
-    counts : (K, n_classes) uint8, 1 where a target counts a class.
+    bits : (n_tiles, N, W) uint32. weights : (n_tiles, 32, W) uint32, in units of 2^shift ticks. shift : (n_tiles,)
+    int32. near : (n_tiles, ceil(N / 32)) uint32, candidates that see anything of the tile, bit by bit. class_of :
+    (n_tiles,) int32. counts : (K, n_classes) uint8, 1 where a target counts a class.
     """
 
     bits: NDArray[np.uint32]
     weights: NDArray[np.uint32]
+    shift: Int32Array
+    near: NDArray[np.uint32]
     class_of: Int32Array
     counts: NDArray[np.uint8]
 
@@ -36,51 +40,81 @@ class Tiles:
         """Number of tiles, at least 1."""
         return int(self.bits.shape[0])
 
-    @property
-    def n_parts(self) -> int:
-        """1 or 2: 24-bit parts of a weight."""
-        return int(self.weights.shape[1])
-
 
 def lay_out(problem: CoverRows, *, words: int) -> Tiles:
     """Arrange rows in tiles of `words` words of 32 rows each; places that no row fills weigh nothing."""
-    n_candidates = problem.starts.size - 1
-    class_of_row, counts = _classes(problem)
-    place, class_of = _places(class_of_row, n_classes=counts.shape[1], tile_rows=32 * words)
-    n_tiles = class_of.size
-    bits = np.zeros((n_tiles, n_candidates, words), dtype=np.uint32)
-    candidate = np.repeat(np.arange(n_candidates), np.diff(problem.starts))
-    at = place[problem.row]
-    inside = at % (32 * words)
-    np.bitwise_or.at(
-        bits, (at // (32 * words), candidate, inside % words), np.uint32(1) << (inside // words).astype(np.uint32)
+    class_of_row, counts = classes_of(problem)
+    part_of, row_of = _parts(problem.ticks)
+    # Kinds: a class and a part of the weight. Tiles of one kind follow each other.
+    kind = part_of * counts.shape[1] + class_of_row[row_of]
+    place, kind_of_tile = _places(kind, tile_rows=32 * words)
+    bits = _bits(problem, row_of, place, n_tiles=kind_of_tile.size, words=words)
+    weights = np.zeros(kind_of_tile.size * 32 * words, dtype=np.uint32)
+    weights[place] = problem.ticks[row_of] >> (PART_BITS * part_of) & (2**PART_BITS - 1)
+    return Tiles(
+        bits=bits,
+        weights=weights.reshape(-1, 32, words),
+        shift=(PART_BITS * (kind_of_tile // counts.shape[1])).astype(np.int32),
+        near=pack(np.any(bits, axis=2)),
+        class_of=(kind_of_tile % counts.shape[1]).astype(np.int32),
+        counts=counts,
     )
-    ticks = np.zeros(n_tiles * 32 * words, dtype=np.int64)
-    ticks[place] = problem.ticks
-    by_tile = ticks.reshape(n_tiles, 1, 32, words)
-    parts = [by_tile & (2**PART_BITS - 1)]
-    if (by_tile >> PART_BITS).any():
-        parts.append(by_tile >> PART_BITS)
-    return Tiles(bits, np.concatenate(parts, axis=1).astype(np.uint32), class_of, counts)
 
 
-def _classes(problem: CoverRows) -> tuple[Int64Array, NDArray[np.uint8]]:
-    """Class of every row, and (K, n_classes) which targets count it."""
-    n_rows = problem.ticks.size
-    if n_rows == 0 or problem.counts_for.shape[0] == 0:
-        return np.zeros(n_rows, dtype=np.int64), np.zeros((problem.counts_for.shape[0], 1), dtype=np.uint8)
+def pack(genes: BoolArray) -> NDArray[np.uint32]:
+    """(n, N) bool as (n, ceil(N / 32)) words: bit g % 32 of word g / 32 is g."""
+    n_words = -(-genes.shape[1] // 32)
+    padded = np.zeros((len(genes), 32 * n_words), dtype=bool)
+    padded[:, : genes.shape[1]] = genes
+    return np.packbits(padded, axis=1, bitorder="little").view("<u4").astype(np.uint32)
+
+
+def classes_of(problem: CoverRows) -> tuple[Int64Array, NDArray[np.uint8]]:
+    """(R,) class of every row, 0, 1, ... each of which has rows, and (K, n_classes) which targets count it."""
+    n_targets, n_rows = problem.counts_for.shape[0], problem.ticks.size
+    if n_rows == 0 or n_targets == 0:
+        return np.zeros(n_rows, dtype=np.int64), np.zeros((n_targets, 1), dtype=np.uint8)
     kinds, class_of_row = np.unique(problem.counts_for, axis=1, return_inverse=True)
     return class_of_row.reshape(-1).astype(np.int64), kinds.astype(np.uint8)
 
 
-def _places(class_of_row: Int64Array, *, n_classes: int, tile_rows: int) -> tuple[Int64Array, Int32Array]:
-    """Place of every row, classes one after the other from a new tile on each; and the class of every tile."""
-    size = np.bincount(class_of_row, minlength=n_classes)
-    n_tiles = np.maximum(-(-size // tile_rows), 1)
+def _parts(ticks: Int64Array) -> tuple[Int64Array, Int64Array]:
+    """Parts of weights that are not zero, and the rows that they belong to; every row has its part 0."""
+    rows = [np.arange(ticks.size)]
+    while (more := np.flatnonzero(ticks >> (PART_BITS * len(rows)))).size:
+        rows.append(more)
+    return np.repeat(np.arange(len(rows)), [row.size for row in rows]), np.concatenate(rows)
+
+
+def _places(kind: Int64Array, *, tile_rows: int) -> tuple[Int64Array, Int64Array]:
+    """Place of every entry, kinds one after the other from a new tile on each; and the kind of every tile."""
+    kinds, index, size = np.unique(kind, return_inverse=True, return_counts=True)
+    n_tiles = -(-size // tile_rows)
     first_tile = np.cumsum(n_tiles) - n_tiles
-    order = np.argsort(class_of_row, kind="stable")
-    sorted_class = class_of_row[order]
-    rank = np.arange(class_of_row.size) - (np.cumsum(size) - size)[sorted_class]
-    place = np.empty(class_of_row.size, dtype=np.int64)
-    place[order] = first_tile[sorted_class] * tile_rows + rank
-    return place, np.repeat(np.arange(n_classes, dtype=np.int32), n_tiles)
+    order = np.argsort(index, kind="stable")
+    of_sorted = index[order]
+    place = np.empty(kind.size, dtype=np.int64)
+    place[order] = first_tile[of_sorted] * tile_rows + np.arange(kind.size) - (np.cumsum(size) - size)[of_sorted]
+    kind_of_tile: Int64Array = np.repeat(kinds, n_tiles)
+    return place, kind_of_tile if kind_of_tile.size else np.zeros(1, dtype=np.int64)
+
+
+def _bits(problem: CoverRows, row_of: Int64Array, place: Int64Array, *, n_tiles: int, words: int) -> NDArray[np.uint32]:
+    """(n_tiles, N, words): what every candidate sees of every tile."""
+    n_candidates = problem.starts.size - 1
+    bits = np.zeros((n_tiles, n_candidates, words), dtype=np.uint32)
+    candidate_of = np.repeat(np.arange(n_candidates), np.diff(problem.starts))
+    # Entry e is one of row_of[e]; entries of one row are as many as its weight has parts.
+    by_row = np.argsort(row_of, kind="stable")
+    n_parts = np.bincount(row_of, minlength=problem.ticks.size)
+    first = np.cumsum(n_parts) - n_parts
+    for part in range(int(n_parts.max(initial=0))):
+        has = n_parts[problem.row] > part
+        at = place[by_row[first[problem.row[has]] + part]]
+        inside = at % (32 * words)
+        where = ((at // (32 * words) * n_candidates) + candidate_of[has]) * words + inside % words
+        # Several bits of one word: those of one bit number at a time lie in different words.
+        for bit in range(32):
+            own = inside // words == bit
+            bits.reshape(-1)[where[own]] |= np.uint32(1 << bit)
+    return bits

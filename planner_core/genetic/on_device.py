@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.device import Buffer, Device, Program
-from planner_core.genetic.layout import Tiles, lay_out
+from planner_core.genetic.layout import Tiles, lay_out, pack
 from planner_core.genetic.objective import Objective
 from planner_core.genetic.operators import rate_range
 from planner_core.genetic.philox import threshold
@@ -106,13 +106,15 @@ class _Population:
         self._population = device.program("genetic_population.cl", {})
         self._cover = device.program(
             "genetic_cover.cl",
-            {"LANES": shape.lanes, "DEPTH": shape.depth, "TILE": shape.words, "PARTS": tiles.n_parts},
+            {"LANES": shape.lanes, "DEPTH": shape.depth, "TILE": shape.words},
         )
         self._history = np.zeros((settings.max_iterations + 1, _FACTS), dtype=np.int64)
         self._counts = (np.int32(tiles.counts.shape[1]), np.int32(tiles.counts.shape[0]))
         arrays: dict[str, NDArray[Any]] = {
             "bits": tiles.bits,
             "weights": tiles.weights,
+            "shift": tiles.shift,
+            "near": tiles.near,
             "class_of": tiles.class_of,
             "counts": tiles.counts,
             "required": problem.required.astype(np.int64),
@@ -156,9 +158,11 @@ class _Population:
         changed = ("offspring", "offspring_facts", "genes", "facts")
         if settings.replacement == "stationary":
             self._rank("offspring_facts", n_offspring, "offspring_order")
-            self._run("replace_worst", (n_offspring,), "rules", "state", "order", "offspring_order", *changed)
+            self._run(
+                "replace_worst", (self._runs(n_offspring),), "rules", "state", "order", "offspring_order", *changed
+            )
         else:
-            self._run("replace_all", (n_offspring,), "rules", "state", "order", *changed)
+            self._run("replace_all", (self._runs(n_offspring),), "rules", "state", "order", *changed)
         self._rank("facts", settings.population, "order")
         self._note()
 
@@ -178,12 +182,14 @@ class _Population:
         return bits.astype(bool)
 
     def _judge(self, genes: str, facts: str, n: int) -> None:
-        self._run("list_active", (n,), "rules", "state", genes, "list", "n_listed")
-        slots = self._shape.slots
-        covered = ("state", "bits", "weights", np.int32(self._n_genes), "list", "n_listed", np.int32(n), "sums")
-        self._run("cover", (slots, self._runs(n), self._n_tiles), *covered, program=self._cover)
-        tiles = (np.int32(self._n_tiles), np.int32(slots), "class_of", "counts", self._counts[0])
-        self._run("judge", (n,), "rules", "state", "n_listed", "sums", *tiles, "required", self._counts[1], facts)
+        """Queue mending and evaluating n individuals."""
+        runs, slots, count = self._runs(n), self._shape.slots, np.int32(n)
+        self._run("mend", (runs,), "rules", "state", count, genes, facts)
+        tiles = ("bits", "weights", "shift", "near", np.int32(self._n_genes))
+        self._run("cover", (slots, runs, self._n_tiles), "state", *tiles, genes, count, "sums", program=self._cover)
+        sums = ("sums", np.int32(self._n_tiles), np.int32(slots))
+        targets = ("class_of", "counts", self._counts[0], "required", self._counts[1])
+        self._run("judge", (runs,), "rules", "state", count, *sums, *targets, facts)
 
     def _rank(self, facts: str, n: int, order: str) -> None:
         self._run("rank", (self._runs(n),), "state", facts, np.int32(n), order)
@@ -203,8 +209,6 @@ class _Population:
         n, n_offspring = self._settings.population, self._settings.n_offspring
         most = max(n, n_offspring)
         return {
-            "list": 4 * most * self._n_genes,
-            "n_listed": 4 * most,
             "sums": 8 * most * self._n_tiles * self._shape.slots,
             "facts": 8 * _FACTS * n,
             "order": 4 * n,
@@ -215,14 +219,6 @@ class _Population:
             "history": self._history.nbytes,
             "best": 4 * self._n_words,
         }
-
-
-def pack(genes: BoolArray) -> NDArray[np.uint32]:
-    """(n, N) bool as (n, ceil(N / 32)) words: bit g % 32 of word g / 32 is gene g."""
-    n_words = -(-genes.shape[1] // 32)
-    padded = np.zeros((len(genes), 32 * n_words), dtype=bool)
-    padded[:, : genes.shape[1]] = genes
-    return np.packbits(padded, axis=1, bitorder="little").view("<u4").astype(np.uint32)
 
 
 def _rules(settings: GeneticSettings, objective: Objective) -> NDArray[np.uint64]:

@@ -14,8 +14,6 @@ from planner_core.model import BoolArray, Int64Array
 
 #: Keys of the objectives have to stay below this; see `planner_core.genetic.objective`.
 MAX_KEY = 2**62
-#: Weights of rows have to stay below this: two parts of 24 bits, see `planner_core.genetic.layout`.
-MAX_TICKS = 2**48
 
 
 class CoverRows(Protocol):
@@ -63,9 +61,4 @@ def check_problem(problem: CoverRows) -> None:
         raise RequirementError(
             f"genetic selection: got {n_candidates} candidates and {total:.3g} ticks of surface in all, expected a "
             f"product below {MAX_KEY:.3g}; plan fewer floors at a time or use a coarser grid step"
-        )
-    if problem.ticks.size and int(problem.ticks.max()) >= MAX_TICKS:
-        raise RequirementError(
-            f"genetic selection: got a row of {int(problem.ticks.max())} ticks, expected less than {MAX_TICKS}; "
-            "use smaller patches"
         )
