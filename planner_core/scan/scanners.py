@@ -59,7 +59,7 @@ _TURN_SLACK_DEG = 1e-6
 
 
 @dataclass(frozen=True)
-class _Grid:
+class _Beams:
     """What beams a file asks for, in one mode."""
 
     n_azimuths: int
@@ -152,25 +152,25 @@ def _read(content: str, *, where: str, mode: str | None = None) -> Scanner:
     spec = _spec(content, where)
     numbers = {key: number(spec[key], key, where) for key in _NUMBERS}
     _check_ranges(numbers, where)
-    grid = _grid_of_mode(spec, mode, where) if "modes" in spec else _grid_of_file(spec, mode, where)
+    beams = _beams_of_mode(spec, mode, where) if "modes" in spec else _beams_of_file(spec, mode, where)
     mounting = spec.get("mounting", "upright")
     if mounting not in _MOUNTINGS:
         raise bad(where, f"mounting = {shown(mounting)}", " or ".join(_MOUNTINGS))
     return Scanner(
         name=spec["name"],
-        title=spec["title"] if grid.mode is None else f"{spec['title']}, {grid.mode.title}",
+        title=spec["title"] if beams.mode is None else f"{spec['title']}, {beams.mode.title}",
         source=spec["source"],
         range_min_m=numbers["range_min_m"],
         range_max_m=numbers["range_max_m"],
-        n_azimuths=grid.n_azimuths,
-        elevation_rad=_radians(grid.elevation_deg),
+        n_azimuths=beams.n_azimuths,
+        elevation_rad=_radians(beams.elevation_deg),
         instrument_height_min_m=numbers["instrument_height_min_m"],
         instrument_height_max_m=numbers["instrument_height_max_m"],
-        azimuth_range_rad=grid.azimuth_range_rad,
-        azimuth_offset_rad=_radians(grid.azimuth_offset_deg),
+        azimuth_range_rad=beams.azimuth_range_rad,
+        azimuth_offset_rad=_radians(beams.azimuth_offset_deg),
         inverted=mounting == "inverted",
-        mode="" if grid.mode is None else grid.mode.id,
-        seconds_per_scan=None if grid.mode is None else grid.mode.seconds,
+        mode="" if beams.mode is None else beams.mode.id,
+        seconds_per_scan=None if beams.mode is None else beams.mode.seconds,
         **_figures(spec, where),
     )
 
@@ -193,7 +193,7 @@ def _check_ranges(numbers: dict[str, float], where: str) -> None:
 
 
 # ------------------------------------------------------------------------------------- beams by mode
-def _grid_of_mode(spec: dict[str, Any], asked: str | None, where: str) -> _Grid:
+def _beams_of_mode(spec: dict[str, Any], asked: str | None, where: str) -> _Beams:
     """Even beams over a full turn and the vertical field, in steps of the mode asked for or the default one."""
     modes = read_modes(spec["modes"], where)
     if given := sorted(spec.keys() & _GRID):
@@ -213,7 +213,7 @@ def _grid_of_mode(spec: dict[str, Any], asked: str | None, where: str) -> _Grid:
             f"pick a coarser mode or spacing, such as {where}:6mm",
         )
     elevation_deg = np.linspace(first, last, grid.n_channels)
-    return _Grid(grid.n_azimuths, elevation_deg, None, np.empty(0), mode)
+    return _Beams(grid.n_azimuths, elevation_deg, None, np.empty(0), mode)
 
 
 def _default_mode(spec: dict[str, Any], modes: tuple[ScanMode, ...], where: str) -> str:
@@ -232,7 +232,7 @@ def _angle(value: Any, key: str, where: str) -> float:
 
 
 # ----------------------------------------------------------------------------- beams listed one by one
-def _grid_of_file(spec: dict[str, Any], asked: str | None, where: str) -> _Grid:
+def _beams_of_file(spec: dict[str, Any], asked: str | None, where: str) -> _Beams:
     """The beams of a file without modes: each channel's elevation and offset, azimuths of a turn or a sector."""
     if asked is not None:
         raise bad(where, f"mode {shown(asked)}", "no mode: it has one resolution alone", f"use {where}")
@@ -244,7 +244,7 @@ def _grid_of_file(spec: dict[str, Any], asked: str | None, where: str) -> _Grid:
         raise bad(where, f"{n_azimuths} azimuths x {elevation_deg.size} channels", f"at most {MAX_BEAMS} beams in all")
     offset_deg = _azimuth_offset_deg(spec.get("azimuth_offset_deg", []), elevation_deg.size, where)
     _check_channels(elevation_deg, offset_deg, where)
-    return _Grid(n_azimuths, elevation_deg, azimuth_range_rad, offset_deg, None)
+    return _Beams(n_azimuths, elevation_deg, azimuth_range_rad, offset_deg, None)
 
 
 def _azimuths(spec: dict[str, Any], where: str) -> tuple[int, tuple[float, float] | None]:
