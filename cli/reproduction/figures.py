@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import eq9
+from . import eq9, fig16
 from .figure import Figure
 
 FIGURES: tuple[Figure, ...] = (
@@ -13,5 +13,13 @@ FIGURES: tuple[Figure, ...] = (
         "towards the most polygons with the fewest scans.",
         eq9.run,
         "a grid of 1 m and 900 columns a scan instead of 0.5 m and 4500",
+    ),
+    Figure(
+        "fig16",
+        "Fig. 16: genetic selection on the device and on the host",
+        "the whole genetic algorithm on a graphics card is significantly faster than the multi-core version on the "
+        "host, since nothing is transferred before and after every evaluation.",
+        fig16.run,
+        "a grid of 1 m, 900 columns a scan, 10 iterations and populations up to 500",
     ),
 )

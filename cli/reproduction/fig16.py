@@ -1,0 +1,91 @@
+"""Fig. 16, genetic selection on the device and on the host: the same trajectory, and how long each takes."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from planner_core.genetic import GeneticSettings, select_genetic
+from planner_core.select.problem import CoverProblem, Target, cover_problem
+
+from .charts import COLOURS, chart, label
+from .figure import Bench, Outcome
+from .levels import open_level
+
+#: Times that both are run, one after the other; the median counts.
+_REPEATS = 3
+
+
+def run(bench: Bench) -> Outcome:
+    """Time equal evolutions of several population sizes on both engines, side by side."""
+    problem = _problem(bench)
+    populations = bench.at((100, 250, 500), (100, 250, 500, 1000, 2000))
+    iterations = bench.at(10, 200)
+    base = GeneticSettings(seed=bench.seed, max_iterations=iterations, patience=iterations, expected_active=60.0)
+    ratios: list[float] = []
+    shares: list[tuple[float, float]] = []
+    same = True
+    for done, population in enumerate(populations):
+        bench.tell(done, len(populations), f"population {population}")
+        settings = replace(base, population=population, n_parents=population // 2)
+        device_s, host_s, equal = _times(problem, settings)
+        same &= equal
+        ratios.append(float(np.median(np.array(host_s) / np.array(device_s))))
+        shares.append((float(np.median(device_s)), float(np.median(host_s))))
+    bench.tell(len(populations), len(populations))
+    slowest = max(host for _, host in shares)
+    with chart(bench, "fig16.png", "Time of an evolution by population, device and host", columns=2) as (
+        _,
+        axes,
+        drawn,
+    ):
+        axes[0].plot(
+            populations, [host / slowest for _, host in shares], "o-", color=COLOURS[1], label="host, all cores"
+        )
+        axes[0].plot(populations, [device / slowest for device, _ in shares], "o-", color=COLOURS[0], label="device")
+        axes[0].legend(fontsize=8, frameon=False)
+        label(axes[0], f"{iterations} iterations", "population", "time, the longest is 1")
+        axes[1].plot(populations, ratios, "o-", color=COLOURS[2])
+        axes[1].set_ylim(bottom=0)
+        label(axes[1], "Host over device", "population", "ratio of times")
+    return Outcome(
+        found=(
+            f"with {problem.n_candidates} candidates and {problem.n_rows} merged rows of patches, the whole loop on "
+            f"the device takes 1 / {min(ratios):.1f} to 1 / {max(ratios):.1f} of the time of the host version, which "
+            f"runs the same operators with the same random numbers on all cores (populations of {populations[0]} to "
+            f"{populations[-1]}, medians of {_REPEATS}). The device was {_device(problem, base)}: the same processor, "
+            f"unless it names a GPU. Both went the same way, bit for bit: {'yes' if same else 'NO'}."
+        ),
+        agrees="yes" if min(ratios) > 1.5 and same else "partly" if max(ratios) > 1.0 else "no",
+        pictures=tuple(drawn),
+        numbers={"populations": list(populations), "host_over_device": ratios, "same_trajectory": same},
+    )
+
+
+def _problem(bench: Bench) -> CoverProblem:
+    level = open_level(bench, "basement", n_azimuths=bench.at(900, None), grid_step_m=bench.at(1.0, 0.5))
+    visibility = level.engine.visible_patches(level.survey.template, level.candidates().position_m)
+    area_m2 = level.survey.patches.area_m2
+    seen = np.zeros(area_m2.size, dtype=bool)
+    seen[visibility.patch] = True
+    return cover_problem(visibility, area_m2, (Target(seen, 0.95),))
+
+
+def _times(problem: CoverProblem, settings: GeneticSettings) -> tuple[list[float], list[float], bool]:
+    """Seconds on the device and on the host, run by run, and whether both went the same way."""
+    select_genetic(problem, replace(settings, max_iterations=1))  # builds the kernels
+    device_s, host_s, same = [], [], True
+    for _ in range(_REPEATS):
+        ends = []
+        for engine, seconds in (("device", device_s), ("host", host_s)):
+            start = time.perf_counter()
+            ends.append(select_genetic(problem, settings, engine=engine))
+            seconds.append(time.perf_counter() - start)
+        same &= bool(np.array_equal(ends[0].key_by_iteration, ends[1].key_by_iteration))
+    return device_s, host_s, same
+
+
+def _device(problem: CoverProblem, settings: GeneticSettings) -> str:
+    return select_genetic(problem, replace(settings, max_iterations=0)).device
