@@ -106,7 +106,8 @@ def _fabric() -> list[Part]:
             for name, _, high, _ in _EAST_ROOMS[:-1]
         ),
         stairs("Stairs", 0, foot_m=(6.25, 15.2, 0.0), width_m=1.2, rise_m=3.7, n_risers=21, going_m=0.24),
-        services.round_railing("Stair rail", 0, (7.56, 15.2, 0.0), (7.56, 20.0, 0.0)),
+        # It ends where the flight leaves the storey.
+        services.stair_rail("Stair rail", 0, (7.38, 15.2, 0.0), going_m=0.24, riser_m=3.7 / 21, n_treads=15),
     ]
 
 
@@ -119,19 +120,19 @@ def _columns() -> list[Part]:
 
 def _ducts() -> list[Part]:
     runs: list[tuple[list[Point], float, float]] = [
-        ([(2.0, 18.5, 1.9), (2.0, 18.5, 3.0), (2.0, 1.5, 3.0), (10.9, 1.5, 3.0), (10.9, 12.0, 3.0)], 0.6, 0.35),
-        ([(4.5, 18.5, 1.9), (4.5, 18.5, 2.95), (4.5, 13.0, 2.95), (13.1, 13.0, 2.95), (13.1, 2.0, 2.95)], 0.45, 0.3),
+        ([(2.0, 18.5, 1.75), (2.0, 18.5, 3.0), (2.0, 1.5, 3.0), (10.9, 1.5, 3.0), (10.9, 12.0, 3.0)], 0.6, 0.35),
+        ([(4.5, 18.5, 1.75), (4.5, 18.5, 2.95), (4.5, 13.0, 2.95), (13.1, 13.0, 2.95), (13.1, 2.0, 2.95)], 0.45, 0.3),
         ([(13.1, 19.0, 2.95), (13.1, 14.2, 2.95)], 0.45, 0.3),
     ]
     return [services.duct(f"Duct {i + 1}", 0, path, w, h, n_bend=10) for i, (path, w, h) in enumerate(runs)]
 
 
 def _pipes() -> list[Part]:
-    """Build bundles of heating pipes from the boilers under the ceiling, and risers in the shaft."""
+    """Build two heating pipes from each boiler under the ceiling, water pipes, and risers in the shaft."""
     parts = []
-    for i in range(4):
-        y, z, x = round(1.0 + 0.22 * i, 6), 2.6, round(12.4 + 0.16 * i, 6)
-        path = [(17.5, y, 1.2), (17.5, y, z), (x, y, z), (x, round(19.0 - 0.3 * i, 6), z)]
+    for i, y in enumerate((1.28, 1.52, 2.88, 3.12)):
+        z, x = 2.6, round(12.4 + 0.16 * i, 6)
+        path = [(18.3, y, 1.2), (17.5, y, 1.2), (17.5, y, z), (x, y, z), (x, round(19.0 - 0.3 * i, 6), z)]
         parts.append(services.pipe_run(f"Heating pipe {i + 1}", 0, path, 0.05, n_sides=_PIPE_SIDES))
     for i in range(5):
         x, z = round(0.55 + 0.18 * i, 6), 2.55

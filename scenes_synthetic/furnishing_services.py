@@ -228,6 +228,23 @@ def round_railing(
     return Part(name, "IfcRailing", storey, join(pieces), predefined_type="BALUSTRADE")
 
 
+def stair_rail(
+    name: str, storey: int, foot_m: Point, *, going_m: float, riser_m: float, n_treads: int, n_sides: int = 6
+) -> Part:
+    """Build a hand rail that climbs along +y, 0.95 m over the treads, on a post every five or six of them.
+
+    foot_m : where the flight begins, below the rail; the first post stands on the middle of the first tread.
+    """
+    height = 0.95
+    tread = np.unique(np.round(np.linspace(1, n_treads, max(2, round(n_treads / 5.5) + 1))))
+    spots = np.column_stack([np.zeros(tread.size), (tread - 0.5) * going_m, tread * riser_m]) + np.asarray(foot_m)
+    overhang = np.array([0.0, 0.3 * going_m, 0.3 * riser_m])
+    rail = np.array([spots[0] - overhang, spots[-1] + overhang]) + np.array([0.0, 0.0, height])
+    post = cylinder((0.0, 0.0, 0.0), 0.018, height - 0.01, n_sides=n_sides)
+    solid = join([pipe(rail, 0.022, n_sides=2 * n_sides), copies(post, spots)])
+    return Part(name, "IfcRailing", storey, solid, predefined_type="HANDRAIL")
+
+
 def barrel(*, n_sides: int = 32) -> Solid:
     """A drum with two hoops, 0.88 m high; centred on its axis."""
     profile = [

@@ -153,6 +153,9 @@ def _stairs() -> list[Part]:
     (x0, y0), (x1, y1) = _STAIR_HOLE
     return [
         stairs("Stairs", 0, foot_m=(6.6, 17.3, 0.0), width_m=1.2, rise_m=_RISE_M, n_risers=21, going_m=0.27),
+        services.stair_rail(
+            "Stair rail", 0, (7.74, 17.3, 0.0), going_m=0.27, riser_m=_RISE_M / 21, n_treads=20, n_sides=10
+        ),
         services.round_railing("Railing side", 1, (x1 + 0.06, y0, _RISE_M), (x1 + 0.06, y1, _RISE_M), n_sides=10),
         services.round_railing("Railing end", 1, (x0, y0 - 0.06, _RISE_M), (x1, y0 - 0.06, _RISE_M), n_sides=10),
     ]

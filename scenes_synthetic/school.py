@@ -46,7 +46,7 @@ VOID_M = ((14.0, 12.2), (32.0, 19.8))
 """The opening in the middle of all upper floors: lowest and highest (x, y)."""
 _CLASS_STARTS = (0.4, 11.25, 22.1, 32.95)
 _CLASS_M = 10.65
-_STAIR_X, _STAIR_Y, _N_RISERS, _GOING_M = 9.0, 11.0, 26, 0.28
+_STAIR_X, _STAIR_Y, _STAIR_WIDTH_M, _N_RISERS, _GOING_M = 9.0, 11.0, 1.6, 26, 0.28
 _STAIR_HOLE = ((8.9, 13.0), (10.7, 18.0))
 _SANITARY, _LAMP, _HEATER = "IfcSanitaryTerminal", "IfcLightFixture", "IfcSpaceHeater"
 
@@ -61,7 +61,12 @@ def build(*, seed: int = 0) -> SyntheticScene:
     pieces = _Pieces(rng)
     for storey in range(_N_STOREYS):
         _furnish(fitter, pieces, storey, rng)
-    parts = [*fabric, *windows(fabric), *doors(fabric, swings), *_stairs_and_railings(), *fitter.parts]
+    fixed = [
+        *(part for storey in range(_N_STOREYS - 1) for part in _flights(storey)),
+        *(part for storey in range(1, _N_STOREYS) for part in _railings(storey)),
+        *(part for storey in range(_N_STOREYS) for part in _columns(storey)),
+    ]
+    parts = [*fabric, *windows(fabric), *doors(fabric, swings), *fixed, *fitter.parts]
     levels = [Level(_storey_name(s), _foot(s)) for s in range(_N_STOREYS)]
     extents = [[0.0, 0.0, -_SLAB_M], [*_SIZE_M, 23.6]]
     return assemble("school", levels=levels, rooms=rooms, parts=parts, extents_m=extents)
@@ -183,46 +188,53 @@ def _swings(fabric: list[Part], rng: np.random.Generator) -> dict[str, tuple[str
     return swings
 
 
-def _stairs_and_railings() -> list[Part]:
-    parts: list[Part] = []
+def _flights(storey: int) -> list[Part]:
+    """Build the stairs to the next storey, with a hand rail on either side."""
+    foot, riser = _foot(storey), _RISE_M / _N_RISERS
+    at = (_STAIR_X, _STAIR_Y, foot)
+    size = {"width_m": _STAIR_WIDTH_M, "rise_m": _RISE_M, "going_m": _GOING_M}
+    rails = [
+        services.stair_rail(
+            f"Stair rail {storey} {side}",
+            storey,
+            (x, _STAIR_Y, foot),
+            going_m=_GOING_M,
+            riser_m=riser,
+            n_treads=_N_RISERS - 1,
+        )
+        for side, x in (("west", _STAIR_X + 0.06), ("east", _STAIR_X + _STAIR_WIDTH_M - 0.06))
+    ]
+    return [stairs(f"Stairs {storey}", storey, foot_m=at, n_risers=_N_RISERS, **size), *rails]
+
+
+def _railings(storey: int) -> list[Part]:
+    """Build railings round the void and the stairs' opening in an upper floor."""
     (x0, y0), (x1, y1) = VOID_M
     (hx0, hy0), (hx1, hy1) = _STAIR_HOLE
-    for storey in range(_N_STOREYS):
-        z = _foot(storey)
-        if storey < _N_STOREYS - 1:
-            foot = (_STAIR_X, _STAIR_Y, z)
-            parts.append(
-                stairs(
-                    f"Stairs {storey}",
-                    storey,
-                    foot_m=foot,
-                    width_m=1.6,
-                    rise_m=_RISE_M,
-                    n_risers=_N_RISERS,
-                    going_m=_GOING_M,
-                )
-            )
-        if storey == 0:
-            continue
-        gap = 0.08
-        runs = {
-            "void south": ((x0, y0 - gap), (x1, y0 - gap)),
-            "void north": ((x0, y1 + gap), (x1, y1 + gap)),
-            "void west": ((x0 - gap, y0), (x0 - gap, y1)),
-            "void east": ((x1 + gap, y0), (x1 + gap, y1)),
-            "stair east": ((hx1 + gap, hy0), (hx1 + gap, hy1)),
-            "stair west": ((hx0 - gap, hy0), (hx0 - gap, hy1)),
-        }
-        if storey == _N_STOREYS - 1:
-            runs["stair south"] = ((hx0, hy0 - gap), (hx1, hy0 - gap))
-        for name, (a, b) in runs.items():
-            parts.append(services.round_railing(f"Railing {name} {storey}", storey, (*a, z), (*b, z), n_sides=4))
+    gap, z = 0.08, _foot(storey)
+    runs = {
+        "void south": ((x0, y0 - gap), (x1, y0 - gap)),
+        "void north": ((x0, y1 + gap), (x1, y1 + gap)),
+        "void west": ((x0 - gap, y0), (x0 - gap, y1)),
+        "void east": ((x1 + gap, y0), (x1 + gap, y1)),
+        "stair east": ((hx1 + gap, hy0), (hx1 + gap, hy1)),
+        "stair west": ((hx0 - gap, hy0), (hx0 - gap, hy1)),
+    }
+    if storey == _N_STOREYS - 1:  # below, the next flight begins there
+        runs["stair south"] = ((hx0, hy0 - gap), (hx1, hy0 - gap))
+    return [
+        services.round_railing(f"Railing {name} {storey}", storey, (*a, z), (*b, z), n_sides=4)
+        for name, (a, b) in runs.items()
+    ]
+
+
+def _columns(storey: int) -> list[Part]:
+    """Build columns round the void."""
     spots = [(x, y) for x in (14.0 - 0.6, 23.0, 32.0 + 0.6) for y in (12.2 - 0.6, 19.8 + 0.6)]
-    for storey in range(_N_STOREYS):
-        for i, (x, y) in enumerate(spots):
-            at = (x, y, _foot(storey))
-            parts.append(services.column(f"Column {storey}.{i + 1}", storey, at, 0.22, _CLEAR_M, n_sides=24))
-    return parts
+    return [
+        services.column(f"Column {storey}.{i + 1}", storey, (x, y, _foot(storey)), 0.22, _CLEAR_M, n_sides=24)
+        for i, (x, y) in enumerate(spots)
+    ]
 
 
 class _Pieces:
@@ -240,8 +252,8 @@ class _Pieces:
         self.lamp = services.louvre_lamp(1.5, 0.3, n_blades=1)
         self.pendant = services.pendant_lamp(1.2, n_sides=8)
         self.radiator = services.panel_radiator(2.2)
-        self.toilet = services.toilet(n_sides=12)
-        self.washbasin = services.washbasin(n_sides=12)
+        self.toilet = services.toilet(n_sides=10)
+        self.washbasin = services.washbasin(n_sides=10)
         self.urinal = services.urinal(n_sides=12)
         self.mat = rounded_box((-1.0, -1.2, 0.0), (1.0, 0.0, 0.08), 0.05, n_corner=2, n_edge=2)
         self.bench = furniture.table(2.0, 0.32, 0.42)
