@@ -33,6 +33,11 @@ def shown(value: object) -> str:
     return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + " ..."
 
 
+def one_line(name: str) -> str:
+    """A path or name as a message may hold it: line breaks and what else can't be printed as question marks."""
+    return "".join(character if character.isprintable() else "?" for character in name)
+
+
 def listed(names: Collection[object]) -> str:
     """Keys of a file as a message may hold them: sorted, in one line."""
     return shown(", ".join(sorted(map(str, names)))).strip("'\"") or "nothing"

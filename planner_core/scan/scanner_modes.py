@@ -21,6 +21,8 @@ SPACING_DISTANCE_M = 10.0
 #: A coarser step is a mistake of units: a wall would get a handful of points.
 _MAX_STEP_DEG = 30.0
 _MAX_SPACING_MM = 5000.0
+#: A finer one is a mistake as well; its number of steps need not be finite.
+_LEAST = 1e-6
 #: No scan takes a day.
 _MAX_SECONDS = 86_400.0
 _MAX_MODES = 100
@@ -118,12 +120,12 @@ def _steps_rad(spec: dict[str, Any], what: str, where: str) -> tuple[float, floa
     given = sorted(spec.keys() & {"spacing_at_10m_mm", "step_deg", "azimuth_step_deg", "elevation_step_deg"})
     if given == ["spacing_at_10m_mm"]:
         key = "spacing_at_10m_mm"
-        step_rad = _spacing_rad(measure(spec[key], f"{what}: {key}", where, above=0.0, most=_MAX_SPACING_MM))
+        step_rad = _spacing_rad(measure(spec[key], f"{what}: {key}", where, above=_LEAST, most=_MAX_SPACING_MM))
         return step_rad, step_rad
     if given not in (["step_deg"], ["azimuth_step_deg", "elevation_step_deg"]):
         got = f"{what}: {' and '.join(given) or 'no step'}"
         raise bad(where, got, "spacing_at_10m_mm, or step_deg, or azimuth_step_deg and elevation_step_deg")
-    found = [math.radians(measure(spec[k], f"{what}: {k}", where, above=0.0, most=_MAX_STEP_DEG)) for k in given]
+    found = [math.radians(measure(spec[k], f"{what}: {k}", where, above=_LEAST, most=_MAX_STEP_DEG)) for k in given]
     return found[0], found[-1]
 
 

@@ -25,6 +25,7 @@ from planner_core.scan.scanner_fields import (
     listed,
     measure,
     number,
+    one_line,
     shown,
     text,
     whole_steps,
@@ -126,8 +127,8 @@ def _find(key: str) -> tuple[str, str, str | None]:
     if colon and name.lower() in own:
         return own[name.lower()], name, mode
     if Path(key).is_file() or not colon:
-        return _content(key, own), key, None
-    return _content(name, own), name, mode
+        return _content(key, own), one_line(key), None
+    return _content(name, own), one_line(name), mode
 
 
 def _content(path: str, own: dict[str, str]) -> str:
@@ -139,7 +140,9 @@ def _content(path: str, own: dict[str, str]) -> str:
     try:
         return Path(path).read_text(encoding="utf-8")
     except (OSError, ValueError) as error:  # ValueError: no UTF-8, or a path that no system takes
-        raise RequirementError(f"scanner file {path}: can't be read ({error}); check the path") from error
+        raise RequirementError(
+            f"scanner file {one_line(path)}: can't be read ({one_line(str(error))}); check the path"
+        ) from error
 
 
 def _own_files() -> dict[str, str]:
