@@ -155,7 +155,7 @@ def _of_products(model: Any, materials: dict[int, _Material]) -> tuple[dict[int,
 
 
 def _of_set(material: Any, materials: dict[int, _Material]) -> _Material:
-    """A material of any kind: a plain one, or what all parts of a set say."""
+    """A material of any kind, or a part of a set: a plain one, or what all parts say."""
     if material is None:
         return _NO_MATERIAL
     parts = [part for part in _parts_of(material) if not _is_gas(part)]
@@ -184,7 +184,7 @@ def _is_gas(material: Any) -> bool:
 def _of_named_parts(material: Any, materials: dict[int, _Material]) -> dict[str, Optics]:
     """By name, the constituents of a set that say something."""
     constituents = getattr(material, "MaterialConstituents", None) or ()
-    told = {str(c.Name): materials.get(int(c.Material.id()), _NO_MATERIAL).optics for c in constituents if c.Name}
+    told = {str(c.Name): _of_set(c, materials).optics for c in constituents if c.Name}
     return {name: optics for name, optics in told.items() if optics is not None}
 
 

@@ -72,7 +72,9 @@ _DULL_BEGINNINGS = ("glaswol", "glasswool", "glasull", "glassull", "glasfaser", 
 _WORD = re.compile(r"[^\W\d_]+")
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
 """Where `ClearGlass` and `glassPane` are two words."""
-_NOT_TAKEN_APART = str.maketrans({"\u0142": "l", "\u0141": "L", "\u00f8": "o", "\u00d8": "O", "\u00e3": "an"})
+_NOT_TAKEN_APART = str.maketrans(
+    {"\u0142": "l", "\u0141": "L", "\u00f8": "o", "\u00d8": "O", "\u00e3": "an", "\u00c3": "AN"}
+)
 """Letters without an accent to take off; and that of the Portuguese for wool, which else became the article `la`."""
 _LONGEST_NAME = 1000
 """Letters of a name that are looked at: damage may make a name of a whole file."""
