@@ -34,6 +34,7 @@
 #define RULE_SHIFT 16      /* for eq9 */
 #define RULE_PATIENCE 17
 #define RULE_ITERATIONS 18
+#define RULE_RING 19
 
 #define STATE_ITERATION 0 /* -1 before the first ranking */
 #define STATE_IMPROVED 1  /* iteration of the last improvement */
@@ -65,6 +66,13 @@ static inline uint random_word(global const ulong *rules, global const int *stat
         bits |= (uint)(hits.x | hits.y | hits.z | hits.w) << (4 * quad);
     }
     return left < 32 ? bits & ~(~0u << left) : bits;
+}
+
+/* Copy given individuals to the front of the population.
+ * One work-item is all: they are few. NDRange (1). given (n_given, W); genes: rows before n_given are written. */
+kernel void take_given(global const ulong *rules, int n_given, global const uint *given, global uint *genes)
+{
+    for (int word = 0; word < n_given * words_of(rules); ++word) genes[word] = given[word];
 }
 
 /* Fill the individuals after the given ones: each has a rate of active genes of its own, drawn evenly.
@@ -281,17 +289,19 @@ kernel void replace_all(global const ulong *rules, global const int *state, glob
 }
 
 /* Keep the best solution so far, count the iteration, decide whether to stop.
- * One work-item is all. NDRange (1). history (iterations + 1, 3) long: facts of the best so far, the iteration's row is
- * written. best (W): its genes. */
+ * One work-item is all. NDRange (1). history (ring, 3) long: facts of the best so far after the last iterations, that of
+ * iteration i in row i % ring; one row is written. best (W): its genes. */
 kernel void note_best(global const ulong *rules, global int *state, global const int *order, global const uint *genes,
                       global const long *facts, global long *history, global uint *best)
 {
     if (state[STATE_STOPPED]) return;
     const int iteration = state[STATE_ITERATION] + 1, words = words_of(rules);
-    global long *now = history + (size_t)FACTS * iteration;
-    const bool improved = iteration == 0 || facts[order[0]] > now[KEY - FACTS];
+    const int ring = (int)rules[RULE_RING];
+    global long *now = history + FACTS * (iteration % ring);
+    global const long *before = history + FACTS * ((iteration + ring - 1) % ring);
+    const bool improved = iteration == 0 || facts[order[0]] > before[KEY];
     for (int fact = 0; fact < FACTS; ++fact)
-        now[fact] = improved ? facts[rules[RULE_POPULATION] * fact + order[0]] : now[fact - FACTS];
+        now[fact] = improved ? facts[rules[RULE_POPULATION] * fact + order[0]] : before[fact];
     if (improved) {
         for (int word = 0; word < words; ++word) best[word] = genes[(size_t)order[0] * words + word];
         state[STATE_IMPROVED] = iteration;

@@ -29,6 +29,8 @@ from planner_core.progress import Progress
 GENERATIONS_A_LOOK = 16
 _CROSSOVERS = {"one-point": 1, "two-point": 2, "uniform": 3}
 _FACTS = 3
+#: Iterations whose best figures the device keeps: those that can pass between two looks, and the one before.
+_RING = GENERATIONS_A_LOOK + 1
 
 
 @dataclass(frozen=True)
@@ -73,23 +75,27 @@ def evolve_on_device(
         The device fails; `DeviceMemoryError` where coverage and population don't fit.
     """
     shape = SHAPES.get(device.kind, DEFAULT_SHAPE)
-    with _Population(device, shape, lay_out(problem, words=shape.words), settings, objective, problem) as population:
+    tiles = lay_out(problem, words=shape.words)
+    with Population(device, shape, tiles, settings, objective, problem) as population:
         population.start(given)
-        looked = 0
+        history: list[NDArray[np.int64]] = []
         while True:
-            state, history = population.look()
-            for iteration in range(looked, int(state[0]) + 1):
-                note(progress, settings, iteration, history[iteration])
-            looked = int(state[0]) + 1
+            state, recent = population.look()
+            for iteration in range(len(history), int(state[0]) + 1):
+                history.append(recent[iteration % len(recent)])
+                note(progress, settings, iteration, history[-1])
             if state[2]:
-                best = population.best()
-                return Trajectory(best, history[:looked].copy(), STALE if state[2] == 1 else EXHAUSTED)
+                return Trajectory(population.best(), np.array(history), STALE if state[2] == 1 else EXHAUSTED)
             for _ in range(GENERATIONS_A_LOOK):
-                population.breed_generation()
+                population.next_generation()
 
 
-class _Population:
-    """Chromosomes and all that belongs to them on the device; a context manager, which gives the memory back."""
+class Population:
+    """Chromosomes and all that belongs to them on the device; a context manager, which gives the memory back.
+
+    Methods queue the kernels of the same name, see kernels/genetic_population.cl; `look` and `best` wait for them.
+    `buffers` holds the kernels' arrays by the names that they have there.
+    """
 
     def __init__(
         self,
@@ -103,13 +109,11 @@ class _Population:
         self._on, self._shape, self._settings = device, shape, settings
         self._n_tiles, self._n_genes = tiles.n_tiles, objective.n_candidates
         self._n_words = -(-self._n_genes // 32)
-        self._population = device.program("genetic_population.cl", {})
+        self._program = device.program("genetic_population.cl", {})
         self._cover = device.program(
-            "genetic_cover.cl",
-            {"LANES": shape.lanes, "DEPTH": shape.depth, "TILE": shape.words},
+            "genetic_cover.cl", {"LANES": shape.lanes, "DEPTH": shape.depth, "TILE": shape.words}
         )
-        self._history = np.zeros((settings.max_iterations + 1, _FACTS), dtype=np.int64)
-        self._counts = (np.int32(tiles.counts.shape[1]), np.int32(tiles.counts.shape[0]))
+        self._n_classes, self._n_targets = np.int32(tiles.counts.shape[1]), np.int32(tiles.counts.shape[0])
         arrays: dict[str, NDArray[Any]] = {
             "bits": tiles.bits,
             "weights": tiles.weights,
@@ -123,83 +127,97 @@ class _Population:
         }
         sizes = self._sizes()
         device.reserve("genetic selection", {**{name: array.nbytes for name, array in arrays.items()}, **sizes})
-        self._at: dict[str, Buffer] = device.upload("genetic selection", arrays)
+        self.buffers: dict[str, Buffer] = device.upload("genetic selection", arrays)
         for name, size in sizes.items():
-            self._at[name] = device.allocate(f"genetic selection: {name}", size)
+            self.buffers[name] = device.allocate(f"genetic selection: {name}", size)
 
-    def __enter__(self) -> _Population:
+    def __enter__(self) -> Population:
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for buffer in self._at.values():
+        self.release()
+
+    def release(self) -> None:
+        """Give the memory back."""
+        for buffer in self.buffers.values():
             buffer.release()
 
     def start(self, given: BoolArray) -> None:
         """Queue the first population: given individuals, then random ones; and its ranking."""
-        n, words = self._settings.population, self._n_words
-        packed = np.zeros((n, words), dtype=np.uint32)
-        packed[: len(given)] = pack(given)
-        self._at["genes"] = self._on.upload("genetic selection: genes", {"genes": packed})["genes"]
+        n = self._settings.population
+        if len(given):
+            first = self._on.upload("genetic selection: given sets", {"given": pack(given)})["given"]
+            self._run("take_given", (1,), "rules", np.int32(len(given)), first, "genes")
         self._run("start_population", (n - len(given),), "rules", "state", np.int32(len(given)), "genes")
-        self._judge("genes", "facts", n)
-        self._rank("facts", n, "order")
-        self._note()
+        self.judge("genes", "facts", n)
+        self.rank("facts", n, "order")
+        self.note_best()
 
-    def breed_generation(self) -> None:
+    def next_generation(self) -> None:
         """Queue one generation."""
-        settings, shape = self._settings, self._shape
-        n_offspring = settings.n_offspring
-        self._run("fill_pool", (self._runs(settings.n_parents),), "rules", "state", "order", "pool")
-        breeders = (min(shape.n_breeders, self._n_words), self._runs(-(-n_offspring // 2)))
-        self._run("breed", breeders, "rules", "state", "pool", "genes", "offspring")
-        self._judge("offspring", "offspring_facts", n_offspring)
-        changed = ("offspring", "offspring_facts", "genes", "facts")
-        if settings.replacement == "stationary":
-            self._rank("offspring_facts", n_offspring, "offspring_order")
-            self._run(
-                "replace_worst", (self._runs(n_offspring),), "rules", "state", "order", "offspring_order", *changed
-            )
-        else:
-            self._run("replace_all", (self._runs(n_offspring),), "rules", "state", "order", *changed)
-        self._rank("facts", settings.population, "order")
-        self._note()
+        self.fill_pool()
+        self.breed()
+        self.judge("offspring", "offspring_facts", self._settings.n_offspring)
+        self.replace()
+        self.rank("facts", self._settings.population, "order")
+        self.note_best()
 
-    def look(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-        """Wait for everything queued; state (kernels/genetic_population.cl) and the history up to its iteration."""
-        state = np.empty(3, dtype=np.int32)
-        self._on.read(self._at["state"], state)
-        head = self._history[: state[0] + 1]
-        self._on.read(self._at["history"], head)
-        return state, head
+    def fill_pool(self) -> None:
+        """Queue the choice of parents."""
+        self._run("fill_pool", (self._runs(self._settings.n_parents),), "rules", "state", "order", "pool")
 
-    def best(self) -> BoolArray:
-        """(N,) bool, the best chromosome of all."""
-        words = np.empty(self._n_words, dtype=np.uint32)
-        self._on.read(self._at["best"], words)
-        bits = np.unpackbits(words.astype("<u4").view(np.uint8), count=self._n_genes, bitorder="little")
-        return bits.astype(bool)
+    def breed(self) -> None:
+        """Queue crossover and mutation."""
+        size = (min(self._shape.n_breeders, self._n_words), self._runs(-(-self._settings.n_offspring // 2)))
+        self._run("breed", size, "rules", "state", "pool", "genes", "offspring")
 
-    def _judge(self, genes: str, facts: str, n: int) -> None:
-        """Queue mending and evaluating n individuals."""
+    def judge(self, genes: str, facts: str, n: int) -> None:
+        """Queue mending and evaluating n individuals, whose chromosomes and facts are in the buffers named."""
         runs, slots, count = self._runs(n), self._shape.slots, np.int32(n)
         self._run("mend", (runs,), "rules", "state", count, genes, facts)
         tiles = ("bits", "weights", "shift", "near", np.int32(self._n_genes))
         self._run("cover", (slots, runs, self._n_tiles), "state", *tiles, genes, count, "sums", program=self._cover)
         sums = ("sums", np.int32(self._n_tiles), np.int32(slots))
-        targets = ("class_of", "counts", self._counts[0], "required", self._counts[1])
+        targets = ("class_of", "counts", self._n_classes, "required", self._n_targets)
         self._run("judge", (runs,), "rules", "state", count, *sums, *targets, facts)
 
-    def _rank(self, facts: str, n: int, order: str) -> None:
+    def rank(self, facts: str, n: int, order: str) -> None:
+        """Queue ordering n individuals, the best first."""
         self._run("rank", (self._runs(n),), "state", facts, np.int32(n), order)
 
-    def _note(self) -> None:
+    def replace(self) -> None:
+        """Queue putting offspring in the places of individuals."""
+        n = self._settings.n_offspring
+        changed = ("offspring", "offspring_facts", "genes", "facts")
+        if self._settings.replacement == "generational":
+            self._run("replace_all", (self._runs(n),), "rules", "state", "order", *changed)
+            return
+        self.rank("offspring_facts", n, "offspring_order")
+        self._run("replace_worst", (self._runs(n),), "rules", "state", "order", "offspring_order", *changed)
+
+    def note_best(self) -> None:
+        """Queue keeping the best solution and deciding whether to stop."""
         self._run("note_best", (1,), "rules", "state", "order", "genes", "facts", "history", "best")
 
+    def look(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+        """Wait for everything queued; state (3,) and the history's ring, see the kernels."""
+        state, recent = np.empty(3, dtype=np.int32), np.empty((_RING, _FACTS), dtype=np.int64)
+        self._on.read(self.buffers["state"], state)
+        self._on.read(self.buffers["history"], recent)
+        return state, recent
+
+    def best(self) -> BoolArray:
+        """(N,) bool, the best chromosome of all."""
+        words = np.empty(self._n_words, dtype=np.uint32)
+        self._on.read(self.buffers["best"], words)
+        bits = np.unpackbits(words.astype("<u4").view(np.uint8), count=self._n_genes, bitorder="little")
+        return bits.astype(bool)
+
     def _run(self, kernel: str, size: tuple[int, ...], *arguments: object, program: Program | None = None) -> None:
-        buffers = (self._at[item] if isinstance(item, str) else item for item in arguments)
-        (program or self._population).run(kernel, size, *buffers)
+        buffers = (self.buffers[item] if isinstance(item, str) else item for item in arguments)
+        (program or self._program).run(kernel, size, *buffers)
 
     def _runs(self, n: int) -> int:
         return n if self._shape.n_runs == 0 else min(n, self._shape.n_runs)
@@ -207,16 +225,16 @@ class _Population:
     def _sizes(self) -> dict[str, int]:
         """Bytes of the buffers that kernels fill."""
         n, n_offspring = self._settings.population, self._settings.n_offspring
-        most = max(n, n_offspring)
         return {
-            "sums": 8 * most * self._n_tiles * self._shape.slots,
+            "genes": 4 * n * self._n_words,
             "facts": 8 * _FACTS * n,
             "order": 4 * n,
             "pool": 4 * self._settings.n_parents,
             "offspring": 4 * n_offspring * self._n_words,
             "offspring_facts": 8 * _FACTS * n_offspring,
             "offspring_order": 4 * n_offspring,
-            "history": self._history.nbytes,
+            "sums": 8 * max(n, n_offspring) * self._n_tiles * self._shape.slots,
+            "history": 8 * _FACTS * _RING,
             "best": 4 * self._n_words,
         }
 
@@ -245,6 +263,7 @@ def _rules(settings: GeneticSettings, objective: Objective) -> NDArray[np.uint64
             objective.shift,
             settings.patience,
             settings.max_iterations,
+            _RING,
         ],
         dtype=np.uint64,
     )

@@ -19,7 +19,7 @@ REPLACEMENTS = ("stationary", "generational")
 
 #: Ranking compares every individual with every other one: 16384 take as long as a scan.
 MAX_POPULATION = 16_384
-#: The best of every iteration is kept: 24 bytes each.
+#: The host keeps the best figures of every iteration.
 MAX_ITERATIONS = 1_000_000
 
 
