@@ -25,20 +25,31 @@ from planner_core.scene.columns import sample_columns
 
 #: The grid is halved this often where it found nothing: 0.5 m become 0.125 m, finer than anybody sets up a tripod.
 N_HALVINGS = 2
+#: The reason of positions that have no ground of their floor below them.
+NO_GROUND = "no ground of this floor below"
 #: Two grounds of one column closer than this are one: a covering on its slab, the upper one counts.
 _SAME_GROUND_M = 0.1
 
 
 def find_candidates(
-    survey: Survey, settings: PlanSettings, engine: ScanEngine, *, floors: tuple[int, ...], progress: Progress = silent
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    *,
+    floors: tuple[int, ...],
+    n_halvings: int = N_HALVINGS,
+    progress: Progress = silent,
 ) -> Candidates:
     """Find the admissible positions of the grid on `floors` (indices into survey.floors).
 
+    The grid is halved `n_halvings` times where nothing is found; 0 is the paper's uniform matrix (section 3.4).
     `n_tried` counts grid points over the floors' bounds times heights; `rejected` those that are no candidates, by
     reason, see `planner_core.candidates.admissibility`.
     """
-    tally = _Tally()
-    on_floor = [_on_floor(survey, settings, engine, survey.floors[index], tally, progress) for index in floors]
+    tally = Tally()
+    on_floor = [
+        _on_floor(survey, settings, engine, survey.floors[index], n_halvings, tally, progress) for index in floors
+    ]
     sizes = [height.size for _, height in on_floor]
     return Candidates(
         position_m=np.ascontiguousarray(np.concatenate([np.empty((0, 3)), *(place for place, _ in on_floor)])),
@@ -55,7 +66,7 @@ def lies_mostly_indoors(survey: Survey, settings: PlanSettings, engine: ScanEngi
     return is_mostly_covered(survey, engine, plan_m, ground_m)
 
 
-class _Tally:
+class Tally:
     """How many grid points were tried, and why some were refused."""
 
     def __init__(self) -> None:
@@ -69,20 +80,26 @@ class _Tally:
 
 
 def _on_floor(
-    survey: Survey, settings: PlanSettings, engine: ScanEngine, floor: Floor, tally: _Tally, progress: Progress
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    floor: Floor,
+    n_halvings: int,
+    tally: Tally,
+    progress: Progress,
 ) -> tuple[FloatArray, FloatArray]:
     """Positions (N, 3) and instrument heights (N,) of one floor, ordered by y, x, height."""
     heights_m = instrument_heights_m(settings)
     # Two spots on either side of a wall are at least twice the clearance apart: a candidate nearer is in the same room.
     reach_m = min(settings.grid_step_m, 2.0 * settings.clearance_m or 0.5 * settings.grid_step_m)
     position_m, height_m = np.empty((0, 3)), np.empty(0)
-    for halving in range(N_HALVINGS + 1):
+    for halving in range(n_halvings + 1):
         plan_m, ground_m, n_bare = _grid_on_ground(survey, floor, settings.grid_step_m / 2**halving)
         far = ~_is_near(plan_m, position_m[:, :2], reach_m)
         plan_m, ground_m = plan_m[far], ground_m[far]
         if halving == 0:
             tally.n_tried += n_bare * heights_m.size
-            tally.refuse("no ground of this floor below", n_bare * heights_m.size)
+            tally.refuse(NO_GROUND, n_bare * heights_m.size)
             mostly_covered = is_mostly_covered(survey, engine, plan_m, ground_m)
         height = np.tile(heights_m, ground_m.size)
         ground = np.repeat(ground_m, heights_m.size)

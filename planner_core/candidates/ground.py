@@ -1,0 +1,102 @@
+"""The ground of a floor below any position: its height, from the floor's own triangles and nothing else.
+
+Local frame, metres, float64. A ray into the scene meets tables and door leaves first; here nothing is in the way.
+Triangles are found by a grid over the plan: each of its cells lists those whose bounds reach into it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Survey
+
+#: Cells a side at most; bounds memory where few triangles are much larger than the others.
+_MAX_CELLS = 256
+#: Pairs of position and triangle looked at in one go.
+_CHUNK = 1_000_000
+#: A place this far outside an edge, relative to the triangle's size, still counts: none falls between two triangles.
+_EDGE_SLACK = 1e-9
+#: A position this little below the ground still stands on it: rounding of sums of steps.
+_BELOW_M = 1e-6
+
+
+class GroundSurface:
+    """Ground of one floor of `survey`. `low_m`, `high_m`: its least and greatest height."""
+
+    def __init__(self, survey: Survey, floor: Floor) -> None:
+        self._floor = floor
+        corners = survey.scene.vertices_m[survey.scene.triangles[floor.ground_triangles]].reshape(-1, 3, 3)
+        self._a, self._ab, self._ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        self._twice_area = self._ab[:, 0] * self._ac[:, 1] - self._ab[:, 1] * self._ac[:, 0]
+        height = corners[:, :, 2] if corners.size else np.array([floor.elevation_m])
+        self.low_m, self.high_m = float(height.min()), float(height.max())
+        self._index(corners[:, :, :2])
+
+    def below(self, positions_m: FloatArray) -> FloatArray:
+        """(N,) float64: height of the highest ground at or below each of positions (N, 3); NaN where there is none.
+
+        Of a floor without slab it is the floor's elevation, inside its bounds.
+        """
+        if self._floor.ground_triangles.size == 0:
+            return self._plane_below(positions_m)
+        cell = self._cell_of(positions_m[:, :2])
+        inside = (cell >= 0).all(axis=1) & (cell < self._shape).all(axis=1)
+        number = np.where(inside, cell[:, 1] * self._shape[0] + cell[:, 0], 0)
+        count = np.where(inside, self._starts[number + 1] - self._starts[number], 0)
+        highest = np.full(positions_m.shape[0], -np.inf)
+        start, ends = 0, np.cumsum(count)
+        while start < count.size:
+            done = ends[start - 1] if start else 0
+            stop = max(start + 1, int(np.searchsorted(ends, done + _CHUNK, side="right")))
+            part = np.arange(start, stop)
+            who = np.repeat(part, count[part])
+            nth = np.arange(who.size) - np.repeat(np.cumsum(count[part]) - count[part], count[part])
+            which = self._triangles[self._starts[number[who]] + nth]
+            z_m, meets = self._meet(positions_m[who], which)
+            np.maximum.at(highest, who[meets], z_m[meets])
+            start = stop
+        return np.where(np.isfinite(highest), highest, np.nan)
+
+    def _plane_below(self, positions_m: FloatArray) -> FloatArray:
+        low, high = self._floor.bounds_m
+        over = ((positions_m[:, :2] >= low) & (positions_m[:, :2] <= high)).all(axis=1)
+        over &= positions_m[:, 2] >= self._floor.elevation_m - _BELOW_M
+        return np.where(over, self._floor.elevation_m, np.nan)
+
+    def _meet(self, positions_m: FloatArray, which: Int64Array) -> tuple[FloatArray, BoolArray]:
+        """Heights of triangles on the plumb lines of positions, pair by pair, and whether they are met below."""
+        a, ab, ac = self._a[which], self._ab[which], self._ac[which]
+        level = np.abs(self._twice_area[which]) > 1e-12
+        scale = np.where(level, self._twice_area[which], 1.0)
+        px, py = positions_m[:, 0] - a[:, 0], positions_m[:, 1] - a[:, 1]
+        lb = (px * ac[:, 1] - py * ac[:, 0]) / scale
+        lc = (py * ab[:, 0] - px * ab[:, 1]) / scale
+        z_m = a[:, 2] + lb * ab[:, 2] + lc * ac[:, 2]
+        inside = level & (lb >= -_EDGE_SLACK) & (lc >= -_EDGE_SLACK) & (lb + lc <= 1.0 + _EDGE_SLACK)
+        return z_m, inside & (z_m <= positions_m[:, 2] + _BELOW_M)
+
+    def _cell_of(self, plan_m: FloatArray) -> Int64Array:
+        return np.asarray(np.floor((plan_m - self._origin_m) / self._cell_m), dtype=np.int64)
+
+    def _index(self, plan_m: FloatArray) -> None:
+        """List the triangles of plan (K, 3, 2) by cell, as compressed sparse rows."""
+        if not plan_m.size:
+            return
+        low, high = plan_m.min(axis=1), plan_m.max(axis=1)
+        extent = high.max(axis=0) - low.min(axis=0)
+        # About a triangle's size; and a margin, so that the rim lies inside a cell.
+        self._cell_m = np.maximum((high - low).mean(axis=0), extent / (_MAX_CELLS - 2)) + 1e-6
+        self._origin_m = low.min(axis=0) - 0.5 * self._cell_m
+        self._shape = self._cell_of(high.max(axis=0)) + 1
+        first, last = self._cell_of(low - 1e-6), self._cell_of(high + 1e-6)
+        width = last - first + 1
+        count = width.prod(axis=1)
+        owner = np.repeat(np.arange(count.size), count)
+        nth = np.arange(owner.size) - np.repeat(np.cumsum(count) - count, count)
+        x = first[owner, 0] + nth % width[owner, 0]
+        y = first[owner, 1] + nth // width[owner, 0]
+        number = y * self._shape[0] + x
+        order = np.argsort(number, kind="stable")
+        self._triangles = owner[order]
+        n_each = np.bincount(number, minlength=int(self._shape.prod()))
+        self._starts = np.concatenate([[0], np.cumsum(n_each)])
