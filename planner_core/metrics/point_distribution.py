@@ -20,6 +20,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from planner_core.device import Buffer, Device, in_batches
+from planner_core.metrics.precision import has_float64
 from planner_core.metrics.reference_distance import (
     REFERENCE_POINTS_PER_M2,
     reference_distances_of_patches_m2,
@@ -182,11 +183,6 @@ def f2_of_set_m2(f2_m2: FloatArray) -> float:
     It grows with every position whose own F2 is positive, so it compares sets of one size only.
     """
     return float(np.sum(f2_m2))
-
-
-def has_float64(device: Device) -> bool:
-    """Whether kernels may use double on `device`."""
-    return "cl_khr_fp64" in device.queue.device.extensions.split()
 
 
 def _device_of(engine: ScanEngine) -> Device | None:
