@@ -86,6 +86,7 @@ test-wheel: wheel ## install the wheel into an empty environment without node, a
 
 docs: $(DEV) ## regenerate the command line reference
 	$(BIN)/python -m tlsplan.reference docs/reference/cli.md
+	$(BIN)/python -m tlsplan.commands.scanners docs/reference/scanners.md
 
 lock: $(RUNTIME) ## resolve the pinned dependencies anew
 	$(PIP) install --quiet uv

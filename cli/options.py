@@ -17,8 +17,8 @@ METRES_PER_UNIT = {"m": 1.0, "km": 1000.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048
 scene_argument = click.argument("scene", type=click.Path(path_type=Path, readable=False))
 
 scanner_option = click.option(
-    "--scanner", default="hdl-64e", show_default=True, metavar="NAME|FILE",
-    help="Scanner by name (`tlsplan scanners` lists them) or your own specification file.",
+    "--scanner", default="hdl-64e", show_default=True, metavar="NAME[:MODE]|FILE[:MODE]",
+    help="Scanner by name (`tlsplan scanners` lists them and their modes) or your own specification file.",
 )  # fmt: skip
 units_option = click.option(
     "--units", type=click.Choice(list(METRES_PER_UNIT)), default=None,

@@ -44,10 +44,10 @@ def run(bench: Bench) -> Outcome:
     return Outcome(
         found=(
             f"at {len(candidates.position_m)} admissible positions 1.3 m above the basement's ground, the rank "
-            f"correlation of F1 and F2 is {printed:.2f} for F2 as printed and {kept:.2f} without its second sum: taking "
-            "the references of reached patches off turns a figure that punishes reach into one that rewards it. But F2 "
-            f"sums squared distances, so it is ruled by long thin patches: the {100 * share:.2f} % of patches with the largest "
-            f"references hold half of the {judge.reference_total_m2:.0f} m2 of all."
+            f"correlation of F1 and F2 is {printed:.2f} for F2 as printed and {kept:.2f} without its second sum: "
+            "taking the references of reached patches off turns a figure that punishes reach into one that rewards it. "
+            f"But F2 sums squared distances, so it is ruled by long thin patches: the {100 * share:.2f} % of patches "
+            f"with the largest references hold half of the {judge.reference_total_m2:.0f} m2 of all."
         ),
         agrees="yes" if printed < -0.8 and kept > printed + 0.5 else "partly" if printed < kept else "no",
         pictures=tuple(drawn),
