@@ -21,14 +21,9 @@ PAPER = {
 }
 
 
-@pytest.fixture(scope="module")
-def buildings() -> dict[str, SyntheticScene]:
-    return {name: scenes_synthetic.build(name) for name in PAPER}
-
-
 @pytest.fixture(scope="module", params=PAPER)
-def building(request: pytest.FixtureRequest, buildings: dict[str, SyntheticScene]) -> SyntheticScene:
-    return buildings[request.param]
+def building(request: pytest.FixtureRequest, built: dict[str, SyntheticScene]) -> SyntheticScene:
+    return built[request.param]
 
 
 def hit_ranges_m(synthetic: SyntheticScene, origins_m: np.ndarray, directions: np.ndarray) -> np.ndarray:
@@ -86,14 +81,14 @@ def test_no_triangle_is_degenerate(building: SyntheticScene) -> None:
 
 @pytest.mark.parametrize("name", PAPER)
 def test_same_seed_same_bytes_and_another_seed_another_building_as_large(
-    name: str, buildings: dict[str, SyntheticScene]
+    name: str, built: dict[str, SyntheticScene]
 ) -> None:
     again = scenes_synthetic.build(name).scene
-    assert again.source.sha256 == buildings[name].scene.source.sha256
+    assert again.source.sha256 == built[name].scene.source.sha256
     other = scenes_synthetic.build(name, seed=1)
     assert other.scene.source.sha256 != again.source.sha256
     assert other.scene.n_triangles == pytest.approx(PAPER[name][0], rel=0.03)
-    assert other.truth.floor_area_m2 == buildings[name].truth.floor_area_m2
+    assert other.truth.floor_area_m2 == built[name].truth.floor_area_m2
 
 
 def test_furniture_stays_in_its_room_for_any_seed() -> None:
@@ -145,17 +140,17 @@ def test_floor_areas_are_those_of_the_mesh_less_door_sills(building: SyntheticSc
         assert truth == pytest.approx(floor_area_of_slabs_m2(building, storey) - sills, rel=1e-9)
 
 
-def test_wall_area_of_a_class_room_is_that_of_its_plan(buildings: dict[str, SyntheticScene]) -> None:
-    truth = buildings["school"].truth
+def test_wall_area_of_a_class_room_is_that_of_its_plan(built: dict[str, SyntheticScene]) -> None:
+    truth = built["school"].truth
     assert truth.wall_area_m2["Class 2S2"] == pytest.approx(2 * (10.65 + 8.0) * 4.0 - 3 * 2.4 * 2.2 - 2.1)
     assert truth.floor_area_m2["Gallery 0"] == pytest.approx(27.6 * 14.8)
     assert truth.floor_area_m2["Gallery 3"] == pytest.approx(27.6 * 14.8 - 18.0 * 7.6 - 1.8 * 5.0)
     assert len(truth.storeys) == 5
-    assert len(buildings["office"].truth.storeys) == 2
+    assert len(built["office"].truth.storeys) == 2
 
 
-def test_one_level_of_the_school_sees_the_next_through_the_void(buildings: dict[str, SyntheticScene]) -> None:
-    synthetic = buildings["school"]
+def test_one_level_of_the_school_sees_the_next_through_the_void(built: dict[str, SyntheticScene]) -> None:
+    synthetic = built["school"]
     (x0, y0), (x1, y1) = school.VOID_M
     middle = np.array([(x0 + x1) / 2 + 0.3, (y0 + y1) / 2])
     top = synthetic.truth.extents_m[1, 2]
@@ -167,8 +162,8 @@ def test_one_level_of_the_school_sees_the_next_through_the_void(buildings: dict[
         assert sees(synthetic, eye, across).mean() > 0.5
 
 
-def test_enclosed_rooms_of_the_basement_are_seen_from_no_other_room(buildings: dict[str, SyntheticScene]) -> None:
-    synthetic = buildings["basement"]
+def test_enclosed_rooms_of_the_basement_are_seen_from_no_other_room(built: dict[str, SyntheticScene]) -> None:
+    synthetic = built["basement"]
     rng = np.random.default_rng(5)
     spots, owner = [], []
     for i, room in enumerate(synthetic.rooms):
@@ -190,21 +185,55 @@ def test_enclosed_rooms_of_the_basement_are_seen_from_no_other_room(buildings: d
 
 
 @pytest.mark.parametrize("name", ["basement", "school"])  # the office's 2.7 million triangles take seconds
-def test_floors_are_found_at_every_storey(name: str, buildings: dict[str, SyntheticScene]) -> None:
-    found = find_floors(buildings[name].scene)
+def test_floors_are_found_at_every_storey(name: str, built: dict[str, SyntheticScene]) -> None:
+    found = find_floors(built[name].scene)
     assert [floor.elevation_m for floor in found.floors] == pytest.approx(
-        [elevation for _, elevation in buildings[name].truth.storeys], abs=0.02
+        [elevation for _, elevation in built[name].truth.storeys], abs=0.02
     )
     assert found.warnings == ()
 
 
 @pytest.mark.parametrize(("name", "suffix"), [("basement", ".obj"), ("basement", ".glb"), ("school", ".ply")])
 def test_product_loads_what_was_written(
-    name: str, suffix: str, buildings: dict[str, SyntheticScene], tmp_path: Path
+    name: str, suffix: str, built: dict[str, SyntheticScene], tmp_path: Path
 ) -> None:
-    scene = load_scene(scenes_synthetic.write(buildings[name], tmp_path / f"{name}{suffix}"))
-    assert scene.n_triangles == buildings[name].scene.n_triangles
+    scene = load_scene(scenes_synthetic.write(built[name], tmp_path / f"{name}{suffix}"))
+    assert scene.n_triangles == built[name].scene.n_triangles
     assert scene.report.warnings == ()
     assert scene.report.n_degenerate == scene.report.n_duplicate == 0
     extents = [scene.vertices_m.min(axis=0), scene.vertices_m.max(axis=0)]
-    np.testing.assert_allclose(extents, buildings[name].truth.extents_m, atol=1e-5)
+    np.testing.assert_allclose(extents, built[name].truth.extents_m, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_hand_rails_stand_on_treads_of_their_flight(name: str, built: dict[str, SyntheticScene]) -> None:
+    synthetic = built[name]
+    rails = [part for part in synthetic.parts if part.name.startswith("Stair rail")]
+    assert len(rails) == {"basement": 1, "school": 8, "office": 1}[name]
+    for rail in rails:
+        flight = next(p for p in synthetic.parts if p.kind == "IfcStair" and p.storey == rail.storey)
+        (low, high), (low_s, high_s) = rail.solid.bounds_m, flight.solid.bounds_m
+        assert low_s[0] < low[0] < high[0] < high_s[0]
+        corners = flight.solid.vertices_m[flight.solid.triangles]
+        treads = corners[(np.ptp(corners[:, :, 2], axis=1) < 1e-9)]
+        feet = rail.solid.vertices_m[np.isin(np.round(rail.solid.vertices_m[:, 2], 5), np.round(treads[:, 0, 2], 5))]
+        assert len(feet) >= 3 * 6  # on three or more treads
+        for x, y, z in feet:
+            under = treads[np.abs(treads[:, 0, 2] - z) < 1e-5]
+            assert under[:, :, 1].min() < y < under[:, :, 1].max(), f"{rail.name} at {x:.2f}, {y:.2f}, {z:.2f}"
+
+
+def test_pipes_run_into_boilers_and_ducts_end_on_air_handlers(built: dict[str, SyntheticScene]) -> None:
+    parts = built["basement"].parts
+    boilers = [p.solid.bounds_m for p in parts if p.kind == "IfcBoiler"]
+    pipes = [p.solid.vertices_m for p in parts if p.name.startswith("Heating pipe")]
+    mouths = np.array([pipe[pipe[:, 0] > pipe[:, 0].max() - 1e-6].mean(axis=0) for pipe in pipes])
+    assert len(boilers) == 2
+    for low, high in boilers:
+        assert ((low < mouths) & (mouths < high)).all(axis=1).sum() == 2
+    handlers = [p.solid.bounds_m for p in parts if "air handler" in p.name]
+    ducts = [p.solid.vertices_m for p in parts if p.name in ("Duct 1", "Duct 2")]
+    for (low, high), duct in zip(handlers, ducts, strict=True):
+        end = duct[duct[:, 2] < duct[:, 2].min() + 1e-6]
+        assert (low[:2] < end[:, :2]).all() and (end[:, :2] < high[:2]).all()
+        assert end[0, 2] == pytest.approx(high[2], abs=1e-6)
