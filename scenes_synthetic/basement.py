@@ -25,7 +25,7 @@ from scenes_synthetic import furnishing_seats as seats
 from scenes_synthetic import furnishing_services as services
 from scenes_synthetic import furniture
 from scenes_synthetic.building import Opening, slab, stairs, wall
-from scenes_synthetic.model import Hole, Level, Part, Room, SyntheticScene, assemble
+from scenes_synthetic.model import Hole, Level, Part, Room, SyntheticScene
 from scenes_synthetic.solids import Point
 from scenes_synthetic.storeys import (
     EAST_WALL,
@@ -33,7 +33,8 @@ from scenes_synthetic.storeys import (
     SOUTH_WALL,
     WEST_WALL,
     Fitter,
-    doors,
+    finished,
+    grid_spots,
     outer_walls,
     rectangle_room,
 )
@@ -69,9 +70,15 @@ def build(*, seed: int = 0) -> SyntheticScene:
     _furnish_plant(fitter)
     _furnish_small_rooms(fitter, rng)
     _hang_lamps(fitter)
-    parts = [*fabric, *doors(fabric, swings), *_columns(), *_ducts(), *_pipes(), *fitter.parts]
-    extents = [[0.0, 0.0, -_SLAB_M], [*_SIZE_M, _CLEAR_M + _SLAB_M]]
-    return assemble("basement", levels=[_LEVEL], rooms=_rooms(), parts=parts, extents_m=extents)
+    return finished(
+        "basement",
+        levels=[_LEVEL],
+        rooms=_rooms(),
+        fabric=fabric,
+        swings=swings,
+        others=[*_columns(), *_ducts(), *_pipes(), *fitter.parts],
+        extents_m=[[0.0, 0.0, -_SLAB_M], [*_SIZE_M, _CLEAR_M + _SLAB_M]],
+    )
 
 
 def _rooms() -> list[Room]:
@@ -209,11 +216,8 @@ def _furnish_small_rooms(fitter: Fitter, rng: np.random.Generator) -> None:
 def _hang_lamps(fitter: Fitter) -> None:
     lamp = services.louvre_lamp(1.5, 0.25, n_blades=6)
     for room in _rooms():
-        (x0, y0), _, (x1, y1), _ = room.outline_m
-        n_x, n_y = max(1, round((x1 - x0) / 4)), max(1, round((y1 - y0) / 4))
         if room.name in ("Shaft", "Stair"):
             continue
-        for i in range(n_x):
-            for j in range(n_y):
-                x, y = x0 + (i + 0.5) * (x1 - x0) / n_x, y0 + (j + 0.5) * (y1 - y0) / n_y
-                fitter.put(room.name, "lamp", lamp, x, y, 90.0 if x1 - x0 < 3 else 0.0, kind=_LAMP, from_ceiling=True)
+        turn = 90.0 if room.name in ("Corridor", "Archive") else 0.0  # along the narrow ones
+        for _, _, x, y in grid_spots(room, 4.0):
+            fitter.put(room.name, "lamp", lamp, x, y, turn, kind=_LAMP, from_ceiling=True)

@@ -14,17 +14,17 @@ from scenes_synthetic import furnishing_seats as seats
 from scenes_synthetic import furnishing_services as services
 from scenes_synthetic import furniture
 from scenes_synthetic.building import Opening, flat_roof, parapet, slab, stairs, wall
-from scenes_synthetic.model import Hole, Level, Part, Room, SyntheticScene, assemble
+from scenes_synthetic.model import Hole, Level, Part, Room, SyntheticScene
 from scenes_synthetic.storeys import (
     EAST_WALL,
     NORTH_WALL,
     SOUTH_WALL,
     WEST_WALL,
     Fitter,
-    doors,
+    finished,
+    grid_spots,
     outer_walls,
     rectangle_room,
-    windows,
 )
 
 _SIZE_M = (16.0, 49.0)
@@ -35,7 +35,8 @@ _STAIR_HOLE = ((6.55, 18.6), (7.85, 22.7))
 _ISLANDS_X = (3.3, 12.7)
 _ROWS_Y = {"south": (2.4, 5.8, 9.2, 12.6), "north": (38.9, 42.3, 45.7)}
 _PLACE_M = 1.65
-_SANITARY, _LAMP, _HEATER, _OUTLET = "IfcSanitaryTerminal", "IfcLightFixture", "IfcSpaceHeater", "IfcAirTerminal"
+_SANITARY, _LAMP, _HEATER = "IfcSanitaryTerminal", "IfcLightFixture", "IfcSpaceHeater"
+_OUTLET, _SPRINKLER = "IfcAirTerminal", "IfcFireSuppressionTerminal"
 
 
 def build(*, seed: int = 0) -> SyntheticScene:
@@ -52,10 +53,14 @@ def build(*, seed: int = 0) -> SyntheticScene:
         _core(fitter, pieces, storey)
         _ceilings(fitter, pieces, [room for room in rooms if room.storey == storey])
     runs = [part for storey in range(_N_STOREYS) for part in _runs(storey)]
-    parts = [*fabric, *windows(fabric), *doors(fabric, swings), *_stairs(), *runs, *fitter.parts]
-    levels = [Level("Ground floor", 0.0), Level("Upper floor", _RISE_M)]
-    return assemble(
-        "office", levels=levels, rooms=rooms, parts=parts, extents_m=[[0.0, 0.0, -_SLAB_M], [*_SIZE_M, 7.7]]
+    return finished(
+        "office",
+        levels=[Level("Ground floor", 0.0), Level("Upper floor", _RISE_M)],
+        rooms=rooms,
+        fabric=fabric,
+        swings=swings,
+        others=[*_stairs(), *runs, *fitter.parts],
+        extents_m=[[0.0, 0.0, -_SLAB_M], [*_SIZE_M, 7.7]],
     )
 
 
@@ -268,10 +273,8 @@ def _cells(fitter: Fitter, pieces: _Pieces, storey: int, rng: np.random.Generato
             shelf = pieces.shelves[int(rng.integers(len(pieces.shelves)))]
             fitter.put(room, "shelf", shelf, shelf_x, y + 3.83, NORTH_WALL)
             fitter.put(room, "table", pieces.table, guest_x, y + 2.3)
-            for turn in (55.0, 235.0):
-                jitter = turn + float(rng.integers(-15, 16))
-                s, c = float(np.sin(np.deg2rad(jitter))), float(np.cos(np.deg2rad(jitter)))
-                fitter.put(room, "chair", pieces.visitor, guest_x - 0.9 * s, y + 2.3 + 0.9 * c, jitter)
+            turns = [turn + float(rng.integers(-15, 16)) for turn in (55.0, 235.0)]
+            fitter.put_round(room, "chair", pieces.visitor, (guest_x, y + 2.3), 0.9, turns)
             wall_x, turn = (0.32, WEST_WALL) if side == "W" else (15.68, EAST_WALL)
             fitter.put(room, "radiator", pieces.radiator, wall_x, y + 1.9, turn, kind=_HEATER)
             plant = pieces.plants[int(rng.integers(len(pieces.plants)))]
@@ -296,32 +299,17 @@ def _core(fitter: Fitter, pieces: _Pieces, storey: int) -> None:
         fitter.put(room, "mug", pieces.mug, 12.0 + 0.12 * i, 23.7, 40.0 * i, lift_m=0.9101)
     for x, y in ((11.6, 18.0), (14.0, 18.0), (12.8, 20.9)):
         fitter.put(room, "table", pieces.table, x, y)
-        for i in range(4):
-            turn = 45.0 + 90.0 * i
-            s, c = float(np.sin(np.deg2rad(turn))), float(np.cos(np.deg2rad(turn)))
-            fitter.put(room, "chair", pieces.visitor, x - 0.95 * s, y + 0.95 * c, turn)
+        fitter.put_round(room, "chair", pieces.visitor, (x, y), 0.95, (45.0, 135.0, 225.0, 315.0))
         fitter.put(room, "pendant lamp", pieces.pendant, x, y, kind=_LAMP, from_ceiling=True)
 
 
 def _ceilings(fitter: Fitter, pieces: _Pieces, rooms: list[Room]) -> None:
     """Lamps, air outlets and sprinklers on a grid of about three metres."""
     for room in rooms:
-        (x0, y0), _, (x1, y1), _ = room.outline_m
-        n_x, n_y = max(1, round((x1 - x0) / 3)), max(1, round((y1 - y0) / 3))
-        for i in range(n_x):
-            for j in range(n_y):
-                x, y = x0 + (i + 0.5) * (x1 - x0) / n_x, y0 + (j + 0.5) * (y1 - y0) / n_y
-                plain = "Landing" not in room.name and "Kitchen" not in room.name
-                if plain:
-                    fitter.put(room.name, "lamp", pieces.louvre, x, y, kind=_LAMP, from_ceiling=True)
-                if plain and (i + j) % 2 == 0:
-                    fitter.put(room.name, "air outlet", pieces.grille, x, y + 0.75, kind=_OUTLET, from_ceiling=True)
-                fitter.put(
-                    room.name,
-                    "sprinkler",
-                    pieces.sprinkler,
-                    x,
-                    y - 0.6,
-                    kind="IfcFireSuppressionTerminal",
-                    from_ceiling=True,
-                )
+        plain = "Landing" not in room.name and "Kitchen" not in room.name
+        for i, j, x, y in grid_spots(room, 3.0):
+            if plain:
+                fitter.put(room.name, "lamp", pieces.louvre, x, y, kind=_LAMP, from_ceiling=True)
+            if plain and (i + j) % 2 == 0:
+                fitter.put(room.name, "air outlet", pieces.grille, x, y + 0.75, kind=_OUTLET, from_ceiling=True)
+            fitter.put(room.name, "sprinkler", pieces.sprinkler, x, y - 0.6, kind=_SPRINKLER, from_ceiling=True)

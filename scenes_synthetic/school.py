@@ -24,17 +24,16 @@ from scenes_synthetic import furnishing_seats as seats
 from scenes_synthetic import furnishing_services as services
 from scenes_synthetic import furniture
 from scenes_synthetic.building import Opening, parapet, slab, stairs, wall
-from scenes_synthetic.model import Hole, Level, Part, PiercedBox, Room, SyntheticScene, assemble
+from scenes_synthetic.model import Hole, Level, Part, PiercedBox, Room, SyntheticScene
 from scenes_synthetic.storeys import (
     EAST_WALL,
     NORTH_WALL,
     SOUTH_WALL,
     WEST_WALL,
     Fitter,
-    doors,
+    finished,
     outer_walls,
     rectangle_room,
-    windows,
 )
 from scenes_synthetic.tessellated import rounded_box
 
@@ -66,10 +65,15 @@ def build(*, seed: int = 0) -> SyntheticScene:
         *(part for storey in range(1, _N_STOREYS) for part in _railings(storey)),
         *(part for storey in range(_N_STOREYS) for part in _columns(storey)),
     ]
-    parts = [*fabric, *windows(fabric), *doors(fabric, swings), *fixed, *fitter.parts]
-    levels = [Level(_storey_name(s), _foot(s)) for s in range(_N_STOREYS)]
-    extents = [[0.0, 0.0, -_SLAB_M], [*_SIZE_M, 23.6]]
-    return assemble("school", levels=levels, rooms=rooms, parts=parts, extents_m=extents)
+    return finished(
+        "school",
+        levels=[Level(_storey_name(s), _foot(s)) for s in range(_N_STOREYS)],
+        rooms=rooms,
+        fabric=fabric,
+        swings=swings,
+        others=[*fixed, *fitter.parts],
+        extents_m=[[0.0, 0.0, -_SLAB_M], [*_SIZE_M, 23.6]],
+    )
 
 
 def _storey_name(storey: int) -> str:
@@ -131,8 +135,8 @@ def _lantern() -> list[Part]:
     return [*parts, Part("Lantern roof", "IfcRoof", last, recipe.solid(), recipe, predefined_type="FLAT_ROOF")]
 
 
-def _walls(storey: int) -> list[Part]:
-    foot, top = _foot(storey), round(_foot(storey) + _CLEAR_M, 6)
+def _facade(storey: int) -> dict[str, list[Opening]]:
+    """Openings of the outer walls, by side."""
     facade: dict[str, list[Opening]] = {"south": [], "north": [], "west": [], "east": []}
     for side, key in (("south", "S"), ("north", "N")):
         for i, start in enumerate(_CLASS_STARTS):
@@ -147,7 +151,12 @@ def _walls(storey: int) -> list[Part]:
     else:
         facade["east"] = [Opening("Door front", 15.0, 2.0, 2.4)]
         facade["east"] += [Opening(f"Window foyer {i + 1}", 10.0 + 8.6 * i, 3.2, 2.6, 0.3) for i in range(2)]
-    walls = outer_walls(_storey_name(storey), storey, _SIZE_M, foot, top, _OUTER_M, facade)
+    return facade
+
+
+def _walls(storey: int) -> list[Part]:
+    foot, top = _foot(storey), round(_foot(storey) + _CLEAR_M, 6)
+    walls = outer_walls(_storey_name(storey), storey, _SIZE_M, foot, top, _OUTER_M, _facade(storey))
     for key, y in (("S", 8.4), ("N", 23.4)):
         openings = [
             Opening(f"Door class {storey}{key}{i + 1}", round(start + shift, 6), 1.0, 2.1)
@@ -321,11 +330,8 @@ def _seminar_room(fitter: Fitter, pieces: _Pieces, name: str, x_m: float, y_m: f
     fitter.put(name, "board", pieces.board, x_m + 0.001, y_m + 4.0, WEST_WALL)
     for x, y in ((2.6, 3.0), (5.3, 2.4), (8.0, 3.0), (5.3, 5.4), (7.9, 5.4)):
         fitter.put(name, "round table", pieces.table, x_m + x, y_m + y)
-        for i in range(4):
-            turn = 90.0 * i + float(rng.integers(-10, 11))
-            reach = 0.98
-            at = (x_m + x - reach * float(np.sin(np.deg2rad(turn))), y_m + y + reach * float(np.cos(np.deg2rad(turn))))
-            fitter.put(name, "chair", pieces.chair, *at, turn)
+        turns = [90.0 * i + float(rng.integers(-10, 11)) for i in range(4)]
+        fitter.put_round(name, "chair", pieces.chair, (x_m + x, y_m + y), 0.98, turns)
     fitter.put(name, "shelf", pieces.shelf, x_m + _CLASS_M - 0.02, y_m + 4.0, EAST_WALL)
 
 
@@ -349,10 +355,7 @@ def _staff_room(fitter: Fitter, pieces: _Pieces, room: str) -> None:
         fitter.put(room, "chair", pieces.chair, 1.2, y, WEST_WALL)
         fitter.put(room, "lamp", pieces.lamp, 4.2, y, kind=_LAMP, from_ceiling=True)
     fitter.put(room, "table", pieces.table, 5.6, 19.0)
-    for i in range(4):
-        turn = 45.0 + 90.0 * i
-        at = (5.6 - 0.98 * float(np.sin(np.deg2rad(turn))), 19.0 + 0.98 * float(np.cos(np.deg2rad(turn))))
-        fitter.put(room, "chair", pieces.chair, *at, turn)
+    fitter.put_round(room, "chair", pieces.chair, (5.6, 19.0), 0.98, (45.0, 135.0, 225.0, 315.0))
     for i in range(3):
         fitter.put(room, "shelf", pieces.shelf, 1.4 + 1.3 * i, 23.38, NORTH_WALL)
 
@@ -372,8 +375,5 @@ def _east_room(fitter: Fitter, pieces: _Pieces, storey: int) -> None:
             fitter.put(room, "shelf", pieces.shelf, x, y, turn)
     for x in (38.2, 41.4):
         fitter.put(room, "table", pieces.table, x, 16.0)
-        for i in range(4):
-            turn = 90.0 * i
-            at = (x - 0.98 * float(np.sin(np.deg2rad(turn))), 16.0 + 0.98 * float(np.cos(np.deg2rad(turn))))
-            fitter.put(room, "chair", pieces.chair, *at, turn)
+        fitter.put_round(room, "chair", pieces.chair, (x, 16.0), 0.98, (0.0, 90.0, 180.0, 270.0))
         fitter.put(room, "lamp", pieces.pendant, x, 16.0, kind=_LAMP, from_ceiling=True)

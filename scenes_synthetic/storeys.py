@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
 
 from scenes_synthetic.building import Opening, door, wall, window
-from scenes_synthetic.model import Hole, Part, Room
+from scenes_synthetic.model import Hole, Level, Part, Room, SyntheticScene, assemble
 from scenes_synthetic.solids import Solid, place
 
 NORTH_WALL, EAST_WALL, SOUTH_WALL, WEST_WALL = 0.0, 270.0, 180.0, 90.0
@@ -79,6 +81,32 @@ def doors(parts: Sequence[Part], swings: Mapping[str, tuple[str, str, float]]) -
     ]
 
 
+def finished(
+    name: str,
+    *,
+    levels: Sequence[Level],
+    rooms: Sequence[Room],
+    fabric: Sequence[Part],
+    swings: Mapping[str, tuple[str, str, float]],
+    others: Iterable[Part],
+    extents_m: Sequence[Sequence[float]],
+) -> SyntheticScene:
+    """Put windows and doors into the openings of the fabric, and all parts together. `swings` as `doors` takes them."""
+    parts = [*fabric, *windows(fabric), *doors(fabric, swings), *others]
+    return assemble(name, levels=levels, rooms=rooms, parts=parts, extents_m=extents_m)
+
+
+def grid_spots(room: Room, every_m: float) -> list[tuple[int, int, float, float]]:
+    """Column, row and place (x, y) of spots about `every_m` apart, evenly over a rectangular room: for lamps."""
+    (x0, y0), _, (x1, y1), _ = room.outline_m
+    n_x, n_y = max(1, round((x1 - x0) / every_m)), max(1, round((y1 - y0) / every_m))
+    return [
+        (i, j, x0 + (i + 0.5) * (x1 - x0) / n_x, y0 + (j + 0.5) * (y1 - y0) / n_y)
+        for i in range(n_x)
+        for j in range(n_y)
+    ]
+
+
 class Fitter:
     """Collects furniture and fittings, each placed in a room and named after it and its number there."""
 
@@ -107,3 +135,18 @@ class Fitter:
         name = f"{room} {what} {self._count[f'{room} {what}']}"
         placed = place(solid, (x_m, y_m, round(height, 6)), turn_deg=turn_deg)
         self.parts.append(Part(name, kind, where.storey, placed, room=room))
+
+    def put_round(
+        self,
+        room: str,
+        what: str,
+        solid: Solid,
+        middle_m: tuple[float, float],
+        reach_m: float,
+        turns_deg: Iterable[float],
+    ) -> None:
+        """Stand one item a turn round a table's middle, its back `reach_m` away from it and its front towards it."""
+        x, y = middle_m
+        for turn in turns_deg:
+            s, c = float(np.sin(np.deg2rad(turn))), float(np.cos(np.deg2rad(turn)))
+            self.put(room, what, solid, x - reach_m * s, y + reach_m * c, turn)
