@@ -78,7 +78,7 @@ def told_optics(model: Any) -> IfcOptics | None:
         int(style.id()): told for style in model.by_type("IfcSurfaceStyle") if (told := _of_style(style)) is not None
     }
     materials = {int(material.id()): _of_material(material, of_style) for material in model.by_type("IfcMaterial")}
-    if not any(told.optics for told in materials.values()):
+    if not any(_changes_faces(told, of_style) for told in materials.values()):
         materials = {}  # products need not be asked
     if not materials and not any(of_style.values()):
         return None
@@ -110,6 +110,11 @@ def _of_material(material: Any, of_style: dict[int, Optics]) -> _Material:
     by_name = optics_of_material([str(material.Name or ""), str(getattr(material, "Category", None) or "")])
     by_style = [of_style[i] for i in sorted(ids) if i in of_style]
     return _Material(_what_all_say(by_style) if by_name is None else by_name, ids)
+
+
+def _changes_faces(told: _Material, of_style: dict[int, Optics]) -> bool:
+    """Whether faces do something else than return, or than their styles say, because of a material."""
+    return bool(told.optics) or (told.optics is not None and any(of_style.get(style) for style in told.styles))
 
 
 def _styles_of(material: Any) -> Iterable[Any]:
