@@ -5,8 +5,8 @@
  * Source     López et al. 2023, section 3.6 and Table 3. planner_core/genetic/operators.py is the same in NumPy, and gives
  *            the same bits: whole numbers alone, random numbers by counter (genetic_random.h).
  *
- * A generation   fill_pool -> breed -> mend -> cover (genetic_cover.cl) -> judge -> rank -> replace_* -> rank
- *                -> note_best. Once state[STOPPED] is set all of them return at once, so that generations queued too
+ * A generation   fill_pool -> breed -> mend -> cover (genetic_cover.cl) -> judge -> (find_twins -> bar_twins) -> rank -> replace_*
+ *                -> rank -> note_best. Once state[STOPPED] is set all of them return at once, so that generations queued too
  *                many change nothing.
  *
  * Layout     genes (n, W) uint, W = ceil(N / 32): bit g % 32 of word g / 32 is candidate g, bits from N on are 0.
@@ -249,6 +249,44 @@ kernel void rank(global const int *state, global const long *facts, int n, globa
         for (int i = individual + 1; i < n; ++i) better += keys[i] > key;
         order[better] = individual;
     }
+}
+
+/* Whether two individuals have the same stations; their facts are compared first. */
+static inline bool are_twins(global const ulong *rules, global const uint *a, global const uint *b)
+{
+    for (int word = 0; word < words_of(rules); ++word)
+        if (a[word] != b[word]) return false;
+    return true;
+}
+
+/* Find offspring that equal an individual of the population or an offspring of lower number.
+ * One work-item looks at some offspring. NDRange (any). twin (n_offspring) int written: 1 or 0. */
+kernel void find_twins(global const ulong *rules, global const int *state, global const uint *genes,
+                       global const long *facts, global const uint *offspring, global const long *offspring_facts,
+                       global int *twin)
+{
+    if (state[STATE_STOPPED]) return;
+    const int n = (int)rules[RULE_POPULATION], n_offspring = (int)rules[RULE_OFFSPRING], words = words_of(rules);
+    for (int i = get_global_id(0); i < n_offspring; i += get_global_size(0)) {
+        global const uint *own = offspring + (size_t)i * words;
+        const long key = offspring_facts[i];
+        int found = 0;
+        for (int k = 0; k < n && !found; ++k)
+            if (facts[k] == key) found = are_twins(rules, own, genes + (size_t)k * words);
+        for (int k = 0; k < i && !found; ++k)
+            if (offspring_facts[k] == key) found = are_twins(rules, own, offspring + (size_t)k * words);
+        twin[i] = found;
+    }
+}
+
+/* Give twins the least key of all: they replace nobody.
+ * One work-item is some offspring. NDRange (any). offspring_facts: keys of twins changed. */
+kernel void bar_twins(global const ulong *rules, global const int *state, global const int *twin,
+                      global long *offspring_facts)
+{
+    if (state[STATE_STOPPED]) return;
+    for (int i = get_global_id(0); i < (int)rules[RULE_OFFSPRING]; i += get_global_size(0))
+        if (twin[i]) offspring_facts[i] = LONG_MIN;
 }
 
 /* Overwrite individual `to` of the population by offspring `from`. */

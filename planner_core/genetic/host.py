@@ -10,6 +10,7 @@ import numpy as np
 from planner_core.genetic.coverage import HostCoverage
 from planner_core.genetic.objective import Objective
 from planner_core.genetic.operators import (
+    bar_twins,
     breed,
     mating_pool,
     mend,
@@ -59,6 +60,8 @@ def evolve_on_host(
             iteration += 1
             offspring = breed(draws, settings, iteration, genes, mating_pool(draws, settings, iteration, order))
             offspring_facts = _facts(coverage, objective, offspring)
+            if settings.distinct:
+                bar_twins(genes, offspring, offspring_facts[:, 0])
             taken, places = places_of_offspring(settings, order, facts[:, 0], offspring_facts[:, 0])
             genes[places], facts[places] = offspring[taken], offspring_facts[taken]
     history = np.array(rows, dtype=np.int64)

@@ -194,6 +194,9 @@ class Population:
         if self._settings.replacement == "generational":
             self._run("replace_all", (self._runs(n),), "rules", "state", "order", *changed)
             return
+        if self._settings.distinct:
+            self._run("find_twins", (self._runs(n),), "rules", "state", "genes", "facts", *changed[:2], "twin")
+            self._run("bar_twins", (self._runs(n),), "rules", "state", "twin", "offspring_facts")
         self.rank("offspring_facts", n, "offspring_order")
         self._run("replace_worst", (self._runs(n),), "rules", "state", "order", "offspring_order", *changed)
 
@@ -233,6 +236,7 @@ class Population:
             "offspring": 4 * n_offspring * self._n_words,
             "offspring_facts": 8 * _FACTS * n_offspring,
             "offspring_order": 4 * n_offspring,
+            "twin": 4 * n_offspring,
             "sums": 8 * max(n, n_offspring) * self._n_tiles * self._shape.slots,
             "history": 8 * _FACTS * _RING,
             "best": 4 * self._n_words,

@@ -14,6 +14,9 @@ from planner_core.genetic.philox import Draws, Purpose, below, threshold
 from planner_core.genetic.settings import GeneticSettings
 from planner_core.model import BoolArray, Int64Array
 
+#: Key of offspring that must not replace anybody: below all keys of `planner_core.genetic.objective`.
+BARRED = np.iinfo(np.int64).min
+
 
 def rate_range(settings: GeneticSettings, n_genes: int) -> tuple[int, int]:
     """Least rate of active genes of random individuals and the span above it, of 2^32; the mean is what was asked for.
@@ -43,7 +46,7 @@ def mend(draws: Draws, iteration: int, genes: BoolArray) -> None:
 
 def rank(key: Int64Array) -> Int64Array:
     """Individuals by key, the best first; of equals the lower number."""
-    return np.argsort(-key, kind="stable")
+    return np.argsort(~key, kind="stable")  # ~key is -key - 1, which no number overflows
 
 
 def mating_pool(draws: Draws, settings: GeneticSettings, iteration: int, order: Int64Array) -> Int64Array:
@@ -97,6 +100,15 @@ def mutate(draws: Draws, settings: GeneticSettings, iteration: int, offspring: B
     chosen = np.flatnonzero(number < threshold(settings.individual_mutation_rate))
     flips = draws.numbers(iteration, Purpose.FLIP, chosen, offspring.shape[1])
     offspring[chosen] ^= flips < threshold(settings.gene_mutation_rate)
+
+
+def bar_twins(genes: BoolArray, offspring: BoolArray, offspring_key: Int64Array) -> None:
+    """Give the least key of all to offspring that equal an individual or an offspring of lower number, in place."""
+    known = {row.tobytes() for row in np.packbits(genes, axis=1)}
+    for index, row in enumerate(np.packbits(offspring, axis=1)):
+        if row.tobytes() in known:
+            offspring_key[index] = BARRED
+        known.add(row.tobytes())
 
 
 def places_of_offspring(

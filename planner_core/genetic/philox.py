@@ -63,7 +63,7 @@ class Draws:
         rows = np.asarray(individuals, dtype=np.uint64)[:, None]
         counter = (np.uint64(iteration), np.uint64(int(purpose)), rows, blocks)
         words = np.stack(np.broadcast_arrays(*philox(counter, self._seed)), axis=-1)
-        return words.reshape(rows.size, -1)[:, :n]
+        return words.reshape(rows.size, 4 * blocks.size)[:, :n]
 
 
 def below(number: UInt64Array, n: int | UInt64Array) -> NDArray[np.int64]:

@@ -54,6 +54,9 @@ class GeneticSettings:
     """`stationary`: the best offspring replace the worst individuals where they are better; `generational`: all
     individuals but the `n_elite` best."""
     n_elite: int = 0
+    distinct: bool = False
+    """Whether stationary replacement turns away offspring that are in the population already. The paper's does not, and
+    its population ends as copies of one set."""
     max_iterations: int = 50_000
     patience: int = 30
     """Iterations without improvement after which the search stops."""
@@ -114,6 +117,10 @@ class GeneticSettings:
             raise RequirementError(
                 f"genetic n elite: got {self.n_elite} with stationary replacement, which keeps the best anyway; "
                 "expected 0, or generational replacement"
+            )
+        if self.distinct and self.replacement == "generational":
+            raise RequirementError(
+                "genetic distinct: got it with generational replacement, which takes all offspring; expected stationary"
             )
 
 

@@ -111,7 +111,7 @@ def evolved(kind: str, device: Device) -> list[Any]:
         GeneticSettings(**few),
         GeneticSettings(**few, crossover="uniform", selection="elitist", replacement="generational", n_elite=2),
         GeneticSettings(**few, crossover="one-point", objective="coverage-at-most-n", n_stations=8, expected_active=1),
-        GeneticSettings(**few, objective="eq9", gene_mutation_rate=0.5),
+        GeneticSettings(**few, objective="eq9", gene_mutation_rate=0.5, distinct=True),
     )
     lanes = {"cpu": 8, "cpu-4": 4, "gpu": 1}[kind]
     shape = on_device.SHAPES["cpu"]
