@@ -17,8 +17,6 @@ import numpy as np
 from planner_core.model import Int64Array, Optics, UInt8Array
 from planner_core.scene.materials import optics_of_material, optics_of_name, optics_of_transparency
 
-_UNTOLD = 255
-
 
 @dataclass
 class UsdOptics:
@@ -32,14 +30,17 @@ class UsdOptics:
 
         prim : the mesh as it hangs in the stage: of an instance, the proxy, so that bindings above it count.
         """
-        told = np.full(len(face), _UNTOLD, dtype=np.uint8)
-        for polygons, of_subset in self._of_subsets(prim):
-            told[np.isin(face, polygons) & (told == _UNTOLD)] = of_subset
-        if (told == _UNTOLD).any():
-            of_mesh = self._of_mesh(prim)
-            rest = _of_opacity(prim, face) if of_mesh is None else np.uint8(of_mesh)
-            told = np.where(told == _UNTOLD, rest, told).astype(np.uint8)
-        return told if told.any() else None
+        of_mesh = self._of_mesh(prim)
+        if of_mesh is None:
+            optics = _of_opacity(prim, face)
+        else:
+            optics = np.full(len(face), of_mesh, dtype=np.uint8) if of_mesh else None
+        of_subsets = list(self._of_subsets(prim))
+        if of_subsets:
+            optics = np.zeros(len(face), dtype=np.uint8) if optics is None else optics
+            for polygons, of_subset in reversed(of_subsets):  # of two that share a face, the first counts
+                optics[np.isin(face, polygons)] = of_subset
+        return optics if optics is not None and optics.any() else None
 
     def _of_subsets(self, prim: Any) -> Iterator[tuple[Int64Array, Optics]]:
         """Polygons, and what the material of their subset says."""
@@ -96,17 +97,17 @@ def _figure(shader: Any, name: str) -> float | None:
     return None
 
 
-def _of_opacity(prim: Any, face: Int64Array) -> UInt8Array:
-    """(T,) from the primvar `displayOpacity`, one value or one a polygon; values at points say nothing."""
+def _of_opacity(prim: Any, face: Int64Array) -> UInt8Array | None:
+    """(T,) from the primvar `displayOpacity`, one value or one a polygon; None where it is not so, as at points."""
     from pxr import Usd, UsdGeom
 
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance("displayOpacity")
     if not primvar or not primvar.HasValue():
-        return np.zeros(len(face), dtype=np.uint8)
+        return None
     opacity = np.array(primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()) or (), dtype=np.float64)
     of_value = np.array([optics_of_transparency(1.0 - o) or Optics.RETURNS for o in opacity.tolist()], dtype=np.uint8)
     if str(primvar.GetInterpolation()) == UsdGeom.Tokens.constant and of_value.size == 1:
         return np.full(len(face), of_value[0], dtype=np.uint8)
     if str(primvar.GetInterpolation()) == UsdGeom.Tokens.uniform and face.size and face.max() < of_value.size:
         return of_value[face]
-    return np.zeros(len(face), dtype=np.uint8)
+    return None
