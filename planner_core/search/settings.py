@@ -92,11 +92,17 @@ class SearchSettings:
         """Unit of lattice coordinates."""
         return self.step_m * (self.memo_cell_steps if self.memoised else 1.0)
 
+    @property
+    def cells_a_step(self) -> float:
+        """Length of a step in lattice coordinates; exactly 1 where a cell is a step."""
+        return 1.0 / self.memo_cell_steps if self.memoised else 1.0
+
 
 def _check_neighbourhood(settings: SearchSettings) -> None:
     if settings.neighbourhood not in NEIGHBOURHOODS:
         raise RequirementError(
-            f"neighbourhood: got {settings.neighbourhood!r}, expected one of {', '.join(NEIGHBOURHOODS)}"
+            f"neighbourhood: got {settings.neighbourhood!r}, expected one of {', '.join(NEIGHBOURHOODS)}; "
+            "leave it out for the default"
         )
     if settings.n_directions < 4 or settings.n_directions % 2:
         raise RequirementError(

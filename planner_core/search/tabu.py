@@ -26,7 +26,7 @@ class TabuSearch:
 
     def __init__(self, walk: Walk) -> None:
         self._walk = walk
-        self._voxel_cells = walk.settings.tabu_voxel_steps * walk.settings.step_m / walk.settings.cell_m
+        self._voxel_cells = walk.settings.tabu_voxel_steps * walk.settings.cells_a_step
         self._visited = self._voxels(walk.at)[:, None]
         self._stale = np.zeros(walk.n_agents, dtype=np.int64)
         self._low, self._n_places = self._places()
@@ -76,7 +76,7 @@ class TabuSearch:
         """(A, 3) random coordinates: whole steps from the lattice's origin, inside the bounds."""
         walk = self._walk
         place = self._low + np.floor(walk.random(agents, 3) * self._n_places)
-        at = walk.landscape.arrive(place * (walk.settings.step_m / walk.settings.cell_m))
+        at = walk.landscape.arrive(place * walk.settings.cells_a_step)
         if walk.settings.fixed_height:
             at[:, 2] = walk.at[agents, 2]
         return at

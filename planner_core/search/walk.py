@@ -73,7 +73,7 @@ class Walk:
         self.last = np.full(self.n_agents, -1, dtype=np.int64)
         self.restarted = np.zeros(self.n_agents, dtype=bool)
         moves = directions(settings)
-        self._moves = moves * (settings.step_m / settings.cell_m)
+        self._moves = moves * settings.cells_a_step
         # The last row answers for agents without a last move, whose direction is -1.
         self._undoing = np.vstack([undoing(moves, settings.reversal_slack), np.zeros((1, moves.shape[0]), dtype=bool)])
         self._streams: list[np.random.Generator] = []
