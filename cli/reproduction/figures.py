@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import eq9, fig04, fig05, fig16
+from . import eq9, fig04, fig05, fig07, fig16
 from .figure import Figure
 
 FIGURES: tuple[Figure, ...] = (
@@ -22,6 +22,13 @@ FIGURES: tuple[Figure, ...] = (
         "penalises scans that reach more polygons.",
         fig05.run,
         "a grid of 0.5 m and 900 columns a scan",
+    ),
+    Figure(
+        "fig07",
+        "Fig. 7: points of the Halton sequence and pseudo-random points on a mesh",
+        "points of the Halton sequence are spread significantly more evenly over a polygon than uniform random ones.",
+        fig07.run,
+        "20 seeds instead of 200",
     ),
     Figure(
         "eq9",
