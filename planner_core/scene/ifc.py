@@ -342,7 +342,9 @@ def _shapes_by(
     settings.set("apply-default-materials", False)
     entities = [product.entity for product in products]
     with _contents_asked(path, model):
-        iterator = geom.iterator(settings, model, os.cpu_count() or 1, include=entities, geometry_library=kernel)
+        # Threads of the second kernel spend their time waiting for each other.
+        n_threads = 1 if kernel == _FACES_KERNEL else os.cpu_count() or 1
+        iterator = geom.iterator(settings, model, n_threads, include=entities, geometry_library=kernel)
         more = iterator.initialize()
     while more:
         with _contents_asked(path, model):
