@@ -71,11 +71,14 @@ def pack(genes: BoolArray) -> NDArray[np.uint32]:
 
 def classes_of(problem: CoverRows) -> tuple[Int64Array, NDArray[np.uint8]]:
     """(R,) class of every row, 0, 1, ... each of which has rows, and (K, n_classes) which targets count it."""
-    n_targets, n_rows = problem.counts_for.shape[0], problem.ticks.size
-    if n_rows == 0 or n_targets == 0:
-        return np.zeros(n_rows, dtype=np.int64), np.zeros((n_targets, 1), dtype=np.uint8)
-    kinds, class_of_row = np.unique(problem.counts_for, axis=1, return_inverse=True)
-    return class_of_row.reshape(-1).astype(np.int64), kinds.astype(np.uint8)
+    n_targets, n_rows = problem.counts_for.shape
+    class_of_row, first = np.zeros(n_rows, dtype=np.int64), np.zeros(min(n_rows, 1), dtype=np.int64)
+    # Renumbered at every target: bits of an integer run out.
+    for counted in problem.counts_for:
+        _, first, class_of_row = np.unique(class_of_row * 2 + counted, return_index=True, return_inverse=True)
+    if n_rows == 0:
+        return class_of_row, np.zeros((n_targets, 1), dtype=np.uint8)
+    return class_of_row.astype(np.int64), problem.counts_for[:, first].astype(np.uint8)
 
 
 def _parts(ticks: Int64Array) -> tuple[Int64Array, Int64Array]:
@@ -102,19 +105,18 @@ def _places(kind: Int64Array, *, tile_rows: int) -> tuple[Int64Array, Int64Array
 def _bits(problem: CoverRows, row_of: Int64Array, place: Int64Array, *, n_tiles: int, words: int) -> NDArray[np.uint32]:
     """(n_tiles, N, words): what every candidate sees of every tile."""
     n_candidates = problem.starts.size - 1
-    bits = np.zeros((n_tiles, n_candidates, words), dtype=np.uint32)
     candidate_of = np.repeat(np.arange(n_candidates), np.diff(problem.starts))
     # Entry e is one of row_of[e]; entries of one row are as many as its weight has parts.
     by_row = np.argsort(row_of, kind="stable")
     n_parts = np.bincount(row_of, minlength=problem.ticks.size)
     first = np.cumsum(n_parts) - n_parts
+    bits = np.zeros(n_tiles * n_candidates * words, dtype=np.uint32)
     for part in range(int(n_parts.max(initial=0))):
         has = n_parts[problem.row] > part
         at = place[by_row[first[problem.row[has]] + part]]
-        inside = at % (32 * words)
-        where = ((at // (32 * words) * n_candidates) + candidate_of[has]) * words + inside % words
-        # Several bits of one word: those of one bit number at a time lie in different words.
-        for bit in range(32):
-            own = inside // words == bit
-            bits.reshape(-1)[where[own]] |= np.uint32(1 << bit)
-    return bits
+        tile, inside = np.divmod(at, 32 * words)
+        bit, word = np.divmod(inside, words)
+        where = (tile * n_candidates + candidate_of[has]) * words + word
+        # Bits of a word are all different: their sum is their union, and float64 holds it exactly.
+        bits += np.bincount(where, weights=np.ldexp(1.0, bit), minlength=bits.size).astype(np.uint32)
+    return bits.reshape(n_tiles, n_candidates, words)
