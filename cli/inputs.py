@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -59,6 +60,32 @@ def settings(
         max_patch_area_m2=max_patch_area_m2,
         scan_mode=scan_mode,
     )
+
+
+def with_method(problem: PlanSettings, *, method: str, search: str | None, assignments: Sequence[str]) -> PlanSettings:
+    """Return the settings with a method and its options, from the values of `options.method_choice`.
+
+    Raises
+    ------
+    RequirementError
+        Text that is no NAME=VALUE, a search for a method that has none, or options that the method refuses.
+    """
+    from planner_core.errors import RequirementError
+    from planner_core.paper import paper_settings
+
+    options = [("search", search)] if search is not None else []
+    for text in assignments:
+        name, equals, value = text.partition("=")
+        if not (name and equals):
+            raise RequirementError(f"--set: got {text!r}, expected NAME=VALUE, such as spatial.step_m=0.1")
+        options.append((name.strip(), value.strip()))
+    chosen = replace(problem, method=method, method_options=tuple(options))
+    if method == "paper":
+        paper_settings(chosen)  # refuses what makes no sense before anything is loaded
+    elif options:
+        given = "--search" if search is not None else "--set"
+        raise RequirementError(f"{given}: got it with --method {method}, which has no options; add --method paper")
+    return chosen
 
 
 def open_survey(

@@ -80,6 +80,43 @@ overlap_option = click.option(
     "--overlap", "overlap_percent", type=click.FloatRange(min=0, max=100), default=30.0, show_default=True,
     metavar="PERCENT", help="Overlap at which two stations count as linked.",
 )  # fmt: skip
+method_option = click.option(
+    "--method", type=click.Choice(["greedy", "paper"]), default="greedy", show_default=True,
+    help="How stations are chosen. greedy: one after the other; paper: the pipeline of the method paper.",
+)  # fmt: skip
+search_option = click.option(
+    "--search", type=click.Choice(["ls", "sa", "ts", "none"]), default=None,
+    help="Spatial search of method paper: local search, simulated annealing, tabu search. [default: sa]",
+)  # fmt: skip
+set_option = click.option(
+    "--set", "assignments", multiple=True, metavar="NAME=VALUE",
+    help="An option of the method, such as spatial.step_m=0.1; may be repeated. --method-options lists them.",
+)  # fmt: skip
+
+
+def _as_text(value: Any) -> str:
+    """Return a default as --set takes it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return ",".join(f"{part:g}" for part in value) if isinstance(value, tuple) else str(value).lower()
+
+
+def _print_method_options(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if not wanted or ctx.resilient_parsing:
+        return
+    from planner_core.method_options import option_list
+    from planner_core.paper import PaperSettings
+
+    from .output import table
+
+    table(("option of --method paper", "default"), [(n, _as_text(v)) for n, v in option_list(PaperSettings())])
+    ctx.exit()
+
+
+method_options_option = click.option(
+    "--method-options", is_flag=True, is_eager=True, expose_value=False, callback=_print_method_options,
+    help="List the options that --set takes, with their defaults, and exit.",
+)  # fmt: skip
 seed_option = click.option("--seed", type=int, default=0, show_default=True, help="Seed of everything random.")
 stations_option = click.option(
     "--stations", type=click.Path(path_type=Path, readable=False), required=True, metavar="FILE",
@@ -128,5 +165,6 @@ problem_options = apply(
     scanner_option, coverage_option, overlap_option, floor_option, grid_option, height_option, clearance_option,
     patch_area_option, scan_mode_option, seed_option,
 )  # fmt: skip
+method_choice = apply(method_option, search_option, set_option, method_options_option)
 engine_options = apply(engine_option, device_option)
 output_options = apply(json_option, quiet_option)

@@ -386,6 +386,9 @@ class PlanSettings:
     scanner: Scanner
     requirements: Requirements = Requirements()
     method: str = "greedy"
+    """`greedy`, or `paper`: the method paper's pipeline, see `planner_core.paper`."""
+    method_options: tuple[tuple[str, str], ...] = ()
+    """(name, value) of options of the method, as text; see `planner_core.paper.PaperSettings`."""
     seed: int = 0
     grid_step_m: float = 0.5
     instrument_heights_m: tuple[float, ...] = ()

@@ -14,6 +14,7 @@ from planner_core.candidates.grid import find_candidates
 from planner_core.errors import RequirementError
 from planner_core.metrics.coverage import floor_of_patch, take_rows, times_seen
 from planner_core.model import BoolArray, Candidates, Plan, PlanSettings, Scene, Station, Survey
+from planner_core.paper import find_pool, paper_settings, select_by_genes
 from planner_core.progress import Progress, silent
 from planner_core.results import Stopwatch, describe_plan
 from planner_core.scan.engine import ScanEngine, open_engine
@@ -58,10 +59,14 @@ def make_plan(
 def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, progress: Progress = silent) -> Plan:
     """Do the rest of `make_plan`, for callers that scan with the same engine afterwards."""
     clock = Stopwatch()
+    paper = paper_settings(settings) if settings.method == "paper" else None
     floors = planned_floors(survey.floors, settings.requirements.floors)
     # 3. Where a tripod can stand.
     with clock.stage("candidates"):
-        candidates = find_candidates(survey, settings, caster, floors=floors, progress=progress)
+        if paper is None:
+            candidates = find_candidates(survey, settings, caster, floors=floors, progress=progress)
+        else:
+            candidates = find_pool(survey, settings, paper, caster, floors=floors, progress=progress)
         bare = _bare_floors(survey, candidates, floors)
     # 4. What each spot sees. Seen by any of them: achievable.
     with clock.stage("scan"):
@@ -74,7 +79,10 @@ def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, p
         scope = scope_of(of_patch, floors, len(survey.floors))
         targets = floor_targets(of_patch, floors, scope, settings.requirements.coverage)
         problem = cover_problem(visibility, survey.patches.area_m2, targets)
-        chosen = np.array(select_greedy(problem, progress=progress).chosen, dtype=np.int64)
+        if paper is None:
+            chosen = np.array(select_greedy(problem, progress=progress).chosen, dtype=np.int64)
+        else:
+            chosen = select_by_genes(problem, paper, caster, progress=progress)
     with clock.stage("bound"):
         fewest = lower_bound(problem, n_stations=chosen.size, progress=progress)
     # 6. In which order to walk them, and what they are worth.

@@ -18,6 +18,8 @@ from planner_core.scan.template import make_template
 from planner_core.scene.floors import find_floors
 from planner_core.scene.patches import make_patches
 
+#: What `PlanSettings.method` may be.
+METHODS = ("greedy", "paper")
 #: No mast is longer; a larger figure is a slip in its unit.
 MAX_INSTRUMENT_HEIGHT_M = 100.0
 
@@ -58,8 +60,11 @@ def check_settings(settings: PlanSettings) -> None:
         raise RequirementError(
             f"overlap: got {wanted.overlap:g}, expected a fraction from 0 to 1; give e.g. 0.3 (30 %)"
         )
-    if settings.method != "greedy":
-        raise RequirementError(f"method: got {settings.method!r}, expected 'greedy'; the only one there is")
+    if settings.method not in METHODS:
+        raise RequirementError(f"method: got {settings.method!r}, expected one of {', '.join(METHODS)}")
+    if settings.method == "greedy" and settings.method_options:
+        name, _ = settings.method_options[0]
+        raise RequirementError(f"option {name}: got it with method greedy, which has none; use method paper")
     check_scan_mode(settings.scan_mode)
     for name in ("grid_step_m", "height_step_m", "max_patch_area_m2"):
         value = getattr(settings, name)

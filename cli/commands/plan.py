@@ -12,6 +12,7 @@ from ..options import (
     FileOptions,
     apply,
     engine_options,
+    method_choice,
     output_options,
     overwrite_option,
     problem_options,
@@ -24,7 +25,7 @@ from ..options import (
 @scene_argument
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder to write. [default: <scene>-plan beside you]")  # fmt: skip
-@apply(problem_options, scene_options, engine_options, overwrite_option, output_options)
+@apply(problem_options, method_choice, scene_options, engine_options, overwrite_option, output_options)
 def command(scene: Path, folder: Path | None, overwrite: bool, as_json: bool, quiet: bool, **values: Any) -> None:
     """Plan where to put the scanner in SCENE: the fewest stations that reach the coverage asked for."""
     run(scene, folder or Path(f"{scene.stem}-plan"), overwrite=overwrite, as_json=as_json, quiet=quiet, **values)
@@ -40,6 +41,9 @@ def run(
     engine: str,
     device: str | None,
     reading: FileOptions = AS_THE_FILE_SAYS,
+    method: str = "greedy",
+    search: str | None = None,
+    assignments: tuple[str, ...] = (),
     **problem: Any,
 ) -> None:
     """Plan, write the folder and print the summary; `demo` calls this too."""
@@ -50,7 +54,7 @@ def run(
     from ..progress import ProgressReporter
 
     check_output(folder, overwrite=overwrite)  # before minutes of work, not after
-    settings = inputs.settings(**problem)
+    settings = inputs.with_method(inputs.settings(**problem), method=method, search=search, assignments=assignments)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, caster, _ = inputs.open_survey(
             scene, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"

@@ -38,6 +38,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             "floors": list(plan.settings.requirements.floors),
         },
         "method": plan.settings.method,
+        "method_options": dict(plan.settings.method_options),
         "seed": plan.settings.seed,
         "settings": _settings(plan),
         "floors": [_floor(floor, plan) for floor in plan.survey.floors],

@@ -1,0 +1,169 @@
+"""The method paper's pipeline: improve starting positions by spatial search, select by a genetic algorithm, repair.
+
+`planner_core.plan` calls the three steps where `method` is `paper`. Local frame, metres.
+
+    starts --search by F2--> improved --genetic selection--> chosen --overlap repair--> stations
+
+References
+----------
+López et al. 2023, sections 3.4 to 3.6 and Tables 1 to 3; docs/method/paper.md says what the defaults are and why.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from planner_core.candidates.grid import find_candidates
+from planner_core.candidates.ground import GroundSurface
+from planner_core.candidates.sampling import sample_at_random
+from planner_core.errors import RequirementError
+from planner_core.genetic import GeneticSettings, select_genetic
+from planner_core.method_options import with_options
+from planner_core.metrics.point_distribution import PointDistribution
+from planner_core.model import Candidates, FloatArray, Int64Array, PlanSettings, Survey
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scan.engine import ScanEngine
+from planner_core.scan.opencl import OpenCLEngine
+from planner_core.search import SearchSettings, search
+from planner_core.search.settings import METHODS
+from planner_core.search.station_fitness import StationFitness
+from planner_core.select.problem import CoverProblem
+
+STARTS = ("uniform", "random")
+POOLS = ("both", "improved")
+
+
+@dataclass(frozen=True)
+class PaperSettings:
+    """The pipeline's settings; `PlanSettings.method_options` replaces fields by name, such as `spatial.step_m`."""
+
+    search: str = "sa"
+    """`ls` greedy local search, `sa` simulated annealing, `ts` tabu search, `none`: starts stay where they are."""
+    starts: str = "uniform"
+    """`uniform`: the grid of the plan's settings; `random`: `n_random` a floor."""
+    n_random: int = 200
+    pool: str = "both"
+    """What is selected from: `both` starts and improved positions, or `improved` ones alone, as in the paper. Searches
+    leave small rooms, and then no selection of improved positions covers what is required."""
+    published_tests: bool = False
+    """Whether the paper's three tests decide where a tripod can stand, instead of ours."""
+    repair: bool = True
+    """Whether stations are added until all overlap as required and link up."""
+    overlap_radius_m: float = 0.0
+    """Radius of the circles that stand for scans; 0: the scanner's greatest range."""
+    spatial: SearchSettings = field(default_factory=SearchSettings)
+    genetic: GeneticSettings = field(default_factory=GeneticSettings)
+
+    def __post_init__(self) -> None:
+        """Refuse words that mean nothing, and a number of starts below 1."""
+        for name, known in (("search", (*METHODS, "none")), ("starts", STARTS), ("pool", POOLS)):
+            if getattr(self, name) not in known:
+                raise RequirementError(f"{name}: got {getattr(self, name)!r}, expected one of {', '.join(known)}")
+        if self.n_random < 1:
+            raise RequirementError(f"n_random: got {self.n_random}, expected at least 1; leave it out for 200")
+        if not self.overlap_radius_m >= 0:
+            raise RequirementError(f"overlap_radius_m: got {self.overlap_radius_m:g}, expected 0 or more; e.g. 5")
+
+
+def paper_settings(settings: PlanSettings) -> PaperSettings:
+    """Defaults with the plan's seed and options.
+
+    Raises
+    ------
+    RequirementError
+        An option that does not exist or makes no sense.
+    """
+    seeded = PaperSettings(
+        spatial=SearchSettings(seed=settings.seed, fixed_height=len(settings.instrument_heights_m) == 1),
+        genetic=GeneticSettings(seed=settings.seed),
+    )
+    return with_options(seeded, settings.method_options)
+
+
+def find_pool(
+    survey: Survey,
+    settings: PlanSettings,
+    paper: PaperSettings,
+    engine: ScanEngine,
+    *,
+    floors: tuple[int, ...],
+    progress: Progress = silent,
+) -> Candidates:
+    """Starts on each of `floors`, improved floor by floor: what the genetic algorithm selects from."""
+    if paper.starts == "random":
+        starts = sample_at_random(
+            survey, settings, engine, floors=floors, n_each=paper.n_random, seed=settings.seed, progress=progress
+        )
+    else:
+        starts = find_candidates(survey, settings, engine, floors=floors, progress=progress)
+    if paper.search == "none" or not starts.floor.size:
+        return starts
+    distribution = PointDistribution(survey.scene, survey.patches, engine)
+    improved = [_improved(survey, settings, paper, engine, distribution, starts, index, progress) for index in floors]
+    pool = Candidates(
+        position_m=np.concatenate([place for place, _ in improved]),
+        floor=np.repeat(np.array(floors, dtype=np.int32), [len(place) for place, _ in improved]),
+        instrument_height_m=np.concatenate([height for _, height in improved]),
+        n_tried=starts.n_tried,
+        rejected=starts.rejected,
+    )
+    return _joined(starts, pool) if paper.pool == "both" else _joined(_none_of(starts), pool)
+
+
+def _improved(
+    survey: Survey,
+    settings: PlanSettings,
+    paper: PaperSettings,
+    engine: ScanEngine,
+    distribution: PointDistribution,
+    starts: Candidates,
+    floor: int,
+    progress: Progress,
+) -> tuple[FloatArray, FloatArray]:
+    """Best positions (N, 3) of the agents of one floor, and their heights (N,) above its ground."""
+    starts_m = starts.position_m[starts.floor == floor]
+    if not starts_m.size:
+        return np.empty((0, 3)), np.empty(0)
+    fitness = StationFitness(survey, settings, engine, distribution, floor=floor, published_tests=paper.published_tests)
+    name = survey.floors[floor].name
+
+    def tell(event: ProgressEvent) -> None:
+        progress(replace(event, note=f"{name}: {event.note}"))
+
+    result = search(paper.search, starts_m, fitness, paper.spatial, bounds_m=fitness.bounds_m, progress=tell)
+    # Agents that started at valid positions stood at one; lattice cells may have moved a start to where none can stand.
+    position_m = result.position_m[result.found]
+    ground_m = GroundSurface(survey, survey.floors[floor]).below(position_m)
+    return position_m, position_m[:, 2] - ground_m
+
+
+def _none_of(candidates: Candidates) -> Candidates:
+    return replace(
+        candidates,
+        position_m=candidates.position_m[:0],
+        floor=candidates.floor[:0],
+        instrument_height_m=candidates.instrument_height_m[:0],
+    )
+
+
+def _joined(first: Candidates, second: Candidates) -> Candidates:
+    """Both, ordered by floor; of equal positions the first alone."""
+    position_m = np.concatenate([first.position_m, second.position_m])
+    floor = np.concatenate([first.floor, second.floor])
+    height_m = np.concatenate([first.instrument_height_m, second.instrument_height_m])
+    _, unique = np.unique(np.column_stack([floor, position_m]), axis=0, return_index=True)
+    unique = np.sort(unique)
+    order = unique[np.argsort(floor[unique], kind="stable")]
+    return replace(first, position_m=position_m[order], floor=floor[order], instrument_height_m=height_m[order])
+
+
+def select_by_genes(
+    problem: CoverProblem, paper: PaperSettings, engine: ScanEngine, *, progress: Progress = silent
+) -> Int64Array:
+    """Return candidates (K,) chosen by the genetic algorithm, on the engine's device where it has one."""
+    device = engine.on_device[0] if isinstance(engine, OpenCLEngine) else None
+    where = "host" if device is None else "device"
+    result = select_genetic(problem, paper.genetic, engine=where, device=device, progress=progress)
+    return result.chosen.astype(np.int64)
