@@ -20,9 +20,9 @@ from planner_core.model import FloatArray, Int32Array, Patches, Scene
 from planner_core.scene.patches import patch_triangles
 
 #: Points a square metre that a reference is made of: one every 2 cm each way. A patch of the default 0.04 m^2 gets 100,
-#: where the distance is within 9 % of that of infinitely many: docs/method/reference-distance.md.
+#: where the distance is 5 to 12 % above that of infinitely many, by shape: docs/method/reference-distance.md.
 REFERENCE_POINTS_PER_M2 = 2500.0
-#: More points than this a patch change the distance by less than 1e-5 of itself.
+#: More points than this a patch change the distance by some 1e-5 of itself.
 MAX_REFERENCE_POINTS = 2**20
 #: Patches whose corners the host holds at once: some 100 MB.
 _PATCHES_AT_ONCE = 2**19
