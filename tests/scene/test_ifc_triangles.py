@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import ifcopenshell
+import ifcopenshell.api.aggregate
 import ifcopenshell.api.feature
 import ifcopenshell.api.geometry
 import ifcopenshell.api.root
@@ -99,7 +100,7 @@ def test_faces_look_outwards_after_the_short_cut(room_path: Path, volumes: Calla
     assert (volumes(load_scene(room_path)) > 0).all()
 
 
-def test_openings_of_triangulated_products_and_of_their_wholes_are_cut_out(
+def test_openings_of_triangulated_products_are_cut_out(
     room_path: Path, kernels: dict[str, list[str]], tmp_path: Path
 ) -> None:
     def pierced(model: Any, table: Any) -> None:
@@ -122,6 +123,20 @@ def test_openings_of_triangulated_products_and_of_their_wholes_are_cut_out(
     assert TABLE not in kernels["cgal-simple"]
     # The hole of 0.2 x 0.1 m goes through the top, which is 0.04 m thick: two faces less, four reveals more.
     assert after - before == pytest.approx(0.6 * 0.04 - 2 * 0.02, abs=1e-6)
+
+
+def test_parts_of_a_whole_with_openings_do_not_take_the_short_cut(
+    room_path: Path, kernels: dict[str, list[str]], tmp_path: Path
+) -> None:
+    def assembled(model: Any, table: Any) -> None:
+        whole = ifcopenshell.api.root.create_entity(model, ifc_class="IfcElementAssembly", name="Set")
+        opening = ifcopenshell.api.root.create_entity(model, ifc_class="IfcOpeningElement", name="Hole")
+        ifcopenshell.api.feature.add_feature(model, feature=opening, element=whole)
+        ifcopenshell.api.aggregate.assign_object(model, products=[table], relating_object=whole)
+
+    load_scene(altered(room_path, tmp_path / "assembled.ifc", TABLE, assembled))
+    assert kernels["cgal-simple"] == [SINK]
+    assert TABLE in kernels["opencascade"]
 
 
 @pytest.mark.parametrize(
