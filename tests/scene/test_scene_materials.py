@@ -391,6 +391,23 @@ def test_usd_attribute_comes_after_subsets_and_before_the_material_of_the_mesh(t
     assert stage.load(tmp_path) == [PASSES] * 2 + [STOPS] * 2 + [PASSES] * 8
 
 
+def test_usd_subset_that_binds_nothing_itself_leaves_the_word_to_its_mesh(tmp_path: Path) -> None:
+    from pxr import UsdShade
+
+    stage = Stage()
+    stage.say("glass")
+    stage.bind(stage.mesh.GetPrim(), stage.material("Mirror"))
+    UsdShade.MaterialBindingAPI(stage.mesh.GetPrim()).CreateMaterialBindSubset("unbound", [0, 1])
+    assert stage.load(tmp_path) == [PASSES] * 12
+
+
+def test_usd_face_of_two_subsets_is_the_first_ones(tmp_path: Path) -> None:
+    stage = Stage()
+    stage.subset("a", [0, 1], stage.material("Glass"))
+    stage.subset("b", [1, 2], stage.material("Mirror"))
+    assert stage.load(tmp_path) == np.repeat([PASSES, PASSES, STOPS, 0, 0, 0], 2).tolist()
+
+
 def test_usd_inputs_handed_down_from_the_material_count_and_textures_do_not(tmp_path: Path) -> None:
     from pxr import Sdf, UsdShade
 
