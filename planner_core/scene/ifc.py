@@ -291,7 +291,8 @@ def _optics(path: Path, model: Any) -> tuple[IfcOptics | None, tuple[str, ...]]:
         with _contents_asked(path, model):
             return told_optics(model), ()
     except SceneError as error:
-        return None, (f"its materials can't be read, and all surfaces are taken to return beams: {error}",)
+        reason = str(error).removeprefix(f"{path.name}: ")
+        return None, (f"{path.name}: its materials can't be read, so all surfaces return beams: {reason}",)
 
 
 # --------------------------------------------------------------------------------------------- geometry

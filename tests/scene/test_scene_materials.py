@@ -806,7 +806,9 @@ def test_ifc_materials_that_are_damaged_leave_the_shapes_and_a_warning(ifc_write
     scene = load_scene(path)
     assert scene.n_triangles == 36 and scene.optics_of_triangle is None
     (warning,) = scene.report.warnings
-    assert warning.startswith("its materials can't be read, and all surfaces are taken to return beams: a.ifc: ")
+    assert warning.startswith(
+        "a.ifc: its materials can't be read, so all surfaces return beams: its contents do not follow IFC4"
+    )
 
 
 # --------------------------------------------------------------------------------------------------- real models
