@@ -22,7 +22,7 @@ _SIDEWAYS = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 
 def stands_by_published_tests(
     survey: Survey, floor: Floor, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray
 ) -> BoolArray:
-    """(N,) bool: which of positions (N, 3) pass all three tests; none where a floor has no slab, hence no ground polygon.
+    """(N,) bool: which of positions (N, 3) pass all three tests; none on a floor without slab, hence without polygons.
 
     1. The first surface straight down is ground.
     2. So it is from each of m places on a circle of radius r about the position.

@@ -17,6 +17,8 @@ from planner_core.search.settings import SearchSettings
 
 #: A coordinate this near to a whole number of cells is one: 0.5 / 0.05 and the like are not exact.
 _WHOLE = 1e-6
+#: Positions on the bounds lie inside, whatever the rounding of the sums that lead there.
+_OUTSIDE_M = 1e-6
 #: Cells a coordinate may have either way: three of 21 bits make one key of 63.
 _REACH = 2**20
 
@@ -73,22 +75,22 @@ class Landscape:
 
     def __init__(self, fitness: Fitness, settings: SearchSettings, bounds_m: FloatArray) -> None:
         self._fitness = fitness
-        self._origin_m = np.array(settings.lattice_origin_m, dtype=np.float64)
+        self.origin_m = lattice_origin_m(settings, bounds_m)
         self._cell_m = settings.cell_m
-        self._bounds_m = bounds_m
+        self._bounds_m = bounds_m + np.array([[-_OUTSIDE_M], [_OUTSIDE_M]])
         self._memory = _Memory() if settings.memoised else None
         self.n_evaluations = 0
         self.n_hits = 0
 
     def coordinates(self, positions_m: FloatArray) -> FloatArray:
         """Lattice coordinates of positions (N, 3); whole numbers, those of the nearest cell, where memoised."""
-        at = (positions_m - self._origin_m) / self._cell_m
+        at = (positions_m - self.origin_m) / self._cell_m
         whole = np.rint(at)
         return whole if self._memory is not None else np.where(np.abs(at - whole) < _WHOLE, whole, at)
 
     def positions_m(self, at: FloatArray) -> FloatArray:
         """Positions of lattice coordinates (..., 3)."""
-        return self._origin_m + self._cell_m * at
+        return self.origin_m + self._cell_m * at
 
     def arrive(self, at: FloatArray) -> FloatArray:
         """Where moves to coordinates (..., 3) end: there, or in the middle of the cell where memoised."""
@@ -146,6 +148,13 @@ class _Memory:
 
     def of(self, key: Int64Array) -> Worth:
         return self._worth.take(np.searchsorted(self._key, key))
+
+
+def lattice_origin_m(settings: SearchSettings, bounds_m: FloatArray) -> FloatArray:
+    """(3,) the origin of the settings; by default the middle of the bounds in plan, at their least height."""
+    if settings.lattice_origin_m is not None:
+        return np.array(settings.lattice_origin_m, dtype=np.float64)
+    return np.array([*bounds_m.mean(axis=0)[:2], bounds_m[0, 2]])
 
 
 def keys(cell: FloatArray) -> Int64Array:

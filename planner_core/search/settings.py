@@ -46,8 +46,9 @@ class SearchSettings:
     """Whether positions lie on a lattice and the landscape is asked once a cell (the paper's optimised version)."""
     memo_cell_steps: float = 1.0
     """Length of a lattice cell in steps, at most 1: every move leaves its cell."""
-    lattice_origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Centre of one lattice cell, and a corner of one tabu voxel; local frame."""
+    lattice_origin_m: tuple[float, float, float] | None = None
+    """Centre of one lattice cell, and a corner of one tabu voxel; local frame. None: the middle of the bounds in plan,
+    at their least height, on whose lattice the usual grids of starts lie."""
 
     def __post_init__(self) -> None:
         """Refuse settings that make no sense, naming the first one.
@@ -82,10 +83,9 @@ class SearchSettings:
             raise RequirementError(
                 f"memo_cell_steps: got {self.memo_cell_steps:g}, expected more than 0 and at most 1; e.g. 1"
             )
-        if len(self.lattice_origin_m) != 3 or not all(math.isfinite(x) for x in self.lattice_origin_m):
-            raise RequirementError(
-                f"lattice_origin_m: got {self.lattice_origin_m}, expected three finite metres; leave it out for 0, 0, 0"
-            )
+        origin = self.lattice_origin_m
+        if origin is not None and (len(origin) != 3 or not all(math.isfinite(x) for x in origin)):
+            raise RequirementError(f"lattice_origin_m: got {origin}, expected three finite metres; leave it out")
 
     @property
     def cell_m(self) -> float:

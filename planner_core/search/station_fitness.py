@@ -97,7 +97,7 @@ class StationFitness:
 
     def _levels_m(self) -> FloatArray:
         low, high = self.height_limits_m
-        return np.array([self._ground.low_m + low - _HEIGHT_SLACK_M, self._ground.high_m + high + _HEIGHT_SLACK_M])
+        return np.array([self._ground.low_m + low, self._ground.high_m + high])
 
 
 def height_limits_m(settings: PlanSettings) -> tuple[float, float]:

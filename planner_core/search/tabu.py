@@ -84,7 +84,7 @@ class TabuSearch:
     def _places(self) -> tuple[FloatArray, FloatArray]:
         """First whole step inside the bounds and how many there are, both (3,)."""
         walk = self._walk
-        steps = (walk.bounds_m - np.array(walk.settings.lattice_origin_m)) / walk.settings.step_m
+        steps = (walk.bounds_m - walk.landscape.origin_m) / walk.settings.step_m
         low, high = np.ceil(steps[0] - 1e-9), np.floor(steps[1] + 1e-9)
         n_axes = 2 if walk.settings.fixed_height else 3
         if (high < low)[:n_axes].any():

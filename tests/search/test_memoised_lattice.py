@@ -86,3 +86,14 @@ def test_it_asks_about_no_position_twice_whatever_the_agents_do(make_rugged) -> 
     asked = np.concatenate(terrain.asked)
     assert len(np.unique(asked, axis=0)) == len(asked) == found.n_evaluations
     assert found.n_hits > found.n_evaluations
+
+
+def test_by_default_the_lattice_goes_through_the_middle_of_the_bounds_at_their_least_height(make_rugged) -> None:
+    # There a grid of 0.5 x 0.5 x 0.4 m centred on a floor lies, as well as that of every multiple of two steps.
+    bounds = np.array([[-3.21, 1.17, 0.513], [2.84, 6.05, 2.013]])
+    x, y = bounds.mean(axis=0)[:2]
+    grid = [(x + 0.25 * i, y + 0.5 * j, 0.513 + 0.4 * k) for i in (-3, 2) for j in (-1, 4) for k in (0, 3)]
+    for memoised in (True, False):
+        options = SearchSettings(memoised=memoised, max_iterations=1)
+        history = search("ls", np.array(grid), make_rugged((0, 0, 1)), options, bounds_m=bounds).history
+        np.testing.assert_allclose(history.position_m[0], grid, rtol=0, atol=1e-12)

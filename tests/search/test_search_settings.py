@@ -59,13 +59,14 @@ BOUNDS = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
         ("ls", np.zeros((1, 3)), BOUNDS[::-1]),
         ("ls", np.zeros((1, 3)), BOUNDS[:1]),
         ("ls", np.zeros((1, 3)), BOUNDS + np.inf),
-        ("ts", np.zeros((1, 3)), np.array([[0.01, 0, 0], [0.04, 1, 1]])),
+        ("ts", np.zeros((1, 3)), np.array([[0.0, 0, 0.01], [1, 1, 0.04]])),
         ("ts", np.full((1, 3), 9e4), BOUNDS),
     ],
 )
 def test_starts_bounds_and_methods_are_checked(method, starts, bounds, make_terrain, make_bowl) -> None:
     with pytest.raises(RequirementError):
-        search(method, starts, make_terrain(make_bowl((0, 0, 0))), bounds_m=bounds)
+        at_zero = SearchSettings(lattice_origin_m=(0.0, 0.0, 0.0))
+        search(method, starts, make_terrain(make_bowl((0, 0, 0))), at_zero, bounds_m=bounds)
 
 
 def test_a_valid_position_without_f2_is_refused(make_terrain) -> None:

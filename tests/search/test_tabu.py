@@ -18,7 +18,12 @@ SQUARE = SearchSettings(neighbourhood="cube", fixed_height=True, seed=4)
 @given(seed=st.integers(0, 10_000), fixed_height=st.booleans(), memoised=st.booleans())
 def test_no_voxel_is_entered_twice(seed, fixed_height, memoised, make_rugged) -> None:
     options = SearchSettings(
-        seed=seed, neighbourhood="cube", fixed_height=fixed_height, memoised=memoised, max_without_improvement=5
+        seed=seed,
+        neighbourhood="cube",
+        fixed_height=fixed_height,
+        memoised=memoised,
+        max_without_improvement=5,
+        lattice_origin_m=(0.0, 0.0, 0.0),
     )
     starts = 0.05 * np.random.default_rng(seed).integers([-20, -20, 10], [20, 20, 40], (6, 3))
     history = search("ts", starts, make_rugged((0.1, 0.2, 1.2)), options, bounds_m=BOUNDS).history
