@@ -60,15 +60,3 @@ def rank_correlation(a: FloatArray, b: FloatArray) -> float:
     from scipy.stats import spearmanr
 
     return float(spearmanr(a, b).statistic)
-
-
-def best_apart(f2_m2: FloatArray, position_m: FloatArray, k: int, least_distance_m: float) -> list[int]:
-    """Greedy: the k positions of least F2, none nearer to another than a distance; ties go to the lower number."""
-    chosen: list[int] = []
-    for index in np.argsort(f2_m2, kind="stable").tolist():
-        away = np.linalg.norm(position_m[chosen] - position_m[index], axis=1) if chosen else np.array([np.inf])
-        if away.min() >= least_distance_m:
-            chosen.append(index)
-        if len(chosen) == k:
-            break
-    return chosen
