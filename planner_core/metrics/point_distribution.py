@@ -40,9 +40,9 @@ from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import ScanEngine, check_positions
 from planner_core.scan.patch_samples import places_of
 
-#: Bytes of moments that a batch may hold, and what one patch of one position takes, with temporary arrays.
+#: Bytes of moments that a batch may hold, and what one patch of one position takes on host and device together.
 _BATCH_BYTES = 256 * 2**20
-_ENTRY_BYTES = 300
+_ENTRY_BYTES = 200
 #: Positions a batch at most, so that progress is heard of.
 _MAX_BATCH = 64
 #: Patches of a run. Part of the result's last bits, so the same on every device.
