@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import eq9, fig04, fig05, fig07, fig11, fig16
+from . import eq9, fig04, fig05, fig07, fig11, fig12, fig16
 from .figure import Figure
 
 FIGURES: tuple[Figure, ...] = (
@@ -45,6 +45,14 @@ FIGURES: tuple[Figure, ...] = (
         "towards the most polygons with the fewest scans.",
         eq9.run,
         "a grid of 1 m and 900 columns a scan instead of 0.5 m and 4500",
+    ),
+    Figure(
+        "fig12",
+        "Fig. 12: local search, simulated annealing and tabu search",
+        "local search ends early in local optima; annealing may worsen for a while and comes lower; tabu search, begun "
+        "anew where it is stuck, comes lowest in F2 (not in F1) but crowds where polygons are dense.",
+        fig12.run,
+        "a grid of 1.5 m at one height and 450 columns a scan",
     ),
     Figure(
         "fig16",
