@@ -94,6 +94,17 @@ def test_coverage_and_missing_ticks_are_plain_sums(matrix_problem, device, kind,
         assert key == (met if missing == 0 else -(missing * (n + 1) + active))
 
 
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("bits", [PART_BITS, PART_BITS + 1, 2 * PART_BITS - 5])
+def test_coverage_adds_up_where_every_row_has_the_greatest_weight(matrix_problem, device, form, bits):
+    n_rows = 2100  # more than a tile, so that all places of a lane are taken
+    ticks = np.full(n_rows, 2**bits - 1)
+    problem = matrix_problem(np.full((2, n_rows), True), ticks, np.full((1, n_rows), True), np.array([1]))
+    chosen = GeneticSettings(population=2, n_parents=2, max_iterations=0, objective="eq9")
+    facts = on_device(problem, np.array([[True, False], [True, True]]), chosen, device, FORMS[form])
+    assert facts[1].tolist() == [n_rows * (2**bits - 1)] * 2
+
+
 @pytest.mark.parametrize("objective", OBJECTIVES)
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=10, deadline=None)
