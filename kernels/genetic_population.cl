@@ -5,9 +5,9 @@
  * Source     López et al. 2023, section 3.6 and Table 3. planner_core/genetic/operators.py is the same in NumPy, and gives
  *            the same bits: whole numbers alone, random numbers by counter (genetic_random.h).
  *
- * A generation   fill_pool -> breed -> mend -> cover (genetic_cover.cl) -> judge -> (find_twins -> bar_twins) -> rank -> replace_*
- *                -> rank -> note_best. Once state[STOPPED] is set all of them return at once, so that generations queued too
- *                many change nothing.
+ * A generation   fill_pool -> breed -> mend -> cover (genetic_cover.cl) -> judge -> find_twins, bar_twins if asked for
+ *                -> rank -> replace_worst or replace_all -> rank -> note_best. Once state[STOPPED] is set all of them
+ *                return at once, so that generations queued too many change nothing.
  *
  * Layout     genes (n, W) uint, W = ceil(N / 32): bit g % 32 of word g / 32 is candidate g, bits from N on are 0.
  *            facts (3, n) long: key (greater is better), ticks covered, stations. order (n): individuals, best first.

@@ -53,7 +53,7 @@ def evolve_on_host(
                 rows.append(facts[order[0]].copy())
             else:
                 rows.append(rows[-1])
-            note(progress, settings, iteration, rows[-1])
+            note(progress, iteration, rows[-1])
             if iteration - improved >= settings.patience or iteration >= settings.max_iterations:
                 break
             # 3. The next generation.

@@ -83,7 +83,7 @@ def evolve_on_device(
             state, recent = population.look()
             for iteration in range(len(history), int(state[0]) + 1):
                 history.append(recent[iteration % len(recent)])
-                note(progress, settings, iteration, history[-1])
+                note(progress, iteration, history[-1])
             if state[2]:
                 return Trajectory(population.best(), np.array(history), STALE if state[2] == 1 else EXHAUSTED)
             for _ in range(GENERATIONS_A_LOOK):

@@ -33,8 +33,8 @@ def random_individuals(draws: Draws, settings: GeneticSettings, individuals: Int
     """(len(individuals), N) random chromosomes; those without any active gene are left to `mend`."""
     low, span = rate_range(settings, n_genes)
     number = draws.numbers(0, Purpose.RATE, individuals, 1)
-    rate = np.uint64(low) + ((number * np.uint64(span)) >> np.uint64(32))
-    return draws.numbers(0, Purpose.GENE, individuals, n_genes) < rate
+    rate = np.uint64(low) + ((number[:, 0] * np.uint64(span)) >> np.uint64(32))
+    return draws.hits(0, Purpose.GENE, individuals, n_genes, rate)
 
 
 def mend(draws: Draws, iteration: int, genes: BoolArray) -> None:
@@ -98,8 +98,8 @@ def mutate(draws: Draws, settings: GeneticSettings, iteration: int, offspring: B
     """Flip genes of some individuals, in place."""
     number = draws.numbers(iteration, Purpose.MUTATE, np.arange(len(offspring)), 1)[:, 0]
     chosen = np.flatnonzero(number < threshold(settings.individual_mutation_rate))
-    flips = draws.numbers(iteration, Purpose.FLIP, chosen, offspring.shape[1])
-    offspring[chosen] ^= flips < threshold(settings.gene_mutation_rate)
+    limit = np.full(chosen.size, threshold(settings.gene_mutation_rate), dtype=np.uint64)
+    offspring[chosen] ^= draws.hits(iteration, Purpose.FLIP, chosen, offspring.shape[1], limit)
 
 
 def bar_twins(genes: BoolArray, offspring: BoolArray, offspring_key: Int64Array) -> None:

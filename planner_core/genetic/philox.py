@@ -16,12 +16,16 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from planner_core.model import BoolArray
+
 UInt32Array = NDArray[np.uint32]
 UInt64Array = NDArray[np.uint64]
 
 _MULTIPLY = (np.uint64(0xD2511F53), np.uint64(0xCD9E8D57))
 _WEYL = (0x9E3779B9, 0xBB67AE85)
 _ROUNDS = 10
+#: Numbers that `Draws.hits` draws at once: some dozens of bytes each, half a megabyte in all stays in cache.
+_NUMBERS_AT_A_TIME = 2**14
 _LOW = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
 
@@ -64,6 +68,17 @@ class Draws:
         counter = (np.uint64(iteration), np.uint64(int(purpose)), rows, blocks)
         words = np.stack(np.broadcast_arrays(*philox(counter, self._seed)), axis=-1)
         return words.reshape(rows.size, 4 * blocks.size)[:, :n]
+
+    def hits(
+        self, iteration: int, purpose: Purpose, individuals: NDArray[np.integer], n: int, limit: UInt64Array
+    ) -> BoolArray:
+        """(len(individuals), n): which of their first n numbers are below `limit`, one for each individual."""
+        found = np.empty((len(individuals), n), dtype=bool)
+        step = max(1, _NUMBERS_AT_A_TIME // n)
+        for first in range(0, len(individuals), step):
+            own = slice(first, first + step)
+            found[own] = self.numbers(iteration, purpose, individuals[own], n) < limit[own, None]
+        return found
 
 
 def below(number: UInt64Array, n: int | UInt64Array) -> NDArray[np.int64]:

@@ -91,7 +91,8 @@ class GeneticSettings:
             if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value <= 1.0:
                 raise RequirementError(f"genetic {_words(name)}: got {value}, expected 0 to 1; e.g. 0.1")
         wanted = self.expected_active
-        if wanted is not None and not (math.isfinite(wanted) and wanted > 0):
+        usable = isinstance(wanted, int | float) and not isinstance(wanted, bool) and math.isfinite(wanted)
+        if wanted is not None and not (usable and wanted > 0):
             raise RequirementError(
                 f"genetic expected active: got {wanted}, expected a number of stations above 0; e.g. 40"
             )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planner_core.genetic.settings import GeneticSettings
 from planner_core.model import BoolArray, Int64Array
 from planner_core.progress import Progress, ProgressEvent
 
@@ -25,6 +24,6 @@ class Trajectory:
     why_stopped: str
 
 
-def note(progress: Progress, settings: GeneticSettings, iteration: int, facts: Int64Array) -> None:
+def note(progress: Progress, iteration: int, facts: Int64Array) -> None:
     """Report an iteration; how many there will be is not known before the last."""
-    progress(ProgressEvent("genetic", iteration, settings.max_iterations, f"{int(facts[2])} stations"))
+    progress(ProgressEvent("genetic", iteration, 0, f"{int(facts[2])} stations"))

@@ -30,6 +30,7 @@ BAD = [
     ({"seed": -1}, "seed"),
     ({"seed": 2**64}, "seed"),
     ({"objective": "coverage-at-most-n"}, "n stations"),
+    ({"expected_active": "half"}, "expected active"),
     ({"expected_active": 0}, "expected active"),
     ({"expected_active": float("inf")}, "expected active"),
 ]
