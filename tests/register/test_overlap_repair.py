@@ -129,7 +129,8 @@ def test_ranking_prefers_what_reaches_the_required_overlap_and_then_what_is_clos
 def test_lone_station_gets_the_candidate_closest_to_the_required_overlap_from_above() -> None:
     pool = np.array([[0.2, 0.0], [2.0, 0.0], [2.4, 0.0], [2.6, 0.0], [3.9, 0.0]])
     share = shared_fraction(pool[:, 0], R, R)
-    required = float(share[2] + share[3]) / 2
+    # Candidate 3 is closer to it, but from below.
+    required = float(0.2 * share[2] + 0.8 * share[3])
     found = repair_overlap(np.zeros((1, 2)), pool, radius_m=R, required=required)
     assert found.added.tolist() == [2]
     assert found.history[0].reason is Reason.OVERLAP
@@ -158,6 +159,46 @@ def test_two_stations_are_joined_by_steps_towards_each_other() -> None:
     assert all(addition.share >= 0.2 for addition in found.history)
     assert [addition.station for addition in found.history] == list(range(2, 2 + found.added.size))
     assert found.history[-1].n_sets == 1
+
+
+def test_steps_go_by_equation_5_and_not_by_overlap_alone() -> None:
+    at = np.array([[0.0, 0.0], [10.0, 0.0]])
+    sideways, ahead = [0.5, 2.4], [2.0, 0.0]
+    found = repair_overlap(at, np.array([sideways, ahead]), radius_m=R, required=0.0)
+    assert [addition.candidate for addition in found.history[:1]] == [1]
+    gain = [
+        (10.0 - np.hypot(10.0 - x, y)) / 10.0 * (R - float(shared_fraction(np.hypot(x, y), R, R)))
+        for x, y in (sideways, ahead)
+    ]
+    assert gain[1] > gain[0] > 0
+
+
+def test_a_step_is_taken_from_the_other_end_where_none_leads_nearer_from_the_first() -> None:
+    at = np.array([[0.0, 0.0], [6.0, 0.0]])
+    pool = np.array([[-0.5, 3.5], [2.5, 4.5], [4.8, 3.5]])
+    found = repair_overlap(at, pool, radius_m=R, required=0.0)
+    assert found.is_joined
+    assert found.added.tolist() == [2, 0, 1]
+    assert {addition.reason for addition in found.history} == {Reason.JOIN}
+    assert found.history[0].of_station == 1
+
+
+def test_stations_that_join_sets_are_brought_to_the_required_overlap_too() -> None:
+    at = np.array([[0.0, 0.0], [1.0, 0.0], [8.0, 0.0], [9.0, 0.0]])
+    pool = np.array([[4.5, 0.0], [4.5, 1.0]])
+    found = repair_overlap(at, pool, radius_m=R, required=0.4)
+    assert found.is_joined
+    assert [addition.reason for addition in found.history] == [Reason.JOIN, Reason.OVERLAP]
+    assert (found.overlap >= 0.4).all()
+
+
+@pytest.mark.parametrize("distance", [0.3, 1.0, 1.7, 2.6, 3.3])
+def test_a_single_neighbour_counts_by_the_closed_form(distance: float) -> None:
+    at = np.array([[0.0, 0.0], [distance, 0.0]])
+    share = float(shared_fraction(distance, R, R))
+    found = repair_overlap(at, at + 0.5, radius_m=R, required=share, cells_across=7)
+    assert found.added.size == 0
+    assert (found.overlap >= share).all()
 
 
 def test_sets_round_a_corner_are_bridged_where_no_step_leads_nearer() -> None:
