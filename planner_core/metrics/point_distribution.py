@@ -19,7 +19,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from planner_core.device import Buffer, Device, in_batches
+from planner_core.device import Device, in_batches
 from planner_core.metrics.precision import has_float64
 from planner_core.metrics.reference_distance import (
     REFERENCE_POINTS_PER_M2,
@@ -327,12 +327,7 @@ class _DeviceSums:
                 *given.values(),
                 written["out"],
             )
-        self._release(given)
         return np.stack([np.bincount(of_run, column, minlength=len(positions_m)) for column in out.T], axis=1)
-
-    def _release(self, buffers: dict[str, Buffer]) -> None:
-        for buffer in buffers.values():
-            buffer.release()
 
 
 def _runs(starts: Int64Array) -> tuple[Int32Array, Int32Array]:
