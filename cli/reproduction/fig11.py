@@ -238,8 +238,8 @@ def _say(n_positions: int, found: Measured) -> str:
         f"{_APART_M[-1]:g} m apart. No position is chosen in {len(found.empty)} of {len(found.enclosed)} enclosed "
         f"rooms: {', '.join(found.empty)}. F2 sums squared distances, so it goes less by how many patches are near "
         f"than by long ones: the {100 * found.slender:.0f} % of patches that are more than {SLENDER:g} times as "
-        f"long as wide make up {100 * found.slender_chosen:.0f} % of the references that a chosen position reaches (mostly "
-        f"{found.slender_kind}), against {100 * found.slender_usual:.0f} % in the median."
+        f"long as wide make up {100 * found.slender_chosen:.0f} % of the references that a chosen position reaches "
+        f"(mostly {found.slender_kind}), against {100 * found.slender_usual:.0f} % in the median."
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import eq9, fig04, fig05, fig07, fig11, fig12, fig16
+from . import eq9, fig04, fig05, fig06, fig07, fig11, fig12, fig16, fig17
 from .figure import Figure
 
 FIGURES: tuple[Figure, ...] = (
@@ -22,6 +22,14 @@ FIGURES: tuple[Figure, ...] = (
         "penalises scans that reach more polygons.",
         fig05.run,
         "a grid of 0.5 m and 900 columns a scan",
+    ),
+    Figure(
+        "fig06",
+        "Fig. 6: occupancy grids of overlapping circles",
+        "the accuracy of the overlap measured on a grid depends on how fine the grid is, and on the number of points "
+        "sampled of the other scans.",
+        fig06.run,
+        "39 distances instead of 399",
     ),
     Figure(
         "fig07",
@@ -61,5 +69,13 @@ FIGURES: tuple[Figure, ...] = (
         "host, since nothing is transferred before and after every evaluation.",
         fig16.run,
         "a grid of 1 m, 900 columns a scan, 10 iterations and populations up to 500",
+    ),
+    Figure(
+        "fig17",
+        "Fig. 17: fixed and variable height among walls with holes",
+        "searching heights of 1 to 2 m besides places finds better positions than a fixed height; all the positions "
+        "that a greedy choice takes by F2 are next to holes of the walls, which lets them reach more polygons.",
+        fig17.run,
+        "a grid of 0.25 m instead of 0.1 m in plan and 900 columns a scan instead of 4500 and 1800",
     ),
 )

@@ -10,7 +10,7 @@ import numpy as np
 import scenes_synthetic
 from planner_core.candidates.grid import find_candidates
 from planner_core.export.section_view import CUT_HEIGHT_M, section_lines
-from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, Scanner, Survey
+from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, Scanner, Scene, Survey
 from planner_core.scan.engine import ScanEngine, open_engine
 from planner_core.scan.scanners import load_scanner
 from planner_core.survey import make_survey
@@ -51,7 +51,7 @@ class Level:
 
 def open_level(
     bench: Bench,
-    scene: str,
+    scene: str | Scene,
     *,
     floor: int = 0,
     scanner: str | Scanner = "hdl-64e",
@@ -60,12 +60,12 @@ def open_level(
     heights_m: tuple[float, ...] = (),
     max_patch_area_m2: float = PATCH_AREA_M2,
 ) -> Level:
-    """Build a synthetic scene and get one of its levels ready.
+    """Build a synthetic scene by its name, or take one, and get one of its levels ready.
 
     `n_azimuths` thins the scanner's columns out: for runs that are smaller than the paper's. `grid_step_m` is the voxel
     in plan; in height it is 0.4 m, Table 1's. `heights_m`: fixed heights; empty: the scanner's range.
     """
-    model = scenes_synthetic.build(scene, seed=bench.seed)
+    built = scenes_synthetic.build(scene, seed=bench.seed).scene if isinstance(scene, str) else scene
     used = load_scanner(scanner) if isinstance(scanner, str) else scanner
     settings = PlanSettings(
         scanner=used if n_azimuths is None else replace(used, n_azimuths=n_azimuths),
@@ -75,5 +75,5 @@ def open_level(
         max_patch_area_m2=max_patch_area_m2,
         scan_mode="beams",
     )
-    survey = make_survey(model.scene, settings)
+    survey = make_survey(built, settings)
     return Level(survey, settings, open_engine(survey.scene, survey.patches), floor)
