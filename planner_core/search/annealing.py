@@ -13,7 +13,6 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.model import FloatArray
-from planner_core.search.landscape import Worth
 from planner_core.search.walk import Walk
 
 
@@ -47,8 +46,7 @@ class Annealing:
             moves = np.flatnonzero(accepted.any(axis=1))
             first = accepted[moves].argmax(axis=1)
             who = waiting[moves]
-            taken = Worth(worth.f1[moves, first], worth.f2[moves, first])
-            walk.go(agents[who], at[who, start + first], taken, order[who, start + first])
+            walk.go(agents[who], at[who, start + first], worth.pick(moves, first), order[who, start + first])
             waiting = np.delete(waiting, moves)
             start = part.stop
         walk.moving[:] = temperature * settings.cooling >= settings.least_temperature

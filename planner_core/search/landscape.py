@@ -48,6 +48,10 @@ class Worth:
         """The rows `index`."""
         return Worth(self.f1[index], self.f2[index])
 
+    def pick(self, row: Int64Array, column: Int64Array) -> Worth:
+        """Of an (A, D) worth, (K,) that at each pair of row and column."""
+        return Worth(self.f1[row, column], self.f2[row, column])
+
     def beats(self, other: Worth) -> BoolArray:
         """(N,) bool: less F2, or the same and more F1."""
         return np.asarray((self.f2 < other.f2) | ((self.f2 == other.f2) & (self.f1 > other.f1)))

@@ -16,9 +16,9 @@ from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.search.landscape import keys
 from planner_core.search.walk import Walk, best_neighbour
 
-#: Random places an agent may try when it begins anew; then it waits for the next iteration. Where one in twenty is
-#: valid, all fail once in 170.
-MAX_DRAWS = 100
+#: Random places that an agent tries at a time when it begins anew: first few, as mostly one will do, then ever more.
+#: If none of these 127 is valid it waits for the next iteration; where 5 % of the places are, so does one in 700.
+DRAWS = (1, 2, 4, 8, 16, 32, 64)
 
 
 class TabuSearch:
@@ -62,23 +62,26 @@ class TabuSearch:
     def _begin_anew(self, agents: Int64Array) -> None:
         """Put each agent at the first of its random places that is valid and not tabu."""
         walk = self._walk
-        for _ in range(MAX_DRAWS):
+        for n in DRAWS:
             if not agents.size:
                 return
-            at = self._draw(agents)
-            _, worth = best_neighbour(walk.look(at[:, None], ~self.is_tabu(agents, at[:, None])))
+            at = self._draw(agents, n)
+            worth = walk.look(at, ~self.is_tabu(agents, at))
             good = np.isfinite(worth.f2)
-            walk.go(agents[good], at[good], worth.take(good), -1)
-            walk.restarted[agents[good]] = True
-            agents = agents[~good]
+            found = np.flatnonzero(good.any(axis=1))
+            first = good[found].argmax(axis=1)
+            walk.go(agents[found], at[found, first], worth.pick(found, first), -1)
+            walk.restarted[agents[found]] = True
+            agents = np.delete(agents, found)
 
-    def _draw(self, agents: Int64Array) -> FloatArray:
-        """(A, 3) random coordinates: whole steps from the lattice's origin, inside the bounds."""
+    def _draw(self, agents: Int64Array, n: int) -> FloatArray:
+        """(A, n, 3) random coordinates: whole steps from the lattice's origin, inside the bounds."""
         walk = self._walk
-        place = self._low + np.floor(walk.random(agents, 3) * self._n_places)
+        drawn = walk.random(agents, 3 * n).reshape(-1, n, 3)
+        place = self._low + np.floor(drawn * self._n_places)
         at = walk.landscape.arrive(place * walk.settings.cells_a_step)
         if walk.settings.fixed_height:
-            at[:, 2] = walk.at[agents, 2]
+            at[:, :, 2] = walk.at[agents, 2][:, None]
         return at
 
     def _places(self) -> tuple[FloatArray, FloatArray]:

@@ -150,8 +150,7 @@ def best_neighbour(worth: Worth) -> tuple[Int64Array, Worth]:
     """(A,) the best of each row of (A, D), the lower number among equals, and its worth (A,)."""
     least = worth.f2 == worth.f2.min(axis=1, keepdims=True)
     choice = np.argmax(np.where(least, worth.f1, -1), axis=1)
-    row = np.arange(choice.size)
-    return choice, Worth(worth.f1[row, choice], worth.f2[row, choice])
+    return choice, worth.pick(np.arange(choice.size), choice)
 
 
 def _stream(seed: int, agent: int) -> np.random.Generator:

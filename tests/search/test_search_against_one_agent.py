@@ -80,6 +80,12 @@ class LoneAgent:
             temperature *= self.options.cooling
         return self.path
 
+    def random_places(self, places):
+        for n in (1, 2, 4, 8, 16, 32, 64):  # drawn at a time, whether or not all are needed
+            for drawn in self.stream.random(3 * n).reshape(n, 3).tolist():
+                place = [float(r[math.floor(u * len(r))]) for r, u in zip(places, drawn, strict=True)]
+                yield (place[0], place[1], self.at[2] if self.options.fixed_height else place[2])
+
     def ts(self):
         o = self.options
         voxel = lambda at: tuple(math.floor(x / o.tabu_voxel_steps) for x in at)  # noqa: E731
@@ -96,10 +102,7 @@ class LoneAgent:
             choices = [(w, d) for w, d in choices if voxel(self.target(d)) not in tabu and w[0] < math.inf]
             anew = stale >= o.max_without_improvement or not choices or min(choices)[0] > self.worth(self.at)
             if anew:
-                for _ in range(100):
-                    drawn = self.stream.random(3)
-                    place = [float(r[math.floor(u * len(r))]) for r, u in zip(places, drawn, strict=True)]
-                    at = (place[0], place[1], self.at[2] if o.fixed_height else place[2])
+                for at in self.random_places(places):
                     if voxel(at) not in tabu and self.worth(at)[0] < math.inf:
                         self.at, stale = at, 0
                         break
