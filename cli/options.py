@@ -32,9 +32,9 @@ skip_bad_faces_option = click.option(
     "--skip-bad-faces", is_flag=True, help="Drop (and count) faces that name vertices the file does not have."
 )
 glass_option = click.option(
-    "--glass", type=click.Choice(["pass", "stop", "return"]), default="pass", show_default=True,
-    help="What glass does to beams, where the file says what is glass. pass: they go through; stop: they end there, as "
-    "behind blinds; return: they come back, as from a wall.",
+    "--glass", type=click.Choice(["stop", "pass", "return"]), default="stop", show_default=True,
+    help="What glass does to beams, where the file says what is glass. stop: they end there, so that nothing seen "
+    "through glass is relied on; pass: they go through; return: they come back, as from a wall.",
 )  # fmt: skip
 engine_option = click.option(
     "--engine", type=click.Choice(["auto", "opencl", "open3d"]), default="auto", show_default=True,
@@ -142,7 +142,7 @@ class FileOptions:
     units: str | None = None
     up: str | None = None
     skip_bad_faces: bool = False
-    glass: str = "pass"
+    glass: str = "stop"
 
 
 AS_THE_FILE_SAYS = FileOptions()

@@ -24,6 +24,7 @@ from planner_core.method_options import with_options
 from planner_core.metrics.point_distribution import PointDistribution
 from planner_core.model import Candidates, FloatArray, Int64Array, PlanSettings, Survey
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.register.overlap_repair import repair_overlap
 from planner_core.scan.engine import ScanEngine
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.search import SearchSettings, search
@@ -167,3 +168,44 @@ def select_by_genes(
     where = "host" if device is None else "device"
     result = select_genetic(problem, paper.genetic, engine=where, device=device, progress=progress)
     return result.chosen.astype(np.int64)
+
+
+def repair(
+    settings: PlanSettings,
+    paper: PaperSettings,
+    candidates: Candidates,
+    chosen: Int64Array,
+    *,
+    progress: Progress = silent,
+) -> tuple[Int64Array, tuple[str, ...]]:
+    """Add candidates until the circles of all stations overlap as required and hang together floor by floor.
+
+    Returns
+    -------
+    All stations (K,), the chosen ones first; and a line for the user about what the pool could not repair.
+    """
+    required = settings.requirements.overlap
+    if not paper.repair or not chosen.size or required >= 1.0:
+        return chosen, ()
+    left = np.setdiff1d(np.arange(candidates.floor.size), chosen)
+    done = repair_overlap(
+        candidates.position_m[chosen],
+        candidates.position_m[left],
+        radius_m=paper.overlap_radius_m or settings.scanner.range_max_m,
+        required=required,
+        station_floor=candidates.floor[chosen],
+        pool_floor=candidates.floor[left],
+        progress=progress,
+    )
+    lines = []
+    if done.short:
+        lines.append(
+            f"overlap repair: the circles of {len(done.short)} stations still overlap less than {100 * required:.0f} % "
+            "and no candidate is left for them; use a finer grid step"
+        )
+    if not done.is_joined:
+        lines.append(
+            f"overlap repair: {len(done.sets)} separate sets of stations on {done.n_floors} floors, with no candidates "
+            "between them; use a finer grid step"
+        )
+    return np.concatenate([chosen, left[done.added]]), tuple(lines)

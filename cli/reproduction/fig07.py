@@ -96,7 +96,7 @@ def evenness(points_m: FloatArray, shares: FloatArray, *, area_m2: float) -> Eve
     from scipy.spatial import cKDTree
 
     nearest_m = cKDTree(points_m).query(points_m, k=2)[0][:, 1]
-    counts = _counts_by_cell(shares)
+    counts = counts_by_cell(shares)
     return Evenness(
         neighbour=float(nearest_m.mean() / (0.5 * np.sqrt(area_m2 / len(points_m)))),
         variation=float(nearest_m.std() / nearest_m.mean()),
@@ -104,7 +104,7 @@ def evenness(points_m: FloatArray, shares: FloatArray, *, area_m2: float) -> Eve
     )
 
 
-def _counts_by_cell(shares: FloatArray) -> FloatArray:
+def counts_by_cell(shares: FloatArray) -> FloatArray:
     """Numbers of points in each of s^2 congruent triangles, some 8 a cell on average."""
     side = max(1, int(np.sqrt(len(shares) / _POINTS_A_CELL)))
     column, row = np.clip(np.floor(shares.T * side).astype(int), 0, side - 1)

@@ -114,7 +114,7 @@ def _measure(bench: Bench, level: Level, position_m: FloatArray, near: Int64Arra
     worth = judge.of(survey.template, position_m, progress=bench.progress)
     bench.tell(1, 3, "coverage")
     visibility = level.engine.visible_patches(survey.template, position_m)
-    see = _Sight(visibility, survey.patches.area_m2)
+    see = Sight(visibility, survey.patches.area_m2)
     by_f2, by_f1 = (
         {apart: _choose(position_m, worth.n_patches, f2, apart, near, see) for apart in _APART_M}
         for f2 in (worth.f2_m2, -worth.n_patches.astype(float))
@@ -177,7 +177,7 @@ def inside(room: Room, position_m: FloatArray) -> BoolArray:
     return np.asarray(((position_m[:, :2] >= corners.min(axis=0)) & (position_m[:, :2] <= corners.max(axis=0))).all(1))
 
 
-class _Sight:
+class Sight:
     """Area that sets of positions see together, as a share of what all see."""
 
     def __init__(self, visibility: Visibility, area_m2: FloatArray) -> None:
@@ -191,6 +191,7 @@ class _Sight:
         return float(self._area_m2[seen].sum())
 
     def share(self, index: Sequence[int] | range) -> float:
+        """What some positions see together."""
         return self._area_of(index) / self._all_m2
 
     def by_position(self, weight: FloatArray) -> FloatArray:
@@ -220,7 +221,7 @@ class _Sight:
 
 
 def _choose(
-    position_m: FloatArray, f1: Int64Array, f2: FloatArray, apart_m: float, near: Int64Array, see: _Sight
+    position_m: FloatArray, f1: Int64Array, f2: FloatArray, apart_m: float, near: Int64Array, see: Sight
 ) -> Choice:
     index = best_apart(position_m, f1, f2, n=N_BEST, least_distance_m=apart_m)
     return Choice(index, float((near[index] > np.median(near)).mean()), see.share(index.tolist()))

@@ -77,6 +77,7 @@ def _outcome(results: dict[str, SearchResult], n_starts: int, drawn: tuple) -> O
     }
     ended = {name: float(np.mean(result.history.n_iterations)) for name, result in results.items()}
     kept = {name: int(_kept(result).size) for name, result in results.items()}
+    crowds = kept["ts"] < min(kept["ls"], kept["sa"])
     ordered = down["ls"] < down["sa"] < down["ts"]
     early = ended["ls"] < min(ended["sa"], ended["ts"])
     return Outcome(
@@ -88,11 +89,7 @@ def _outcome(results: dict[str, SearchResult], n_starts: int, drawn: tuple) -> O
             "from their starts (medians): tabu search begins anew anywhere on the level, and crowds: of one position a "
             f"cell of 1.5 m, {kept['ls']}, {kept['sa']} and {kept['ts']} are left."
         ),
-        agrees="yes"
-        if ordered and early and kept["ts"] < min(kept["ls"], kept["sa"])
-        else "partly"
-        if down["ls"] < down["ts"] and early
-        else "no",
+        agrees="yes" if ordered and early and crowds else "partly" if down["ls"] < down["ts"] and early else "no",
         pictures=drawn,
         numbers={
             "n_starts": n_starts,

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.sparse.csgraph import connected_components
 
 import scenes_synthetic
 from planner_core.candidates.ground import GroundSurface
@@ -12,6 +13,7 @@ from planner_core.metrics.point_distribution import PointDistribution
 from planner_core.model import PlanSettings, Requirements, Survey
 from planner_core.paper import find_pool, paper_settings
 from planner_core.plan import make_plan, plan_survey
+from planner_core.register.overlap_repair import station_overlaps
 from planner_core.scan.engine import ScanEngine, open_engine
 from planner_core.scan.scanners import load_scanner
 from planner_core.survey import make_survey
@@ -42,6 +44,23 @@ def test_plan_by_the_papers_pipeline_meets_the_requirement(search: str) -> None:
     assert plan.lower_bound <= len(plan.stations) < 20
     again = plan_survey(survey, settings, engine)
     assert [s.position_m.tolist() for s in again.stations] == [s.position_m.tolist() for s in plan.stations]
+
+
+def test_repair_brings_every_circle_to_the_required_overlap() -> None:
+    base = replace(SETTINGS, requirements=Requirements(coverage=0.8, overlap=0.6))
+    fast = (("search", "none"), ("overlap_radius_m", "2"))
+    survey, engine = opened("corridor-comb", base)
+    found = {
+        word: plan_survey(survey, replace(base, method_options=(*fast, ("repair", word))), engine)
+        for word in ("no", "yes")
+    }
+    before, after = found["no"].stations, found["yes"].stations
+    kept = {tuple(station.position_m) for station in before}
+    assert kept < {tuple(station.position_m) for station in after}
+    position_m = np.array([station.position_m for station in after])
+    assert station_overlaps(position_m, radius_m=2.0).min() >= 0.6
+    near = np.linalg.norm(position_m[:, None, :2] - position_m[None, :, :2], axis=2) < 4.0
+    assert connected_components(near)[0] == 1
 
 
 def test_improved_positions_are_better_than_their_starts_and_admissible() -> None:
