@@ -107,9 +107,10 @@ def evenness(points_m: FloatArray, shares: FloatArray, *, area_m2: float) -> Eve
 def counts_by_cell(shares: FloatArray) -> FloatArray:
     """Numbers of points in each of s^2 congruent triangles, some 8 a cell on average."""
     side = max(1, int(np.sqrt(len(shares) / _POINTS_A_CELL)))
-    column, row = np.clip(np.floor(shares.T * side).astype(int), 0, side - 1)
-    upper = (shares * side - np.stack([column, row], axis=1)).sum(axis=1) > 1.0
-    upper &= column + row < side - 1  # the last cell of a row is a lower one
+    # A little smaller, so that points on the triangle's rim lie in its cells.
+    scaled = np.clip(shares.T, 0.0, None) * (side * (1.0 - 1e-9))
+    column, row = np.floor(scaled).astype(int)
+    upper = (scaled - np.stack([column, row])).sum(axis=0) > 1.0
     cell = (row * side + column) * 2 + upper
     exists = [
         (r * side + c) * 2 + u for r in range(side) for c in range(side - r) for u in range(1 + (c < side - 1 - r))

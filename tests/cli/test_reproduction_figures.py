@@ -158,8 +158,10 @@ def test_figure_7_finds_a_lattice_perfectly_even() -> None:
 @settings(deadline=None, max_examples=40)
 @given(n=st.integers(30, 400), seed=st.integers(0, 10_000))
 def test_figure_7_counts_every_point_in_one_cell(n: int, seed: int) -> None:
-    points = sample_triangle(SQUARE, n, SampleKind.RANDOM, seed=seed)
-    counts = fig07.counts_by_cell(points[:, :2])
+    points = sample_triangle(SQUARE, n, SampleKind.RANDOM, seed=seed)[:, :2]
+    points[: n // 2, 0] = 1.0 - points[: n // 2, 1]  # on the rim
+    points[:3] = [[1 / 3, 2 / 3], [1.0, 0.0], [0.0, 1.0]]
+    counts = fig07.counts_by_cell(points)
     side = int(np.sqrt(n / 8))
     assert counts.size == side * side, (n, seed)
     assert counts.sum() == n, (n, seed)
