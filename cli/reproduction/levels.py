@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import scenes_synthetic
-from planner_core.candidates.grid import find_candidates
+from planner_core.candidates.grid import N_HALVINGS, find_candidates
 from planner_core.export.section_view import CUT_HEIGHT_M, section_lines
 from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, Scanner, Scene, Survey
 from planner_core.scan.engine import ScanEngine, open_engine
@@ -36,9 +36,9 @@ class Level:
         """The level's ground."""
         return self.survey.floors[self.index]
 
-    def candidates(self) -> Candidates:
-        """Admissible positions of the uniform grid."""
-        return find_candidates(self.survey, self.settings, self.engine, floors=(self.index,))
+    def candidates(self, *, n_halvings: int = N_HALVINGS) -> Candidates:
+        """Admissible positions of the uniform grid, halved where it found nothing; not so with `n_halvings` 0."""
+        return find_candidates(self.survey, self.settings, self.engine, floors=(self.index,), n_halvings=n_halvings)
 
     def walls_m(self) -> FloatArray:
         """(N, 2, 2) what a cut at 1.2 m above the ground meets."""
