@@ -78,8 +78,8 @@ def _say(
         f"{mean_m[SampleKind.PART]:.3f} m, {mean_m[SampleKind.PART] / halton:.2f} of Halton's: without the vertices a "
         f"scan of a corner would pass for a good one. With them and by Eq. 6, three points come to {three:.1f} times "
         f"the reference. But the vertices weigh less the more points there are: of the numbers tried, the part only is "
-        f"above the reference up to {penalised_to} points, and at {N_POINTS} it comes to {part:.2f} of it, which F2 "
-        "rewards."
+        f"above the reference up to {penalised_to} points, and at {N_POINTS} it comes to {part:.2f} of it"
+        f"{', which F2 rewards' if part < 1 else ''}."
     )
 
 

@@ -230,17 +230,19 @@ def _choose(
 def _say(n_positions: int, found: Measured) -> str:
     f2, f1, far = found.by_f2[APART_M], found.by_f1[APART_M], found.by_f2[_APART_M[-1]]
     where = ", ".join(f"{number} in the {name}" for name, number in found.chosen_in.items() if number)
+    by_length = ", so it goes less by how many patches are near than by long ones"
+    rule = by_length if found.slender_chosen > found.slender_usual else ""
     return (
         f"of {n_positions} admissible positions, the {len(f2.index)} of least F2 that are {APART_M:g} m apart lie "
         f"{where}. {100 * f2.dense:.0f} % of them have more triangles within {DENSE_WITHIN_M:g} m than the median "
-        f"position, where chance gives 50 %; chosen by F1 instead, {100 * f1.dense:.0f} % do. They see "
+        f"position, where chance gives 50 %; of those chosen by F1 instead, {100 * f1.dense:.0f} %. Those by F2 see "
         f"{100 * f2.seen:.0f} % of the achievable area (by F1 {100 * f1.seen:.0f} %, at random "
         f"{100 * found.by_chance:.0f} %, greedily by area {100 * found.by_cover:.0f} %), and {100 * far.seen:.0f} % if "
         f"{_APART_M[-1]:g} m apart. No position is chosen in {len(found.empty)} of {len(found.enclosed)} enclosed "
-        f"rooms: {', '.join(found.empty)}. F2 sums squared distances, so it goes less by how many patches are near "
-        f"than by long ones: the {100 * found.slender:.0f} % of patches that are more than {SLENDER:g} times as "
-        f"long as wide make up {100 * found.slender_chosen:.0f} % of the references that a chosen position reaches "
-        f"(mostly {found.slender_kind}), against {100 * found.slender_usual:.0f} % in the median."
+        f"rooms: {', '.join(found.empty)}. F2 sums squared distances{rule}: the {100 * found.slender:.0f} % of patches "
+        f"that are more than {SLENDER:g} times as long as wide make up {100 * found.slender_chosen:.0f} % of the "
+        f"references that a chosen position reaches (mostly {found.slender_kind}), against "
+        f"{100 * found.slender_usual:.0f} % in the median."
     )
 
 
