@@ -252,7 +252,8 @@ def _say(tried: dict[str, Tried]) -> str:
     drawn = all(min(one.next_if_filled) < min(one.fixed.next, one.variable.next) - 0.2 for one in tried.values())
     return (
         f"of {n_positions} positions, fixed means those at {FIXED_M:g} m and variable all; ten of either are chosen by "
-        f"F2, {APART_M:g} m apart. {' '.join(_say_of(scanner, one) for scanner, one in tried.items())} So "
+        f"F2, {APART_M:g} m apart. Next to a hole is within {NEXT_WITHIN_M:g} m of a mouth of it in plan, as every "
+        f"position in the court is. {' '.join(_say_of(scanner, one) for scanner, one in tried.items())} So "
         f"{'it is' if drawn else 'it is not'} the holes that draw them."
     )
 
@@ -263,7 +264,7 @@ def _say_of(scanner: str, one: Tried) -> str:
         f"{_SCANNERS[scanner]}: the best F2 is {fixed.best_f2:.1f} m2 fixed and {variable.best_f2:.1f} m2 variable "
         f"({100 * one.better_of_as_many:.0f} % of random sets of only as many positions at any height are better than "
         f"fixed), the best F1 {fixed.best_f1} and {variable.best_f1} patches. Of the chosen, {100 * fixed.next:.0f} % "
-        f"and {100 * variable.next:.0f} % lie within {NEXT_WITHIN_M:g} m of a hole's mouth in plan, of all positions "
+        f"and {100 * variable.next:.0f} % lie next to a hole, of all positions "
         f"{100 * one.usual_next:.0f} %, and of those chosen with the holes filled in {100 * filled[0]:.0f} % and "
         f"{100 * filled[1]:.0f} %; {100 * fixed.through:.0f} % and {100 * variable.through:.0f} % see through a hole, "
         f"of all {100 * one.usual_through:.0f} %. The chosen reach {fixed.median_f1:.0f} and {variable.median_f1:.0f} "
