@@ -118,7 +118,9 @@ def scene_from_arrays(
     local_m = scene_vertices_m - offset_m + 0.0  # + 0.0 turns -0.0 into 0.0: both are one place, with two bit patterns
     repair.weld(local_m)
     repair.drop_degenerate(local_m)
-    repair.drop_duplicates()
+    copies, kept = repair.drop_duplicates()
+    if optics is not None:
+        optics = _seen_through_panes(optics, copies, kept)
     scene = _assemble(repair, local_m, offset_m, source, tuple(storeys), prior or LoadReport(n_faces_read=0))
     return scene if optics is None else replace(scene, optics_of_triangle=optics[repair.keep])
 
@@ -185,6 +187,14 @@ def _checked_optics(optics_of_triangle: ArrayLike | None, n_triangles: int) -> U
             "pass values of planner_core.model.Optics."
         )
     return optics.astype(np.uint8) if optics.any() else None
+
+
+def _seen_through_panes(optics: UInt8Array, copies: Int64Array, kept: Int64Array) -> UInt8Array:
+    """Let the first that is no glass count, of triangles in one place: a beam goes through the pane to it."""
+    counts = ((optics[copies] != Optics.PASSES) & (optics[kept] == Optics.PASSES)).nonzero()[0][::-1]
+    seen = optics.copy()
+    seen[kept[counts]] = optics[copies[counts]]  # of several copies the first is written last
+    return seen
 
 
 def _readable_element(element: Element) -> Element:
@@ -325,8 +335,8 @@ class _Repair:
         flat[alive] = face_height_m(vertices_m[self.corners[alive]]) < MIN_FACE_HEIGHT_M
         self.counts["degenerate"] = n_before + self._drop("degenerate", flat, "is a line: its corners lie on it")
 
-    def drop_duplicates(self) -> None:
-        """Drop triangles that have the same three corners as an earlier one, however they turn."""
+    def drop_duplicates(self) -> tuple[Int64Array, Int64Array]:
+        """Drop triangles that have the same three corners as an earlier one, however they turn; return both."""
         alive = np.flatnonzero(self.keep)
         first = first_of_equal_triples(np.sort(self.corners[alive], axis=1))
         repeat = np.zeros(self.keep.size, dtype=bool)
@@ -334,6 +344,8 @@ class _Repair:
         original = np.zeros(self.keep.size, dtype=np.int64)
         original[alive] = alive[first]
         self._drop("duplicate", repeat, "is the same as face", original)
+        copies = np.flatnonzero(repeat)
+        return copies, original[copies]
 
     def _drop(self, reason: str, bad: BoolArray, text: str, original: Int64Array | None = None) -> int:
         """Take the `bad` ones out, count and list them. Returns how many."""

@@ -327,6 +327,17 @@ def test_optics_follow_the_triangles_that_are_kept() -> None:
     assert scene.optics_of_triangle.tolist() == [0, 1, 2]
 
 
+@pytest.mark.parametrize(
+    ("optics", "counts"), [([1, 0], 0), ([0, 1], 0), ([1, 2], 2), ([2, 1], 2), ([1, 1, 0, 2], 0), ([1, 1, 2, 0], 2)]
+)
+def test_surfaces_in_the_place_of_a_pane_are_not_lost_to_it(optics: list[int], counts: int) -> None:
+    turns = [[0, 1, 2], [0, 2, 1], [1, 2, 0], [2, 1, 0]][: len(optics)]
+    points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    scene = scene_from_arrays(points, [[0, 1, 3], *turns], optics_of_triangle=[1, *optics])
+    assert scene.optics_of_triangle is not None
+    assert scene.optics_of_triangle.tolist() == [1, counts]
+
+
 def test_optics_of_nothing_but_returning_surfaces_are_left_out() -> None:
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
     assert scene_from_arrays(points, [[0, 1, 2]], optics_of_triangle=[0]).optics_of_triangle is None
