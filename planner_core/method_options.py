@@ -60,7 +60,8 @@ def _replaced(settings: Any, options: dict[str, str], *, known: list[str], prefi
         if rest:
             parts.setdefault(head, {})[rest] = text
         else:
-            changes[head] = _read(prefix + name, text, getattr(settings, head))
+            annotation = next(str(field.type) for field in fields(settings) if field.name == head)
+            changes[head] = _read(prefix + name, text, getattr(settings, head), annotation)
     for head, inner in parts.items():
         changes[head] = _replaced(getattr(settings, head), inner, known=known, prefix=f"{prefix}{head}.")
     return replace(settings, **changes)
@@ -72,16 +73,19 @@ def _unknown(name: str, known: list[str]) -> RequirementError:
     return RequirementError(f"option {name}: there is none of that name, {expected}")
 
 
-def _read(name: str, text: str, default: Any) -> Any:
-    """`text` as the type of `default`; where that is None, as the number its annotation allows."""
-    kind = "float" if default is None else type(default).__name__
+def _read(name: str, text: str, default: Any, annotation: str) -> Any:
+    """`text` as the type of `default`; where that is None, as the number or numbers that its annotation allows."""
+    of_none = "tuple" if annotation.startswith("tuple") else "float"
+    kind = of_none if default is None else type(default).__name__
+    if default is None and text.lower() == "none":
+        return None
     try:
         if kind == "bool":
             return {"yes": True, "true": True, "no": False, "false": False}[text.lower()]
         if kind == "int":
             return int(text)
         if kind == "float":
-            return None if default is None and text.lower() == "none" else float(text)
+            return float(text)
         if kind == "tuple":
             return tuple(float(part) for part in text.split(","))
     except (ValueError, KeyError):

@@ -14,6 +14,7 @@ class Inner:
     steps: int = 3
     at_m: tuple[float, float] = (0.0, 1.0)
     limit: float | None = None
+    origin_m: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -29,11 +30,13 @@ def test_options_are_read_as_the_types_of_their_defaults() -> None:
     assert with_options(Outer(), [*options, ("inner.limit", "4")]) == Outer("b", True, 2.0, Inner(7, (1.0, 2.5), 4.0))
     assert with_options(Outer(inner=Inner(limit=1.0)), []) == Outer(inner=Inner(limit=1.0))
     assert with_options(Outer(), [("inner.limit", "none")]).inner.limit is None
+    assert with_options(Outer(), [("inner.origin_m", "3,4")]).inner.origin_m == (3.0, 4.0)
+    assert with_options(Outer(inner=Inner(limit=1.0)), [("inner.origin_m", "none")]).inner.origin_m is None
 
 
 def test_options_are_listed_by_the_names_they_are_set_by() -> None:
     names = [name for name, _ in option_list(Outer())]
-    assert names == ["word", "on", "length_m", "inner.steps", "inner.at_m", "inner.limit"]
+    assert names == ["word", "on", "length_m", "inner.steps", "inner.at_m", "inner.limit", "inner.origin_m"]
 
 
 @pytest.mark.parametrize(
@@ -47,6 +50,8 @@ def test_options_are_listed_by_the_names_they_are_set_by() -> None:
         (("inner.steps", "1.5"), "option inner.steps: got '1.5', expected a whole number"),
         (("length_m", "long"), "option length_m: got 'long', expected a number"),
         (("inner.at_m", "1,x"), "option inner.at_m: got '1,x', expected numbers"),
+        (("inner.origin_m", "x"), "option inner.origin_m: got 'x', expected numbers"),
+        (("inner.limit", "1,2"), "option inner.limit: got '1,2', expected a number"),
     ],
 )
 def test_options_that_make_no_sense_are_refused_in_one_line(option: tuple[str, str], message: str) -> None:
@@ -72,3 +77,9 @@ def test_defaults_of_the_pipeline_are_those_of_the_papers_tables() -> None:
     table_3 |= {"selection": "tournament", "tournament_size": 2, "replacement": "stationary"}
     for name, value in table_3.items():
         assert values[f"genetic.{name}"] == value
+
+
+def test_an_origin_of_too_few_numbers_is_refused() -> None:
+    assert with_options(PaperSettings(), [("spatial.lattice_origin_m", "1,2,3")]).spatial.lattice_origin_m == (1, 2, 3)
+    with pytest.raises(RequirementError, match=r"lattice_origin_m: got .*, expected three finite metres"):
+        with_options(PaperSettings(), [("spatial.lattice_origin_m", "1")])
