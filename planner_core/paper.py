@@ -170,6 +170,17 @@ def select_by_genes(
     return result.chosen.astype(np.int64)
 
 
+def shortfall(problem: CoverProblem, chosen: Int64Array) -> tuple[str, ...]:
+    """Return a line for the user where candidates (K,) miss a target: no search promises to meet it."""
+    n_missed = int(np.count_nonzero(problem.covered([int(candidate) for candidate in chosen]) < problem.least))
+    if not n_missed:
+        return ()
+    return (
+        f"genetic selection: ended with {n_missed} of {problem.least.size} coverage targets (each floor, and all "
+        "together) not met; raise genetic.patience, set genetic.distinct to yes, or use method greedy",
+    )
+
+
 def repair(
     settings: PlanSettings,
     paper: PaperSettings,
@@ -185,8 +196,10 @@ def repair(
     All stations (K,), the chosen ones first; and a line for the user about what the pool could not repair.
     """
     required = settings.requirements.overlap
-    if not paper.repair or not chosen.size or required >= 1.0:
+    if not paper.repair or not chosen.size:
         return chosen, ()
+    if required >= 1.0:
+        return chosen, ("overlap repair: left out, as no circles cover another one to 100 %; ask for less overlap",)
     left = np.setdiff1d(np.arange(candidates.floor.size), chosen)
     done = repair_overlap(
         candidates.position_m[chosen],

@@ -14,7 +14,7 @@ from planner_core.candidates.grid import find_candidates
 from planner_core.errors import RequirementError
 from planner_core.metrics.coverage import floor_of_patch, take_rows, times_seen
 from planner_core.model import BoolArray, Candidates, Plan, PlanSettings, Scene, Station, Survey
-from planner_core.paper import find_pool, paper_settings, repair, select_by_genes
+from planner_core.paper import find_pool, paper_settings, repair, select_by_genes, shortfall
 from planner_core.progress import Progress, silent
 from planner_core.results import Stopwatch, describe_plan
 from planner_core.scan.engine import ScanEngine, open_engine
@@ -84,7 +84,7 @@ def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, p
         else:
             chosen = select_by_genes(problem, paper, caster, progress=progress)
             chosen, unrepaired = repair(settings, paper, candidates, chosen, progress=progress)
-            bare = (*bare, *unrepaired)
+            bare = (*bare, *shortfall(problem, chosen), *unrepaired)
     with clock.stage("bound"):
         fewest = lower_bound(problem, n_stations=chosen.size, progress=progress)
     # 6. In which order to walk them, and what they are worth.

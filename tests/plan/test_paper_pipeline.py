@@ -117,3 +117,25 @@ def test_greedy_has_no_options() -> None:
     settings = replace(SETTINGS, method="greedy")
     with pytest.raises(RequirementError, match=r"option spatial\.max_iterations: got it with method greedy"):
         make_plan(scenes_synthetic.build("box").scene, settings)
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("genetic.objective", "eq9"), ("genetic.max_iterations", "0"), ("genetic.patience", "30")]
+)
+def test_a_plan_that_misses_its_coverage_says_so_and_no_other_does(option: str, value: str) -> None:
+    options = (("search", "none"), ("repair", "no"), ("genetic.population", "8"), ("genetic.n_parents", "8"))
+    settings = replace(SETTINGS, method_options=(*options, ("genetic.expected_active", "1"), (option, value)))
+    survey, engine = opened("corridor-comb", settings)
+    plan = plan_survey(survey, settings, engine)
+    met = plan.coverage.meets(0.9) and all(coverage.meets(0.9) for coverage in plan.coverage_by_floor)
+    told = [line for line in plan.warnings if line.startswith("genetic selection: ended with")]
+    assert met == (value == "30")
+    assert len(told) == (0 if met else 1)
+
+
+def test_repair_says_that_it_leaves_out_an_overlap_of_the_whole_circle() -> None:
+    settings = replace(SETTINGS, requirements=Requirements(coverage=0.5, overlap=1.0))
+    settings = replace(settings, method_options=(("search", "none"), ("genetic.max_iterations", "5")))
+    survey, engine = opened("box", settings)
+    plan = plan_survey(survey, settings, engine)
+    assert any(line.startswith("overlap repair: left out") for line in plan.warnings)
