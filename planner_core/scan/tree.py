@@ -118,6 +118,7 @@ def build_tree(scene: Scene, device: Device) -> Tree:
     mesh = device.upload("triangles", {"vertices": scene.vertices_m.astype(np.float32), "corners": scene.triangles})
     binary = cluster_triangles(device, mesh["vertices"], mesh["corners"], scene.n_triangles)
     outline, arrays = widen(device, scene, mesh["vertices"], mesh["corners"], binary)
+    device.finish("building the tree")  # a kernel that failed leaves no tree, not one that fails later
     return Tree(
         device=device,
         on_device=arrays,
