@@ -21,6 +21,8 @@ from planner_core.scene.materials import optics_of_material, optics_of_name
 _LARGEST_BYTES = 16 * 2**20
 """Of all libraries together. A material takes some hundred bytes."""
 _MOST_LIBRARIES = 100
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+"""What some programs begin UTF-8 with; no part of the first line."""
 
 
 @dataclass
@@ -93,7 +95,7 @@ def _read(obj: Path, path: Path, library: _Library) -> None:
         return
     library.n_bytes += len(contents)
     figures: dict[bytes, float] = {}
-    for line in contents.splitlines():
+    for line in contents.removeprefix(BYTE_ORDER_MARK).splitlines():
         word, _, rest = line.partition(b"#")[0].replace(b"\t", b" ").strip().partition(b" ")
         if word == b"newmtl":
             figures = {}

@@ -16,7 +16,7 @@ import numpy as np
 
 from planner_core.errors import SceneError
 from planner_core.model import Element, FloatArray, Int64Array, UInt8Array
-from planner_core.scene.mtl import optics_of_uses
+from planner_core.scene.mtl import BYTE_ORDER_MARK, optics_of_uses
 from planner_core.scene.raw import RawScene, triangulate, what_it_looks_like
 
 _AFTER_SLASH = re.compile(rb"/\S*")
@@ -50,7 +50,7 @@ def read_obj(path: Path, *, skip_bad_faces: bool) -> RawScene:
     SceneError
         Not an OBJ file, a line that can't be read, or a face that names a missing vertex.
     """
-    contents = path.read_bytes()
+    contents = path.read_bytes().removeprefix(BYTE_ORDER_MARK)
     if b"\0" in contents[:4096]:
         raise SceneError(_not_obj(path, contents))
     lines = _sort_lines(contents)

@@ -54,6 +54,13 @@ def test_obj_vertex_with_weight_or_colour_is_read(tmp_path):
     assert scene.vertices_m.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
 
+def test_obj_byte_order_mark_is_no_part_of_the_first_vertex(tmp_path):
+    path = tmp_path / "a.obj"
+    path.write_bytes(b"\xef\xbb\xbfv 0 0 7\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n")
+    scene = load_scene(path)
+    assert scene.vertices_m[scene.triangles].tolist() == [[[0, 0, 7], [1, 0, 0], [0, 1, 0]]]
+
+
 def test_obj_report_numbers_faces_as_the_file_does(tmp_path):
     scene = load_text(tmp_path, "a.obj", SQUARE_OBJ + "g W\nf 1 2 3\nf 1 1 2\nf 1 3 4\nf 2 3 1\n")
     assert scene.report.dropped == ("W, face 2: has two corners in one place", "W, face 4: is the same as face 1")

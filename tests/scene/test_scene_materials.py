@@ -501,6 +501,11 @@ def test_obj_name_comes_before_the_figures(tmp_path: Path) -> None:
     assert optics_of(write_obj(tmp_path, ["usemtl Frosted glass", "usemtl Glass"], library)) == [RETURNS, PASSES]
 
 
+def test_obj_library_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
+    library = b"\xef\xbb\xbfnewmtl M1\r\nd 0.1\r\n"
+    assert optics_of(write_obj(tmp_path, ["usemtl M1"], library)) == [PASSES]
+
+
 def test_obj_polygons_and_dropped_faces_keep_their_materials(tmp_path: Path) -> None:
     corners = "".join(f"v {x:g} {y:g} {z:g}\n" for x, y, z in CUBE.tolist())
     text = corners + "usemtl Glass\nf 1 2 3 4\nf 1 2\nf 1 2 99\nusemtl Wood\nf 5 6 7 8\nusemtl Mirror\nf 1 2 6 5\n"
