@@ -17,6 +17,9 @@ METHODS = ("ls", "sa", "ts")
 #: `cube`: faces and corners of a cube (8 vectors of a square at fixed height); `sphere`: even directions (a circle).
 NEIGHBOURHOODS = ("cube", "sphere")
 
+#: Every direction is compared with every other one; so many are 4 degrees apart.
+MOST_DIRECTIONS = 2048
+
 
 @dataclass(frozen=True)
 class SearchSettings:
@@ -104,7 +107,7 @@ def _check_neighbourhood(settings: SearchSettings) -> None:
             f"neighbourhood: got {settings.neighbourhood!r}, expected one of {', '.join(NEIGHBOURHOODS)}; "
             "leave it out for the default"
         )
-    if settings.n_directions < 4 or settings.n_directions % 2:
+    if not 4 <= settings.n_directions <= MOST_DIRECTIONS or settings.n_directions % 2:
         raise RequirementError(
-            f"n_directions: got {settings.n_directions}, expected an even number of at least 4; e.g. 16"
+            f"n_directions: got {settings.n_directions}, expected an even number from 4 to {MOST_DIRECTIONS}; e.g. 16"
         )

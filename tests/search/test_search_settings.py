@@ -26,6 +26,7 @@ def test_defaults_are_those_of_table_1() -> None:
         ("neighbourhood", "ring"),
         ("n_directions", 15),
         ("n_directions", 2),
+        ("n_directions", 1_000_000),
         ("step_m", 0.0),
         ("step_m", float("nan")),
         ("reversal_slack", 0.0),
