@@ -157,15 +157,16 @@ def seen_by(visibility: Visibility, index: Int64Array | range) -> BoolArray:
 
 
 def _ground(bench: Bench) -> Ground:
+    school = scenes_synthetic.build("school", seed=bench.seed)
     level = open_level(
         bench,
-        "school",
+        school.scene,
         floor=FLOOR,
         n_azimuths=bench.at(450, None),
         grid_step_m=bench.at(2.0, 0.5),
         heights_m=bench.at((1.3,), ()),
     )
-    rooms = tuple(room for room in scenes_synthetic.build("school", seed=bench.seed).rooms if room.storey == FLOOR)
+    rooms = tuple(room for room in school.rooms if room.storey == FLOOR)
     middle_m = patch_triangles(level.survey.scene, level.survey.patches).mean(axis=1)
     enclosed = in_rooms([room for room in rooms if room.name not in _OPEN], middle_m)
     return Ground(level, level.candidates(n_halvings=0).position_m, rooms, enclosed)
