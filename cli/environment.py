@@ -28,6 +28,7 @@ def prepare(*, debug: bool) -> None:
         if getattr(sys, name) is None:  # closed by the caller (`2>&-`)
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, PTH123 (lives with the process)
     signal.signal(signal.SIGINT, _note_interrupt)
+    signal.signal(signal.SIGTERM, _note_interrupt)  # logout and batch queues send it: what is half-written has to go
     if not debug:
         warnings.simplefilter("ignore")
     _use_writable_caches()

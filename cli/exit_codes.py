@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import errno
+import os
+from pathlib import Path
+
 EXIT_CODES: dict[int, str] = {
     0: "done",
     1: "internal error: a bug of tlsplan; please report it with the output of --debug",
     2: "the command line is wrong: unknown option, missing argument, bad value",
     3: "an input file can't be used: scene, station list, plan folder; or a file can't be read or written",
-    4: "an option or requirement can't be met: unknown scanner, scene or floor, no spot to stand on, port in use",
+    4: "an option or requirement can't be met: unknown or unusable scanner, unknown scene or floor, no spot to stand "
+    "on, a value out of its range, port in use",
     5: "the output exists; pass --overwrite",
     6: "the OpenCL device or a package or system library is missing or failed",
-    130: "interrupted (Ctrl-C)",
+    130: "interrupted (Ctrl-C, or asked to end by SIGTERM)",
 }
 
 
@@ -43,8 +48,34 @@ def one_line(error: BaseException) -> str:
             f"tlsplan: out of memory ({text}). Use a larger --patch-area or --grid, or plan floor by floor (--floor)."
         )
     if isinstance(error, OSError):
-        return f"tlsplan: {text}"
+        return f"tlsplan: {_of_system(error)}"
     return (
         f"tlsplan: internal error: {type(error).__name__}: {text}. "
         "This is a bug: please report it with the output of `tlsplan --debug ...`."
     )
+
+
+_REMEDIES = {
+    errno.ENOSPC: "no space is left on its disk; free some or give another path",
+    errno.EDQUOT: "the disk quota is used up; free some or give another path",
+    errno.EACCES: "permission is denied; give another path or change the permissions",
+    errno.EPERM: "permission is denied; give another path or change the permissions",
+    errno.EROFS: "its disk is read-only; give another path",
+    errno.ENOENT: "there is no such file or folder; check the path",
+    errno.ENOTDIR: "a part of the path is a file, expected a folder; check the path",
+    errno.EISDIR: "it is a folder, expected a file; name a file in it",
+    errno.ENAMETOOLONG: "the name is too long for its disk; give a shorter one",
+}
+
+
+def _of_system(error: OSError) -> str:
+    """What an error of the operating system means for the path that the user gave: not for our file beside it."""
+    remedy = _REMEDIES.get(error.errno or 0)
+    if remedy is None:
+        return " ".join(str(error).split()) or type(error).__name__
+    if error.filename is None:
+        return f"a file can't be read or written: {remedy}"
+    path = Path(os.fsdecode(error.filename))
+    while path.name.startswith("."):  # our own files beside the output are hidden
+        path = path.parent
+    return f"{path}: {remedy}"

@@ -32,6 +32,21 @@ def repairs(report: LoadReport, *, listed_in: str) -> tuple[str, ...]:
     return (f"{', '.join(parts)} of {report.n_faces_read} faces were dropped; {listed_in} lists them",)
 
 
+def materials(glass_area_m2: float, mirror_area_m2: float, *, glass: str) -> tuple[str, ...]:
+    """Lines on glass and mirrors, where the file has any: they decide what is seen, and users may know better."""
+    does = {
+        "stop": "ends beams",
+        "pass": "lets beams pass, what lies behind counts as seen",
+        "return": "counts as a wall",
+    }
+    lines = []
+    if glass_area_m2 > 0:
+        lines.append(f"glass         {glass_area_m2:.1f} m2 {does[glass]} (--glass {glass})")
+    if mirror_area_m2 > 0:
+        lines.append(f"mirrors       {mirror_area_m2:.1f} m2 end beams")
+    return tuple(lines)
+
+
 def as_json(document: Any) -> None:
     """Print a document as JSON; not-a-number has no place in it."""
     click.echo(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))

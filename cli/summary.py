@@ -31,7 +31,8 @@ def show(document: dict[str, Any]) -> None:
         f"              {100 * coverage['fraction_of_total']:.1f} % of all {coverage['total_area_m2']:.0f} m2 in "
         "the model, which counts what nobody can see, such as the inside of walls"
     )
-    for line in _materials(document["scene"]):
+    scene = document["scene"]
+    for line in output.materials(scene["glass_area_m2"], scene["mirror_area_m2"], glass=scene["glass"]):
         output.say(line)
     asked = {name.casefold() for name in document["requirements"]["floors"]}
     for figures in coverage["floors"]:
@@ -48,18 +49,6 @@ def show(document: dict[str, Any]) -> None:
     output.say(
         f"registration  {n_linked} {links} with at least {100 * registration['threshold']:.0f} % overlap; {state}"
     )
-
-
-def _materials(scene: dict[str, Any]) -> list[str]:
-    """Lines on glass and mirrors, where there are any: they decide what is seen, and users may know better."""
-    passing, stopping = scene["n_triangles_passing"], scene["n_triangles_stopping"]
-    lines = []
-    if passing:
-        lines.append(f"glass         beams pass {passing} triangles of glass; what lies behind counts as seen")
-    if stopping:
-        what = "glass, mirrors" if scene["glass"] == "stop" else "mirrors       "
-        lines.append(f"{what} {stopping} triangles end beams without a return")
-    return lines
 
 
 def finish(plan: Plan, folder: Path | None, *, as_json: bool, quiet: bool) -> None:

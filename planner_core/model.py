@@ -93,6 +93,9 @@ class LoadReport:
     """Dropped because they name a vertex that does not exist (only with `skip_bad_faces`)."""
     n_stray: int = 0
     """Dropped because they lie kilometres away from everything else; a warning names their elements."""
+    glass_area_m2: float = 0.0
+    """Of faces that the file says are of clear glass, whatever they are taken to do to beams; both faces of a pane."""
+    mirror_area_m2: float = 0.0
     dropped: tuple[str, ...] = ()
     """Up to 100 lines, one a dropped face or group of faces: element, face number, reason."""
     warnings: tuple[str, ...] = ()

@@ -32,6 +32,8 @@ from planner_core.search.settings import METHODS
 from planner_core.search.station_fitness import StationFitness
 from planner_core.select.problem import CoverProblem
 
+#: Beams of a scan beyond which a search takes days: seconds a position, and hundreds of positions a start.
+MAX_SEARCH_BEAMS = 4_000_000
 STARTS = ("uniform", "random")
 POOLS = ("both", "improved")
 
@@ -101,6 +103,7 @@ def find_pool(
         starts = find_candidates(survey, settings, engine, floors=floors, progress=progress)
     if paper.search == "none" or not starts.floor.size:
         return starts
+    _check_beams(survey, settings)
     distribution = PointDistribution(survey.scene, survey.patches, engine)
     improved = [_improved(survey, settings, paper, engine, distribution, starts, index, progress) for index in floors]
     pool = Candidates(
@@ -111,6 +114,17 @@ def find_pool(
         rejected=starts.rejected,
     )
     return _joined(starts, pool) if paper.pool == "both" else _joined(_none_of(starts), pool)
+
+
+def _check_beams(survey: Survey, settings: PlanSettings) -> None:
+    """Refuse to search with a scanner of very many beams: F2 needs every one, some thousand times a start."""
+    rows, columns = survey.template.shape
+    if rows * columns > MAX_SEARCH_BEAMS:
+        raise RequirementError(
+            f"scanner {settings.scanner.name}: got {rows * columns} beams a scan, expected at most {MAX_SEARCH_BEAMS} "
+            "for a spatial search, which casts all of them for every position it looks at; pass --search none or a "
+            "coarser mode of the scanner"
+        )
 
 
 def _improved(

@@ -37,6 +37,8 @@ def command(scene: Path, reading: FileOptions, as_json: bool, quiet: bool) -> No
                     }
                     for floor in report.floors
                 ],
+                "glass_area_m2": round(loaded.report.glass_area_m2, 3),
+                "mirror_area_m2": round(loaded.report.mirror_area_m2, 3),
                 "dropped_faces": list(loaded.report.dropped),
                 "warnings": [*loaded.report.warnings, *report.warnings],
             }
@@ -49,3 +51,5 @@ def command(scene: Path, reading: FileOptions, as_json: bool, quiet: bool) -> No
             for f in report.floors
         ],
     )
+    for line in output.materials(loaded.report.glass_area_m2, loaded.report.mirror_area_m2, glass=reading.glass):
+        output.say(line)

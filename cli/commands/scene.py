@@ -30,6 +30,8 @@ def command(
     from .. import output as printer
 
     known = (*scenes_synthetic.names(), _CAMPUS)
+    if name is None and (output is not None or triangles is not None):
+        raise click.UsageError("Missing argument 'NAME': which scene? `tlsplan scene` lists them.")
     if name is None:
         for each in known:
             printer.say(each)

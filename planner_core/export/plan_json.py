@@ -112,6 +112,8 @@ def _scene(scene: Scene) -> dict[str, Any]:
         "offset": [_number(value) for value in scene.offset_m],
         "n_elements": len(scene.elements),
         "n_triangles": scene.n_triangles,
+        "glass_area_m2": _number(report.glass_area_m2),
+        "mirror_area_m2": _number(report.mirror_area_m2),
         "n_triangles_passing": _n_of(scene, Optics.PASSES),
         "n_triangles_stopping": _n_of(scene, Optics.STOPS),
         "repairs": {

@@ -13,9 +13,11 @@ import base64
 import binascii
 import json
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 from urllib.parse import unquote
 
 import numpy as np
@@ -41,6 +43,9 @@ _CHUNK_HEADER = struct.Struct("<II")
 _JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942
 
 
+_Read = TypeVar("_Read")
+
+
 @dataclass
 class _Document:
     """The JSON part and the buffers, both checked where they are used."""
@@ -57,6 +62,8 @@ class _Document:
     buffers: list[JsonObject] = field(init=False)
     optics: list[Optics | None] = field(init=False)
     """Of materials, by number; None where one says nothing."""
+    faults: list[str] = field(default_factory=list)
+    """What is wrong with materials: their surfaces return beams, and the geometry is as good as ever."""
 
     def __post_init__(self) -> None:
         self.nodes = self.tree.objects("nodes")
@@ -64,7 +71,23 @@ class _Document:
         self.accessors = self.tree.objects("accessors")
         self.views = self.tree.objects("bufferViews")
         self.buffers = self.tree.objects("buffers")
-        self.optics = [_optics_of_material(material) for material in self.tree.objects("materials")]
+        self.optics = []
+        for material in self._of_materials(partial(self.tree.objects, "materials")) or ():
+            self.optics.append(self._of_materials(partial(_optics_of_material, material)))
+
+    def optics_of(self, primitive: JsonObject) -> Optics | None:
+        """What the material of a primitive says; None where it has none, or one that is not there."""
+        if not primitive.has("material"):
+            return None
+        return self._of_materials(lambda: self.optics[primitive.whole("material", below=len(self.optics))])
+
+    def _of_materials(self, read: Callable[[], _Read]) -> _Read | None:
+        """What `read` gives; None where the file is at fault, which is noted instead of refused."""
+        try:
+            return read()
+        except SceneError as fault:
+            self.faults.append(str(fault))
+            return None
 
 
 @dataclass(frozen=True)
@@ -237,8 +260,19 @@ def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
         unit_name="metre",
         up_axis="Y",
         schema=f"glTF {document.tree.object('asset').text('version')}",
-        report=LoadReport(n_faces_read=n_bad, n_bad_index=n_bad, dropped=dropped),
+        report=LoadReport(
+            n_faces_read=n_bad, n_bad_index=n_bad, dropped=dropped, warnings=_material_warnings(document)
+        ),
     )
+
+
+def _material_warnings(document: _Document) -> tuple[str, ...]:
+    """A line about materials that can't be read, where there are any."""
+    faults = list(dict.fromkeys(document.faults))
+    if not faults:
+        return ()
+    more = f" (and {grouped(len(faults) - 1)} more)" if len(faults) > 1 else ""
+    return (f"Materials are damaged, and their surfaces are taken to return beams{more}: {faults[0]}",)
 
 
 def _placed_nodes(document: _Document) -> Iterator[tuple[int, FloatArray]]:
@@ -342,9 +376,7 @@ def _mesh_parts(document: _Document, mesh: int, *, skip_bad_faces: bool) -> Iter
             raise bad_index_error(
                 title, int(bad.sum()), bad.size, worst, vertices.shape[0], first_number=0, owner="mesh"
             )
-        optics = None
-        if primitive.has("material"):
-            optics = document.optics[primitive.whole("material", below=len(document.optics))]
+        optics = document.optics_of(primitive)
         yield _MeshPart(vertices, triangles[~bad], np.flatnonzero(~bad), int(bad.sum()), optics)
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from planner_core.errors import SceneError, SceneNotFoundError
-from planner_core.model import FloatArray, LoadReport, Optics, Scene, SceneSource, UInt8Array
+from planner_core.model import FloatArray, LoadReport, Optics, Scene, SceneSource
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.bulk import fence_m, is_outside
@@ -105,12 +105,12 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
         metres_per_unit=vertex_unit_m,
         up_axis=up_axis,
         face_of_triangle=raw.face_of_triangle,
-        optics_of_triangle=_optics(raw, options),
+        optics_of_triangle=raw.optics_of_triangle,
         skip_bad_faces=options.skip_bad_faces,
         prior=raw.report,
     )
     progress(ProgressEvent("load", 1, 1, "loaded"))
-    return _with_warnings(scene, _doubts(scene, raw, options))
+    return _with_warnings(_with_glass(scene, options.glass), _doubts(scene, raw, options))
 
 
 # ------------------------------------------------------------------------------------------------- file
@@ -192,13 +192,21 @@ def _read(path: Path, file_format: str, options: LoadOptions, progress: Progress
     return read_usd(path, skip_bad_faces=options.skip_bad_faces)
 
 
-def _optics(raw: RawScene, options: LoadOptions) -> UInt8Array | None:
-    """What the file's materials do to beams, with the user's word on glass."""
-    if raw.optics_of_triangle is None:
-        return None
-    optics = raw.optics_of_triangle.copy()
-    optics[raw.optics_of_triangle == Optics.PASSES] = OPTICS_OF_GLASS[options.glass]
-    return optics
+def _with_glass(scene: Scene, glass: str) -> Scene:
+    """The scene with the user's word on glass, and how much of it there is."""
+    told = scene.optics_of_triangle
+    if told is None:
+        return scene
+    a, b, c = (scene.vertices_m[scene.triangles[:, k]] for k in range(3))
+    cross = np.cross(b - a, c - a)
+    area_m2 = 0.5 * np.sqrt((cross * cross).sum(axis=1))
+    report = replace(
+        scene.report,
+        glass_area_m2=float(area_m2[told == Optics.PASSES].sum()),
+        mirror_area_m2=float(area_m2[told == Optics.STOPS].sum()),
+    )
+    optics = np.where(told == Optics.PASSES, np.uint8(OPTICS_OF_GLASS[glass]), told).astype(np.uint8)
+    return replace(scene, report=report, optics_of_triangle=optics if optics.any() else None)
 
 
 def _unit_name(raw: RawScene, options: LoadOptions) -> str:

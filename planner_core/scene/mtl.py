@@ -1,8 +1,8 @@
 """The material libraries beside a Wavefront OBJ: which of its materials return beams, let them pass, or stop them.
 
 Scene stage. A library is a help, not a need: materials of a missing one are told by their names alone, and one that
-can't be read or should not be is left out with a line for the user. Nothing outside the OBJ's folder is opened, nor
-anything large: an OBJ from elsewhere could name any file.
+is missing, can't be read or should not be is left out with a line for the user. Nothing outside the OBJ's folder is
+opened, nor anything large: an OBJ from elsewhere could name any file.
 Source: Wavefront, MTL material format; Pm and Pr from its widespread PBR extension.
 """
 
@@ -53,6 +53,12 @@ def optics_of_uses(obj: Path, names: Sequence[str], libraries: Iterable[str]) ->
             _read(obj, path, library)
     if len(wanted) > _MOST_LIBRARIES:
         library.warnings.append(f"{obj.name} names {len(wanted)} material libraries: {_MOST_LIBRARIES} were read.")
+    if wanted and not library.figures and not library.warnings:
+        named = ", ".join(one_line(line[:100]) for line in wanted[:3])
+        library.warnings.append(
+            f"{obj.name}: no material was read from its material library ({named}): glass and mirrors are told by the "
+            "names of materials alone; put the library beside it."
+        )
     told = {name: _optics(name, library.figures.get(name)) or Optics.RETURNS for name in dict.fromkeys(names)}
     return np.array([told[name] for name in names], dtype=np.uint8), tuple(library.warnings)
 

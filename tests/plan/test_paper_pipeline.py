@@ -113,6 +113,13 @@ def test_options_of_the_pipeline_are_checked_before_any_work(
         paper_settings(replace(SETTINGS, method_options=options))
 
 
+def test_a_search_with_very_many_beams_is_refused_before_it_takes_days() -> None:
+    settings = replace(SETTINGS, scanner=load_scanner("rtc360"))
+    survey, engine = opened("box", settings)
+    with pytest.raises(RequirementError, match="expected at most 4000000 for a spatial search"):
+        find_pool(survey, settings, paper_settings(settings), engine, floors=(0,))
+
+
 def test_greedy_has_no_options() -> None:
     settings = replace(SETTINGS, method="greedy")
     with pytest.raises(RequirementError, match=r"option spatial\.max_iterations: got it with method greedy"):

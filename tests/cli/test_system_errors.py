@@ -1,0 +1,107 @@
+"""What the command line makes of a system that refuses: full disks, missing permission, being asked to end."""
+
+import errno
+import importlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from tlsplan.exit_codes import exit_code_of, one_line
+from tlsplan.main import cli
+from tlsplan.output import materials
+
+import scenes_synthetic
+
+
+@pytest.mark.parametrize(
+    ("number", "part"),
+    [
+        (errno.ENOSPC, "no space is left on its disk; free some or give another path"),
+        (errno.EACCES, "permission is denied; give another path"),
+        (errno.EROFS, "its disk is read-only"),
+        (errno.ENOENT, "there is no such file or folder"),
+        (errno.ENOTDIR, "a part of the path is a file"),
+    ],
+)
+def test_errors_of_the_system_are_told_in_words_of_the_users_path(number: int, part: str) -> None:
+    line = one_line(OSError(number, os.strerror(number), "/data/out/.plan.partial-1f/.usd-2"))
+    assert line.startswith("tlsplan: /data/out: ")
+    assert part in line
+    assert "Errno" not in line
+    assert exit_code_of(OSError(number, "")) == 3
+
+
+def test_an_error_of_the_system_without_a_path_still_says_what_to_do() -> None:
+    line = one_line(OSError(errno.ENOSPC, "x"))
+    assert (
+        line == "tlsplan: a file can't be read or written: no space is left on its disk; free some or give another path"
+    )
+
+
+@pytest.mark.parametrize("suffix", [".ifc", ".usdc", ".ply"])
+def test_a_writer_that_fails_leaves_nothing_and_tells_of_a_full_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
+) -> None:
+    writer = importlib.import_module("scenes_synthetic.write")
+
+    def fails(synthetic: object, path: Path, suffix: str) -> None:
+        path.write_bytes(b"half")
+        path.with_name(f"{path.name}.123.tmp").write_bytes(b"of a library")
+        raise RuntimeError("An unknown error occurred")
+
+    class Full:
+        free = 100
+
+    monkeypatch.setattr(writer, "_fill", fails)
+    with pytest.raises(RuntimeError, match="unknown"):
+        scenes_synthetic.write(scenes_synthetic.build("box"), tmp_path / f"a{suffix}")
+    monkeypatch.setattr(writer.shutil, "disk_usage", lambda path: Full)
+    with pytest.raises(OSError, match="No space left") as full:
+        scenes_synthetic.write(scenes_synthetic.build("box"), tmp_path / f"a{suffix}")
+    assert full.value.filename == str(tmp_path / f"a{suffix}")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_being_asked_to_end_leaves_nothing(tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-m",
+        "tlsplan",
+        "scene",
+        "campus",
+        "--triangles",
+        "20000000",
+        "-o",
+        str(tmp_path / "c.ply"),
+    ]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        limit = time.monotonic() + 60
+        while not list(tmp_path.iterdir()) and time.monotonic() < limit:
+            time.sleep(0.05)
+        assert list(tmp_path.iterdir()), "nothing was begun within a minute"
+        process.send_signal(signal.SIGTERM)
+        _, told = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted; nothing was left half-written" in told
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_scene_without_a_name_but_with_an_output_is_refused() -> None:
+    outcome = CliRunner().invoke(cli, ["scene", "-o", "x.ifc"])
+    assert outcome.exit_code == 2
+    assert "which scene?" in outcome.output
+
+
+@pytest.mark.parametrize(
+    ("glass", "part"), [("stop", "ends beams"), ("pass", "lets beams pass"), ("return", "counts as a wall")]
+)
+def test_summary_tells_how_much_glass_there_is_whatever_it_does(glass: str, part: str) -> None:
+    lines = materials(12.34, 0.5, glass=glass)
+    assert lines[0].startswith("glass         12.3 m2") and part in lines[0]
+    assert lines[1].startswith("mirrors       0.5 m2")
+    assert materials(0.0, 0.0, glass=glass) == ()
