@@ -1,0 +1,85 @@
+"""Whether a set of stations really meets its targets: looked at again by other means than those that found it.
+
+Input a `CoverProblem`, or `Visibility` with patch areas (m^2), and the chosen candidates; nothing is returned, a set
+that falls short raises. Selection runs the first on every set before it hands it on. Neither uses anything of the
+search: rows are gathered in Python's own sets, areas summed in Python's own whole numbers, or by `math.fsum`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from planner_core.errors import PlannerError
+from planner_core.model import FloatArray, Visibility
+from planner_core.select.problem import CoverProblem, Target
+
+#: Shares are compared in float64: sums are exact to the last place, the product with a fraction is not.
+_SHARE_SLACK = 1e-9
+
+
+class SelectionCheckError(PlannerError, RuntimeError):
+    """A set of stations is not what its search says: a fault of ours, never of the user's."""
+
+
+def check_selection(problem: CoverProblem, chosen: Sequence[int], *, given: Sequence[int] = ()) -> None:
+    """Look whether `chosen` are different candidates, hold all of `given`, and meet every target.
+
+    Raises
+    ------
+    SelectionCheckError
+        They are not, or do not.
+    """
+    _check_candidates(chosen, problem.n_candidates)
+    lost = set(given) - set(chosen)
+    if lost:
+        raise SelectionCheckError(
+            f"selection: got a set without given candidates {sorted(lost)}, expected all of them; please report this"
+        )
+    starts, row = problem.starts.tolist(), problem.row
+    seen: set[int] = set()
+    for candidate in chosen:
+        seen.update(row[starts[candidate] : starts[candidate + 1]].tolist())
+    ticks = problem.ticks.tolist()
+    for number, (counted, required) in enumerate(zip(problem.counts_for, problem.required.tolist(), strict=True)):
+        covered = sum(ticks[r] for r in seen if counted[r])
+        if covered < required:
+            raise SelectionCheckError(
+                f"selection: got {covered} ticks of target {number} with {len(chosen)} stations, expected at least "
+                f"{required}; please report this"
+            )
+
+
+def check_coverage(
+    visibility: Visibility, patch_area_m2: FloatArray, targets: Sequence[Target], chosen: Sequence[int]
+) -> None:
+    """Look at the same before patches were merged and areas rounded: what `cover_problem` made is checked too.
+
+    Raises
+    ------
+    SelectionCheckError
+        A target is missed by more than rounding in the last places.
+    """
+    _check_candidates(chosen, visibility.n_positions)
+    achievable = set(visibility.patch.tolist())
+    seen: set[int] = set()
+    for candidate in chosen:
+        seen.update(visibility.row(candidate).tolist())
+    for number, target in enumerate(targets):
+        whole_m2 = math.fsum(float(patch_area_m2[p]) for p in achievable if target.part[p])
+        covered_m2 = math.fsum(float(patch_area_m2[p]) for p in seen if target.part[p])
+        if covered_m2 < (target.fraction - _SHARE_SLACK) * whole_m2:
+            raise SelectionCheckError(
+                f"selection: got {covered_m2:.6f} m2 of target {number}, expected {target.fraction:g} of "
+                f"{whole_m2:.6f} m2; please report this"
+            )
+
+
+def _check_candidates(chosen: Sequence[int], n_candidates: int) -> None:
+    if len(set(chosen)) != len(chosen):
+        raise SelectionCheckError(f"selection: got a candidate twice in {sorted(chosen)}; please report this")
+    wrong = [c for c in chosen if not 0 <= c < n_candidates]
+    if wrong:
+        raise SelectionCheckError(
+            f"selection: got candidates {wrong}, expected numbers below {n_candidates}; please report this"
+        )

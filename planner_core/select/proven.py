@@ -1,0 +1,322 @@
+"""Selection that says how good it is: few stations, and how few are possible at best.
+
+Input a `CoverProblem`, output a `ProvenSelection`: stations that meet every target, a lower bound that holds in exact
+arithmetic, and whether both are the same. CONTROL FLOW, `select`:
+
+1. leave out what cannot matter                                          reductions.py
+2. greedy selection; one station less, annealed, as long as that succeeds          greedy.py, swap_walks.py
+3. the linear relaxation by cutting planes                                relaxation.py
+4. in turns: branch and bound to raise the bound, longer annealing for one station less      branching.py
+5. look at the result again by other means                                check.py
+
+It stops when bound and stations meet, or when the work allowed is done; work is counted, not timed, so that same
+problem and same settings give the same result on any machine. A limit of time may be set besides; then they may not.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planner_core.device import Device
+from planner_core.errors import RequirementError
+from planner_core.model import Int32Array
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.select.bound import counting_bound
+from planner_core.select.branching import BranchAndBound
+from planner_core.select.check import check_selection
+from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.problem import CoverProblem
+from planner_core.select.reductions import Reduced, reduce_problem
+from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, open_walks
+
+PROVEN = "proven"
+WORK_DONE = "work limit"
+TIME_OVER = "time limit"
+INTERRUPTED = "interrupted"
+#: No smaller set meets `required`; one that meets `least` was not ruled out, and nothing is left to look at.
+ROUNDING = "rounding of areas"
+
+#: Steps of the first annealing for one station less: so many a candidate, and at most. It gets twice as many whenever
+#: it fails.
+_FIRST_STEPS_A_CANDIDATE = 50
+_FIRST_STEPS = 20_000
+#: Failures in a row after which the bound has its turn.
+_FAILURES_BEFORE_BOUND = 2
+#: The proof's turn lasts at least so long, in units of work.
+_LEAST_TURN = 0.1
+_MAX_STEPS = 2**28
+
+
+@dataclass(frozen=True)
+class SelectionSettings:
+    """How long to search. work_limit : numbers looked at, in 1e9, roughly seconds of one core.
+
+    time_limit_s : besides, of the clock; with it two runs may differ. n_walks : annealings side by side, each with its
+    own random numbers; results depend on it, and not on the number of cores.
+    """
+
+    work_limit: float = 60.0
+    time_limit_s: float | None = None
+    seed: int = 0
+    n_walks: int = 4
+
+    def __post_init__(self) -> None:
+        if not self.work_limit >= 0:
+            raise RequirementError(f"work limit: got {self.work_limit}, expected 0 or more; e.g. 60")
+        if self.time_limit_s is not None and not self.time_limit_s >= 0:
+            raise RequirementError(f"time limit: got {self.time_limit_s} s, expected 0 or more, or none; e.g. 60")
+        if not 0 <= self.seed < 2**64:
+            raise RequirementError(f"seed: got {self.seed}, expected a whole number from 0 to 2^64 - 1")
+        if not 1 <= self.n_walks <= 1024:
+            raise RequirementError(f"walks: got {self.n_walks}, expected a whole number from 1 to 1024; e.g. 4")
+
+
+@dataclass(frozen=True)
+class Point:
+    """What was known after `work`."""
+
+    work: float
+    stations: int
+    bound: int
+
+
+@dataclass(frozen=True)
+class ProvenSelection:
+    """chosen : candidates, forced ones first. lower_bound : no set that meets the targets has fewer.
+
+    why_stopped : `proven`, `work limit`, `time limit`, `interrupted` or `rounding of areas`, see `ROUNDING`. curve :
+    stations and bound after how much work; stations never rise, the bound never falls.
+    """
+
+    chosen: tuple[int, ...]
+    lower_bound: int
+    why_stopped: str
+    work: float
+    n_greedy: int
+    curve: tuple[Point, ...] = field(repr=False)
+
+    @property
+    def proven(self) -> bool:
+        """Whether no set of fewer stations meets the targets."""
+        return self.lower_bound >= len(self.chosen)
+
+    @property
+    def gap(self) -> float:
+        """Share of the stations that might be spared at most."""
+        return 1.0 - self.lower_bound / len(self.chosen) if self.chosen else 0.0
+
+
+def select(
+    problem: CoverProblem,
+    settings: SelectionSettings = SelectionSettings(),
+    *,
+    given: Sequence[int] = (),
+    start: Sequence[int] | None = None,
+    device: Device | None = None,
+    host: bool = False,
+    progress: Progress = silent,
+) -> ProvenSelection:
+    """Find few candidates that meet every target, and a lower bound on how few could.
+
+    Parameters
+    ----------
+    given
+        Candidates that are in the set anyway; they count.
+    start
+        Another set that meets the targets, such as one of a genetic search: taken where it is smaller than the
+        greedy one.
+    device, host
+        Where sets are annealed, see `planner_core.select.swap_walks.open_walks`; results do not depend on it.
+    progress
+        A KeyboardInterrupt that it raises ends the search, not the call, once there is a set.
+
+    Raises
+    ------
+    RequirementError
+        `given` or `start` are no candidates, or `start` misses a target.
+    SelectionCheckError
+        The result is not what it should be: a fault of ours.
+
+    Notes
+    -----
+    Sets are made for `problem.required`, the bound holds for `problem.least`: a proven set is the smallest for either.
+    """
+    reduced = reduce_problem(problem, given=given)
+    search = _Search(reduced, settings, device=device, host=host, progress=progress)
+    search.begin(_known(problem, reduced, start))
+    try:
+        search.run()
+    except KeyboardInterrupt:
+        search.why_stopped = INTERRUPTED
+    result = search.result()
+    check_selection(problem, result.chosen, given=given)
+    return result
+
+
+def _known(problem: CoverProblem, reduced: Reduced, start: Sequence[int] | None) -> list[int] | None:
+    """Candidates of the reduced problem that `start` amounts to; None where it has some that were left out."""
+    if start is None:
+        return None
+    if any(not 0 <= c < problem.n_candidates for c in start) or (problem.covered(list(start)) < problem.required).any():
+        raise RequirementError(
+            f"start of selection: got {len(start)} candidates that do not meet all targets, expected a set that does"
+        )
+    place = {int(c): i for i, c in enumerate(reduced.candidate)}
+    return [place[c] for c in dict.fromkeys(start) if c in place]
+
+
+class _Search:
+    """The state of one `select`: the best set of the reduced problem, the bound, and the work done."""
+
+    def __init__(
+        self, reduced: Reduced, settings: SelectionSettings, *, device: Device | None, host: bool, progress: Progress
+    ) -> None:
+        self._reduced, self._problem, self._settings = reduced, reduced.problem, settings
+        self._device, self._host, self._progress = device, host, progress
+        self._began_s = time.monotonic()
+        self._walks: Walks | None = None
+        self._walk_work = 0.0
+        self._round, self._n_steps = 0, self._first_steps()
+        self._sets: Int32Array = np.zeros((0, 0), dtype=np.int32)
+        self._tree: BranchAndBound | None = None
+        self._best: list[int] = []
+        self._bound = 0
+        self._n_greedy = 0
+        self._curve: list[Point] = []
+        self.why_stopped = PROVEN
+
+    # ------------------------------------------------------------------------------------------ the flow
+    def begin(self, known: list[int] | None) -> None:
+        """Take a first set; from here on there is a result."""
+        self._best = list(select_greedy(self._problem, progress=self._progress).chosen)
+        self._n_greedy = len(self._best)
+        if known is not None and (self._problem.covered(known) >= self._problem.required).all():
+            self._best = min(self._best, drop_redundant(self._problem, known), key=len)
+        self._bound = min(counting_bound(self._problem) if (self._problem.least > 0).any() else 0, len(self._best))
+        self._note()
+
+    def run(self) -> None:
+        """Improve set and bound until they meet or a limit is reached."""
+        failures = 0
+        while failures < _FAILURES_BEFORE_BOUND and self._go_on():
+            failures = 0 if self._anneal() else failures + 1
+        if not self._go_on():
+            return
+        self._tree = tree = BranchAndBound(self._problem, n_stations=len(self._best), lower_bound=self._bound)
+        tree.root(progress=self._prove)
+        self._take_from(tree)
+        while self._go_on():
+            if tree.finished:
+                self.why_stopped = ROUNDING
+                return
+            if tree.work < self._walk_work or not self._anneal():
+                tree.n_stations = len(self._best)
+                tree.advance(work=max(self._walk_work - tree.work, _LEAST_TURN), progress=self._prove)
+                self._take_from(tree)
+
+    def result(self) -> ProvenSelection:
+        """What was found so far."""
+        if self._tree is not None:
+            self._take_from(self._tree)
+        forced = len(self._reduced.forced)
+        return ProvenSelection(
+            chosen=self._reduced.whole(self._best),
+            lower_bound=self._bound + forced,
+            why_stopped=PROVEN if self._bound >= len(self._best) else self.why_stopped,
+            work=self._work,
+            n_greedy=self._n_greedy + forced,
+            curve=tuple(self._curve),
+        )
+
+    # ------------------------------------------------------------------------------------------- limits
+    @property
+    def _work(self) -> float:
+        return self._walk_work + (self._tree.work if self._tree is not None else 0.0)
+
+    def _go_on(self) -> bool:
+        """Whether there is anything left to prove, and leave to do so."""
+        if self._bound >= len(self._best):
+            return False
+        limit_s = self._settings.time_limit_s
+        if limit_s is not None and time.monotonic() - self._began_s >= limit_s:
+            self.why_stopped = TIME_OVER
+        elif self._work >= self._settings.work_limit:
+            self.why_stopped = WORK_DONE
+        else:
+            return True
+        return False
+
+    def _prove(self, event: ProgressEvent) -> None:
+        """Pass progress of the proof on, and end it where a limit is reached."""
+        self._progress(event)
+        limit_s = self._settings.time_limit_s
+        over = limit_s is not None and time.monotonic() - self._began_s >= limit_s
+        if self._tree is not None and (over or self._work >= self._settings.work_limit):
+            self._tree.stop()
+
+    def _note(self) -> None:
+        forced = len(self._reduced.forced)
+        self._curve.append(Point(self._work, len(self._best) + forced, self._bound + forced))
+
+    # ------------------------------------------------------------------------------------------- the turns
+    def _take_from(self, tree: BranchAndBound) -> None:
+        """Keep what the proof found."""
+        before = len(self._best), self._bound
+        if tree.best is not None and len(tree.best) < len(self._best):
+            self._take(list(tree.best))
+        self._bound = max(self._bound, min(tree.lower_bound, len(self._best)))
+        if (len(self._best), self._bound) != before:
+            self._note()
+
+    def _take(self, chosen: list[int]) -> None:
+        self._best = drop_redundant(self._problem, chosen)
+        self._n_steps = self._first_steps()
+
+    def _anneal(self) -> bool:
+        """Look for one station less, once; longer the next time if there is none. There is no walk with none at all."""
+        if len(self._best) < 2:
+            return False
+        if self._walks is None:
+            terrain = Terrain(self._problem, seed=self._settings.seed)
+            self._walks = open_walks(terrain, device=self._device, host=self._host)
+        if self._sets.shape != (self._settings.n_walks, len(self._best) - 1):
+            self._sets = self._without_one()
+        self._round += 1
+        for first in range(0, self._n_steps, STEPS_A_LOOK):
+            steps = (first, min(first + STEPS_A_LOOK, self._n_steps))
+            missing = self._walks.walk(self._sets, round_=self._round, steps=steps, n_steps=self._n_steps)
+            self._walk_work += 1e-9 * (steps[1] - first) * self._work_of_a_step()
+            self._progress(
+                ProgressEvent("select", steps[1], self._n_steps, f"{len(self._best)} stations, trying one less")
+            )
+            met = np.flatnonzero(missing == 0)
+            if met.size:
+                self._take([int(c) for c in self._sets[met[0]]])
+                self._note()
+                return True
+            if not self._go_on():
+                break
+        self._n_steps = min(2 * self._n_steps, _MAX_STEPS)
+        return False
+
+    def _first_steps(self) -> int:
+        return min(_FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates, _FIRST_STEPS)
+
+    def _work_of_a_step(self) -> float:
+        rows = self._problem.row.size / self._problem.n_candidates
+        return self._settings.n_walks * (TRIES + 2) * (rows + 50)
+
+    def _without_one(self) -> Int32Array:
+        """(W, k - 1): the best set without one station, another one for each walk as far as there are."""
+        size = len(self._best)
+        return np.array(
+            [
+                [c for place, c in enumerate(self._best) if place != walk % size]
+                for walk in range(self._settings.n_walks)
+            ],
+            dtype=np.int32,
+        )
