@@ -111,47 +111,41 @@ def reachability(survey: Survey, space: FreeSpace, entrances_m: FloatArray | Non
 
 
 def reachable(reach: Reach, candidates: Candidates) -> BoolArray:
-    """(N,) bool: whether a tripod can be carried to each candidate; see `stand_nodes`."""
+    """(N,) bool: whether a tripod can be carried to each candidate; see `Footing`."""
     ground_m = candidates.position_m.copy()
     ground_m[:, 2] -= candidates.instrument_height_m
     return np.asarray(stand_nodes(reach, ground_m) >= 0)
 
 
 def stand_nodes(reach: Reach, ground_m: FloatArray) -> Int64Array:
-    """(K,) the reached node from which a tripod is put down on ground (K, 3); -1 where there is none.
+    """(K,) the reached node from which a tripod is put down on ground (K, 3); -1 where there is none, see `Footing`."""
+    return Footing(reach).nodes(ground_m)
 
-    It is the nearest one within arm's length over ground without an obstacle between: not through a wall.
+
+class Footing:
+    """Where one stands to set a tripod up: the nearest reached node within arm's length.
+
+    Arm's length is over ground without an obstacle between: not through a wall.
     """
-    space = reach.space
-    out = np.full(ground_m.shape[0], -1, dtype=np.int64)
-    distance, source = spread(
-        space.links,
-        space.cells(),
-        np.where(reach.reached_node, np.arange(space.n_nodes), -1),
-        space.cells().astype(np.float64),
-        reach_cells=ARM_M / space.grid.cell_m,
-    )
-    node = nodes_below(space, ground_m)
-    found = np.flatnonzero(node >= 0)
-    near = np.isfinite(distance[node[found]])
-    out[found[near]] = source[node[found[near]]]
-    return out
 
+    def __init__(self, reach: Reach) -> None:
+        space = reach.space
+        cells = space.cells()
+        source = np.where(reach.reached_node, np.arange(space.n_nodes), -1)
+        reach_cells = ARM_M / space.grid.cell_m
+        _, self._stand = spread(space.links, cells, source, cells.astype(np.float64), reach_cells=reach_cells)
+        # Heights are stretched, so that one search finds the nearest cell at the same height.
+        self._scale = np.array([1.0, 1.0, 1.5 * space.grid.cell_m / _SAME_GROUND_M])
+        self._near_m = 1.5 * np.sqrt(2.0) * space.grid.cell_m
+        self._tree = cKDTree(space.position_m() * self._scale)
 
-def nodes_below(space: FreeSpace, ground_m: FloatArray) -> Int64Array:
-    """(K,) the node of the ground (K, 3), in its cell or one beside it; -1 where there is none at that height."""
-    out = np.full(ground_m.shape[0], -1, dtype=np.int64)
-    if not space.n_nodes or not ground_m.shape[0]:
+    def nodes(self, ground_m: FloatArray) -> Int64Array:
+        """(K,) int64 node for each of places on the ground (K, 3); -1 where there is none."""
+        distance, node = self._tree.query(ground_m * self._scale, distance_upper_bound=self._near_m)
+        found = np.isfinite(distance)
+        out = np.full(ground_m.shape[0], -1, dtype=np.int64)
+        out[found] = self._stand[node[found]]
         return out
-    # Heights are stretched, so that one search finds the nearest cell at the same height.
-    stretch = 1.5 * space.grid.cell_m / _SAME_GROUND_M
-    scale = np.array([1.0, 1.0, stretch])
-    distance, node = cKDTree(space.position_m() * scale).query(
-        ground_m * scale, distance_upper_bound=1.5 * np.sqrt(2.0) * space.grid.cell_m
-    )
-    found = np.isfinite(distance)
-    out[found] = node[found]
-    return out
 
 
 def _entrance_nodes(space: FreeSpace, entrances_m: FloatArray) -> list[int]:

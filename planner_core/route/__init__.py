@@ -1,0 +1,1 @@
+"""Route: in which order stations are visited, along which way, and how long it takes."""
