@@ -41,6 +41,8 @@ _MARGIN_M = 1.0
 class FloorMap:
     """One floor's free space as pictures, row iy, column ix of the grid; the lowest node where cells have several.
 
+    Stairs are in it as far as a plan of the floor shows them: up to head height.
+
     ground_m, headroom_m, clearance_m : (ny, nx) float64, NaN where there is no node. can_stand : (ny, nx) bool.
     """
 
@@ -96,7 +98,9 @@ class FreeSpace:
 
     def floor_map(self, floor: int) -> FloorMap:
         """Lay the nodes of one floor out as pictures."""
-        node = np.flatnonzero(self.floor == floor)
+        here = self.floor == floor
+        ground_m = float(np.median(self.ground_m[here & self.on_ground])) if (here & self.on_ground).any() else np.inf
+        node = np.flatnonzero(here & (self.on_ground | (self.ground_m < ground_m + self.mover.height_m)))
         _, first = np.unique(self.column[node], return_index=True)
         node = node[first]
         shape = (self.grid.ny, self.grid.nx)

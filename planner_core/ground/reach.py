@@ -171,8 +171,9 @@ def _described(
     survey: Survey, space: FreeSpace, region: Int32Array, area: FloatArray, lead_to: set[int]
 ) -> tuple[Region, ...]:
     node = np.flatnonzero(region >= 0)
-    # The roomiest node of each region, the first of equals, if need be on stairs.
-    order = node[np.lexsort((node, -space.clearance_m[node], ~space.on_ground[node], region[node]))]
+    # The roomiest node on the ground of each region's floor, the first of equals; if need be on stairs.
+    elsewhere = ~space.on_ground[node] | (space.floor[node] != area.argmax(axis=1)[region[node]])
+    order = node[np.lexsort((node, -space.clearance_m[node], elsewhere, region[node]))]
     number, first, count = np.unique(region[order], return_index=True, return_counts=True)
     out = []
     for index, start, n in zip(number.tolist(), first.tolist(), count.tolist(), strict=True):

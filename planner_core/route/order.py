@@ -15,7 +15,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import FloatArray, Int32Array, Int64Array
 from planner_core.route.tour import MAX_EXACT, exact_tour, improved_tour, paths_through, tour_length_m
 
-#: All orders of so many storeys are tried; of more, they are taken as they lie, from below or from above.
+#: All orders of so many storeys are tried; of more, they are taken as they lie, part by part, from below or above.
 MAX_STOREYS = 6
 N_KICKS = 60
 
@@ -46,6 +46,8 @@ def visiting_order(
 ) -> VisitingOrder:
     """Order stops so that the walk is short, all stops of a floor one after another.
 
+    Parts that no way joins, such as the flats of a house, are visited one after the other, each floor by floor.
+
     Parameters
     ----------
     distance_m
@@ -73,7 +75,7 @@ def visiting_order(
     padded = _padded(distance_m)
     ends = {stop for stop in (start, end) if stop is not None}
     inner = np.array([stop for stop in range(n) if stop not in ends], dtype=np.int64)
-    storeys = [inner[floor[inner] == level] for level in np.unique(floor[inner])]
+    storeys = _storeys(distance_m, floor, inner)
     head = [] if start is None else [np.array([start])]
     tail = [] if end is None or closed else [np.array([end])]
     # An open walk is a tour over one more stop, no way from anywhere.
@@ -109,6 +111,16 @@ def _check(distance_m: FloatArray, floor: Int32Array, start: int | None, end: in
             raise RequirementError(f"{name}: got stop {stop}, expected an index from 0 to {n - 1}")
     if closed and end is not None and end != start:
         raise RequirementError("end: got one for a closed walk, expected none; leave it out, or leave `closed` out")
+
+
+def _storeys(distance_m: FloatArray, floor: Int32Array, inner: Int64Array) -> list[Int64Array]:
+    """Stops `inner` by floor, those of each part that hangs together for itself, from below."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    _, part = connected_components(coo_array(np.isfinite(distance_m)), directed=False)
+    keys = np.column_stack([part[inner], floor[inner]])
+    return [inner[(keys == key).all(axis=1)] for key in np.unique(keys, axis=0)]
 
 
 def _padded(distance_m: FloatArray) -> FloatArray:

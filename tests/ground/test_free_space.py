@@ -323,6 +323,16 @@ def test_links_go_both_ways_and_climb_a_step_at_most() -> None:
     assert (space.cells()[to] - space.cells()[node] == NEIGHBOURS[direction]).all()
 
 
+def test_a_map_shows_its_floor_and_its_stairs_up_to_head_height() -> None:
+    space = free_space(survey_of(build("stairwell").scene))
+    for index, low_m in enumerate((0.0, 2.8, 5.6)):
+        ground_m = space.floor_map(index).ground_m
+        shown = ground_m[np.isfinite(ground_m)]
+        assert low_m - 0.3 <= shown.min() <= low_m + 1e-6
+        assert shown.max() <= low_m + 1.9
+        assert (shown > low_m + 1.0).any() == (index < 2)
+
+
 def test_a_floor_without_slab_is_walked_indoors_only() -> None:
     scene = build("without-slabs")
     space = free_space(survey_of(scene.scene))

@@ -149,6 +149,18 @@ def test_parts_that_no_way_joins_are_visited_one_after_the_other() -> None:
     assert found.length_m == pytest.approx(legs[np.isfinite(legs)].sum())
 
 
+@pytest.mark.parametrize("n_each", [2, 14])
+def test_flats_are_visited_one_after_the_other_and_each_floor_by_floor(n_each: int) -> None:
+    rng = np.random.default_rng(1)
+    flat, floor = np.repeat([0, 1, 0, 1], n_each), np.repeat([0, 0, 1, 1], n_each).astype(np.int32)
+    distance = plan_distances(np.column_stack([rng.random((4 * n_each, 2)) * 5, 3.0 * floor]))
+    distance[flat[:, None] != flat[None]] = np.inf
+    found = visiting_order(distance, floor)
+    assert found.n_unwalkable == 1
+    runs = [key for key, _ in groupby(zip(flat[found.order].tolist(), floor[found.order].tolist(), strict=True))]
+    assert len(runs) == 4
+
+
 def test_many_storeys_are_taken_from_one_end_to_the_other() -> None:
     rng = np.random.default_rng(0)
     floor = np.repeat(np.arange(9), 3).astype(np.int32)
