@@ -30,6 +30,8 @@ _ROOT_GAIN = 0.01
 _ROOT_STEP = 0.5
 #: The bound of no node.
 _NOTHING = 2**31
+#: Candidates that are tried before one is branched on.
+_PROBES = 8
 #: Candidates nearer to 0 or 1 are taken for whole.
 _WHOLE = 1e-6
 
@@ -152,10 +154,19 @@ class BranchAndBound:
             self._given_up = min(self._given_up, stations)
             return
         depth = node.out.size + node.inside.size
-        distance = np.where(free, np.abs(x - 0.5), 1.0)
-        at = np.array([int(np.argmin(distance))], dtype=np.int64)
+        at = np.array([self._branch_at(x, lower, upper)], dtype=np.int64)
         self._put(_Node(stations, np.concatenate([node.out, at]), node.inside), depth + 1)
         self._put(_Node(stations, node.out, np.concatenate([node.inside, at])), depth + 1)
+
+    def _branch_at(self, x: FloatArray, lower: Int64Array, upper: Int64Array) -> int:
+        """Candidate whose two branches promise most: the product of what the bound gains in either."""
+        distance = np.where(lower < upper, np.abs(x - 0.5), 1.0)
+        likely = np.argsort(distance, kind="stable")[:_PROBES]
+        likely = likely[distance[likely] < 0.5 - _WHOLE]
+        if likely.size < 2:
+            return int(np.argmin(distance))
+        gain = np.maximum(self._program.probe(likely, lower, upper) - float(x.sum()), 1e-4)
+        return int(likely[np.argmax(gain[:, 0] * gain[:, 1])])
 
     def _note_plan(self, x: FloatArray) -> None:
         """Keep x where it is a plan."""

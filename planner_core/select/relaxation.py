@@ -42,6 +42,9 @@ _QUOTIENT_SLACK = 2.0**-20
 _VIOLATION = 1e-6
 #: A row of the linear program that had no price for so many solutions is left out.
 _IDLE_SOLUTIONS = 12
+#: Of the dual simplex method, for one probe of a branch.
+_PROBE_ITERATIONS = 40
+_NO_LIMIT = 2**31 - 1
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,7 @@ class CutMaker:
         self.problem = problem
         self._sees = sparse.csr_matrix((one, problem.row, problem.starts), shape=shape)
         self._seen_by = self._sees.T.tocsr()
+        self._weight = np.where(problem.counts_for, problem.ticks, 0).astype(np.float64)
         #: Whole numbers below 2^53 add up exactly in float64, in any order.
         self._exact_in_float = int(problem.ticks.sum()) < 2**53
         self._owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
@@ -82,8 +86,9 @@ class CutMaker:
         full = cover >= 1.0 - 1e-9
         part = np.minimum(cover, 1.0)
         cuts = []
-        for counted, least in zip(problem.counts_for, problem.least, strict=True):
-            if least > 0 and float(part @ np.where(counted, problem.ticks, 0)) < float(least) * (1.0 - _VIOLATION):
+        for counted, weight, least in zip(problem.counts_for, self._weight, problem.least, strict=True):
+            # Not as a product of vectors: libraries add those up differently on other numbers of cores.
+            if least > 0 and float((part * weight).sum()) < float(least) * (1.0 - _VIOLATION):
                 cut = self.cut(counted, int(least), full)
                 if cut is not None:
                     cuts.append(cut)
@@ -186,6 +191,26 @@ class CutProgram:
         price = np.maximum(np.array(found.row_dual, dtype=np.float64), 0.0)
         self._idle = np.where(price > 0, 0, self._idle + 1)
         return x, price
+
+    def probe(self, at: Int64Array, lower: Int64Array, upper: Int64Array) -> FloatArray:
+        """(n, 2): about how much the least sum is if x is 0 and if it is 1, for each of the candidates `at`.
+
+        After a few iterations from the last solution, which is kept: a guide for branching, nothing is proven by it.
+        """
+        solver = self._highs
+        basis = solver.getBasis()
+        values = np.empty((at.size, 2))
+        solver.setOptionValue("simplex_iteration_limit", _PROBE_ITERATIONS)
+        for number, candidate in enumerate(at.tolist()):
+            for value in (0, 1):
+                solver.changeColBounds(candidate, float(value), float(value))
+                solver.run()
+                values[number, value] = solver.getObjectiveValue()
+                self.n_iterations += max(int(solver.getInfo().simplex_iteration_count), 0)
+                solver.changeColBounds(candidate, float(lower[candidate]), float(upper[candidate]))
+                solver.setBasis(basis)
+        solver.setOptionValue("simplex_iteration_limit", _NO_LIMIT)
+        return values
 
     def drop_idle(self) -> None:
         """Leave out cuts that had no price for long."""

@@ -37,6 +37,7 @@ from planner_core.scan.tree import Tree
 from planner_core.scan.tuning import use_shape
 from planner_core.scene.patches import make_patches
 from planner_core.select.problem import Target, cover_problem
+from planner_core.select.swap_walks import DeviceWalks, Terrain
 
 SHAPES = {"cpu": (4, 16, 8), "cpu-4": (4, 16, 4), "gpu": (4, 8, 1)}
 #: 112 triangles: more than a treelet; and 28, which are one treelet.
@@ -101,7 +102,7 @@ def results(kind: str, *, with_tree: bool, save_tree: Path | None) -> list[Any]:
         found.append(PatchMode(engine, scene, patches).see(template, at[:1]))
         found.append(PointDistribution(scene, patches, engine).sums(template, at))
         found += measured(engine.visible_patches(template, at), patches.area_m2, at, device)
-    return found + evolved(kind, device)
+    return found + evolved(kind, device) + annealed(device)
 
 
 def measured(visibility: Visibility, area_m2: Any, at: Any, device: Device) -> list[Any]:
@@ -133,6 +134,19 @@ def evolved(kind: str, device: Device) -> list[Any]:
     found = [select_genetic(problem, way, device=device, given=[np.arange(3)]) for way in ways]
     on_device.SHAPES["cpu"] = shape
     return [replace(result, device="") for result in found]
+
+
+def annealed(device: Device) -> list[Any]:
+    """Two walks of some dozens of steps, for sets of five candidates."""
+    rng = np.random.default_rng(4)
+    rows = [np.flatnonzero(row) for row in rng.random((30, 90)) < 0.1]
+    starts = np.cumsum([0, *(row.size for row in rows)])
+    visibility = Visibility(starts, np.concatenate(rows).astype(np.int32), 90)
+    targets = (Target(np.arange(90) < 30, 0.8), Target(np.full(90, True), 0.9))
+    terrain = Terrain(cover_problem(visibility, rng.uniform(0.001, 0.04, 90), targets), seed=6)
+    sets = np.array([np.arange(5), np.arange(5, 10)], dtype=np.int32)
+    missing = DeviceWalks(terrain, device).walk(sets, round_=1, steps=(0, 40), n_steps=80)
+    return [SimpleNamespace(sets=sets, missing=missing)]
 
 
 def keep(tree: Tree, file: Path) -> None:

@@ -1,0 +1,192 @@
+"""Proven selection against greedy and genetic selection, on what real candidates of real and synthetic buildings see.
+
+    python tests/benchmarks/bench_selection.py [--write docs/benchmarks/selection.md] [--quick] [--work LIMIT]
+
+Candidates stand on the planner's grid at 1.5 m, an HDL-64E of 5 m range looks around, 95 % are required on each floor
+and in all. The buildings of shared/data/ifc are left out where they are not; glass returns beams.
+
+- greedy: `select_greedy`. genetic: `select_genetic` on the device with the settings that did best in
+  docs/method/genetic-selection.md (uniform crossover, distinct, started with the greedy set).
+- ours: `select` with a limit of work, 60 unless told otherwise.
+- bound before: `lower_bound`, which came with greedy selection.
+
+CPU time of the process, so of all its threads. Every set is looked at by `check_coverage` in the end. Not a test.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+import scenes_synthetic
+from planner_core.candidates.grid import find_candidates
+from planner_core.device import Device, open_device
+from planner_core.genetic import GeneticSettings, select_genetic
+from planner_core.metrics.coverage import floor_of_patch
+from planner_core.model import PlanSettings, Scene
+from planner_core.scan.opencl import OpenCLEngine
+from planner_core.scan.scanners import load_scanner
+from planner_core.scene.load import LoadOptions, load_scene
+from planner_core.select.bound import lower_bound
+from planner_core.select.check import check_coverage
+from planner_core.select.greedy import select_greedy
+from planner_core.select.problem import CoverProblem, cover_problem, floor_targets
+from planner_core.select.proven import ProvenSelection, SelectionSettings, select
+from planner_core.survey import make_survey, planned_floors, scope_of, visible_from
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+IFC_FOLDER = REPOSITORY.parent / "shared" / "data" / "ifc"
+RANGE_MAX_M, HEIGHT_M, COVERAGE = 5.0, 1.5, 0.95
+
+T = TypeVar("T")
+
+
+@dataclass
+class Task:
+    name: str
+    problem: CoverProblem
+    check: Callable[[list[int]], None]
+
+
+@dataclass
+class Row:
+    task: Task
+    n_greedy: int
+    greedy_s: float
+    n_genetic: int
+    genetic_s: float
+    bound_before: int
+    ours: ProvenSelection
+    ours_s: float
+
+
+def synthetic(name: str) -> Scene:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{name}.glb"
+        scenes_synthetic.write(scenes_synthetic.build(name), path)
+        return load_scene(path)
+
+
+def ifc(name: str) -> Scene | None:
+    path = IFC_FOLDER / f"{name}.ifc"
+    if not path.exists():
+        print(f"{path.name}: not here, left out", file=sys.stderr)
+        return None
+    return load_scene(path, options=LoadOptions(glass="return"))
+
+
+def task(name: str, scene: Scene, device: Device, *, grid_m: float, floors: tuple[str, ...] = ()) -> Task:
+    """What every candidate sees, and the check of a set by patches and areas."""
+    scanner = replace(load_scanner("hdl-64e"), range_max_m=RANGE_MAX_M)
+    settings = PlanSettings(scanner=scanner, instrument_heights_m=(HEIGHT_M,), grid_step_m=grid_m)
+    survey = make_survey(scene, settings)
+    engine = OpenCLEngine(scene, survey.patches, device)
+    planned = planned_floors(survey.floors, floors)
+    candidates = find_candidates(survey, settings, engine, floors=planned)
+    visibility = visible_from(survey, settings, engine, candidates.position_m)
+    of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
+    targets = floor_targets(of_patch, planned, scope_of(of_patch, planned, len(survey.floors)), COVERAGE)
+    area_m2 = survey.patches.area_m2
+    problem = cover_problem(visibility, area_m2, targets)
+    return Task(f"{name}, {grid_m:g} m", problem, lambda chosen: check_coverage(visibility, area_m2, targets, chosen))
+
+
+def tasks(device: Device, *, quick: bool) -> list[Task]:
+    house = synthetic("house")
+    if quick:
+        return [task("house", house, device, grid_m=1.0)]
+    found = [task("house", house, device, grid_m=0.5)]
+    duplex, fzk = ifc("duplex"), ifc("fzk-haus")
+    if duplex is not None:
+        found.append(task("duplex, level 1", duplex, device, grid_m=0.4, floors=("Level 1",)))
+        found.append(task("duplex, level 2", duplex, device, grid_m=0.4, floors=("Level 2",)))
+        found.append(task("duplex", duplex, device, grid_m=0.5))
+    if fzk is not None:
+        found.append(task("fzk-haus", fzk, device, grid_m=0.5))
+    return [*found, task("basement", synthetic("basement"), device, grid_m=0.5)]
+
+
+def timed(call: Callable[[], T]) -> tuple[T, float]:
+    """What it returns, and its CPU time in seconds."""
+    begin = time.process_time()
+    result = call()
+    return result, time.process_time() - begin
+
+
+def measure(on: Task, device: Device, *, work: float) -> Row:
+    problem = on.problem
+    greedy, greedy_s = timed(lambda: select_greedy(problem).chosen)
+    settings = GeneticSettings(
+        crossover="uniform", distinct=True, individual_mutation_rate=1.0, gene_mutation_rate=0.002, patience=100
+    )
+    first = [np.array(greedy)]
+    genetic, genetic_s = timed(lambda: select_genetic(problem, settings, device=device, given=first).chosen)
+    before = lower_bound(problem, n_stations=len(greedy))
+    ours, ours_s = timed(lambda: select(problem, SelectionSettings(work_limit=work), device=device))
+    for chosen in (greedy, genetic, ours.chosen):
+        on.check([int(c) for c in chosen])
+    row = Row(on, len(greedy), greedy_s, len(genetic), genetic_s, before, ours, ours_s)
+    print(f"{on.name}: {replace(ours, chosen=())} {ours_s:.1f} s", file=sys.stderr)
+    return row
+
+
+def report(device: Device, *, quick: bool, work: float) -> str:
+    from importlib.metadata import version
+
+    rows = [measure(on, device, work=work) for on in tasks(device, quick=quick)]
+    lines = [
+        "# Selection",
+        "Written by `tests/benchmarks/bench_selection.py`, which says what is measured and how. The method: "
+        "[selection](../method/selection.md).",
+        "",
+        f"{device.label}, {os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}, NumPy "
+        f"{np.__version__}, HiGHS {version('highspy')}. At most {work:g} units of work, about seconds.",
+        "",
+        "| scene, grid | candidates | rows | greedy | genetic | ours | bound before | bound | gap | |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for row in rows:
+        ours, problem = row.ours, row.task.problem
+        lines.append(
+            f"| {row.task.name} | {problem.n_candidates} | {problem.n_rows} | {row.n_greedy} | {row.n_genetic} | "
+            f"{len(ours.chosen)} | {row.bound_before} | {ours.lower_bound} | {100 * ours.gap:.1f} % | "
+            f"{ours.why_stopped} |"
+        )
+    lines += [
+        "",
+        "| scene, grid | CPU time of greedy | genetic | ours, all | ours, work until the set was found |",
+        "|---|---|---|---|---|",
+    ]
+    for row in rows:
+        found = next(point for point in row.ours.curve if point.stations == len(row.ours.chosen))
+        lines.append(
+            f"| {row.task.name} | {row.greedy_s:.2f} s | {row.genetic_s / row.greedy_s:.0f} times that | "
+            f"{row.ours_s / row.greedy_s:.0f} times | {100 * found.work / max(row.ours.work, 1e-9):.0f} % of all |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--write", type=Path, help="write the report here besides printing it")
+    parser.add_argument("--quick", action="store_true", help="one small problem: does it run?")
+    parser.add_argument("--work", type=float, default=60.0, help="limit of work, about seconds")
+    options = parser.parse_args()
+    text = report(open_device(), quick=options.quick, work=options.work)
+    print(text)
+    if options.write is not None:
+        options.write.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

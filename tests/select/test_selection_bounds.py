@@ -1,0 +1,164 @@
+"""Bounds of selection: cuts hold for every solution, bounds for every price, and all meet the optimum in the end."""
+
+import itertools
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner_core.select.branching import BranchAndBound
+from planner_core.select.problem import CoverProblem
+from planner_core.select.relaxation import BOUND_UNIT, CUT_UNIT, CutMaker, CutProgram, exact_bound
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def random_problem(seed, *, n=8, r=16, large=False):
+    rng = np.random.default_rng(seed)
+    sees = rng.random((n, r)) < 0.3
+    ticks = rng.integers(1, 10**14 if large else 20, r)
+    counts_for = np.array([rng.random(r) < 0.5, np.ones(r, dtype=bool)])
+    whole = [sum(int(t) for t, c, s in zip(ticks, k, sees.any(axis=0), strict=True) if c and s) for k in counts_for]
+    required = np.array([w * int(rng.integers(50, 100)) // 100 for w in whole], dtype=np.int64)
+    return CoverProblem(
+        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
+        row=np.nonzero(sees)[1].astype(np.int64),
+        ticks=ticks.astype(np.int64),
+        counts_for=counts_for,
+        required=required,
+        least=required,
+    )
+
+
+def every_solution(problem):
+    for bits in itertools.product((0, 1), repeat=problem.n_candidates):
+        if (problem.covered([i for i, b in enumerate(bits) if b]) >= problem.least).all():
+            yield np.array(bits)
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, st.booleans())
+def test_cuts_of_any_rows_hold_for_every_solution(seed, large):
+    problem = random_problem(seed, large=large)
+    rng = np.random.default_rng(seed)
+    maker = CutMaker(problem)
+    cuts = maker.violated(rng.random(problem.n_candidates) * 0.3)
+    for counted, least in zip(problem.counts_for, problem.least, strict=True):
+        cut = maker.cut(counted, int(least), rng.random(problem.n_rows) < 0.4)
+        cuts += [cut] if cut is not None else []
+    for x in every_solution(problem):
+        for cut in cuts:
+            assert int(cut @ x) >= CUT_UNIT, f"seed {seed}: {x}"
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS)
+def test_cuts_are_those_of_the_definition_rounded_up_by_little(seed):
+    problem = random_problem(seed)
+    full = np.random.default_rng(seed).random(problem.n_rows) < 0.4
+    cut = CutMaker(problem).cut(problem.counts_for[0], int(problem.least[0]), full)
+    need = int(problem.least[0]) - sum(int(t) for t in problem.ticks[full & problem.counts_for[0]])
+    if need <= 0:
+        assert cut is None
+        return
+    for candidate in range(problem.n_candidates):
+        rows = [r for r in problem.rows_of(candidate) if problem.counts_for[0, r] and not full[r]]
+        exact = Fraction(min(sum(int(problem.ticks[r]) for r in rows), need), need)
+        assert exact <= Fraction(int(cut[candidate]), CUT_UNIT) <= min(exact + Fraction(2, CUT_UNIT), 1) or exact == 0
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS)
+def test_bound_holds_for_any_prices_and_equals_its_definition(seed):
+    problem = random_problem(seed)
+    rng = np.random.default_rng(seed)
+    n = problem.n_candidates
+    cuts = np.array(CutMaker(problem).violated(np.zeros(n)) + CutMaker(problem).violated(rng.random(n) * 0.2))
+    lower = (rng.random(n) < 0.2).astype(np.int64)
+    upper = np.maximum(lower, rng.random(n) < 0.8).astype(np.int64)
+    price = rng.normal(1.0, 1.0, len(cuts))
+    bound = exact_bound(cuts.reshape(-1, n), price, lower, upper)
+    whole = [Fraction(int(max(p, 0.0) * 2**20), 2**20) for p in price]
+    value = sum(whole, Fraction(0))
+    for i in range(n):
+        margin = 1 - sum((p * Fraction(int(c[i]), CUT_UNIT) for p, c in zip(whole, cuts, strict=True)), Fraction(0))
+        assert Fraction(int(bound.margin[i]), BOUND_UNIT) == margin
+        value += min(margin * int(lower[i]), margin * int(upper[i]))
+    assert Fraction(bound.scaled, BOUND_UNIT) == value
+    within = [x for x in every_solution(problem) if (x >= lower).all() and (x <= upper).all()]
+    assert all(bound.stations <= int(x.sum()) for x in within), f"seed {seed}"
+
+
+def test_prices_that_whole_numbers_cannot_hold_are_refused():
+    cuts = np.full((2, 3), CUT_UNIT, dtype=np.int64)
+    with pytest.raises(ValueError, match="prices"):
+        exact_bound(cuts, np.array([2.0**17, 2.0**17]), np.zeros(3, dtype=np.int64), np.ones(3, dtype=np.int64))
+
+
+def test_relaxation_by_cuts_reaches_the_linear_relaxation_at_least():
+    from scipy.optimize import linprog
+
+    for seed in range(5):
+        problem = random_problem(seed, n=20, r=60)
+        n, r = problem.n_candidates, problem.n_rows
+        sees = np.zeros((r, n))
+        for candidate in range(n):
+            sees[problem.rows_of(candidate), candidate] = 1
+        # y_r <= number of stations that see r; covered area of each target >= least.
+        weights = problem.counts_for * problem.ticks
+        relaxed = linprog(
+            np.append(np.ones(n), np.zeros(r)),
+            A_ub=np.block([[-sees, np.eye(r)], [np.zeros((2, n)), -weights]]),
+            b_ub=np.append(np.zeros(r), -problem.least),
+            bounds=(0, 1),
+        )
+        tree = BranchAndBound(problem, n_stations=n)
+        tree.root()
+        x, _ = tree._solve()
+        assert x.sum() >= relaxed.fun - 1e-4, f"seed {seed}"
+        assert tree.lower_bound >= np.ceil(relaxed.fun - 1e-3), f"seed {seed}"
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_branch_and_bound_finds_the_optimum_from_a_bad_plan_and_never_passes_it(seed):
+    problem = random_problem(seed, n=9)
+    optimum = min(int(x.sum()) for x in every_solution(problem))
+    tree = BranchAndBound(problem, n_stations=problem.n_candidates + 1)
+    assert tree.lower_bound <= optimum
+    tree.root()
+    assert tree.lower_bound <= optimum
+    while not tree.finished:
+        tree.advance(work=1e-4)
+        assert tree.lower_bound <= optimum, f"seed {seed}"
+    assert tree.lower_bound == optimum == tree.n_stations
+    assert tree.best is not None and (problem.covered(list(tree.best)) >= problem.required).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_candidates_fixed_at_the_root_leave_a_better_plan_possible(seed):
+    problem = random_problem(seed, n=9)
+    optimum = min(int(x.sum()) for x in every_solution(problem))
+    tree = BranchAndBound(problem, n_stations=optimum + 1)
+    tree.root()
+    best = [x for x in every_solution(problem) if int(x.sum()) == optimum]
+    if tree.lower_bound <= optimum:
+        assert any((x >= tree._lower).all() and (x <= tree._upper).all() for x in best), f"seed {seed}"
+
+
+def test_solver_that_returns_nonsense_does_not_break_the_bound(monkeypatch):
+    rng = np.random.default_rng(0)
+
+    def nonsense(self):
+        return rng.random(self.n_candidates), rng.normal(0, 3, len(self.cuts))
+
+    monkeypatch.setattr(CutProgram, "solve", nonsense)
+    for seed in range(20):
+        problem = random_problem(seed)
+        tree = BranchAndBound(problem, n_stations=problem.n_candidates)
+        tree.root()
+        tree.advance(work=1e-3)
+        assert tree.lower_bound <= min(int(x.sum()) for x in every_solution(problem)), f"seed {seed}"

@@ -1,0 +1,114 @@
+"""Annealing of station sets: the kernel against NumPy, the targets against their definition."""
+
+import numpy as np
+import pytest
+
+from planner_core.select.greedy import select_greedy
+from planner_core.select.problem import CoverProblem
+from planner_core.select.swap_walks import HostWalks, Terrain, alike, heats, luck, open_walks
+
+
+def problem_of(seed, *, n=40, r=200, n_targets=3):
+    rng = np.random.default_rng(seed)
+    sees = rng.random((n, r)) < 0.1
+    ticks, counts_for = rng.integers(0, 10**9, r), rng.random((n_targets, r)) < 0.6
+    whole = (counts_for * np.where(sees.any(axis=0), ticks, 0)).sum(axis=1)
+    required = (whole * 0.9).astype(np.int64)
+    return CoverProblem(
+        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
+        row=np.nonzero(sees)[1].astype(np.int64),
+        ticks=ticks.astype(np.int64),
+        counts_for=counts_for,
+        required=required,
+        least=required,
+    )
+
+
+def first_sets(problem, size, n_walks=3):
+    rng = np.random.default_rng(1)
+    return np.array([rng.permutation(problem.n_candidates)[:size] for _ in range(n_walks)], dtype=np.int32)
+
+
+@pytest.mark.parametrize("shape", [(40, 200, 3), (2, 5, 1), (30, 64, 5), (300, 30, 2)])
+@pytest.mark.parametrize("size", [1, 12])
+def test_device_and_host_walk_the_same_way(shape, size):
+    n, r, n_targets = shape
+    problem = problem_of(7, n=n, r=r, n_targets=n_targets)
+    size = min(size, n - 1)
+    terrain = Terrain(problem, seed=2**63 + 5)
+    ours, theirs = first_sets(problem, size), first_sets(problem, size)
+    for steps in ((0, 60), (60, 150)):
+        a = open_walks(terrain).walk(ours, round_=3, steps=steps, n_steps=150)
+        b = HostWalks(terrain).walk(theirs, round_=3, steps=steps, n_steps=150)
+        assert np.array_equal(ours, theirs)
+        assert np.array_equal(a, b)
+
+
+def test_what_a_walk_says_is_missing_is_missing_and_sets_stay_sets():
+    problem = problem_of(3)
+    sets = first_sets(problem, 14)
+    missing = open_walks(Terrain(problem, seed=1)).walk(sets, round_=0, steps=(0, 2000), n_steps=2000)
+    for chosen, left in zip(sets, missing, strict=True):
+        assert len(set(chosen.tolist())) == 14
+        assert int(np.maximum(problem.required - problem.covered(chosen.tolist()), 0).sum()) == left
+
+
+def test_walks_cut_in_pieces_go_where_they_go_in_one():
+    problem = problem_of(4)
+    walks = open_walks(Terrain(problem, seed=1))
+    whole, pieces = first_sets(problem, 9), first_sets(problem, 9)
+    walks.walk(whole, round_=1, steps=(0, 900), n_steps=900)
+    for first in range(0, 900, 300):
+        walks.walk(pieces, round_=1, steps=(first, first + 300), n_steps=900)
+    assert np.array_equal(whole, pieces)
+
+
+def test_walks_of_one_call_differ_and_other_rounds_and_seeds_go_elsewhere():
+    problem = problem_of(5)
+    same = np.repeat(first_sets(problem, 9, n_walks=1), 3, axis=0)
+    ends = []
+    for seed, round_ in ((1, 1), (1, 2), (2, 1)):
+        sets = same.copy()
+        open_walks(Terrain(problem, seed=seed)).walk(sets, round_=round_, steps=(0, 300), n_steps=300)
+        ends += [tuple(chosen) for chosen in sets.tolist()]
+    assert len(set(ends)) == len(ends)
+
+
+def test_annealing_finds_a_hidden_cover_that_greedy_does_not():
+    # Eight candidates part the rows among them; decoys see a little of several, and greedy selection takes them.
+    rng = np.random.default_rng(0)
+    r, k = 160, 8
+    parts = np.repeat(np.eye(k, dtype=bool), r // k, axis=1)
+    decoys = rng.random((60, r)) < 0.11
+    sees = np.concatenate([decoys, parts])
+    problem = CoverProblem(
+        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
+        row=np.nonzero(sees)[1].astype(np.int64),
+        ticks=np.ones(r, dtype=np.int64),
+        counts_for=np.ones((1, r), dtype=bool),
+        required=np.array([r]),
+        least=np.array([r]),
+    )
+    assert len(select_greedy(problem).chosen) > k
+    sets = first_sets(problem, k)
+    missing = open_walks(Terrain(problem, seed=0)).walk(sets, round_=0, steps=(0, 20_000), n_steps=20_000)
+    assert missing.min() == 0
+    assert sorted(sets[int(np.argmin(missing))].tolist()) == list(range(60, 68))
+
+
+def test_luck_is_exponential_and_heat_falls_to_a_fiftieth():
+    assert abs(float(luck().mean()) / 65536 - 1) < 2e-3
+    assert (np.diff(luck().astype(np.int64)) < 0).all()
+    heat = heats(10**12)
+    assert heat[0] == 10**12 // 20 and (np.diff(heat) < 0).all()
+    assert 0.018 < heat[-1] / heat[0] < 0.022
+
+
+def test_alike_candidates_are_those_that_share_most():
+    problem = problem_of(6, n=30, r=90)
+    rows = [set(problem.rows_of(c).tolist()) for c in range(30)]
+    near = alike(problem, 5)
+    for c in range(30):
+        share = {o: len(rows[c] & rows[o]) / max(len(rows[c] | rows[o]), 1) for o in range(30) if o != c}
+        expected = sorted(share, key=lambda o: (-np.float32(share[o]), o))[:5]
+        assert near[c].tolist() == expected
