@@ -62,7 +62,14 @@ def settings(
     )
 
 
-def with_method(problem: PlanSettings, *, method: str, search: str | None, assignments: Sequence[str]) -> PlanSettings:
+def with_method(
+    problem: PlanSettings,
+    *,
+    method: str,
+    search: str | None,
+    time_limit_s: float | None,
+    assignments: Sequence[str],
+) -> PlanSettings:
     """Return the settings with a method and its options, from the values of `options.method_choice`.
 
     Raises
@@ -72,8 +79,14 @@ def with_method(problem: PlanSettings, *, method: str, search: str | None, assig
     """
     from planner_core.errors import RequirementError
     from planner_core.paper import paper_settings
+    from planner_core.plan import selection_settings
 
+    if search is not None and method != "paper":
+        raise RequirementError(f"--search: got it with --method {method}, which has none; add --method paper")
+    if time_limit_s is not None and method != "proven":
+        raise RequirementError(f"--time-limit: got it with --method {method}, which has none; add --method proven")
     options = [("search", search)] if search is not None else []
+    options += [("time_limit_s", repr(time_limit_s))] if time_limit_s is not None else []
     for text in assignments:
         name, equals, value = text.partition("=")
         if not (name and equals):
@@ -82,9 +95,12 @@ def with_method(problem: PlanSettings, *, method: str, search: str | None, assig
     chosen = replace(problem, method=method, method_options=tuple(options))
     if method == "paper":
         paper_settings(chosen)  # refuses what makes no sense before anything is loaded
+    elif method == "proven":
+        selection_settings(chosen)
     elif options:
-        given = "--search" if search is not None else "--set"
-        raise RequirementError(f"{given}: got it with --method {method}, which has no options; add --method paper")
+        raise RequirementError(
+            f"--set: got it with --method {method}, which has no options; add --method proven or paper"
+        )
     return chosen
 
 

@@ -81,8 +81,14 @@ overlap_option = click.option(
     metavar="PERCENT", help="Overlap at which two stations count as linked.",
 )  # fmt: skip
 method_option = click.option(
-    "--method", type=click.Choice(["greedy", "paper"]), default="greedy", show_default=True,
-    help="How stations are chosen. greedy: one after the other; paper: the pipeline of the method paper.",
+    "--method", type=click.Choice(["greedy", "proven", "paper"]), default="greedy", show_default=True,
+    help="How stations are chosen. greedy: one after the other, in seconds; proven: fewer, and a bound on how few "
+    "there can be, in a minute or so; paper: the pipeline of the method paper.",
+)  # fmt: skip
+time_limit_option = click.option(
+    "--time-limit", "time_limit_s", type=click.FloatRange(min=0), default=None, metavar="SECONDS",
+    help="Method proven: stop after so long with the best plan so far. Two runs may then differ. [default: a limit of "
+    "work, the same for every run]",
 )  # fmt: skip
 search_option = click.option(
     "--search", type=click.Choice(["ls", "sa", "ts", "none"]), default=None,
@@ -106,10 +112,12 @@ def _print_method_options(ctx: click.Context, _: click.Parameter, wanted: bool) 
         return
     from planner_core.method_options import option_list
     from planner_core.paper import PaperSettings
+    from planner_core.select.proven import SelectionSettings
 
     from .output import table
 
-    table(("option of --method paper", "default"), [(n, _as_text(v)) for n, v in option_list(PaperSettings())])
+    for method, settings in (("proven", SelectionSettings()), ("paper", PaperSettings())):
+        table((f"option of --method {method}", "default"), [(n, _as_text(v)) for n, v in option_list(settings)])
     ctx.exit()
 
 
@@ -165,6 +173,6 @@ problem_options = apply(
     scanner_option, coverage_option, overlap_option, floor_option, grid_option, height_option, clearance_option,
     patch_area_option, scan_mode_option, seed_option,
 )  # fmt: skip
-method_choice = apply(method_option, search_option, set_option, method_options_option)
+method_choice = apply(method_option, time_limit_option, search_option, set_option, method_options_option)
 engine_options = apply(engine_option, device_option)
 output_options = apply(json_option, quiet_option)

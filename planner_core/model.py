@@ -389,9 +389,9 @@ class PlanSettings:
     scanner: Scanner
     requirements: Requirements = Requirements()
     method: str = "greedy"
-    """`greedy`, or `paper`: the method paper's pipeline, see `planner_core.paper`."""
+    """`greedy`; `proven`, see `planner_core.select.proven`; `paper`: the method paper's, see `planner_core.paper`."""
     method_options: tuple[tuple[str, str], ...] = ()
-    """(name, value) of options of the method, as text; see `planner_core.paper.PaperSettings`."""
+    """(name, value) of options of the method, as text: fields of `SelectionSettings` or `PaperSettings`."""
     seed: int = 0
     grid_step_m: float = 0.5
     instrument_heights_m: tuple[float, ...] = ()
@@ -509,5 +509,7 @@ class Plan:
     n_candidates: int
     engine: str
     """Name of the engine and device that scanned, for the record."""
+    why_stopped: str = ""
+    """Why the search for fewer stations ended: `proven`, `work limit` ...; empty where the method does not search."""
     warnings: tuple[str, ...] = ()
     timings_s: dict[str, float] = field(default_factory=dict)

@@ -25,8 +25,7 @@ from planner_core.metrics.point_distribution import PointDistribution
 from planner_core.model import Candidates, FloatArray, Int64Array, PlanSettings, Survey
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.register.overlap_repair import repair_overlap
-from planner_core.scan.engine import ScanEngine
-from planner_core.scan.opencl import OpenCLEngine
+from planner_core.scan.engine import ScanEngine, device_of
 from planner_core.search import SearchSettings, search
 from planner_core.search.settings import METHODS
 from planner_core.search.station_fitness import StationFitness
@@ -178,7 +177,7 @@ def select_by_genes(
     problem: CoverProblem, paper: PaperSettings, engine: ScanEngine, *, progress: Progress = silent
 ) -> Int64Array:
     """Return candidates (K,) chosen by the genetic algorithm, on the engine's device where it has one."""
-    device = engine.on_device[0] if isinstance(engine, OpenCLEngine) else None
+    device = device_of(engine)
     where = "host" if device is None else "device"
     result = select_genetic(problem, paper.genetic, engine=where, device=device, progress=progress)
     return result.chosen.astype(np.int64)

@@ -12,15 +12,18 @@ import numpy as np
 
 from planner_core.candidates.grid import find_candidates
 from planner_core.errors import RequirementError
+from planner_core.method_options import with_options
 from planner_core.metrics.coverage import floor_of_patch, take_rows, times_seen
 from planner_core.model import BoolArray, Candidates, Plan, PlanSettings, Scene, Station, Survey
 from planner_core.paper import find_pool, paper_settings, repair, select_by_genes, shortfall
 from planner_core.progress import Progress, silent
 from planner_core.results import Stopwatch, describe_plan
-from planner_core.scan.engine import ScanEngine, open_engine
+from planner_core.scan.engine import ScanEngine, device_of, open_engine
 from planner_core.select.bound import lower_bound
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem, floor_targets
+from planner_core.select.proven import SelectionSettings
+from planner_core.select.proven import select as select_proven
 from planner_core.select.walking_order import walking_order
 from planner_core.survey import make_survey, planned_floors, scope_of, visible_from
 
@@ -60,6 +63,8 @@ def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, p
     """Do the rest of `make_plan`, for callers that scan with the same engine afterwards."""
     clock = Stopwatch()
     paper = paper_settings(settings) if settings.method == "paper" else None
+    if settings.method == "proven":
+        selection_settings(settings)  # refuses what makes no sense before any work
     floors = planned_floors(survey.floors, settings.requirements.floors)
     # 3. Where a tripod can stand.
     with clock.stage("candidates"):
@@ -79,14 +84,20 @@ def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, p
         scope = scope_of(of_patch, floors, len(survey.floors))
         targets = floor_targets(of_patch, floors, scope, settings.requirements.coverage)
         problem = cover_problem(visibility, survey.patches.area_m2, targets)
-        if paper is None:
+        fewest, why_stopped = None, ""
+        if settings.method == "greedy":
             chosen = np.array(select_greedy(problem, progress=progress).chosen, dtype=np.int64)
+        elif paper is None:
+            found = select_proven(problem, selection_settings(settings), device=device_of(caster), progress=progress)
+            chosen, fewest = np.array(found.chosen, dtype=np.int64), found.lower_bound
+            why_stopped = found.why_stopped
         else:
             chosen = select_by_genes(problem, paper, caster, progress=progress)
             chosen, unrepaired = repair(settings, paper, candidates, chosen, progress=progress)
             bare = (*bare, *shortfall(problem, chosen), *unrepaired)
     with clock.stage("bound"):
-        fewest = lower_bound(problem, n_stations=chosen.size, progress=progress)
+        if fewest is None:
+            fewest = lower_bound(problem, n_stations=chosen.size, progress=progress)
     # 6. In which order to walk them, and what they are worth.
     with clock.stage("figures"):
         walk = np.array(walking_order(candidates.position_m[chosen], candidates.floor[chosen]), dtype=np.int64)
@@ -102,7 +113,18 @@ def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, p
             n_candidates=int(candidates.floor.size),
             warnings=(*survey.warnings, *caster.warnings, *bare),  # the engine's last: scanning may add to them
         )
-    return replace(plan, timings_s=clock.seconds)
+    return replace(plan, timings_s=clock.seconds, why_stopped=why_stopped)
+
+
+def selection_settings(settings: PlanSettings) -> SelectionSettings:
+    """Settings of method `proven`: defaults with the plan's seed and options.
+
+    Raises
+    ------
+    RequirementError
+        An option that does not exist or makes no sense.
+    """
+    return with_options(SelectionSettings(seed=settings.seed), settings.method_options)
 
 
 def _stations(survey: Survey, candidates: Candidates, rows: list[int]) -> tuple[Station, ...]:

@@ -19,7 +19,7 @@ from planner_core.scene.floors import find_floors
 from planner_core.scene.patches import make_patches
 
 #: What `PlanSettings.method` may be.
-METHODS = ("greedy", "paper")
+METHODS = ("greedy", "proven", "paper")
 #: No mast is longer; a larger figure is a slip in its unit.
 MAX_INSTRUMENT_HEIGHT_M = 100.0
 
@@ -64,7 +64,7 @@ def check_settings(settings: PlanSettings) -> None:
         raise RequirementError(f"method: got {settings.method!r}, expected one of {', '.join(METHODS)}")
     if settings.method == "greedy" and settings.method_options:
         name, _ = settings.method_options[0]
-        raise RequirementError(f"option {name}: got it with method greedy, which has none; use method paper")
+        raise RequirementError(f"option {name}: got it with method greedy, which has none; use method proven or paper")
     check_scan_mode(settings.scan_mode)
     for name in ("grid_step_m", "height_step_m", "max_patch_area_m2"):
         value = getattr(settings, name)

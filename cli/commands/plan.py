@@ -43,6 +43,7 @@ def run(
     reading: FileOptions = AS_THE_FILE_SAYS,
     method: str = "greedy",
     search: str | None = None,
+    time_limit_s: float | None = None,
     assignments: tuple[str, ...] = (),
     **problem: Any,
 ) -> None:
@@ -54,7 +55,9 @@ def run(
     from ..progress import ProgressReporter
 
     check_output(folder, overwrite=overwrite)  # before minutes of work, not after
-    settings = inputs.with_method(inputs.settings(**problem), method=method, search=search, assignments=assignments)
+    settings = inputs.with_method(
+        inputs.settings(**problem), method=method, search=search, time_limit_s=time_limit_s, assignments=assignments
+    )
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, caster, _ = inputs.open_survey(
             scene, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"

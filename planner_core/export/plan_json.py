@@ -223,6 +223,7 @@ def _optimality(plan: Plan) -> dict[str, Any]:
         "lower_bound": bound,
         "gap": _number((n_stations - plan.lower_bound) / n_stations, 9) if comparable else None,
         "proven": comparable and bound == n_stations,
+        "why_stopped": plan.why_stopped,
     }
 
 

@@ -37,7 +37,7 @@ from planner_core.model import (
     Scene,
 )
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.scan.engine import ScanEngine, check_positions
+from planner_core.scan.engine import ScanEngine, check_positions, device_of
 from planner_core.scan.patch_samples import places_of
 
 #: Bytes of moments that a batch may hold, and what one patch of one position takes on host and device together.
@@ -124,7 +124,7 @@ class PointDistribution:
     ) -> None:
         self._engine, self._n_patches = engine, patches.n_patches
         self.warnings: tuple[str, ...] = ()
-        device = _device_of(engine)
+        device = device_of(engine)
         if device is not None and not has_float64(device):
             self.warnings = (f"{device.label} has no float64, F2 is summed up on the host (slower, same results)",)
             device = None
@@ -183,12 +183,6 @@ def f2_of_set_m2(f2_m2: FloatArray) -> float:
     It grows with every position whose own F2 is positive, so it compares sets of one size only.
     """
     return float(np.sum(f2_m2))
-
-
-def _device_of(engine: ScanEngine) -> Device | None:
-    from planner_core.scan.opencl import OpenCLEngine
-
-    return engine.on_device[0] if isinstance(engine, OpenCLEngine) else None
 
 
 class _Sums(Protocol):

@@ -18,7 +18,7 @@ Every engine keeps these rules, in the local frame and metres:
 from __future__ import annotations
 
 import os
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -37,6 +37,9 @@ from planner_core.model import (
     Visibility,
 )
 from planner_core.progress import Progress, silent
+
+if TYPE_CHECKING:
+    from planner_core.device import Device
 
 #: What `open_engine` accepts.
 ENGINES = ("auto", "opencl", "open3d")
@@ -123,6 +126,13 @@ def open_engine(scene: Scene, patches: Patches, *, engine: str = "auto", device:
             raise  # somebody asked for OpenCL, or for this device: nothing else will do
         warning = f"no OpenCL device is usable, scanning with Open3D instead (slower): {error}"
         return _open3d(scene, patches, (warning,))
+
+
+def device_of(engine: ScanEngine) -> Device | None:
+    """The OpenCL device that an engine runs on, for other work on it; None where it runs on none."""
+    from planner_core.scan.opencl import OpenCLEngine
+
+    return engine.on_device[0] if isinstance(engine, OpenCLEngine) else None
 
 
 def check_positions(positions_m: FloatArray) -> FloatArray:

@@ -1,0 +1,56 @@
+"""Method `proven` in the whole flow: never more stations than greedy, a bound that says so, options checked first."""
+
+from dataclasses import replace
+
+import pytest
+
+import scenes_synthetic
+from planner_core.errors import RequirementError
+from planner_core.export.plan_json import plan_document
+from planner_core.model import PlanSettings, Requirements
+from planner_core.plan import make_plan, plan_survey, selection_settings
+from planner_core.scan.engine import open_engine
+from planner_core.scan.scanners import load_scanner
+from planner_core.survey import make_survey
+
+SETTINGS = PlanSettings(
+    scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),
+    requirements=Requirements(coverage=0.9),
+    grid_step_m=1.0,
+    instrument_heights_m=(1.0, 1.5),
+    max_patch_area_m2=0.1,
+)
+PROVEN = replace(SETTINGS, method="proven", method_options=(("work_limit", "2"),))
+
+
+@pytest.mark.parametrize("scene", ["two-rooms", "corridor-comb"])
+def test_proven_plans_need_no_more_stations_than_greedy_ones_and_say_how_few_can_do(scene: str) -> None:
+    survey = make_survey(scenes_synthetic.build(scene).scene, SETTINGS)
+    engine = open_engine(survey.scene, survey.patches)
+    greedy, proven = (plan_survey(survey, settings, engine) for settings in (SETTINGS, PROVEN))
+    assert len(proven.stations) <= len(greedy.stations)
+    assert greedy.lower_bound <= proven.lower_bound <= len(proven.stations)
+    assert proven.coverage.meets(0.9)
+    optimality = plan_document(proven)["optimality"]
+    assert optimality["proven"] == (proven.lower_bound == len(proven.stations))
+    assert optimality["why_stopped"] == proven.why_stopped in ("proven", "work limit")
+    assert plan_document(greedy)["optimality"]["why_stopped"] == ""
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ((("work_limit", "-1"),), "work limit: got -1"),
+        ((("time_limit_s", "soon"),), "option time_limit_s: got 'soon', expected a number"),
+        ((("spatial.step_m", "1"),), "option spatial.step_m: there is none of that name"),
+    ],
+)
+def test_options_of_the_proven_method_are_checked_before_any_work(
+    options: tuple[tuple[str, str], ...], message: str
+) -> None:
+    settings = replace(PROVEN, method_options=options)
+    with pytest.raises(RequirementError) as refusal:
+        selection_settings(settings)
+    assert message in str(refusal.value)
+    with pytest.raises(RequirementError):
+        make_plan(scenes_synthetic.build("box").scene, settings)
