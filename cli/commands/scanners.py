@@ -24,13 +24,13 @@ Written by `python -m tlsplan.commands.scanners docs/reference/scanners.md` from
 `--scanner NAME` takes the default mode, in bold here; `NAME:MODE` another; `NAME:6mm` any spacing at 10 m. What the
 keys mean, and how to add your own: [scanner files](../formats/scanner.md).
 
-A dash: the figure is not known. A figure is here only if a source that states it was opened. The makers' sheets could
-not be, so most figures are second hand: compare your instrument's sheet before you rely on one.
+A dash: the figure is not known. The makers' sheets could not be opened, so most figures are second hand: compare
+your instrument's sheet before you rely on one. What is marked as unconfirmed is not even that.
 """
-_MISSING = """## Not here yet
-FARO Focus Premium (70, 150, 350) and Trimble X7, X9 and X12: no source for their vertical field and their modes could
-be opened. With the data sheet at hand, a [file of your own](../formats/scanner.md) takes a few minutes. Found, by one
-source alone: X7 0.6 to 80 m, ranging accuracy 2 mm, noise under 3 mm at 60 m on 80 % reflectivity; X9 0.6 to 150 m.
+_UNCONFIRMED = """## Unconfirmed
+FARO Focus Premium (70, 150, 350) and Trimble X7, X9 and X12 are here with the least that a plan needs: field of view and
+range. No source for some of these could be opened, so they are recalled figures, and their names say "unconfirmed": check
+them against the data sheet, or write a [file of your own](../formats/scanner.md).
 """
 
 
@@ -154,7 +154,7 @@ def reference_page() -> str:
         "## Sources\n",
         *(f"- **{titles[d['name']]}** (`{d['name']}`): {d['source']}\n" for d in documents),
     ]
-    parts.append(_MISSING)
+    parts.append(_UNCONFIRMED)
     text = "\n".join(part.rstrip("\n") + "\n" for part in parts)
     return text.replace("\n\n- **", "\n- **").replace("## Sources\n- ", "## Sources\n- ")
 

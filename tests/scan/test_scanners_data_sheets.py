@@ -93,3 +93,31 @@ def test_the_blind_spot_below_follows_from_the_field(name: str, height_m: float,
     """Lowest beam 60 (45) degrees down: from 1.5 m the floor is blind within 1.5 / tan 60 (1.5 / tan 45)."""
     lowest_rad = load_scanner(name).elevation_rad[-1]
     assert height_m / math.tan(-lowest_rad) == pytest.approx(radius_m)
+
+
+# name, range in m, vertical field in degrees: recalled from data sheets that could not be opened
+UNCONFIRMED = [
+    ("focus-premium-70", (0.5, 70.0), 300.0),
+    ("focus-premium-150", (0.5, 150.0), 300.0),
+    ("focus-premium-350", (0.5, 350.0), 300.0),
+    ("x7", (0.6, 80.0), 282.0),
+    ("x9", (0.6, 150.0), 282.0),
+    ("x12", (0.3, 365.0), 320.0),
+]
+
+
+@pytest.mark.parametrize(("name", "range_m", "field_deg"), UNCONFIRMED)
+def test_an_unconfirmed_scanner_says_so_and_holds_no_more_than_a_plan_needs(
+    name: str, range_m: tuple[float, float], field_deg: float
+) -> None:
+    scanner = load_scanner(name)
+    assert "unconfirmed" in scanner.title
+    assert "recalled, not looked up" in scanner.source
+    assert (scanner.range_min_m, scanner.range_max_m) == range_m
+    # A field of f degrees about the horizontal axis reaches the zenith and ends f / 2 from it on either side.
+    below_deg = field_deg / 2 - 90.0
+    assert np.rad2deg(scanner.elevation_rad[-1]) == pytest.approx(-below_deg, abs=1e-9)
+    assert [mode.id for mode in scan_modes(name)] == ["ours"]
+    assert scanner.seconds_per_scan is None
+    assert scanner.beam_divergence_rad is None
+    assert not scanner.range_noise
