@@ -28,9 +28,9 @@ A dash: the figure is not known. The makers' sheets could not be opened, so most
 your instrument's sheet before you rely on one. What is marked as unconfirmed is not even that.
 """
 _UNCONFIRMED = """## Unconfirmed
-FARO Focus Premium (70, 150, 350) and Trimble X7, X9 and X12 are here with the least that a plan needs: field of view and
-range. No source for some of these could be opened, so they are recalled figures, and their names say "unconfirmed": check
-them against the data sheet, or write a [file of your own](../formats/scanner.md).
+FARO Focus Premium (70, 150, 350) and Trimble X7, X9 and X12 are here with the least that a plan needs: field of view
+and range. No source for some of these could be opened, so they are recalled figures, and their names say "unconfirmed":
+check them against the data sheet, or write a [file of your own](../formats/scanner.md).
 """
 
 
