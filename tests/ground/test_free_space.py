@@ -161,6 +161,17 @@ def test_spreading_over_an_open_plan_is_the_exact_distance_transform(blocked: np
     assert np.allclose(distance, np.sqrt(((cell - place[owner]) ** 2).sum(axis=1)))
 
 
+@pytest.mark.parametrize(("dx", "dy"), [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
+def test_spreading_follows_a_corridor_one_cell_wide_in_every_direction(dx: int, dy: int) -> None:
+    cell = np.arange(6)[:, None] * np.array([[dx, dy]])
+    onward = int(np.flatnonzero(([dx, dy] == NEIGHBOURS).all(axis=1))[0])
+    links = np.full((6, 8), -1, dtype=np.int32)
+    links[:-1, onward] = np.arange(1, 6)
+    source = np.where(np.arange(6) == 0, 0, -1)
+    distance, _ = spread(links, cell, source, np.zeros((1, 2)), reach_cells=4.5)
+    assert np.allclose(distance, [k * np.hypot(dx, dy) if k * np.hypot(dx, dy) <= 4.5 else np.inf for k in range(6)])
+
+
 def test_clearance_is_the_distance_transform_of_the_room() -> None:
     space = free_space(room_with(((2.0, 1.5, 0.0), (3.0, 2.5, 2.6)), ((4.6, 0.8, 0.0), (5.0, 3.1, 0.9))))
     floor = space.floor_map(0)
@@ -264,6 +275,32 @@ def test_a_ramp_is_walked_up_to_the_steepest_slope(rise_m: float, walks: bool) -
     assert joined(space, (1.0, 2.0, 0.0), (5.0, 2.0, rise_m)) == walks
 
 
+#: A platform 0.6 m high in the west of the room, and steps up to it in a corner.
+PLATFORM: tuple[Box, ...] = (
+    ((0.0, 0.0, 0.0), (3.0, 4.0, 0.6)),
+    ((3.0, 0.0, 0.0), (3.3, 1.0, 0.4)),
+    ((3.3, 0.0, 0.0), (3.6, 1.0, 0.2)),
+)
+
+
+def test_a_drop_is_no_obstacle_and_no_way_down() -> None:
+    space = free_space(room_with(*PLATFORM))
+    assert stands_at(space, 2.95, 3.0, 0.6)
+    assert not stands_at(space, 3.1, 3.0, 0.0)
+    assert joined(space, (1.0, 3.0, 0.6), (5.0, 3.0, 0.0))
+    node, direction = np.nonzero(space.links >= 0)
+    rise = np.abs(space.ground_m[node] - space.ground_m[space.links[node, direction]])
+    assert rise.max() < 0.21
+
+
+def test_one_ducks_on_stairs_and_not_on_the_floor() -> None:
+    over_platform, over_floor = ((2.0, 0.0, 2.4), (2.2, 4.0, 2.5)), ((4.0, 0.0, 1.8), (4.2, 4.0, 1.9))
+    ends = ((1.0, 3.0, 0.6), (5.0, 3.0, 0.0))
+    assert joined(free_space(room_with(*PLATFORM, over_platform)), *ends)
+    assert not joined(free_space(room_with(*PLATFORM, over_platform), Mover(stairs_height_m=1.9)), *ends)
+    assert not joined(free_space(room_with(*PLATFORM, over_floor)), *ends)
+
+
 def test_zones_keep_out_of_their_floor_only_and_access_keeps_in() -> None:
     survey = survey_of(build("stairwell").scene)
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -341,6 +378,27 @@ def test_a_floor_without_slab_is_walked_indoors_only() -> None:
     (x0, y0, _), (x1, y1, _) = scene.truth.extents_m
     assert ((plan > [x0, y0]) & (plan < [x1, y1])).all()
     assert 0.75 * sum(scene.truth.floor_area_m2.values()) < space.can_stand.sum() * space.cell_m2
+
+
+def test_round_an_l_shaped_storey_without_slab_nothing_is_walked() -> None:
+    """Its ground is the plane inside its bounds, a square; what has no roof of it lies outdoors."""
+    scene = build("l-by-range").scene
+    elements = tuple(dataclasses.replace(e, kind="IfcRoof") if e.name == "Ceiling" else e for e in scene.elements)
+    kept = np.array([element.name != "Floor" for element in elements])[scene.element_of_triangle]
+    survey = survey_of(
+        scene_from_arrays(
+            scene.vertices_m,
+            scene.triangles[kept],
+            element_of_triangle=scene.element_of_triangle[kept],
+            elements=elements,
+            storeys=scene.storeys,
+        )
+    )
+    assert survey.floors[0].origin == "storey-elevation"
+    space = free_space(survey)
+    assert stands_at(space, 1.5, 1.5)
+    plan = space.position_m()[space.can_stand]
+    assert not ((plan[:, 0] > 3.3) & (plan[:, 1] > 3.3)).any()
 
 
 @pytest.mark.parametrize(

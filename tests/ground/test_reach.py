@@ -119,8 +119,11 @@ def test_enclosed_rooms_of_the_basement_are_sealed_and_no_others() -> None:
     survey = make_survey(scene.scene, SETTINGS)
     sealed = reach_of(survey, KEYLESS, (5.0, 5.0, 0.0)).sealed
     assert sorted(room_of(scene, region.inside_m) for region in sealed) == sorted(ENCLOSED)
-    behind_doors = reach_of(survey, PERSON, (5.0, 5.0, 0.0)).sealed
-    assert [room_of(scene, region.inside_m) for region in behind_doors] == ["Shaft"]
+    by_doors = reach_of(survey, PERSON, (5.0, 5.0, 0.0))
+    assert [room_of(scene, region.inside_m) for region in by_doors.sealed] == ["Shaft"]
+    # The stairs lead on to the roof, which is no floor.
+    assert by_doors.regions[0].area_m2 < sum(scene.truth.floor_area_m2.values())
+    assert by_doors.space.ground_m[by_doors.region == 0].max() > 3.0
 
 
 def test_a_thick_pier_is_no_sealed_room() -> None:

@@ -1,6 +1,6 @@
 """Walking distances: against rooms where they are known, and networkx on the same cells."""
 
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import networkx as nx
 import numpy as np
@@ -8,7 +8,7 @@ import pytest
 
 from planner_core.ground.free_space import free_space
 from planner_core.ground.mover import Mover, Zone
-from planner_core.ground.reach import Reach, reachability
+from planner_core.ground.reach import Footing, Reach, reachability
 from planner_core.ground.walking import Walking, walking_distances, walking_path, walks_straight
 from planner_core.model import PlanSettings, Scene
 from planner_core.scan.scanners import load_scanner
@@ -100,18 +100,42 @@ def test_distances_are_a_metric() -> None:
 def test_stairs_count_with_their_slope() -> None:
     """The flight has 14 treads of 0.26 m and 15 risers over 2.8 m; one walks from before it to behind it, above."""
     reach = reach_of(build("stairwell").scene)
-    foot, head = np.array([1.8, 0.9, 0.0]), np.array([1.8, 1.2 + 14 * 0.26 + 0.4, 2.8])
-    along = np.hypot(14 * 0.26, 2.8) + 0.3 + 0.4
+    foot, head = np.array([1.8, 0.3, 0.0]), np.array([1.8, 5.7, 2.8])
+    along = np.hypot(14 * 0.26, 2.8) + (5.4 - 14 * 0.26)
     found = walking_distances(reach, np.stack([foot, head]))[0, 1]
     path = walking_path(reach, foot, head)
-    assert abs(found - along) < 0.06 * along
-    assert abs(path.length_m - along) < 0.05 * along
+    assert abs(found - along) < 0.028 * along
+    assert abs(path.length_m - along) < 0.02 * along
     ground = reach.space.position_m()
     for a, b in pairwise(path.points_m):
         for share in np.linspace(0.0, 1.0, 20):
             at = a + share * (b - a)
             below = ground[np.abs(ground[:, :2] - at[:2]).max(axis=1) <= 0.051]
             assert np.abs(below[:, 2] - at[2]).min() <= 0.35
+
+
+def test_places_one_above_the_other_are_a_flight_of_stairs_apart() -> None:
+    reach = reach_of(build("stairwell").scene)
+    found = walking_distances(reach, np.array([[0.6, 1.0, 0.0], [0.6, 1.0, 2.8], [0.6, 1.0, 5.6]]))
+    assert found[0, 1] > 2 * np.hypot(2.8, 1.0)
+    assert found[0, 2] > found[0, 1] + 5.0
+
+
+def test_a_small_robot_turns_corners_along_walkable_cells_only() -> None:
+    robot = Mover(radius_m=0.08, step_m=0.03, height_m=0.4, stairs_height_m=0.4, opens_doors=False)
+    reach = reach_of(build("doors-open").scene, robot)
+    walking = Walking(reach)
+    places = some_places(reach, 12)
+    cells, footing = reach.space.cells(), Footing(reach)
+    node = footing.nodes(places)
+    n_bent = 0
+    for a, b in combinations(range(12), 2):
+        path = walking.path(places[a], places[b])
+        at = np.concatenate([node[[a]], footing.nodes(path.points_m[1:-1]), node[[b]]])
+        seen = walks_straight(reach.space, cells, reach.reached_node, at[:-1], at[1:])
+        # What is not straight lies within a block, which hangs together.
+        assert (cells[at[:-1]][~seen] // 4 == cells[at[1:]][~seen] // 4).all()
+        n_bent += int((~seen).sum())
 
 
 def test_a_path_stays_where_there_is_room_and_is_no_longer_than_the_distance() -> None:
