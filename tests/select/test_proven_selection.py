@@ -89,7 +89,7 @@ def thicket(seed=0, *, n=80, r=300):
 @given(SEEDS)
 def test_selection_finds_and_proves_what_exhaustive_search_finds(seed):
     problem = random_problem(seed)
-    result = select(problem, QUICK, host=True)
+    result = select(problem, QUICK)
     assert meets(problem, result.chosen, problem.required), f"seed {seed}"
     assert result.lower_bound <= fewest(problem, problem.least), f"seed {seed}"
     assert len(result.chosen) == fewest(problem, problem.required), f"seed {seed}"
@@ -102,7 +102,7 @@ def test_selection_finds_and_proves_what_exhaustive_search_finds(seed):
 def test_given_candidates_are_in_the_set_and_count(seed):
     problem = random_problem(seed, n=7, r=12)
     given_ones = tuple(int(c) for c in np.random.default_rng(seed).permutation(7)[:2])
-    result = select(problem, QUICK, given=given_ones, host=True)
+    result = select(problem, QUICK, given=given_ones)
     assert result.chosen[:2] == given_ones
     assert result.lower_bound <= len(result.chosen) == fewest(problem, problem.required, given_ones), f"seed {seed}"
 
@@ -117,7 +117,7 @@ def test_order_of_candidates_and_rows_does_not_change_the_number(seed):
         sees[c, problem.rows_of(c)] = True
     rows, candidates = rng.permutation(problem.n_rows), rng.permutation(problem.n_candidates)
     other = problem_of(sees[candidates][:, rows], problem.ticks[rows], problem.counts_for[:, rows], problem.required)
-    assert len(select(other, QUICK, host=True).chosen) == len(select(problem, QUICK, host=True).chosen), f"seed {seed}"
+    assert len(select(other, QUICK).chosen) == len(select(problem, QUICK).chosen), f"seed {seed}"
 
 
 def test_nothing_required_needs_no_station():
@@ -222,7 +222,7 @@ def test_checker_of_areas_agrees_with_the_problem_and_rejects_what_misses():
     visibility = Visibility(starts, np.concatenate(rows).astype(np.int32), 80)
     area_m2 = rng.uniform(0.001, 0.04, 80)
     targets = (Target(np.arange(80) < 30, 0.9), Target(np.full(80, True), 0.95))
-    chosen = select(cover_problem(visibility, area_m2, targets), QUICK, host=True).chosen
+    chosen = select(cover_problem(visibility, area_m2, targets), QUICK).chosen
     check_coverage(visibility, area_m2, targets, chosen)
     for left_out in chosen:
         with pytest.raises(SelectionCheckError, match="m2 of target"):
