@@ -194,7 +194,10 @@ def _described(
 
 
 def _in_solid(scene: Scene, ground_m: FloatArray) -> bool:
-    """Whether most places (K, 3) on the ground are inside an element: with an odd number of faces above and below."""
+    """Whether most places (K, 3) on the ground are inside an element: with an odd number of faces above and below.
+
+    An element that is itself the only ground there is none: a room modelled as one closed surface is a room.
+    """
     corners_m = scene.vertices_m[scene.triangles]
     low, high = corners_m[:, :, :2].min(axis=1), corners_m[:, :, :2].max(axis=1)
     n_inside = 0
@@ -205,5 +208,8 @@ def _in_solid(scene: Scene, ground_m: FloatArray) -> bool:
         above = line.z_m > place[2] + 0.5 * _SAME_GROUND_M
         n_above = np.bincount(element[above], minlength=len(scene.elements))
         n_below = np.bincount(element[~above], minlength=len(scene.elements))
+        ground = np.unique(element[np.abs(line.z_m - place[2]) <= 0.5 * _SAME_GROUND_M])
+        if ground.size == 1:
+            n_below[ground] = 0
         n_inside += bool(((n_above % 2 == 1) & (n_below % 2 == 1)).any())
     return bool(n_inside > _SOLID_SHARE * ground_m.shape[0])

@@ -145,6 +145,21 @@ def test_a_thick_pier_is_no_sealed_room() -> None:
     assert not reach.sealed
 
 
+def test_rooms_modelled_as_closed_surfaces_are_rooms() -> None:
+    """Two boxes of one sheet each, 4 x 3 m, 0.2 m apart: no walls, slabs or ceilings of their own."""
+    corner = np.array([[x, y, z] for x in (0.0, 4.0) for y in (0.0, 3.0) for z in (0.0, 2.6)])
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+    rooms = scene_from_arrays(
+        np.concatenate([corner, corner + np.array([4.2, 0.0, 0.0])]),
+        np.concatenate([faces, faces + 8]),
+        element_of_triangle=np.repeat([0, 1], 12),
+        elements=(Element("West", "Mesh", "0"), Element("East", "Mesh", "1")),
+    )
+    sealed = reach_of(make_survey(rooms, SETTINGS), PERSON, (2.0, 1.5, 0.0)).sealed
+    assert [region.inside_m[0] > 4.2 for region in sealed] == [True]
+
+
 def test_an_entrance_in_a_wall_or_in_the_air_is_refused() -> None:
     survey = make_survey(build("closed-rooms").scene, SETTINGS)
     space = free_space(survey)

@@ -136,6 +136,7 @@ def test_a_small_robot_turns_corners_along_walkable_cells_only() -> None:
         # What is not straight lies within a block, which hangs together.
         assert (cells[at[:-1]][~seen] // 4 == cells[at[1:]][~seen] // 4).all()
         n_bent += int((~seen).sum())
+    assert n_bent > 0
 
 
 def test_a_path_stays_where_there_is_room_and_is_no_longer_than_the_distance() -> None:
