@@ -128,15 +128,12 @@ def test_a_small_robot_turns_corners_along_walkable_cells_only() -> None:
     places = some_places(reach, 12)
     cells, footing = reach.space.cells(), Footing(reach)
     node = footing.nodes(places)
-    n_bent = 0
     for a, b in combinations(range(12), 2):
         path = walking.path(places[a], places[b])
         at = np.concatenate([node[[a]], footing.nodes(path.points_m[1:-1]), node[[b]]])
         seen = walks_straight(reach.space, cells, reach.reached_node, at[:-1], at[1:])
         # What is not straight lies within a block, which hangs together.
         assert (cells[at[:-1]][~seen] // 4 == cells[at[1:]][~seen] // 4).all()
-        n_bent += int((~seen).sum())
-    assert n_bent > 0
 
 
 def test_a_path_stays_where_there_is_room_and_is_no_longer_than_the_distance() -> None:
