@@ -8,7 +8,7 @@ import pytest
 from planner_core.candidates.grid import find_candidates
 from planner_core.errors import RequirementError
 from planner_core.ground.free_space import free_space
-from planner_core.ground.mover import Mover, Zone
+from planner_core.ground.mover import Mover, Zone, inside_polygon
 from planner_core.ground.reach import Reach, reachability, reachable, stand_nodes
 from planner_core.model import Candidates, Element, PlanSettings, Survey
 from planner_core.scan.engine import open_engine
@@ -62,6 +62,16 @@ def test_candidates_in_sealed_rooms_are_flagged() -> None:
     in_middle = np.array([room_of(scene, p - [0.0, 0.0, 1.5]) == "Room 2" for p in candidates.position_m])
     assert 10 < in_middle.sum() < in_middle.size
     assert np.array_equal(flag, in_middle)
+
+
+def test_candidates_inside_a_solid_are_not_reachable_and_all_others_are() -> None:
+    scene = build("l-room")
+    survey = make_survey(scene.scene, SETTINGS)
+    engine = open_engine(survey.scene, survey.patches, engine="open3d")
+    candidates = find_candidates(survey, SETTINGS, engine, floors=(0,))
+    in_room = inside_polygon(np.array(scene.rooms[0].outline_m), candidates.position_m[:, :2])
+    assert np.array_equal(reachable(reach_of(survey), candidates), in_room)
+    assert in_room.sum() > 50
 
 
 def test_a_tripod_is_set_down_at_arms_length_but_not_through_a_wall() -> None:
