@@ -23,11 +23,11 @@ from planner_core.select.relaxation import BOUND_UNIT, Bound, CutMaker, CutProgr
 _ROUNDS = 12
 _ROUND_GAIN = 0.004
 #: The same at the root, over `_ROOT_WINDOW` rounds.
-_ROOT_ROUNDS = 600
+_ROOT_ROUNDS = 1000
 _ROOT_WINDOW = 25
 _ROOT_GAIN = 0.01
-#: Where the point lies for which the root makes cuts besides the solution: this far from the last one towards it.
-_ROOT_STEP = 0.5
+#: Cuts are made for another point besides the solution, which follows it in such steps: docs/method/selection.md.
+_ROOT_STEP, _NODE_STEP = 0.1, 0.3
 #: The bound of no node.
 _NOTHING = 2**31
 #: Candidates that are tried before one is branched on.
@@ -65,6 +65,7 @@ class BranchAndBound:
         self._open: list[tuple[int, int, int, _Node]] = []
         self._proven = lower_bound
         self._given_up = self._at_hand = _NOTHING
+        self._centre = np.full(n, 0.5)
         self._number = 0
         self._n_looks = 0
         self._stopped = False
@@ -94,7 +95,7 @@ class BranchAndBound:
 
     def root(self, *, progress: Progress = silent) -> None:
         """Solve the relaxation itself, and fix candidates that no smaller plan holds, or that each holds."""
-        best, values, centre = 0, [0.0], np.full(self.problem.n_candidates, 0.5)
+        best, values = 0, [0.0]
         self._add_cuts(np.zeros(self.problem.n_candidates))
         for number in range(_ROOT_ROUNDS):
             x, bound = self._solve()
@@ -108,8 +109,8 @@ class BranchAndBound:
             slow = number > _ROOT_WINDOW and values[-1] - values[-1 - _ROOT_WINDOW] < _ROOT_GAIN
             if slow or self._stopped:
                 break
-            centre = centre + _ROOT_STEP * (x - centre)
-            if not self._add_cuts(x, centre):
+            self._centre = self._centre + _ROOT_STEP * (x - self._centre)
+            if not self._add_cuts(x, self._centre):
                 break
 
     def advance(self, *, work: float, progress: Progress = silent) -> None:
@@ -132,14 +133,15 @@ class BranchAndBound:
         if (lower > upper).any() or not self._maker.reaches(upper > 0):
             return
         self._program.set_range(lower, upper)
-        stations, best, x = node.stations, 0, np.zeros(0)
+        stations, best, x, centre = node.stations, 0, np.zeros(0), np.clip(self._centre, lower, upper)
         for _ in range(_ROUNDS):
             x, bound = self._solve(lower, upper)
             gain, best = bound.scaled - best, max(best, bound.scaled)
             stations = max(stations, bound.stations)
             if stations >= self.n_stations:
                 return
-            if not self._add_cuts(x) or gain < _ROUND_GAIN * BOUND_UNIT:
+            centre = centre + _NODE_STEP * (x - centre)
+            if not self._add_cuts(x, centre) or gain < _ROUND_GAIN * BOUND_UNIT:
                 break
         self._branch(node, x, stations, lower, upper)
 

@@ -32,6 +32,32 @@ def random_problem(seed, *, n=8, r=16, large=False):
     )
 
 
+def tangle(seed, *, n=12, r=60):
+    """Random rows, one target: the relaxation lies stations below the optimum, so that there is something to prune."""
+    rng = np.random.default_rng(seed)
+    sees, ticks = rng.random((n, r)) < 0.25, rng.integers(1, 20, r)
+    least = np.array([int(0.9 * ticks[sees.any(axis=0)].sum())])
+    return CoverProblem(
+        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
+        row=np.nonzero(sees)[1].astype(np.int64),
+        ticks=ticks.astype(np.int64),
+        counts_for=np.ones((1, r), dtype=bool),
+        required=least,
+        least=least,
+    )
+
+
+def smallest_solutions(problem):
+    """All of them, from all subsets at once."""
+    sees = np.zeros((problem.n_candidates, problem.n_rows), dtype=np.int64)
+    for candidate in range(problem.n_candidates):
+        sees[candidate, problem.rows_of(candidate)] = 1
+    sets = np.array(list(itertools.product((0, 1), repeat=problem.n_candidates)))
+    covered = (sets @ sees > 0) @ (problem.counts_for * problem.ticks).T
+    met = sets[(covered >= problem.least).all(axis=1)]
+    return met[met.sum(axis=1) == met.sum(axis=1).min()]
+
+
 def every_solution(problem):
     for bits in itertools.product((0, 1), repeat=problem.n_candidates):
         if (problem.covered([i for i, b in enumerate(bits) if b]) >= problem.least).all():
@@ -124,8 +150,8 @@ def test_relaxation_by_cuts_reaches_the_linear_relaxation_at_least():
 @settings(max_examples=20, deadline=None)
 @given(SEEDS)
 def test_branch_and_bound_finds_the_optimum_from_a_bad_plan_and_never_passes_it(seed):
-    problem = random_problem(seed, n=9)
-    optimum = min(int(x.sum()) for x in every_solution(problem))
+    problem = tangle(seed)
+    optimum = int(smallest_solutions(problem)[0].sum())
     tree = BranchAndBound(problem, n_stations=problem.n_candidates + 1)
     assert tree.lower_bound <= optimum
     tree.root()
@@ -140,13 +166,29 @@ def test_branch_and_bound_finds_the_optimum_from_a_bad_plan_and_never_passes_it(
 @settings(max_examples=20, deadline=None)
 @given(SEEDS)
 def test_candidates_fixed_at_the_root_leave_a_better_plan_possible(seed):
-    problem = random_problem(seed, n=9)
-    optimum = min(int(x.sum()) for x in every_solution(problem))
-    tree = BranchAndBound(problem, n_stations=optimum + 1)
+    problem = tangle(seed)
+    best = smallest_solutions(problem)
+    tree = BranchAndBound(problem, n_stations=int(best[0].sum()) + 1)
     tree.root()
-    best = [x for x in every_solution(problem) if int(x.sum()) == optimum]
-    if tree.lower_bound <= optimum:
-        assert any((x >= tree._lower).all() and (x <= tree._upper).all() for x in best), f"seed {seed}"
+    # Every smallest one, not just one of them: what is fixed is in none, or in all.
+    for x in best:
+        assert (x >= tree._lower).all() and (x <= tree._upper).all(), f"seed {seed}"
+
+
+def test_a_node_that_is_interrupted_stays_open(monkeypatch):
+    problem = tangle(0, n=24)
+    tree = BranchAndBound(problem, n_stations=24)
+    tree.root()
+    before = tree.lower_bound
+
+    def interrupt(node):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(tree, "_look_at", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        tree.advance(work=1.0)
+    assert tree.lower_bound == before < 24
+    assert not tree.finished
 
 
 def test_solver_that_returns_nonsense_does_not_break_the_bound(monkeypatch):

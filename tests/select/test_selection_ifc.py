@@ -1,0 +1,39 @@
+"""Selection on a real floor: fewer stations than greedy selection, proven, and looked at down to patches."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from planner_core.candidates.grid import find_candidates
+from planner_core.metrics.coverage import floor_of_patch
+from planner_core.model import PlanSettings
+from planner_core.scan.engine import open_engine
+from planner_core.scan.scanners import load_scanner
+from planner_core.scene.load import LoadOptions, load_scene
+from planner_core.select.check import check_coverage
+from planner_core.select.greedy import select_greedy
+from planner_core.select.problem import cover_problem, floor_targets
+from planner_core.select.proven import SelectionSettings, select
+from planner_core.survey import make_survey, planned_floors, scope_of, visible_from
+
+DUPLEX = Path(__file__).resolve().parents[3] / "shared" / "data" / "ifc" / "duplex.ifc"
+
+
+@pytest.mark.skipif(not DUPLEX.exists(), reason="shared/data/ifc/duplex.ifc is not here")
+def test_upper_floor_of_duplex_is_planned_with_fewer_stations_than_greedy_takes_and_proven():
+    scene = load_scene(DUPLEX, options=LoadOptions(glass="return"))
+    scanner = replace(load_scanner("hdl-64e"), range_max_m=5.0)
+    settings = PlanSettings(scanner=scanner, instrument_heights_m=(1.5,), grid_step_m=0.6)
+    survey = make_survey(scene, settings)
+    floors = planned_floors(survey.floors, ("Level 2",))
+    engine = open_engine(scene, survey.patches)
+    candidates = find_candidates(survey, settings, engine, floors=floors)
+    visibility = visible_from(survey, settings, engine, candidates.position_m)
+    of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
+    targets = floor_targets(of_patch, floors, scope_of(of_patch, floors, len(survey.floors)), 0.95)
+    problem = cover_problem(visibility, survey.patches.area_m2, targets)
+    result = select(problem, SelectionSettings(work_limit=5.0))
+    check_coverage(visibility, survey.patches.area_m2, targets, result.chosen)
+    assert result.proven
+    assert len(result.chosen) < len(select_greedy(problem).chosen) == result.n_greedy
