@@ -22,7 +22,7 @@ def run(bench: Bench) -> Outcome:
     """Time equal evolutions of several population sizes on both engines, side by side."""
     problem = _problem(bench)
     populations = bench.at((100, 250, 500), (100, 250, 500, 1000, 2000))
-    iterations = bench.at(10, 200)
+    iterations = bench.at(150, 1000)
     base = GeneticSettings(seed=bench.seed, max_iterations=iterations, patience=iterations, expected_active=60.0)
     ratios: list[float] = []
     shares: list[tuple[float, float]] = []
@@ -76,7 +76,9 @@ def _problem(bench: Bench) -> CoverProblem:
 def _times(problem: CoverProblem, settings: GeneticSettings) -> tuple[list[float], list[float], bool]:
     """Seconds on the device and on the host, run by run, and whether both went the same way."""
     select_genetic(problem, replace(settings, max_iterations=1))  # builds the kernels
-    device_s, host_s, same = [], [], True
+    device_s: list[float] = []
+    host_s: list[float] = []
+    same = True
     for _ in range(_REPEATS):
         ends = []
         for engine, seconds in (("device", device_s), ("host", host_s)):

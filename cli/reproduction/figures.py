@@ -93,7 +93,7 @@ FIGURES: tuple[Figure, ...] = (
         "the whole genetic algorithm on a graphics card is significantly faster than the multi-core version on the "
         "host, since nothing is transferred before and after every evaluation.",
         fig16.run,
-        "a grid of 1 m, 900 columns a scan, 10 iterations and populations up to 500",
+        "a grid of 1 m, 900 columns a scan, 150 iterations and populations up to 500",
     ),
     Figure(
         "fig17",
