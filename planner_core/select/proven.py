@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -127,8 +127,8 @@ def select(
     given
         Candidates that are in the set anyway; they count.
     start
-        Another set that meets the targets, such as one of a genetic search: taken where it is smaller than the
-        greedy one.
+        Another set that meets the targets, such as one of a genetic search. The result is no larger than it (where it
+        holds all of `given`), nor than that of greedy selection (where none are given).
     device, host
         Where sets are annealed, see `planner_core.select.swap_walks.open_walks`; results do not depend on it.
     progress
@@ -153,8 +153,26 @@ def select(
     except KeyboardInterrupt:
         search.why_stopped = INTERRUPTED
     result = search.result()
+    if start is not None:
+        result = _at_most(result, start, given)
+    if reduced.candidate.size < problem.n_candidates and not given:
+        # Greedy selection of what is left may go another way than that of the whole.
+        result = _at_most(result, select_greedy(problem).chosen, given)
     check_selection(problem, result.chosen, given=given)
     return result
+
+
+def _at_most(result: ProvenSelection, other: Sequence[int], given: Sequence[int]) -> ProvenSelection:
+    """Return the other set in place of a larger one."""
+    chosen = tuple(dict.fromkeys(other))
+    if len(chosen) >= len(result.chosen) or not set(given) <= set(chosen):
+        return result
+    return replace(
+        result,
+        chosen=chosen,
+        why_stopped=PROVEN if result.lower_bound >= len(chosen) else result.why_stopped,
+        curve=(*result.curve, Point(result.work, len(chosen), result.lower_bound)),
+    )
 
 
 def _known(problem: CoverProblem, reduced: Reduced, start: Sequence[int] | None) -> list[int] | None:

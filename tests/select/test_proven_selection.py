@@ -136,6 +136,18 @@ def test_selection_is_never_larger_than_greedy_and_its_curve_is_monotone():
         assert (curve[-1].stations, curve[-1].bound) == (len(result.chosen), result.lower_bound)
 
 
+@settings(max_examples=60, deadline=None)
+@given(SEEDS)
+def test_selection_without_any_work_is_no_larger_than_greedy_or_the_start(seed):
+    problem = random_problem(seed, n=14, r=30)
+    greedy = select_greedy(problem).chosen
+    result = select(problem, SelectionSettings(work_limit=0.0))
+    assert len(result.chosen) <= len(greedy), f"seed {seed}"
+    assert (result.curve[-1].stations, result.curve[-1].bound) == (len(result.chosen), result.lower_bound)
+    best = select(problem, QUICK).chosen
+    assert len(select(problem, SelectionSettings(work_limit=0.0), start=best).chosen) == len(best), f"seed {seed}"
+
+
 def test_a_start_better_than_greedy_is_kept_and_a_start_that_misses_is_refused():
     # Greedy takes the middle one first and then needs both others; the others alone do.
     problem = problem_of([[1, 1, 0, 0], [0, 1, 1, 0], [0, 0, 1, 1]], [3, 4, 4, 3], [[1, 1, 1, 1]], [14])
