@@ -25,7 +25,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from planner_core.errors import SceneError
 from planner_core.model import (
@@ -42,6 +42,7 @@ from planner_core.model import (
     UInt8Array,
 )
 from planner_core.scene.bulk import STRAY_DISTANCE_M, bulk_centre_m, face_weights, is_astray, named_few
+from planner_core.scene.equal_rows import first_of_equal_rows, first_of_equal_triples
 
 FAR_ORIGIN_M = 1000.0
 """Farthest that the centre of a scene may lie from the origin, on each axis, before it is moved.
@@ -406,56 +407,6 @@ def face_height_m(corners_m: FloatArray) -> FloatArray:
     twice_area = np.sqrt((normal * normal).sum(axis=1))
     height: FloatArray = np.divide(twice_area, longest, out=np.zeros_like(longest), where=longest > 0)
     return height
-
-
-# --------------------------------------------------------------------------------------- equal rows, fast
-_MIX = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
-
-
-def first_of_equal_rows(rows: FloatArray) -> Int64Array:
-    """(V,) int64: for each row of (V, 3) float64 the number of the first row with the same bits.
-
-    Rows are sorted by a 64-bit mix of their bits, which is several times as fast as sorting by three columns; equal
-    keys are then compared in full. Where two different rows share a key (odds of about V^2 / 2^65), columns are sorted.
-    """
-    columns = [np.ascontiguousarray(rows[:, axis]).view(np.uint64) for axis in range(3)]
-    key = np.zeros(rows.shape[0], dtype=np.uint64)
-    for column, mix in zip(columns, _MIX, strict=True):
-        key = (key ^ column) * mix
-        key ^= key >> np.uint64(29)
-    order = np.argsort(key)
-    differs = _differs_from_next([column[order] for column in columns])
-    if (differs & (key[order[1:]] == key[order[:-1]])).any():
-        order = np.lexsort(columns)
-        differs = _differs_from_next([column[order] for column in columns])
-    return _first_in_groups(order, differs)
-
-
-def first_of_equal_triples(triples: Int64Array) -> Int64Array:
-    """(T,) int64: for each row of (T, 3) small integers the number of the first equal row."""
-    n_values = int(triples.max(initial=0)) + 1
-    key = triples[:, 0] * n_values + triples[:, 1]  # below 2^62: vertex numbers fit int32
-    order = np.lexsort((triples[:, 2], key))
-    return _first_in_groups(order, _differs_from_next([key[order], triples[order, 2]]))
-
-
-def _differs_from_next(columns: Sequence[NDArray[np.generic]]) -> BoolArray:
-    """(N - 1,) bool: row i and row i + 1 of a table, given by its columns, are not equal."""
-    differs = np.zeros(max(columns[0].size - 1, 0), dtype=bool)
-    for column in columns:
-        differs |= column[1:] != column[:-1]
-    return differs
-
-
-def _first_in_groups(order: Int64Array, new_group: BoolArray) -> Int64Array:
-    """Smallest number in each run of `order`; runs begin where `new_group` (one shorter) says so."""
-    if order.size == 0:
-        return order
-    starts = np.flatnonzero(np.concatenate([[True], new_group]))
-    smallest = np.minimum.reduceat(order, starts)
-    first = np.empty(order.size, dtype=np.int64)
-    first[order] = np.repeat(smallest, np.diff(np.append(starts, order.size)))
-    return first
 
 
 # --------------------------------------------------------------------------------------------- assembly

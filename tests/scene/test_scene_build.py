@@ -14,7 +14,6 @@ from planner_core.scene.build import (
     FAR_ORIGIN_M,
     MAX_DROPPED_LINES,
     face_height_m,
-    first_of_equal_rows,
     scene_from_arrays,
 )
 
@@ -279,20 +278,6 @@ def test_unit_and_distance_from_the_origin_never_change_the_shape(mesh, unit, sh
     assert near.n_triangles == far.n_triangles
     np.testing.assert_allclose(corners_of(far) - [shift_m, 0, 0], corners_of(near), atol=1e-8)
     assert np.abs(far.vertices_m).max() <= FAR_ORIGIN_M + 4
-
-
-@given(arrays(np.float64, st.tuples(st.integers(0, 40), st.just(3)), elements=st.sampled_from([0.0, 1.0, -1.5, 1e300])))
-@settings(max_examples=100, deadline=None)
-def test_first_of_equal_rows_agrees_with_a_dictionary(rows):
-    seen: dict[bytes, int] = {}
-    expected = [seen.setdefault(row.tobytes(), i) for i, row in enumerate(rows)]
-    assert first_of_equal_rows(rows).tolist() == expected
-
-
-def test_rows_whose_keys_collide_are_still_told_apart(monkeypatch):
-    monkeypatch.setattr("planner_core.scene.build._MIX", np.zeros(3, dtype=np.uint64))  # every key is 0
-    rows = np.array([[1.0, 2, 3], [3.0, 2, 1], [1.0, 2, 3], [0.0, 0, 0], [3.0, 2, 1]])
-    assert first_of_equal_rows(rows).tolist() == [0, 1, 0, 3, 1]
 
 
 def test_face_height_is_that_over_the_longest_edge():
