@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from planner_core.device import Device
+from planner_core.device.precision import has_float64
 from planner_core.errors import RequirementError
-from planner_core.metrics.precision import has_float64
 from planner_core.model import FloatArray, Int32Array
 
 

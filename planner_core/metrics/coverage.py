@@ -40,15 +40,6 @@ def take_rows(visibility: Visibility, rows: Sequence[int] | Int64Array) -> Visib
     return Visibility(starts=starts, patch=visibility.patch[at], n_patches=visibility.n_patches)
 
 
-def join_rows(first: Visibility, second: Visibility) -> Visibility:
-    """Rows of `first`, then those of `second`, over the same patches."""
-    return Visibility(
-        starts=np.concatenate([first.starts, second.starts[1:] + first.starts[-1]]),
-        patch=np.concatenate([first.patch, second.patch]),
-        n_patches=first.n_patches,
-    )
-
-
 def times_seen(visibility: Visibility) -> Int32Array:
     """(P,) int32: number of positions that see each patch."""
     return np.bincount(visibility.patch, minlength=visibility.n_patches).astype(np.int32)

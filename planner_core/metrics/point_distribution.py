@@ -20,7 +20,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from planner_core.device import Device, in_batches
-from planner_core.metrics.precision import has_float64
+from planner_core.device.precision import has_float64
 from planner_core.metrics.reference_distance import (
     REFERENCE_POINTS_PER_M2,
     reference_distances_of_patches_m2,

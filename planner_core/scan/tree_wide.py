@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.device import Buffer, Device, Program
+from planner_core.device.precision import has_float64
 from planner_core.device.sort import chunk_count
 from planner_core.model import Scene
 from planner_core.scan.surfaces import round_surfaces
@@ -47,7 +48,7 @@ def widen(
     outline, arrays
         boxes (N, 6, 8), children (N, 8), geometry (B, 12, 8), triangle (B, 8), slot (T,), edges (T, 3) m2.
     """
-    float64 = _has_float64(device)
+    float64 = has_float64(device)
     program = device.program("tree_widen.cl", {"LANES": 1, "FLOAT64": int(float64)})
     outline = _outline(device, program, binary)
     sizes = {
@@ -76,10 +77,6 @@ def widen(
     )
     _write_nodes(device, program, binary, outline, block_box, arrays)
     return outline, arrays
-
-
-def _has_float64(device: Device) -> bool:
-    return "cl_khr_fp64" in device.queue.device.extensions.split()
 
 
 def _write_nodes(

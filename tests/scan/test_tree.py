@@ -215,8 +215,8 @@ def test_normals_and_edges_are_the_same_without_float64_on_the_device(
 ) -> None:
     scene = shapes.scene_of(*shapes.clutter_of(30, seed=3))
     here = build_tree(scene, device)
-    assert tree_wide._has_float64(device), "PoCL has it: without it this would compare a thing with itself"
-    monkeypatch.setattr(tree_wide, "_has_float64", lambda device: False)
+    assert tree_wide.has_float64(device), "PoCL has it: without it this would compare a thing with itself"
+    monkeypatch.setattr(tree_wide, "has_float64", lambda device: False)
     assert digest(build_tree(scene, device)) == digest(here)
 
 

@@ -1,8 +1,8 @@
-"""Which floating-point numbers a device's kernels may use: metrics are sums in float64 where there is any."""
+"""Which floating-point numbers a device's kernels may use: sums are in float64 where there is any."""
 
 from __future__ import annotations
 
-from planner_core.device import Device
+from planner_core.device.runtime import Device
 
 
 def has_float64(device: Device) -> bool:
