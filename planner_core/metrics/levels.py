@@ -16,27 +16,9 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.metrics.coverage import coverage_of
-from planner_core.model import BoolArray, Coverage, FloatArray, Int32Array, Int64Array, PatchReturns, Scanner
+from planner_core.model import Asked, BoolArray, Coverage, FloatArray, Int32Array, Int64Array, PatchReturns, Scanner
 from planner_core.scan.patch_mode import PatchViews
 from planner_core.scan.range_noise import range_noise_m
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What a client asks of the points on a surface; None: nothing. All limits are included."""
-
-    spacing_m: float | None = None
-    """Greatest distance between neighbouring points, LOD."""
-    range_m: float | None = None
-    incidence_rad: float | None = None
-    """Greatest angle between beam and surface normal."""
-    noise_m: float | None = None
-    """Greatest one sigma of range noise, LOA."""
-
-    def __post_init__(self) -> None:
-        for name, limit in ((field.name, getattr(self, field.name)) for field in fields(self)):
-            if limit is not None and not limit >= 0:
-                raise RequirementError(f"{name}: got {limit}, expected 0 or more; leave it out where none is asked")
 
 
 @dataclass(frozen=True)

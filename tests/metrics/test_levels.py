@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.metrics.levels import (
-    Asked,
     Sights,
     best_levels,
     joint_spacing_m,
@@ -21,7 +20,7 @@ from planner_core.metrics.levels import (
     times_meeting,
     with_noise,
 )
-from planner_core.model import BeamTemplate
+from planner_core.model import Asked, BeamTemplate
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.patch_mode import PatchMode
 from planner_core.scan.scanners import load_scanner

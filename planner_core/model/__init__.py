@@ -1,0 +1,52 @@
+"""The frozen dataclasses that the stages hand on, and nothing else.
+
+Frames
+------
+*source*  what the file says: any unit, y or z up, any origin.
+*scene*   metres, z up, right-handed; otherwise the source's own origin. plan.json, CSV and every export use it.
+*local*   scene minus `Scene.offset_m`. ALL geometry in memory is local, float64 on the host and float32 in kernels.
+
+Conventions: arrays are C-contiguous and not written to after construction. A miss is range NaN, triangle -1, patch -1.
+Angles are radians; azimuth runs counter-clockwise from +x seen from above, elevation up from the horizontal.
+"""
+
+from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32Array, Int64Array, UInt8Array
+from planner_core.model.planning import Candidates, PlanSettings, Survey
+from planner_core.model.requirements import Asked, Requirements
+from planner_core.model.results import Coverage, Link, Plan, Station, UnseenElement
+from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
+from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Scene, SceneSource, Storey
+
+__all__ = [
+    "Asked",
+    "BeamTemplate",
+    "BoolArray",
+    "Candidates",
+    "Coverage",
+    "Element",
+    "Float32Array",
+    "FloatArray",
+    "Floor",
+    "Int32Array",
+    "Int64Array",
+    "Link",
+    "LoadReport",
+    "Optics",
+    "PatchReturns",
+    "Patches",
+    "Plan",
+    "PlanSettings",
+    "RayHits",
+    "Requirements",
+    "ReturnMoments",
+    "ScanBatch",
+    "Scanner",
+    "Scene",
+    "SceneSource",
+    "Station",
+    "Storey",
+    "Survey",
+    "UInt8Array",
+    "UnseenElement",
+    "Visibility",
+]

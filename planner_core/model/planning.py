@@ -1,0 +1,64 @@
+"""The problem: settings, the scene made ready, and where stations may stand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from planner_core.model.arrays import FloatArray, Int32Array
+from planner_core.model.requirements import Requirements
+from planner_core.model.scans import BeamTemplate, Scanner
+from planner_core.model.scene import Floor, Patches, Scene
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Admissible sensor positions that nobody has chosen yet.
+
+    position_m : (N, 3) float64, local, the sensor's origin. floor : (N,) int32 into the floors.
+    instrument_height_m : (N,) float64 above the ground below. n_tried : grid points looked at;
+    rejected : how many were refused, by reason.
+    """
+
+    position_m: FloatArray
+    floor: Int32Array
+    instrument_height_m: FloatArray
+    n_tried: int
+    rejected: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class PlanSettings:
+    """Everything that decides a plan besides the scene: same scene, same settings, same plan, byte for byte."""
+
+    scanner: Scanner
+    requirements: Requirements = field(default_factory=Requirements)
+    method: str = "greedy"
+    """`greedy`; `proven`, see `planner_core.select.proven`; `paper`: the method paper's, see `planner_core.paper`."""
+    method_options: tuple[tuple[str, str], ...] = ()
+    """(name, value) of options of the method, as text: fields of `SelectionSettings` or `PaperSettings`."""
+    seed: int = 0
+    grid_step_m: float = 0.5
+    instrument_heights_m: tuple[float, ...] = ()
+    """Heights to try; empty: the scanner's range in steps of `height_step_m`."""
+    height_step_m: float = 0.4
+    clearance_m: float = 0.4
+    ground_ring_radius_m: float = 0.2
+    n_ground_ring_rays: int = 16
+    max_patch_area_m2: float = 0.04
+    scan_mode: str = "auto"
+    """What candidates are judged by: `beams`, `patches` (samples of patches, see `planner_core.scan.patch_mode`), or
+    `auto`: patches for scanners of very many beams."""
+
+
+@dataclass(frozen=True)
+class Survey:
+    """The problem: a scene made ready for planning."""
+
+    scene: Scene
+    floors: tuple[Floor, ...]
+    patches: Patches
+    floor_of_triangle: Int32Array
+    """(T,) int32 into floors: the level whose coverage figure a triangle counts for; -1 none."""
+    template: BeamTemplate
+    warnings: tuple[str, ...] = ()
+    """One line each, for the user: warnings of finding the floors."""

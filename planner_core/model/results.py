@@ -1,0 +1,103 @@
+"""The result: stations and what they are worth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from planner_core.model.arrays import BoolArray, FloatArray, Int32Array
+from planner_core.model.planning import PlanSettings, Survey
+
+
+@dataclass(frozen=True)
+class Station:
+    """A position of the plan. position_m : (3,) float64, local, the sensor's origin."""
+
+    id: str
+    floor: str
+    order: int
+    position_m: FloatArray
+    instrument_height_m: float
+    fixed: bool = False
+    covered_area_m2: float = 0.0
+    """Area this station sees by itself."""
+    own_area_m2: float = 0.0
+    """Area that no other station of the plan sees."""
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """How much of a surface the plan's stations see together."""
+
+    achievable_area_m2: float
+    """Seen by at least one admissible candidate (or by a given station)."""
+    total_area_m2: float
+    covered_area_m2: float
+
+    @property
+    def fraction_of_achievable(self) -> float:
+        """Covered / achievable; 1 where nothing is achievable."""
+        return self.covered_area_m2 / self.achievable_area_m2 if self.achievable_area_m2 > 0 else 1.0
+
+    def meets(self, required: float) -> bool:
+        """Whether the fraction of achievable reaches `required`, but for rounding in the last places."""
+        return self.fraction_of_achievable >= required - 1e-9
+
+    @property
+    def fraction_of_total(self) -> float:
+        """Covered / total; 1 where there is no surface."""
+        return self.covered_area_m2 / self.total_area_m2 if self.total_area_m2 > 0 else 1.0
+
+
+@dataclass(frozen=True)
+class Link:
+    """Overlap of two stations. `overlap`: the smaller of both shares of seen area that the other sees too.
+
+    `strength`: smallest eigenvalue of the shared surface's point-to-plane normal matrix, scaled to [0, 1]; NaN where
+    it was not computed.
+    """
+
+    a: str
+    b: str
+    overlap: float
+    strength: float
+
+
+@dataclass(frozen=True)
+class UnseenElement:
+    """Achievable surface of one element that the plan leaves unseen."""
+
+    element: int
+    floor: str
+    """Floor id, or empty where the element belongs to none."""
+    unseen_area_m2: float
+    achievable_area_m2: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The result: stations and what they are worth. Everything an export needs, apart from the scans themselves.
+
+    times_seen : (P,) int32, number of the plan's stations that see each patch.
+    achievable : (P,) bool, seen by at least one candidate or station.
+    coverage_curve : covered fraction of achievable area after 1, 2, ... stations, in the order of choice.
+    """
+
+    survey: Survey
+    settings: PlanSettings
+    stations: tuple[Station, ...]
+    times_seen: Int32Array
+    achievable: BoolArray
+    coverage: Coverage
+    coverage_by_floor: tuple[Coverage, ...]
+    coverage_curve: tuple[float, ...]
+    links: tuple[Link, ...]
+    connected: bool
+    unseen: tuple[UnseenElement, ...]
+    lower_bound: int
+    n_candidates: int
+    engine: str
+    """Name of the engine and device that scanned, for the record."""
+    why_stopped: str = ""
+    """Why the search for fewer stations ended: `proven`, `work limit` ...; empty where the method does not search."""
+    warnings: tuple[str, ...] = ()
+    timings_s: dict[str, float] = field(default_factory=dict)

@@ -1,0 +1,165 @@
+"""The building: a mesh with names, its floors, and the patches that coverage is counted in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+
+import numpy as np
+
+from planner_core.model.arrays import FloatArray, Int32Array, UInt8Array
+
+
+@dataclass(frozen=True)
+class SceneSource:
+    """Where a scene came from and how it was brought to the scene frame."""
+
+    path: Path
+    sha256: str
+    format: str
+    """`ifc`, `obj`, `ply`, `stl`, `gltf`, `usd` or `memory`."""
+    unit_name: str
+    """`metre`, `millimetre`, `inch` ...; as told by the file or by the user."""
+    metres_per_unit: float
+    up_axis: str
+    """`Y` or `Z`."""
+    schema: str = ""
+    """What the file says of itself: `IFC2X3`, `IFC4`, `glTF 2.0` ...; empty where it says nothing."""
+    glass: str = "pass"
+    """What the user said that glass does: `pass`, `stop` or `return`, see `Optics`."""
+
+
+class Optics(IntEnum):
+    """What a surface does to a beam."""
+
+    RETURNS = 0
+    """Sends it back: nearly all surfaces."""
+    PASSES = 1
+    """Lets it through, without a return: clear glass."""
+    STOPS = 2
+    """Ends it without a return from there: a mirror. What it shows at wrong places is not simulated."""
+
+
+@dataclass(frozen=True)
+class Element:
+    """One named thing of the source: an IFC product, an OBJ group, a glTF node, a USD prim."""
+
+    name: str
+    kind: str
+    """IFC class (`IfcWall`), prim type or `Mesh`."""
+    source_id: str
+    """IFC GlobalId, prim path, node index ...: what finds it again in the source."""
+    storey: int = -1
+    """Index into `Scene.storeys`; -1 where the source names none."""
+
+
+@dataclass(frozen=True)
+class Storey:
+    """A storey as the source names it (IfcBuildingStorey), lowest first in `Scene.storeys`."""
+
+    name: str
+    source_id: str
+    elevation_m: float
+    """Local frame."""
+
+
+@dataclass(frozen=True)
+class LoadReport:
+    """What loading found and repaired. Counts are of faces unless said otherwise."""
+
+    n_faces_read: int
+    n_non_finite: int = 0
+    n_degenerate: int = 0
+    n_duplicate: int = 0
+    n_bad_index: int = 0
+    """Dropped because they name a vertex that does not exist (only with `skip_bad_faces`)."""
+    n_stray: int = 0
+    """Dropped because they lie kilometres away from everything else; a warning names their elements."""
+    glass_area_m2: float = 0.0
+    """Of faces that the file says are of clear glass, whatever they are taken to do to beams; both faces of a pane."""
+    mirror_area_m2: float = 0.0
+    dropped: tuple[str, ...] = ()
+    """Up to 100 lines, one a dropped face or group of faces: element, face number, reason."""
+    warnings: tuple[str, ...] = ()
+    """One line each, for the user: guessed units, far origin, elements without geometry, swapped axes ..."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A triangle mesh with the names of what it is made of.
+
+    vertices_m : (V, 3) float64, local frame. Triangles that share an edge share its vertices bit by bit.
+    triangles : (T, 3) int32, into vertices_m.
+    element_of_triangle : (T,) int32, into elements.
+    optics_of_triangle : (T,) uint8 of `Optics`; None: all return.
+    offset_m : (3,) float64; scene = local + offset_m. Zero when the source lies near its origin.
+    """
+
+    source: SceneSource
+    vertices_m: FloatArray
+    triangles: Int32Array
+    element_of_triangle: Int32Array
+    elements: tuple[Element, ...]
+    storeys: tuple[Storey, ...]
+    offset_m: FloatArray
+    report: LoadReport
+    optics_of_triangle: UInt8Array | None = None
+
+    @property
+    def n_triangles(self) -> int:
+        """Number of triangles."""
+        return int(self.triangles.shape[0])
+
+
+@dataclass(frozen=True)
+class Floor:
+    """Ground that a tripod can stand on, as one level of the plan. Lowest first; `id` is `F0`, `F1` ...
+
+    ground_triangles : (G,) int32, sorted triangle ids. Empty where the storey has no slab: then the ground is the
+    plane z = elevation_m inside `bounds_m`, and `origin` is `storey-elevation`.
+    bounds_m : (2, 2) float64, local [[x_min, y_min], [x_max, y_max]] of the ground.
+    """
+
+    id: str
+    name: str
+    elevation_m: float
+    """Local frame, the ground's height (area-weighted median of its triangles)."""
+    ground_area_m2: float
+    ground_triangles: Int32Array
+    bounds_m: FloatArray
+    origin: str
+    """`slab`, `surface` or `storey-elevation`: how the ground was found."""
+
+
+@dataclass(frozen=True)
+class Patches:
+    """The unit of coverage: every triangle bisected at its longest edge until no part exceeds `max_area_m2`.
+
+    Patches are addresses, not geometry: patch = first_patch[triangle] + code, where code is the `depth`-bit path down
+    the bisection tree. See `planner_core.scene.patches`.
+
+    depth : (T,) uint8. first_patch : (T + 1,) int32, last entry = n_patches. triangle_area_m2 : (T,) float64.
+    """
+
+    max_area_m2: float
+    depth: UInt8Array
+    first_patch: Int32Array
+    triangle_area_m2: FloatArray
+
+    @property
+    def n_patches(self) -> int:
+        """Number of patches of the whole scene."""
+        return int(self.first_patch[-1])
+
+    @property
+    def area_m2(self) -> FloatArray:
+        """(P,) float64, area of every patch."""
+        count = np.diff(self.first_patch)
+        return np.repeat(self.triangle_area_m2 / np.maximum(count, 1), count)
+
+    @property
+    def triangle_of_patch(self) -> Int32Array:
+        """(P,) int32, the triangle every patch is a part of."""
+        count = np.diff(self.first_patch)
+        return np.repeat(np.arange(count.size, dtype=np.int32), count)
