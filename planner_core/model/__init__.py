@@ -12,12 +12,15 @@ Angles are radians; azimuth runs counter-clockwise from +x seen from above, elev
 
 from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32Array, Int64Array, UInt8Array
 from planner_core.model.planning import Candidates, PlanSettings, Survey
-from planner_core.model.requirements import Asked, Requirements
+from planner_core.model.requirements import NETWORKS, Asked, PartRequirement, PartResult, Requirements
 from planner_core.model.results import Coverage, Link, Plan, Station, UnseenElement
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
 from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Scene, SceneSource, Storey
+from planner_core.model.site import ROLES, KeepOut, SettledStation, Site
 
 __all__ = [
+    "NETWORKS",
+    "ROLES",
     "Asked",
     "BeamTemplate",
     "BoolArray",
@@ -29,9 +32,12 @@ __all__ = [
     "Floor",
     "Int32Array",
     "Int64Array",
+    "KeepOut",
     "Link",
     "LoadReport",
     "Optics",
+    "PartRequirement",
+    "PartResult",
     "PatchReturns",
     "Patches",
     "Plan",
@@ -43,6 +49,8 @@ __all__ = [
     "Scanner",
     "Scene",
     "SceneSource",
+    "SettledStation",
+    "Site",
     "Station",
     "Storey",
     "Survey",

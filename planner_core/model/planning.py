@@ -8,6 +8,7 @@ from planner_core.model.arrays import FloatArray, Int32Array
 from planner_core.model.requirements import Requirements
 from planner_core.model.scans import BeamTemplate, Scanner
 from planner_core.model.scene import Floor, Patches, Scene
+from planner_core.model.site import Site
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,9 @@ class PlanSettings:
 
     scanner: Scanner
     requirements: Requirements = field(default_factory=Requirements)
+    objective: str = "fewest"
+    """`fewest` stations; `coverage`: most of it with `max_stations`; `time`: least time in the field."""
+    max_stations: int | None = None
     method: str = "greedy"
     """`greedy`; `proven`, see `planner_core.select.proven`; `paper`: the method paper's, see `planner_core.paper`."""
     method_options: tuple[tuple[str, str], ...] = ()
@@ -48,6 +52,13 @@ class PlanSettings:
     scan_mode: str = "auto"
     """What candidates are judged by: `beams`, `patches` (samples of patches, see `planner_core.scan.patch_mode`), or
     `auto`: patches for scanners of very many beams."""
+    site: Site = field(default_factory=Site)
+    refine: bool = True
+    """Look for better places off the grid once stations are chosen (method `proven`)."""
+    seconds_per_scan: float | None = None
+    """None: as the scanner's mode says."""
+    set_up_s: float = 60.0
+    walking_m_per_s: float = 1.0
 
 
 @dataclass(frozen=True)

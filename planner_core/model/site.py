@@ -1,0 +1,59 @@
+"""The site: who carries the scanner, where they come in and may go, and which stations are settled beforehand.
+
+SCENE frame, metres: what a user says. Stages bring it to the local frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+#: What `SettledStation.role` may be. `scanned`: its scan exists; `locked`: it must be in the plan; `kept`: it was in an
+#: earlier plan and stays where that costs nothing; `forbidden`: no station within `SettledStation.radius_m` of it.
+ROLES = ("scanned", "locked", "kept", "forbidden")
+
+
+@dataclass(frozen=True)
+class KeepOut:
+    """An area where nobody goes, or, with `access`, the only one on its floor where somebody does.
+
+    outline_m : corners (x, y) of a simple polygon, scene frame. floor : id or name; empty: all floors.
+    """
+
+    outline_m: tuple[tuple[float, float], ...]
+    floor: str = ""
+    access: bool = False
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class SettledStation:
+    """A station, or a place, that is settled before planning. position_m : the sensor's origin, scene frame."""
+
+    id: str
+    position_m: tuple[float, float, float]
+    role: str
+    floor: str = ""
+    instrument_height_m: float | None = None
+    radius_m: float = 0.5
+    """Of a forbidden place."""
+
+
+@dataclass(frozen=True)
+class Site:
+    """entrances_m : places on the ground (x, y, z), scene frame; empty: each floor's largest spaces have one.
+
+    mover_radius_m, step_m : of who carries the scanner; None: of a person, see `planner_core.ground.mover`.
+    """
+
+    entrances_m: tuple[tuple[float, float, float], ...] = ()
+    keep_out: tuple[KeepOut, ...] = ()
+    settled: tuple[SettledStation, ...] = ()
+    mover_radius_m: float | None = None
+    step_m: float | None = None
+    mover_height_m: float | None = None
+    opens_doors: bool = True
+    start_m: tuple[float, float, float] | None = None
+    """Where the day's walk begins; None: at the first entrance, else where it is shortest."""
+    end_m: tuple[float, float, float] | None = None
+    returns: bool = False
+    """The walk ends where it began."""
