@@ -8,6 +8,7 @@ search: rows are gathered in Python's own sets, areas summed in Python's own who
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 
 from planner_core.errors import PlannerError
@@ -37,12 +38,13 @@ def check_selection(problem: CoverProblem, chosen: Sequence[int], *, given: Sequ
             f"selection: got a set without given candidates {sorted(lost)}, expected all of them; please report this"
         )
     starts, row = problem.starts.tolist(), problem.row
-    seen: set[int] = set()
+    looks: Counter[int] = Counter()
     for candidate in chosen:
-        seen.update(row[starts[candidate] : starts[candidate + 1]].tolist())
+        looks.update(row[starts[candidate] : starts[candidate + 1]].tolist())
     ticks = problem.ticks.tolist()
     for number, (counted, required) in enumerate(zip(problem.counts_for, problem.required.tolist(), strict=True)):
-        covered = sum(ticks[r] for r in seen if counted[r])
+        enough = int(problem.seen_from[number])
+        covered = sum(ticks[r] for r, n in looks.items() if counted[r] and n >= enough)
         if covered < required:
             raise SelectionCheckError(
                 f"selection: got {covered} ticks of target {number} with {len(chosen)} stations, expected at least "
@@ -61,13 +63,14 @@ def check_coverage(
         A target is missed by more than rounding in the last places.
     """
     _check_candidates(chosen, visibility.n_positions)
-    achievable = set(visibility.patch.tolist())
-    seen: set[int] = set()
+    possible = Counter(visibility.patch.tolist())
+    looks: Counter[int] = Counter()
     for candidate in chosen:
-        seen.update(visibility.row(candidate).tolist())
+        looks.update(visibility.row(candidate).tolist())
     for number, target in enumerate(targets):
-        whole_m2 = math.fsum(float(patch_area_m2[p]) for p in achievable if target.part[p])
-        covered_m2 = math.fsum(float(patch_area_m2[p]) for p in seen if target.part[p])
+        achievable = [p for p, n in possible.items() if n >= target.seen_from and target.part[p]]
+        whole_m2 = math.fsum(float(patch_area_m2[p]) for p in achievable)
+        covered_m2 = math.fsum(float(patch_area_m2[p]) for p in achievable if looks[p] >= target.seen_from)
         if covered_m2 < (target.fraction - _SHARE_SLACK) * whole_m2:
             raise SelectionCheckError(
                 f"selection: got {covered_m2:.6f} m2 of target {number}, expected {target.fraction:g} of "

@@ -10,6 +10,11 @@ which is monotone and submodular: gains only shrink as S grows. So an old gain i
 candidate whose fresh gain beats all old ones is the best without looking at the rest (lazy evaluation). Ties go to the
 larger gain not capped at R_k, then to the lower number; both gains shrink, so lazy and plain selection agree exactly.
 
+Where a row counts only once m stations see it, area covered is not submodular: the first look is worth nothing, the
+last one all. Each of the first m looks counts instead, so A_k(S) = sum of ticks_r min(looks at r, m), which is; and
+there is no cap, since A_k(S) = m R_k does not mean that the target is met. Until it is met its looks count in full,
+then for nothing: gains still only shrink.
+
 References
 ----------
 Minoux 1978 (accelerated greedy), Wolsey 1982 (its logarithmic bound): known results, restated and tested here.
@@ -18,11 +23,12 @@ Minoux 1978 (accelerated greedy), Wolsey 1982 (its logarithmic bound): known res
 from __future__ import annotations
 
 import heapq
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, Int64Array
+from planner_core.model import Int64Array
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.problem import CoverProblem
 
@@ -39,70 +45,81 @@ class Selection:
     n_evaluations: int
 
 
-def select_greedy(problem: CoverProblem, *, progress: Progress = silent) -> Selection:
+def select_greedy(problem: CoverProblem, *, given: Sequence[int] = (), progress: Progress = silent) -> Selection:
     """Choose candidates until every target is met, then drop those no longer needed.
 
-    Targets are fractions of what the candidates see together, so they can always be met.
+    Targets are fractions of what the candidates see together, so they can always be met. `given` ones come first and
+    stay.
     """
-    seen = np.zeros(problem.n_rows, dtype=bool)
-    missing = problem.required.copy()
-    heap = [(*_negative(_gain(problem, c, seen, missing)), c) for c in range(problem.n_candidates)]
+    n_seen = problem.times_seen(list(given))
+    missing = problem.required - problem.ticks_of(n_seen)
+    others = np.setdiff1d(np.arange(problem.n_candidates), np.array(given, dtype=np.int64)).tolist()
+    heap = [(*_negative(_gain(problem, c, n_seen, missing)), c) for c in others]
     heapq.heapify(heap)
-    chosen: list[int] = []
+    chosen: list[int] = list(given)
     n_evaluations = len(heap)
     whole = max(int(problem.required.sum()), 1)
     while (missing > 0).any():
         candidate = heap[0][2]
-        fresh = (*_negative(_gain(problem, candidate, seen, missing)), candidate)
+        fresh = (*_negative(_gain(problem, candidate, n_seen, missing)), candidate)
         n_evaluations += 1
         heapq.heappop(heap)
         if heap and fresh > heap[0]:
             heapq.heappush(heap, fresh)
             continue
         rows = problem.rows_of(candidate)
-        new = rows[~seen[rows]]
-        missing -= _per_target(problem, new)
-        seen[new] = True
+        missing -= _at_count(problem, rows, n_seen, problem.seen_from - 1)
+        n_seen[rows] += 1
         chosen.append(candidate)
         left = int(np.maximum(missing, 0).sum())
         progress(ProgressEvent("select", int(1000 * (1 - left / whole)), 1000, f"{len(chosen)} stations"))
-    kept = drop_redundant(problem, chosen)
+    kept = drop_redundant(problem, chosen, given=given)
     return Selection(tuple(kept), len(chosen) - len(kept), n_evaluations)
 
 
-def drop_redundant(problem: CoverProblem, chosen: list[int]) -> list[int]:
-    """Leave out stations without which every target is still met: smallest own area first, the latest of equals."""
-    kept = list(chosen)
-    n_seen = np.zeros(problem.n_rows, dtype=np.int64)
-    for candidate in kept:
-        n_seen[problem.rows_of(candidate)] += 1
-    spare = (problem.counts_for * np.where(n_seen > 0, problem.ticks, 0)).sum(axis=1) - problem.required
+def drop_redundant(problem: CoverProblem, chosen: list[int], *, given: Sequence[int] = ()) -> list[int]:
+    """Leave out stations without which every target is still met: smallest own area first, the latest of equals.
+
+    `given` ones stay.
+    """
+    kept, fixed = list(chosen), set(given)
+    n_seen = problem.times_seen(kept)
+    spare = problem.ticks_of(n_seen) - problem.required
     while kept:
         best: tuple[int, int] | None = None
         for place, candidate in enumerate(kept):
-            rows = problem.rows_of(candidate)
-            own = _per_target(problem, rows[n_seen[rows] == 1])
-            if (own <= spare).all() and (best is None or (int(own.sum()), -place) < best):
+            own = _at_count(problem, problem.rows_of(candidate), n_seen, problem.seen_from)
+            loose = candidate not in fixed and (own <= spare).all()
+            if loose and (best is None or (int(own.sum()), -place) < best):
                 best = (int(own.sum()), -place)
         if best is None:
             break
-        candidate = kept.pop(-best[1])
-        rows = problem.rows_of(candidate)
-        spare -= _per_target(problem, rows[n_seen[rows] == 1])
+        rows = problem.rows_of(kept.pop(-best[1]))
+        spare -= _at_count(problem, rows, n_seen, problem.seen_from)
         n_seen[rows] -= 1
     return kept
 
 
-def _gain(problem: CoverProblem, candidate: int, seen: BoolArray, missing: Int64Array) -> tuple[int, int]:
-    """Area that a candidate adds: capped at what each target misses, and all of it."""
+def _gain(problem: CoverProblem, candidate: int, n_seen: Int64Array, missing: Int64Array) -> tuple[int, int]:
+    """Looks that a candidate adds, in ticks: those of targets not met, capped where one is enough; and all of them."""
     rows = problem.rows_of(candidate)
-    added = _per_target(problem, rows[~seen[rows]])
-    return int(np.minimum(added, np.maximum(missing, 0)).sum()), int(added.sum())
+    ticks, times = problem.ticks[rows], n_seen[rows]
+    gain = whole = 0
+    for counted, enough, left in zip(problem.counts_for, problem.seen_from.tolist(), missing.tolist(), strict=True):
+        added = int(ticks[counted[rows] & (times < enough)].sum())
+        whole += added
+        if left > 0:
+            gain += min(added, left) if enough == 1 else added
+    return gain, whole
 
 
-def _per_target(problem: CoverProblem, rows: Int64Array) -> Int64Array:
-    ticks = problem.ticks[rows]
-    return np.array([ticks[counted[rows]].sum() for counted in problem.counts_for], dtype=np.int64)
+def _at_count(problem: CoverProblem, rows: Int64Array, n_seen: Int64Array, count: Int64Array) -> Int64Array:
+    """(K,) ticks of each target among `rows` that are seen exactly `count` (K,) times."""
+    ticks, times = problem.ticks[rows], n_seen[rows]
+    return np.array(
+        [ticks[counted[rows] & (times == n)].sum() for counted, n in zip(problem.counts_for, count, strict=True)],
+        dtype=np.int64,
+    )
 
 
 def _negative(gain: tuple[int, int]) -> tuple[int, int]:

@@ -6,7 +6,7 @@ Input `Visibility`, patch areas (m^2) and targets; output a `CoverProblem`. Its 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,10 +19,14 @@ TICKS_PER_M2 = 1e9
 
 @dataclass(frozen=True)
 class Target:
-    """Area to be covered: `fraction` of the achievable patches of `part`, (P,) bool."""
+    """Area to be covered: `fraction` of the achievable patches of `part`, (P,) bool.
+
+    A patch counts where at least `seen_from` chosen candidates see it; achievable is what so many candidates see.
+    """
 
     part: BoolArray
     fraction: float
+    seen_from: int = 1
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,8 @@ class CoverProblem:
     starts, row : candidates' rows as CSR, (N + 1,) int64 and int64. ticks : (R,) int64, area of each row.
     counts_for : (K, R) bool, rows that each target counts. required : (K,) int64, ticks that surely meet each target.
     least : (K,) int64, ticks below which a target is surely missed. The two differ by the rounding of areas to ticks;
-    plans are made for `required`, bounds hold for `least`.
+    plans are made for `required`, bounds hold for `least`. seen_from : (K,) int64, at least 1: so many chosen
+    candidates have to see a row for it to count for a target; left out, one.
     """
 
     starts: Int64Array
@@ -41,6 +46,15 @@ class CoverProblem:
     counts_for: BoolArray
     required: Int64Array
     least: Int64Array
+    seen_from: Int64Array = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+    def __post_init__(self) -> None:
+        if self.seen_from.size == 0:
+            object.__setattr__(self, "seen_from", np.ones(self.required.size, dtype=np.int64))
+        if self.seen_from.shape != self.required.shape or (self.seen_from < 1).any():
+            raise RequirementError(
+                f"seen from: got {self.seen_from.tolist()}, expected {self.required.size} whole numbers, 1 or more each"
+            )
 
     @property
     def n_candidates(self) -> int:
@@ -57,12 +71,21 @@ class CoverProblem:
         return self.row[self.starts[candidate] : self.starts[candidate + 1]]
 
     def covered(self, chosen: list[int]) -> Int64Array:
-        """(K,) int64: ticks of each target that the chosen candidates cover together."""
-        seen = np.zeros(self.n_rows, dtype=bool)
+        """(K,) int64: ticks of each target that the chosen candidates cover together, as often as it asks."""
+        return self.ticks_of(self.times_seen(chosen))
+
+    def times_seen(self, chosen: list[int]) -> Int64Array:
+        """(R,) int64: number of the chosen candidates that see each row."""
+        n_seen = np.zeros(self.n_rows, dtype=np.int64)
         for candidate in chosen:
-            seen[self.rows_of(candidate)] = True
-        covered: Int64Array = (self.counts_for * np.where(seen, self.ticks, 0)).sum(axis=1)
-        return covered
+            n_seen[self.rows_of(candidate)] += 1
+        return n_seen
+
+    def ticks_of(self, n_seen: Int64Array) -> Int64Array:
+        """(K,) int64: ticks of each target's rows that are seen often enough, from how often (R,) each is."""
+        enough = n_seen >= self.seen_from[:, None]
+        ticks: Int64Array = (self.counts_for * np.where(enough, self.ticks, 0)).sum(axis=1)
+        return ticks
 
 
 def cover_problem(visibility: Visibility, patch_area_m2: FloatArray, targets: tuple[Target, ...]) -> CoverProblem:
@@ -71,7 +94,7 @@ def cover_problem(visibility: Visibility, patch_area_m2: FloatArray, targets: tu
     Raises
     ------
     RequirementError
-        A fraction outside (0, 1].
+        A fraction outside (0, 1], or a `seen_from` below 1.
 
     Notes
     -----
@@ -81,6 +104,8 @@ def cover_problem(visibility: Visibility, patch_area_m2: FloatArray, targets: tu
     for target in targets:
         if not 0.0 < target.fraction <= 1.0:
             raise RequirementError(f"coverage: got {target.fraction}, expected more than 0 and at most 1; e.g. 0.95")
+        if target.seen_from < 1:
+            raise RequirementError(f"seen from: got {target.seen_from} stations, expected 1 or more; e.g. 1")
     row_of_patch, first = _merge(visibility, targets)
     n_rows = first.size
     ticks_of_patch = np.rint(patch_area_m2 * TICKS_PER_M2).astype(np.int64)
@@ -88,7 +113,10 @@ def cover_problem(visibility: Visibility, patch_area_m2: FloatArray, targets: tu
     ticks = np.zeros(n_rows, dtype=np.int64)
     np.add.at(ticks, row_of_patch[merged], ticks_of_patch[merged])
     n_patches = np.bincount(row_of_patch[merged], minlength=n_rows)
-    counts_for = np.array([target.part[first] for target in targets], dtype=bool).reshape(len(targets), n_rows)
+    # What fewer candidates see than a target asks for is not achievable: it counts for nothing.
+    n_seers = np.bincount(visibility.patch, minlength=visibility.n_patches)[first]
+    counts_for = np.array([target.part[first] & (n_seers >= target.seen_from) for target in targets], dtype=bool)
+    counts_for = counts_for.reshape(len(targets), n_rows)
     required, least = np.zeros(len(targets), dtype=np.int64), np.zeros(len(targets), dtype=np.int64)
     for index, target in enumerate(targets):
         whole = int(ticks[counts_for[index]].sum())
@@ -97,7 +125,8 @@ def cover_problem(visibility: Visibility, patch_area_m2: FloatArray, targets: tu
         exact = int(np.ceil(target.fraction * whole))
         required[index], least[index] = min(whole, exact + slack), max(0, exact - slack)
     starts, row = _merged_rows(visibility, row_of_patch, n_rows)
-    return CoverProblem(starts=starts, row=row, ticks=ticks, counts_for=counts_for, required=required, least=least)
+    seen_from = np.array([target.seen_from for target in targets], dtype=np.int64)
+    return CoverProblem(starts, row, ticks, counts_for, required, least, seen_from)
 
 
 def _merge(visibility: Visibility, targets: tuple[Target, ...]) -> tuple[Int64Array, Int64Array]:
@@ -140,7 +169,8 @@ def _merged_rows(visibility: Visibility, row_of_patch: Int64Array, n_rows: int) 
 
 
 def floor_targets(
-    floor_of_patch: Int32Array, floors: tuple[int, ...], scope: BoolArray, fraction: float
+    floor_of_patch: Int32Array, floors: tuple[int, ...], scope: BoolArray, fraction: float, seen_from: int = 1
 ) -> tuple[Target, ...]:
     """One target a planned floor, and one for everything in `scope` together."""
-    return (*(Target(floor_of_patch == index, fraction) for index in floors), Target(scope, fraction))
+    parts = (*(floor_of_patch == index for index in floors), scope)
+    return tuple(Target(part, fraction, seen_from) for part in parts)

@@ -3,6 +3,10 @@
 Input a `CoverProblem`, output a `Reduced` one and the way back. Each rule leaves the least number of stations as it is,
 whatever R between `least` and `required` the targets stand for; why is said where the rule is. They are repeated until
 none finds anything, since each makes work for the others.
+
+Two rules hold only where one look at a row is enough and stations need not hang together: what forced candidates see is
+not always done with, and of two candidates that see the same both may be needed, or the lesser one as a link. Otherwise
+candidates stay what they are, forced ones are pinned, and rows alone are left out or merged.
 """
 
 from __future__ import annotations
@@ -25,7 +29,9 @@ class Reduced:
     """problem : what is left. candidate : (N',) int64, its candidates' numbers in the whole problem.
 
     forced : candidates of the whole problem that every solution can be taken to hold, `given` ones first; a solution of
-    what is left, mapped back, and these together are one of the whole. n_dominated, n_rows_dropped : for the record.
+    what is left, mapped back, and these together are one of the whole. pinned : candidates of what is left that a
+    solution of it has to hold, `given` ones first; where there are any, none are forced. n_dominated, n_rows_dropped :
+    for the record.
     """
 
     problem: CoverProblem
@@ -33,19 +39,23 @@ class Reduced:
     forced: tuple[int, ...]
     n_dominated: int
     n_rows_dropped: int
+    pinned: tuple[int, ...] = ()
 
     def whole(self, chosen: Sequence[int]) -> tuple[int, ...]:
         """Forced candidates, then the chosen ones, by their numbers in the whole problem."""
         return (*self.forced, *(int(self.candidate[c]) for c in chosen))
 
 
-def reduce_problem(problem: CoverProblem, *, given: Sequence[int] = ()) -> Reduced:
+def reduce_problem(problem: CoverProblem, *, given: Sequence[int] = (), rows_only: bool = False) -> Reduced:
     """Apply all rules until none finds anything.
 
     Parameters
     ----------
     given
         Candidates that are in every solution, such as stations already scanned from.
+    rows_only
+        Keep all candidates, with their numbers: for where they need each other. So it is, too, where a target asks for
+        more than one look.
 
     Raises
     ------
@@ -53,6 +63,8 @@ def reduce_problem(problem: CoverProblem, *, given: Sequence[int] = ()) -> Reduc
         `given` names a candidate twice, or one that there is not.
     """
     _check_given(given, problem.n_candidates)
+    if rows_only or (problem.seen_from > 1).any():
+        return _without_idle_rows(problem, given)
     left = np.arange(problem.n_candidates, dtype=np.int64)
     forced = [int(c) for c in given]
     now, left = _take(problem, left, np.array(forced, dtype=np.int64))
@@ -69,6 +81,13 @@ def reduce_problem(problem: CoverProblem, *, given: Sequence[int] = ()) -> Reduc
         now, left = _restrict(now, keep), left[keep]
         if (now.n_candidates, now.n_rows) == before:
             return Reduced(now, left, tuple(forced), n_dominated, problem.n_rows - now.n_rows)
+
+
+def _without_idle_rows(problem: CoverProblem, given: Sequence[int]) -> Reduced:
+    """Apply the rules that leave candidates alone: once is enough, none makes work for another one."""
+    now = _merge_rows(_drop_rows(_drop_met_targets(problem)))
+    pinned = tuple(dict.fromkeys([*(int(c) for c in given), *(int(c) for c in _needed(now))]))
+    return Reduced(now, np.arange(problem.n_candidates), (), 0, problem.n_rows - now.n_rows, pinned)
 
 
 def _check_given(given: Sequence[int], n_candidates: int) -> None:
@@ -157,11 +176,11 @@ def _needed(problem: CoverProblem) -> Int64Array:
     """Candidates without whom all others together miss a target's `least`: they are in every solution."""
     if problem.n_rows == 0:
         return np.zeros(0, dtype=np.int64)
-    lone = np.bincount(problem.row, minlength=problem.n_rows) == 1
+    n_seers = np.bincount(problem.row, minlength=problem.n_rows)
     owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
-    entry = lone[problem.row]
     needed = np.zeros(problem.n_candidates, dtype=bool)
-    for counted, least in zip(problem.counts_for, problem.least, strict=True):
+    for counted, least, enough in zip(problem.counts_for, problem.least, problem.seen_from, strict=True):
+        entry = (n_seers == enough)[problem.row]
         own = np.zeros(problem.n_candidates, dtype=np.int64)
         np.add.at(own, owner[entry], np.where(counted, problem.ticks, 0)[problem.row[entry]])
         needed |= int(problem.ticks[counted].sum()) - own < least
