@@ -28,6 +28,8 @@ class SceneSource:
     """What the file says of itself: `IFC2X3`, `IFC4`, `glTF 2.0` ...; empty where it says nothing."""
     glass: str = "pass"
     """What the user said that glass does: `pass`, `stop` or `return`, see `Optics`."""
+    doors: str = "shut"
+    """What the user said of doors: `shut`, as modelled, or `open`, without their leaves."""
 
 
 class Optics(IntEnum):
@@ -79,6 +81,8 @@ class LoadReport:
     glass_area_m2: float = 0.0
     """Of faces that the file says are of clear glass, whatever they are taken to do to beams; both faces of a pane."""
     mirror_area_m2: float = 0.0
+    n_doors_open: int = 0
+    """Doors (`IfcDoor`) whose leaves were left out, with `doors="open"`."""
     dropped: tuple[str, ...] = ()
     """Up to 100 lines, one a dropped face or group of faces: element, face number, reason."""
     warnings: tuple[str, ...] = ()

@@ -18,6 +18,7 @@ from planner_core.model import FloatArray, LoadReport, Optics, Scene, SceneSourc
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.bulk import fence_m, is_outside
+from planner_core.scene.doors import without_door_leaves
 from planner_core.scene.raw import RawScene, unit_name
 
 FORMAT_OF_EXTENSION = {
@@ -33,6 +34,8 @@ FORMAT_OF_EXTENSION = {
     ".usdz": "usd",
 }
 
+#: What `LoadOptions.doors` may be.
+DOORS = ("shut", "open")
 #: Meanings of `LoadOptions.glass`.
 OPTICS_OF_GLASS = {"pass": Optics.PASSES, "stop": Optics.STOPS, "return": Optics.RETURNS}
 
@@ -48,6 +51,8 @@ class LoadOptions:
     """Drop faces that name a vertex which does not exist, instead of refusing the file."""
     glass: str = "pass"
     """What glass does to beams: `pass`, `stop` or `return`, see `planner_core.model.Optics`."""
+    doors: str = "shut"
+    """`shut`: as modelled. `open`: leaves of doors (`IfcDoor`) are left out, see `planner_core.scene.doors`."""
 
 
 def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Progress = silent) -> Scene:
@@ -90,6 +95,7 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
         up_axis=up_axis,
         schema=raw.schema,
         glass=options.glass,
+        doors=options.doors,
     )
     progress(ProgressEvent("load", 0, 0, "repairing"))
     vertex_unit_m = metres_per_unit
@@ -109,6 +115,8 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
         skip_bad_faces=options.skip_bad_faces,
         prior=raw.report,
     )
+    if options.doors == "open":
+        scene = without_door_leaves(scene)
     progress(ProgressEvent("load", 1, 1, "loaded"))
     return _with_warnings(_with_glass(scene, options.glass), _doubts(scene, raw, options))
 
@@ -148,6 +156,8 @@ def _check_options(options: LoadOptions) -> None:
         raise SceneError(f"the upward axis is {options.up_axis!r}, expected Y or Z; pass one of them.")
     if options.glass not in OPTICS_OF_GLASS:
         raise SceneError(f"glass: got {options.glass!r}, expected one of {', '.join(OPTICS_OF_GLASS)}.")
+    if options.doors not in DOORS:
+        raise SceneError(f"doors: got {options.doors!r}, expected one of {', '.join(DOORS)}.")
 
 
 def _check_told_unit(path: Path, raw: RawScene, options: LoadOptions) -> None:

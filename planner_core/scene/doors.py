@@ -1,0 +1,114 @@
+"""Doors: which triangles of a scene are leaves of doors, told from their frames by geometry alone.
+
+Input a `Scene` (local frame, metres), output the same without leaves. Models show doors shut; a crew opens them. A leaf
+fills the opening and a frame runs round it, so parts of a door are told apart by where they lie in its plane:
+
+    +--------+   frame: reaches both sides of the door's box, or one side from bottom to top,
+    |+------+|   and leaves the middle free; it stays
+    ||      ||
+    || leaf ||   all else: leaf, panes, handles
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
+
+#: What elements that are doors are called.
+DOOR_KIND = "IfcDoor"
+#: The middle of a door's box: shares of its width and height between which no frame reaches.
+_MIDDLE = np.array([[0.3, 0.1], [0.7, 0.8]])
+#: A frame reaches this near to the box's side; leaves are set into it by more.
+_AT_SIDE_M = 0.015
+#: A single jamb or post reaches over this share of the height.
+_TALL_SHARE = 0.8
+
+
+def without_door_leaves(scene: Scene) -> Scene:
+    """Leave the leaves of `IfcDoor` elements out; frames stay. `LoadReport.n_doors_open` counts the doors opened.
+
+    Elements keep their numbers, those without triangles too. A scene of nothing but doors is left as it is.
+    """
+    is_door = np.array([element.kind == DOOR_KIND for element in scene.elements], dtype=bool)
+    of_door = np.flatnonzero(is_door[scene.element_of_triangle])
+    leaf = np.zeros(scene.n_triangles, dtype=bool)
+    owner = scene.element_of_triangle[of_door]
+    for door in np.unique(owner):
+        mine = of_door[owner == door]
+        leaf[mine] = _is_leaf(scene.vertices_m, scene.triangles[mine])
+    if not leaf.any() or leaf.all():
+        return scene
+    n_open = int(np.unique(scene.element_of_triangle[leaf]).size)
+    used, number = np.unique(scene.triangles[~leaf], return_inverse=True)
+    return replace(
+        scene,
+        vertices_m=np.ascontiguousarray(scene.vertices_m[used]),
+        triangles=np.ascontiguousarray(number.reshape(-1, 3).astype(np.int32)),
+        element_of_triangle=scene.element_of_triangle[~leaf],
+        optics_of_triangle=None if scene.optics_of_triangle is None else scene.optics_of_triangle[~leaf],
+        report=replace(scene.report, n_doors_open=n_open),
+    )
+
+
+def _is_leaf(vertices_m: FloatArray, triangles: Int32Array) -> BoolArray:
+    """(K,) bool: which of one door's triangles (K, 3) are of its leaves."""
+    corners_m = vertices_m[triangles]
+    plane = _in_plane(corners_m)
+    low, high = plane.min(axis=(0, 1)), plane.max(axis=(0, 1))
+    middle = low + _MIDDLE * (high - low)
+    part, n_parts = _parts(triangles)
+    fills = np.zeros(n_parts, dtype=bool)
+    fills[part[_overlaps(plane, middle)]] = True
+    part_low, part_high = np.full((n_parts, 2), np.inf), np.full((n_parts, 2), -np.inf)
+    np.minimum.at(part_low, part, plane.min(axis=1))
+    np.maximum.at(part_high, part, plane.max(axis=1))
+    at_left, at_right = part_low[:, 0] <= low[0] + _AT_SIDE_M, part_high[:, 0] >= high[0] - _AT_SIDE_M
+    tall = part_high[:, 1] - part_low[:, 1] >= _TALL_SHARE * (high[1] - low[1])
+    frame = ~fills & ((at_left & at_right) | ((at_left | at_right) & tall))
+    return np.asarray(~frame[part])
+
+
+def _in_plane(corners_m: FloatArray) -> FloatArray:
+    """(K, 3, 2) corners along the door's width and height. Its plane is that of most of its upright area."""
+    normal = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    # Normals of both signs count alike: angles are doubled before they are averaged.
+    area_m2 = np.hypot(normal[:, 0], normal[:, 1])
+    doubled = 2.0 * np.arctan2(normal[:, 1], normal[:, 0])
+    angle = 0.5 * np.arctan2((area_m2 * np.sin(doubled)).sum(), (area_m2 * np.cos(doubled)).sum())
+    along = np.array([-np.sin(angle), np.cos(angle)])
+    return np.stack([corners_m[..., :2] @ along, corners_m[..., 2]], axis=-1)
+
+
+def _parts(triangles: Int32Array) -> tuple[Int64Array, int]:
+    """Part of each triangle (K,), and how many there are: bodies that hang together by edges of just two triangles.
+
+    Where leaf and frame touch, an edge has three or four: it joins nothing.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    owner = np.repeat(np.arange(triangles.shape[0]), 3)
+    _, number, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
+    first = (np.cumsum(count) - count)[count == 2]
+    order = np.argsort(number.reshape(-1), kind="stable")
+    a, b = owner[order[first]], owner[order[first + 1]]
+    graph = coo_array((np.ones(a.size, dtype=np.int8), (a, b)), shape=(triangles.shape[0],) * 2)
+    n_parts, part = connected_components(graph, directed=False)
+    return part.astype(np.int64), int(n_parts)
+
+
+def _overlaps(plane: FloatArray, box: FloatArray) -> BoolArray:
+    """(K,) bool: triangles (K, 3, 2) that reach into an upright box (2, 2), by separating lines."""
+    apart = ((plane.max(axis=1) <= box[0]) | (plane.min(axis=1) >= box[1])).any(axis=1)
+    corners = np.array([[box[i, 0], box[j, 1]] for i in (0, 1) for j in (0, 1)])
+    for k in range(3):
+        a, b, c = plane[:, k], plane[:, (k + 1) % 3], plane[:, (k + 2) % 3]
+        across = np.stack([a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]], axis=-1)
+        side = ((c - a) * across).sum(axis=1)
+        of_box = (corners[None] - a[:, None]) @ across[:, :, None]
+        apart |= (of_box[..., 0] * np.sign(side)[:, None] <= 0).all(axis=1)
+    return np.asarray(~apart)
