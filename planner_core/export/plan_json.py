@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from planner_core.errors import PlanFolderError
+from planner_core.export.route_json import field_time_document, route_document, sealed_document
 from planner_core.model import Coverage, Element, Floor, Link, Optics, Plan, Scanner, Scene, Station, UnseenElement
 from planner_core.scan.patch_mode import scan_mode_of
 
@@ -51,6 +52,9 @@ def plan_document(plan: Plan) -> dict[str, Any]:
             "connected": plan.connected,
             "links": [_link(link) for link in plan.links],
         },
+        "route": route_document(plan),
+        "field_time": field_time_document(plan.field_time),
+        "sealed": sealed_document(plan),
         "unseen": [_unseen(part, plan.survey.scene) for part in plan.unseen],
         "warnings": list(plan.warnings),
         "device": plan.engine,

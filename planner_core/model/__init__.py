@@ -14,8 +14,9 @@ from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32
 from planner_core.model.planning import Candidates, PlanSettings, Survey
 from planner_core.model.requirements import NETWORKS, Asked, PartRequirement, PartResult, Requirements
 from planner_core.model.results import Coverage, Link, Plan, Station, UnseenElement
+from planner_core.model.route import FieldTime, Leg, Route, SealedArea
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
-from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Scene, SceneSource, Storey
+from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Room, Scene, SceneSource, Storey
 from planner_core.model.site import ROLES, KeepOut, SettledStation, Site
 
 __all__ = [
@@ -27,12 +28,14 @@ __all__ = [
     "Candidates",
     "Coverage",
     "Element",
+    "FieldTime",
     "Float32Array",
     "FloatArray",
     "Floor",
     "Int32Array",
     "Int64Array",
     "KeepOut",
+    "Leg",
     "Link",
     "LoadReport",
     "Optics",
@@ -45,10 +48,13 @@ __all__ = [
     "RayHits",
     "Requirements",
     "ReturnMoments",
+    "Room",
+    "Route",
     "ScanBatch",
     "Scanner",
     "Scene",
     "SceneSource",
+    "SealedArea",
     "SettledStation",
     "Site",
     "Station",

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from planner_core.model.arrays import BoolArray, FloatArray, Int32Array
 from planner_core.model.planning import PlanSettings, Survey
+from planner_core.model.route import FieldTime, Route, SealedArea
 
 
 @dataclass(frozen=True)
@@ -99,5 +100,10 @@ class Plan:
     """Name of the engine and device that scanned, for the record."""
     why_stopped: str = ""
     """Why the search for fewer stations ended: `proven`, `work limit` ...; empty where the method does not search."""
+    route: Route | None = None
+    """The walk through `stations`; None: not looked for."""
+    field_time: FieldTime | None = None
+    sealed: tuple[SealedArea, ...] = ()
+    """Rooms that nobody can walk into."""
     warnings: tuple[str, ...] = ()
     timings_s: dict[str, float] = field(default_factory=dict)

@@ -1,79 +1,191 @@
 """The route through a plan: stations in the order of the walk, and the way from each to the next.
 
-Input a `Reach` and places on the ground (local frame, metres), output a `Route`.
+Input a `Reach` and stations (local frame, metres), output a `Route`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from planner_core.ground.reach import Reach
-from planner_core.ground.walking import Walking, WalkingPath
-from planner_core.model import FloatArray, Int32Array, Int64Array
+from planner_core.errors import RequirementError
+from planner_core.ground.reach import ARM_M, Reach, stand_nodes
+from planner_core.ground.walking import Walking
+from planner_core.model import FloatArray, Int32Array, Leg, Route, Site
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.route.floors_passed import pieces_by_floor
 from planner_core.route.order import N_KICKS, visiting_order
 
-
-@dataclass(frozen=True)
-class Route:
-    """A walk through stations. order : (N,) int64, stations in the order of visits.
-
-    legs : ways from stop to stop: to the first station from the start and from the last to the end where these were
-    given, and back in a closed walk. A leg that can't be walked has no points and infinite length; it does not count
-    for `length_m` but for `n_unwalkable`. exact : the order is the shortest for the distances between the stations.
-    """
-
-    order: Int64Array
-    legs: tuple[WalkingPath, ...]
-    length_m: float
-    n_unwalkable: int
-    exact: bool
+#: A start or an end is moved to where one can stand, this far at most in plan and in height: a door's threshold, say.
+_END_M = 1.0
+_END_HEIGHT_M = 0.6
+#: So many are named in a note; the rest is counted.
+_MAX_NAMED = 6
 
 
-def find_route(
-    reach: Reach,
-    ground_m: FloatArray,
-    floor: Int32Array,
-    *,
-    start_m: FloatArray | None = None,
-    end_m: FloatArray | None = None,
-    closed: bool = False,
-    seed: int = 0,
-    n_kicks: int = N_KICKS,
-    progress: Progress = silent,
-) -> Route:
-    """Find a short walk through stations with feet at (N, 3) on floors (N,), a storey at a time.
+class Ends(NamedTuple):
+    """Where the walk begins and ends: places (3,) on the ground, local frame, or None for wherever it is shortest."""
 
-    start_m, end_m : (3,) places on the ground where the walk starts and ends, such as entrances. closed : it ends where
-    it starts.
+    start_m: FloatArray | None = None
+    end_m: FloatArray | None = None
+    closed: bool = False
+
+
+#: The walk begins and ends where that makes it shortest.
+ANYWHERE = Ends()
+
+
+def ends_of(site: Site, offset_m: FloatArray) -> Ends:
+    """Ends of the walk as the site says: from its start, else its first entrance. offset_m : `Scene.offset_m`.
 
     Raises
     ------
     RequirementError
-        An end of a closed walk, see `visiting_order`.
+        An end for a walk that returns.
     """
-    ground_m = np.asarray(ground_m, dtype=np.float64).reshape(-1, 3)
-    n = ground_m.shape[0]
-    given = [np.asarray(place, dtype=np.float64).reshape(1, 3) for place in (start_m, end_m) if place is not None]
-    stops_m = np.concatenate([ground_m, *given])
-    stop_floor = np.append(floor, np.full(len(given), -1)).astype(np.int32)
-    start = n if start_m is not None else None
-    end = n + len(given) - 1 if end_m is not None else None
+    if site.returns and site.end_m is not None:
+        raise RequirementError(
+            f"end of the walk: got {site.end_m} for a walk that returns, expected one of the two; leave `end` or "
+            "`returns` out"
+        )
+    start = site.start_m or (site.entrances_m[0] if site.entrances_m else None)
+    local = [None if place is None else np.asarray(place, np.float64) - offset_m for place in (start, site.end_m)]
+    return Ends(local[0], local[1], site.returns)
+
+
+def plan_route(
+    reach: Reach,
+    position_m: FloatArray,
+    instrument_height_m: FloatArray,
+    floor: Int32Array,
+    *,
+    ends: Ends = ANYWHERE,
+    seed: int = 0,
+    n_kicks: int = N_KICKS,
+    progress: Progress = silent,
+) -> Route:
+    """Find a short walk through stations, a storey at a time.
+
+    Parameters
+    ----------
+    position_m, instrument_height_m, floor
+        (N, 3), (N,) and (N,) of the sensors, as in `Candidates`; NaN for a height that is not known.
+    ends
+        See `ends_of`. A place that is not on ground that the crew reaches is left out, and a note says so.
+
+    Notes
+    -----
+    Stations to which no way leads are not in the walk: given ones may stand in a wall or on a roof. They are last in
+    `Route.order`, and named in `Route.left_out`.
+    """
+    foot_m = np.asarray(position_m, dtype=np.float64).reshape(-1, 3).copy()
+    foot_m[:, 2] -= instrument_height_m
+    on = np.flatnonzero(np.isfinite(foot_m).all(axis=1))
+    on = on[stand_nodes(reach, foot_m[on]) >= 0]
+    left_out = np.setdiff1d(np.arange(foot_m.shape[0]), on)
+    ends, notes = _on_ground(reach, ends)
+    places = [place for place in (ends.start_m, ends.end_m) if place is not None]
+    stops_m = np.concatenate([foot_m[on], *(place[None] for place in places)])
+    # Ends are of no floor: they come first and last, whatever is around them.
+    stop_floor = np.append(floor[on], np.full(len(places), -1)).astype(np.int32)
+    start = on.size if ends.start_m is not None else None
+    end = on.size + len(places) - 1 if ends.end_m is not None else None
     walking = Walking(reach)
     distance_m = walking.distances_m(stops_m, progress=progress)
-    found = visiting_order(distance_m, stop_floor, start=start, end=end, closed=closed, seed=seed, n_kicks=n_kicks)
-    walk = np.append(found.order, found.order[:1]) if closed and stops_m.shape[0] > 1 else found.order
+    found = visiting_order(distance_m, stop_floor, start=start, end=end, closed=ends.closed, seed=seed, n_kicks=n_kicks)
+    walk = np.append(found.order, found.order[:1]) if ends.closed and stops_m.shape[0] > 1 else found.order
+    station = np.append(on, np.full(len(places), -1))
     legs = []
     for number, (a, b) in enumerate(pairwise(walk.tolist()), start=1):
-        legs.append(walking.path(stops_m[a], stops_m[b]))
+        legs.append(_leg(walking, reach, stops_m[a], stops_m[b], int(station[a]), int(station[b])))
         progress(ProgressEvent("route", number, walk.size - 1))
     return Route(
-        order=found.order[found.order < n],
+        order=np.concatenate([on[found.order[found.order < on.size]], left_out]).astype(np.int64),
         legs=tuple(legs),
-        length_m=float(sum(leg.length_m for leg in legs if np.isfinite(leg.length_m))),
-        n_unwalkable=found.n_unwalkable,
+        length_m=float(sum(leg.length_m for leg in legs if leg.walkable)),
+        n_unwalkable=sum(not leg.walkable for leg in legs),
         exact=found.exact,
+        closed=ends.closed,
+        start_m=ends.start_m,
+        end_m=ends.end_m,
+        left_out=tuple(left_out.tolist()),
+        notes=notes,
     )
+
+
+def in_visiting_order(route: Route) -> Route:
+    """Return the route of the same stations listed in `route.order`: the first of them is the first to be visited."""
+    rank = np.argsort(route.order, kind="stable").tolist()
+
+    def new(station: int) -> int:
+        return rank[station] if station >= 0 else -1
+
+    return replace(
+        route,
+        order=np.arange(route.order.size, dtype=np.int64),
+        legs=tuple(replace(leg, a=new(leg.a), b=new(leg.b)) for leg in route.legs),
+        left_out=tuple(sorted(new(station) for station in route.left_out)),
+    )
+
+
+def route_warnings(route: Route, ids: Sequence[str]) -> tuple[str, ...]:
+    """One line for each thing about the walk that a user should know. ids : of the stations."""
+    lines = list(route.notes)
+    if route.left_out:
+        lines.append(
+            f"route: no ground that the crew reaches within {ARM_M:g} m of {_named([ids[i] for i in route.left_out])}, "
+            "left out of the walk; check these places, or give entrances"
+        )
+    broken = [leg for leg in route.legs if not leg.walkable]
+    if broken:
+        names = [f"{_stop(leg.a, ids, 'start')} to {_stop(leg.b, ids, 'end')}" for leg in broken]
+        lines.append(
+            f"route: no way inside the model leads from {_named(names)}, length and time of the walk are without that; "
+            "check doors and stairs of the model"
+        )
+    return tuple(lines)
+
+
+def _stop(station: int, ids: Sequence[str], end: str) -> str:
+    return ids[station] if station >= 0 else f"the {end}"
+
+
+def _named(names: list[str]) -> str:
+    more = f" and {len(names) - _MAX_NAMED} more" if len(names) > _MAX_NAMED else ""
+    return ", ".join(names[:_MAX_NAMED]) + more
+
+
+def _on_ground(reach: Reach, ends: Ends) -> tuple[Ends, tuple[str, ...]]:
+    """Move start and end to where one can stand; leave them out, with a note, where that is too far."""
+    found: list[FloatArray | None] = []
+    notes = []
+    node = np.flatnonzero(reach.reached_node)
+    ground_m = reach.space.position_m(node)
+    for name, place in (("start", ends.start_m), ("end", ends.end_m)):
+        away = np.full(node.size, np.inf) if place is None else np.hypot(*(ground_m[:, :2] - place[:2]).T)
+        if place is not None:
+            away[np.abs(ground_m[:, 2] - place[2]) > _END_HEIGHT_M] = np.inf
+        nearest = int(np.argmin(away)) if away.size else -1
+        if nearest >= 0 and away[nearest] <= _END_M:
+            found.append(ground_m[nearest])
+            continue
+        found.append(None)
+        if place is not None:
+            at = ", ".join(f"{value:.2f}" for value in place)
+            notes.append(
+                f"route: the {name} at ({at}), local frame, is not within {_END_M:g} m of ground that the crew "
+                "reaches, left out; move it onto a floor"
+            )
+    return Ends(found[0], found[1], ends.closed), tuple(notes)
+
+
+def _leg(walking: Walking, reach: Reach, from_m: FloatArray, to_m: FloatArray, a: int, b: int) -> Leg:
+    path = walking.path(from_m, to_m)
+    if path.points_m.shape[0] < 2:
+        return Leg(a, b, path.points_m, np.empty(0, dtype=np.int32), path.length_m)
+    points_m, floor = pieces_by_floor(reach.space, path.points_m)
+    return Leg(a, b, points_m, floor, path.length_m)
