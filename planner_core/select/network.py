@@ -1,11 +1,20 @@
 """Which candidates can be registered with each other, and how the chosen ones have to hang together.
 
 Made by `planner_core.register.candidate_links` from overlap and strength of links; selection only sees a graph.
+
+A set of candidates hangs together where the links between them join all that are of one part. With `loops` none of
+these links may be a bridge (one whose failure parts what it joined), but for two exceptions: the only link of a part
+with two chosen candidates, and a bridge of the candidates' graph itself, which no choice avoids. So the set of all
+candidates always hangs together, and adding candidates can make any set do so.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
 
 from planner_core.model import Int32Array, Int64Array
 
@@ -16,8 +25,7 @@ class Network:
 
     starts, neighbour : CSR rows, (N + 1,) int64 and int32, sorted, symmetric, without loops.
     part : (N,) int32, connected component of the whole graph: no plan can join two parts, so none has to.
-    loops : the chosen ones of a part must stay joined when any one link between them fails (no bridges), where there
-    are three or more of them.
+    loops : the chosen ones of a part must stay joined when any one link between them fails, see above.
     """
 
     starts: Int64Array
@@ -33,3 +41,84 @@ class Network:
     def neighbours(self, candidate: int) -> Int32Array:
         """Sorted candidates that one is linked to."""
         return self.neighbour[self.starts[candidate] : self.starts[candidate + 1]]
+
+    @cached_property
+    def n_parts(self) -> int:
+        """One more than the largest number of a part."""
+        return int(self.part.max(initial=-1)) + 1
+
+    @cached_property
+    def bridges(self) -> frozenset[tuple[int, int]]:
+        """Links (a, b), a < b, whose failure parts the candidates' graph itself: with `loops` they are let pass."""
+        linked = [self.neighbours(candidate).tolist() for candidate in range(self.n_candidates)]
+        return frozenset(_components_and_bridges(linked)[1])
+
+    def links_among(self, chosen: Sequence[int]) -> list[list[int]]:
+        """Places in `chosen` that each of the chosen candidates is linked to, in ascending order."""
+        place = np.full(self.n_candidates, -1, dtype=np.int64)
+        place[list(chosen)] = np.arange(len(chosen))
+        found = []
+        for candidate in chosen:
+            at = place[self.neighbours(candidate)]
+            found.append(np.sort(at[at >= 0]).tolist())
+        return found
+
+    def faults(self, chosen: Sequence[int]) -> int:
+        """Components of `chosen` beyond one a part, and with `loops` avoidable bridges; 0: it hangs together."""
+        n_components, bridges = _components_and_bridges(self.links_among(chosen))
+        parts, n_of_part = np.unique(self.part[list(chosen)], return_counts=True)
+        n_faults = n_components - int(parts.size)
+        if self.loops:
+            n_faults += sum(self._is_avoidable(chosen[a], chosen[b], parts, n_of_part) for a, b in bridges)
+        return n_faults
+
+    def avoidable_bridges(self, chosen: Sequence[int]) -> list[tuple[int, int]]:
+        """Links (a, b) of `chosen`, a < b, that are bridges and might not be: what `loops` forbids."""
+        parts, n_of_part = np.unique(self.part[list(chosen)], return_counts=True)
+        return sorted(
+            (min(chosen[a], chosen[b]), max(chosen[a], chosen[b]))
+            for a, b in _components_and_bridges(self.links_among(chosen))[1]
+            if self._is_avoidable(chosen[a], chosen[b], parts, n_of_part)
+        )
+
+    def _is_avoidable(self, a: int, b: int, parts: Int32Array, n_of_part: Int64Array) -> bool:
+        n_chosen = int(n_of_part[np.searchsorted(parts, self.part[a])])
+        return n_chosen > 2 and (min(a, b), max(a, b)) not in self.bridges
+
+
+def _components_and_bridges(linked: list[list[int]]) -> tuple[int, list[tuple[int, int]]]:
+    """Number of components, and links (a, b), a < b, whose failure makes one more of them.
+
+    Depth first, without recursion: a link to a node from which nothing before it can be reached another way is a
+    bridge (Tarjan 1974).
+    """
+    n = len(linked)
+    found, low, parent, following = [0] * n, [0] * n, [-1] * n, [0] * n
+    bridges = []
+    n_components = time = 0
+    for root in range(n):
+        if found[root]:
+            continue
+        n_components += 1
+        time += 1
+        found[root] = low[root] = time
+        node = root
+        while node >= 0:
+            if following[node] < len(linked[node]):
+                other = linked[node][following[node]]
+                following[node] += 1
+                if not found[other]:
+                    time += 1
+                    found[other] = low[other] = time
+                    parent[other] = node
+                    node = other
+                elif other != parent[node]:
+                    low[node] = min(low[node], found[other])
+                continue
+            above = parent[node]
+            if above >= 0:
+                low[above] = min(low[above], low[node])
+                if low[node] > found[above]:
+                    bridges.append((min(above, node), max(above, node)))
+            node = above
+    return n_components, bridges

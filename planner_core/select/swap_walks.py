@@ -1,7 +1,8 @@
 """Local search of selection: station sets of a fixed size, annealed until one meets all targets.
 
 Input a `CoverProblem` and sets of k candidates, output sets of k candidates and what each misses (ticks). A step
-exchanges one station for a candidate; kernels/swap_walks.cl says how. Walks are independent of each other and are the
+exchanges one station for a candidate; kernels/swap_walks.cl says how. With a `Network` a set misses something, too,
+as long as it does not hang together. Walks are independent of each other and are the
 work-items of a kernel; `HostWalks` are the same in NumPy, for where there is no OpenCL device: everything is whole
 numbers, so that both walk the same way, bit for bit, on any number of cores.
 
@@ -13,16 +14,17 @@ Kirkpatrick, Gelatt, Vecchi 1983 (annealing) and Metropolis et al. 1953 (the rul
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.device import Device, list_devices, open_device
+from planner_core.device import Buffer, Device, list_devices, open_device
 from planner_core.errors import DeviceError, MissingPackageError
 from planner_core.genetic.layout import classes_of
 from planner_core.genetic.philox import philox
 from planner_core.model import Int32Array, Int64Array
+from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
 
 #: Candidates tried for the place of one station, so that taking it out serves more than one.
@@ -38,6 +40,8 @@ _HEAT_LEFT = 64538
 N_HEATS = 256
 #: Steps between two looks of the host: some tenths of a second.
 STEPS_A_LOOK = 20_000
+#: What a set pays for each of its faults as a network, as a share of what a candidate sees in the mean.
+_PENALTY_DIVISOR = 20
 _LUCK_BITS = 12
 #: Classes are bits of a word in the kernel.
 _MAX_CLASSES = 32
@@ -47,23 +51,32 @@ UInt32Array = NDArray[np.uint32]
 class Walks(Protocol):
     """Walks on one problem."""
 
-    def walk(self, sets: Int32Array, *, round_: int, steps: tuple[int, int], n_steps: int) -> Int64Array:
-        """Go steps[0] .. steps[1] - 1 of `n_steps` with every set of (W, k), which is changed; return (W,) missing."""
+    def walk(
+        self, sets: Int32Array, *, round_: int, steps: tuple[int, int], n_steps: int, n_pinned: int = 0
+    ) -> Int64Array:
+        """Go steps[0] .. steps[1] - 1 of `n_steps` with every set of (W, k), which is changed; return (W,) missing.
+
+        The first `n_pinned` of a set, fewer than k, stay. Missing is 0 where all targets are met and the set hangs
+        together; otherwise ticks, over all looks that are asked for, and `Terrain.penalty` for each `Network.faults`.
+        """
 
 
 class Terrain:
     """What walks know of a problem; arrays as in kernels/swap_walks.cl."""
 
-    def __init__(self, problem: CoverProblem, *, seed: int) -> None:
+    def __init__(self, problem: CoverProblem, *, seed: int, network: Network | None = None) -> None:
         class_of, counts = classes_of(problem)
-        self.problem, self.seed = problem, seed
+        self.problem, self.seed, self.network = problem, seed, network
+        self.n_levels = int(problem.seen_from.max(initial=1))
         self.class_of = class_of.astype(np.uint8)
         self.counts = counts.astype(bool)
         self.classes = (self.counts * (1 << np.arange(counts.shape[1], dtype=np.uint64))).sum(axis=1).astype(np.uint32)
         self.near = alike(problem, N_NEAR)
         self.luck = luck()
         seen_ticks = int(problem.ticks[problem.row].sum())
-        self.heat = heats(seen_ticks // max(problem.n_candidates, 1))
+        mean_ticks = seen_ticks // max(problem.n_candidates, 1)
+        self.heat = heats(mean_ticks)
+        self.penalty = max(mean_ticks // _PENALTY_DIVISOR, 1)
 
 
 def open_walks(terrain: Terrain, *, device: Device | None = None, host: bool = False) -> Walks:
@@ -94,9 +107,15 @@ class DeviceWalks:
 
     def __init__(self, terrain: Terrain, device: Device) -> None:
         self._terrain, self._device = terrain, device
-        n_classes = terrain.counts.shape[1]
-        self._program = device.program("swap_walks.cl", {"N_CLASSES": max(n_classes, 1), "TRIES": TRIES})
-        problem = terrain.problem
+        problem, network = terrain.problem, terrain.network
+        defines = {
+            "N_CLASSES": max(terrain.counts.shape[1], 1),
+            "TRIES": TRIES,
+            "LEVELS": terrain.n_levels,
+            "NETWORK": int(network is not None),
+            "LOOPS": int(network is not None and network.loops),
+        }
+        self._program = device.program("swap_walks.cl", defines)
         self._buffers = device.upload(
             "selection",
             {
@@ -105,21 +124,26 @@ class DeviceWalks:
                 "class_of": terrain.class_of,
                 "ticks": problem.ticks,
                 "required": problem.required,
+                "seen_from": problem.seen_from.astype(np.int32),
                 "classes": terrain.classes,
                 "near": terrain.near,
                 "luck": terrain.luck,
                 "heat": terrain.heat,
             },
         )
+        self._links = {} if network is None else device.upload("links of candidates", _link_arrays(network))
 
-    def walk(self, sets: Int32Array, *, round_: int, steps: tuple[int, int], n_steps: int) -> Int64Array:
+    def walk(
+        self, sets: Int32Array, *, round_: int, steps: tuple[int, int], n_steps: int, n_pinned: int = 0
+    ) -> Int64Array:
         """See `Walks`."""
         n_walks, n_set = sets.shape
+        _check_pinned(n_pinned, n_set)
         problem, held, terrain = self._terrain.problem, self._buffers, self._terrain
         missing = np.zeros(n_walks, dtype=np.int64)
         own = self._device.upload("selection's sets", {"sets": sets, "missing": missing})
-        inside = self._device.allocate("selection's sets", n_walks * problem.n_candidates)
-        count = self._device.allocate("selection's rows", 2 * n_walks * problem.n_rows)
+        own["inside"] = self._device.allocate("selection's sets", n_walks * problem.n_candidates)
+        own["count"] = self._device.allocate("selection's rows", 2 * n_walks * problem.n_rows)
         self._program.run(
             "swap_walks",
             (n_walks,),
@@ -127,6 +151,7 @@ class DeviceWalks:
             np.int32(problem.n_candidates),
             np.int32(problem.n_rows),
             held["required"],
+            held["seen_from"],
             held["classes"],
             np.int32(problem.required.size),
             held["near"],
@@ -135,17 +160,54 @@ class DeviceWalks:
             held["heat"],
             np.int32(terrain.heat.size),
             np.uint64(terrain.seed),
-            *(np.int32(number) for number in (round_, *steps, n_steps, n_set)),
-            own["sets"],
-            inside,
-            count,
-            own["missing"],
+            *(np.int32(number) for number in (round_, *steps, n_steps, n_set, n_pinned)),
+            *(own[name] for name in ("sets", "inside", "count", "missing")),
+            *self._network_arguments(own, n_walks, n_set),
         )
         self._device.read(own["missing"], missing)
         self._device.read(own["sets"], sets)
-        for buffer in (*own.values(), inside, count):
+        for buffer in own.values():
             buffer.release()
         return missing
+
+    def _network_arguments(self, own: dict[str, Buffer], n_walks: int, n_set: int) -> list[Any]:
+        """Links, the penalty, and room to look at the links of sets, which is added to `own`."""
+        network, links = self._terrain.network, self._links
+        if network is None:
+            return []
+        sizes = {"bits": n_set * -(-n_set // 32), "marks": 5 * n_set, "n_in_part": max(network.n_parts, 1)}
+        for name, size in sizes.items():
+            own[name] = self._device.allocate("selection's links", 4 * n_walks * size)
+        return [
+            *(links[name] for name in ("link_starts", "link", "link_bits", "part")),
+            np.int32(network.n_parts),
+            *(links[name] for name in ("spared_starts", "spared")),
+            np.int64(self._terrain.penalty),
+            *(own[name] for name in sizes),
+        ]
+
+
+def _check_pinned(n_pinned: int, n_set: int) -> None:
+    if not 0 <= n_pinned < n_set:
+        raise ValueError(f"pinned candidates: got {n_pinned} of {n_set}, expected fewer than there are in a set")
+
+
+def _link_arrays(network: Network) -> dict[str, NDArray[Any]]:
+    """Arrays of kernels/slot_network.h that belong to the candidates' graph."""
+    n = network.n_candidates
+    owner = np.repeat(np.arange(n), np.diff(network.starts))
+    bits = np.zeros((n, -(-n // 32)), dtype=np.uint32)
+    np.bitwise_or.at(bits, (owner, network.neighbour >> 5), np.uint32(1) << (network.neighbour & 31).astype(np.uint32))
+    bridges = network.bridges if network.loops else frozenset()
+    ends = np.array(sorted([*bridges, *((b, a) for a, b in bridges)]), dtype=np.int32).reshape(-1, 2)
+    return {
+        "link_starts": network.starts.astype(np.int32),
+        "link": network.neighbour.astype(np.int32),
+        "link_bits": bits,
+        "part": network.part.astype(np.int32),
+        "spared_starts": np.searchsorted(ends[:, 0], np.arange(n + 1)).astype(np.int32),
+        "spared": ends[:, 1].copy(),
+    }
 
 
 class HostWalks:
@@ -154,46 +216,53 @@ class HostWalks:
     def __init__(self, terrain: Terrain) -> None:
         self._terrain = terrain
 
-    def walk(self, sets: Int32Array, *, round_: int, steps: tuple[int, int], n_steps: int) -> Int64Array:
+    def walk(
+        self, sets: Int32Array, *, round_: int, steps: tuple[int, int], n_steps: int, n_pinned: int = 0
+    ) -> Int64Array:
         """See `Walks`."""
+        _check_pinned(n_pinned, sets.shape[1])
         return np.array(
-            [self._walk(number, each, round_, steps, n_steps) for number, each in enumerate(sets)], dtype=np.int64
+            [self._walk(number, each, round_, steps, n_steps, n_pinned) for number, each in enumerate(sets)],
+            dtype=np.int64,
         )
 
-    def _walk(self, number: int, chosen: Int32Array, round_: int, steps: tuple[int, int], n_steps: int) -> int:
+    def _walk(
+        self, number: int, chosen: Int32Array, round_: int, steps: tuple[int, int], n_steps: int, n_pinned: int
+    ) -> int:
         terrain, problem = self._terrain, self._terrain.problem
-        count = np.zeros(problem.n_rows, dtype=np.int64)
+        count = problem.times_seen(chosen.tolist())
         inside = np.zeros(problem.n_candidates, dtype=bool)
-        for candidate in chosen:
-            inside[candidate] = True
-            count[problem.rows_of(int(candidate))] += 1
-        covered = self._by_class(np.flatnonzero(count > 0))
-        missing = self._missing(covered)
+        inside[chosen] = True
+        covered = self._by_class(np.arange(problem.n_rows), count, down=True)
+        missing = self._missing(covered) + self._penalty(chosen)
         for step in range(*steps):
             if missing <= 0:
                 break
             x = self._draws(round_, step, number)
             warmth = int(terrain.heat[step * terrain.heat.size // n_steps])
-            place = x[0][0] * chosen.size >> 32
+            place = n_pinned + (x[0][0] * (chosen.size - n_pinned) >> 32)
             out = int(chosen[place])
             rows = problem.rows_of(out)
             count[rows] -= 1
-            without = covered - self._by_class(rows[count[rows] == 0])
-            taken = out
-            for first, second, third, _ in x[1:]:
-                other = self._candidate(out, first, second)
-                if inside[other]:
+            without = covered - self._by_class(rows, count)
+            for draw in x[1:]:
+                other = self._candidate(chosen, out, draw)
+                if other is None or inside[other]:
                     continue
-                seen = problem.rows_of(other)
-                then_covered = without + self._by_class(seen[count[seen] == 0])
+                then_covered = without + self._by_class(problem.rows_of(other), count)
                 then = self._missing(then_covered)
-                if then - missing <= (warmth * int(terrain.luck[third >> 20])) >> 16:
-                    taken, missing, covered = other, then, then_covered
+                most = missing + (warmth * int(terrain.luck[draw[2] >> 20]) >> 16)
+                if then > most:
+                    continue
+                chosen[place] = other
+                then += self._penalty(chosen)
+                if then <= most:
+                    missing, covered = then, then_covered
                     break
-            count[problem.rows_of(taken)] += 1
-            chosen[place] = taken
+                chosen[place] = out
+            count[problem.rows_of(int(chosen[place]))] += 1
             inside[out] = False
-            inside[taken] = True
+            inside[chosen[place]] = True
         return missing
 
     def _draws(self, round_: int, step: int, number: int) -> list[list[int]]:
@@ -202,20 +271,35 @@ class HostWalks:
         table: list[list[int]] = np.stack([np.broadcast_to(word, TRIES + 1) for word in drawn], axis=1).tolist()
         return table
 
-    def _candidate(self, out: int, first: int, second: int) -> int:
-        near = self._terrain.near
-        if first * 4 >> 32:
+    def _candidate(self, chosen: Int32Array, out: int, draw: list[int]) -> int | None:
+        """Whom to try for the place of `out`, which `chosen` still holds; None: nobody."""
+        first, second, _, fourth = draw
+        near, network = self._terrain.near, self._terrain.network
+        way = first * (4 if network is None else 8) >> 32
+        if network is not None and way in (1, 2):
+            linked = network.neighbours(int(chosen[fourth * chosen.size >> 32]))
+            return int(linked[second * linked.size >> 32]) if linked.size else None
+        if way:
             return int(near[out, second * near.shape[1] >> 32])
         return second * self._terrain.problem.n_candidates >> 32
 
-    def _by_class(self, rows: Int64Array) -> Int64Array:
-        ticks: Int64Array = np.zeros(self._terrain.counts.shape[1], dtype=np.int64)
-        np.add.at(ticks, self._terrain.class_of[rows], self._terrain.problem.ticks[rows])
+    def _by_class(self, rows: Int64Array, count: Int64Array, *, down: bool = False) -> Int64Array:
+        """(classes, levels) ticks of `rows` that one more look brings to 1 .. levels; `down`: that have so many."""
+        ticks: Int64Array = np.zeros((self._terrain.counts.shape[1], self._terrain.n_levels), dtype=np.int64)
+        looks, class_of, worth = count[rows], self._terrain.class_of[rows], self._terrain.problem.ticks[rows]
+        for level in range(self._terrain.n_levels):
+            counts = looks > level if down else looks == level
+            np.add.at(ticks[:, level], class_of[counts], worth[counts])
         return ticks
 
     def _missing(self, covered: Int64Array) -> int:
-        left = self._terrain.problem.required - self._terrain.counts @ covered
-        return int(np.maximum(left, 0).sum())
+        problem = self._terrain.problem
+        left = np.maximum(problem.required[:, None] - self._terrain.counts @ covered, 0)
+        return int(left[np.arange(left.shape[1]) < problem.seen_from[:, None]].sum())
+
+    def _penalty(self, chosen: Int32Array) -> int:
+        network = self._terrain.network
+        return 0 if network is None else self._terrain.penalty * network.faults(chosen.tolist())
 
 
 def luck() -> UInt32Array:

@@ -36,6 +36,7 @@ from planner_core.scan.patch_mode import PatchMode
 from planner_core.scan.tree import Tree
 from planner_core.scan.tuning import use_shape
 from planner_core.scene.patches import make_patches
+from planner_core.select.network import Network
 from planner_core.select.problem import Target, cover_problem
 from planner_core.select.swap_walks import DeviceWalks, Terrain
 
@@ -137,16 +138,23 @@ def evolved(kind: str, device: Device) -> list[Any]:
 
 
 def annealed(device: Device) -> list[Any]:
-    """Two walks of some dozens of steps, for sets of five candidates."""
+    """Two walks of some dozens of steps for sets of five candidates: coverage; two looks; joined; without bridges."""
     rng = np.random.default_rng(4)
     rows = [np.flatnonzero(row) for row in rng.random((30, 90)) < 0.1]
     starts = np.cumsum([0, *(row.size for row in rows)])
     visibility = Visibility(starts, np.concatenate(rows).astype(np.int32), 90)
-    targets = (Target(np.arange(90) < 30, 0.8), Target(np.full(90, True), 0.9))
-    terrain = Terrain(cover_problem(visibility, rng.uniform(0.001, 0.04, 90), targets), seed=6)
-    sets = np.array([np.arange(5), np.arange(5, 10)], dtype=np.int32)
-    missing = DeviceWalks(terrain, device).walk(sets, round_=1, steps=(0, 40), n_steps=80)
-    return [SimpleNamespace(sets=sets, missing=missing)]
+    area_m2 = rng.uniform(0.001, 0.04, 90)
+    linked = np.triu(rng.random((30, 30)) < 0.15, 1)
+    linked |= linked.T
+    links = np.cumsum([0, *linked.sum(axis=1)]), np.nonzero(linked)[1].astype(np.int32), np.zeros(30, dtype=np.int32)
+    found = []
+    for looks, network in ((1, None), (2, None), (1, Network(*links)), (2, Network(*links, loops=True))):
+        targets = (Target(np.arange(90) < 30, 0.8), Target(np.full(90, True), 0.9, looks))
+        terrain = Terrain(cover_problem(visibility, area_m2, targets), seed=6, network=network)
+        sets = np.array([np.arange(5), np.arange(5, 10)], dtype=np.int32)
+        missing = DeviceWalks(terrain, device).walk(sets, round_=1, steps=(0, 40), n_steps=80, n_pinned=1)
+        found.append(SimpleNamespace(sets=sets, missing=missing))
+    return found
 
 
 def keep(tree: Tree, file: Path) -> None:
