@@ -8,28 +8,25 @@ Strength: registration minimises distances from points p to planes with normal n
 the shared surface and L the root mean square distance of its patches from c, a small motion moves a patch along its
 normal by J.m, J = (n, (p - c) x n / L). The smallest eigenvalue of sum a J J' / sum a is how well the worst determined
 motion is held; it is at most 1/3 (three translations share the trace 1), so 3 times it is the strength. 0: some motion
-is free, as along a straight corridor; 1: all are held alike. L makes it a figure of shape, not of size.
+is free, as along a straight corridor; 1: all are held alike. L makes it a figure of shape, not of size. Its eigenvector
+is that motion: the weak axis.
+
+What it means for errors, and which strength is enough: docs/method/registration.md.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Link, Patches, Scene, Visibility
+from planner_core.register.pairs import PairMatrices, SharedSurface, area_ticks, overlapping_pairs, strengths_of
+from planner_core.register.weak_axis import weak_axis
 from planner_core.scene.patches import patch_triangles
 
 #: Overlaps below this are not listed: nobody registers on a twentieth of a scan.
 MIN_LISTED_OVERLAP = 0.05
-
-
-@dataclass(frozen=True)
-class SharedSurface:
-    """Geometry of patches: centroid_m (P, 3) float64, local frame; normal (P, 3) float64, unit."""
-
-    centroid_m: FloatArray
-    normal: FloatArray
 
 
 def overlap_links(
@@ -42,14 +39,19 @@ def overlap_links(
 ) -> tuple[Link, ...]:
     """List the pairs of stations (rows of `visibility`) whose overlap is at least `min_overlap`, by station number.
 
-    Without `surface` strengths are NaN.
+    Without `surface` strengths are NaN and weak axes empty. The figures are those of `candidate_links`, bit by bit.
     """
-    share = overlap_matrix(visibility, patch_area_m2)
+    matrices = PairMatrices(visibility, patch_area_m2, surface) if surface is not None else None
     links = []
-    for i, j in np.argwhere(np.triu(share >= min_overlap, 1)):
-        both = np.intersect1d(visibility.row(i), visibility.row(j), assume_unique=True)
-        strength = link_strength(patch_area_m2[both], surface, both) if surface is not None else float("nan")
-        links.append(Link(station_ids[i], station_ids[j], float(share[i, j]), strength))
+    for pairs in overlapping_pairs(visibility, patch_area_m2, min_overlap=min_overlap):
+        strength, axes = np.full(pairs.first.size, np.nan), [""] * pairs.first.size
+        if matrices is not None:
+            matrix = matrices.of(pairs.first, pairs.second)
+            strength, axes = strengths_of(matrix), [weak_axis(one) for one in matrix]
+        links += [
+            Link(station_ids[i], station_ids[j], float(overlap), float(held), axis)
+            for i, j, overlap, held, axis in zip(pairs.first, pairs.second, pairs.overlap, strength, axes, strict=True)
+        ]
     return tuple(links)
 
 
@@ -60,7 +62,9 @@ def overlap_matrix(visibility: Visibility, patch_area_m2: FloatArray) -> FloatAr
     shape = (visibility.n_positions, visibility.n_patches)
     ones = np.ones(visibility.patch.size)
     seen = sparse.csr_matrix((ones, visibility.patch, visibility.starts), shape=shape)
-    weighted = sparse.csr_matrix((patch_area_m2[visibility.patch], visibility.patch, visibility.starts), shape=shape)
+    # Whole ticks: the same pairs reach a threshold here as in `overlapping_pairs`.
+    ticks = area_ticks(patch_area_m2)[visibility.patch]
+    weighted = sparse.csr_matrix((ticks, visibility.patch, visibility.starts), shape=shape)
     common = np.asarray((weighted @ seen.T).todense())
     larger = np.maximum.outer(np.diag(common), np.diag(common))
     share: FloatArray = np.divide(common, larger, out=np.zeros_like(common), where=larger > 0)
