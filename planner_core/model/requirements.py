@@ -69,8 +69,9 @@ class Requirements:
     network: str = "joined"
     """How stations hang together by links of at least `overlap` and `min_strength`, as far as candidates can: `joined`;
     `loops`: also when any one link fails; `none`: not asked."""
-    min_strength: float = 0.005
-    """Least strength of a link that counts, see `planner_core.register.overlap`: all six motions are held."""
+    min_strength: float = 0.01
+    """Least strength of a link that counts: all six motions are held, the worst of them ten times as badly as if all
+    were held alike. See docs/method/registration.md."""
 
 
 @dataclass(frozen=True)
