@@ -67,6 +67,34 @@ class Storey:
 
 
 @dataclass(frozen=True)
+class Room:
+    """A room as the source outlines it (IfcSpace): a closed shape that no beam meets.
+
+    vertices_m : (V, 3) float64, local frame. triangles : (K, 3) int32 into them, of any winding.
+    """
+
+    name: str
+    """Mostly a number: `A102`."""
+    long_name: str
+    """Mostly what it is for: `Living Room`."""
+    source_id: str
+    storey: int
+    """Index into `Scene.storeys`; -1 where the source names none."""
+    vertices_m: FloatArray
+    triangles: Int32Array
+
+    @property
+    def title(self) -> str:
+        """What to call it: both names, or the id where it has none."""
+        return " ".join(text for text in (self.name, self.long_name) if text) or self.source_id
+
+    @property
+    def box_m(self) -> FloatArray:
+        """(2, 3) lowest and highest corner, local frame; inverted where there is no vertex."""
+        return np.stack([self.vertices_m.min(axis=0, initial=np.inf), self.vertices_m.max(axis=0, initial=-np.inf)])
+
+
+@dataclass(frozen=True)
 class LoadReport:
     """What loading found and repaired. Counts are of faces unless said otherwise."""
 
@@ -109,6 +137,8 @@ class Scene:
     offset_m: FloatArray
     report: LoadReport
     optics_of_triangle: UInt8Array | None = None
+    rooms: tuple[Room, ...] = ()
+    """Empty where the source names none."""
 
     @property
     def n_triangles(self) -> int:

@@ -112,7 +112,7 @@ def scene_from_arrays(
     _check_frame(metres_per_unit, up_axis)
     repair = _Repair(raw, name=source.path.name or "scene")
     repair.drop_bad_indices(skip=skip_bad_faces)
-    scene_vertices_m = _to_scene_frame(raw.vertices, metres_per_unit, up_axis)
+    scene_vertices_m = to_scene_frame(raw.vertices, metres_per_unit, up_axis)
     repair.drop_non_finite(scene_vertices_m)
     repair.drop_strays(scene_vertices_m)
     offset_m = _offset(scene_vertices_m, repair.kept_triangles())
@@ -220,7 +220,7 @@ def _memory_source(raw: _RawArrays) -> SceneSource:
 
 
 # ----------------------------------------------------------------------------------------------- frames
-def _to_scene_frame(vertices: FloatArray, metres_per_unit: float, up_axis: str) -> FloatArray:
+def to_scene_frame(vertices: FloatArray, metres_per_unit: float, up_axis: str) -> FloatArray:
     """(V, 3) float64, metres, z up. Y up is turned by 90 degrees about x, which keeps the winding."""
     if up_axis == "Y":
         vertices = np.stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]], axis=1)

@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.errors import MissingPackageError, SceneError
-from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Storey, UInt8Array
+from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Room, Storey, UInt8Array
 from planner_core.progress import Progress, ProgressEvent
 from planner_core.scene.build import grouped
 from planner_core.scene.ifc_materials import IfcOptics, told_optics
+from planner_core.scene.ifc_spaces import rooms_of, without_shape
 from planner_core.scene.raw import Parts, RawScene, placed, turned_over, what_it_looks_like
 
 _NOT_PHYSICAL = (
@@ -109,7 +110,8 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
     optics, optics_warnings = _optics(path, model)
     shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, optics, progress)
     storeys, storey_warnings = _storeys(path, told_storeys, unit_m)
-    warnings = (*_no_unit(path, unit_name), *optics_warnings, *shape_warnings, *storey_warnings)
+    rooms, room_warnings = _rooms(path, model, {told.id: i for i, told in enumerate(told_storeys)})
+    warnings = (*_no_unit(path, unit_name), *optics_warnings, *shape_warnings, *storey_warnings, *room_warnings)
     return RawScene(
         vertices=shapes.vertices,
         triangles=shapes.triangles,
@@ -124,6 +126,7 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
         up_axis="Z",
         schema=str(model.schema_identifier),
         report=LoadReport(n_faces_read=0, warnings=warnings),
+        rooms=rooms,
     )
 
 
@@ -295,6 +298,20 @@ def _optics(path: Path, model: Any) -> tuple[IfcOptics | None, tuple[str, ...]]:
         return None, (f"{path.name}: its materials can't be read, so all surfaces return beams: {reason}",)
 
 
+def _rooms(path: Path, model: Any, storey_of_id: dict[int, int]) -> tuple[tuple[Room, ...], tuple[str, ...]]:
+    """Rooms (IfcSpace) by file id; a warning instead where they are damaged, as no surface needs them."""
+    try:
+        with _contents_asked(path, model):
+            spaces = sorted(_of_class(model, "IfcSpace"), key=lambda space: int(space.id()))
+            told = [(space, _storey_of(space, storey_of_id)) for space in spaces if space.Representation is not None]
+        shapes = _shapes_by(_SOLID_KERNEL, path, model, [space for space, _ in told], None)
+        rooms, without = rooms_of(told, ((number, shape.vertices, shape.triangles) for number, shape in shapes))
+    except SceneError as error:
+        reason = str(error).removeprefix(f"{path.name}: ")
+        return (), (f"{path.name}: its rooms can't be read, so results name none: {reason}",)
+    return rooms, without_shape(path.name, without)
+
+
 # --------------------------------------------------------------------------------------------- geometry
 def _triangulate_products(
     path: Path,
@@ -324,24 +341,23 @@ def _shapes(
 ) -> Iterator[tuple[int, _Shape]]:
     """Product id and shape; in the order in which threads finish."""
     made = set()
-    for shape in _shapes_by(_FACES_KERNEL, path, model, [p for p in products if p.is_triangles], optics):
+    for shape in _shapes_by(_FACES_KERNEL, path, model, [p.entity for p in products if p.is_triangles], optics):
         made.add(shape[0])
         yield shape
-    yield from _shapes_by(_SOLID_KERNEL, path, model, [p for p in products if p.id not in made], optics)
+    yield from _shapes_by(_SOLID_KERNEL, path, model, [p.entity for p in products if p.id not in made], optics)
 
 
 def _shapes_by(
-    kernel: str, path: Path, model: Any, products: list[_ToldProduct], optics: IfcOptics | None
+    kernel: str, path: Path, model: Any, entities: list[Any], optics: IfcOptics | None
 ) -> Iterator[tuple[int, _Shape]]:
-    """`_shapes` by one of IfcOpenShell's kernels."""
-    if not products:  # IfcOpenShell takes an empty list for all there are
+    """`_shapes` of IfcProducts by one of IfcOpenShell's kernels."""
+    if not entities:  # IfcOpenShell takes an empty list for all there are
         return
     from ifcopenshell import geom
 
     settings = geom.settings()
     settings.set("no-normals", True)
     settings.set("apply-default-materials", False)
-    entities = [product.entity for product in products]
     with _contents_asked(path, model):
         # Threads of the second kernel spend their time waiting for each other.
         n_threads = 1 if kernel == _FACES_KERNEL else os.cpu_count() or 1

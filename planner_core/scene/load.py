@@ -20,6 +20,7 @@ from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.bulk import fence_m, is_outside
 from planner_core.scene.doors import without_door_leaves
 from planner_core.scene.raw import RawScene, unit_name
+from planner_core.scene.rooms import with_rooms
 
 FORMAT_OF_EXTENSION = {
     ".ifc": "ifc",
@@ -117,6 +118,7 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
     )
     if options.doors == "open":
         scene = without_door_leaves(scene)
+    scene = with_rooms(scene, raw.rooms, raw.storeys, metres_per_unit=vertex_unit_m, up_axis=up_axis)
     progress(ProgressEvent("load", 1, 1, "loaded"))
     return _with_warnings(_with_glass(scene, options.glass), _doubts(scene, raw, options))
 

@@ -19,6 +19,7 @@ from planner_core.model import (
     Int64Array,
     LoadReport,
     Optics,
+    Room,
     Storey,
     UInt8Array,
 )
@@ -52,6 +53,8 @@ class RawScene:
     schema: str = ""
     report: LoadReport = field(default_factory=lambda: LoadReport(n_faces_read=0))
     optics_of_triangle: UInt8Array | None = None
+    rooms: tuple[Room, ...] = ()
+    """In the unit of `vertices`, source frame; their storeys index `storeys` above."""
 
 
 @dataclass(frozen=True)
