@@ -18,15 +18,28 @@ from planner_core.model.route import FieldTime, Leg, Route, SealedArea
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
 from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Room, Scene, SceneSource, Storey
 from planner_core.model.site import ROLES, KeepOut, SettledStation, Site
+from planner_core.model.unseen import (
+    REASONS,
+    BestSpot,
+    CurveStep,
+    OwnPart,
+    StationReason,
+    UnseenPiece,
+    UnseenSurface,
+    Why,
+)
 
 __all__ = [
     "NETWORKS",
+    "REASONS",
     "ROLES",
     "Asked",
     "BeamTemplate",
+    "BestSpot",
     "BoolArray",
     "Candidates",
     "Coverage",
+    "CurveStep",
     "Element",
     "FieldTime",
     "Float32Array",
@@ -39,6 +52,7 @@ __all__ = [
     "Link",
     "LoadReport",
     "Optics",
+    "OwnPart",
     "PartRequirement",
     "PartResult",
     "PatchReturns",
@@ -58,9 +72,13 @@ __all__ = [
     "SettledStation",
     "Site",
     "Station",
+    "StationReason",
     "Storey",
     "Survey",
     "UInt8Array",
     "UnseenElement",
+    "UnseenPiece",
+    "UnseenSurface",
     "Visibility",
+    "Why",
 ]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from planner_core.model.arrays import BoolArray, FloatArray, Int32Array
 from planner_core.model.planning import PlanSettings, Survey
 from planner_core.model.route import FieldTime, Route, SealedArea
+from planner_core.model.unseen import Why
 
 
 @dataclass(frozen=True)
@@ -107,5 +108,7 @@ class Plan:
     field_time: FieldTime | None = None
     sealed: tuple[SealedArea, ...] = ()
     """Rooms that nobody can walk into."""
+    why: Why | None = None
+    """What each station adds, and why the unseen stays unseen; None: not looked for."""
     warnings: tuple[str, ...] = ()
     timings_s: dict[str, float] = field(default_factory=dict)

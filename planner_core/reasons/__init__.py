@@ -1,0 +1,1 @@
+"""Reasons: what each station adds, and why the unseen stays unseen."""
