@@ -12,6 +12,7 @@ Angles are radians; azimuth runs counter-clockwise from +x seen from above, elev
 
 from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32Array, Int64Array, UInt8Array
 from planner_core.model.planning import Candidates, PlanSettings, Survey
+from planner_core.model.registration import FloorNetworks, NetworkGap, Registration, RegistrationNetwork
 from planner_core.model.requirements import NETWORKS, Asked, PartRequirement, PartResult, Requirements
 from planner_core.model.results import Coverage, Link, Plan, Station, UnseenElement
 from planner_core.model.route import FieldTime, Leg, Route, SealedArea
@@ -45,12 +46,14 @@ __all__ = [
     "Float32Array",
     "FloatArray",
     "Floor",
+    "FloorNetworks",
     "Int32Array",
     "Int64Array",
     "KeepOut",
     "Leg",
     "Link",
     "LoadReport",
+    "NetworkGap",
     "Optics",
     "OwnPart",
     "PartRequirement",
@@ -60,6 +63,8 @@ __all__ = [
     "Plan",
     "PlanSettings",
     "RayHits",
+    "Registration",
+    "RegistrationNetwork",
     "Requirements",
     "ReturnMoments",
     "Room",

@@ -56,6 +56,5 @@ def _named(direction: FloatArray) -> str:
             return name
     if abs(direction[2]) <= np.sqrt(1.0 - _NEAR_AXIS_COS**2):
         return f"{round(float(np.degrees(np.arctan2(direction[1], direction[0])))) % 180} degrees from x to y"
-    leading = direction[int(np.flatnonzero(np.abs(direction) > _SAME_EIGENVALUE)[-1])]
-    x, y, z = direction * np.sign(leading)
+    x, y, z = np.round(direction * np.sign(direction[np.abs(direction).argmax()]), 2) + 0.0
     return f"({x:.2f}, {y:.2f}, {z:.2f})"
