@@ -16,7 +16,17 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.metrics.coverage import coverage_of
-from planner_core.model import Asked, BoolArray, Coverage, FloatArray, Int32Array, Int64Array, PatchReturns, Scanner
+from planner_core.model import (
+    Asked,
+    BoolArray,
+    Coverage,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    Int64Array,
+    PatchReturns,
+    Scanner,
+)
 from planner_core.scan.patch_mode import PatchViews
 from planner_core.scan.range_noise import range_noise_m
 
@@ -25,17 +35,17 @@ from planner_core.scan.range_noise import range_noise_m
 class Sights:
     """How each of N positions sees the patches that it sees, as compressed sparse rows like those of `Visibility`.
 
-    starts : (N + 1,) int64. patch : (M,) int32. spacing_m, range_m, incidence_rad : (M,) float64. noise_m : (M,)
-    float64, one sigma, NaN where the scanner's figures do not say; None where nobody worked it out, see `with_noise`.
+    starts : (N + 1,) int64. patch : (M,) int32. spacing_m, range_m, incidence_rad : (M,) float32. noise_m : (M,)
+    float32, one sigma, NaN where the scanner's figures do not say; None where nobody worked it out, see `with_noise`.
     """
 
     starts: Int64Array
     patch: Int32Array
     n_patches: int
-    spacing_m: FloatArray
-    range_m: FloatArray
-    incidence_rad: FloatArray
-    noise_m: FloatArray | None = None
+    spacing_m: Float32Array
+    range_m: Float32Array
+    incidence_rad: Float32Array
+    noise_m: Float32Array | None = None
 
 
 def sights_of_views(views: PatchViews) -> Sights:
@@ -44,9 +54,9 @@ def sights_of_views(views: PatchViews) -> Sights:
         starts=views.starts,
         patch=views.patch,
         n_patches=views.n_patches,
-        spacing_m=views.spacing_m.max(axis=1, initial=0.0).astype(np.float64),
-        range_m=views.range_m.astype(np.float64),
-        incidence_rad=np.arccos(np.clip(views.cos_incidence.astype(np.float64), 0.0, 1.0)),
+        spacing_m=views.spacing_m.max(axis=1, initial=0.0),
+        range_m=views.range_m,
+        incidence_rad=np.arccos(np.clip(views.cos_incidence.astype(np.float64), 0.0, 1.0)).astype(np.float32),
     )
 
 
@@ -70,9 +80,9 @@ def sights_of_returns(returns: PatchReturns, patch_area_m2: FloatArray) -> Sight
         starts=returns.starts,
         patch=returns.patch,
         n_patches=returns.n_patches,
-        spacing_m=np.sqrt(patch_area_m2[returns.patch] / n),
-        range_m=returns.mean_range_m,
-        incidence_rad=np.arccos(np.clip(mean_cosine, 0.0, 1.0)),
+        spacing_m=np.sqrt(patch_area_m2[returns.patch] / n).astype(np.float32),
+        range_m=returns.mean_range_m.astype(np.float32),
+        incidence_rad=np.arccos(np.clip(mean_cosine, 0.0, 1.0)).astype(np.float32),
     )
 
 
@@ -98,8 +108,9 @@ def with_noise(sights: Sights, scanner: Scanner, *, reflectivity: float) -> Sigh
         raise RequirementError(
             f"reflectivity: got {reflectivity}, expected above 0 and at most 1; a white wall has 0.8"
         )
-    sent_back = reflectivity * np.cos(sights.incidence_rad)
-    return replace(sights, noise_m=range_noise_m(scanner, sights.range_m, reflectivity=sent_back))
+    sent_back = reflectivity * np.cos(sights.incidence_rad.astype(np.float64))
+    noise = range_noise_m(scanner, sights.range_m, reflectivity=sent_back)
+    return replace(sights, noise_m=noise.astype(np.float32))
 
 
 @dataclass(frozen=True)
@@ -121,7 +132,7 @@ def best_levels(sights: Sights) -> BestLevels:
     They need not come from one position: whether a patch meets several limits at once is `patches_meeting`.
     """
 
-    def least(figures: FloatArray) -> FloatArray:
+    def least(figures: Float32Array) -> FloatArray:
         best = np.full(sights.n_patches, np.inf)
         np.fmin.at(best, sights.patch, figures)
         return best
@@ -133,12 +144,13 @@ def best_levels(sights: Sights) -> BestLevels:
 def joint_spacing_m(sights: Sights) -> FloatArray:
     """(P,) float64, spacing of the points of all positions together, inf where unseen: densities 1 / spacing^2 add."""
     with np.errstate(divide="ignore"):
-        density = np.bincount(sights.patch, weights=sights.spacing_m**-2.0, minlength=sights.n_patches)
+        densities = sights.spacing_m.astype(np.float64) ** -2.0
+        density = np.bincount(sights.patch, weights=densities, minlength=sights.n_patches)
         return np.asarray(density**-0.5, dtype=np.float64)
 
 
-def times_meeting(sights: Sights, asked: Asked) -> Int32Array:
-    """(P,) int32, number of positions each of which meets all limits on the patch by itself.
+def sights_meeting(sights: Sights, asked: Asked) -> BoolArray:
+    """(M,) bool, sights that meet all limits. Limits are rounded to float32 where the figures are.
 
     Raises
     ------
@@ -154,12 +166,19 @@ def times_meeting(sights: Sights, asked: Asked) -> Int32Array:
     for field in fields(asked):
         limit = getattr(asked, field.name)
         if limit is not None:
-            meets &= getattr(sights, field.name) <= limit  # NaN compares false: what is not known is not met
+            # What is not known is NaN, which compares false: not met.
+            meets &= getattr(sights, field.name) <= float(limit)
+    return meets
+
+
+def times_meeting(sights: Sights, asked: Asked) -> Int32Array:
+    """(P,) int32, number of positions each of which meets all limits on the patch by itself; see `sights_meeting`."""
+    meets = sights_meeting(sights, asked)
     return np.bincount(sights.patch[meets], minlength=sights.n_patches).astype(np.int32)
 
 
 def patches_meeting(sights: Sights, asked: Asked) -> BoolArray:
-    """(P,) bool: some position by itself meets all limits on the patch; raises as `times_meeting` does."""
+    """(P,) bool: some position by itself meets all limits on the patch; raises as `sights_meeting` does."""
     return times_meeting(sights, asked) > 0
 
 
