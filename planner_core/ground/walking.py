@@ -83,6 +83,10 @@ class Walking:
         np.fill_diagonal(out, np.where(node >= 0, 0.0, np.inf))
         return np.asarray(out)
 
+    def from_each(self, ground_m: FloatArray) -> WalkingFrom:
+        """Distances from single ones of many places (K, 3) to all of them."""
+        return WalkingFrom(self, *self._stands(ground_m))
+
     def path(self, from_m: FloatArray, to_m: FloatArray) -> WalkingPath:
         """Shortest way, see `walking_path`."""
         from scipy.sparse.csgraph import dijkstra
@@ -113,8 +117,11 @@ class Walking:
         place[own, :2] = ground_m[own, :2]
         return node, place
 
-    def _graph(self, node: Int64Array, place: FloatArray) -> Any:
-        """Sparse lengths over the blocks and, after them, places (K, 3) at nodes (K,)."""
+    def _graph(self, node: Int64Array, place: FloatArray, *, with_pairs: bool = True) -> Any:
+        """Sparse lengths over the blocks and, after them, places (K, 3) at nodes (K,).
+
+        with_pairs : places that see each other are linked straight.
+        """
         from scipy.sparse import csr_array
 
         n_blocks, number = self._spot.size, np.arange(node.size)
@@ -123,7 +130,7 @@ class Walking:
         # To the place's own block, to those around that it sees, and to other places that it sees.
         near, around = self._edges.around(own)
         sees = self.sees(node[near], self._spot[around])
-        a, b = np.triu_indices(node.size, k=1)
+        a, b = np.triu_indices(node.size if with_pairs else 0, k=1)
         straight = self.sees(node[a], node[b])
         a, b = a[straight], b[straight]
         rows = [self._edges.a, n_blocks + number, n_blocks + near[sees], n_blocks + a]
@@ -155,6 +162,34 @@ class Walking:
             if len(kept) == way.size:
                 return way
             way = np.array(kept, dtype=np.int64)
+
+
+class WalkingFrom:
+    """Walking distances among many places, a row at a time: where few of the rows are ever asked for.
+
+    Places lie at nodes (K,), -1 for none, and (K, 3), local frame.
+    """
+
+    def __init__(self, walking: Walking, node: Int64Array, place_m: FloatArray) -> None:
+        self._walking, self._node, self._place = walking, node, place_m
+        self._there = np.flatnonzero(node >= 0)
+        self._graph = walking._graph(node[self._there], place_m[self._there], with_pairs=False)
+        self._n_blocks = self._graph.shape[0] - self._there.size
+
+    def row(self, place: int) -> FloatArray:
+        """(K,) metres from one place to all; inf where there is no way, or no ground."""
+        from scipy.sparse.csgraph import dijkstra
+
+        out = np.full(self._node.size, np.inf)
+        at = int(np.searchsorted(self._there, place))
+        if self._node[place] < 0:
+            return out
+        length = dijkstra(self._graph, directed=False, indices=self._n_blocks + at)[self._n_blocks :]
+        seen = self._walking.sees(np.full(self._there.size, self._node[place]), self._node[self._there])
+        straight = _length_m(self._place[[place]], self._place[self._there])
+        out[self._there] = np.where(seen, np.minimum(length, straight), length)
+        out[place] = 0.0
+        return out
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,7 @@ def visiting_order(
     closed: bool = False,
     seed: int = 0,
     n_kicks: int = N_KICKS,
+    max_exact: int = MAX_EXACT,
 ) -> VisitingOrder:
     """Order stops so that the walk is short, all stops of a floor one after another.
 
@@ -59,7 +60,9 @@ def visiting_order(
     closed
         The walk ends where it starts; so it does where `start` and `end` are the same stop.
     seed, n_kicks
-        Of the search where a floor has more than 12 stops: more kicks, shorter walks.
+        Of the search where a floor has more than `max_exact` stops: more kicks, shorter walks.
+    max_exact
+        Floors of up to so many stops, 12 at most, are ordered exactly.
 
     Raises
     ------
@@ -80,7 +83,7 @@ def visiting_order(
     tail = [] if end is None or closed else [np.array([end])]
     # An open walk is a tour over one more stop, no way from anywhere.
     seam = [] if closed else [np.array([n])]
-    small = max((storey.size for storey in storeys), default=0) <= MAX_EXACT and len(storeys) <= MAX_STOREYS
+    small = max((storey.size for storey in storeys), default=0) <= max_exact and len(storeys) <= MAX_STOREYS
     if small:
         tours = _exact_tours(padded, [*seam, *head], storeys, tail)
     else:
