@@ -1,0 +1,58 @@
+"""Positions that see random parts of a real room: overlaps of every size, and surfaces of every shape."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from planner_core.model import Visibility
+from planner_core.register.overlap import SharedSurface, surface_of_patches
+from planner_core.scene.patches import make_patches
+from scenes_synthetic import rooms
+
+
+@dataclass(frozen=True)
+class View:
+    """What positions see, of which surface."""
+
+    visibility: Visibility
+    area_m2: np.ndarray
+    surface: SharedSurface
+
+    def with_rows(self, rows: list[np.ndarray]) -> "View":
+        starts = np.concatenate([[0], np.cumsum([row.size for row in rows])]).astype(np.int64)
+        patch = np.concatenate([np.empty(0), *rows]).astype(np.int32)
+        return View(Visibility(starts, patch, self.area_m2.size), self.area_m2, self.surface)
+
+    def with_order(self, order: np.ndarray) -> "View":
+        return self.with_rows([self.visibility.row(int(i)) for i in order])
+
+    def common(self, i: int, j: int) -> np.ndarray:
+        return np.array(sorted(set(self.visibility.row(i).tolist()) & set(self.visibility.row(j).tolist())), dtype=int)
+
+
+def _room() -> View:
+    scene = rooms.l_room().scene
+    patches = make_patches(scene, max_area_m2=0.3)
+    everything = np.ones(patches.n_patches, dtype=bool)
+    nothing = Visibility(np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32), patches.n_patches)
+    return View(nothing, patches.area_m2, surface_of_patches(scene, patches, everything))
+
+
+@pytest.fixture(scope="session")
+def make_view():
+    """Make a view of `n` positions in an L-shaped room from a seed; two positions see nothing."""
+    room = _room()
+
+    def make(seed: int, n: int = 25) -> View:
+        rng = np.random.default_rng(seed)
+        centre = room.surface.centroid_m
+        rows = []
+        for _ in range(n):
+            # A ball of the room's surface, thinned: neighbours share much, those far apart nothing.
+            near = np.linalg.norm(centre - centre[rng.integers(len(centre))], axis=1) < rng.uniform(1.0, 4.0)
+            rows.append(np.flatnonzero(near & (rng.random(len(centre)) < 0.8)))
+        rows[n // 2] = rows[n - 1] = np.empty(0, dtype=int)
+        return room.with_rows(rows)
+
+    return make
