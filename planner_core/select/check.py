@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 from planner_core.errors import PlannerError
 from planner_core.model import FloatArray, Visibility
+from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem, Target
 
 #: Shares are compared in float64: sums are exact to the last place, the product with a fraction is not.
@@ -23,8 +24,10 @@ class SelectionCheckError(PlannerError, RuntimeError):
     """A set of stations is not what its search says: a fault of ours, never of the user's."""
 
 
-def check_selection(problem: CoverProblem, chosen: Sequence[int], *, given: Sequence[int] = ()) -> None:
-    """Look whether `chosen` are different candidates, hold all of `given`, and meet every target.
+def check_selection(
+    problem: CoverProblem, chosen: Sequence[int], *, given: Sequence[int] = (), network: Network | None = None
+) -> None:
+    """Look whether `chosen` are different candidates, hold all of `given`, meet every target, and hang together.
 
     Raises
     ------
@@ -50,6 +53,50 @@ def check_selection(problem: CoverProblem, chosen: Sequence[int], *, given: Sequ
                 f"selection: got {covered} ticks of target {number} with {len(chosen)} stations, expected at least "
                 f"{required}; please report this"
             )
+    if network is not None:
+        _check_network(network, chosen)
+
+
+def _check_network(network: Network, chosen: Sequence[int]) -> None:
+    """Every part's candidates reach each other over links between them; with `loops` also when any one link fails."""
+    of_part: dict[int, list[int]] = {}
+    for candidate in chosen:
+        of_part.setdefault(int(network.part[candidate]), []).append(candidate)
+    for part, members in of_part.items():
+        linked = {a: set(network.neighbours(a).tolist()) & set(members) for a in members}
+        reached = _reached(linked, members[0])
+        if len(reached) < len(members):
+            raise SelectionCheckError(
+                f"selection: got {len(reached)} of {len(members)} stations of part {part} joined by links, expected "
+                "all; please report this"
+            )
+        if not network.loops or len(members) < 3:
+            continue
+        links = [(min(a, b), max(a, b)) for a in members for b in linked[a]]
+        for a, b in sorted(set(links)):
+            if b not in _reached(linked, a, without=(a, b)) and b in _reached_in_graph(network, a, without=(a, b)):
+                raise SelectionCheckError(
+                    f"selection: got stations {a} and {b} joined by one link alone, expected a way round; please "
+                    "report this"
+                )
+
+
+def _reached(linked: dict[int, set[int]], start: int, *, without: tuple[int, int] | None = None) -> set[int]:
+    """Nodes that links lead to from `start`, but for one link."""
+    reached, left = {start}, [start]
+    while left:
+        node = left.pop()
+        for other in linked[node] - reached:
+            if without is None or {node, other} != set(without):
+                reached.add(other)
+                left.append(other)
+    return reached
+
+
+def _reached_in_graph(network: Network, start: int, *, without: tuple[int, int]) -> set[int]:
+    return _reached(
+        {c: set(network.neighbours(c).tolist()) for c in range(network.n_candidates)}, start, without=without
+    )
 
 
 def check_coverage(

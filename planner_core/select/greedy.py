@@ -30,6 +30,7 @@ import numpy as np
 
 from planner_core.model import Int64Array
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
 
 
@@ -77,24 +78,29 @@ def select_greedy(problem: CoverProblem, *, given: Sequence[int] = (), progress:
     return Selection(tuple(kept), len(chosen) - len(kept), n_evaluations)
 
 
-def drop_redundant(problem: CoverProblem, chosen: list[int], *, given: Sequence[int] = ()) -> list[int]:
+def drop_redundant(
+    problem: CoverProblem, chosen: list[int], *, given: Sequence[int] = (), network: Network | None = None
+) -> list[int]:
     """Leave out stations without which every target is still met: smallest own area first, the latest of equals.
 
-    `given` ones stay.
+    `given` ones stay; with a network so do those without whom the others do not hang together.
     """
     kept, fixed = list(chosen), set(given)
     n_seen = problem.times_seen(kept)
     spare = problem.ticks_of(n_seen) - problem.required
     while kept:
-        best: tuple[int, int] | None = None
+        loose = []
         for place, candidate in enumerate(kept):
             own = _at_count(problem, problem.rows_of(candidate), n_seen, problem.seen_from)
-            loose = candidate not in fixed and (own <= spare).all()
-            if loose and (best is None or (int(own.sum()), -place) < best):
-                best = (int(own.sum()), -place)
-        if best is None:
+            if candidate not in fixed and (own <= spare).all():
+                loose.append((int(own.sum()), -place))
+        places = (-place for _, place in sorted(loose))
+        if network is not None:
+            places = (place for place in places if network.faults(kept[:place] + kept[place + 1 :]) == 0)
+        spared = next(places, None)
+        if spared is None:
             break
-        rows = problem.rows_of(kept.pop(-best[1]))
+        rows = problem.rows_of(kept.pop(spared))
         spare -= _at_count(problem, rows, n_seen, problem.seen_from)
         n_seen[rows] -= 1
     return kept

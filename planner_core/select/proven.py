@@ -4,10 +4,11 @@ Input a `CoverProblem`, output a `ProvenSelection`: stations that meet every tar
 arithmetic, and whether both are the same. CONTROL FLOW, `select`:
 
 1. leave out what cannot matter                                          reductions.py
-2. greedy selection; one station less, annealed, as long as that succeeds          greedy.py, swap_walks.py
-3. the linear relaxation by cutting planes                                relaxation.py
-4. in turns: branch and bound to raise the bound, longer annealing for one station less      branching.py
-5. look at the result again by other means                                check.py
+2. greedy selection, joined where a network is asked for                  greedy.py, network_start.py
+3. one station less, annealed, as long as that succeeds                   swap_walks.py
+4. the linear relaxation by cutting planes                                relaxation.py
+5. in turns: branch and bound to raise the bound, longer annealing for one station less      branching.py
+6. look at the result again by other means                                check.py
 
 It stops when bound and stations meet, or when the work allowed is done; work is counted, not timed, so that same
 problem and same settings give the same result on any machine. A limit of time may be set besides; then they may not.
@@ -29,6 +30,8 @@ from planner_core.select.bound import counting_bound
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.network import Network
+from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
 from planner_core.select.reductions import Reduced, reduce_problem
 from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, open_walks
@@ -39,13 +42,16 @@ TIME_OVER = "time limit"
 INTERRUPTED = "interrupted"
 #: No smaller set meets `required`; one that meets `least` was not ruled out, and nothing is left to look at.
 ROUNDING = "rounding of areas"
+#: So it is where a network is asked for, and the proof knows less of it than the check: it cannot rule out all smaller
+#: sets, and nothing is left to look at.
+EXHAUSTED = "bound exhausted"
 
-#: Steps of the first annealing for one station less: so many a candidate, and at most. It gets twice as many whenever
-#: it fails.
+#: Steps of the first annealing for one station less, a candidate. It gets twice as many whenever it fails.
 _FIRST_STEPS_A_CANDIDATE = 50
-_FIRST_STEPS = 20_000
 #: Failures in a row after which the bound has its turn.
 _FAILURES_BEFORE_BOUND = 2
+#: From then on the proof gets so many times the work of annealing: what annealing has not found by then it rarely does.
+_PROOF_SHARE = 3.0
 #: The proof's turn lasts at least so long, in units of work.
 _LEAST_TURN = 0.1
 _MAX_STEPS = 2**28
@@ -88,8 +94,9 @@ class Point:
 class ProvenSelection:
     """chosen : candidates, forced ones first. lower_bound : no set that meets the targets has fewer.
 
-    why_stopped : `proven`, `work limit`, `time limit`, `interrupted` or `rounding of areas`, see `ROUNDING`. curve :
-    stations and bound after how much work; stations never rise, the bound never falls.
+    why_stopped : `proven`, `work limit`, `time limit`, `interrupted`, `rounding of areas` or `bound exhausted`, see
+    `ROUNDING`. n_greedy : stations that greedy selection takes, with those that join them where a network is asked for.
+    curve : stations and bound after how much work; stations never rise, the bound never falls.
     """
 
     chosen: tuple[int, ...]
@@ -114,6 +121,7 @@ def select(
     problem: CoverProblem,
     settings: SelectionSettings = SelectionSettings(),
     *,
+    network: Network | None = None,
     given: Sequence[int] = (),
     start: Sequence[int] | None = None,
     device: Device | None = None,
@@ -124,11 +132,14 @@ def select(
 
     Parameters
     ----------
+    network
+        The set has to hang together, see there; None: not asked.
     given
         Candidates that are in the set anyway; they count.
     start
         Another set that meets the targets, such as one of a genetic search. The result is no larger than it (where it
-        holds all of `given`), nor than that of greedy selection (where none are given).
+        holds all of `given` and hangs together), nor than that of greedy selection (where none are given, and no
+        network asked for).
     device, host
         Where sets are annealed, see `planner_core.select.swap_walks.open_walks`; results do not depend on it.
     progress
@@ -137,7 +148,7 @@ def select(
     Raises
     ------
     RequirementError
-        `given` or `start` are no candidates, or `start` misses a target.
+        `given` or `start` are no candidates, `start` misses a target, or the network is one of other candidates.
     SelectionCheckError
         The result is not what it should be: a fault of ours.
 
@@ -145,20 +156,38 @@ def select(
     -----
     Sets are made for `problem.required`, the bound holds for `problem.least`: a proven set is the smallest for either.
     """
-    reduced = reduce_problem(problem, given=given)
-    search = _Search(reduced, settings, device=device, host=host, progress=progress)
+    if network is not None and network.n_candidates != problem.n_candidates:
+        raise RequirementError(
+            f"network: got one of {network.n_candidates} candidates, expected the problem's {problem.n_candidates}"
+        )
+    reduced = reduce_problem(problem, given=given, rows_only=network is not None)
+    search = _Search(reduced, settings, network=network, device=device, host=host, progress=progress)
     search.begin(_known(problem, reduced, start))
     try:
         search.run()
     except KeyboardInterrupt:
         search.why_stopped = INTERRUPTED
+    try:
+        return _checked(problem, search, network, given, start)
+    except KeyboardInterrupt:  # the first one, or that of somebody in a hurry: what there is is ready in a moment
+        search.why_stopped = INTERRUPTED
+        return _checked(problem, search, network, given, start)
+
+
+def _checked(
+    problem: CoverProblem,
+    search: _Search,
+    network: Network | None,
+    given: Sequence[int],
+    start: Sequence[int] | None,
+) -> ProvenSelection:
     result = search.result()
-    if start is not None:
+    if start is not None and (network is None or network.faults(start) == 0):
         result = _at_most(result, start, given)
-    if reduced.candidate.size < problem.n_candidates and not given:
+    if search.n_candidates < problem.n_candidates and not given:
         # Greedy selection of what is left may go another way than that of the whole.
         result = _at_most(result, select_greedy(problem).chosen, given)
-    check_selection(problem, result.chosen, given=given)
+    check_selection(problem, result.chosen, given=given, network=network)
     return result
 
 
@@ -191,9 +220,17 @@ class _Search:
     """The state of one `select`: the best set of the reduced problem, the bound, and the work done."""
 
     def __init__(
-        self, reduced: Reduced, settings: SelectionSettings, *, device: Device | None, host: bool, progress: Progress
+        self,
+        reduced: Reduced,
+        settings: SelectionSettings,
+        *,
+        network: Network | None,
+        device: Device | None,
+        host: bool,
+        progress: Progress,
     ) -> None:
-        self._reduced, self._problem, self._settings = reduced, reduced.problem, settings
+        self._reduced, self._problem, self._settings, self._network = reduced, reduced.problem, settings, network
+        self._pinned = reduced.pinned
         self._device, self._host, self._progress = device, host, progress
         self._began_s = time.monotonic()
         self._walks: Walks | None = None
@@ -207,13 +244,19 @@ class _Search:
         self._curve: list[Point] = []
         self.why_stopped = PROVEN
 
+    @property
+    def n_candidates(self) -> int:
+        """Number of those that are searched."""
+        return self._problem.n_candidates
+
     # ------------------------------------------------------------------------------------------ the flow
     def begin(self, known: list[int] | None) -> None:
         """Take a first set; from here on there is a result."""
-        self._best = list(select_greedy(self._problem, progress=self._progress).chosen)
+        greedy = select_greedy(self._problem, given=self._pinned, progress=self._progress).chosen
+        self._best = self._fit(list(greedy))
         self._n_greedy = len(self._best)
         if known is not None and (self._problem.covered(known) >= self._problem.required).all():
-            self._best = min(self._best, drop_redundant(self._problem, known), key=len)
+            self._best = min(self._best, self._fit(known), key=len)
         self._bound = min(counting_bound(self._problem) if (self._problem.least > 0).any() else 0, len(self._best))
         self._note()
 
@@ -224,17 +267,23 @@ class _Search:
             failures = 0 if self._anneal() else failures + 1
         if not self._go_on():
             return
-        self._tree = tree = BranchAndBound(self._problem, n_stations=len(self._best), lower_bound=self._bound)
+        provable = _with_pins(self._problem, self._pinned)
+        self._tree = tree = BranchAndBound(provable, n_stations=len(self._best), lower_bound=self._bound)
         tree.root(progress=self._prove)
         self._take_from(tree)
         while self._go_on():
-            if tree.finished:
-                self.why_stopped = ROUNDING
+            if tree.finished and (self._network is None or not self._can_anneal()):
+                self.why_stopped = ROUNDING if self._network is None else EXHAUSTED
                 return
-            if tree.work < self._walk_work or not self._anneal():
-                tree.n_stations = len(self._best)
-                tree.advance(work=max(self._walk_work - tree.work, _LEAST_TURN), progress=self._prove)
-                self._take_from(tree)
+            if (tree.finished or self._proof_due(tree) <= 0) and (self._anneal() or tree.finished):
+                continue
+            # Never more: what was left out for as many as it knows may matter for more.
+            tree.n_stations = min(tree.n_stations, len(self._best))
+            tree.advance(work=max(self._proof_due(tree), _LEAST_TURN), progress=self._prove)
+            self._take_from(tree)
+
+    def _proof_due(self, tree: BranchAndBound) -> float:
+        return _PROOF_SHARE * self._walk_work - tree.work
 
     def result(self) -> ProvenSelection:
         """What was found so far."""
@@ -285,35 +334,46 @@ class _Search:
         """Keep what the proof found."""
         before = len(self._best), self._bound
         if tree.best is not None and len(tree.best) < len(self._best):
-            self._take(list(tree.best))
+            fit = self._fit(list(tree.best))  # not all that the proof takes for plans hang together
+            if len(fit) < len(self._best):
+                self._take(fit)
         self._bound = max(self._bound, min(tree.lower_bound, len(self._best)))
         if (len(self._best), self._bound) != before:
             self._note()
 
     def _take(self, chosen: list[int]) -> None:
-        self._best = drop_redundant(self._problem, chosen)
+        self._best = chosen
         self._n_steps = self._first_steps()
 
+    def _fit(self, chosen: list[int]) -> list[int]:
+        """`chosen`, which meet the targets, less what is spare; with pinned candidates, these first, and joined."""
+        whole = list(dict.fromkeys((*self._pinned, *chosen)))
+        if self._network is not None:
+            whole = joined(self._problem, self._network, whole)
+        return drop_redundant(self._problem, whole, given=self._pinned, network=self._network)
+
     def _anneal(self) -> bool:
-        """Look for one station less, once; longer the next time if there is none. There is no walk with none at all."""
-        if len(self._best) < 2:
+        """Look for one station less, once; longer the next time if there is none."""
+        if not self._can_anneal():
             return False
         if self._walks is None:
-            terrain = Terrain(self._problem, seed=self._settings.seed)
+            terrain = Terrain(self._problem, seed=self._settings.seed, network=self._network)
             self._walks = open_walks(terrain, device=self._device, host=self._host)
         if self._sets.shape != (self._settings.n_walks, len(self._best) - 1):
             self._sets = self._without_one()
         self._round += 1
         for first in range(0, self._n_steps, STEPS_A_LOOK):
             steps = (first, min(first + STEPS_A_LOOK, self._n_steps))
-            missing = self._walks.walk(self._sets, round_=self._round, steps=steps, n_steps=self._n_steps)
+            missing = self._walks.walk(
+                self._sets, round_=self._round, steps=steps, n_steps=self._n_steps, n_pinned=len(self._pinned)
+            )
             self._walk_work += 1e-9 * (steps[1] - first) * self._work_of_a_step()
             self._progress(
                 ProgressEvent("select", steps[1], self._n_steps, f"{len(self._best)} stations, trying one less")
             )
             met = np.flatnonzero(missing == 0)
             if met.size:
-                self._take([int(c) for c in self._sets[met[0]]])
+                self._take(self._fit([int(c) for c in self._sets[met[0]]]))
                 self._note()
                 return True
             if not self._go_on():
@@ -321,20 +381,46 @@ class _Search:
         self._n_steps = min(2 * self._n_steps, _MAX_STEPS)
         return False
 
+    def _can_anneal(self) -> bool:
+        """There is no walk of no candidates, nor of pinned ones alone."""
+        return len(self._best) - 1 > len(self._pinned)
+
     def _first_steps(self) -> int:
-        return min(_FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates, _FIRST_STEPS)
+        return _FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates
 
     def _work_of_a_step(self) -> float:
         rows = self._problem.row.size / self._problem.n_candidates
-        return self._settings.n_walks * (TRIES + 2) * (rows + 50)
+        links = 0 if self._network is None else len(self._best) * (1 + len(self._best) // 32)
+        return self._settings.n_walks * (TRIES + 2) * (rows + 50 + links)
 
     def _without_one(self) -> Int32Array:
-        """(W, k - 1): the best set without one station, another one for each walk as far as there are."""
-        size = len(self._best)
-        return np.array(
-            [
-                [c for place, c in enumerate(self._best) if place != walk % size]
-                for walk in range(self._settings.n_walks)
-            ],
-            dtype=np.int32,
-        )
+        """(W, k - 1), pinned ones first: the best set without one station, another for each walk if there are so many."""
+        n_pinned, loose = len(self._pinned), len(self._best) - len(self._pinned)
+        sets = [
+            [c for place, c in enumerate(self._best) if place != n_pinned + walk % loose]
+            for walk in range(self._settings.n_walks)
+        ]
+        return np.array(sets, dtype=np.int32)
+
+
+def _with_pins(problem: CoverProblem, pinned: Sequence[int]) -> CoverProblem:
+    """The problem with one target more, that `pinned` are chosen: rows of one tick that each of them sees alone."""
+    if not pinned:
+        return problem
+    n, n_rows = len(pinned), problem.n_rows
+    order = np.argsort(pinned)
+    at = problem.starts[np.array(pinned)[order] + 1]
+    more = np.zeros(problem.n_candidates + 1, dtype=np.int64)
+    more[np.array(pinned) + 1] = 1
+    counts_for = np.zeros((problem.required.size + 1, n_rows + n), dtype=bool)
+    counts_for[:-1, :n_rows] = problem.counts_for
+    counts_for[-1, n_rows:] = True
+    return CoverProblem(
+        starts=problem.starts + np.cumsum(more),
+        row=np.insert(problem.row, at, n_rows + np.arange(n)),
+        ticks=np.append(problem.ticks, np.ones(n, dtype=np.int64)),
+        counts_for=counts_for,
+        required=np.append(problem.required, n),
+        least=np.append(problem.least, n),
+        seen_from=np.append(problem.seen_from, 1),
+    )

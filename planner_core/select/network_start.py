@@ -1,0 +1,118 @@
+"""Candidates that make a set of stations hang together: what selection with a network starts from.
+
+Input a `CoverProblem`, a `Network` and chosen candidates, output these and more, few of them. What is close is joined
+first: two components by a shortest path of candidates between any two, again until each part has one. With
+`loops` a bridge gets a way round, a shortest one again. Of equally short ways that which sees most that is not covered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner_core.model import Int64Array
+from planner_core.select.network import Network
+from planner_core.select.problem import CoverProblem
+
+_FAR = 2**31
+
+
+def joined(problem: CoverProblem, network: Network, chosen: Sequence[int]) -> list[int]:
+    """`chosen` and the candidates that make it hang together; it always can, see `Network`."""
+    now = list(chosen)
+    while (more := _between_components(problem, network, now)) is not None:
+        now += more
+    if network.loops:
+        while bridges := network.avoidable_bridges(now):
+            now += _way_round(problem, network, now, bridges[0])
+    return now
+
+
+def _between_components(problem: CoverProblem, network: Network, chosen: list[int]) -> list[int] | None:
+    """Candidates of a shortest way between two components of one part; None: there are no two."""
+    side = np.full(network.n_candidates, -1, dtype=np.int64)
+    side[chosen] = _components(network.links_among(chosen))
+    of_part = np.unique(np.stack([network.part[chosen], side[chosen]]), axis=1)[0]
+    split = np.unique(of_part[:-1][np.diff(of_part) == 0])
+    if split.size == 0:
+        return None
+    return _shortest_way(problem, network, chosen, np.where(np.isin(network.part, split), side, -1))
+
+
+def _way_round(problem: CoverProblem, network: Network, chosen: list[int], bridge: tuple[int, int]) -> list[int]:
+    """Candidates of a shortest way from one side of a bridge to the other that does not go over it."""
+    place = {candidate: i for i, candidate in enumerate(chosen)}
+    ends = place[bridge[0]], place[bridge[1]]
+    linked = network.links_among(chosen)
+    for a, b in (ends, ends[::-1]):
+        linked[a].remove(b)
+    component = np.array(_components(linked))
+    side = np.full(network.n_candidates, -1, dtype=np.int64)
+    for end in ends:
+        side[np.array(chosen)[component == component[end]]] = component[end]
+    return _shortest_way(problem, network, chosen, side, barred=bridge)
+
+
+def _components(linked: list[list[int]]) -> list[int]:
+    """Component of every node, numbered by their first ones."""
+    component = [-1] * len(linked)
+    for root in range(len(linked)):
+        if component[root] >= 0:
+            continue
+        component[root] = root
+        left = [root]
+        while left:
+            for other in linked[left.pop()]:
+                if component[other] < 0:
+                    component[other] = root
+                    left.append(other)
+    return component
+
+
+def _shortest_way(
+    problem: CoverProblem,
+    network: Network,
+    chosen: list[int],
+    side: Int64Array,
+    *,
+    barred: tuple[int, int] | None = None,
+) -> list[int]:
+    """Candidates, none of them chosen, by which two sides become linked: the fewest.
+
+    side : (N,), the side of the chosen candidates to be joined, -1 elsewhere. There must be a way.
+    """
+    gain = _gains(problem, problem.times_seen(chosen))
+    source = np.repeat(np.arange(network.n_candidates), np.diff(network.starts))
+    ends = np.stack([source, network.neighbour])
+    if barred is not None:
+        ends = ends[:, ~((np.sort(ends, axis=0) == np.array(barred)[:, None]).all(axis=0))]
+    side, distance = side.copy(), np.where(side >= 0, 0, _FAR)
+    seen, before = np.zeros(side.size, dtype=np.int64), np.full(side.size, -1)
+    blocked = np.zeros(side.size, dtype=bool)
+    blocked[chosen] = True  # chosen ones of other parts; those of this part are sides
+    for step in range(1, side.size):
+        a, b = ends[:, (distance[ends[0]] == step - 1) & (side[ends[1]] < 0) & ~blocked[ends[1]]]
+        if a.size == 0:
+            break
+        order = np.lexsort((a, -seen[a], b))
+        a, b = a[order], b[order]
+        first = np.append(True, np.diff(b) != 0)
+        a, b = a[first], b[first]
+        side[b], distance[b], seen[b], before[b] = side[a], step, seen[a] + gain[b], a
+    a, b = ends[:, (side[ends[0]] >= 0) & (side[ends[1]] >= 0) & (side[ends[0]] != side[ends[1]])]
+    best = np.lexsort((b, a, -(seen[a] + seen[b]), distance[a] + distance[b]))[0]
+    way = []
+    for node in (int(a[best]), int(b[best])):
+        while distance[node] > 0:
+            way.append(node)
+            node = int(before[node])
+    return way
+
+
+def _gains(problem: CoverProblem, n_seen: Int64Array) -> Int64Array:
+    """(N,) ticks of looks that each candidate adds to what has been seen so often, over all targets."""
+    wanted = (problem.counts_for & (n_seen < problem.seen_from[:, None])).sum(axis=0) * problem.ticks
+    before = np.concatenate([[0], np.cumsum(wanted[problem.row])])
+    gains: Int64Array = before[problem.starts[1:]] - before[problem.starts[:-1]]
+    return gains

@@ -1,0 +1,267 @@
+"""Selection of joined networks, and of more than one look, against exhaustive search."""
+
+import itertools
+
+import networkx as nx
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner_core.errors import RequirementError
+from planner_core.model import Visibility
+from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
+from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.network import Network
+from planner_core.select.network_start import joined
+from planner_core.select.problem import CoverProblem, Target, cover_problem
+from planner_core.select.proven import SelectionSettings, select
+from planner_core.select.reductions import reduce_problem
+
+SEEDS = st.integers(0, 2**32 - 1)
+QUICK = SelectionSettings(work_limit=0.5, n_walks=2)
+
+
+def random_network(seed, n, *, share=0.3, loops=False):
+    rng = np.random.default_rng(seed)
+    graph = nx.Graph()
+    graph.add_nodes_from(range(n))
+    graph.add_edges_from(pair for pair in itertools.combinations(range(n), 2) if rng.random() < share)
+    return network_of(graph, loops=loops)
+
+
+def network_of(graph, *, loops=False):
+    n = graph.number_of_nodes()
+    part = np.empty(n, dtype=np.int32)
+    for number, nodes in enumerate(nx.connected_components(graph)):
+        part[list(nodes)] = number
+    rows = [sorted(graph[c]) for c in range(n)]
+    return Network(
+        starts=np.cumsum([0, *(len(row) for row in rows)]).astype(np.int64),
+        neighbour=np.array([c for row in rows for c in row], dtype=np.int32),
+        part=part,
+        loops=loops,
+    )
+
+
+def problem_of(sees, ticks, counts_for, required, *, slack=0, seen_from=None):
+    sees = np.asarray(sees, dtype=bool)
+    required = np.asarray(required, dtype=np.int64)
+    return CoverProblem(
+        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
+        row=np.nonzero(sees)[1].astype(np.int64),
+        ticks=np.asarray(ticks, dtype=np.int64),
+        counts_for=np.asarray(counts_for, dtype=bool),
+        required=required,
+        least=np.maximum(required - slack, 0),
+        **({} if seen_from is None else {"seen_from": np.asarray(seen_from, dtype=np.int64)}),
+    )
+
+
+def random_problem(seed, *, n=8, r=14, seen_from=(1, 1)):
+    """Targets that overlap, ties, rows nobody sees, targets that require nothing or everything."""
+    rng = np.random.default_rng(seed)
+    sees = rng.random((n, r)) < rng.choice([0.15, 0.3, 0.5])
+    ticks = rng.choice([0, 1, 2, 5, 1000], r)
+    counts_for = (rng.random((len(seen_from), r)) < 0.7) & (sees.sum(axis=0) >= np.array(seen_from)[:, None])
+    whole = (counts_for * ticks).sum(axis=1)
+    required = np.ceil(whole * rng.choice([0.0, 0.5, 0.9, 1.0], len(seen_from))).astype(np.int64)
+    return problem_of(sees, ticks, counts_for, required, slack=int(rng.integers(0, 2)), seen_from=seen_from)
+
+
+def meets(problem, chosen, required):
+    """Oracle, in Python's own numbers."""
+    looks = [sum(r in problem.rows_of(c) for c in chosen) for r in range(problem.n_rows)]
+    return all(
+        sum(int(problem.ticks[r]) for r in range(problem.n_rows) if problem.counts_for[k, r] and looks[r] >= m)
+        >= required[k]
+        for k, m in enumerate(problem.seen_from)
+    )
+
+
+def hangs_together(network, chosen):
+    """Oracle, by networkx and from the definition."""
+    if network is None:
+        return True
+    whole, inside = nx.Graph(), set(chosen)
+    whole.add_nodes_from(range(network.n_candidates))
+    whole.add_edges_from((a, int(b)) for a in range(network.n_candidates) for b in network.neighbours(a))
+    spared = {frozenset(link) for link in nx.bridges(whole)}
+    for part in {int(network.part[c]) for c in chosen}:
+        graph = whole.subgraph(c for c in inside if network.part[c] == part)
+        if not nx.is_connected(graph):
+            return False
+        if network.loops and len(graph) > 2 and any(frozenset(link) not in spared for link in nx.bridges(graph)):
+            return False
+    return True
+
+
+def fewest(problem, required, network=None, given=()):
+    others = [c for c in range(problem.n_candidates) if c not in given]
+    for k in range(len(others) + 1):
+        for more in itertools.combinations(others, k):
+            if meets(problem, (*given, *more), required) and hangs_together(network, (*given, *more)):
+                return len(given) + k
+    raise AssertionError("all candidates together must do")
+
+
+# ------------------------------------------------------------------------------------------ more than one look
+@settings(max_examples=60, deadline=None)
+@given(SEEDS, st.sampled_from([(2, 2), (2, 1), (3, 1), (1, 2)]))
+def test_selection_of_several_looks_finds_what_exhaustive_search_finds(seed, seen_from):
+    problem = random_problem(seed, seen_from=seen_from)
+    result = select(problem, QUICK)
+    assert meets(problem, result.chosen, problem.required), f"seed {seed}"
+    assert result.lower_bound <= fewest(problem, problem.least), f"seed {seed}"
+    assert len(result.chosen) == fewest(problem, problem.required), f"seed {seed}"
+
+
+@settings(max_examples=60, deadline=None)
+@given(SEEDS, st.sampled_from([(2, 2), (3, 1)]))
+def test_greedy_selection_of_several_looks_meets_the_targets_and_needs_every_station(seed, seen_from):
+    problem = random_problem(seed, n=12, r=40, seen_from=seen_from)
+    given_ones = [int(c) for c in np.random.default_rng(seed).permutation(12)[: seed % 3]]
+    chosen = list(select_greedy(problem, given=given_ones).chosen)
+    assert chosen[: len(given_ones)] == given_ones
+    assert meets(problem, chosen, problem.required), f"seed {seed}"
+    for station in chosen[len(given_ones) :]:
+        assert not meets(problem, [c for c in chosen if c != station], problem.required), f"seed {seed}: {station}"
+
+
+def plain_greedy(problem):
+    """Every gain of every candidate in every round, from the definition at the head of greedy.py."""
+    chosen = []
+    while not meets(problem, chosen, problem.required):
+        looks = problem.times_seen(chosen)
+        gains = []
+        for c in set(range(problem.n_candidates)) - set(chosen):
+            sees = np.isin(np.arange(problem.n_rows), problem.rows_of(c))
+            gain = whole = 0
+            for k, m in enumerate(problem.seen_from):
+                added = int((problem.counts_for[k] & sees & (looks < m)) @ problem.ticks)
+                left = int(problem.required[k] - (problem.counts_for[k] & (looks >= m)) @ problem.ticks)
+                whole += added
+                gain += 0 if left <= 0 else min(added, left) if m == 1 else added
+            gains.append((gain, whole, -c))
+        chosen.append(-max(gains)[2])
+    return chosen
+
+
+@settings(max_examples=40, deadline=None)
+@given(SEEDS, st.sampled_from([(2, 2), (2, 1), (3, 1)]))
+def test_lazy_greedy_of_several_looks_chooses_what_plain_greedy_chooses(seed, seen_from):
+    problem = random_problem(seed, n=15, r=60, seen_from=seen_from)
+    assert list(select_greedy(problem).chosen) == drop_redundant(problem, plain_greedy(problem)), f"seed {seed}"
+
+
+@settings(max_examples=40, deadline=None)
+@given(SEEDS)
+def test_rows_alone_are_left_out_where_candidates_need_each_other(seed):
+    problem = random_problem(seed, seen_from=(2, 1))
+    given_ones = tuple(range(seed % 3))
+    reduced = reduce_problem(problem, given=given_ones)
+    assert reduced.pinned[: len(given_ones)] == given_ones and reduced.forced == ()
+    assert reduced.candidate.tolist() == list(range(problem.n_candidates))
+    for name in ("required", "least"):
+        required = getattr(problem, name)
+        whole = fewest(problem, required, given=given_ones)
+        assert fewest(reduced.problem, getattr(reduced.problem, name), given=reduced.pinned) == whole, f"seed {seed}"
+
+
+def test_target_of_two_looks_counts_what_two_candidates_see_as_achievable():
+    # Patch 0 by one, 1 by two, 2 by three; 3 by nobody.
+    visibility = Visibility(np.array([0, 3, 5, 6]), np.array([0, 1, 2, 1, 2, 2], dtype=np.int32), 4)
+    everything = np.ones(4, dtype=bool)
+    targets = (Target(everything, 1.0, 2), Target(everything, 1.0, 3), Target(everything, 1.0))
+    problem = cover_problem(visibility, np.array([1.0, 2.0, 4.0, 8.0]), targets)
+    assert problem.required.tolist() == [6 * 10**9, 4 * 10**9, 7 * 10**9]
+    assert problem.covered([0, 1]).tolist() == [6 * 10**9, 0, 7 * 10**9]
+    check_coverage(visibility, np.array([1.0, 2.0, 4.0, 8.0]), targets, [0, 1, 2])
+    with pytest.raises(SelectionCheckError, match="target 1"):
+        check_coverage(visibility, np.array([1.0, 2.0, 4.0, 8.0]), targets, [0, 1])
+    with pytest.raises(SelectionCheckError, match="target 1"):
+        check_selection(problem, [0, 1])
+
+
+def test_looks_that_make_no_sense_are_refused():
+    with pytest.raises(RequirementError, match="seen from"):
+        cover_problem(
+            Visibility(np.array([0, 1]), np.array([0], dtype=np.int32), 1),
+            np.ones(1),
+            (Target(np.array([True]), 1, 0),),
+        )
+    with pytest.raises(RequirementError, match="seen from"):
+        problem_of([[1]], [1], [[1]], [1], seen_from=[1, 1])
+
+
+# --------------------------------------------------------------------------------------------------- networks
+@settings(max_examples=100, deadline=None)
+@given(SEEDS, st.booleans(), st.sampled_from([0.1, 0.25, 0.5]), st.integers(0, 2))
+def test_selection_with_a_network_finds_what_exhaustive_search_finds(seed, loops, share, n_given):
+    problem = random_problem(seed, seen_from=(1, 1 + seed % 2))
+    network = random_network(seed + 1, 8, share=share, loops=loops)
+    given_ones = tuple(int(c) for c in np.random.default_rng(seed).permutation(8)[:n_given])
+    result = select(problem, QUICK, network=network, given=given_ones)
+    assert set(given_ones) <= set(result.chosen)
+    assert meets(problem, result.chosen, problem.required), f"seed {seed}"
+    assert hangs_together(network, result.chosen), f"seed {seed}"
+    assert result.lower_bound <= fewest(problem, problem.least, network, given_ones), f"seed {seed}"
+    assert len(result.chosen) == fewest(problem, problem.required, network, given_ones), f"seed {seed}"
+
+
+@settings(max_examples=60, deadline=None)
+@given(SEEDS, st.booleans(), st.sampled_from([0.05, 0.1, 0.2]))
+def test_any_set_can_be_joined_and_nothing_spare_stays(seed, loops, share):
+    problem = random_problem(seed, n=18, r=30)
+    network = random_network(seed, 18, share=share, loops=loops)
+    start = select_greedy(problem).chosen
+    whole = joined(problem, network, start)
+    assert whole[: len(start)] == list(start) and len(set(whole)) == len(whole)
+    assert hangs_together(network, whole), f"seed {seed}"
+    kept = drop_redundant(problem, whole, given=start[:1], network=network)
+    assert set(start[:1]) <= set(kept)
+    assert hangs_together(network, kept) and meets(problem, kept, problem.required), f"seed {seed}"
+    for station in set(kept) - set(start[:1]):
+        rest = [c for c in kept if c != station]
+        assert not (hangs_together(network, rest) and meets(problem, rest, problem.required)), f"seed {seed}"
+
+
+def test_a_way_between_two_stations_is_the_shortest_and_of_equals_that_which_sees_more():
+    # 0 and 5 apart; over 1, 2 or over 3, 4, or over 6, 7, 8. 4 sees what nobody else does.
+    graph = nx.Graph()
+    graph.add_nodes_from(range(9))
+    graph.add_edges_from([(0, 1), (1, 2), (2, 5), (0, 3), (3, 4), (4, 5), (0, 6), (6, 7), (7, 8), (8, 5)])
+    sees = np.zeros((9, 3), dtype=bool)
+    sees[[0, 5, 4], [0, 1, 2]] = True
+    problem = problem_of(sees, [4, 4, 1], np.ones((1, 3)), [8])
+    assert sorted(joined(problem, network_of(graph), [0, 5])) == [0, 3, 4, 5]
+
+
+@settings(max_examples=60, deadline=None)
+@given(SEEDS, st.booleans())
+def test_check_refuses_just_the_sets_that_do_not_hang_together(seed, loops):
+    network = random_network(seed, 9, share=0.3, loops=loops)
+    problem = problem_of(np.ones((9, 1)), [1], np.ones((1, 1)), [0])
+    for size in range(1, 9):
+        chosen = [int(c) for c in np.random.default_rng(seed + size).permutation(9)[:size]]
+        if hangs_together(network, chosen):
+            check_selection(problem, chosen, network=network)
+        else:
+            with pytest.raises(SelectionCheckError, match="joined by"):
+                check_selection(problem, chosen, network=network)
+
+
+def test_a_start_that_is_not_joined_is_joined_and_network_and_host_agree():
+    problem = random_problem(5, n=25, r=80, seen_from=(1, 2))
+    network = random_network(6, 25, share=0.1)
+    quick = SelectionSettings(work_limit=0.02, n_walks=1)
+    start = select_greedy(problem).chosen
+    one = select(problem, quick, network=network, start=start)
+    assert one == select(problem, quick, network=network, start=start, host=True)
+    again = select(problem, SelectionSettings(work_limit=0.0), network=network, start=one.chosen)
+    assert len(again.chosen) <= len(one.chosen)
+
+
+def test_a_network_of_other_candidates_is_refused():
+    with pytest.raises(RequirementError, match="network: got one of 7"):
+        select(random_problem(0), network=random_network(0, 7))
