@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, fields
 
 from planner_core.errors import RequirementError
@@ -30,7 +31,10 @@ class Asked:
 
 @dataclass(frozen=True)
 class PartRequirement:
-    """What is asked of one part of the building. The part is what `floors`, `classes` and `zone` all name.
+    """What is asked of one part of the building. The part is what `floors`, `classes`, `zone` and `heights_m` all name.
+
+    A part that is one whole floor takes the place of what is asked of all for that floor; any other part is asked for
+    besides. A patch lies where its centroid lies.
 
     floors : ids or names; empty: all planned. classes : patterns (`*`, `?`) of element classes or names, such as
     `IfcWall*`; empty: all. zone : corners (x, y) of a polygon in plan, SCENE frame, metres; empty: everywhere.
@@ -47,6 +51,27 @@ class PartRequirement:
     classes: tuple[str, ...] = ()
     zone: tuple[tuple[float, float], ...] = ()
     heights_m: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        what = f"requirement {self.name!r}: "
+        if not self.name.strip():
+            raise RequirementError("requirement: got one without a name, expected a name to report it by; give it one")
+        if not 0.0 < self.coverage <= 1.0:
+            raise RequirementError(f"{what}coverage: got {self.coverage}, expected above 0 and at most 1; e.g. 0.95")
+        _check_seen_from(self.seen_from, what)
+        if self.zone and not (len(self.zone) >= 3 and all(math.isfinite(x) and math.isfinite(y) for x, y in self.zone)):
+            raise RequirementError(
+                f"{what}zone: got {len(self.zone)} corners, expected three or more, all finite; give (x, y) in metres"
+            )
+        if self.heights_m is not None and not -math.inf < self.heights_m[0] <= self.heights_m[1] < math.inf:
+            raise RequirementError(
+                f"{what}heights: got {self.heights_m[0]} to {self.heights_m[1]} m, expected the lower one first"
+            )
+
+
+def _check_seen_from(seen_from: int, what: str = "") -> None:
+    if seen_from < 1:
+        raise RequirementError(f"{what}seen from: got {seen_from} stations, expected 1 or more; leave it out for 1")
 
 
 @dataclass(frozen=True)
@@ -65,13 +90,24 @@ class Requirements:
     reflectivity: float = 0.8
     """Of the surfaces, for range noise."""
     parts: tuple[PartRequirement, ...] = ()
-    """Besides what is asked of all."""
     network: str = "joined"
     """How stations hang together by links of at least `overlap` and `min_strength`, as far as candidates can: `joined`;
     `loops`: also when any one link fails; `none`: not asked."""
     min_strength: float = 0.01
     """Least strength of a link that counts: all six motions are held, the worst of them ten times as badly as if all
     were held alike. See docs/method/registration.md."""
+
+    def __post_init__(self) -> None:
+        _check_seen_from(self.seen_from)
+        if self.network not in NETWORKS:
+            raise RequirementError(f"network: got {self.network!r}, expected one of {', '.join(NETWORKS)}")
+        if not 0.0 < self.reflectivity <= 1.0:
+            raise RequirementError(
+                f"reflectivity: got {self.reflectivity}, expected above 0 and at most 1; a white wall has 0.8"
+            )
+        names = [part.name for part in self.parts]
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise RequirementError(f"requirement {twice[0]!r}: got it twice, expected each name once; rename one")
 
 
 @dataclass(frozen=True)

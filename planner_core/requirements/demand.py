@@ -1,0 +1,301 @@
+"""Demand: all that is asked, as one problem of covering patches. What positions see, by every quality that is asked.
+
+A `Survey`, settings, an open engine, positions -> `Demand`: a copy of the patches for each distinct `Asked`, a quality,
+stacked. Patch p of quality q is number q P + p; a position's row has it where the position meets q on p by itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from planner_core.errors import RequirementError
+from planner_core.metrics.coverage import take_rows, times_seen
+from planner_core.metrics.levels import Sights, sights_meeting
+from planner_core.model import (
+    Asked,
+    BoolArray,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    Int64Array,
+    PlanSettings,
+    Survey,
+    Visibility,
+)
+from planner_core.progress import Progress, silent
+from planner_core.requirements.goals import OVERALL, Goal, goals_of
+from planner_core.requirements.sights import sights_in_batches
+from planner_core.requirements.wording import area_in_words, asked_in_words, figure_in_words
+from planner_core.scan.engine import ScanEngine
+from planner_core.select.problem import Target
+from planner_core.survey import visible_from
+
+#: Numbers of stacked patches are int32.
+_MOST_STACKED = 2**31 - 1
+
+
+@dataclass(frozen=True)
+class Rows:
+    """What positions see. seen : patches seen at all, for overlap. met : patches by quality, stacked, for coverage."""
+
+    seen: Visibility
+    met: Visibility
+
+    def take(self, rows: list[int] | Int64Array) -> Rows:
+        """Rows of some positions, in the order given."""
+        seen = take_rows(self.seen, rows)
+        return Rows(seen, seen if self.met is self.seen else take_rows(self.met, rows))
+
+
+@dataclass(frozen=True)
+class Demand:
+    """All that is asked, and how far positions can meet it.
+
+    qualities : what is asked of all comes first. targets : one a goal, over the stacked patches. area_m2 : (Q P,).
+    times_met : (Q, P) int32, positions that meet each quality. needed : for each quality, by the name of each limit,
+    (P,) float32: the least figure at positions that meet all its other limits; inf where they have none that is known,
+    NaN where there are no such positions.
+    """
+
+    n_patches: int
+    goals: tuple[Goal, ...]
+    qualities: tuple[Asked, ...]
+    rows: Rows
+    targets: tuple[Target, ...]
+    area_m2: FloatArray
+    times_met: Int32Array
+    needed: tuple[dict[str, Float32Array], ...]
+
+    def achievable(self, goal: Goal) -> BoolArray:
+        """(P,) bool, patches of the goal that as many positions as it asks for can meet."""
+        enough: BoolArray = self.times_met[self.qualities.index(goal.asked)] >= goal.seen_from
+        return goal.patches & enough
+
+    @property
+    def overall(self) -> Goal:
+        """The goal of all that is planned."""
+        return next(goal for goal in self.goals if goal.name == OVERALL and not goal.stated)
+
+
+def demand_of(
+    survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
+) -> Demand:
+    """Look from each of positions (N, 3), local frame, and say which patches meet what is asked.
+
+    Where no limit is asked of anything, rows, areas and targets are those of `visible_from` and `floor_targets`.
+
+    Raises
+    ------
+    RequirementError
+        What is asked can't be had from any position, see `check_possible`; else as `goals_of`, `sights_from`.
+    DeviceError
+        The device fails.
+    """
+    goals = goals_of(survey, settings)
+    qualities = qualities_of(goals)
+    looks = _Looks.over(survey, goals, qualities)
+    rows = _look(survey, settings, engine, positions_m, looks, progress)
+    n_patches = survey.patches.n_patches
+    times_met = times_seen(rows.met).reshape(len(qualities), n_patches)
+    demand = Demand(
+        n_patches=n_patches,
+        goals=goals,
+        qualities=qualities,
+        rows=rows,
+        targets=tuple(_target(goal, qualities) for goal in goals),
+        area_m2=np.tile(survey.patches.area_m2, len(qualities)),
+        times_met=times_met,
+        needed=looks.needed,
+    )
+    check_possible(demand)
+    return demand
+
+
+def rows_from(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    positions_m: FloatArray,
+    demand: Demand,
+    *,
+    progress: Progress = silent,
+) -> Rows:
+    """What further positions (N, 3) see, by the qualities of `demand`: for places that are not among its own."""
+    return _look(survey, settings, engine, positions_m, _Looks.over(survey, demand.goals, demand.qualities), progress)
+
+
+def qualities_of(goals: tuple[Goal, ...]) -> tuple[Asked, ...]:
+    """Distinct limits of the goals: those asked of all first, the others as they come."""
+    overall = next(goal for goal in goals if goal.name == OVERALL and not goal.stated)
+    return tuple(dict.fromkeys((overall.asked, *(goal.asked for goal in goals))))
+
+
+def check_possible(demand: Demand) -> None:
+    """Refuse a requirement of which no position, or too few of them, can meet anything.
+
+    A floor of which nothing is seen at all is no such requirement where it was not named and nothing special is asked.
+
+    Raises
+    ------
+    RequirementError
+        Naming the requirement and the limit to ease.
+    """
+    for goal in demand.goals:
+        special = goal.stated or goal.seen_from > 1 or goal.asked != Asked()
+        if special and goal.patches.any() and not demand.achievable(goal).any():
+            seen = goal.patches & (times_seen(demand.rows.seen) > 0)
+            if seen.any() or goal.stated or goal.name == OVERALL:
+                raise RequirementError(_impossible(demand, goal, seen))
+
+
+def _impossible(demand: Demand, goal: Goal, seen: BoolArray) -> str:
+    n_positions = demand.rows.seen.n_positions
+    area_m2 = demand.area_m2[: demand.n_patches]
+    what = f"requirement {goal.name!r}: got {asked_in_words(goal.asked, goal.seen_from)}"
+    of = f"of its {area_in_words(float(area_m2[goal.patches].sum()))}"
+    if not seen.any():
+        return f"{what}, but none {of} is seen from any of {n_positions} positions; check where stations may stand"
+    met = demand.times_met[demand.qualities.index(goal.asked)]
+    if (goal.patches & (met > 0)).any():
+        most = int(met[goal.patches].max())
+        return f"{what}, but none {of} is met from more than {most} of {n_positions} positions; ask for {most}"
+    blame = blamed(demand, goal, seen)
+    remedy = "ease several limits at once" if blame is None else f"ease its {_ease(demand, goal, seen, blame)}"
+    return f"{what}, which is met on none {of} from any of {n_positions} positions; {remedy}"
+
+
+def _ease(demand: Demand, goal: Goal, seen: BoolArray, limit: str) -> str:
+    figures = demand.needed[demand.qualities.index(goal.asked)][limit][seen]
+    known = figures[np.isfinite(figures)]
+    name = limit.split("_")[0]
+    return name if known.size == 0 else f"{name}, the best is {figure_in_words(limit, float(known.min()))}"
+
+
+def blamed(demand: Demand, goal: Goal, patches: BoolArray) -> str | None:
+    """Name of the limit of `goal` without which the most area of `patches`, (P,) bool, would meet the rest; or None."""
+    area_m2 = demand.area_m2[: demand.n_patches]
+    needed = demand.needed[demand.qualities.index(goal.asked)]
+    admits = {limit: float(area_m2[patches & ~np.isnan(least)].sum()) for limit, least in needed.items()}
+    best = max(admits, key=lambda limit: admits[limit], default=None)
+    return best if best is not None and admits[best] > 0 else None
+
+
+def _target(goal: Goal, qualities: tuple[Asked, ...]) -> Target:
+    if len(qualities) == 1:
+        return Target(goal.patches, goal.coverage, goal.seen_from)
+    part = np.zeros((len(qualities), goal.patches.size), dtype=np.bool_)
+    part[qualities.index(goal.asked)] = goal.patches
+    return Target(part.reshape(-1), goal.coverage, goal.seen_from)
+
+
+@dataclass(frozen=True)
+class _Looks:
+    """What to keep of sights. counted : for each quality, (P,) bool, patches that a goal asks it of; None: keep all.
+
+    needed : as in `Demand`, filled while looking.
+    """
+
+    qualities: tuple[Asked, ...]
+    counted: tuple[BoolArray | None, ...]
+    needed: tuple[dict[str, Float32Array], ...]
+
+    @classmethod
+    def over(cls, survey: Survey, goals: tuple[Goal, ...], qualities: tuple[Asked, ...]) -> _Looks:
+        """Keep all of what is asked of all, and of other qualities what their goals count."""
+        counted: list[BoolArray | None] = [None]
+        for asked in qualities[1:]:
+            counted.append(np.any([goal.patches for goal in goals if goal.asked == asked], axis=0))
+        n_patches = survey.patches.n_patches
+        needed = tuple(
+            {name: np.full(n_patches, np.nan, dtype=np.float32) for name in limits_of(asked)} for asked in qualities
+        )
+        return cls(qualities, tuple(counted), needed)
+
+    @property
+    def plain(self) -> bool:
+        """Whether seeing a patch is all that is asked."""
+        return self.qualities == (Asked(),)
+
+
+def limits_of(asked: Asked) -> tuple[str, ...]:
+    """Names of the limits that are asked."""
+    return tuple(field.name for field in fields(asked) if getattr(asked, field.name) is not None)
+
+
+def _look(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    positions_m: FloatArray,
+    looks: _Looks,
+    progress: Progress,
+) -> Rows:
+    n_patches, n_qualities = survey.patches.n_patches, len(looks.qualities)
+    if n_patches * n_qualities > _MOST_STACKED:
+        raise RequirementError(
+            f"requirements: got {n_qualities} different sets of limits on {n_patches} patches, expected at most "
+            f"{_MOST_STACKED // n_patches}; ask the same of several parts, or take larger patches"
+        )
+    if looks.plain:
+        seen = visible_from(survey, settings, engine, positions_m, progress=progress)
+        return Rows(seen, seen)
+    seen_sizes: list[Int64Array] = []
+    met_sizes: list[Int64Array] = []
+    seen_patch: list[Int32Array] = []
+    met_patch: list[Int32Array] = []
+    for sights in sights_in_batches(survey, settings, engine, positions_m, progress=progress):
+        seen_sizes.append(np.diff(sights.starts))
+        seen_patch.append(sights.patch)
+        sizes, patch = _stacked(sights, looks)
+        met_sizes.append(sizes)
+        met_patch.append(patch)
+        for asked, least in zip(looks.qualities, looks.needed, strict=True):
+            _note_needed(sights, asked, least)
+    return Rows(
+        Visibility(_starts(seen_sizes), _joined(seen_patch), n_patches),
+        Visibility(_starts(met_sizes), _joined(met_patch), n_patches * n_qualities),
+    )
+
+
+def _stacked(sights: Sights, looks: _Looks) -> tuple[Int64Array, Int32Array]:
+    """Sizes (S,) of stacked rows, and their patches."""
+    n_rows = sights.starts.size - 1
+    row_of_sight = np.repeat(np.arange(n_rows), np.diff(sights.starts))
+    rows, patches = [], []
+    for quality, (asked, counted) in enumerate(zip(looks.qualities, looks.counted, strict=True)):
+        kept = sights_meeting(sights, asked)
+        if counted is not None:
+            kept &= counted[sights.patch]
+        rows.append(row_of_sight[kept])
+        patches.append(sights.patch[kept] + np.int32(quality * sights.n_patches))
+    row = np.concatenate(rows)
+    # Stable: qualities stay in their order within a row, and so do the patches of each.
+    order = np.argsort(row, kind="stable")
+    return np.bincount(row, minlength=n_rows).astype(np.int64), np.concatenate(patches)[order].astype(np.int32)
+
+
+def _note_needed(sights: Sights, asked: Asked, least: dict[str, Float32Array]) -> None:
+    """Lower `least`, (P,) by limit, to the figures of sights that meet all other limits."""
+    for limit, figures in least.items():
+        rest = sights_meeting(sights, replace(asked, **{limit: None}))
+        found = getattr(sights, limit)[rest]
+        np.fmin.at(figures, sights.patch[rest], np.where(np.isnan(found), np.float32(np.inf), found))
+
+
+def _joined(blocks: list[Int32Array]) -> Int32Array:
+    """All blocks in their order. The list is emptied on the way, so that what is joined is not held twice."""
+    out = np.empty(sum(block.size for block in blocks), dtype=np.int32)
+    at = 0
+    blocks.reverse()
+    while blocks:
+        block = blocks.pop()
+        out[at : at + block.size] = block
+        at += block.size
+    return out
+
+
+def _starts(sizes: list[Int64Array]) -> Int64Array:
+    """Starts (N + 1,) of rows whose sizes come in pieces."""
+    return np.cumsum(np.concatenate([np.zeros(1, dtype=np.int64), *sizes]), dtype=np.int64)

@@ -1,0 +1,76 @@
+"""What stations make of what is asked: a `PartResult` a goal, and the figures of all that is planned.
+
+A `Demand` and the stations' rows (`Demand.rows.take`, or `rows_from` for places off the grid) -> figures.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner_core.metrics.coverage import times_seen
+from planner_core.model import BoolArray, Int32Array, PartResult, Visibility
+from planner_core.requirements.demand import Demand, Rows
+from planner_core.requirements.goals import Goal
+from planner_core.requirements.wording import area_in_words, asked_in_words
+
+
+def times_met(demand: Demand, rows: Rows) -> Int32Array:
+    """(Q, P) int32, stations that meet each quality on each patch; quality 0 is what is asked of all."""
+    return times_seen(rows.met).reshape(len(demand.qualities), demand.n_patches)
+
+
+def covered(demand: Demand, goal: Goal, rows: Rows) -> BoolArray:
+    """(P,) bool, achievable patches of a goal that as many stations meet as it asks for."""
+    enough: BoolArray = times_met(demand, rows)[demand.qualities.index(goal.asked)] >= goal.seen_from
+    return demand.achievable(goal) & enough
+
+
+def part_results(demand: Demand, rows: Rows) -> tuple[PartResult, ...]:
+    """One result a goal, in the order of `Demand.goals`; what is not achievable does not count as covered."""
+    area_m2 = demand.area_m2[: demand.n_patches]
+    return tuple(
+        PartResult(
+            name=goal.name,
+            required=goal.coverage,
+            achievable_area_m2=float(area_m2[demand.achievable(goal)].sum()),
+            covered_area_m2=float(area_m2[covered(demand, goal, rows)].sum()),
+            total_area_m2=float(area_m2[goal.patches].sum()),
+            seen_from=goal.seen_from,
+            asked=goal.asked,
+        )
+        for goal in demand.goals
+    )
+
+
+def missed_in_words(results: tuple[PartResult, ...]) -> tuple[str, ...]:
+    """One line for each requirement that is not met."""
+    return tuple(
+        f"{result.name!r} is covered to {100 * np.floor(result.fraction_of_achievable * 1000) / 1000:.1f} % of the "
+        f"{area_in_words(result.achievable_area_m2)} where {asked_in_words(result.asked, result.seen_from)} is "
+        f"achievable, {100 * result.required:g} % are required"
+        for result in results
+        if not result.met
+    )
+
+
+def rows_of_quality(demand: Demand, rows: Rows, quality: int = 0) -> Visibility:
+    """Patches on which each position meets one quality: what it covers of all that is planned, by default."""
+    low, high = quality * demand.n_patches, (quality + 1) * demand.n_patches
+    kept = (rows.met.patch >= low) & (rows.met.patch < high)
+    starts = np.concatenate([[0], np.cumsum(kept)])[rows.met.starts]
+    return Visibility(starts.astype(np.int64), rows.met.patch[kept] - np.int32(low), demand.n_patches)
+
+
+def coverage_curve(demand: Demand, rows: Rows) -> tuple[float, ...]:
+    """Covered fraction of what is achievable of all that is planned, after the first row, the first two, and so on."""
+    goal = demand.overall
+    area_m2 = demand.area_m2[: demand.n_patches]
+    counted = demand.achievable(goal)
+    total = float(area_m2[counted].sum())
+    visibility = rows_of_quality(demand, rows)
+    times = np.zeros(demand.n_patches, dtype=np.int32)
+    curve = []
+    for index in range(visibility.n_positions):
+        times[visibility.row(index)] += 1
+        curve.append(float(area_m2[counted & (times >= goal.seen_from)].sum()) / total if total > 0 else 1.0)
+    return tuple(curve)

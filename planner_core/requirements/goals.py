@@ -1,0 +1,176 @@
+"""Goals: each thing that is asked, with the patches it is asked of. Overall, by floor, by part.
+
+A `Survey` and `Requirements` -> goals; frames: zones and heights are of the scene frame, metres.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+import numpy as np
+
+from planner_core.errors import RequirementError
+from planner_core.metrics.coverage import floor_of_patch
+from planner_core.model import Asked, BoolArray, FloatArray, PartRequirement, PlanSettings, Scene, Survey
+from planner_core.scene.patches import patch_triangles
+from planner_core.survey import planned_floors, scope_of
+
+#: Name of what is asked of everything that is planned.
+OVERALL = "overall"
+#: Classes told to a user whose own matched nothing.
+_MOST_TOLD = 12
+
+
+@dataclass(frozen=True)
+class Goal:
+    """`coverage`, a fraction, of the achievable area of `patches`, (P,) bool; a part's `stated` goal was asked for."""
+
+    name: str
+    coverage: float
+    asked: Asked
+    seen_from: int
+    patches: BoolArray
+    stated: bool = False
+
+
+def goals_of(survey: Survey, settings: PlanSettings) -> tuple[Goal, ...]:
+    """Goals of a plan: one a planned floor, one for all that is planned, then the parts in their order.
+
+    A part that is one whole floor stands in that floor's place.
+
+    Raises
+    ------
+    RequirementError
+        Floors that are not there or not planned; classes, zones or heights of which the building has nothing.
+    """
+    wanted = settings.requirements
+    of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
+    planned = planned_floors(survey.floors, wanted.floors)
+    scope = scope_of(of_patch, planned, len(survey.floors))
+    centroids = _centroids_m(survey) if any(part.zone or part.heights_m for part in wanted.parts) else None
+    by_floor: dict[int, Goal] = {}
+    others: list[Goal] = []
+    for part in wanted.parts:
+        floors = _floors_of(survey, part, planned)
+        patches = scope if not floors else np.isin(of_patch, np.array(floors, dtype=np.int32))
+        patches = patches & _of_classes(survey, part) & _in_zone(survey.scene, part, centroids)
+        if not patches.any():
+            raise RequirementError(
+                f"requirement {part.name!r}: got a part without any surface, expected some; its floors, classes, zone "
+                "and heights have nothing in common"
+            )
+        goal = Goal(part.name, part.coverage, part.asked, part.seen_from, patches, stated=True)
+        if len(floors) == 1 and not (part.classes or part.zone or part.heights_m):
+            if floors[0] in by_floor:
+                raise RequirementError(
+                    f"requirement {part.name!r}: got floor {survey.floors[floors[0]].name!r} a second time, expected "
+                    f"it once; {by_floor[floors[0]].name!r} is about it too"
+                )
+            by_floor[floors[0]] = goal
+        else:
+            others.append(goal)
+    for index in planned:
+        name = survey.floors[index].name
+        default = Goal(name, wanted.coverage, wanted.asked, wanted.seen_from, of_patch == index)
+        by_floor.setdefault(index, default)
+    overall = Goal(OVERALL, wanted.coverage, wanted.asked, wanted.seen_from, scope)
+    return (*(by_floor[index] for index in planned), overall, *others)
+
+
+def _floors_of(survey: Survey, part: PartRequirement, planned: tuple[int, ...]) -> tuple[int, ...]:
+    """Indices of the floors that a part names; none where it names none."""
+    if not part.floors:
+        return ()
+    try:
+        floors = planned_floors(survey.floors, part.floors)
+    except RequirementError as error:
+        raise RequirementError(f"requirement {part.name!r}: {error}") from error
+    if left_out := [survey.floors[index].name for index in floors if index not in planned]:
+        raise RequirementError(
+            f"requirement {part.name!r}: got floor {left_out[0]!r}, which is not planned, expected a planned one; "
+            "plan it too or leave this requirement out"
+        )
+    return floors
+
+
+def _of_classes(survey: Survey, part: PartRequirement) -> BoolArray:
+    """(P,) bool, patches of elements whose class or name fits one of the part's patterns; all where it has none."""
+    scene, patches = survey.scene, survey.patches
+    if not part.classes:
+        return np.ones(patches.n_patches, dtype=np.bool_)
+    fits = np.zeros(len(scene.elements), dtype=np.bool_)
+    for pattern in part.classes:
+        rule = re.compile(
+            "".join({"*": ".*", "?": "."}.get(sign, re.escape(sign)) for sign in pattern.casefold()), re.S
+        )
+        found = [
+            bool(rule.fullmatch(element.kind.casefold()) or rule.fullmatch(element.name.casefold()))
+            for element in scene.elements
+        ]
+        if not any(found):
+            raise RequirementError(
+                f"requirement {part.name!r}: got class {pattern!r}, of which the building has nothing, expected "
+                f"{_known_classes(scene, pattern)}; * stands for any letters"
+            )
+        fits |= np.array(found, dtype=np.bool_)
+    on_element: BoolArray = np.repeat(fits[scene.element_of_triangle], np.diff(patches.first_patch))
+    return on_element
+
+
+def _rule_of(pattern: str) -> re.Pattern[str]:
+    """A pattern's * is any run of letters, its ? any one."""
+    signs = re.sub(r"\*+", "*", pattern.casefold())
+    return re.compile("".join({"*": ".*", "?": "."}.get(sign, re.escape(sign)) for sign in signs), re.DOTALL)
+
+
+def _known_classes(scene: Scene, pattern: str) -> str:
+    """Classes that a user may have meant, the nearest alone where one is near."""
+    kinds = sorted({element.kind for element in scene.elements})
+    near = get_close_matches(pattern, kinds, n=1, cutoff=0.75)
+    return near[0] if near else "one of " + ", ".join(kinds[:_MOST_TOLD]) + (" ..." if len(kinds) > _MOST_TOLD else "")
+
+
+def _centroids_m(survey: Survey) -> FloatArray:
+    """(P, 3), scene frame."""
+    middle: FloatArray = patch_triangles(survey.scene, survey.patches).mean(axis=1) + survey.scene.offset_m
+    return middle
+
+
+def _in_zone(scene: Scene, part: PartRequirement, centroids_m: FloatArray | None) -> BoolArray | np.bool_:
+    """(P,) bool, patches with their centroid over the part's zone and between its heights, ends included."""
+    inside: BoolArray | np.bool_ = np.True_
+    if centroids_m is None:
+        return inside
+    if part.zone:
+        inside = over_polygon(centroids_m[:, :2], np.array(part.zone, dtype=np.float64))
+        if not inside.any():
+            low, high = (
+                (scene.vertices_m + scene.offset_m).min(axis=0),
+                (scene.vertices_m + scene.offset_m).max(axis=0),
+            )
+            raise RequirementError(
+                f"requirement {part.name!r}: got a zone with nothing in it, expected one over the building, "
+                f"x {low[0]:.2f} to {high[0]:.2f} m, y {low[1]:.2f} to {high[1]:.2f} m; give the building's own "
+                "coordinates"
+            )
+    if part.heights_m is not None:
+        inside = inside & (centroids_m[:, 2] >= part.heights_m[0]) & (centroids_m[:, 2] <= part.heights_m[1])
+    return inside
+
+
+def over_polygon(points_m: FloatArray, corners_m: FloatArray) -> BoolArray:
+    """(N,) bool, whether points (N, 2) lie inside a polygon with corners (K, 2), by crossings of a ray to the right.
+
+    A point on an edge lies inside of one of two polygons that share the edge, and only of one.
+    """
+    inside = np.zeros(len(points_m), dtype=np.bool_)
+    x, y = points_m[:, 0], points_m[:, 1]
+    for (ax, ay), (bx, by) in zip(corners_m, np.roll(corners_m, -1, axis=0), strict=True):
+        if ay == by:
+            continue
+        (lx, ly), (hx, hy) = ((ax, ay), (bx, by)) if ay < by else ((bx, by), (ax, ay))
+        crosses = (y >= ly) & (y < hy)
+        inside ^= crosses & (x < lx + (y - ly) * ((hx - lx) / (hy - ly)))
+    return inside

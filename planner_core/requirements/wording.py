@@ -1,0 +1,39 @@
+"""Figures of requirements in words: `spacing 6 mm`, `incidence 65°`, for messages and reports."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+
+from planner_core.model import Asked
+
+
+def asked_in_words(asked: Asked, seen_from: int = 1) -> str:
+    """Limits as a user states them, such as `spacing 6 mm, range 20 m, from 2 stations`; `to be seen` where none."""
+    parts = [
+        f"{name_of(field.name)} {figure_in_words(field.name, limit)}"
+        for field in fields(asked)
+        if (limit := getattr(asked, field.name)) is not None
+    ]
+    if seen_from > 1:
+        parts.append(f"from {seen_from} stations")
+    return ", ".join(parts) or "to be seen"
+
+
+def name_of(limit: str) -> str:
+    """`spacing` of `spacing_m`, and so on: a limit's name without its unit."""
+    return limit.rsplit("_", 1)[0]
+
+
+def figure_in_words(limit: str, figure: float) -> str:
+    """`figure` of the limit named, a field of `Asked`, with a unit that suits its size."""
+    if limit.endswith("_rad"):
+        return f"{math.degrees(figure):.3g}°"
+    if figure < 0.1:
+        return f"{1000 * figure:.3g} mm"
+    return f"{figure:.3g} m"
+
+
+def area_in_words(area_m2: float) -> str:
+    """Square metres with as many digits as say something."""
+    return f"{area_m2:.0f} m2" if area_m2 >= 100 else f"{area_m2:.1f} m2" if area_m2 >= 1 else f"{area_m2:.2f} m2"
