@@ -89,34 +89,57 @@ def _on_floor(
     progress: Progress,
 ) -> tuple[FloatArray, FloatArray]:
     """Positions (N, 3) and instrument heights (N,) of one floor, ordered by y, x, height."""
-    heights_m = instrument_heights_m(settings)
     # Two spots on either side of a wall are at least twice the clearance apart: a candidate nearer is in the same room.
     reach_m = min(settings.grid_step_m, 2.0 * settings.clearance_m or 0.5 * settings.grid_step_m)
+    n_heights = instrument_heights_m(settings).size
     position_m, height_m = np.empty((0, 3)), np.empty(0)
     for halving in range(n_halvings + 1):
         plan_m, ground_m, n_bare = _grid_on_ground(survey, floor, settings.grid_step_m / 2**halving)
-        far = ~_is_near(plan_m, position_m[:, :2], reach_m)
+        far = ~is_near(plan_m, position_m[:, :2], reach_m)
         plan_m, ground_m = plan_m[far], ground_m[far]
         if halving == 0:
-            tally.n_tried += n_bare * heights_m.size
-            tally.refuse(NO_GROUND, n_bare * heights_m.size)
+            tally.n_tried += n_bare * n_heights
+            tally.refuse(NO_GROUND, n_bare * n_heights)
             mostly_covered = is_mostly_covered(survey, engine, plan_m, ground_m)
-        height = np.tile(heights_m, ground_m.size)
-        ground = np.repeat(ground_m, heights_m.size)
-        position = np.column_stack([np.repeat(plan_m, heights_m.size, axis=0), ground + height])
-        tally.n_tried += height.size
-        kept, reasons = reject(
-            survey, floor, settings, engine, position, ground, mostly_covered=mostly_covered, progress=progress
+        position, height = admitted(
+            survey, floor, settings, engine, plan_m, ground_m, tally, mostly_covered=mostly_covered, progress=progress
         )
-        for reason, number in reasons.items():
-            tally.refuse(reason, number)
-        position_m = np.concatenate([position_m, position[kept]])
-        height_m = np.concatenate([height_m, height[kept]])
+        position_m = np.concatenate([position_m, position])
+        height_m = np.concatenate([height_m, height])
     order = np.lexsort((height_m, position_m[:, 0], position_m[:, 1]))
     return position_m[order], height_m[order]
 
 
-def _is_near(plan_m: FloatArray, taken_m: FloatArray, reach_m: float) -> BoolArray:
+def admitted(
+    survey: Survey,
+    floor: Floor,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    plan_m: FloatArray,
+    ground_m: FloatArray,
+    tally: Tally,
+    *,
+    mostly_covered: bool,
+    progress: Progress = silent,
+) -> tuple[FloatArray, FloatArray]:
+    """Positions (K, 3) and heights (K,) at which a tripod can stand, over places (N, 2) with grounds (N,) of `floor`.
+
+    Every height of the settings is tried over every place, and told to `tally`.
+    """
+    heights_m = instrument_heights_m(settings)
+    height = np.tile(heights_m, ground_m.size)
+    ground = np.repeat(ground_m, heights_m.size)
+    position = np.column_stack([np.repeat(plan_m, heights_m.size, axis=0), ground + height])
+    tally.n_tried += height.size
+    kept, reasons = reject(
+        survey, floor, settings, engine, position, ground, mostly_covered=mostly_covered, progress=progress
+    )
+    for reason, number in reasons.items():
+        tally.refuse(reason, number)
+    return position[kept], height[kept]
+
+
+def is_near(plan_m: FloatArray, taken_m: FloatArray, reach_m: float) -> BoolArray:
     """(N,) bool: whether a place (N, 2) has a taken one (M, 2) within reach."""
     if not taken_m.size:
         return np.zeros(plan_m.shape[0], dtype=bool)

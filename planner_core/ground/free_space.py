@@ -97,6 +97,16 @@ class FreeSpace:
         """(K, 3) float64, local: places of nodes on the ground, their cells' centres."""
         return np.column_stack([self.grid.centre_m(self.column[node]), self.ground_m[node]])
 
+    def node_below(self, place_m: FloatArray) -> int:
+        """Find the highest node of the cell that a place (3,) is over, not above it; -1 where there is none."""
+        ix, iy = self.grid.index_of(place_m[None, :2])[0].tolist()
+        if not (0 <= ix < self.grid.nx and 0 <= iy < self.grid.ny):
+            return -1
+        column = iy * self.grid.nx + ix
+        first, end = np.searchsorted(self.column, [column, column + 1]).tolist()
+        under = int(np.count_nonzero(self.ground_m[first:end] <= place_m[2] + _SLACK_M))
+        return first + under - 1 if under else -1
+
     def floor_map(self, floor: int) -> FloorMap:
         """Lay the nodes of one floor out as pictures."""
         here = self.floor == floor

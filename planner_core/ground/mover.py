@@ -18,8 +18,8 @@ from planner_core.model import BoolArray, FloatArray, Int32Array
 class Mover:
     """A body that walks or drives: an upright cylinder that climbs steps. The defaults are a person's.
 
-    radius_m : of the body. step_m : greatest step up or down; what is lower is walked over. height_m : headroom needed.
-    stairs_height_m : headroom needed off the floors' ground, where that is less: one ducks under the landing above.
+    radius_m : of the body. step_m : greatest step up or down; what is lower is walked over. height_m : headroom needed:
+    one ducks under beams and sloping roofs. stairs_height_m : headroom needed off the floors' ground, if that is less.
     max_slope_rad : steepest ground.
     opens_doors : doors (`IfcDoor`) are no obstacles, shut or open: models show them shut, a crew opens them.
 
@@ -31,7 +31,7 @@ class Mover:
 
     radius_m: float = 0.25
     step_m: float = 0.25
-    height_m: float = 1.9
+    height_m: float = 1.7
     stairs_height_m: float = 1.7
     max_slope_rad: float = math.radians(25.0)
     opens_doors: bool = True
@@ -45,7 +45,7 @@ class Mover:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 2.0 * self.step_m):
                 raise RequirementError(
-                    f"mover's {name}: got {value:g}, expected more than two steps of {self.step_m:g} m; e.g. 1.9"
+                    f"mover's {name}: got {value:g}, expected more than two steps of {self.step_m:g} m; e.g. 1.7"
                 )
         if not 0 <= self.max_slope_rad < math.pi / 2:
             raise RequirementError(

@@ -105,7 +105,7 @@ def reachability(survey: Survey, space: FreeSpace, entrances_m: FloatArray | Non
         large = (area > 0) & (area >= _ENTERED_SHARE * area.max(axis=0, initial=0.0))
         lead_to = set(np.flatnonzero(large.any(axis=1)).tolist())
     else:
-        lead_to = {int(region[node]) for node in _entrance_nodes(space, entrances_m)}
+        lead_to = {int(region[node]) for node in _entrance_nodes(space, entrances_m, survey.scene.offset_m)}
     regions = _described(survey, space, region, area, lead_to)
     return Reach(space=space, regions=regions, region=region, near_region=near)
 
@@ -148,7 +148,7 @@ class Footing:
         return out
 
 
-def _entrance_nodes(space: FreeSpace, entrances_m: FloatArray) -> list[int]:
+def _entrance_nodes(space: FreeSpace, entrances_m: FloatArray, offset_m: FloatArray) -> list[int]:
     """Nearest node on which the mover can stand, by entrance."""
     stand = np.flatnonzero(space.can_stand)
     place = space.position_m(stand)
@@ -158,9 +158,9 @@ def _entrance_nodes(space: FreeSpace, entrances_m: FloatArray) -> list[int]:
         away[np.abs(place[:, 2] - entrance[2]) > 2.0 * _SAME_GROUND_M] = np.inf
         nearest = int(np.argmin(away)) if away.size else -1
         if nearest < 0 or away[nearest] > _ENTRANCE_M:
-            at = ", ".join(f"{value:.2f}" for value in entrance)
+            at = ", ".join(f"{value:.2f}" for value in entrance + offset_m)
             raise RequirementError(
-                f"entrance: got ({at}) in the local frame, expected a place on the ground with room for a body within "
+                f"entrance: got ({at}), expected a place on the ground with room for a body within "
                 f"{_ENTRANCE_M:g} m; move it onto a floor, away from walls"
             )
         out.append(int(stand[nearest]))

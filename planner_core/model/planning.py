@@ -48,6 +48,8 @@ class PlanSettings:
     clearance_m: float = 0.4
     ground_ring_radius_m: float = 0.2
     n_ground_ring_rays: int = 16
+    special_places: bool = True
+    """Doorways, middles of rooms and landings besides the grid, see `planner_core.ground.places`."""
     max_patch_area_m2: float = 0.04
     scan_mode: str = "auto"
     """What candidates are judged by: `beams`, `patches` (samples of patches, see `planner_core.scan.patch_mode`), or
