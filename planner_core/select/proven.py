@@ -394,7 +394,7 @@ class _Search:
         return self._settings.n_walks * (TRIES + 2) * (rows + 50 + links)
 
     def _without_one(self) -> Int32Array:
-        """(W, k - 1), pinned ones first: the best set without one station, another for each walk if there are so many."""
+        """(W, k - 1), pinned ones first: the best set without one station, another one for each walk if it can be."""
         n_pinned, loose = len(self._pinned), len(self._best) - len(self._pinned)
         sets = [
             [c for place, c in enumerate(self._best) if place != n_pinned + walk % loose]
