@@ -12,9 +12,9 @@ Angles are radians; azimuth runs counter-clockwise from +x seen from above, elev
 
 from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32Array, Int64Array, UInt8Array
 from planner_core.model.planning import Candidates, PlanSettings, Survey
-from planner_core.model.registration import FloorNetworks, NetworkGap, Registration, RegistrationNetwork
+from planner_core.model.registration import FloorNetworks, Link, NetworkGap, Registration, RegistrationNetwork
 from planner_core.model.requirements import NETWORKS, Asked, PartRequirement, PartResult, Requirements
-from planner_core.model.results import Coverage, Link, Plan, Station, UnseenElement
+from planner_core.model.results import Coverage, Plan, Station, UnseenElement
 from planner_core.model.route import FieldTime, Leg, Route, SealedArea
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
 from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Room, Scene, SceneSource, Storey

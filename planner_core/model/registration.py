@@ -4,7 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planner_core.model.results import Link
+
+@dataclass(frozen=True)
+class Link:
+    """Overlap of two stations. `overlap`: the smaller of both shares of seen area that the other sees too.
+
+    `strength`: smallest eigenvalue of the shared surface's point-to-plane normal matrix, scaled to [0, 1]; NaN where
+    it was not computed. `weak_axis`: the motion that this surface holds least, in words such as `slides along x`; empty
+    where it was not computed.
+    """
+
+    a: str
+    b: str
+    overlap: float
+    strength: float
+    weak_axis: str = ""
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 from planner_core.model.arrays import BoolArray, FloatArray, Int32Array
 from planner_core.model.planning import PlanSettings, Survey
+from planner_core.model.registration import Link, Registration
+from planner_core.model.requirements import PartResult
 from planner_core.model.route import FieldTime, Route, SealedArea
 from planner_core.model.unseen import Why
 
@@ -51,22 +53,6 @@ class Coverage:
 
 
 @dataclass(frozen=True)
-class Link:
-    """Overlap of two stations. `overlap`: the smaller of both shares of seen area that the other sees too.
-
-    `strength`: smallest eigenvalue of the shared surface's point-to-plane normal matrix, scaled to [0, 1]; NaN where
-    it was not computed. `weak_axis`: the motion that this surface holds least, in words such as `slides along x`; empty
-    where it was not computed.
-    """
-
-    a: str
-    b: str
-    overlap: float
-    strength: float
-    weak_axis: str = ""
-
-
-@dataclass(frozen=True)
 class UnseenElement:
     """Achievable surface of one element that the plan leaves unseen."""
 
@@ -101,6 +87,16 @@ class Plan:
     n_candidates: int
     engine: str
     """Name of the engine and device that scanned, for the record."""
+    objective_value: float | None = None
+    """Of another objective than fewest stations: seconds in the field, or fraction of achievable area covered."""
+    objective_bound: float | None = None
+    """What no plan on these candidates is better than."""
+    n_greedy: int | None = None
+    """Stations that greedy selection takes for the same; None: not known."""
+    requirements: tuple[PartResult, ...] = ()
+    """What became of each thing that was asked."""
+    registration: Registration | None = None
+    """How the stations hang together; `connected` says the same in a word."""
     why_stopped: str = ""
     """Why the search for fewer stations ended: `proven`, `work limit` ...; empty where the method does not search."""
     route: Route | None = None
