@@ -13,7 +13,8 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.metrics.coverage import floor_of_patch
-from planner_core.model import Asked, BoolArray, FloatArray, PartRequirement, PlanSettings, Scene, Survey
+from planner_core.model import Asked, BoolArray, FloatArray, Floor, PartRequirement, PlanSettings, Scene, Survey
+from planner_core.requirements.polygons import over_polygon
 from planner_core.scene.patches import patch_triangles
 from planner_core.survey import planned_floors, scope_of
 
@@ -72,11 +73,25 @@ def goals_of(survey: Survey, settings: PlanSettings) -> tuple[Goal, ...]:
         else:
             others.append(goal)
     for index in planned:
-        name = survey.floors[index].name
-        default = Goal(name, wanted.coverage, wanted.asked, wanted.seen_from, of_patch == index)
+        default = Goal(
+            _floor_name(survey.floors, index), wanted.coverage, wanted.asked, wanted.seen_from, of_patch == index
+        )
         by_floor.setdefault(index, default)
     overall = Goal(OVERALL, wanted.coverage, wanted.asked, wanted.seen_from, scope)
-    return (*(by_floor[index] for index in planned), overall, *others)
+    goals = (*(by_floor[index] for index in planned), overall, *others)
+    names = [goal.name for goal in goals]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise RequirementError(
+            f"requirement {twice[0]!r}: got a part of the name of something else that is asked for, expected another "
+            "name; rename it"
+        )
+    return goals
+
+
+def _floor_name(floors: tuple[Floor, ...], index: int) -> str:
+    """Name of a floor, with its id where another one has it too."""
+    name = floors[index].name
+    return name if [floor.name for floor in floors].count(name) == 1 else f"{name} ({floors[index].id})"
 
 
 def _floors_of(survey: Survey, part: PartRequirement, planned: tuple[int, ...]) -> tuple[int, ...]:
@@ -157,20 +172,4 @@ def _in_zone(scene: Scene, part: PartRequirement, centroids_m: FloatArray | None
             )
     if part.heights_m is not None:
         inside = inside & (centroids_m[:, 2] >= part.heights_m[0]) & (centroids_m[:, 2] <= part.heights_m[1])
-    return inside
-
-
-def over_polygon(points_m: FloatArray, corners_m: FloatArray) -> BoolArray:
-    """(N,) bool, whether points (N, 2) lie inside a polygon with corners (K, 2), by crossings of a ray to the right.
-
-    A point on an edge lies inside of one of two polygons that share the edge, and only of one.
-    """
-    inside = np.zeros(len(points_m), dtype=np.bool_)
-    x, y = points_m[:, 0], points_m[:, 1]
-    for (ax, ay), (bx, by) in zip(corners_m, np.roll(corners_m, -1, axis=0), strict=True):
-        if ay == by:
-            continue
-        (lx, ly), (hx, hy) = ((ax, ay), (bx, by)) if ay < by else ((bx, by), (ax, ay))
-        crosses = (y >= ly) & (y < hy)
-        inside ^= crosses & (x < lx + (y - ly) * ((hx - lx) / (hy - ly)))
     return inside

@@ -1,0 +1,43 @@
+"""Polygons in plan: what lies over one, and whether it crosses itself. Corners (K, 2) in metres, any frame."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner_core.model import BoolArray, FloatArray
+
+
+def over_polygon(points_m: FloatArray, corners_m: FloatArray) -> BoolArray:
+    """(N,) bool, whether points (N, 2) lie inside the polygon, by crossings of a ray along x.
+
+    A point on an edge lies inside of one of two polygons that share the edge, and only of one.
+    """
+    inside = np.zeros(len(points_m), dtype=np.bool_)
+    x, y = points_m[:, 0], points_m[:, 1]
+    for (ax, ay), (bx, by) in zip(corners_m, np.roll(corners_m, -1, axis=0), strict=True):
+        if ay == by:
+            continue
+        (lx, ly), (hx, hy) = ((ax, ay), (bx, by)) if ay < by else ((bx, by), (ax, ay))
+        crosses = (y >= ly) & (y < hy)
+        inside ^= crosses & (x < lx + (y - ly) * ((hx - lx) / (hy - ly)))
+    return inside
+
+
+def crossing_sides(corners_m: FloatArray) -> tuple[int, int] | None:
+    """Numbers, from 0, of the first two sides that cross, each inside the other; None where none do."""
+    start, end = corners_m, np.roll(corners_m, -1, axis=0)
+    for number in range(len(corners_m) - 2):
+        later = slice(number + 2, len(corners_m))
+        a, b, c, d = start[number], end[number], start[later], end[later]
+        # Strictly on different sides of each other: neighbours, which share a corner, are not.
+        crosses = (_turn(a, b, c) * _turn(a, b, d) < 0) & (_turn(c, d, a) * _turn(c, d, b) < 0)
+        if crosses.any():
+            return number, number + 2 + int(np.argmax(crosses))
+    return None
+
+
+def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """Twice the area of triangles a, b, c, positive where they turn left."""
+    left: FloatArray = (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
+    right: FloatArray = (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+    return left - right
