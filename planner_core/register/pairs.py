@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner_core.model import FloatArray, Int32Array, Visibility
+from planner_core.model import FloatArray, Int32Array, Int64Array, Visibility
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -30,6 +30,9 @@ AREA_TICK_M2 = 2.0**-36
 
 #: Rows of the product at a time: 10 000 positions make blocks of at most 30 MB.
 ROWS_A_BLOCK = 256
+
+#: How often the product's right side is made anew without the columns that are done with.
+_TRANSPOSITIONS = 8
 
 #: Pairs whose sums are taken at a time: their patches are copied, some 40 kB a pair.
 _PAIRS_A_CHUNK = 512
@@ -67,15 +70,20 @@ def overlapping_pairs(
 
     Yields as often as there are blocks. Pairs that have nothing in common are left out even where `min_overlap` is 0.
     """
-    seen, column = np.unique(visibility.patch, return_inverse=True)
+    seen, column = _seen_patches(visibility)
     ticks = area_ticks(patch_area_m2)[seen][column]
     whole = seen_ticks(visibility, patch_area_m2)
     shape = (visibility.n_positions, int(seen.size))
     rows = _csr(np.ones(column.size), column, visibility.starts, shape)
     weighted = _csr(ticks, column, visibility.starts, shape)
+    # Columns before the block would be products for nothing, but leaving them out takes a transposition.
+    step = max(rows_a_block, -(-visibility.n_positions // _TRANSPOSITIONS))
+    left_out = -1
     for begin in range(0, visibility.n_positions, rows_a_block):
-        common = (weighted[begin : begin + rows_a_block] @ rows[begin:].T).tocoo()
-        first, second = common.row + begin, common.col + begin
+        if left_out < 0 or begin - left_out >= step:
+            left_out, columns = begin, rows[begin:].T.tocsr()
+        common = (weighted[begin : begin + rows_a_block] @ columns).tocoo()
+        first, second = common.row + begin, common.col + left_out
         upper = (second > first) & (common.data > 0)
         first, second = first[upper], second[upper]
         overlap = common.data[upper] / np.maximum(whole[first], whole[second])
@@ -102,8 +110,8 @@ class PairMatrices:
     """Normal matrices of the surface that pairs of rows of a `Visibility` have in common."""
 
     def __init__(self, visibility: Visibility, patch_area_m2: FloatArray, surface: SharedSurface) -> None:
-        seen, column = np.unique(visibility.patch, return_inverse=True)
-        self._column = column.astype(np.int32)
+        seen, column = _seen_patches(visibility)
+        self._column = column
         self._starts = visibility.starts
         self._rows = _csr(np.ones(column.size), self._column, self._starts, (visibility.n_positions, int(seen.size)))
         self._sums = _patch_sums(patch_area_m2[seen], surface.centroid_m[seen], surface.normal[seen])
@@ -139,6 +147,14 @@ def strengths_of(matrix: FloatArray) -> FloatArray:
         return np.empty(0)
     strength: FloatArray = np.clip(3.0 * np.linalg.eigvalsh(matrix)[:, 0], 0.0, 1.0)
     return strength
+
+
+def _seen_patches(visibility: Visibility) -> tuple[Int64Array, Int32Array]:
+    """Patches that anybody sees, and for every entry of the rows its place among them."""
+    is_seen = np.zeros(visibility.n_patches, dtype=np.bool_)
+    is_seen[visibility.patch] = True
+    place = np.cumsum(is_seen, dtype=np.int32) - 1
+    return np.flatnonzero(is_seen), place[visibility.patch]
 
 
 def _csr(value: FloatArray, column: Any, starts: Any, shape: tuple[int, int]) -> csr_array:
