@@ -11,6 +11,9 @@ Input a `CoverProblem`, output a whole number. Two bounds, the larger counts:
   is at most the number of stations for every u. The last minimum is a fractional knapsack: the cheapest rows by price
   per area. Subgradient steps raise L(u) towards the value of the linear relaxation. Targets that overlap others (the
   whole building) are left out here and bounded by counting: leaving a demand out keeps the bound valid.
+
+Where m looks are asked for, a row counts for at most the sum of x_i that see it, divided by m: in both bounds what a
+candidate sees counts for one mth.
 """
 
 from __future__ import annotations
@@ -48,9 +51,12 @@ def counting_bound(problem: CoverProblem) -> int:
     owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
     capped_sum = np.zeros(problem.n_candidates, dtype=np.int64)
     bound = 0
-    for counted, required in zip(problem.counts_for, problem.least, strict=True):
+    for counted, required, m in zip(problem.counts_for, problem.least, problem.seen_from, strict=True):
         area = np.zeros(problem.n_candidates, dtype=np.int64)
         np.add.at(area, owner, np.where(counted[problem.row], problem.ticks[problem.row], 0))
+        area = -(-area // m)
+        if required > 0:
+            bound = max(bound, int(m))
         capped_sum += np.minimum(area, required)
         bound = max(bound, _fewest(area, int(required)))
     return max(bound, _fewest(capped_sum, int(problem.least.sum())))
@@ -67,9 +73,12 @@ def lagrange_bound(problem: CoverProblem, *, n_stations: int, progress: Progress
     # Start: rows cost their share of what the best candidate that sees them covers; nothing is overpaid.
     ticks = problem.ticks.astype(np.float64)
     price = ticks / max(float((seen_by @ ticks).max()), 1.0)
+    m = np.ones(problem.n_rows)
+    for rows, _, seen_from in parts:
+        m[rows] = seen_from
     best, stuck, pace = 0.0, 0, 1.0
     for step in range(_STEPS):
-        paid = 1.0 - seen_by @ price
+        paid = 1.0 - seen_by @ (price / m)
         taken = _cheapest_cover(problem, parts, price)
         value = float(np.minimum(paid, 0.0).sum() + (price * taken).sum())
         if value > best + 1e-4:
@@ -78,7 +87,7 @@ def lagrange_bound(problem: CoverProblem, *, n_stations: int, progress: Progress
             stuck += 1
             if stuck == 15:
                 pace, stuck = pace / 2, 0
-        slope = taken - sees @ (paid < 0).astype(np.float64)
+        slope = taken - sees @ (paid < 0).astype(np.float64) / m
         norm = float((slope * slope).sum())
         if norm == 0.0:
             break
@@ -87,22 +96,22 @@ def lagrange_bound(problem: CoverProblem, *, n_stations: int, progress: Progress
     return best
 
 
-def _disjoint(problem: CoverProblem) -> list[tuple[Int64Array, int]]:
-    """Targets that share no rows, smallest first taken: (rows, required ticks)."""
+def _disjoint(problem: CoverProblem) -> list[tuple[Int64Array, int, int]]:
+    """Targets that share no rows, smallest first taken: (rows, required ticks, looks asked for)."""
     taken: BoolArray = np.zeros(problem.n_rows, dtype=bool)
     parts = []
     for index in np.argsort(problem.counts_for.sum(axis=1), kind="stable"):
         rows = np.flatnonzero(problem.counts_for[index])
         if problem.least[index] > 0 and not taken[rows].any():
             taken[rows] = True
-            parts.append((rows, int(problem.least[index])))
+            parts.append((rows, int(problem.least[index]), int(problem.seen_from[index])))
     return parts
 
 
-def _cheapest_cover(problem: CoverProblem, parts: list[tuple[Int64Array, int]], price: FloatArray) -> FloatArray:
+def _cheapest_cover(problem: CoverProblem, parts: list[tuple[Int64Array, int, int]], price: FloatArray) -> FloatArray:
     """(R,) float64 in [0, 1]: the rows that meet the targets at least price, the last one in part."""
     taken = np.zeros(problem.n_rows)
-    for rows, required in parts:
+    for rows, required, _ in parts:
         ticks = problem.ticks[rows]
         order = np.argsort(price[rows] / np.maximum(ticks, 1), kind="stable")
         filled = np.cumsum(ticks[order])

@@ -10,12 +10,15 @@ deepest: the least of all open nodes bounds every plan, whenever one stops.
 from __future__ import annotations
 
 import heapq
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from planner_core.model import FloatArray, Int64Array
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.select.network import Network
+from planner_core.select.network_cuts import NetworkCuts
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import BOUND_UNIT, Bound, CutMaker, CutProgram, exact_bound
 
@@ -52,16 +55,32 @@ class BranchAndBound:
     ----------
     n_stations
         Size of a plan that meets `required`. Set `n_stations` lower when one of fewer stations is found elsewhere.
+    network
+        Plans hang together by it, the ones found here too.
+    given
+        Candidates that are in every plan, and count.
     """
 
-    def __init__(self, problem: CoverProblem, *, n_stations: int, lower_bound: int = 0) -> None:
+    def __init__(
+        self,
+        problem: CoverProblem,
+        *,
+        n_stations: int,
+        lower_bound: int = 0,
+        network: Network | None = None,
+        given: Sequence[int] = (),
+    ) -> None:
         n = problem.n_candidates
         self.problem, self.n_stations = problem, n_stations
         self.best: tuple[int, ...] | None = None
         self.n_nodes = 0
         self._maker = CutMaker(problem)
+        self._network = network
+        self._joins = NetworkCuts(network, self._maker.reaches) if network is not None else None
         self._program = CutProgram(n, slack_price=float(n_stations + 1))
         self._lower, self._upper = np.zeros(n, dtype=np.int64), np.ones(n, dtype=np.int64)
+        self._lower[list(given)] = 1
+        self._program.set_range(self._lower, self._upper)
         self._open: list[tuple[int, int, int, _Node]] = []
         self._proven = lower_bound
         self._given_up = self._at_hand = _NOTHING
@@ -130,7 +149,7 @@ class BranchAndBound:
         lower, upper = self._lower.copy(), self._upper.copy()
         upper[node.out] = 0
         lower[node.inside] = 1
-        if (lower > upper).any() or not self._maker.reaches(upper > 0):
+        if not self._possible(lower, upper):
             return
         self._program.set_range(lower, upper)
         stations, best, x, centre = node.stations, 0, np.zeros(0), np.clip(self._centre, lower, upper)
@@ -141,9 +160,22 @@ class BranchAndBound:
             if stations >= self.n_stations:
                 return
             centre = centre + _NODE_STEP * (x - centre)
-            if not self._add_cuts(x, centre) or gain < _ROUND_GAIN * BOUND_UNIT:
+            # Nothing but cuts tells a whole point that is no plan from a plan: then they are worth while anyway.
+            whole = not (np.minimum(x, 1 - x) > _WHOLE).any()
+            if not self._add_cuts(x, centre) or (gain < _ROUND_GAIN * BOUND_UNIT and not whole):
                 break
         self._branch(node, x, stations, lower, upper)
+
+    def _possible(self, lower: Int64Array, upper: Int64Array) -> bool:
+        """Whether a plan may lie in between; takes out of `upper` what cannot be joined with those that are in."""
+        if (lower > upper).any():
+            return False
+        if self._joins is not None:
+            keep = self._joins.reachable(lower, upper)
+            if keep is None:
+                return False
+            upper[~keep] = 0
+        return self._maker.reaches(upper > 0)
 
     def _branch(self, node: _Node, x: FloatArray, stations: int, lower: Int64Array, upper: Int64Array) -> None:
         free = lower < upper
@@ -151,9 +183,10 @@ class BranchAndBound:
         if stations >= self.n_stations:
             return
         if not free.any():
-            # All is fixed, and neither too many stations nor a plan: it meets `least`, not `required`. That is the
-            # rounding of areas, and there is nothing left to branch on.
-            self._given_up = min(self._given_up, stations)
+            # All is fixed, and neither too many stations nor a plan. If it hangs together it meets `least`, not
+            # `required`: that is the rounding of areas, and there is nothing left to branch on.
+            if self._hangs_together(np.flatnonzero(lower).tolist()):
+                self._given_up = min(self._given_up, stations)
             return
         depth = node.out.size + node.inside.size
         at = np.array([self._branch_at(x, lower, upper)], dtype=np.int64)
@@ -175,18 +208,27 @@ class BranchAndBound:
         if (np.minimum(x, 1 - x) > _WHOLE).any():
             return
         chosen = [int(i) for i in np.flatnonzero(x > 0.5)]
-        if len(chosen) < self.n_stations and (self.problem.covered(chosen) >= self.problem.required).all():
+        if (
+            len(chosen) < self.n_stations
+            and self._hangs_together(chosen)
+            and (self.problem.covered(chosen) >= self.problem.required).all()
+        ):
             self.best, self.n_stations = tuple(chosen), len(chosen)
+
+    def _hangs_together(self, chosen: list[int]) -> bool:
+        return self._network is None or self._network.faults(chosen) == 0
 
     def _solve(self, lower: Int64Array | None = None, upper: Int64Array | None = None) -> tuple[FloatArray, Bound]:
         x, price = self._program.solve()
         self._n_looks += 1
         lower, upper = self._lower if lower is None else lower, self._upper if upper is None else upper
-        return x, exact_bound(self._program.cuts, price, lower, upper)
+        return x, exact_bound(self._program.cuts, self._program.right, price, lower, upper)
 
     def _add_cuts(self, *points: FloatArray) -> bool:
         self._program.drop_idle()
         cuts = [cut for x in points for cut in self._maker.violated(x)]
+        if self._joins is not None:
+            cuts += [cut for x in points for cut in self._joins.violated(x)]
         self._n_looks += len(points)
         if cuts:
             self._program.add(cuts)

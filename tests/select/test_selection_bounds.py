@@ -1,6 +1,7 @@
 """Bounds of selection: cuts hold for every solution, bounds for every price, and all meet the optimum in the end."""
 
 import itertools
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -8,19 +9,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner_core.select.bound import counting_bound, lower_bound
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.problem import CoverProblem
-from planner_core.select.relaxation import BOUND_UNIT, CUT_UNIT, CutMaker, CutProgram, exact_bound
+from planner_core.select.relaxation import BOUND_UNIT, CUT_UNIT, Cut, CutMaker, CutProgram, exact_bound
 
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def random_problem(seed, *, n=8, r=16, large=False):
+def random_problem(seed, *, n=8, r=16, large=False, most_looks=1):
+    """Two overlapping targets; a row counts for them from 1 .. most_looks stations on."""
     rng = np.random.default_rng(seed)
-    sees = rng.random((n, r)) < 0.3
+    sees = rng.random((n, r)) < 0.2 + 0.1 * most_looks
+    seen_from = rng.integers(1, most_looks + 1, 2)
     ticks = rng.integers(1, 10**14 if large else 20, r)
     counts_for = np.array([rng.random(r) < 0.5, np.ones(r, dtype=bool)])
-    whole = [sum(int(t) for t, c, s in zip(ticks, k, sees.any(axis=0), strict=True) if c and s) for k in counts_for]
+    whole = [
+        sum(int(t) for t, c, s in zip(ticks, k, sees.sum(axis=0), strict=True) if c and s >= m)
+        for k, m in zip(counts_for, seen_from, strict=True)
+    ]
     required = np.array([w * int(rng.integers(50, 100)) // 100 for w in whole], dtype=np.int64)
     return CoverProblem(
         starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
@@ -29,14 +36,15 @@ def random_problem(seed, *, n=8, r=16, large=False):
         counts_for=counts_for,
         required=required,
         least=required,
+        seen_from=seen_from,
     )
 
 
-def tangle(seed, *, n=12, r=60):
+def tangle(seed, *, n=12, r=60, seen_from=1):
     """Random rows, one target: the relaxation lies stations below the optimum, so that there is something to prune."""
     rng = np.random.default_rng(seed)
-    sees, ticks = rng.random((n, r)) < 0.25, rng.integers(1, 20, r)
-    least = np.array([int(0.9 * ticks[sees.any(axis=0)].sum())])
+    sees, ticks = rng.random((n, r)) < 0.25 * seen_from, rng.integers(1, 20, r)
+    least = np.array([int(0.9 * ticks[sees.sum(axis=0) >= seen_from].sum())])
     return CoverProblem(
         starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
         row=np.nonzero(sees)[1].astype(np.int64),
@@ -44,6 +52,7 @@ def tangle(seed, *, n=12, r=60):
         counts_for=np.ones((1, r), dtype=bool),
         required=least,
         least=least,
+        seen_from=np.array([seen_from]),
     )
 
 
@@ -53,8 +62,11 @@ def smallest_solutions(problem):
     for candidate in range(problem.n_candidates):
         sees[candidate, problem.rows_of(candidate)] = 1
     sets = np.array(list(itertools.product((0, 1), repeat=problem.n_candidates)))
-    covered = (sets @ sees > 0) @ (problem.counts_for * problem.ticks).T
-    met = sets[(covered >= problem.least).all(axis=1)]
+    looks = sets @ sees
+    met = np.ones(len(sets), dtype=bool)
+    for counted, m, least in zip(problem.counts_for, problem.seen_from, problem.least, strict=True):
+        met &= (looks >= m) @ (counted * problem.ticks) >= least
+    met = sets[met]
     return met[met.sum(axis=1) == met.sum(axis=1).min()]
 
 
@@ -64,35 +76,66 @@ def every_solution(problem):
             yield np.array(bits)
 
 
-@settings(max_examples=30, deadline=None)
-@given(SEEDS, st.booleans())
-def test_cuts_of_any_rows_hold_for_every_solution(seed, large):
-    problem = random_problem(seed, large=large)
+@settings(max_examples=40, deadline=None)
+@given(SEEDS, st.booleans(), st.integers(1, 3))
+def test_cuts_of_any_rows_hold_for_every_solution(seed, large, most_looks):
+    problem = random_problem(seed, large=large, most_looks=most_looks)
     rng = np.random.default_rng(seed)
     maker = CutMaker(problem)
     cuts = maker.violated(rng.random(problem.n_candidates) * 0.3)
-    for counted, least in zip(problem.counts_for, problem.least, strict=True):
-        cut = maker.cut(counted, int(least), rng.random(problem.n_rows) < 0.4)
-        cuts += [cut] if cut is not None else []
+    for target, m in enumerate(problem.seen_from.tolist()):
+        share = maker.shares(np.round(rng.random(problem.n_candidates), 1), m)
+        for rows in (rng.random(problem.n_rows) < 0.4, share.part >= 1):
+            cuts += [cut for cut in (maker.cut(target, rows), maker.cut(target, rows, share)) if cut is not None]
+    assert all(cut.right == CUT_UNIT for cut in cuts)
     for x in every_solution(problem):
         for cut in cuts:
-            assert int(cut @ x) >= CUT_UNIT, f"seed {seed}: {x}"
+            assert int(cut.coefficient @ x) >= cut.right, f"seed {seed}: {x}"
 
 
 @settings(max_examples=30, deadline=None)
-@given(SEEDS)
-def test_cuts_are_those_of_the_definition_rounded_up_by_little(seed):
-    problem = random_problem(seed)
-    full = np.random.default_rng(seed).random(problem.n_rows) < 0.4
-    cut = CutMaker(problem).cut(problem.counts_for[0], int(problem.least[0]), full)
-    need = int(problem.least[0]) - sum(int(t) for t in problem.ticks[full & problem.counts_for[0]])
+@given(SEEDS, st.integers(1, 3))
+def test_cuts_are_those_of_the_definition_rounded_up_by_little(seed, m):
+    problem = random_problem(seed, most_looks=1)
+    problem = replace(problem, seen_from=np.array([m, 1]))
+    rng = np.random.default_rng(seed)
+    full, x = rng.random(problem.n_rows) < 0.4, rng.random(problem.n_candidates)
+    maker = CutMaker(problem)
+    cut = maker.cut(0, full, maker.shares(x, m))
+    viewers = [[c for c in range(problem.n_candidates) if r in problem.rows_of(c)] for r in range(problem.n_rows)]
+    counted = [r for r in range(problem.n_rows) if problem.counts_for[0, r] and len(viewers[r]) >= m]
+    need = int(problem.least[0]) - sum(int(problem.ticks[r]) for r in counted if full[r])
     if need <= 0:
         assert cut is None
         return
+    area = [Fraction(0)] * problem.n_candidates
+    for r in (r for r in counted if not full[r]):
+        first = sorted(viewers[r], key=lambda c: -x[c])
+        t = min(range(m), key=lambda t: sum(x[c] for c in first[t:]) / (m - t))
+        for c in first[t:]:
+            area[c] += Fraction(int(problem.ticks[r]), m - t)
     for candidate in range(problem.n_candidates):
-        rows = [r for r in problem.rows_of(candidate) if problem.counts_for[0, r] and not full[r]]
-        exact = Fraction(min(sum(int(problem.ticks[r]) for r in rows), need), need)
-        assert exact <= Fraction(int(cut[candidate]), CUT_UNIT) <= min(exact + Fraction(2, CUT_UNIT), 1) or exact == 0
+        exact = min(area[candidate], Fraction(need)) / need
+        got = Fraction(int(cut.coefficient[candidate]), CUT_UNIT)
+        assert exact <= got <= min(exact + Fraction(2, CUT_UNIT), 1) or exact == 0
+
+
+def test_cut_for_two_looks_leaves_out_the_candidate_that_does_not_help():
+    # One row, three viewers, two looks needed: x = (1, .3, .3) covers it to 0.8 by halves, to 0.6 without the first.
+    problem = CoverProblem(
+        starts=np.array([0, 1, 2, 3]),
+        row=np.zeros(3, dtype=np.int64),
+        ticks=np.array([12]),
+        counts_for=np.ones((1, 1), dtype=bool),
+        required=np.array([12]),
+        least=np.array([12]),
+        seen_from=np.array([2]),
+    )
+    x = np.array([1.0, 0.3, 0.3])
+    maker = CutMaker(problem)
+    assert maker.shares(x, 2).part == pytest.approx([0.6])
+    (cut,) = maker.violated(x)
+    assert cut.coefficient.tolist() == [0, CUT_UNIT, CUT_UNIT]
 
 
 @settings(max_examples=30, deadline=None)
@@ -101,13 +144,18 @@ def test_bound_holds_for_any_prices_and_equals_its_definition(seed):
     problem = random_problem(seed)
     rng = np.random.default_rng(seed)
     n = problem.n_candidates
-    cuts = np.array(CutMaker(problem).violated(np.zeros(n)) + CutMaker(problem).violated(rng.random(n) * 0.2))
+    made = CutMaker(problem).violated(np.zeros(n)) + CutMaker(problem).violated(rng.random(n) * 0.2)
+    # And some that hold for every x in {0, 1}, with terms of either sign and right sides that are not 1.
+    made += [Cut(np.array([CUT_UNIT, CUT_UNIT, -CUT_UNIT, -CUT_UNIT] + [0] * (n - 4)), -2 * CUT_UNIT)]
+    made += [Cut(np.array([CUT_UNIT // 3, 0, 0, 0, -CUT_UNIT] + [0] * (n - 5)), -CUT_UNIT)]
+    cuts = np.array([cut.coefficient for cut in made])
+    right = np.array([cut.right for cut in made])
     lower = (rng.random(n) < 0.2).astype(np.int64)
     upper = np.maximum(lower, rng.random(n) < 0.8).astype(np.int64)
     price = rng.normal(1.0, 1.0, len(cuts))
-    bound = exact_bound(cuts.reshape(-1, n), price, lower, upper)
+    bound = exact_bound(cuts, right, price, lower, upper)
     whole = [Fraction(int(max(p, 0.0) * 2**20), 2**20) for p in price]
-    value = sum(whole, Fraction(0))
+    value = sum((p * Fraction(int(b), CUT_UNIT) for p, b in zip(whole, right, strict=True)), Fraction(0))
     for i in range(n):
         margin = 1 - sum((p * Fraction(int(c[i]), CUT_UNIT) for p, c in zip(whole, cuts, strict=True)), Fraction(0))
         assert Fraction(int(bound.margin[i]), BOUND_UNIT) == margin
@@ -120,7 +168,9 @@ def test_bound_holds_for_any_prices_and_equals_its_definition(seed):
 def test_prices_that_whole_numbers_cannot_hold_are_refused():
     cuts = np.full((2, 3), CUT_UNIT, dtype=np.int64)
     with pytest.raises(ValueError, match="prices"):
-        exact_bound(cuts, np.array([2.0**17, 2.0**17]), np.zeros(3, dtype=np.int64), np.ones(3, dtype=np.int64))
+        exact_bound(
+            cuts, cuts[:, 0], np.array([2.0**17, 2.0**17]), np.zeros(3, dtype=np.int64), np.ones(3, dtype=np.int64)
+        )
 
 
 def test_relaxation_by_cuts_reaches_the_linear_relaxation_at_least():
@@ -148,9 +198,9 @@ def test_relaxation_by_cuts_reaches_the_linear_relaxation_at_least():
 
 
 @settings(max_examples=20, deadline=None)
-@given(SEEDS)
-def test_branch_and_bound_finds_the_optimum_from_a_bad_plan_and_never_passes_it(seed):
-    problem = tangle(seed)
+@given(SEEDS, st.integers(1, 3))
+def test_branch_and_bound_finds_the_optimum_from_a_bad_plan_and_never_passes_it(seed, seen_from):
+    problem = tangle(seed, seen_from=seen_from)
     optimum = int(smallest_solutions(problem)[0].sum())
     tree = BranchAndBound(problem, n_stations=problem.n_candidates + 1)
     assert tree.lower_bound <= optimum
@@ -204,3 +254,17 @@ def test_solver_that_returns_nonsense_does_not_break_the_bound(monkeypatch):
         tree.root()
         tree.advance(work=1e-3)
         assert tree.lower_bound <= min(int(x.sum()) for x in every_solution(problem)), f"seed {seed}"
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, st.integers(1, 3))
+def test_quick_bounds_never_pass_the_smallest_solution(seed, most_looks):
+    problem = random_problem(seed, most_looks=most_looks)
+    optimum = int(smallest_solutions(problem)[0].sum())
+    assert counting_bound(problem) <= optimum, f"seed {seed}"
+    assert lower_bound(problem, n_stations=optimum + 1) <= optimum, f"seed {seed}"
+
+
+def test_quick_bounds_ask_for_as_many_stations_as_looks():
+    problem = replace(tangle(1), seen_from=np.array([3]), least=np.array([1]), required=np.array([1]))
+    assert counting_bound(problem) == lower_bound(problem, n_stations=12) == 3

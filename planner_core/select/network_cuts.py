@@ -1,0 +1,262 @@
+"""Cuts that join: what every set of stations satisfies whose stations of one part are linked with each other.
+
+Input a `Network` and points x in [0, 1]^N, output `Cut`s that they violate.
+
+Let a set Z of candidates be taken away from a part of the graph, so that what is left of the part falls into two sides
+D and E without a link between them. A joined set without any candidate of Z has its stations of this part all in D or
+all in E. A side is `enough` where it and all other parts together reach every target. So, with x(Z) the sum of x over
+Z, for every joined set that reaches the targets:
+
+    neither side is enough          x(Z) >= 1
+    i in a side that is not         x(Z) >= x_i
+    i in D and j in E               x(Z) >= x_i + x_j - 1
+
+Where links have to form loops all this holds too: such sets are joined. There, a link a - b is no bridge if any other
+candidate i of its part is chosen, unless it is one of the candidates' graph. So a and b are joined without it, and with
+Z between them in the graph without it:
+
+    Z parts a from b but for their link                         x(Z) >= x_a + x_b + x_i - 2
+    Z are the neighbours of a, b is none, no bridge at a        x(Z) >= 2 (x_a + x_b - 1)
+    a and all its neighbours are not enough, no bridge at a     x(Z) >= 2 x_a
+
+Z comes from neighbours of a piece of the graph that x holds together, and from least cuts: of the candidates between
+two that x favours, with x_i for their capacity. Of Z only what touches i's piece as well as j's is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.select.network import Network
+from planner_core.select.relaxation import CUT_UNIT, Cut
+
+#: A cut is worth while from such a violation on; solutions of the linear program are good to 1e-7.
+_VIOLATION = 1e-4
+#: Candidates of more than this in x are looked at as to whether they hang together: one threshold after the other.
+_THRESHOLDS = (1e-6, 0.1, 0.4)
+#: So many pieces of a part are cut off from the rest, and so many flows are computed, between candidates worth it.
+_PIECES, _FLOWS, _WORTH = 12, 12, 0.05
+#: Flows are whole numbers of this.
+_FLOW_UNIT = 2**20
+_NO_LIMIT = 2**30
+
+
+class NetworkCuts:
+    """Separation for one network.
+
+    reaches : whether the allowed candidates, (N,) bool, together reach every target. n_looks : how often it was asked,
+    and flows computed.
+    """
+
+    def __init__(self, network: Network, reaches: Callable[[BoolArray], bool]) -> None:
+        from scipy import sparse
+
+        n = network.n_candidates
+        one = np.ones(network.neighbour.size, dtype=np.int32)
+        self.n_looks = 0
+        self._network = network
+        self._graph: Any = sparse.csr_matrix((one, network.neighbour, network.starts), shape=(n, n))
+        self._part = network.part.astype(np.int64)
+        self._parts = np.unique(self._part).tolist()
+        self._reaches = reaches
+        self._known: dict[bytes, bool] = {}
+
+    def violated(self, x: FloatArray) -> list[Cut]:
+        """Cuts that x violates; at least one where x is whole and does not hang together."""
+        found: dict[bytes, Cut] = {}
+        for part in self._parts:
+            inside = self._part == part
+            if int((inside & (x > _WORTH)).sum()) >= 2:
+                cuts = self._around_pieces(x, inside) or self._by_flow(x, inside)
+                if self._network.loops:
+                    cuts = cuts + self._of_ends(x, inside) + self._of_bridges(x, inside)
+                found.update({cut.coefficient.tobytes(): cut for cut in cuts})
+        return list(found.values())
+
+    def reachable(self, lower: Int64Array, upper: Int64Array) -> BoolArray | None:
+        """(N,) bool: allowed ones that can be joined with those that are in; None where these cannot be joined."""
+        at = np.flatnonzero(upper > 0)
+        _, label = self._pieces(at)
+        part, inside = self._part[at], lower[at] > 0
+        home = np.full(int(self._part.max(initial=-1)) + 1, -1, dtype=np.int64)
+        home[part[inside]] = label[inside]
+        if (home[part[inside]] != label[inside]).any():
+            return None
+        keep: BoolArray = np.zeros(upper.size, dtype=bool)
+        keep[at] = (home[part] < 0) | (home[part] == label)
+        return keep
+
+    # ------------------------------------------------------------------------------------------ where to cut
+    def _around_pieces(self, x: FloatArray, inside: BoolArray) -> list[Cut]:
+        """Cuts around the pieces that x holds together, at the first threshold that gives any."""
+        for threshold in _THRESHOLDS:
+            at = np.flatnonzero(inside & (x > threshold))
+            n_pieces, label = self._pieces(at)
+            if n_pieces < 2:
+                continue
+            heaviest = np.argsort(-np.bincount(label, weights=x[at]), kind="stable")[:_PIECES]
+            cuts = [cut for piece in heaviest for cut in self._cuts_around(x, inside, at[label == piece])]
+            if cuts:
+                return cuts
+        return []
+
+    def _by_flow(self, x: FloatArray, inside: BoolArray) -> list[Cut]:
+        """Cuts between the candidate that x favours most and others that it favours."""
+        at = np.flatnonzero(inside & (x * _FLOW_UNIT >= 1))
+        order = at[np.argsort(-x[at], kind="stable")]
+        source, cuts, n_flows = int(order[0]), [], 0
+        flows = _Flows(self._graph, at, x)
+        done = self._neighbours(order[:1])  # there is nothing between neighbours
+        for sink in order[1:].tolist():
+            if n_flows == _FLOWS or x[sink] <= _WORTH:
+                break
+            if done[sink]:
+                continue
+            n_flows += 1
+            near = flows.near(source, sink)
+            found = self._cuts_around(x, inside, near)
+            if found:  # the others on the far side would mostly give the same
+                cuts += found
+                done[at] = True
+                done[near] = False
+        self.n_looks += n_flows
+        return cuts
+
+    # ------------------------------------------------------------------------------------------ which cuts
+    def _cuts_around(self, x: FloatArray, inside: BoolArray, piece: Int64Array) -> list[Cut]:
+        """Cuts between `piece` and what it does not touch, for the best candidates of both, if x violates any."""
+        mine = int(piece[np.argmax(x[piece])])
+        away = inside & ~self._neighbours(piece)
+        away[piece] = False
+        if not away.any():
+            return []
+        other = int(np.argmax(np.where(away, x, -1.0)))
+        there = self._piece_of(other, away)
+        here = self._piece_of(mine, inside & ~there & ~self._neighbours(np.flatnonzero(there)))
+        between = inside & ~here & self._neighbours(np.flatnonzero(here))
+        rest = inside & ~here & ~between  # `there`, and what hangs on neither
+        value = float(x[between].sum())
+        if value > 1.0 - _VIOLATION:
+            return []
+        weak = [i for i, side in ((mine, here), (other, rest)) if not self._enough(side, inside)]
+        if len(weak) == 2:
+            return [self._cut(between, [], CUT_UNIT)]
+        if weak:
+            return [self._cut(between, weak, 0)] if x[weak[0]] > value + _VIOLATION else []
+        if x[mine] + x[other] - 1.0 > value + _VIOLATION:
+            return [self._cut(between, [mine, other], -CUT_UNIT)]
+        return []
+
+    def _enough(self, side: BoolArray, inside: BoolArray) -> bool:
+        key = np.packbits(side).tobytes()
+        if key not in self._known:
+            self.n_looks += 1
+            self._known[key] = self._reaches(side | ~inside)
+        return self._known[key]
+
+    # ------------------------------------------------------------------------------------------ loops
+    def _of_ends(self, x: FloatArray, inside: BoolArray) -> list[Cut]:
+        """Cuts around single candidates that hang by less than two others."""
+        around = self._graph @ x
+        ends = np.flatnonzero(inside & (x > _WORTH) & (around < 2.0 * x - _VIOLATION))
+        ends = ends[np.argsort(around[ends] - 2.0 * x[ends], kind="stable")]
+        at_bridge = {i for bridge in self._network.bridges for i in bridge}
+        cuts = []
+        for end in [i for i in ends.tolist() if i not in at_bridge][:_PIECES]:
+            between = self._neighbours(np.array([end]))
+            near = between.copy()
+            near[end] = True
+            if not self._enough(near, inside):
+                cuts.append(self._half(between, [end], 0))
+                continue
+            away = int(np.argmax(np.where(inside & ~near, x, -1.0)))
+            if inside[away] and not near[away] and 2.0 * (x[end] + x[away] - 1.0) > around[end] + _VIOLATION:
+                cuts.append(self._half(between, [end, away], -CUT_UNIT))
+        return cuts
+
+    def _of_bridges(self, x: FloatArray, inside: BoolArray) -> list[Cut]:
+        """Cuts for bridges between candidates of which x is nearly 1."""
+        at = np.flatnonzero(inside & (x > 0.9)).tolist()
+        cuts = []
+        for a, b in self._network.avoidable_bridges(at):
+            third = max((i for i in at if i not in (a, b)), key=lambda i: float(x[i]))
+            between = self._between(a, b, x, inside)
+            if x[a] + x[b] + x[third] - 2.0 > float(x[between].sum()) + _VIOLATION and not between[third]:
+                cuts.append(self._cut(between, [a, b, third], -2 * CUT_UNIT))
+        return cuts
+
+    def _between(self, a: int, b: int, x: FloatArray, inside: BoolArray) -> BoolArray:
+        """Candidates that part a from b but for their link: neighbours of what x joins to a, as few as will do."""
+        strong = inside & (x > 0.9)
+        strong[b] = False
+        here = self._piece_of(a, strong)
+        between = inside & ~here & self._neighbours(np.flatnonzero(here))
+        between[b] = False
+        there = self._piece_of(b, inside & ~here & ~between)
+        near_b: BoolArray = between & self._neighbours(np.flatnonzero(there))
+        return near_b
+
+    @staticmethod
+    def _half(between: BoolArray, paid: list[int], right: int) -> Cut:
+        """Like `_cut`, with x(Z) / 2."""
+        coefficient = np.where(between, CUT_UNIT // 2, 0).astype(np.int64)
+        coefficient[paid] = -CUT_UNIT
+        return Cut(coefficient, right)
+
+    @staticmethod
+    def _cut(between: BoolArray, paid: list[int], right: int) -> Cut:
+        coefficient = np.where(between, CUT_UNIT, 0).astype(np.int64)
+        coefficient[paid] = -CUT_UNIT
+        return Cut(coefficient, right)
+
+    # ------------------------------------------------------------------------------------------ the graph
+    def _pieces(self, at: Int64Array) -> tuple[int, Int64Array]:
+        from scipy.sparse import csgraph
+
+        n_pieces, label = csgraph.connected_components(self._graph[at][:, at], directed=False)
+        return int(n_pieces), label.astype(np.int64)
+
+    def _piece_of(self, one: int, allowed: BoolArray) -> BoolArray:
+        at = np.flatnonzero(allowed)
+        _, label = self._pieces(at)
+        piece: BoolArray = np.zeros(allowed.size, dtype=bool)
+        piece[at[label == label[np.searchsorted(at, one)]]] = True
+        return piece
+
+    def _neighbours(self, at: Int64Array) -> BoolArray:
+        touched: BoolArray = np.zeros(self._part.size, dtype=bool)
+        touched[self._graph[at].indices] = True
+        return touched
+
+
+class _Flows:
+    """Least cuts of candidates `at`, each split into a way in and a way out with x between them."""
+
+    def __init__(self, graph: Any, at: Int64Array, x: FloatArray) -> None:
+        from scipy import sparse
+
+        n = at.size
+        links = graph[at][:, at].tocoo()
+        row = np.concatenate([np.arange(n), links.row + n])
+        column = np.concatenate([np.arange(n) + n, links.col])
+        through = np.floor(x[at] * _FLOW_UNIT).astype(np.int32)
+        limit = np.concatenate([through, np.full(links.row.size, _NO_LIMIT, dtype=np.int32)])
+        self._at = at
+        self._network: Any = sparse.csr_matrix((limit, (row, column)), shape=(2 * n, 2 * n))
+
+    def near(self, source: int, sink: int) -> Int64Array:
+        """Candidates, the source among them, that a least cut between two that are not linked leaves on its side."""
+        from scipy.sparse import csgraph
+
+        n = self._at.size
+        out_of = n + int(np.searchsorted(self._at, source))
+        flow = csgraph.maximum_flow(self._network, out_of, int(np.searchsorted(self._at, sink))).flow
+        left: Any = self._network - flow
+        left.data[left.data < 0] = 0
+        left.eliminate_zeros()
+        reached = csgraph.breadth_first_order(left, out_of, return_predecessors=False)
+        return np.sort(self._at[reached[reached >= n] - n])
