@@ -13,6 +13,13 @@ from planner_core.scan.engine import ScanEngine
 
 #: Chords looked at: directions of half a turn.
 _N_CHORDS = 36
+#: Where chords are looked for first: at the place, and round it, since it may lie before the door.
+_STARTS_M = np.array(
+    [
+        (0, 0, 0),
+        *((r * np.cos(a), r * np.sin(a), 0) for r in (0.08, 0.16, 0.24, 0.32) for a in np.arange(8) * np.pi / 4),
+    ]
+)
 #: Rays from jamb to jamb are cast at these heights over the ground; the nearest of what they meet counts.
 _HEIGHTS_M = (0.3, 1.0, 1.6)
 #: Half a chord at most; wider is no doorway.
@@ -23,6 +30,10 @@ _ALONG_M = np.arange(-12, 13) * 0.05
 _SAME_WIDTH_M = 0.06
 #: Off the axes, so that no ray lies in the plane of a wall.
 _OFF_AXIS_RAD = 0.0071
+_ANGLES = _OFF_AXIS_RAD + np.arange(_N_CHORDS) * (np.pi / _N_CHORDS)
+_DIRECTIONS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+#: The height at which jambs are looked for first, and how near to them is no place to look from.
+_LOOK_M, _WALL_M = 1.0, 0.05
 
 
 def centre_in_doorways(engine: ScanEngine, ground_m: FloatArray) -> FloatArray:
@@ -30,33 +41,61 @@ def centre_in_doorways(engine: ScanEngine, ground_m: FloatArray) -> FloatArray:
 
     A place between whose sides nothing is found stays. Heights are left as they are.
     """
-    if not ground_m.shape[0]:
-        return ground_m
-    angle = _OFF_AXIS_RAD + np.arange(_N_CHORDS) * (np.pi / _N_CHORDS)
-    across = np.column_stack([np.cos(angle), np.sin(angle)])
     n_places = ground_m.shape[0]
-    ahead, behind = _chords(engine, np.repeat(ground_m, _N_CHORDS, axis=0), np.tile(across, (n_places, 1)))
-    width = (ahead + behind).reshape(n_places, _N_CHORDS)
-    best = width.argmin(axis=1)
-    bounded = np.isfinite(width[np.arange(n_places), best])
-    own = np.arange(n_places) * _N_CHORDS + best
-    middle = _in_middle(ground_m, across[best], ahead[own], behind[own])
-    passage = np.column_stack([-across[best, 1], across[best, 0]])
+    if not n_places:
+        return ground_m
+    start_m = _between_jambs(engine, ground_m)
+    width, ahead, behind = _all_chords(engine, start_m, _HEIGHTS_M)
+    best = np.arange(n_places), width.argmin(axis=1)
+    bounded = np.isfinite(width[best])
+    across = _DIRECTIONS[best[1]]
+    middle = _in_middle(start_m, across, ahead[best], behind[best])
+    passage = np.column_stack([-across[:, 1], across[:, 0]])
     along = np.repeat(middle, _ALONG_M.size, axis=0)
     along[:, :2] += np.repeat(passage, _ALONG_M.size, axis=0) * np.tile(_ALONG_M, n_places)[:, None]
-    ahead, behind = _chords(engine, along, np.repeat(across[best], _ALONG_M.size, axis=0))
+    ahead, behind = _chords(engine, along, np.repeat(across, _ALONG_M.size, axis=0), _HEIGHTS_M)
     shift_m = _middle_of_run((ahead + behind).reshape(n_places, _ALONG_M.size))
     middle[:, :2] += passage * shift_m[:, None]
-    ahead, behind = _chords(engine, middle, across[best])
-    middle = _in_middle(middle, across[best], ahead, behind)
+    ahead, behind = _chords(engine, middle, across, _HEIGHTS_M)
+    middle = _in_middle(middle, across, ahead, behind)
     return np.where(bounded[:, None], middle, ground_m)
 
 
-def _chords(engine: ScanEngine, ground_m: FloatArray, across: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _between_jambs(engine: ScanEngine, ground_m: FloatArray) -> FloatArray:
+    """(K, 3) the place near each of places (K, 3), and seen from it, that has the shortest chord."""
+    n_places, n_starts = ground_m.shape[0], _STARTS_M.shape[0]
+    starts = (ground_m[:, None] + _STARTS_M).reshape(-1, 3)
+    width, _, _ = _all_chords(engine, starts, (_LOOK_M,))
+    length_m = np.linalg.norm(_STARTS_M[1:], axis=1)
+    way = np.tile(_STARTS_M[1:] / length_m[:, None], (n_places, 1))
+    origins = np.repeat(ground_m + np.array([0.0, 0.0, _LOOK_M]), n_starts - 1, axis=0)
+    hits = engine.cast_rays(origins, way, range_max_m=float(length_m.max()))
+    hidden = np.zeros((n_places, n_starts), dtype=bool)
+    hidden[:, 1:] = hits.range_m.reshape(n_places, -1) <= length_m + _WALL_M
+    # Centimetres: of chords about as short, the one from nearest the place counts, whatever its last bits.
+    shortest = np.where(hidden, np.inf, np.round(width.min(axis=1), 2).reshape(n_places, n_starts))
+    return np.asarray(starts.reshape(n_places, n_starts, 3)[np.arange(n_places), shortest.argmin(axis=1)])
+
+
+def _all_chords(
+    engine: ScanEngine, ground_m: FloatArray, heights_m: tuple[float, ...]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(K, D) lengths of chords in all directions through places (K, 3), and what of them lies ahead and behind."""
+    n_places = ground_m.shape[0]
+    ahead, behind = _chords(
+        engine, np.repeat(ground_m, _N_CHORDS, axis=0), np.tile(_DIRECTIONS, (n_places, 1)), heights_m
+    )
+    ahead, behind = ahead.reshape(n_places, _N_CHORDS), behind.reshape(n_places, _N_CHORDS)
+    return ahead + behind, ahead, behind
+
+
+def _chords(
+    engine: ScanEngine, ground_m: FloatArray, across: FloatArray, heights_m: tuple[float, ...]
+) -> tuple[FloatArray, FloatArray]:
     """(K,) free lengths ahead and behind of places (K, 3) along unit vectors (K, 2); inf beyond reach."""
-    n_places, n_heights = ground_m.shape[0], len(_HEIGHTS_M)
+    n_places, n_heights = ground_m.shape[0], len(heights_m)
     origins = np.repeat(ground_m, n_heights, axis=0)
-    origins[:, 2] += np.tile(np.array(_HEIGHTS_M), n_places)
+    origins[:, 2] += np.tile(np.array(heights_m), n_places)
     direction = np.repeat(np.column_stack([across, np.zeros(n_places)]), n_heights, axis=0)
     lengths = []
     for way in (direction, -direction):

@@ -28,8 +28,8 @@ def find_landings(space: FreeSpace, *, ring_radius_m: float, apart_m: float) -> 
     cells = space.cells()
     off_ground = np.flatnonzero(raised)
     part, size = np.unique(label[off_ground], return_counts=True)
-    # Half a cell: the distance is to the centre of the next cell that is not level, ground ends at its edge.
-    reach = ring_radius_m / space.grid.cell_m + 0.5
+    # Distances are to the centres of cells without any level ground; it ends half a cell to one and a half before.
+    reach = ring_radius_m / space.grid.cell_m + 1.0
     wide = part[size >= np.pi * reach * reach - 2.0 * np.pi * reach]
     order = off_ground[np.argsort(label[off_ground], kind="stable")]
     starts = np.searchsorted(label[order], wide, side="left")

@@ -49,12 +49,10 @@ def find_rooms(space: FreeSpace, floor: int) -> Rooms:
     away = _distance_cells(walkable)
     cell = np.flatnonzero(walkable)
     basin = _basins(away, cell, walkable.shape)
-    a, b, height, at = _passes(away, basin, cell, walkable.shape)
-    summit = np.full(int(basin.max()) + 1, 0.0)
-    np.maximum.at(summit, basin[cell], away.flat[cell])
-    room = _merged(summit, a, b, height)
-    least = space.mover.radius_m / space.grid.cell_m
-    between = (room[a] != room[b]) & (height >= least) & (height <= _DOORWAY_M / space.grid.cell_m)
+    sides, height, at = _borders(away, basin, cell, walkable.shape)
+    room = _merged(_summits(away, basin, cell), sides, height)
+    least, most = (width / space.grid.cell_m for width in (space.mover.radius_m, _DOORWAY_M))
+    between = (room[sides[:, 0]] != room[sides[:, 1]]) & (height >= least) & (height <= most)
     spots = _spaced(at[between], height[between], walkable.shape[1], _APART_M / space.grid.cell_m)
     centre = node_of_cell.flat[_centres(away, room[basin[cell]], cell, walkable.shape[1], least)]
     return Rooms(centre=centre[space.on_ground[centre]], doorway=node_of_cell.flat[spots])
@@ -103,10 +101,17 @@ def _basins(away: FloatArray, cell: Int64Array, shape: tuple[int, int]) -> Int64
     return out
 
 
-def _passes(
+def _summits(away: FloatArray, basin: Int64Array, cell: Int64Array) -> FloatArray:
+    """(B,) height of each basin's summit."""
+    summit = np.zeros(int(basin.max()) + 1)
+    np.maximum.at(summit, basin[cell], away.flat[cell])
+    return summit
+
+
+def _borders(
     away: FloatArray, basin: Int64Array, cell: Int64Array, shape: tuple[int, int]
-) -> tuple[Int64Array, Int64Array, FloatArray, Int64Array]:
-    """Pairs of basins that touch, a < b, the height of their highest pass, and the cell where it is."""
+) -> tuple[Int64Array, FloatArray, Int64Array]:
+    """Pairs of cells where basins touch: both basins (K, 2), the lower one's height (K,) and cell (K,)."""
     row, column = cell // shape[1], cell % shape[1]
     ends = []
     for dy, dx in _HALF:
@@ -117,15 +122,16 @@ def _passes(
     pairs = np.concatenate(ends)
     level = away.flat[pairs]
     lower = pairs[np.arange(pairs.shape[0]), level.argmin(axis=1)]
-    sides = np.sort(basin[pairs], axis=1)
-    order = np.lexsort((lower, -level.min(axis=1), sides[:, 1], sides[:, 0]))
-    _, first = np.unique(sides[order], axis=0, return_index=True)
+    return basin[pairs], level.min(axis=1), lower
+
+
+def _merged(summit: FloatArray, sides: Int64Array, height: FloatArray) -> Int64Array:
+    """(B,) int64: room of each basin. The highest pass of every two that touch is looked at, from the highest down."""
+    a, b = sides.min(axis=1, initial=summit.size), sides.max(axis=1, initial=-1)
+    order = np.lexsort((-height, b, a))
+    _, first = np.unique(np.column_stack([a, b])[order], axis=0, return_index=True)
     best = order[first]
-    return sides[best, 0], sides[best, 1], level[best].min(axis=1), lower[best]
-
-
-def _merged(summit: FloatArray, a: Int64Array, b: Int64Array, height: FloatArray) -> Int64Array:
-    """(B,) int64: room of each basin. Passes are looked at from the highest down."""
+    a, b, height = a[best], b[best], height[best]
     room = np.arange(summit.size)
     top = summit.copy()
 
@@ -145,15 +151,15 @@ def _merged(summit: FloatArray, a: Int64Array, b: Int64Array, height: FloatArray
 
 
 def _spaced(at: Int64Array, height: FloatArray, n_columns: int, apart: float) -> Int64Array:
-    """Cells (K,) that are that far apart at least, the highest first; returned in order."""
+    """Cells of the highest passes, in order: none within `apart` of another, or in the same opening by its height."""
+    place = np.column_stack([at // n_columns, at % n_columns]).astype(np.float64)
+    left = np.lexsort((at, -height))
     kept: list[int] = []
-    for k in np.lexsort((at, -height)).tolist():
-        cell = int(at[k])
-        if all(
-            np.hypot(cell // n_columns - other // n_columns, cell % n_columns - other % n_columns) >= apart
-            for other in kept
-        ):
-            kept.append(cell)
+    while left.size:
+        one = left[0]
+        kept.append(int(at[one]))
+        off = np.hypot(*(place[left] - place[one]).T)
+        left = left[off > max(apart, float(height[one]))]
     return np.array(sorted(kept), dtype=np.int64)
 
 
