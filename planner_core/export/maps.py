@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.export import palette
+from planner_core.export.link_drawing import draw_links, link_class, link_legend
 from planner_core.export.section_view import (
     SectionView,
     camera_at,
@@ -39,21 +40,23 @@ from planner_core.export.sheet import (
     size_on_sheet_in,
 )
 from planner_core.export.station_marks import foot_m
+from planner_core.export.walk_drawing import draw_ends, draw_sealed, draw_walk, runs_on
 from planner_core.model import FloatArray, Floor, Plan
 from planner_core.scan.engine import ScanEngine
 
 CAPTION_IN = 0.45
+PALE = (0.93, 0.93, 0.92)
+"""Of floors and furniture under lines that matter more."""
 OVERVIEW_CAMERA = camera_at(azimuth_rad=np.deg2rad(62.0), elevation_rad=np.deg2rad(48.0))
 
 
-def write_floor_map(plan: Plan, floor_index: int, path: Path, *, engine: ScanEngine) -> None:
-    """Write the map of one floor: cut open, surfaces in the colours of coverage, stations in visiting order."""
+def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionView:
+    """Look at a floor from above, cut open: what its maps are drawn on."""
     floor = plan.survey.floors[floor_index]
     margin_m = 0.01 * float(np.ptp(floor.bounds_m, axis=0).max()) + 0.5
     window_m = floor.bounds_m + np.array([[-margin_m], [margin_m]])
-    size_m = window_m[1] - window_m[0]
-    width_in, height_in = size_on_sheet_in(float(size_m[0]), float(size_m[1]))
-    view = view_section(
+    width_in, _ = size_on_sheet_in(*(window_m[1] - window_m[0]).tolist())
+    return view_section(
         plan.survey,
         engine,
         camera_from_above(),
@@ -62,14 +65,43 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, engine: ScanEng
         window_m=window_m,
         width=round(width_in * DPI),
     )
-    figure = new_sheet(height_in + HEADER_IN + FOOTER_IN)
-    left_in = (WIDTH_IN - width_in) / 2
-    axes = axes_on_sheet(figure, left_in, FOOTER_IN, width_in, height_in)
+
+
+def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView) -> None:
+    """Write the map of one floor: cut open, surfaces in the colours of coverage, the walk from station to station.
+
+    view : what `view_floor` says of the floor.
+    """
+    floor = plan.survey.floors[floor_index]
+    figure, axes = _map_sheet(view)
     _draw_view(axes, plan, floor, view)
-    _draw_stations(axes, plan, floor, view)
-    draw_header(figure, floor.name, floor_subtitle(plan, floor), floor_figures(plan, floor_index))
-    draw_footer(figure, pixel_m=view.pixel_m)
+    draw_sealed(axes, plan, floor_index)
+    draw_walk(axes, plan, floor_index, pixel_m=view.pixel_m)
+    draw_ends(axes, plan, floor)
+    _draw_stations(axes, plan, floor, view, joined=plan.route is None)
+    draw_header(figure, floor.name, floor_subtitle(plan, floor), _map_figures(plan, floor_index))
+    walk = "visiting order" if plan.route is None else "walk"
+    draw_footer(figure, pixel_m=view.pixel_m, lines=((walk, palette.ROUTE, 1.8, "-"),))
     save_sheet(figure, path)
+
+
+def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView) -> None:
+    """Write the map of one floor's registration network: what scans hold together by, and how well."""
+    floor = plan.survey.floors[floor_index]
+    figure, axes = _map_sheet(view)
+    _draw_view(axes, plan, floor, view, coloured=False)
+    draw_links(axes, plan, floor.id)
+    _draw_stations(axes, plan, floor, view, joined=False)
+    draw_header(figure, f"{floor.name}: how scans register", floor_subtitle(plan, floor), _link_figures(plan, floor))
+    draw_footer(figure, pixel_m=view.pixel_m, legend=(), lines=link_legend(plan))
+    save_sheet(figure, path)
+
+
+def _map_sheet(view: SectionView) -> tuple[Any, Any]:
+    """Sheet with title and legend strips, and axes for a floor looked at from above."""
+    width_in, height_in = size_on_sheet_in(*(view.window_m[1] - view.window_m[0]).tolist())
+    figure = new_sheet(height_in + HEADER_IN + FOOTER_IN)
+    return figure, axes_on_sheet(figure, (WIDTH_IN - width_in) / 2, FOOTER_IN, width_in, height_in)
 
 
 def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
@@ -152,10 +184,13 @@ def _overview_window_m(plan: Plan, floor: Floor) -> FloatArray:
     return np.stack([seen.min(axis=0), seen.max(axis=0)])
 
 
-def _draw_view(axes: Any, plan: Plan, floor: Floor, view: SectionView) -> None:
+def _draw_view(axes: Any, plan: Plan, floor: Floor, view: SectionView, *, coloured: bool = True) -> None:
+    """Draw a cut floor. coloured : patches in the colours of coverage, else all pale, so that lines stand out."""
     from matplotlib.collections import LineCollection
 
-    axes.imshow(view_rgb(plan, floor, view), extent=view.extent, interpolation="antialiased", zorder=1)
+    axes.imshow(
+        view_rgb(plan, floor, view, coloured=coloured), extent=view.extent, interpolation="antialiased", zorder=1
+    )
     lines = section_lines(plan.survey, view.cut_m)
     flat = view.camera.project(lines.reshape(-1, 3)).reshape(-1, 2, 2)
     axes.add_collection(LineCollection(list(flat), colors=[palette.WALL], linewidths=1.0, zorder=2))
@@ -163,12 +198,12 @@ def _draw_view(axes: Any, plan: Plan, floor: Floor, view: SectionView) -> None:
     axes.set_ylim(view.extent[2], view.extent[3])
 
 
-def view_rgb(plan: Plan, floor: Floor, view: SectionView) -> FloatArray:
-    """(H, W, 3) sRGB: patches in the colours of coverage, cut walls dark, edges of furniture drawn, nothing white."""
+def view_rgb(plan: Plan, floor: Floor, view: SectionView, *, coloured: bool = True) -> FloatArray:
+    """(H, W, 3) sRGB: patches in the colours of coverage, or all pale; cut walls dark, edges drawn, nothing white."""
     seen = palette.patch_colour_index(plan.times_seen, plan.achievable)
     there = view.triangle >= 0
     rgb = np.ones((*view.triangle.shape, 3))
-    rgb[there] = palette.PATCH_COLOURS_SRGB[seen[view.patch[there]]]
+    rgb[there] = palette.PATCH_COLOURS_SRGB[seen[view.patch[there]]] if coloured else PALE
     ground = np.isin(view.triangle, floor.ground_triangles)
     rgb[there & ~ground] = 0.25 + 0.75 * rgb[there & ~ground]
     shade = 0.62 + 0.38 * np.abs(np.where(there, view.facing, 1.0))
@@ -188,15 +223,35 @@ def _depth_edges(view: SectionView) -> np.ndarray:
     return edges
 
 
-def _draw_stations(axes: Any, plan: Plan, floor: Floor, view: SectionView) -> None:
-    """Numbered discs; where they would overlap they move apart, and a line leads to the spot."""
+def _map_figures(plan: Plan, floor_index: int) -> tuple[tuple[str, str], ...]:
+    """Figures of one floor, and how far one walks on it."""
+    figures = floor_figures(plan, floor_index)
+    if plan.route is None:
+        return figures
+    walked_m = sum(run.length_m for run in runs_on(plan, floor_index))
+    return ((f"{walked_m:.0f} m", "to walk"), *figures)
+
+
+def _link_figures(plan: Plan, floor: Floor) -> tuple[tuple[str, str], ...]:
+    """Figures of one floor's stations and the links among them that count."""
+    here = {station.id for station in plan.stations if station.floor == floor.id}
+    n_links = sum((link_class(link, plan) or 0) > 0 and {link.a, link.b} <= here for link in plan.links)
+    return ((str(len(here)), "stations"), (str(n_links), "links that count"))
+
+
+def _draw_stations(axes: Any, plan: Plan, floor: Floor, view: SectionView, *, joined: bool = True) -> None:
+    """Numbered discs; where they would overlap they move apart, and a line leads to the spot.
+
+    joined : straight lines join them in visiting order.
+    """
     stations = sorted((s for s in plan.stations if s.floor == floor.id), key=lambda station: station.order)
     if not stations:
         return
     spots = view.camera.project(np.array([foot_m(station) for station in stations]))
-    axes.plot(
-        spots[:, 0], spots[:, 1], color=palette.ROUTE, linewidth=1.6, alpha=0.75, zorder=3, solid_joinstyle="round"
-    )
+    if joined:
+        axes.plot(
+            spots[:, 0], spots[:, 1], color=palette.ROUTE, linewidth=1.6, alpha=0.75, zorder=3, solid_joinstyle="round"
+        )
     draw_discs(axes, stations, spots, radius=DISC_RADIUS_PX * view.pixel_m)
 
 

@@ -158,7 +158,7 @@ def write_floor_picture(plan: Plan, floor_index: int, path: Path, *, engine: Sca
     _draw_marks(axes, stations, strong_links(plan, stations), eye, (width, height))
     draw_header(figure, floor.name, floor_subtitle(plan, floor), floor_figures(plan, floor_index))
     overlap = f"overlap of {100 * plan.settings.requirements.overlap:g} % or more"
-    draw_footer(figure, line=(overlap, palette.LINK))
+    draw_footer(figure, lines=((overlap, palette.LINK, 1.8, "-"),))
     save_sheet(figure, path)
 
 

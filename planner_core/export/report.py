@@ -12,7 +12,7 @@ from html import escape
 from pathlib import Path
 
 from planner_core.errors import MissingPackageError
-from planner_core.export.maps import write_coverage_curve, write_floor_map, write_overview
+from planner_core.export.maps import view_floor, write_coverage_curve, write_floor_map, write_link_map, write_overview
 from planner_core.export.pictures import write_floor_picture
 from planner_core.model import Plan
 from planner_core.scan.engine import ScanEngine
@@ -24,7 +24,7 @@ MAX_UNSEEN_ON_PAGE = 30
 def report_files(plan: Plan) -> tuple[str, ...]:
     """Names below report/ that `write_report` writes, in the order of writing."""
     floors = range(len(plan.survey.floors))
-    maps = [name(index) for index in floors for name in (map_name, picture_name)]
+    maps = [name(index) for index in floors for name in (map_name, link_map_name, picture_name)]
     overview = ["overview.png"] if plan.survey.floors else []
     return (*maps, *overview, "coverage_curve.png", "unseen.csv", "index.html")
 
@@ -32,6 +32,11 @@ def report_files(plan: Plan) -> tuple[str, ...]:
 def map_name(floor_index: int) -> str:
     """File name of a floor's map."""
     return f"map_F{floor_index}.png"
+
+
+def link_map_name(floor_index: int) -> str:
+    """File name of a floor's map of links."""
+    return f"links_F{floor_index}.png"
 
 
 def picture_name(floor_index: int) -> str:
@@ -47,8 +52,11 @@ def write_report(plan: Plan, folder: Path, *, engine: ScanEngine) -> Iterator[st
     folder.mkdir(parents=True, exist_ok=True)
     missing = ""
     for index in range(len(plan.survey.floors)):
-        write_floor_map(plan, index, folder / map_name(index), engine=engine)
+        view = view_floor(plan, index, engine=engine)
+        write_floor_map(plan, index, folder / map_name(index), view=view)
         yield map_name(index)
+        write_link_map(plan, index, folder / link_map_name(index), view=view)
+        yield link_map_name(index)
         try:
             write_floor_picture(plan, index, folder / picture_name(index), engine=engine)
             yield picture_name(index)
@@ -148,6 +156,7 @@ def _pictures(plan: Plan, *, with_pictures: bool) -> Iterator[str]:
         if with_pictures:
             yield f'<figure><img src="{picture_name(index)}" alt="Coverage of {name}"></figure>'
         yield f'<figure><img src="{map_name(index)}" alt="Map of {name}"></figure>'
+        yield f'<figure><img src="{link_map_name(index)}" alt="Links between the stations of {name}"></figure>'
     yield '<figure><img src="coverage_curve.png" alt="Coverage against number of stations"></figure>'
 
 

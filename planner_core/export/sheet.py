@@ -24,6 +24,9 @@ MAX_HEIGHT_IN = 14.0
 DISC_RADIUS_PX = 15.0
 PAPER = "white"
 
+#: What a line is: label, colour, width in points, matplotlib's dashes.
+LegendLine = tuple[str, tuple[float, float, float], float, Any]
+
 LEGEND = (
     ("seen by 3 or more stations", palette.SEEN_OFTEN),
     ("by 2", palette.SEEN_TWICE),
@@ -115,11 +118,12 @@ def draw_footer(
     figure: Any,
     *,
     pixel_m: float | None = None,
-    line: tuple[str, tuple[float, float, float]] = ("visiting order", palette.ROUTE),
+    legend: tuple[tuple[str, tuple[float, float, float]], ...] = LEGEND,
+    lines: Sequence[LegendLine] = (("visiting order", palette.ROUTE, 1.8, "-"),),
 ) -> None:
     """Draw the legend and, where `pixel_m` says what a pixel is, scale bar and axes, in inches of the sheet.
 
-    line : what the lines between stations are, and their colour.
+    legend : what colours are. lines : what the lines between stations are.
     """
     from matplotlib.patches import Rectangle
 
@@ -127,12 +131,14 @@ def draw_footer(
     axes.set_xlim(0, WIDTH_IN)
     axes.set_ylim(0, FOOTER_IN)
     x_in = MARGIN_IN
-    for label, colour in LEGEND:
+    for label, colour in legend:
         axes.add_patch(Rectangle((x_in, 0.36), 0.24, 0.24, facecolor=colour, edgecolor="none"))
         axes.text(x_in + 0.32, 0.48, label, fontsize=11.5, va="center", color=palette.INK)
         x_in += 0.62 + 0.083 * len(label)
-    axes.plot([x_in, x_in + 0.35], [0.48, 0.48], color=line[1], linewidth=1.8)
-    axes.text(x_in + 0.43, 0.48, line[0], fontsize=11.5, va="center", color=palette.INK)
+    for label, colour, width, dashes in lines:
+        axes.plot([x_in, x_in + 0.35], [0.48, 0.48], color=colour, linewidth=width, linestyle=dashes)
+        axes.text(x_in + 0.43, 0.48, label, fontsize=11.5, va="center", color=palette.INK)
+        x_in += 0.75 + 0.083 * len(label)
     if pixel_m is None:
         return
     length_m = nice_length_m(2.2 * DPI * pixel_m)

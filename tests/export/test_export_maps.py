@@ -118,7 +118,9 @@ def test_scale_bar_is_a_round_length_that_fits(longest: float) -> None:
     assert f"{length:e}"[0] in "125"
 
 
-@pytest.mark.parametrize("name", ["map_F0.png", "map_F1.png", "picture_F0.png", "overview.png", "coverage_curve.png"])
+@pytest.mark.parametrize(
+    "name", ["map_F0.png", "map_F1.png", "links_F0.png", "picture_F0.png", "overview.png", "coverage_curve.png"]
+)
 def test_report_pictures_are_wide_and_not_blank(plan_folder: Path, name: str) -> None:
     picture = Oiio.ImageBuf(str(plan_folder / "report" / name))
     pixels = picture.get_pixels(Oiio.UINT8)[:, :, :3]
@@ -149,7 +151,7 @@ class Page(HTMLParser):
 def test_report_page_is_closed_and_loads_only_what_lies_beside_it(plan: Plan, plan_folder: Path) -> None:
     page = Page((plan_folder / "report" / "index.html").read_text())
     assert page.open == []
-    assert len(page.loads) == 6
+    assert len(page.loads) == 8
     assert [name for name in page.loads if not (plan_folder / "report" / name).is_file()] == []
 
 

@@ -147,7 +147,7 @@ def test_plan_without_a_window_is_written_and_says_that_pictures_are_left_out(
     events: list[ProgressEvent] = []
     write_plan_folder(plan, tmp_path / "plan", engine=engine, progress=events.append)
     report = tmp_path / "plan" / "report"
-    assert sorted(path.name for path in report.glob("*_F0.png")) == ["map_F0.png"]
+    assert sorted(path.name for path in report.glob("*_F0.png")) == ["links_F0.png", "map_F0.png"]
     page = (report / "index.html").read_text()
     assert "coverage pictures are left out: none opens here; install &lt;EGL&gt;" in page
     assert "picture_F" not in page
