@@ -5,10 +5,6 @@ Input a plan's `Link`s, station ids and floors; output `Registration`, and warni
 Links are edges, stations nodes. Bridges and articulation stations are found by one depth-first walk with low points: a
 link to a child is a bridge where nothing below the child reaches back above it; the parent is an articulation where
 nothing below reaches back above itself. The bottleneck is the smallest overlap of a maximum spanning tree (Kruskal).
-
-References
-----------
-Tarjan 1972, Depth-first search and linear graph algorithms. Kruskal 1956.
 """
 
 from __future__ import annotations
@@ -18,8 +14,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from planner_core.errors import RequirementError
+from planner_core.model import Link
 from planner_core.model.registration import FloorNetworks, NetworkGap, Registration, RegistrationNetwork
-from planner_core.model.results import Link
 from planner_core.register.overlap import MIN_LISTED_OVERLAP
 
 #: More networks than these are counted, not told one by one.

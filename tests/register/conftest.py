@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from planner_core.model import Visibility
 from planner_core.register.overlap import SharedSurface, surface_of_patches
@@ -36,7 +37,11 @@ def _room() -> View:
     patches = make_patches(scene, max_area_m2=0.3)
     everything = np.ones(patches.n_patches, dtype=bool)
     nothing = Visibility(np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32), patches.n_patches)
-    return View(nothing, patches.area_m2, surface_of_patches(scene, patches, everything))
+    surface = surface_of_patches(scene, patches, everything)
+    # Askew: along the axes half of what a normal matrix is made of would be zero.
+    turn = Rotation.from_euler("xyz", [0.4, -0.7, 1.1]).as_matrix()
+    surface = SharedSurface(surface.centroid_m @ turn.T, surface.normal @ turn.T)
+    return View(nothing, patches.area_m2, surface)
 
 
 @pytest.fixture(scope="session")
