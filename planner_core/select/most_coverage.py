@@ -1,0 +1,424 @@
+"""The most coverage with at most n stations: of one target, with a bound on how much any n stations could cover.
+
+Input a `CoverProblem` and n, output a `MostCoverage`. What counts is the LAST target alone, everything in scope; what
+the others require is dropped, since n stations may be too few for it.
+
+CONTROL FLOW, `most_coverage`:
+
+1. stations one after the other, each the one that adds most; with a network among those that keep the set joined
+2. sets of n stations, annealed towards what the whole target has (swap_walks.py), longer and longer; the best is kept
+3. a bound from the prices of a smallest plan that covers about as much (lagrange.py)
+
+The bound. For any prices, u >= 0 of rows and p > 0 of a tick, m the looks that the target asks for, a set S that holds
+the given candidates G covers at most
+
+    1 / p (sum over rows of max(0, ticks_r p - m u_r) + sum over G of a_i + the n - |G| largest a_i of the others)
+
+with a_i the sum of u_r over the rows that i sees: p ticks_r <= max(0, p ticks_r - m u_r) + m u_r where r counts, and
+then m <= n_r. It is computed in whole numbers. The best prices are those that bound the stations of a plan which covers
+what is covered at best, so a guess at that, then the bound itself, is what `large_bound` is asked for. A network only
+makes less possible: the bound holds with it, too.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner_core.device import Device
+from planner_core.errors import RequirementError
+from planner_core.model import BoolArray, Int64Array
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.select.check import check_selection
+from planner_core.select.greedy import drop_redundant
+from planner_core.select.lagrange import TARGET_UNIT, LagrangeBound, large_bound
+from planner_core.select.network import Network
+from planner_core.select.network_start import joined
+from planner_core.select.problem import CoverProblem
+from planner_core.select.proven import INTERRUPTED, PROVEN, TIME_OVER, WORK_DONE, SelectionSettings
+from planner_core.select.relaxation import BOUND_UNIT
+from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, open_walks
+
+#: Steps of the first annealing, a candidate; the next one gets twice as many.
+_FIRST_STEPS_A_CANDIDATE = 50
+_MOST_STEPS = 2**28
+#: How often prices are made for the bound found so far, and the share of the work that all of them may do.
+_BOUND_ROUNDS = 4
+_BOUND_SHARE = 0.4
+_DEFAULTS = SelectionSettings()
+#: With `loops`: no candidate has the links that would keep the set joined, and it has fewer stations than allowed.
+NOBODY_JOINS = "nobody else can be joined"
+
+
+@dataclass(frozen=True)
+class MostCoverage:
+    """A set of at most n candidates, and how far from the best it can be.
+
+    chosen : given ones first. ticks : what it covers of the target, see `CoverProblem`. bound_ticks : no set of n
+    candidates covers more. whole_ticks : all of the target. why_stopped : `proven`, `work limit`, `time limit`,
+    `interrupted`, or see `NOBODY_JOINS`. work : numbers looked at, in 1e9.
+    """
+
+    n_stations: int
+    chosen: tuple[int, ...]
+    ticks: int
+    bound_ticks: int
+    whole_ticks: int
+    why_stopped: str
+    work: float
+
+    @property
+    def fraction(self) -> float:
+        """Covered / whole; 1 where there is nothing to cover."""
+        return self.ticks / self.whole_ticks if self.whole_ticks else 1.0
+
+    @property
+    def bound_fraction(self) -> float:
+        """What `fraction` is at most, for any set of so many candidates."""
+        return self.bound_ticks / self.whole_ticks if self.whole_ticks else 1.0
+
+
+def most_coverage(
+    problem: CoverProblem,
+    n_stations: int,
+    settings: SelectionSettings = _DEFAULTS,
+    *,
+    network: Network | None = None,
+    given: Sequence[int] = (),
+    start: Sequence[int] | None = None,
+    device: Device | None = None,
+    host: bool = False,
+    progress: Progress = silent,
+) -> MostCoverage:
+    """Find at most `n_stations` candidates that cover much of the last target, and a bound on how much could be.
+
+    Parameters
+    ----------
+    network
+        The set has to hang together; None: not asked.
+    given
+        Candidates that are in the set anyway; they count.
+    start
+        Another set of at most so many candidates. The result covers no less, where it holds all of `given` and hangs
+        together.
+    device, host
+        Where sets are annealed; results do not depend on it.
+    progress
+        A KeyboardInterrupt that it raises ends the search, not the call, once there is a set.
+
+    Raises
+    ------
+    RequirementError
+        Fewer than 1 station, or fewer than are given or needed to join these; no target; unknown candidates.
+    SelectionCheckError
+        The result is not what it should be: a fault of ours.
+    """
+    _check_asked(problem, n_stations, given, start, network)
+    search = _Search(_last_target(problem), n_stations, settings, network, tuple(given), device, host, progress)
+    search.begin(start)
+    try:
+        search.run()
+    except KeyboardInterrupt:
+        search.why_stopped = INTERRUPTED
+    return search.result()
+
+
+def coverage_by_stations(
+    problem: CoverProblem,
+    n_stations: Sequence[int],
+    settings: SelectionSettings = _DEFAULTS,
+    *,
+    network: Network | None = None,
+    given: Sequence[int] = (),
+    device: Device | None = None,
+    host: bool = False,
+    progress: Progress = silent,
+) -> tuple[MostCoverage, ...]:
+    """`most_coverage` for each of a few numbers of stations, in rising order: what one station more is worth.
+
+    `settings.work_limit` holds for each. More stations never cover less, nor have a lower bound: each search begins
+    with the set before it, and what more stations can't cover, fewer can't.
+    """
+    found: list[MostCoverage] = []
+    for number in sorted(set(n_stations)):
+        start = found[-1].chosen if found else None
+        found.append(
+            most_coverage(
+                problem,
+                number,
+                settings,
+                network=network,
+                given=given,
+                start=start,
+                device=device,
+                host=host,
+                progress=progress,
+            )
+        )
+    least = found[-1].bound_ticks if found else 0
+    for place in range(len(found) - 1, -1, -1):
+        least = min(least, found[place].bound_ticks)
+        found[place] = replace(found[place], bound_ticks=least)
+    return tuple(found)
+
+
+def coverage_bound(problem: CoverProblem, prices: LagrangeBound, n_stations: int) -> int:
+    """Ticks of the only target that no set of `n_stations` candidates with the given ones exceeds: the formula above.
+
+    Prices may be any; those of a tick above 0.
+    """
+    (price,) = prices.target_price
+    (looks,) = problem.seen_from.tolist()
+    (row_price,) = prices.row_price.tolist()
+    worth = sum(
+        max(0, tick * price - looks * each * TARGET_UNIT)
+        for tick, each, counts in zip(problem.ticks.tolist(), row_price, problem.counts_for[0].tolist(), strict=True)
+        if counts
+    )
+    seen = BOUND_UNIT - prices.margin
+    others = np.sort(seen[~prices.given])[::-1][: max(n_stations - int(prices.given.sum()), 0)]
+    worth += TARGET_UNIT * (sum(seen[prices.given].tolist()) + sum(others.tolist()))
+    return int(min(worth // price, _whole(problem)))
+
+
+def _last_target(problem: CoverProblem) -> CoverProblem:
+    """The problem with its last target alone, all of it required."""
+    last = replace(
+        problem,
+        counts_for=problem.counts_for[-1:],
+        seen_from=problem.seen_from[-1:],
+        required=problem.required[-1:],
+        least=problem.least[-1:],
+    )
+    return _requiring(last, _whole(last))
+
+
+def _requiring(problem: CoverProblem, ticks: int) -> CoverProblem:
+    return replace(problem, required=np.array([ticks], dtype=np.int64), least=np.array([ticks], dtype=np.int64))
+
+
+def _whole(problem: CoverProblem) -> int:
+    return int(problem.ticks[problem.counts_for[0]].sum())
+
+
+def _check_asked(
+    problem: CoverProblem,
+    n_stations: int,
+    given: Sequence[int],
+    start: Sequence[int] | None,
+    network: Network | None,
+) -> None:
+    if n_stations < max(1, len(given)):
+        raise RequirementError(
+            f"stations: got at most {n_stations}, expected {max(1, len(given))} or more: so many are there anyway"
+        )
+    if problem.required.size == 0:
+        raise RequirementError("most coverage: got no target, expected one to be covered")
+    if network is not None and network.n_candidates != problem.n_candidates:
+        raise RequirementError(
+            f"network: got one of {network.n_candidates} candidates, expected the problem's {problem.n_candidates}"
+        )
+    for name, chosen in (("given candidates", given), ("start of selection", start or ())):
+        wrong = any(not 0 <= c < problem.n_candidates for c in chosen) or len(set(chosen)) != len(chosen)
+        if wrong or len(chosen) > n_stations:
+            raise RequirementError(
+                f"{name}: got {list(chosen)}, expected at most {n_stations} different numbers from 0 to "
+                f"{problem.n_candidates - 1}"
+            )
+
+
+class _Search:
+    """The state of one `most_coverage`: the best set, the bound, and the work done."""
+
+    def __init__(
+        self,
+        problem: CoverProblem,
+        n_stations: int,
+        settings: SelectionSettings,
+        network: Network | None,
+        given: tuple[int, ...],
+        device: Device | None,
+        host: bool,
+        progress: Progress,
+    ) -> None:
+        self._problem, self._network, self._given = problem, network, given
+        self._n = min(n_stations, problem.n_candidates)
+        self._asked = n_stations
+        self._settings, self._device, self._host, self._progress = settings, device, host, progress
+        self._began_s = time.monotonic()
+        self._whole = self._bound = _whole(problem)
+        self._best: list[int] = []
+        self._ticks = -1
+        self._work = 0.0
+        self.why_stopped = PROVEN
+
+    # ------------------------------------------------------------------------------------------ the flow
+    def begin(self, start: Sequence[int] | None) -> None:
+        """Take a first set; from here on there is a result."""
+        first = list(self._given)
+        if self._network is not None and self._network.faults(first) > 0:
+            first = joined(self._problem, self._network, first)
+        if len(first) > self._n:
+            raise RequirementError(
+                f"stations: got at most {self._asked}, expected {len(first)} or more: so many does it take to join the "
+                f"{len(self._given)} given ones"
+            )
+        self._offer(fill(self._problem, first, self._n, network=self._network))
+        if start is not None and set(self._given) <= set(start):
+            known = list(dict.fromkeys((*self._given, *start)))
+            if self._network is None or self._network.faults(known) == 0:
+                self._offer(known)
+                self._offer(fill(self._problem, known, self._n, network=self._network))
+
+    def run(self) -> None:
+        """Improve set and bound until they meet or a limit is reached."""
+        if self._n <= len(self._given):
+            self._bound = self._ticks  # there is no other set
+        self._prove()
+        if not self._go_on():
+            return
+        terrain = Terrain(self._problem, seed=self._settings.seed, network=self._network)
+        walks = open_walks(terrain, device=self._device, host=self._host)
+        round_, n_steps = 0, _FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates
+        while self._go_on():
+            round_ += 1
+            whole_set = fill(self._problem, self._best, self._n, network=self._network, fully=True)
+            if len(whole_set) <= len(self._given):
+                self.why_stopped = NOBODY_JOINS
+                return
+            sets = np.array([whole_set] * self._settings.n_walks, dtype=np.int32)
+            for first in range(0, n_steps, STEPS_A_LOOK):
+                steps = (first, min(first + STEPS_A_LOOK, n_steps))
+                walks.walk(sets, round_=round_, steps=steps, n_steps=n_steps, n_pinned=len(self._given))
+                self._work += 1e-9 * (steps[1] - first) * self._work_of_a_step()
+                for each in sets.tolist():
+                    if self._network is None or self._network.faults(each) == 0:
+                        self._offer(each)
+                self._progress(ProgressEvent("select", steps[1], n_steps, f"{self._ticks / self._whole:.2%} covered"))
+                if not self._go_on():
+                    break
+            n_steps = min(2 * n_steps, _MOST_STEPS)
+
+    def result(self) -> MostCoverage:
+        """What was found so far, without stations that nothing hangs on."""
+        met = _requiring(self._problem, self._ticks)
+        chosen = drop_redundant(met, self._best, given=self._given, network=self._network)
+        check_selection(met, chosen, given=self._given, network=self._network)
+        why = PROVEN if self._ticks >= self._bound else self.why_stopped
+        return MostCoverage(self._asked, tuple(chosen), self._ticks, self._bound, self._whole, why, self._work)
+
+    # ------------------------------------------------------------------------------------------- the turns
+    def _offer(self, chosen: list[int]) -> None:
+        """Keep a set that covers more."""
+        ticks = int(self._problem.covered(chosen)[0])
+        if ticks > self._ticks:
+            self._best, self._ticks = list(chosen), ticks
+
+    def _prove(self) -> None:
+        """Bound by prices for about what can be covered: what is, at first, then what the bound says."""
+        about = max(self._ticks, 1)
+        for _ in range(_BOUND_ROUNDS):
+            if self._ticks >= self._bound or self._whole == 0 or not self._go_on():
+                return
+            prices = large_bound(
+                _requiring(self._problem, about),
+                n_stations=self._n,
+                given=self._given,
+                work_limit=_BOUND_SHARE / _BOUND_ROUNDS * self._settings.work_limit,
+                progress=self._progress,
+            )
+            self._work += prices.work
+            before = self._bound
+            if prices.target_price[0] > 0:
+                self._bound = min(before, coverage_bound(self._problem, prices, self._n))
+            if self._bound == before:
+                return
+            about = self._bound
+
+    def _go_on(self) -> bool:
+        """Whether there is anything left to prove, and leave to do so."""
+        if self._ticks >= self._bound:
+            return False
+        limit_s = self._settings.time_limit_s
+        if limit_s is not None and time.monotonic() - self._began_s >= limit_s:
+            self.why_stopped = TIME_OVER
+        elif self._work >= self._settings.work_limit:
+            self.why_stopped = WORK_DONE
+        else:
+            return True
+        return False
+
+    def _work_of_a_step(self) -> float:
+        rows = self._problem.row.size / self._problem.n_candidates
+        links = 0 if self._network is None else self._n * (1 + self._n // 32)
+        return self._settings.n_walks * (TRIES + 2) * (rows + 50 + links)
+
+
+def fill(
+    problem: CoverProblem,
+    chosen: Sequence[int],
+    n_stations: int,
+    *,
+    network: Network | None = None,
+    fully: bool = False,
+) -> list[int]:
+    """`chosen` and, one after the other, the candidate that adds most looks, until there are `n_stations`.
+
+    It ends earlier where nobody adds anything, unless `fully`. With a network only those may come who keep `chosen`,
+    which hangs together, joined: by one link in their part, or by two with `loops` where two or more are there. Of
+    equals the lowest number.
+    """
+    from scipy import sparse
+
+    n, (looks,) = problem.n_candidates, problem.seen_from.tolist()
+    one = np.ones(problem.row.size, dtype=np.int64)
+    seen_by = sparse.csr_matrix((one, problem.row, problem.starts), shape=(n, problem.n_rows)).T.tocsr()
+    starts, seers = seen_by.indptr.tolist(), seen_by.indices
+    worth = np.where(problem.counts_for[0], problem.ticks, 0)
+    running = np.concatenate([[0], np.cumsum(worth[problem.row])])
+    gain: Int64Array = running[problem.starts[1:]] - running[problem.starts[:-1]]
+    n_seen = np.zeros(problem.n_rows, dtype=np.int64)
+    gate = None if network is None else _Gate(network)
+    now: list[int] = []
+
+    def take(candidate: int) -> None:
+        rows = problem.rows_of(candidate)
+        n_seen[rows] += 1
+        for row in rows[n_seen[rows] == looks].tolist():
+            gain[seers[starts[row] : starts[row + 1]]] -= worth[row]
+        gain[candidate] = -1
+        now.append(candidate)
+        if gate is not None:
+            gate.let_in(candidate)
+
+    for candidate in chosen:
+        take(candidate)
+    while len(now) < n_stations:
+        left = gain if gate is None else np.where(gate.open, gain, -1)
+        best = int(np.argmax(left))
+        if left[best] < 0 or (left[best] == 0 and not fully):
+            break
+        take(best)
+    return now
+
+
+class _Gate:
+    """Which candidates keep a set joined when they come to it."""
+
+    def __init__(self, network: Network) -> None:
+        self._network = network
+        self._n_links = np.zeros(network.n_candidates, dtype=np.int64)
+        self._n_of_part = np.zeros(network.n_parts, dtype=np.int64)
+        self.open: BoolArray = np.ones(network.n_candidates, dtype=bool)
+
+    def let_in(self, candidate: int) -> None:
+        """Take one into the set."""
+        part = self._network.part[candidate]
+        self._n_links[self._network.neighbours(candidate)] += 1
+        self._n_of_part[part] += 1
+        members = self._network.part == part
+        needed = min(int(self._n_of_part[part]), 2 if self._network.loops else 1)
+        self.open[members] = self._n_links[members] >= needed
