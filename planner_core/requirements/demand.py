@@ -133,24 +133,27 @@ def qualities_of(goals: tuple[Goal, ...]) -> tuple[Asked, ...]:
 
 
 def check_possible(demand: Demand) -> None:
-    """Refuse a requirement of which no position, or too few of them, can meet anything.
+    """Refuse what is asked of all, or of a part, where too few positions can meet it on any surface.
 
-    A floor of which nothing is seen at all is no such requirement where it was not named and nothing special is asked.
+    A floor that was not named is none of these: it may be nothing but a roof, of which a corner is seen from afar.
 
     Raises
     ------
     RequirementError
         Naming the requirement and the limit to ease.
     """
+    seen = times_seen(demand.rows.seen) > 0
+    overall = demand.overall
+    # Where nothing is seen at all, something other than requirements is wrong.
+    if (overall.patches & seen).any() and not demand.achievable(overall).any():
+        raise RequirementError(_impossible(demand, overall, seen))
     for goal in demand.goals:
-        special = goal.stated or goal.seen_from > 1 or goal.asked != Asked()
-        if special and goal.patches.any() and not demand.achievable(goal).any():
-            seen = goal.patches & (times_seen(demand.rows.seen) > 0)
-            if seen.any() or goal.stated or goal.name == OVERALL:
-                raise RequirementError(_impossible(demand, goal, seen))
+        if goal.stated and not demand.achievable(goal).any():
+            raise RequirementError(_impossible(demand, goal, seen))
 
 
 def _impossible(demand: Demand, goal: Goal, seen: BoolArray) -> str:
+    seen = seen & goal.patches
     n_positions = demand.rows.seen.n_positions
     area_m2 = demand.area_m2[: demand.n_patches]
     what = f"requirement {goal.name!r}: got {asked_in_words(goal.asked, goal.seen_from)}"

@@ -15,9 +15,10 @@ def asked_in_words(asked: Asked, seen_from: int = 1) -> str:
         for field in fields(asked)
         if (limit := getattr(asked, field.name)) is not None
     ]
-    if seen_from > 1:
-        parts.append(f"from {seen_from} stations")
-    return ", ".join(parts) or "to be seen"
+    words = ", ".join(parts) or "to be seen"
+    if seen_from == 1:
+        return words
+    return f"{words}, from {seen_from} stations" if parts else f"{words} from {seen_from} stations"
 
 
 def name_of(limit: str) -> str:
