@@ -42,14 +42,12 @@ TIME_OVER = "time limit"
 INTERRUPTED = "interrupted"
 #: No smaller set meets `required`; one that meets `least` was not ruled out, and nothing is left to look at.
 ROUNDING = "rounding of areas"
-#: So it is where a network is asked for, and the proof knows less of it than the check: it cannot rule out all smaller
-#: sets, and nothing is left to look at.
-EXHAUSTED = "bound exhausted"
 
-#: Steps of the first annealing for one station less, a candidate. It gets twice as many whenever it fails.
-_FIRST_STEPS_A_CANDIDATE = 50
-#: Failures in a row after which the bound has its turn.
-_FAILURES_BEFORE_BOUND = 2
+#: Steps of the first annealing for one station less, a candidate. It gets twice as many whenever it fails, and keeps
+#: them where it succeeds: what is easy goes fast.
+_FIRST_STEPS_A_CANDIDATE = 10
+#: Once it has failed with as many, the bound has its turn.
+_STEPS_BEFORE_BOUND = 80
 #: From then on the proof gets so many times the work of annealing: what annealing has not found by then it rarely does.
 _PROOF_SHARE = 3.0
 #: The proof's turn lasts at least so long, in units of work.
@@ -94,9 +92,9 @@ class Point:
 class ProvenSelection:
     """chosen : candidates, forced ones first. lower_bound : no set that meets the targets has fewer.
 
-    why_stopped : `proven`, `work limit`, `time limit`, `interrupted`, `rounding of areas` or `bound exhausted`, see
-    `ROUNDING`. n_greedy : stations that greedy selection takes, with those that join them where a network is asked for.
-    curve : stations and bound after how much work; stations never rise, the bound never falls.
+    why_stopped : `proven`, `work limit`, `time limit`, `interrupted` or `rounding of areas`, see `ROUNDING`. n_greedy :
+    stations that greedy selection takes, with those that join them where a network is asked for. curve : stations and
+    bound after how much work; stations never rise, the bound never falls.
     """
 
     chosen: tuple[int, ...]
@@ -235,7 +233,7 @@ class _Search:
         self._began_s = time.monotonic()
         self._walks: Walks | None = None
         self._walk_work = 0.0
-        self._round, self._n_steps = 0, self._first_steps()
+        self._round, self._n_steps = 0, _FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates
         self._sets: Int32Array = np.zeros((0, 0), dtype=np.int32)
         self._tree: BranchAndBound | None = None
         self._best: list[int] = []
@@ -262,25 +260,28 @@ class _Search:
 
     def run(self) -> None:
         """Improve set and bound until they meet or a limit is reached."""
-        failures = 0
-        while failures < _FAILURES_BEFORE_BOUND and self._go_on():
-            failures = 0 if self._anneal() else failures + 1
+        long = _STEPS_BEFORE_BOUND * self._problem.n_candidates
+        while self._n_steps <= long and self._can_anneal() and self._go_on():
+            self._anneal()
         if not self._go_on():
             return
-        provable = _with_pins(self._problem, self._pinned)
-        self._tree = tree = BranchAndBound(provable, n_stations=len(self._best), lower_bound=self._bound)
+        self._tree = tree = BranchAndBound(
+            self._problem,
+            n_stations=len(self._best),
+            lower_bound=self._bound,
+            network=self._network,
+            given=self._pinned,
+        )
         tree.root(progress=self._prove)
         self._take_from(tree)
         while self._go_on():
-            if tree.finished and (self._network is None or not self._can_anneal()):
-                self.why_stopped = ROUNDING if self._network is None else EXHAUSTED
+            if tree.finished:
+                self.why_stopped = ROUNDING
                 return
-            if (tree.finished or self._proof_due(tree) <= 0) and (self._anneal() or tree.finished):
-                continue
-            # Never more: what was left out for as many as it knows may matter for more.
-            tree.n_stations = min(tree.n_stations, len(self._best))
-            tree.advance(work=max(self._proof_due(tree), _LEAST_TURN), progress=self._prove)
-            self._take_from(tree)
+            if self._proof_due(tree) > 0 or not self._anneal():
+                tree.n_stations = len(self._best)
+                tree.advance(work=max(self._proof_due(tree), _LEAST_TURN), progress=self._prove)
+                self._take_from(tree)
 
     def _proof_due(self, tree: BranchAndBound) -> float:
         return _PROOF_SHARE * self._walk_work - tree.work
@@ -334,16 +335,10 @@ class _Search:
         """Keep what the proof found."""
         before = len(self._best), self._bound
         if tree.best is not None and len(tree.best) < len(self._best):
-            fit = self._fit(list(tree.best))  # not all that the proof takes for plans hang together
-            if len(fit) < len(self._best):
-                self._take(fit)
+            self._best = self._fit(list(tree.best))
         self._bound = max(self._bound, min(tree.lower_bound, len(self._best)))
         if (len(self._best), self._bound) != before:
             self._note()
-
-    def _take(self, chosen: list[int]) -> None:
-        self._best = chosen
-        self._n_steps = self._first_steps()
 
     def _fit(self, chosen: list[int]) -> list[int]:
         """`chosen`, which meet the targets, less what is spare; with pinned candidates, these first, and joined."""
@@ -373,7 +368,7 @@ class _Search:
             )
             met = np.flatnonzero(missing == 0)
             if met.size:
-                self._take(self._fit([int(c) for c in self._sets[met[0]]]))
+                self._best = self._fit([int(c) for c in self._sets[met[0]]])
                 self._note()
                 return True
             if not self._go_on():
@@ -384,9 +379,6 @@ class _Search:
     def _can_anneal(self) -> bool:
         """There is no walk of no candidates, nor of pinned ones alone."""
         return len(self._best) - 1 > len(self._pinned)
-
-    def _first_steps(self) -> int:
-        return _FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates
 
     def _work_of_a_step(self) -> float:
         rows = self._problem.row.size / self._problem.n_candidates
@@ -401,26 +393,3 @@ class _Search:
             for walk in range(self._settings.n_walks)
         ]
         return np.array(sets, dtype=np.int32)
-
-
-def _with_pins(problem: CoverProblem, pinned: Sequence[int]) -> CoverProblem:
-    """The problem with one target more, that `pinned` are chosen: rows of one tick that each of them sees alone."""
-    if not pinned:
-        return problem
-    n, n_rows = len(pinned), problem.n_rows
-    order = np.argsort(pinned)
-    at = problem.starts[np.array(pinned)[order] + 1]
-    more = np.zeros(problem.n_candidates + 1, dtype=np.int64)
-    more[np.array(pinned) + 1] = 1
-    counts_for = np.zeros((problem.required.size + 1, n_rows + n), dtype=bool)
-    counts_for[:-1, :n_rows] = problem.counts_for
-    counts_for[-1, n_rows:] = True
-    return CoverProblem(
-        starts=problem.starts + np.cumsum(more),
-        row=np.insert(problem.row, at, n_rows + np.arange(n)),
-        ticks=np.append(problem.ticks, np.ones(n, dtype=np.int64)),
-        counts_for=counts_for,
-        required=np.append(problem.required, n),
-        least=np.append(problem.least, n),
-        seen_from=np.append(problem.seen_from, 1),
-    )
