@@ -73,18 +73,23 @@ def registration_report(
 
 
 def registration_warnings(registration: Registration, floor_names: Mapping[str, str] = _NO_NAMES) -> tuple[str, ...]:
-    """One line for each network that stands apart, and for each that hangs on single links where loops are asked.
+    """One line for each network that stands apart but overlaps others, one for all that do not, and one for each that
+    hangs on single links where loops are asked.
 
     floor_names : names of floor ids, for people; ids stand for themselves where they have none.
     """
-    apart = range(1, len(registration.networks))
-    lines = [_apart(registration, number, floor_names) for number in apart[:_TOLD]]
-    if len(apart) > _TOLD:
-        n_stations = sum(len(registration.networks[number].stations) for number in apart[_TOLD:])
+    gaps = {number: _best_gap(registration, number) for number in range(1, len(registration.networks))}
+    alone = [number for number, gap in gaps.items() if gap is None]
+    near = [(number, gap) for number, gap in gaps.items() if gap is not None]
+    lines = [_apart(registration, number, gap, floor_names) for number, gap in near[:_TOLD]]
+    if len(near) > _TOLD:
+        n_stations = sum(len(registration.networks[number].stations) for number, _ in near[_TOLD:])
         lines.append(
-            f"{len(apart) - _TOLD} more networks, of {n_stations} stations, do not register with the others; see "
-            "the links of the plan"
+            f"{len(near) - _TOLD} more networks, of {n_stations} stations, do not register with the others; see the "
+            "links of the plan"
         )
+    if alone:
+        lines.append(_alone([registration.networks[number] for number in alone], floor_names))
     if registration.loops:
         lines += [_hangs(network) for network in registration.networks if not network.survives_a_link]
     return tuple(lines)
@@ -219,19 +224,24 @@ def _check(links: Sequence[Link], station_ids: Sequence[str], floors: Sequence[s
 
 
 # ------------------------------------------------------------------------------------------------- words
-def _apart(registration: Registration, number: int, floor_names: Mapping[str, str]) -> str:
-    network = registration.networks[number]
-    floors = ", ".join(repr(floor_names.get(floor, floor)) for floor in network.floors)
-    where = f"on {'floor' if len(network.floors) == 1 else 'floors'} {floors}"
-    verb = "does" if len(network.stations) == 1 else "do"
-    head = f"{_named(network.stations)} {where} {verb} not register with the others"
+def _best_gap(registration: Registration, number: int) -> NetworkGap | None:
     gaps = [gap for gap in registration.gaps if number in gap.networks]
-    if not gaps:
-        return (
-            f"{head}: no link reaches {100 * MIN_LISTED_OVERLAP:.0f} % overlap; look for a shut door in between, or "
-            "register with targets"
-        )
-    gap = max(gaps, key=lambda one: one.best.overlap)
+    return max(gaps, key=lambda gap: gap.best.overlap, default=None)
+
+
+def _alone(networks: Sequence[RegistrationNetwork], floor_names: Mapping[str, str]) -> str:
+    places = [_placed(network, floor_names) for network in networks]
+    single = len(networks) == 1 and len(networks[0].stations) == 1
+    return (
+        f"{_listed(places, '; ')} {'does' if single else 'do'} not register with the others: no link reaches "
+        f"{100 * MIN_LISTED_OVERLAP:.0f} % overlap; look for shut doors in between, or register with targets"
+    )
+
+
+def _apart(registration: Registration, number: int, gap: NetworkGap, floor_names: Mapping[str, str]) -> str:
+    network = registration.networks[number]
+    verb = "does" if len(network.stations) == 1 else "do"
+    head = f"{_placed(network, floor_names)} {verb} not register with the others"
     best = gap.best
     # Rounded down: what is just short must not read as enough.
     overlap = f"{math.floor(1000 * best.overlap) / 10:.1f} %"
@@ -243,14 +253,14 @@ def _apart(registration: Registration, number: int, floor_names: Mapping[str, st
         )
     motion = f": it {best.weak_axis}" if best.weak_axis else ""
     return (
-        f"{named} but is too weak, {best.strength:.4f} of {registration.min_strength:g}{motion}; move one to where "
-        "both see a surface that stops this, or register with targets"
+        f"{named} but is too weak, strength {round(best.strength, 4):g} of {registration.min_strength:g}{motion}; move "
+        "one to where both see a surface that stops this, or register with targets"
     )
 
 
 def _between(registration: Registration, gap: NetworkGap) -> str:
     one, other = (set(registration.networks[number].floors) for number in gap.networks)
-    return "in the doorway between them" if one & other else "on the stairs between their floors"
+    return "between them" if one & other else "on the stairs between their floors"
 
 
 def _hangs(network: RegistrationNetwork) -> str:
@@ -261,10 +271,15 @@ def _hangs(network: RegistrationNetwork) -> str:
     )
 
 
+def _placed(network: RegistrationNetwork, floor_names: Mapping[str, str]) -> str:
+    floors = ", ".join(repr(floor_names.get(floor, floor)) for floor in network.floors)
+    return f"{_named(network.stations)} on {'floor' if len(network.floors) == 1 else 'floors'} {floors}"
+
+
 def _named(stations: Sequence[str]) -> str:
     return f"{'station' if len(stations) == 1 else 'stations'} {_listed(stations)}"
 
 
-def _listed(names: Sequence[str]) -> str:
+def _listed(names: Sequence[str], separator: str = ", ") -> str:
     more = f" and {len(names) - _TOLD} more" if len(names) > _TOLD else ""
-    return ", ".join(names[:_TOLD]) + more
+    return separator.join(names[:_TOLD]) + more

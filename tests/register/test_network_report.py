@@ -191,23 +191,35 @@ def test_warnings_name_what_is_apart_why_and_what_to_do():
     lines = registration_warnings(report(links, ids, floors), {"F2": "Level 2"})
     assert lines == (
         "station C on floor 'F1' does not register with the others: the best link, A to C, overlaps 29.9 %, 30 % are "
-        "required; open the doors or add a station in the doorway between them, or register with targets",
+        "required; open the doors or add a station between them, or register with targets",
         "station D on floor 'Level 2' does not register with the others: the best link, B to D, overlaps 12.0 %, 30 % "
         "are required; open the doors or add a station on the stairs between their floors, or register with targets",
         "station E on floor 'F1' does not register with the others: the best link, B to E, overlaps 45.6 % but is too "
-        "weak, 0.0004 of 0.01: it slides along x; move one to where both see a surface that stops this, or register "
-        "with targets",
-        "station F on floor 'F1' does not register with the others: no link reaches 5 % overlap; look for a shut door "
+        "weak, strength 0.0004 of 0.01: it slides along x; move one to where both see a surface that "
+        "stops this, or register with targets",
+        "station F on floor 'F1' does not register with the others: no link reaches 5 % overlap; look for shut doors "
         "in between, or register with targets",
     )
 
 
 def test_many_networks_apart_are_counted():
     ids = [f"S{number}" for number in range(20)]
-    lines = registration_warnings(report([Link("S0", "S1", 0.5, 0.1)], ids))
+    links = [Link("S0", "S1", 0.5, 0.1), *(Link("S0", one, 0.2, 0.1) for one in ids[2:])]
+    lines = registration_warnings(report(links, ids))
     assert len(lines) == 7
     assert lines[-1].startswith("12 more networks, of 12 stations,")
     assert all("\n" not in line for line in lines)
+
+
+def test_networks_that_see_nothing_of_others_share_a_line():
+    ids = ["A", "B", "C", "D", "E"]
+    (line,) = registration_warnings(report([Link("A", "B", 0.5, 0.1), Link("C", "D", 0.5, 0.1)], ids))
+    assert line == (
+        "stations C, D on floor 'F1'; station E on floor 'F1' do not register with the others: no link reaches 5 % "
+        "overlap; look for shut doors in between, or register with targets"
+    )
+    (line,) = registration_warnings(report([], [f"S{number}" for number in range(20)]))
+    assert "S6 on floor 'F1' and 13 more do not register" in line
 
 
 def test_loops_that_are_asked_and_missing_are_named():
