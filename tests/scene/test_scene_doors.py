@@ -1,0 +1,164 @@
+"""Doors taken open: leaves go, frames stay. Doors are built from known bodies; those of real files are shot through."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner_core.errors import SceneError
+from planner_core.model import Element, Scene
+from planner_core.scan.engine import open_engine
+from planner_core.scene.build import scene_from_arrays
+from planner_core.scene.doors import without_door_leaves
+from planner_core.scene.load import LoadOptions, load_scene
+from planner_core.scene.patches import make_patches
+from scenes_synthetic import build
+from scenes_synthetic.write import write
+
+IFC = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ifc"
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+WALL: list[Box] = [((-3.0, -0.1, 0.0), (-0.5, 0.1, 2.5)), ((0.5, -0.1, 0.0), (3.0, 0.1, 2.5))]
+
+
+def corners_of(boxes: list[Box]) -> np.ndarray:
+    corner = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
+    return np.concatenate([(np.array(low) + corner * (np.array(high) - low))[triangles] for low, high in boxes])
+
+
+def scene_of(parts: list[tuple[str, np.ndarray]], angle_rad: float = 0.0) -> Scene:
+    """An element each of (kind, triangles), turned about z."""
+    turn = np.array([[np.cos(angle_rad), -np.sin(angle_rad), 0], [np.sin(angle_rad), np.cos(angle_rad), 0], [0, 0, 1]])
+    corners = np.concatenate([corners for _, corners in parts]).reshape(-1, 3) @ turn.T
+    return scene_from_arrays(
+        corners,
+        np.arange(len(corners)).reshape(-1, 3),
+        element_of_triangle=np.repeat(np.arange(len(parts)), [len(corners) for _, corners in parts]),
+        elements=[Element(f"{kind} {i}", kind, str(i)) for i, (kind, _) in enumerate(parts)],
+    )
+
+
+def shape_of(scene: Scene, element: int) -> list[bytes]:
+    """Triangles of an element as sorted bytes."""
+    corners = scene.vertices_m[scene.triangles[scene.element_of_triangle == element]]
+    return sorted(np.sort(triangle.round(9) + 0.0, axis=0).tobytes() for triangle in corners)
+
+
+def jambs(width: float, high: float, thick: float) -> list[Box]:
+    """A frame of three bodies: two jambs and the lintel between them, its feet on the ground."""
+    half = width / 2
+    return [
+        ((-half, -0.06, 0.0), (-half + thick, 0.06, high)),
+        ((half - thick, -0.06, 0.0), (half, 0.06, high)),
+        ((-half, -0.05, high - thick), (half, 0.05, high)),
+    ]
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    width=st.floats(0.7, 2.0),
+    high=st.floats(1.9, 2.6),
+    thick=st.floats(0.03, 0.08),
+    angle=st.floats(0, 3.1),
+    side=st.sampled_from([-0.06, -0.02, 0.02]),
+)
+def test_leaf_and_handle_go_frame_and_wall_stay(
+    width: float, high: float, thick: float, angle: float, side: float
+) -> None:
+    """The leaf touches the frame all round, as in real files: their vertices and edges are shared."""
+    half = width / 2
+    frame = corners_of(jambs(width, high, thick))
+    leaf = corners_of([((-half + thick, side, 0.0), (half - thick, side + 0.04, high - thick))])
+    handle = corners_of([((half - thick - 0.12, side - 0.05, 1.0), (half - thick - 0.05, side, 1.03))])
+    wall = corners_of([((-3.0, -0.1, 0.0), (-half, 0.1, high)), ((half, -0.1, 0.0), (3.0, 0.1, high))])
+    shut = scene_of([("IfcDoor", np.concatenate([leaf, frame, handle])), ("IfcWall", wall)], angle)
+    bare = scene_of([("IfcDoor", frame), ("IfcWall", wall)], angle)
+    opened = without_door_leaves(shut)
+    assert opened.report.n_doors_open == 1
+    assert opened.elements == shut.elements
+    assert shape_of(opened, 0) == shape_of(bare, 0)
+    assert shape_of(opened, 1) == shape_of(shut, 1)
+    assert opened.vertices_m.shape[0] == np.unique(opened.triangles).size
+
+
+def test_a_door_of_a_leaf_alone_goes_and_its_element_keeps_its_number() -> None:
+    leaf = corners_of([((-0.45, -0.02, 0.0), (0.45, 0.02, 2.0))])
+    opened = without_door_leaves(scene_of([("IfcDoor", leaf), ("IfcWall", corners_of(WALL))]))
+    assert set(opened.element_of_triangle.tolist()) == {1}
+    assert [element.kind for element in opened.elements] == ["IfcDoor", "IfcWall"]
+
+
+def test_only_doors_are_opened_and_a_scene_of_leaves_alone_is_left() -> None:
+    leaf = corners_of([((-0.45, -0.02, 0.0), (0.45, 0.02, 2.0))])
+    named = scene_of([("Mesh", leaf), ("IfcWindow", leaf + np.array([0.0, 1.0, 0.0])), ("IfcWall", corners_of(WALL))])
+    assert without_door_leaves(named) is named
+    alone = scene_of([("IfcDoor", leaf)])
+    assert without_door_leaves(alone) is alone
+
+
+def test_what_beams_do_at_the_rest_is_kept() -> None:
+    leaf = corners_of([((-0.45, -0.02, 0.0), (0.45, 0.02, 2.0))])
+    wall = corners_of(WALL)
+    corners = np.concatenate([leaf, wall]).reshape(-1, 3)
+    scene = scene_from_arrays(
+        corners,
+        np.arange(len(corners)).reshape(-1, 3),
+        element_of_triangle=np.repeat([0, 1], [len(leaf), len(wall)]),
+        elements=[Element("door", "IfcDoor", "0"), Element("pane", "IfcWall", "1")],
+        optics_of_triangle=np.repeat([0, 1], [len(leaf), len(wall)]),
+    )
+    opened = without_door_leaves(scene)
+    assert opened.optics_of_triangle is not None
+    assert opened.optics_of_triangle.tolist() == [1] * len(wall)
+
+
+def test_a_word_that_is_neither_open_nor_shut_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.stl"
+    path.write_text("solid a\nendsolid a\n")
+    with pytest.raises(SceneError, match="doors: got 'ajar', expected one of shut, open"):
+        load_scene(path, options=LoadOptions(doors="ajar"))
+
+
+def test_doors_of_a_file_are_shut_unless_open_is_asked_for(tmp_path: Path) -> None:
+    synthetic = build("doors-shut")
+    path = write(synthetic, tmp_path / "doors.ifc")
+    shut = load_scene(path)
+    opened = load_scene(path, options=LoadOptions(doors="open"))
+    n_doors = sum(element.kind == "IfcDoor" for element in shut.elements)
+    assert (shut.source.doors, shut.report.n_doors_open) == ("shut", 0)
+    assert (opened.source.doors, opened.report.n_doors_open) == ("open", n_doors)
+    assert n_doors == 3
+    assert opened.n_triangles == shut.n_triangles - 12 * n_doors
+
+
+@pytest.mark.parametrize(("name", "n_doors"), [("duplex", 14), ("fzk-haus", 5)])
+def test_beams_pass_every_door_of_a_real_file_that_is_open_and_none_that_is_shut(name: str, n_doors: int) -> None:
+    path = IFC / f"{name}.ifc"
+    if not path.is_file():
+        pytest.skip(f"{path.name} is not beside the repository in shared/data/ifc")
+    shut = load_scene(path)
+    opened = without_door_leaves(shut)
+    engines = [open_engine(scene, make_patches(scene, max_area_m2=10.0), engine="open3d") for scene in (shut, opened)]
+    assert opened.report.n_doors_open == n_doors
+    is_door = np.array([element.kind == "IfcDoor" for element in shut.elements])[shut.element_of_triangle]
+    assert is_door.any()
+    stays = np.array([element.kind == "IfcDoor" for element in opened.elements])[opened.element_of_triangle]
+    assert 0 < stays.sum() < is_door.sum()
+    # From 0.5 m before the middle of each door to 0.5 m behind, a metre above its foot and off its cross bars.
+    for door in np.unique(shut.element_of_triangle[is_door]):
+        corners = shut.vertices_m[shut.triangles[shut.element_of_triangle == door]].reshape(-1, 3)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        thin = int(np.argmin((high - low)[:2]))
+        origin = 0.5 * (low + high)
+        origin[1 - thin] += 0.11 * (high - low)[1 - thin]
+        origin[2], origin[thin] = low[2] + 1.03, low[thin] - 0.5
+        way = np.zeros(3)
+        way[thin] = 1.0
+        length_m = float((high - low)[thin]) + 1.0
+        for scene, engine, stops in ((shut, engines[0], True), (opened, engines[1], False)):
+            hit = engine.cast_rays(origin[None], way[None], range_max_m=length_m).triangle[0]
+            on_door = hit >= 0 and scene.elements[scene.element_of_triangle[hit]].kind == "IfcDoor"
+            assert on_door == stops, scene.elements[door].name
