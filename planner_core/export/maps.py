@@ -29,6 +29,7 @@ from planner_core.export.sheet import (
     HEADER_IN,
     MARGIN_IN,
     WIDTH_IN,
+    LegendLine,
     axes_on_sheet,
     draw_discs,
     draw_footer,
@@ -40,7 +41,7 @@ from planner_core.export.sheet import (
     size_on_sheet_in,
 )
 from planner_core.export.station_marks import foot_m
-from planner_core.export.walk_drawing import draw_ends, draw_sealed, draw_walk, runs_on
+from planner_core.export.walk_drawing import draw_ends, draw_sealed, draw_walk, draw_way, runs_on
 from planner_core.model import FloatArray, Floor, Plan
 from planner_core.scan.engine import ScanEngine
 
@@ -80,8 +81,7 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
     draw_ends(axes, plan, floor)
     _draw_stations(axes, plan, floor, view, joined=plan.route is None)
     draw_header(figure, floor.name, floor_subtitle(plan, floor), _map_figures(plan, floor_index))
-    walk = "visiting order" if plan.route is None else "walk"
-    draw_footer(figure, pixel_m=view.pixel_m, lines=((walk, palette.ROUTE, 1.8, "-"),))
+    draw_footer(figure, pixel_m=view.pixel_m, lines=_walk_legend(plan))
     save_sheet(figure, path)
 
 
@@ -120,7 +120,7 @@ def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
         left_in = MARGIN_IN + column * (cell_in + MARGIN_IN)
         _draw_overview_cell(figure, plan, index, engine, window, in_per_m, (left_in, top_in))
     draw_header(figure, plan.survey.scene.source.path.name, _plan_subtitle(plan), _plan_figures(plan))
-    draw_footer(figure)
+    draw_footer(figure, lines=_walk_legend(plan))
     save_sheet(figure, path)
 
 
@@ -147,33 +147,12 @@ def _draw_overview_cell(
         width=max(1, round(width_in * DPI)),
     )
     _draw_view(axes, plan, floor, view)
-    _draw_stations(axes, plan, floor, view)
+    for run in runs_on(plan, index):
+        draw_way(axes, view.camera.project(run.points_m))
+    _draw_stations(axes, plan, floor, view, joined=plan.route is None)
     share = 100 * plan.coverage_by_floor[index].fraction_of_achievable
     at = (left_in / WIDTH_IN, (top_in - 0.25) / float(figure.get_size_inches()[1]))
     figure.text(*at, f"{floor.name}   {share:.1f} %", fontsize=15, color=palette.INK, weight="bold")
-
-
-def write_coverage_curve(plan: Plan, path: Path) -> None:
-    """Write the covered share of the achievable area against the number of stations, in the order of choice."""
-    figure = new_sheet(7.0)
-    axes = figure.add_axes((0.07, 0.12, 0.89, 0.72))
-    curve = np.concatenate([[0.0], 100 * np.asarray(plan.coverage_curve, dtype=np.float64)])
-    asked = 100 * plan.settings.requirements.coverage
-    axes.axhline(asked, color=palette.UNSEEN, linewidth=1.5, linestyle=(0, (6, 4)))
-    axes.text(0.0, asked + 1.2, f" asked for: {asked:g} %", color=palette.UNSEEN, fontsize=13, va="bottom")
-    marker = "o" if len(curve) <= 60 else ""
-    axes.plot(np.arange(len(curve)), curve, color=palette.SEEN_OFTEN, linewidth=2.5, marker=marker, markersize=6)
-    axes.set_xlim(0, max(1, len(curve) - 1) * 1.02)
-    axes.set_ylim(0, 105)
-    axes.set_xlabel("stations", fontsize=13, color=palette.INK)
-    axes.set_ylabel("covered share of the achievable area, %", fontsize=13, color=palette.INK)
-    axes.xaxis.get_major_locator().set_params(integer=True)
-    axes.tick_params(labelsize=12, colors=palette.INK)
-    axes.grid(color=(0.9, 0.9, 0.9))
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    figure.text(0.028, 0.91, "What each further station adds", fontsize=20, weight="bold", color=palette.INK)
-    save_sheet(figure, path)
 
 
 def _overview_window_m(plan: Plan, floor: Floor) -> FloatArray:
@@ -223,6 +202,10 @@ def _depth_edges(view: SectionView) -> np.ndarray:
     return edges
 
 
+def _walk_legend(plan: Plan) -> tuple[LegendLine, ...]:
+    return (("visiting order" if plan.route is None else "walk", palette.ROUTE, 1.8, "-"),)
+
+
 def _map_figures(plan: Plan, floor_index: int) -> tuple[tuple[str, str], ...]:
     """Figures of one floor, and how far one walks on it."""
     figures = floor_figures(plan, floor_index)
@@ -262,7 +245,9 @@ def _plan_subtitle(plan: Plan) -> str:
 
 def _plan_figures(plan: Plan) -> tuple[tuple[str, str], ...]:
     coverage = plan.coverage
+    walk = ((f"{plan.route.length_m:.0f} m", "to walk"),) if plan.route is not None else ()
     return (
+        *walk,
         (str(len(plan.stations)), "stations"),
         (f"{100 * coverage.fraction_of_achievable:.1f} %", f"of {coverage.achievable_area_m2:.0f} m² achievable"),
     )

@@ -5,20 +5,24 @@ Plan, ScanEngine -> report/. The page needs nothing but the pictures beside it: 
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 
 from planner_core.errors import MissingPackageError
-from planner_core.export.maps import view_floor, write_coverage_curve, write_floor_map, write_link_map, write_overview
+from planner_core.export.curve_drawing import write_coverage_curve
+from planner_core.export.maps import view_floor, write_floor_map, write_link_map, write_overview
 from planner_core.export.pictures import write_floor_picture
+from planner_core.export.report_tables import (
+    requirements_table,
+    stations_table,
+    table,
+    unseen_csv,
+    unseen_section,
+    unseen_surfaces_csv,
+)
 from planner_core.model import Plan
 from planner_core.scan.engine import ScanEngine
-
-UNSEEN_COLUMNS = ("element", "name", "kind", "source_id", "floor", "unseen_area_m2", "achievable_area_m2")
-MAX_UNSEEN_ON_PAGE = 30
 
 
 def report_files(plan: Plan) -> tuple[str, ...]:
@@ -26,7 +30,8 @@ def report_files(plan: Plan) -> tuple[str, ...]:
     floors = range(len(plan.survey.floors))
     maps = [name(index) for index in floors for name in (map_name, link_map_name, picture_name)]
     overview = ["overview.png"] if plan.survey.floors else []
-    return (*maps, *overview, "coverage_curve.png", "unseen.csv", "index.html")
+    surfaces = ["unseen_surfaces.csv"] if plan.why is not None else []
+    return (*maps, *overview, "coverage_curve.png", "unseen.csv", *surfaces, "index.html")
 
 
 def map_name(floor_index: int) -> str:
@@ -70,20 +75,11 @@ def write_report(plan: Plan, folder: Path, *, engine: ScanEngine) -> Iterator[st
     yield "coverage_curve.png"
     (folder / "unseen.csv").write_text(unseen_csv(plan), encoding="utf-8")
     yield "unseen.csv"
+    if plan.why is not None:
+        (folder / "unseen_surfaces.csv").write_text(unseen_surfaces_csv(plan, plan.why), encoding="utf-8")
+        yield "unseen_surfaces.csv"
     (folder / "index.html").write_text(report_page(plan, without_pictures=missing), encoding="utf-8")
     yield "index.html"
-
-
-def unseen_csv(plan: Plan) -> str:
-    """Return the text of unseen.csv: achievable surface that the plan leaves unseen, element by element."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(UNSEEN_COLUMNS)
-    for part in plan.unseen:
-        element = plan.survey.scene.elements[part.element]
-        areas = (f"{part.unseen_area_m2:.3f}", f"{part.achievable_area_m2:.3f}")
-        writer.writerow([part.element, element.name, element.kind, element.source_id, part.floor, *areas])
-    return text.getvalue()
 
 
 def report_page(plan: Plan, *, without_pictures: str = "") -> str:
@@ -95,12 +91,13 @@ def report_page(plan: Plan, *, without_pictures: str = "") -> str:
     parts = [
         f"<h1>Scan plan of {name}</h1>",
         _figures(plan),
+        *(("<h2>Requirements</h2>", requirements_table(plan)) if plan.requirements else ()),
         _warnings(plan, without_pictures),
         *_pictures(plan, with_pictures=not without_pictures),
         "<h2>Stations</h2>",
-        _stations(plan),
-        "<h2>What stays unseen</h2>",
-        _unseen(plan),
+        stations_table(plan),
+        "<h2>What stays unseen, and why</h2>" if plan.why is not None else "<h2>What stays unseen</h2>",
+        unseen_section(plan),
     ]
     body = "\n".join(part for part in parts if part)
     return (
@@ -113,7 +110,8 @@ _STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;color:#1e2a32;max-width:1200px;margin:2rem auto;padding:0 1rem}"
     "h1{margin-bottom:.2em}h2{margin-top:2em}img{max-width:100%;border:1px solid #e3e5e7}"
     "table{border-collapse:collapse}td,th{padding:.25em .9em .25em 0;text-align:left;border-bottom:1px solid #e3e5e7}"
-    "td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}.warning{color:#a8430f}"
+    "td{vertical-align:top}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}"
+    ".wide{overflow-x:auto}.warning{color:#a8430f}.met{color:#1f6f9c}"
     "@media print{figure{break-inside:avoid}}figure{margin:1.5rem 0}"
 )
 
@@ -140,7 +138,7 @@ def _figures(plan: Plan) -> str:
         share = f"{100 * figures.fraction_of_achievable:.1f} % of {figures.achievable_area_m2:.0f} m²"
         value = f"{n_stations} stations, {share}"
         rows.append((escape(floor.name), value))
-    return _table((), ((f"<b>{label}</b>", value) for label, value in rows), numbers_from=9)
+    return table((), ((f"<b>{label}</b>", value) for label, value in rows), numbers_from=9)
 
 
 def _warnings(plan: Plan, without_pictures: str) -> str:
@@ -158,53 +156,3 @@ def _pictures(plan: Plan, *, with_pictures: bool) -> Iterator[str]:
         yield f'<figure><img src="{map_name(index)}" alt="Map of {name}"></figure>'
         yield f'<figure><img src="{link_map_name(index)}" alt="Links between the stations of {name}"></figure>'
     yield '<figure><img src="coverage_curve.png" alt="Coverage against number of stations"></figure>'
-
-
-def _stations(plan: Plan) -> str:
-    names = {floor.id: floor.name for floor in plan.survey.floors}
-    header = ("No.", "Id", "Floor", "x, m", "y, m", "z, m", "Instrument height, m", "Sees, m²", "Sees alone, m²")
-    rows = (
-        (
-            str(station.order),
-            escape(station.id),
-            escape(names.get(station.floor, station.floor)),
-            *(f"{value:.3f}" for value in station.position_m + plan.survey.scene.offset_m),
-            f"{station.instrument_height_m:.3f}",
-            f"{station.covered_area_m2:.1f}",
-            f"{station.own_area_m2:.1f}",
-        )
-        for station in plan.stations
-    )
-    return _table(header, rows, numbers_from=3)
-
-
-def _unseen(plan: Plan) -> str:
-    largest = sorted(plan.unseen, key=lambda part: (-part.unseen_area_m2, part.element, part.floor))
-    elements = plan.survey.scene.elements
-    rows = (
-        (
-            escape(elements[part.element].name),
-            escape(elements[part.element].kind),
-            escape(part.floor),
-            f"{part.unseen_area_m2:.2f}",
-            f"{part.achievable_area_m2:.2f}",
-        )
-        for part in largest[:MAX_UNSEEN_ON_PAGE]
-    )
-    if not largest:
-        return "<p>Everything achievable is seen.</p>"
-    text = _table(("Element", "Kind", "Floor", "Unseen, m²", "Achievable, m²"), rows, numbers_from=3)
-    n_more = len(largest) - MAX_UNSEEN_ON_PAGE
-    return text + (f"\n<p>{n_more} more in unseen.csv.</p>" if n_more > 0 else "")
-
-
-def _table(header: tuple[str, ...], rows: Iterable[tuple[str, ...]], *, numbers_from: int) -> str:
-    """Cells are HTML already; columns from `numbers_from` on are aligned as numbers."""
-
-    def cells(tag: str, row: tuple[str, ...]) -> str:
-        marks = (' class="n"' if index >= numbers_from else "" for index in range(len(row)))
-        return "".join(f"<{tag}{mark}>{cell}</{tag}>" for mark, cell in zip(marks, row, strict=True))
-
-    lines = [f"<tr>{cells('th', header)}</tr>"] if header else []
-    lines += [f"<tr>{cells('td', row)}</tr>" for row in rows]
-    return "<table>\n" + "\n".join(lines) + "\n</table>"
