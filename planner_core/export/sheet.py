@@ -119,7 +119,7 @@ def draw_footer(
     *,
     pixel_m: float | None = None,
     legend: tuple[tuple[str, tuple[float, float, float]], ...] = LEGEND,
-    lines: Sequence[LegendLine] = (("visiting order", palette.ROUTE, 1.8, "-"),),
+    lines: Sequence[LegendLine] = (),
 ) -> None:
     """Draw the legend and, where `pixel_m` says what a pixel is, scale bar and axes, in inches of the sheet.
 

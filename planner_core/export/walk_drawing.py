@@ -57,8 +57,7 @@ def draw_walk(axes: Any, plan: Plan, floor_index: int, *, pixel_m: float) -> Non
     """Draw the stretches of the walk on a floor, arrow heads on long ones, and where stairs lead to."""
     for run in runs_on(plan, floor_index):
         plan_m = run.points_m[:, :2]
-        axes.plot(*plan_m.T, color="white", linewidth=4.6, alpha=0.85, zorder=3, solid_joinstyle="round")
-        axes.plot(*plan_m.T, color=palette.ROUTE, linewidth=2.0, zorder=3.1, solid_joinstyle="round")
+        draw_way(axes, plan_m)
         if run.length_m >= _LEAST_ARROW_PX * pixel_m:
             axes.fill(
                 *_arrow_head(plan_m, _ARROW_PX * pixel_m).T, facecolor=palette.ROUTE, edgecolor="white", zorder=3.2
@@ -68,6 +67,12 @@ def draw_walk(axes: Any, plan: Plan, floor_index: int, *, pixel_m: float) -> Non
             if floor is not None:
                 _label(axes, at, f"{sense} {_number(plan, stop)}{plan.survey.floors[floor].name}", marker="D")
     _draw_breaks(axes, plan, floor_index)
+
+
+def draw_way(axes: Any, corners: FloatArray) -> None:
+    """Draw a line with corners (M, 2) and a pale edge."""
+    axes.plot(*corners.T, color="white", linewidth=4.6, alpha=0.85, zorder=3, solid_joinstyle="round")
+    axes.plot(*corners.T, color=palette.ROUTE, linewidth=2.0, zorder=3.1, solid_joinstyle="round")
 
 
 def _draw_breaks(axes: Any, plan: Plan, floor_index: int) -> None:

@@ -40,9 +40,10 @@ class Leg:
 
 @dataclass(frozen=True)
 class Route:
-    """A walk through all stations that can be walked to.
+    """A walk through all stations that are to be scanned and can be walked to.
 
-    order : (N,) int64, all stations in the order of visits; those of `left_out`, to which no way leads, last.
+    order : (N,) int64, all stations in the order of visits; those not in the walk last. left_out : of these, stations
+    to which no way leads; the others are scanned already.
     legs : from the start, where there is one, from station to station, and to the end or back.
     length_m : of the legs that can be walked. n_unwalkable : the others.
     start_m, end_m : (3,) float64, local, on the ground; None: the walk begins, or ends, at a station.

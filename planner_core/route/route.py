@@ -15,7 +15,7 @@ import numpy as np
 from planner_core.errors import RequirementError
 from planner_core.ground.reach import ARM_M, Reach, stand_nodes
 from planner_core.ground.walking import Walking
-from planner_core.model import FloatArray, Int32Array, Leg, Route, Site
+from planner_core.model import BoolArray, FloatArray, Int32Array, Leg, Route, Site
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.route.floors_passed import pieces_by_floor
 from planner_core.route.order import N_KICKS, visiting_order
@@ -64,6 +64,7 @@ def plan_route(
     floor: Int32Array,
     *,
     ends: Ends = ANYWHERE,
+    scanned: BoolArray | None = None,
     seed: int = 0,
     n_kicks: int = N_KICKS,
     progress: Progress = silent,
@@ -76,17 +77,20 @@ def plan_route(
         (N, 3), (N,) and (N,) of the sensors, as in `Candidates`; NaN for a height that is not known.
     ends
         See `ends_of`. A place that is not on ground that the crew reaches is left out, and a note says so.
+    scanned
+        (N,) bool, stations whose scans exist: nobody walks there, and nobody misses them in the walk.
 
     Notes
     -----
     Stations to which no way leads are not in the walk: given ones may stand in a wall or on a roof. They are last in
-    `Route.order`, and named in `Route.left_out`.
+    `Route.order`, with those that are `scanned`, and named in `Route.left_out`.
     """
     foot_m = np.asarray(position_m, dtype=np.float64).reshape(-1, 3).copy()
     foot_m[:, 2] -= instrument_height_m
-    on = np.flatnonzero(np.isfinite(foot_m).all(axis=1))
+    to_visit = np.flatnonzero(~scanned) if scanned is not None else np.arange(foot_m.shape[0])
+    on = to_visit[np.isfinite(foot_m[to_visit]).all(axis=1)]
     on = on[stand_nodes(reach, foot_m[on]) >= 0]
-    left_out = np.setdiff1d(np.arange(foot_m.shape[0]), on)
+    not_walked = np.setdiff1d(np.arange(foot_m.shape[0]), on)
     ends, notes = _on_ground(reach, ends)
     places = [place for place in (ends.start_m, ends.end_m) if place is not None]
     stops_m = np.concatenate([foot_m[on], *(place[None] for place in places)])
@@ -104,7 +108,7 @@ def plan_route(
         legs.append(_leg(walking, reach, stops_m[a], stops_m[b], int(station[a]), int(station[b])))
         progress(ProgressEvent("route", number, walk.size - 1))
     return Route(
-        order=np.concatenate([on[found.order[found.order < on.size]], left_out]).astype(np.int64),
+        order=np.concatenate([on[found.order[found.order < on.size]], not_walked]).astype(np.int64),
         legs=tuple(legs),
         length_m=float(sum(leg.length_m for leg in legs if leg.walkable)),
         n_unwalkable=sum(not leg.walkable for leg in legs),
@@ -112,7 +116,7 @@ def plan_route(
         closed=ends.closed,
         start_m=ends.start_m,
         end_m=ends.end_m,
-        left_out=tuple(left_out.tolist()),
+        left_out=tuple(np.setdiff1d(to_visit, on).tolist()),
         notes=notes,
     )
 

@@ -116,6 +116,19 @@ def test_an_unknown_instrument_height_and_no_stations_raise_nothing() -> None:
     assert (nothing.order.size, nothing.legs, nothing.length_m) == (0, (), 0.0)
 
 
+def test_stations_that_are_scanned_already_are_not_walked_to() -> None:
+    reach = reach_in("corridor-comb")
+    x = np.array([7.8, 1.5, 10.95, 4.65])
+    sensor_m = np.column_stack([x, np.full(4, 4.0), np.full(4, 1.6)])
+    height_m, floor = np.full(4, 1.6), np.zeros(4, dtype=np.int32)
+    scanned = np.array([False, False, True, False])
+    route = plan_route(reach, sensor_m, height_m, floor, scanned=scanned)
+    others = plan_route(reach, sensor_m[~scanned], height_m[~scanned], floor[~scanned])
+    assert route.order.tolist() == [*np.flatnonzero(~scanned)[others.order].tolist(), 2]
+    assert route.length_m == others.length_m
+    assert (route.left_out, route_warnings(route, list("abcd"))) == ((), ())
+
+
 def test_rooms_with_doors_of_their_own_are_walked_one_after_the_other() -> None:
     reach = reach_in("closed-rooms")
     places = np.array([[1.5, 1.0, 0.0], [4.5, 1.0, 0.0], [1.5, 3.0, 0.0]])
