@@ -68,6 +68,9 @@ def tower():
         (turned(corridor(0), 135.0), "slides along 135 degrees from x to y"),
         (turned(corridor(0), 176.0), "slides along x"),
         (turned(corridor(0), 40.0, axis=1), "slides along (0.77, 0.00, -0.64)"),
+        (turned(corridor(0), 140.0, axis=1), "slides along (0.77, 0.00, 0.64)"),
+        (turned(corridor(1), 40.0, axis=0), "slides along (0.00, 0.77, 0.64)"),
+        (turned(corridor(1), 130.0, axis=0), "slides along (0.00, -0.64, 0.77)"),
         (tower(), "turns about the vertical"),
         (turned(tower(), 90.0, axis=1), "tilts about x"),
         (turned(tower(), 90.0, axis=0), "tilts about y"),
@@ -83,6 +86,15 @@ def test_weak_axis_is_the_free_motion(shape, words):
     matrix = matrix_of(shape)
     assert weak_axis(matrix) == words
     assert strengths_of(matrix[None])[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_weak_axis_of_motions_that_are_held_alike_does_not_hang_on_rounding():
+    wall = turned([plane(0, 3.0)], 30.0)
+    assert weak_axis(matrix_of(wall)) == "slides along the vertical"
+    # The three turns of a cube are held alike, about whichever axes they are taken.
+    cube = [plane(axis, side) for axis in range(3) for side in (-2.0, 2.0)]
+    for degrees in (0.0, 13.0, 45.0, 77.0):
+        assert weak_axis(matrix_of(turned(turned(cube, degrees), degrees, axis=0))) == "tilts about x"
 
 
 def test_weak_axis_is_named_of_links_that_hold_as_well():
