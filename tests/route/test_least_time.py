@@ -139,6 +139,17 @@ def test_same_seed_same_stations_and_few_rows_are_asked_for() -> None:
     assert least_time(problem, start, walks, LeastTimeSettings(90.0, n_kicks=0)) == first
 
 
+def test_no_time_is_saved_by_going_where_no_way_leads() -> None:
+    """The second half of what is asked for is seen 30 m away, or in another building."""
+    starts, patch = np.array([0, 1, 2, 3]), np.array([0, 1, 1], dtype=np.int32)
+    problem = cover_problem(Visibility(starts, patch, 2), np.ones(2), (Target(np.ones(2, dtype=bool), 1.0),))
+    distance_m = np.array([[0.0, 30.0, np.inf], [30.0, 0.0, np.inf], [np.inf, np.inf, 0.0]])
+    for start in ([0, 1], [0, 2]):
+        found = least_time(problem, start, Walks(Rows(distance_m), np.zeros(3, np.int32)), LeastTimeSettings(60.0))
+        assert set(found.chosen) == {0, 1}, start
+        assert found.walk_m == 30.0
+
+
 def test_bound_counts_the_way_to_what_must_be_seen() -> None:
     """Candidates along a line; only the last, 30 m away, sees the second half of what is asked for."""
     sees = [[0, 1], [0, 1], [2, 3]]
