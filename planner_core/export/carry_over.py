@@ -27,11 +27,12 @@ _FILES = frozenset(
         "report/overview.png",
         "report/coverage_curve.png",
         "report/unseen.csv",
+        "report/unseen_surfaces.csv",
     }
 )
 _FOLDERS = frozenset({"stage", "stage/clouds", "viewer", "viewer/clouds", "scans", "report"})
 _OF_A_STATION = ("stage/clouds/{}.usdc", "viewer/clouds/{}.u16", "scans/{}.exr", "scans/{}.png")
-_OF_A_FLOOR = re.compile(r"report/(map|picture)_F[0-9]+\.png")
+_OF_A_FLOOR = re.compile(r"report/(map|links|picture)_F[0-9]+\.png")
 
 
 def plan_station_names(folder: Path) -> tuple[str, ...]:

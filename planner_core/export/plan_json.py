@@ -15,6 +15,7 @@ from typing import Any
 
 from planner_core.errors import PlanFolderError
 from planner_core.export.route_json import field_time_document, route_document, sealed_document
+from planner_core.export.why_json import why_document
 from planner_core.model import Coverage, Element, Floor, Link, Optics, Plan, Scanner, Scene, Station, UnseenElement
 from planner_core.scan.patch_mode import scan_mode_of
 
@@ -56,6 +57,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "field_time": field_time_document(plan.field_time),
         "sealed": sealed_document(plan),
         "unseen": [_unseen(part, plan.survey.scene) for part in plan.unseen],
+        "why": None if plan.why is None else why_document(plan.why, plan.survey.scene),
         "warnings": list(plan.warnings),
         "device": plan.engine,
         "versions": _versions(),

@@ -111,7 +111,8 @@ _STYLE = (
     "h1{margin-bottom:.2em}h2{margin-top:2em}img{max-width:100%;border:1px solid #e3e5e7}"
     "table{border-collapse:collapse}td,th{padding:.25em .9em .25em 0;text-align:left;border-bottom:1px solid #e3e5e7}"
     "td{vertical-align:top}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}"
-    ".wide{overflow-x:auto}.warning{color:#a8430f}.met{color:#1f6f9c}"
+    ".wide{overflow-x:auto;font-size:14px}.own,.links{display:inline-block;min-width:19em}.links{min-width:13em}"
+    ".warning{color:#a8430f}.met{color:#1f6f9c}"
     "@media print{figure{break-inside:avoid}}figure{margin:1.5rem 0}"
 )
 

@@ -73,8 +73,8 @@ def requirements_table(plan: Plan) -> str:
 
 def _result_row(result: PartResult) -> tuple[str, ...]:
     met = '<span class="met">met</span>' if result.met else '<b class="warning">not met</b>'
-    reached = np.floor(1000 * result.fraction_of_achievable) / 10  # 94.96 % are not 95 %
-    shown = 100 * result.required if result.met and reached < 100 * result.required else reached
+    reached = 100 * result.fraction_of_achievable
+    shown = reached if result.met else np.floor(10 * reached) / 10  # 94.96 % are not 95.0 %
     return (
         escape(result.name),
         _asked_text(result.asked, result.seen_from),
@@ -122,7 +122,9 @@ def _station_row(plan: Plan, station: Station, reasons: dict[str, StationReason]
     )
     if plan.why is not None:
         reason = reasons[station.id]
-        texts += (_own_text(plan.survey.scene, reason), escape(", ".join(reason.linked)) or "<b>none</b>")
+        own = f'<span class="own">{_own_text(plan.survey.scene, reason)}</span>'
+        linked = f'<span class="links">{escape(", ".join(reason.linked)) or "<b>none</b>"}</span>'
+        texts += (own, linked)
     return (
         *texts,
         *_coordinates(station.position_m + plan.survey.scene.offset_m),
@@ -179,7 +181,13 @@ def _area_and_share(area_m2: float, total_m2: float) -> tuple[str, str]:
 def _surfaces_table(plan: Plan, surfaces: list[UnseenSurface]) -> str:
     scene = plan.survey.scene
     with_spot = any(surface.best_spot is not None for surface in surfaces)
-    header = ("Surface", "Kind", *(("Room",) if scene.rooms else ()), "Floor", *(("Best spot",) if with_spot else ()))
+    header = (
+        "Surface",
+        "Kind",
+        *(("Room",) if scene.rooms else ()),
+        "Floor",
+        *(("Best spot, sees",) if with_spot else ()),
+    )
     n_texts = len(header)
     header += ("Area, m²", "Pieces", "Largest, m²", "at x, m", "y, m", "z, m")
     rows = []
@@ -210,7 +218,7 @@ def _spot_text(scene: Scene, surface: UnseenSurface) -> str:
     if spot is None:
         return ""
     at = ", ".join(_coordinates(spot.position_m + scene.offset_m, 2))
-    return f"({at}) sees {spot.sees_m2:.2f} m², adds {spot.adds_m2:.2f} m² in all"
+    return f"({at}): {spot.sees_m2:.2f} m², in all {spot.adds_m2:.2f} m²"
 
 
 def _unseen_by_element(plan: Plan) -> str:
