@@ -19,7 +19,7 @@ from planner_core.select.proven import SelectionSettings, select
 from planner_core.select.reductions import reduce_problem
 
 SEEDS = st.integers(0, 2**32 - 1)
-QUICK = SelectionSettings(work_limit=0.5, n_walks=2)
+QUICK = SelectionSettings(work_limit=0.1, n_walks=1)
 
 
 def random_network(seed, n, *, share=0.3, loops=False):
@@ -97,16 +97,21 @@ def hangs_together(network, chosen):
 
 
 def fewest(problem, required, network=None, given=()):
-    others = [c for c in range(problem.n_candidates) if c not in given]
-    for k in range(len(others) + 1):
-        for more in itertools.combinations(others, k):
-            if meets(problem, (*given, *more), required) and hangs_together(network, (*given, *more)):
-                return len(given) + k
-    raise AssertionError("all candidates together must do")
+    """Size of the smallest of all subsets that do."""
+    n = problem.n_candidates
+    sees = np.zeros((n, problem.n_rows), dtype=np.int64)
+    for candidate in range(n):
+        sees[candidate, problem.rows_of(candidate)] = 1
+    sets = np.array(list(itertools.product((0, 1), repeat=n)))
+    sets = sets[(sets[:, list(given)] == 1).all(axis=1)]
+    sets = sets[np.argsort(sets.sum(axis=1), kind="stable")]
+    enough = (sets @ sees)[:, None, :] >= problem.seen_from[:, None]
+    met = ((enough & problem.counts_for) @ problem.ticks >= required).all(axis=1)
+    return next(int(x.sum()) for x in sets[met] if hangs_together(network, np.flatnonzero(x).tolist()))
 
 
 # ------------------------------------------------------------------------------------------ more than one look
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(SEEDS, st.sampled_from([(2, 2), (2, 1), (3, 1), (1, 2)]))
 def test_selection_of_several_looks_finds_what_exhaustive_search_finds(seed, seen_from):
     problem = random_problem(seed, seen_from=seen_from)
@@ -195,7 +200,7 @@ def test_looks_that_make_no_sense_are_refused():
 
 
 # --------------------------------------------------------------------------------------------------- networks
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans(), st.sampled_from([0.1, 0.25, 0.5]), st.integers(0, 2))
 def test_selection_with_a_network_finds_what_exhaustive_search_finds(seed, loops, share, n_given):
     problem = random_problem(seed, seen_from=(1, 1 + seed % 2))
@@ -209,7 +214,7 @@ def test_selection_with_a_network_finds_what_exhaustive_search_finds(seed, loops
     assert len(result.chosen) == fewest(problem, problem.required, network, given_ones), f"seed {seed}"
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(SEEDS, st.booleans(), st.sampled_from([0.05, 0.1, 0.2]))
 def test_any_set_can_be_joined_and_nothing_spare_stays(seed, loops, share):
     problem = random_problem(seed, n=18, r=30)
@@ -252,8 +257,8 @@ def test_check_refuses_just_the_sets_that_do_not_hang_together(seed, loops):
 
 
 def test_a_start_that_is_not_joined_is_joined_and_network_and_host_agree():
-    problem = random_problem(5, n=25, r=80, seen_from=(1, 2))
-    network = random_network(6, 25, share=0.1)
+    problem = random_problem(5, n=14, r=40, seen_from=(1, 2))
+    network = random_network(6, 14, share=0.2)
     quick = SelectionSettings(work_limit=0.02, n_walks=1)
     start = select_greedy(problem).chosen
     one = select(problem, quick, network=network, start=start)
