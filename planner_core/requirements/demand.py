@@ -34,6 +34,8 @@ from planner_core.survey import visible_from
 
 #: Numbers of stacked patches are int32.
 _MOST_STACKED = 2**31 - 1
+#: A target has a byte for each.
+_MOST_TARGET_BYTES = 2**32
 
 
 @dataclass(frozen=True)
@@ -95,9 +97,12 @@ def demand_of(
     """
     goals = goals_of(survey, settings)
     qualities = qualities_of(goals)
-    looks = _Looks.over(survey, goals, qualities)
-    rows = _look(survey, settings, engine, positions_m, looks, progress)
     n_patches = survey.patches.n_patches
+    _check_size(len(goals), len(qualities), n_patches)
+    needed = tuple(
+        {name: np.full(n_patches, np.nan, dtype=np.float32) for name in limits_of(asked)} for asked in qualities
+    )
+    rows = _look(survey, settings, engine, positions_m, _Looks.over(goals, qualities, needed), progress)
     times_met = times_seen(rows.met).reshape(len(qualities), n_patches)
     demand = Demand(
         n_patches=n_patches,
@@ -107,7 +112,7 @@ def demand_of(
         targets=tuple(_target(goal, qualities) for goal in goals),
         area_m2=np.tile(survey.patches.area_m2, len(qualities)),
         times_met=times_met,
-        needed=looks.needed,
+        needed=needed,
     )
     check_possible(demand)
     return demand
@@ -123,7 +128,17 @@ def rows_from(
     progress: Progress = silent,
 ) -> Rows:
     """What further positions (N, 3) see, by the qualities of `demand`: for places that are not among its own."""
-    return _look(survey, settings, engine, positions_m, _Looks.over(survey, demand.goals, demand.qualities), progress)
+    return _look(survey, settings, engine, positions_m, _Looks.over(demand.goals, demand.qualities), progress)
+
+
+def _check_size(n_goals: int, n_qualities: int, n_patches: int) -> None:
+    """Refuse more stacked patches than have a number, or targets over them that memory would not hold."""
+    n_stacked = n_qualities * n_patches
+    if n_stacked > _MOST_STACKED or n_goals * n_stacked > _MOST_TARGET_BYTES:
+        raise RequirementError(
+            f"requirements: got {n_goals} with {n_qualities} different sets of limits on {n_patches} patches, expected "
+            "fewer, which memory holds; ask the same limits of several parts, or take larger patches"
+        )
 
 
 def qualities_of(goals: tuple[Goal, ...]) -> tuple[Asked, ...]:
@@ -156,17 +171,18 @@ def _impossible(demand: Demand, goal: Goal, seen: BoolArray) -> str:
     seen = seen & goal.patches
     n_positions = demand.rows.seen.n_positions
     area_m2 = demand.area_m2[: demand.n_patches]
-    what = f"requirement {goal.name!r}: got {asked_in_words(goal.asked, goal.seen_from)}"
-    of = f"of its {area_in_words(float(area_m2[goal.patches].sum()))}"
+    with_ = asked_in_words(goal.asked, goal.seen_from)
+    of = area_in_words(float(area_m2[goal.patches].sum()))
+    what = f"requirement {goal.name!r}: got nothing of its {of}{' with ' + with_ if with_ else ''}"
     if not seen.any():
-        return f"{what}, but none {of} is seen from any of {n_positions} positions; check where stations may stand"
+        return f"{what}, as none of it is seen from any of {n_positions} positions; check where stations may stand"
     met = demand.times_met[demand.qualities.index(goal.asked)]
     if (goal.patches & (met > 0)).any():
         most = int(met[goal.patches].max())
-        return f"{what}, but none {of} is met from more than {most} of {n_positions} positions; ask for {most}"
+        return f"{what} from more than {most} of {n_positions} positions, expected some; ask for {most} stations"
     blame = blamed(demand, goal, seen)
     remedy = "ease several limits at once" if blame is None else f"ease its {_ease(demand, goal, seen, blame)}"
-    return f"{what}, which is met on none {of} from any of {n_positions} positions; {remedy}"
+    return f"{what} from any of {n_positions} positions, expected some; {remedy}"
 
 
 def _ease(demand: Demand, goal: Goal, seen: BoolArray, limit: str) -> str:
@@ -197,23 +213,21 @@ def _target(goal: Goal, qualities: tuple[Asked, ...]) -> Target:
 class _Looks:
     """What to keep of sights. counted : for each quality, (P,) bool, patches that a goal asks it of; None: keep all.
 
-    needed : as in `Demand`, filled while looking.
+    needed : as in `Demand`, filled while looking; empty: not wanted.
     """
 
     qualities: tuple[Asked, ...]
     counted: tuple[BoolArray | None, ...]
-    needed: tuple[dict[str, Float32Array], ...]
+    needed: tuple[dict[str, Float32Array], ...] = ()
 
     @classmethod
-    def over(cls, survey: Survey, goals: tuple[Goal, ...], qualities: tuple[Asked, ...]) -> _Looks:
+    def over(
+        cls, goals: tuple[Goal, ...], qualities: tuple[Asked, ...], needed: tuple[dict[str, Float32Array], ...] = ()
+    ) -> _Looks:
         """Keep all of what is asked of all, and of other qualities what their goals count."""
         counted: list[BoolArray | None] = [None]
         for asked in qualities[1:]:
             counted.append(np.any([goal.patches for goal in goals if goal.asked == asked], axis=0))
-        n_patches = survey.patches.n_patches
-        needed = tuple(
-            {name: np.full(n_patches, np.nan, dtype=np.float32) for name in limits_of(asked)} for asked in qualities
-        )
         return cls(qualities, tuple(counted), needed)
 
     @property
@@ -236,11 +250,6 @@ def _look(
     progress: Progress,
 ) -> Rows:
     n_patches, n_qualities = survey.patches.n_patches, len(looks.qualities)
-    if n_patches * n_qualities > _MOST_STACKED:
-        raise RequirementError(
-            f"requirements: got {n_qualities} different sets of limits on {n_patches} patches, expected at most "
-            f"{_MOST_STACKED // n_patches}; ask the same of several parts, or take larger patches"
-        )
     if looks.plain:
         seen = visible_from(survey, settings, engine, positions_m, progress=progress)
         return Rows(seen, seen)
@@ -254,7 +263,7 @@ def _look(
         sizes, patch = _stacked(sights, looks)
         met_sizes.append(sizes)
         met_patch.append(patch)
-        for asked, least in zip(looks.qualities, looks.needed, strict=True):
+        for asked, least in zip(looks.qualities, looks.needed, strict=False):
             _note_needed(sights, asked, least)
     return Rows(
         Visibility(_starts(seen_sizes), _joined(seen_patch), n_patches),

@@ -8,9 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.metrics.coverage import times_seen
-from planner_core.model import BoolArray, Int32Array, PartResult, Visibility
+from planner_core.model import Int32Array, PartResult, Visibility
 from planner_core.requirements.demand import Demand, Rows
-from planner_core.requirements.goals import Goal
 from planner_core.requirements.wording import area_in_words, asked_in_words
 
 
@@ -19,42 +18,46 @@ def times_met(demand: Demand, rows: Rows) -> Int32Array:
     return times_seen(rows.met).reshape(len(demand.qualities), demand.n_patches)
 
 
-def covered(demand: Demand, goal: Goal, rows: Rows) -> BoolArray:
-    """(P,) bool, achievable patches of a goal that as many stations meet as it asks for."""
-    enough: BoolArray = times_met(demand, rows)[demand.qualities.index(goal.asked)] >= goal.seen_from
-    return demand.achievable(goal) & enough
-
-
 def part_results(demand: Demand, rows: Rows) -> tuple[PartResult, ...]:
     """One result a goal, in the order of `Demand.goals`; what is not achievable does not count as covered."""
     area_m2 = demand.area_m2[: demand.n_patches]
-    return tuple(
-        PartResult(
-            name=goal.name,
-            required=goal.coverage,
-            achievable_area_m2=float(area_m2[demand.achievable(goal)].sum()),
-            covered_area_m2=float(area_m2[covered(demand, goal, rows)].sum()),
-            total_area_m2=float(area_m2[goal.patches].sum()),
-            seen_from=goal.seen_from,
-            asked=goal.asked,
+    met = times_met(demand, rows)
+    results = []
+    for goal in demand.goals:
+        achievable = demand.achievable(goal)
+        covered = achievable & (met[demand.qualities.index(goal.asked)] >= goal.seen_from)
+        results.append(
+            PartResult(
+                name=goal.name,
+                required=goal.coverage,
+                achievable_area_m2=float(area_m2[achievable].sum()),
+                covered_area_m2=float(area_m2[covered].sum()),
+                total_area_m2=float(area_m2[goal.patches].sum()),
+                seen_from=goal.seen_from,
+                asked=goal.asked,
+            )
         )
-        for goal in demand.goals
-    )
+    return tuple(results)
 
 
 def missed_in_words(results: tuple[PartResult, ...]) -> tuple[str, ...]:
     """One line for each requirement that is not met."""
-    return tuple(
-        f"{result.name!r} is covered to {100 * np.floor(result.fraction_of_achievable * 1000) / 1000:.1f} % of the "
-        f"{area_in_words(result.achievable_area_m2)} where {asked_in_words(result.asked, result.seen_from)} is "
-        f"achievable, {100 * result.required:g} % are required"
-        for result in results
-        if not result.met
-    )
+    lines = []
+    for result in results:
+        if not result.met:
+            words = asked_in_words(result.asked, result.seen_from)
+            lines.append(
+                f"{result.name!r} is covered to {100 * np.floor(result.fraction_of_achievable * 1000) / 1000:.1f} % of "
+                f"the {area_in_words(result.achievable_area_m2)} achievable{' with ' + words if words else ''}, "
+                f"{100 * result.required:g} % are required"
+            )
+    return tuple(lines)
 
 
 def rows_of_quality(demand: Demand, rows: Rows, quality: int = 0) -> Visibility:
     """Patches on which each position meets one quality: what it covers of all that is planned, by default."""
+    if len(demand.qualities) == 1:
+        return rows.met
     low, high = quality * demand.n_patches, (quality + 1) * demand.n_patches
     kept = (rows.met.patch >= low) & (rows.met.patch < high)
     starts = np.concatenate([[0], np.cumsum(kept)])[rows.met.starts]

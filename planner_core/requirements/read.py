@@ -38,7 +38,7 @@ _ZONE = (*_OF_ANY, "name", "outline", "heights", "floors", "classes")
 _ANY = "any"
 _Made = TypeVar("_Made")
 
-_MOST_PARTS, _MOST_CORNERS, _MOST_NAMES, _MOST_LETTERS = 1000, 10_000, 1000, 200
+_MOST_PARTS, _MOST_CORNERS, _MOST_NAMES, _MOST_LETTERS = 200, 10_000, 1000, 200
 
 
 def read_requirements(
@@ -60,7 +60,9 @@ def read_requirements(
         The file can't be read, or says something that is not understood; one line, with the entry.
     """
     at = Path(path)
-    return requirements_from({**_with_names(read_document(at), _TOP, str(at)), **(instead or {})}, where=str(at))
+    own = _with_names(instead or {}, _TOP, "options")
+    requirements_from(own, where="options")  # what they get wrong is not the file's fault
+    return requirements_from({**_with_names(read_document(at), _TOP, str(at)), **own}, where=str(at))
 
 
 def requirements_from(

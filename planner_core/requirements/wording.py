@@ -9,16 +9,13 @@ from planner_core.model import Asked
 
 
 def asked_in_words(asked: Asked, seen_from: int = 1) -> str:
-    """Limits as a user states them, such as `spacing 6 mm, range 20 m, from 2 stations`; `to be seen` where none."""
+    """Limits as a user states them, such as `spacing 6 mm, range 20 m, 2 stations`; empty where there are none."""
     parts = [
         f"{name_of(field.name)} {figure_in_words(field.name, limit)}"
         for field in fields(asked)
         if (limit := getattr(asked, field.name)) is not None
     ]
-    words = ", ".join(parts) or "to be seen"
-    if seen_from == 1:
-        return words
-    return f"{words}, from {seen_from} stations" if parts else f"{words} from {seen_from} stations"
+    return ", ".join([*parts, f"{seen_from} stations"] if seen_from > 1 else parts)
 
 
 def name_of(limit: str) -> str:

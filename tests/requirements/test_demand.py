@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from planner_core.errors import RequirementError
 from planner_core.metrics.coverage import floor_of_patch, times_seen
 from planner_core.metrics.levels import Sights
-from planner_core.model import Asked, PartRequirement, Visibility
+from planner_core.model import Asked, PartRequirement, PartResult, Visibility
 from planner_core.requirements import demand as demands
 from planner_core.requirements.demand import demand_of, rows_from
 from planner_core.requirements.figures import (
@@ -178,6 +178,19 @@ def test_results_are_those_of_a_recount_over_sights(
     assert len(missed_in_words(results)) == sum(not result.met for result in results)
 
 
+def test_what_is_missed_is_said_with_its_figures_rounded_down() -> None:
+    results = (
+        PartResult("Level 1", 0.95, 200.0, 189.99, 300.0),
+        PartResult("walls", 0.98, 10.0, 9.0, 12.0, seen_from=2, asked=Asked(spacing_m=0.006)),
+        PartResult("met", 0.95, 200.0, 190.0, 300.0),
+        PartResult("nothing to see", 0.95, 0.0, 0.0, 300.0),
+    )
+    assert missed_in_words(results) == (
+        "'Level 1' is covered to 94.9 % of the 200 m2 achievable, 95 % are required",
+        "'walls' is covered to 90.0 % of the 10.0 m2 achievable with spacing 6 mm, 2 stations, 98 % are required",
+    )
+
+
 def test_selection_agrees_with_results_on_what_is_achievable_and_met(mixed: SimpleNamespace) -> None:
     demand = mixed.demand
     problem = cover_problem(demand.rows.met, demand.area_m2, demand.targets)
@@ -271,7 +284,10 @@ def test_a_noise_limit_needs_a_scanner_whose_noise_is_known(box: SimpleNamespace
         ({"asked": Asked(range_m=0.5)}, r"'overall'.*range 0.5 m.*ease its range, the best is 0.9[89]\d* m"),
         ({"asked": Asked(spacing_m=0.001, range_m=50.0)}, r"'overall'.*spacing 1 mm.*ease its spacing, the best is"),
         ({"asked": Asked(spacing_m=0.001, range_m=0.5)}, r"'overall'.*ease several limits at once"),
-        ({"seen_from": 10}, r"'overall': got to be seen from 10 stations.*more than 9 of 9 positions; ask for 9"),
+        (
+            {"seen_from": 10},
+            r"'overall': got nothing of its 124 m2 with 10 stations from more than 9 of 9 positions, .*; ask for 9",
+        ),
         (
             {"parts": (PartRequirement("ends", asked=Asked(range_m=0.6), classes=("East wall",)),)},
             r"'ends'.*of its 10.0 m2.*range",
@@ -294,12 +310,24 @@ def test_a_floor_that_nobody_sees_is_no_error_where_nothing_special_is_asked(box
         assert part_results(demand, demand.rows.take([]))[0].met
 
 
-def test_more_stacked_patches_than_have_a_number_are_refused(
-    box: SimpleNamespace, settings_of, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("limit", "most"), [("_MOST_STACKED", 3), ("_MOST_TARGET_BYTES", 23)])
+def test_more_stacked_patches_than_have_room_are_refused(
+    box: SimpleNamespace, settings_of, monkeypatch: pytest.MonkeyPatch, limit: str, most: int
 ) -> None:
-    monkeypatch.setattr(demands, "_MOST_STACKED", 2 * box.survey.patches.n_patches)
-    with pytest.raises(RequirementError, match="expected at most 2; ask the same"):
-        demand_of(box.survey, settings_of(**MIXED), box.opencl, box.positions_m)
+    """Six goals of four qualities: 4 times as many patches, 24 times for the targets."""
+    n_patches = box.survey.patches.n_patches
+    monkeypatch.setattr(demands, limit, (most + 1) * n_patches)
+    demand_of(box.survey, settings_of(**MIXED), box.opencl, box.positions_m[:5])
+    monkeypatch.setattr(demands, limit, (most + 1) * n_patches - 1)
+    with pytest.raises(RequirementError, match=r"got 6 with 4 different sets of limits on 1792 patches.*ask the same"):
+        demand_of(box.survey, settings_of(**MIXED), box.opencl, box.positions_m[:5])
+
+
+def test_positions_that_see_nothing_at_all_are_not_blamed_on_what_is_asked(box: SimpleNamespace, settings_of) -> None:
+    blind = settings_of(asked=Asked(range_m=5.0), seen_from=2)
+    demand = demand_of(box.survey, blind, box.opencl, np.array([[500.0, 0.0, 0.0]]))
+    assert not demand.times_met.any()
+    assert part_results(demand, demand.rows)[-1].achievable_area_m2 == 0.0
 
 
 @settings(max_examples=80, deadline=None)

@@ -127,6 +127,14 @@ def test_entries_in_place_of_the_file_s_own_are_followed_by_its_parts(tmp_path: 
     assert found.parts[2].asked.spacing_m == 0.003
 
 
+def test_entries_in_place_of_the_file_s_own_are_blamed_on_the_options(tmp_path: Path) -> None:
+    path = written(tmp_path, "range: 20 m")
+    assert read_requirements(path, instead={"Seen-From": 2})[0].seen_from == 2
+    for wrong, message in (({"spacing": 6}, "^options: spacing: got 6"), ({"spacng": 6}, "^options: got the unknown")):
+        with pytest.raises(RequirementError, match=message):
+            read_requirements(path, instead=wrong)
+
+
 def test_nothing_said_is_the_default() -> None:
     assert requirements_from({}) == (Requirements(), {})
     assert requirements_from({"spacing": None, "floors": None, "site": None}) == (Requirements(), {})
