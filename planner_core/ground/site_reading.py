@@ -48,7 +48,7 @@ def site_from_mapping(mapping: Mapping[str, Any]) -> Site:
     site = _mapping("site", mapping, _SITE_KEYS)
     robot = _mapping("site.robot", site.get("robot") or {}, ("radius", "step", "height", "opens_doors"))
     settled = [s for key, role in _ROLE_OF_KEY.items() for s in _stations(f"site.{key}", site.get(key), role)]
-    _check_ids(settled)
+    check_ids(settled)
     return Site(
         entrances_m=tuple(_place(f"site.entrances[{i}]", p) for i, p in _each("site.entrances", site.get("entrances"))),
         keep_out=(
@@ -102,7 +102,7 @@ def settled_from(
                 radius_m=SettledStation.radius_m if radius is None else radius,
             )
         )
-    _check_ids(settled)
+    check_ids(settled)
     return tuple(settled)
 
 
@@ -131,11 +131,13 @@ def _stations(key: str, value: Any, role: str) -> tuple[SettledStation, ...]:
     return tuple(out)
 
 
-def _check_ids(settled: Sequence[SettledStation]) -> None:
+def check_ids(settled: Sequence[SettledStation]) -> None:
     """A settled station has an id of its own; places where none may stand do not need any."""
     seen: set[str] = set()
     for station in settled:
-        if station.role != "forbidden" and station.id in seen:
+        if station.role == "forbidden":
+            continue
+        if station.id in seen:
             raise RequirementError(
                 f"settled stations: got the id {station.id!r} twice, expected each once; rename or drop one"
             )

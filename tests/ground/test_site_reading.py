@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.ground.site_reading import settled_from, site_from_mapping
+from planner_core.ground.site_reading import check_ids, settled_from, site_from_mapping
 from planner_core.model import ROLES, KeepOut, SettledStation, Site
 
 FULL = """
@@ -133,4 +133,6 @@ def test_lists_that_make_no_sense_are_refused(stations: list[Any], role: str, na
 
 
 def test_places_that_are_forbidden_need_no_id_of_their_own() -> None:
-    assert len(settled_from([("A", (0, 0, 1), None, None)] * 2, "forbidden")) == 2
+    forbidden = settled_from([("A", (0, 0, 1), None, None)] * 2, "forbidden")
+    assert len(forbidden) == 2
+    check_ids((*forbidden, *settled_from([("A", (0, 0, 1), None, None)], "locked")))
