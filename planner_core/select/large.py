@@ -1,0 +1,332 @@
+"""Selection for large problems: prices first, then annealing among the candidates that the prices leave interesting.
+
+Input a `CoverProblem` of, say, 10 000 candidates and 100 000 rows, output a `ProvenSelection` as of `select`, which is
+for problems small enough to prove. CONTROL FLOW, `select_large`:
+
+1. greedy selection                                                                             greedy.py
+2. prices: the bound, what each candidate adds to it, nearly a solution of the relaxation        lagrange.py
+3. greedy selection again, begun with the candidates of which that solution takes the most
+4. the core: candidates that the solution takes part of or that cost little, and the best set
+5. sets of fewer stations of the core, annealed; what they miss in the end is filled up greedily    swap_walks.py
+
+The set of 5 is far smaller at first: it is aimed at half-way between the best and the bound, then nearer to the best as
+filling up tells how many stations were missing. One station less at a time would take as many annealings as stations
+are saved. Work is counted, not timed; same problem and same settings give the same set.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from planner_core.device import Device
+from planner_core.errors import RequirementError
+from planner_core.model import BoolArray, Int64Array
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.select.check import check_selection
+from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.lagrange import LagrangeBound, large_bound
+from planner_core.select.network import Network
+from planner_core.select.network_start import joined
+from planner_core.select.problem import CoverProblem
+from planner_core.select.proven import (
+    INTERRUPTED,
+    PROVEN,
+    TIME_OVER,
+    WORK_DONE,
+    Point,
+    ProvenSelection,
+    SelectionSettings,
+)
+from planner_core.select.relaxation import BOUND_UNIT
+from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, open_walks
+
+#: From so many entries on (candidates times the rows that each sees) prices serve better than `select`.
+LARGE_ENTRIES = 3_000_000
+#: A candidate is of the core if nearly a solution of the relaxation takes so much of it, or it costs so little more.
+_CORE_SHARE = 1e-3
+_CORE_MARGIN = BOUND_UNIT // 50
+#: Candidates of which that solution takes so much begin another greedy selection.
+_FIRST_SHARES = (0.9, 0.7, 0.5, 0.3)
+#: Share of the work that prices may do at most.
+_BOUND_SHARE = 0.3
+#: Steps of the first annealing, a candidate of the core; the next one after a failure gets twice as many.
+_FIRST_STEPS_A_CANDIDATE = 50
+_MOST_STEPS = 2**28
+_DEFAULTS = SelectionSettings()
+#: One station besides the given ones, and not proven: there is no smaller set to be annealed.
+EXHAUSTED = "nothing left to exchange"
+
+
+@dataclass(frozen=True)
+class Core:
+    """A problem with few of the candidates, which has good solutions of the whole one.
+
+    candidate : (N',) int64, numbers in the whole problem, rising. network : links between them; parts keep their
+    numbers.
+    """
+
+    problem: CoverProblem
+    candidate: Int64Array
+    network: Network | None = field(repr=False, default=None)
+
+    def whole(self, chosen: Sequence[int]) -> list[int]:
+        """Numbers in the whole problem."""
+        return [int(self.candidate[c]) for c in chosen]
+
+    def own(self, chosen: Sequence[int]) -> list[int]:
+        """Numbers in the core of candidates that are in it."""
+        return [int(c) for c in np.searchsorted(self.candidate, np.array(chosen, dtype=np.int64))]
+
+
+def core_problem(
+    problem: CoverProblem,
+    bound: LagrangeBound,
+    *,
+    n_stations: int,
+    also: Sequence[int] = (),
+    network: Network | None = None,
+) -> Core:
+    """Keep candidates that may be of use in a plan of fewer than `n_stations`, and those of `also`.
+
+    With a network of loops all candidates stay: which bridges no choice avoids hangs on all of them.
+    """
+    keep = (bound.share > _CORE_SHARE) | (bound.margin < _CORE_MARGIN)
+    keep &= ~bound.fixed_out(n_stations)
+    keep[list(also)] = True
+    if network is not None and network.loops:
+        keep[:] = True
+    size = np.diff(problem.starts)
+    restricted = replace(
+        problem,
+        starts=np.concatenate([[0], np.cumsum(size[keep])]).astype(np.int64),
+        row=problem.row[np.repeat(keep, size)],
+    )
+    return Core(restricted, np.flatnonzero(keep), None if network is None else _links_within(network, keep))
+
+
+def _links_within(network: Network, keep: BoolArray) -> Network:
+    if keep.all():
+        return network
+    number = np.cumsum(keep) - 1
+    owner = np.repeat(np.arange(network.n_candidates), np.diff(network.starts))
+    kept = keep[owner] & keep[network.neighbour]
+    n_links = np.bincount(number[owner[kept]], minlength=int(keep.sum()))
+    return Network(
+        starts=np.concatenate([[0], np.cumsum(n_links)]).astype(np.int64),
+        neighbour=number[network.neighbour[kept]].astype(np.int32),
+        part=network.part[keep],
+        loops=network.loops,
+    )
+
+
+def select_large(
+    problem: CoverProblem,
+    settings: SelectionSettings = _DEFAULTS,
+    *,
+    network: Network | None = None,
+    given: Sequence[int] = (),
+    start: Sequence[int] | None = None,
+    device: Device | None = None,
+    host: bool = False,
+    progress: Progress = silent,
+) -> ProvenSelection:
+    """Find few candidates that meet every target, and a lower bound on how few could: as `select`, for large problems.
+
+    Parameters
+    ----------
+    network, given, start, device, host, progress
+        See `planner_core.select.proven.select`. The result is no larger than `start` (where that holds all of `given`
+        and hangs together), nor than greedy selection's set, joined where a network is asked for.
+
+    Raises
+    ------
+    RequirementError
+        `given` or `start` are no candidates, `start` misses a target, or the network is one of other candidates.
+    SelectionCheckError
+        The result is not what it should be: a fault of ours.
+    """
+    _check_asked(problem, network, given, start)
+    search = _Search(problem, settings, network, tuple(given), device, host, progress)
+    search.begin(start)
+    try:
+        search.run()
+    except KeyboardInterrupt:
+        search.why_stopped = INTERRUPTED
+    result = search.result()
+    check_selection(problem, result.chosen, given=given, network=network)
+    return result
+
+
+def _check_asked(
+    problem: CoverProblem, network: Network | None, given: Sequence[int], start: Sequence[int] | None
+) -> None:
+    n = problem.n_candidates
+    if network is not None and network.n_candidates != n:
+        raise RequirementError(f"network: got one of {network.n_candidates} candidates, expected the problem's {n}")
+    for name, chosen in (("given candidates", given), ("start of selection", start or ())):
+        if any(not 0 <= c < n for c in chosen) or len(set(chosen)) != len(chosen):
+            raise RequirementError(f"{name}: got {list(chosen)}, expected different numbers from 0 to {n - 1}")
+    if start is not None and (problem.covered(list(start)) < problem.required).any():
+        raise RequirementError(
+            f"start of selection: got {len(start)} candidates that do not meet all targets, expected a set that does"
+        )
+
+
+class _Search:
+    """The state of one `select_large`: the best set, the bound, and the work done."""
+
+    def __init__(
+        self,
+        problem: CoverProblem,
+        settings: SelectionSettings,
+        network: Network | None,
+        given: tuple[int, ...],
+        device: Device | None,
+        host: bool,
+        progress: Progress,
+    ) -> None:
+        self._problem, self._settings, self._network, self._given = problem, settings, network, given
+        self._device, self._host, self._progress = device, host, progress
+        self._began_s = time.monotonic()
+        self._work = 0.0
+        self._best: list[int] = []
+        self._bound = self._n_greedy = 0
+        self._curve: list[Point] = []
+        self.why_stopped = PROVEN
+
+    # ------------------------------------------------------------------------------------------ the flow
+    def begin(self, start: Sequence[int] | None) -> None:
+        """Take a first set; from here on there is a result."""
+        greedy = select_greedy(self._problem, given=self._given, progress=self._progress).chosen
+        self._best = self._fit(list(greedy))
+        self._n_greedy = len(self._best)
+        if start is not None:
+            self._offer(self._fit([*self._given, *start]))
+        self._note()
+
+    def run(self) -> None:
+        """Improve bound and set until they meet or a limit is reached."""
+        if not self._go_on():
+            return
+        prices = large_bound(
+            self._problem,
+            n_stations=len(self._best),
+            given=self._given,
+            work_limit=_BOUND_SHARE * self._settings.work_limit,
+            progress=self._progress,
+        )
+        self._work += prices.work
+        self._bound = min(max(self._bound, prices.stations), len(self._best))
+        self._note()
+        for share in _FIRST_SHARES:
+            if not self._go_on():
+                return
+            likely = np.argsort(-prices.share, kind="stable")[: int((prices.share > share).sum())]
+            self._offer(self._completed(self._problem, [*self._given, *likely.tolist()]))
+        if self._go_on():
+            self._anneal(prices)
+
+    def result(self) -> ProvenSelection:
+        """What was found so far."""
+        return ProvenSelection(
+            chosen=tuple(self._best),
+            lower_bound=self._bound,
+            why_stopped=PROVEN if self._bound >= len(self._best) else self.why_stopped,
+            work=self._work,
+            n_greedy=self._n_greedy,
+            curve=tuple(self._curve),
+        )
+
+    # ------------------------------------------------------------------------------------------- limits
+    def _go_on(self) -> bool:
+        """Whether there is anything left to prove, and leave to do so."""
+        if self._bound >= len(self._best):
+            return False
+        limit_s = self._settings.time_limit_s
+        if limit_s is not None and time.monotonic() - self._began_s >= limit_s:
+            self.why_stopped = TIME_OVER
+        elif self._work >= self._settings.work_limit:
+            self.why_stopped = WORK_DONE
+        else:
+            return True
+        return False
+
+    def _note(self) -> None:
+        self._curve.append(Point(self._work, len(self._best), self._bound))
+
+    # ------------------------------------------------------------------------------------------- sets
+    def _offer(self, chosen: list[int]) -> bool:
+        """Keep a smaller set that meets all and is joined."""
+        if len(chosen) >= len(self._best) or (self._network is not None and self._network.faults(chosen) > 0):
+            return False
+        self._best = chosen
+        self._note()
+        return True
+
+    def _completed(self, problem: CoverProblem, chosen: Sequence[int]) -> list[int]:
+        """`chosen` and greedily more until all targets are met, less what is spare, joined."""
+        begun = list(dict.fromkeys(chosen))
+        return self._fit(list(select_greedy(problem, given=begun).chosen))
+
+    def _fit(self, chosen: Sequence[int]) -> list[int]:
+        """`chosen`, given ones first, joined, less what is spare."""
+        whole = list(dict.fromkeys((*self._given, *chosen)))
+        if self._network is not None:
+            whole = joined(self._problem, self._network, whole)
+        return drop_redundant(self._problem, whole, given=self._given, network=self._network)
+
+    # ------------------------------------------------------------------------------------------- annealing
+    def _anneal(self, prices: LagrangeBound) -> None:
+        """Sets of fewer stations of the core, one size after the other, until a limit is reached."""
+        core = core_problem(self._problem, prices, n_stations=len(self._best), also=self._best, network=self._network)
+        terrain = Terrain(core.problem, seed=self._settings.seed, network=core.network)
+        walks = open_walks(terrain, device=self._device, host=self._host)
+        less, round_, n_steps = 0, 0, self._first_steps(core)
+        while self._go_on():
+            aimed = max(1, less or (len(self._best) - self._bound) // 2)
+            size = max(len(self._best) - aimed, self._bound, len(self._given) + 1)
+            if size >= len(self._best):
+                self.why_stopped = EXHAUSTED
+                return
+            round_ += 1
+            reached = self._walk(core, walks, size, round_=round_, n_steps=n_steps)
+            if len(reached) > size:
+                less = (len(reached) - size + 1) // 2
+            if not self._offer(reached):
+                n_steps = min(2 * n_steps, _MOST_STEPS)
+
+    def _walk(self, core: Core, walks: Walks, size: int, *, round_: int, n_steps: int) -> list[int]:
+        """Anneal sets of `size` stations; return the one that misses least, filled up."""
+        sets = self._smaller_sets(core, size)
+        for first in range(0, n_steps, STEPS_A_LOOK):
+            steps = (first, min(first + STEPS_A_LOOK, n_steps))
+            missing = walks.walk(sets, round_=round_, steps=steps, n_steps=n_steps, n_pinned=len(self._given))
+            self._work += 1e-9 * (steps[1] - first) * self._work_of_a_step(core)
+            note = f"{len(self._best)} stations, trying {size}; at least {self._bound}"
+            self._progress(ProgressEvent("select", steps[1], n_steps, note))
+            if (missing == 0).any() or not self._go_on():
+                break
+        return self._completed(self._problem, core.whole(sets[int(np.argmin(missing))]))
+
+    def _smaller_sets(self, core: Core, size: int) -> np.ndarray[tuple[int, int], np.dtype[np.int32]]:
+        """(W, size): the best set without some of its stations, others for each walk; given ones first."""
+        own = core.own(self._best)
+        n_given, n_out = len(self._given), len(self._best) - size
+        loose = len(own) - n_given
+        sets = []
+        for walk in range(self._settings.n_walks):
+            out = {n_given + (walk + i * loose // n_out) % loose for i in range(n_out)}
+            sets.append([c for place, c in enumerate(own) if place not in out])
+        return np.array(sets, dtype=np.int32)
+
+    def _first_steps(self, core: Core) -> int:
+        return _FIRST_STEPS_A_CANDIDATE * core.candidate.size
+
+    def _work_of_a_step(self, core: Core) -> float:
+        rows = core.problem.row.size / core.problem.n_candidates
+        links = 0 if core.network is None else len(self._best) * (1 + len(self._best) // 32)
+        return self._settings.n_walks * (TRIES + 2) * (rows + 50 + links)
