@@ -91,7 +91,7 @@ def plan_route(
     on = to_visit[np.isfinite(foot_m[to_visit]).all(axis=1)]
     on = on[stand_nodes(reach, foot_m[on]) >= 0]
     not_walked = np.setdiff1d(np.arange(foot_m.shape[0]), on)
-    ends, notes = _on_ground(reach, ends)
+    ends, notes = ends_on_ground(reach, ends)
     places = [place for place in (ends.start_m, ends.end_m) if place is not None]
     stops_m = np.concatenate([foot_m[on], *(place[None] for place in places)])
     # Ends are of no floor: they come first and last, whatever is around them.
@@ -163,8 +163,8 @@ def _named(names: list[str]) -> str:
     return ", ".join(names[:_MAX_NAMED]) + more
 
 
-def _on_ground(reach: Reach, ends: Ends) -> tuple[Ends, tuple[str, ...]]:
-    """Move start and end to where one can stand; leave them out, with a note, where that is too far."""
+def ends_on_ground(reach: Reach, ends: Ends) -> tuple[Ends, tuple[str, ...]]:
+    """Move start and end to where one can stand; leave them out, with a note (a line each), where that is too far."""
     found: list[FloatArray | None] = []
     notes = []
     node = np.flatnonzero(reach.reached_node)

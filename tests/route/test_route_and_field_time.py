@@ -12,7 +12,15 @@ from planner_core.ground.walking import Walking
 from planner_core.model import FieldTime, PlanSettings, Route, Site
 from planner_core.route.field_time import check_field_settings, field_time, field_time_of
 from planner_core.route.floors_passed import pieces_by_floor
-from planner_core.route.route import ANYWHERE, Ends, ends_of, in_visiting_order, plan_route, route_warnings
+from planner_core.route.route import (
+    ANYWHERE,
+    Ends,
+    ends_of,
+    ends_on_ground,
+    in_visiting_order,
+    plan_route,
+    route_warnings,
+)
 from planner_core.route.sealed import sealed_areas
 from planner_core.scan.scanners import load_scanner
 from planner_core.survey import make_survey
@@ -165,6 +173,19 @@ def test_the_walk_begins_at_the_start_else_at_the_first_entrance() -> None:
     assert ends_of(Site(), offset_m) == ANYWHERE
     with pytest.raises(RequirementError, match="end of the walk"):
         ends_of(dataclasses.replace(site, end_m=(103.0, 2.0, 10.0)), offset_m)
+
+
+def test_ends_are_moved_to_ground_within_a_metre_or_left_out() -> None:
+    reach = reach_in("convex-room")
+    node = np.flatnonzero(reach.reached_node)
+    ground_m = reach.space.position_m(node)
+    west = ground_m[np.argmin(ground_m[:, 0])]
+    found, notes = ends_on_ground(reach, Ends(west - [0.7, 0.0, 0.0], west - [1.2, 0.0, 0.0]))
+    assert found.start_m is not None
+    assert found.start_m == pytest.approx(west)
+    assert found.end_m is None
+    assert len(notes) == 1
+    assert "the end at" in notes[0]
 
 
 def test_sealed_areas_are_the_rooms_nobody_can_walk_into() -> None:
