@@ -2,7 +2,7 @@
 
 Input what candidates see and what the plan covers, output `REASONS` by patch. What candidates see is known of every
 patch. For the others lines of sight are cast, for a sample of them: one patch stands for all of its element that face
-the same way in the same room within half a metre. So the cost is bounded, and areas still add up.
+the same way in the same room within 0.4 m. So the cost is bounded, and areas still add up.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ from planner_core.scene.rooms import IN_FRONT_M, room_of_points
 
 #: Patches of one element, room and direction in a cube of this side have one sample; of larger cubes where that would
 #: be more than `MAX_SAMPLES` in all.
-SAMPLE_M = 0.5
-MAX_SAMPLES = 8192
+SAMPLE_M = 0.4
+MAX_SAMPLES = 65536
 #: A surface with another one this near in front of it touches it.
 TOUCHING_M = 0.02
 #: A line of sight begins this far off its surface: float32 coordinates.

@@ -75,39 +75,40 @@ def test_scene_without_rooms_has_everything_in_none():
 @pytest.fixture
 def written(tmp_path):
     """An IFC file with three spaces, one without a shape and one flat as a plan symbol; far from its origin."""
-    import ifcopenshell.api as api
+    from ifcopenshell.api import aggregate, geometry, project, root, spatial, unit
+    from ifcopenshell.api import context as contexts
 
-    model = api.project.create_file(version="IFC4")
-    project = api.root.create_entity(model, ifc_class="IfcProject", name="P")
-    api.unit.assign_unit(model, length={"is_metric": True, "raw": "MILLIMETERS"})
-    context = api.context.add_context(model, context_type="Model")
-    body = api.context.add_context(
+    model = project.create_file(version="IFC4")
+    building = root.create_entity(model, ifc_class="IfcProject", name="P")
+    unit.assign_unit(model, length={"is_metric": True, "raw": "MILLIMETERS"})
+    context = contexts.add_context(model, context_type="Model")
+    body = contexts.add_context(
         model, context_type="Model", context_identifier="Body", target_view="MODEL_VIEW", parent=context
     )
-    storeys = [api.root.create_entity(model, ifc_class="IfcBuildingStorey", name=name) for name in ("Upper", "Ground")]
-    api.aggregate.assign_object(model, products=storeys, relating_object=project)
+    storeys = [root.create_entity(model, ifc_class="IfcBuildingStorey", name=name) for name in ("Upper", "Ground")]
+    aggregate.assign_object(model, products=storeys, relating_object=building)
 
     def add(kind, name, low, high, storey, long_name=None):
-        product = api.root.create_entity(model, ifc_class=kind, name=name)
+        product = root.create_entity(model, ifc_class=kind, name=name)
         if low is not None:
             faces = [list(face) for face in FACES.tolist()]
-            shape = api.geometry.add_mesh_representation(
+            shape = geometry.add_mesh_representation(
                 model, context=body, vertices=[box(low, high).tolist()], faces=[faces]
             )
-            api.geometry.assign_representation(model, product=product, representation=shape)
+            geometry.assign_representation(model, product=product, representation=shape)
         at = np.eye(4)
         at[:3, 3] = (100_000.0, 200_000.0, 0.0)
-        api.geometry.edit_object_placement(model, product=product, matrix=at)
+        geometry.edit_object_placement(model, product=product, matrix=at)
         if kind == "IfcSpace":
             product.LongName = long_name
-            api.aggregate.assign_object(model, products=[product], relating_object=storeys[storey])
+            aggregate.assign_object(model, products=[product], relating_object=storeys[storey])
         else:
-            api.spatial.assign_container(model, products=[product], relating_structure=storeys[storey])
+            spatial.assign_container(model, products=[product], relating_structure=storeys[storey])
 
     for storey, z in ((0, 3.0), (1, 0.0)):
         placed = np.eye(4)
         placed[2, 3] = z
-        api.geometry.edit_object_placement(model, product=storeys[storey], matrix=placed)
+        geometry.edit_object_placement(model, product=storeys[storey], matrix=placed)
     add("IfcSlab", "Slab", (0, 0, -0.2), (6, 4, 0), 1)
     add("IfcSpace", "001", (0, 0, 0), (6, 4, 2.5), 1, "Hall")
     add("IfcSpace", "002", None, None, 1)
