@@ -56,7 +56,9 @@ class _Polish:
         self._loose = [place for place, c in enumerate(self._chosen) if c not in set(given)]
         self._keep: BoolArray = np.zeros(problem.n_candidates, dtype=bool)
         self._keep[list(keep)] = True
-        self._n_seen = problem.times_seen(self._chosen)
+        self._looks = _Looks(problem)
+        for candidate in self._chosen:
+            self._looks.change(candidate, 1)
 
     def run(self) -> tuple[int, ...]:
         """Bring back, then cover more, until neither finds anything: covering more may make room for one to keep."""
@@ -71,9 +73,9 @@ class _Polish:
             out = self._chosen[place]
             if bring_back and self._keep[out]:
                 continue
-            self._n_seen[self._problem.rows_of(out)] -= 1
+            self._looks.change(out, -1)
             into = self._best_for(place, bring_back=bring_back)
-            self._n_seen[self._problem.rows_of(into)] += 1
+            self._looks.change(into, 1)
             self._chosen[place] = into
             found = found or into != out
         return found
@@ -81,7 +83,7 @@ class _Polish:
     def _best_for(self, place: int, *, bring_back: bool) -> int:
         """Candidate for the place, whose station is counted no longer: it itself where there is no better one."""
         problem, out = self._problem, self._chosen[place]
-        covered = problem.ticks_of(self._n_seen)[:, None] + self._added()
+        covered = self._looks.covered[:, None] + self._looks.added
         worth = covered.sum(axis=0)
         better = self._keep if bring_back else (worth > worth[out]) & (self._keep >= self._keep[out])
         allowed = np.flatnonzero((covered >= problem.required[:, None]).all(axis=0) & better)
@@ -92,12 +94,40 @@ class _Polish:
                 return int(other)
         return out
 
-    def _added(self) -> Int64Array:
-        """(K, N) ticks of each target that one look more by each candidate covers."""
-        problem = self._problem
-        wanted = problem.counts_for & (self._n_seen == problem.seen_from[:, None] - 1)
-        added = np.empty((problem.required.size, problem.n_candidates), dtype=np.int64)
-        for target, rows in enumerate(wanted):
-            before = np.concatenate([[0], np.cumsum(np.where(rows, problem.ticks, 0)[problem.row])])
-            added[target] = before[problem.starts[1:]] - before[problem.starts[:-1]]
-        return added
+
+class _Looks:
+    """What a set covers, and what one candidate more would: kept up to date as candidates come and go.
+
+    covered : (K,) ticks of each target. added : (K, N) ticks of each target that one look more by a candidate covers.
+    """
+
+    def __init__(self, problem: CoverProblem) -> None:
+        self._problem = problem
+        by_row = np.argsort(problem.row, kind="stable")
+        self._seer = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))[by_row]
+        self._first = np.concatenate([[0], np.cumsum(np.bincount(problem.row, minlength=problem.n_rows))])
+        self._n_seen = np.zeros(problem.n_rows, dtype=np.int64)
+        self.covered = problem.ticks_of(self._n_seen)
+        self.added = np.zeros((problem.required.size, problem.n_candidates), dtype=np.int64)
+        for target, enough in enumerate(problem.seen_from):
+            if enough == 1:
+                self._spread(target, np.arange(problem.n_rows), problem.counts_for[target] * problem.ticks)
+
+    def change(self, candidate: int, by: int) -> None:
+        """Let a candidate come (1) or go (-1)."""
+        problem, rows = self._problem, self._problem.rows_of(candidate)
+        before = self._n_seen[rows]
+        after = before + by
+        self._n_seen[rows] = after
+        for target, enough in enumerate(problem.seen_from):
+            ticks = np.where(problem.counts_for[target, rows], problem.ticks[rows], 0)
+            self.covered[target] += int((ticks * ((after >= enough).astype(np.int64) - (before >= enough))).sum())
+            turned = ticks * ((after == enough - 1).astype(np.int64) - (before == enough - 1))
+            self._spread(target, rows[turned != 0], turned[turned != 0])
+
+    def _spread(self, target: int, rows: Int64Array, ticks: Int64Array) -> None:
+        """Add ticks of rows to what all who see them would add."""
+        n_seers = self._first[rows + 1] - self._first[rows]
+        before = np.concatenate([[0], np.cumsum(n_seers)])
+        entry = np.arange(before[-1]) + np.repeat(self._first[rows] - before[:-1], n_seers)
+        np.add.at(self.added[target], self._seer[entry], np.repeat(ticks, n_seers))

@@ -180,7 +180,7 @@ def _checked(
     start: Sequence[int] | None,
 ) -> ProvenSelection:
     result = search.result()
-    if start is not None and (network is None or network.faults(start) == 0):
+    if start is not None and (network is None or network.faults(list(dict.fromkeys(start))) == 0):
         result = _at_most(result, start, given)
     if search.n_candidates < problem.n_candidates and not given:
         # Greedy selection of what is left may go another way than that of the whole.
@@ -291,6 +291,9 @@ class _Search:
         if self._tree is not None:
             self._take_from(self._tree)
         forced = len(self._reduced.forced)
+        last = self._curve[-1]
+        if (last.stations, last.bound) != (len(self._best) + forced, self._bound + forced):
+            self._note()  # an interrupt came between finding and noting
         return ProvenSelection(
             chosen=self._reduced.whole(self._best),
             lower_bound=self._bound + forced,
