@@ -32,8 +32,8 @@ def check_noise(settings: PlanSettings) -> None:
     """
     if asks_for_noise(settings.requirements) and not settings.scanner.range_noise:
         raise RequirementError(
-            f"noise: got a limit with scanner {settings.scanner.name}, expected a scanner with figures of range noise; "
-            "take another one, add range_noise to its file, or ask for range and incidence instead"
+            f"noise: got a limit with scanner {settings.scanner.name}, expected one with a table of range noise; "
+            "give a scanner file of your own with range_noise, or ask for range and incidence instead"
         )
 
 

@@ -274,7 +274,7 @@ def test_sights_of_no_position_are_empty(box: SimpleNamespace, settings_of) -> N
 
 def test_a_noise_limit_needs_a_scanner_whose_noise_is_known(box: SimpleNamespace, settings_of) -> None:
     part = PartRequirement("walls", asked=Asked(noise_m=0.002), classes=("IfcWall",))
-    with pytest.raises(RequirementError, match=r"^noise: got a limit with scanner hdl-64e, .*range noise.*; take"):
+    with pytest.raises(RequirementError, match=r"^noise: got a limit with scanner hdl-64e, .*range noise; give"):
         demand_of(box.survey, settings_of(parts=(part,)), box.opencl, box.positions_m)
 
 
