@@ -1,6 +1,7 @@
 """Doorways, room centres and landings: against plans that are known exactly."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,10 +15,13 @@ from planner_core.ground.rooms import find_rooms
 from planner_core.model import PlanSettings, Scene, Survey
 from planner_core.scan.engine import open_engine
 from planner_core.scan.scanners import load_scanner
+from planner_core.scene.doors import without_door_leaves
+from planner_core.scene.load import load_scene
 from planner_core.survey import make_survey
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0, instrument_heights_m=(1.5,))
 MAKES = Callable[..., Scene]
+IFC = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ifc"
 
 
 def survey_of(scene: Scene) -> Survey:
@@ -99,6 +103,28 @@ def test_places_anywhere_in_a_doorway_are_moved_to_its_middle_and_those_in_the_o
     in_the_open = np.array([[2.0, 2.0, 0.0]])
     assert np.array_equal(centre_in_doorways(engine, in_the_open), in_the_open)
     assert centre_in_doorways(engine, np.empty((0, 3))).shape == (0, 3)
+
+
+def test_every_inner_door_of_the_duplex_has_a_place_in_its_middle() -> None:
+    """By the boxes of the door elements, which the search does not look at."""
+    path = IFC / "duplex.ifc"
+    if not path.is_file():
+        pytest.skip(f"{path.name} is not beside the repository in shared/data/ifc")
+    shut = load_scene(path)
+    survey = survey_of(without_door_leaves(shut))
+    engine = open_engine(survey.scene, survey.patches, engine="open3d")
+    space = free_space(survey)
+    doorway = np.concatenate([find_rooms(space, floor).doorway for floor in range(len(survey.floors))])
+    found = centre_in_doorways(engine, space.position_m(doorway))
+    n_inner = 0
+    for number, element in enumerate(shut.elements):
+        if element.kind == "IfcDoor" and "1250mm" not in element.name:  # those two lead outside, to no ground
+            corners = shut.vertices_m[shut.triangles[shut.element_of_triangle == number]].reshape(-1, 3)
+            middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+            middle[2] = corners[:, 2].min()
+            assert np.linalg.norm(found - middle, axis=1).min() <= 0.05, element.name
+            n_inner += 1
+    assert n_inner == 12
 
 
 # ------------------------------------------------------------------------------------------------- landings
