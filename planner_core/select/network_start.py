@@ -80,7 +80,7 @@ def _shortest_way(
 ) -> list[int]:
     """Candidates, none of them chosen, by which two sides become linked: the fewest.
 
-    side : (N,), the side of the chosen candidates to be joined, -1 elsewhere. There must be a way.
+    side : (N,), the side of all chosen candidates of the parts in question, -1 elsewhere. There must be a way.
     """
     gain = _gains(problem, problem.times_seen(chosen))
     source = np.repeat(np.arange(network.n_candidates), np.diff(network.starts))
@@ -89,10 +89,8 @@ def _shortest_way(
         ends = ends[:, ~((np.sort(ends, axis=0) == np.array(barred)[:, None]).all(axis=0))]
     side, distance = side.copy(), np.where(side >= 0, 0, _FAR)
     seen, before = np.zeros(side.size, dtype=np.int64), np.full(side.size, -1)
-    blocked = np.zeros(side.size, dtype=bool)
-    blocked[chosen] = True  # chosen ones of other parts; those of this part are sides
     for step in range(1, side.size):
-        a, b = ends[:, (distance[ends[0]] == step - 1) & (side[ends[1]] < 0) & ~blocked[ends[1]]]
+        a, b = ends[:, (distance[ends[0]] == step - 1) & (side[ends[1]] < 0)]
         if a.size == 0:
             break
         order = np.lexsort((a, -seen[a], b))

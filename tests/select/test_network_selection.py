@@ -173,6 +173,13 @@ def test_rows_alone_are_left_out_where_candidates_need_each_other(seed):
         assert fewest(reduced.problem, getattr(reduced.problem, name), given=reduced.pinned) == whole, f"seed {seed}"
 
 
+def test_candidates_whose_looks_nobody_else_has_are_pinned_and_given_ones_come_first():
+    # Row 0 needs two looks and has just 1 and 3; all of it is required.
+    problem = problem_of([[0, 1], [1, 1], [0, 1], [1, 0]], [5, 5], [[1, 1]], [10], seen_from=[2])
+    assert reduce_problem(problem).pinned == (1, 3)
+    assert reduce_problem(problem, given=(2, 3)).pinned == (2, 3, 1)
+
+
 def test_target_of_two_looks_counts_what_two_candidates_see_as_achievable():
     # Patch 0 by one, 1 by two, 2 by three; 3 by nobody.
     visibility = Visibility(np.array([0, 3, 5, 6]), np.array([0, 1, 2, 1, 2, 2], dtype=np.int32), 4)
