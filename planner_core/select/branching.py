@@ -20,17 +20,17 @@ from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.network import Network
 from planner_core.select.network_cuts import NetworkCuts
 from planner_core.select.problem import CoverProblem
-from planner_core.select.relaxation import BOUND_UNIT, Bound, CutMaker, CutProgram, exact_bound
+from planner_core.select.relaxation import BOUND_UNIT, Bound, Cut, CutMaker, CutProgram, exact_bound
 
 #: Rounds of cuts at a node, and the gain in stations for which another one is worth while.
-_ROUNDS = 12
-_ROUND_GAIN = 0.004
+_ROUNDS = 100
+_ROUND_GAIN = 0.0005
 #: The same at the root, over `_ROOT_WINDOW` rounds.
 _ROOT_ROUNDS = 1000
 _ROOT_WINDOW = 25
 _ROOT_GAIN = 0.01
 #: Cuts are made for another point besides the solution, which follows it in such steps: docs/method/selection.md.
-_ROOT_STEP, _NODE_STEP = 0.1, 0.3
+_ROOT_STEP, _NODE_STEP = 0.1, 0.15
 #: The bound of no node.
 _NOTHING = 2**31
 #: Candidates that are tried before one is branched on.
@@ -41,11 +41,12 @@ _WHOLE = 1e-6
 
 @dataclass(frozen=True)
 class _Node:
-    """out, inside : (n,) int64 candidates that are fixed; stations : bound."""
+    """out, inside : (n,) int64 candidates that are fixed; stations : bound; depth : branches down to here."""
 
     stations: int
     out: Int64Array
     inside: Int64Array
+    depth: int = 0
 
 
 class BranchAndBound:
@@ -106,7 +107,8 @@ class BranchAndBound:
     def work(self) -> float:
         """Numbers looked at so far, roughly, in 1e9: the same for the same way through the tree."""
         n = self.problem.n_candidates
-        return 1e-9 * (self._program.n_iterations * (20_000 + 50 * n) + self._n_looks * 6 * self.problem.row.size)
+        n_looks = self._n_looks + (self._joins.n_looks if self._joins is not None else 0)
+        return 1e-9 * (self._program.n_iterations * (20_000 + 50 * n) + n_looks * 6 * self.problem.row.size)
 
     def stop(self) -> None:
         """End what is under way at the next opportunity; for callbacks of progress."""
@@ -115,10 +117,11 @@ class BranchAndBound:
     def root(self, *, progress: Progress = silent) -> None:
         """Solve the relaxation itself, and fix candidates that no smaller plan holds, or that each holds."""
         best, values = 0, [0.0]
-        self._add_cuts(np.zeros(self.problem.n_candidates))
+        self._program.add(self._cuts_for(np.zeros(self.problem.n_candidates)))
         for number in range(_ROOT_ROUNDS):
             x, bound = self._solve()
-            self._fix(bound)
+            if self._fix(bound, self._lower, self._upper):
+                self._program.set_range(self._lower, self._upper)
             best = max(best, bound.scaled)
             self._proven = max(self._proven, min(-(-best // BOUND_UNIT), self.n_stations))
             values.append(best / BOUND_UNIT)
@@ -149,22 +152,50 @@ class BranchAndBound:
         lower, upper = self._lower.copy(), self._upper.copy()
         upper[node.out] = 0
         lower[node.inside] = 1
-        if not self._possible(lower, upper):
-            return
-        self._program.set_range(lower, upper)
-        stations, best, x, centre = node.stations, 0, np.zeros(0), np.clip(self._centre, lower, upper)
+        stations, centre = node.stations, np.clip(self._centre, lower, upper)
+        at: int | None = None
+        while at is None:
+            if not self._possible(lower, upper):
+                return
+            self._program.set_range(lower, upper)
+            stations, x, centre = self._tighten(stations, centre, lower, upper)
+            self._note_plan(x)
+            if stations >= self.n_stations:
+                return
+            if (lower == upper).all():
+                self._end_at(lower, stations)
+                return
+            at = self._branch_at(x, lower, upper)
+        out, inside = np.flatnonzero(upper < self._upper), np.flatnonzero(lower > self._lower)
+        self._put(_Node(stations, np.append(out, at), inside, node.depth + 1))
+        self._put(_Node(stations, out, np.append(inside, at), node.depth + 1))
+
+    def _end_at(self, fixed: Int64Array, stations: int) -> None:
+        """All is fixed: a plan, or none, or one that meets `least` and not `required`, on which nobody can branch."""
+        self._note_plan(fixed.astype(np.float64))
+        smaller = int(fixed.sum()) < self.n_stations
+        if smaller and self._hangs_together(np.flatnonzero(fixed).tolist()) and self._maker.reaches(fixed > 0):
+            self._given_up = min(self._given_up, stations)
+
+    def _tighten(
+        self, stations: int, centre: FloatArray, lower: Int64Array, upper: Int64Array
+    ) -> tuple[int, FloatArray, FloatArray]:
+        """Rounds of cuts at a node, fixing what they prove: bound in stations, solution, the point that follows it."""
+        best, x = 0, centre
         for _ in range(_ROUNDS):
             x, bound = self._solve(lower, upper)
             gain, best = bound.scaled - best, max(best, bound.scaled)
             stations = max(stations, bound.stations)
             if stations >= self.n_stations:
-                return
+                break
+            if self._fix(bound, lower, upper):
+                self._program.set_range(lower, upper)
             centre = centre + _NODE_STEP * (x - centre)
             # Nothing but cuts tells a whole point that is no plan from a plan: then they are worth while anyway.
             whole = not (np.minimum(x, 1 - x) > _WHOLE).any()
             if not self._add_cuts(x, centre) or (gain < _ROUND_GAIN * BOUND_UNIT and not whole):
                 break
-        self._branch(node, x, stations, lower, upper)
+        return stations, x, centre
 
     def _possible(self, lower: Int64Array, upper: Int64Array) -> bool:
         """Whether a plan may lie in between; takes out of `upper` what cannot be joined with those that are in."""
@@ -177,31 +208,38 @@ class BranchAndBound:
             upper[~keep] = 0
         return self._maker.reaches(upper > 0)
 
-    def _branch(self, node: _Node, x: FloatArray, stations: int, lower: Int64Array, upper: Int64Array) -> None:
-        free = lower < upper
-        self._note_plan(x)
-        if stations >= self.n_stations:
-            return
-        if not free.any():
-            # All is fixed, and neither too many stations nor a plan. If it hangs together it meets `least`, not
-            # `required`: that is the rounding of areas, and there is nothing left to branch on.
-            if self._hangs_together(np.flatnonzero(lower).tolist()):
-                self._given_up = min(self._given_up, stations)
-            return
-        depth = node.out.size + node.inside.size
-        at = np.array([self._branch_at(x, lower, upper)], dtype=np.int64)
-        self._put(_Node(stations, np.concatenate([node.out, at]), node.inside), depth + 1)
-        self._put(_Node(stations, node.out, np.concatenate([node.inside, at])), depth + 1)
+    def _branch_at(self, x: FloatArray, lower: Int64Array, upper: Int64Array) -> int | None:
+        """Candidate whose two branches promise most: the product of what the bound gains in either.
 
-    def _branch_at(self, x: FloatArray, lower: Int64Array, upper: Int64Array) -> int:
-        """Candidate whose two branches promise most: the product of what the bound gains in either."""
+        None where it turned out that some can be fixed: they are, in `lower` and `upper`.
+        """
         distance = np.where(lower < upper, np.abs(x - 0.5), 1.0)
         likely = np.argsort(distance, kind="stable")[:_PROBES]
         likely = likely[distance[likely] < 0.5 - _WHOLE]
         if likely.size < 2:
             return int(np.argmin(distance))
-        gain = np.maximum(self._program.probe(likely, lower, upper) - float(x.sum()), 1e-4)
+        values, proofs = self._program.probe(likely, lower, upper, enough=float(self.n_stations - 1))
+        if self._prove_probes(likely, proofs, lower, upper):
+            return None
+        gain = np.maximum(values - float(x.sum()), 1e-4)
         return int(likely[np.argmax(gain[:, 0] * gain[:, 1])])
+
+    def _prove_probes(
+        self, at: Int64Array, proofs: dict[tuple[int, int], FloatArray], lower: Int64Array, upper: Int64Array
+    ) -> bool:
+        """Whether prices of probes prove that candidates are in, or out; then they are from here on."""
+        fixed = False
+        for (number, value), price in proofs.items():
+            low, high = lower.copy(), upper.copy()
+            low[at[number]] = high[at[number]] = value
+            if (low <= high).all() and self._bound(price, low, high).stations >= self.n_stations:
+                fixed = True
+                # If its other value was ruled out as well, they now contradict each other: nothing is possible here.
+                if value:
+                    upper[at[number]] = 0
+                else:
+                    lower[at[number]] = 1
+        return fixed
 
     def _note_plan(self, x: FloatArray) -> None:
         """Keep x where it is a plan."""
@@ -222,29 +260,33 @@ class BranchAndBound:
         x, price = self._program.solve()
         self._n_looks += 1
         lower, upper = self._lower if lower is None else lower, self._upper if upper is None else upper
-        return x, exact_bound(self._program.cuts, self._program.right, price, lower, upper)
+        return x, self._bound(price, lower, upper)
 
-    def _add_cuts(self, *points: FloatArray) -> bool:
+    def _bound(self, price: FloatArray, lower: Int64Array, upper: Int64Array) -> Bound:
+        return exact_bound(self._program.cuts, self._program.right, price, lower, upper)
+
+    def _add_cuts(self, x: FloatArray, centre: FloatArray) -> bool:
+        """Whether the solution violates any cut: if not, those of the other point would not raise the bound either."""
         self._program.drop_idle()
-        cuts = [cut for x in points for cut in self._maker.violated(x)]
-        if self._joins is not None:
-            cuts += [cut for x in points for cut in self._joins.violated(x)]
-        self._n_looks += len(points)
-        if cuts:
-            self._program.add(cuts)
-        return bool(cuts)
+        own, more = self._cuts_for(x), self._cuts_for(centre)
+        if own or more:
+            self._program.add(own + more)
+        return bool(own)
 
-    def _fix(self, bound: Bound) -> None:
-        """Candidates with which, or without which, a plan is no smaller than the best: out, or in, for good."""
+    def _cuts_for(self, x: FloatArray) -> list[Cut]:
+        self._n_looks += 1
+        return self._maker.violated(x) + (self._joins.violated(x) if self._joins is not None else [])
+
+    def _fix(self, bound: Bound, lower: Int64Array, upper: Int64Array) -> bool:
+        """Fix candidates with which, or without which, no plan in between is smaller than the best; whether any."""
         enough = (self.n_stations - 1) * BOUND_UNIT  # above this a plan has n_stations or more
-        free = self._lower < self._upper
+        free = lower < upper
         out = free & (bound.margin > max(enough - bound.scaled, 0))
         inside = free & (bound.margin < min(bound.scaled - enough, 0))
-        if out.any() or inside.any():
-            self._upper[out] = 0
-            self._lower[inside] = 1
-            self._program.set_range(self._lower, self._upper)
+        upper[out] = 0
+        lower[inside] = 1
+        return bool(out.any() or inside.any())
 
-    def _put(self, node: _Node, depth: int = 0) -> None:
+    def _put(self, node: _Node) -> None:
         self._number += 1
-        heapq.heappush(self._open, (node.stations, -depth, -self._number, node))
+        heapq.heappush(self._open, (node.stations, -node.depth, -self._number, node))

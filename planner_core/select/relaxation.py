@@ -53,7 +53,7 @@ _VIOLATION = 1e-6
 #: A row of the linear program that had no price for so many solutions is left out.
 _IDLE_SOLUTIONS = 12
 #: Of the dual simplex method, for one probe of a branch.
-_PROBE_ITERATIONS = 40
+_PROBE_ITERATIONS = 100
 _NO_LIMIT = 2**31 - 1
 
 
@@ -106,20 +106,21 @@ class CutMaker:
         one = np.ones(problem.row.size)
         self.problem = problem
         self._sees = sparse.csr_matrix((one, problem.row, problem.starts), shape=shape)
-        self._seen_by = self._sees.T.tocsr()
         #: (K, R): what counts, and is seen by as many candidates as are asked for.
         n_viewers = np.bincount(problem.row, minlength=problem.n_rows)
         self._counted: BoolArray = problem.counts_for & (n_viewers >= problem.seen_from[:, None])
         self._weight = np.where(self._counted, problem.ticks, 0).astype(np.float64)
         self._all_ticks = int(problem.ticks.sum())
         self._owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
+        self._targets = _independent_targets(problem)
 
     def violated(self, x: FloatArray) -> list[Cut]:
         """Cuts, one a target that x in [0, 1]^N does not meet."""
         problem = self.problem
-        shares = {m: self.shares(x, m) for m in set(problem.seen_from.tolist())}
+        shares = {m: self.shares(x, m) for m in set(problem.seen_from[self._targets].tolist())}
         cuts = []
-        for target, (weight, least) in enumerate(zip(self._weight, problem.least.tolist(), strict=True)):
+        for target in self._targets:
+            weight, least = self._weight[target], int(problem.least[target])
             share = shares[int(problem.seen_from[target])]
             # Not as a product of vectors: libraries add those up differently on other numbers of cores.
             if least > 0 and float((np.minimum(share.part, 1.0) * weight).sum()) < least * (1.0 - _VIOLATION):
@@ -130,7 +131,8 @@ class CutMaker:
 
     def shares(self, x: FloatArray, seen_from: int) -> Shares:
         """How far x covers each row at most, where `seen_from` candidates are asked for, and whom to leave out."""
-        cover = self._seen_by @ x
+        at = np.flatnonzero(x)
+        cover = self._sees[at].T @ x[at]
         n_rows = self.problem.n_rows
         none = np.zeros(0, dtype=np.int64)
         best = Shares(seen_from, cover / seen_from, np.zeros(n_rows, dtype=np.int64), none, none)
@@ -191,6 +193,23 @@ class CutMaker:
         total = np.zeros(self.problem.n_candidates, dtype=np.int64)
         np.add.at(total, self._owner, ticks[self.problem.row])
         return total
+
+
+def _independent_targets(problem: CoverProblem) -> list[int]:
+    """Targets that others do not imply: those of disjoint parts of it, asked for as often, that add up to as much."""
+    # Few rows first, of equals those that ask for less: what is left in the end has no twin.
+    kept = np.lexsort((problem.least, problem.counts_for.sum(axis=1))).tolist()
+    for target in list(kept):
+        m = problem.seen_from[target]
+        left, implied = problem.counts_for[target].copy(), 0
+        for other in kept:
+            part = problem.counts_for[other]
+            if other != target and problem.seen_from[other] >= m and not (part & ~left).any():
+                left &= ~part
+                implied += int(problem.least[other])
+        if implied >= problem.least[target]:
+            kept.remove(target)
+    return sorted(kept)
 
 
 def exact_bound(cuts: Int64Array, right: Int64Array, price: FloatArray, lower: Int64Array, upper: Int64Array) -> Bound:
@@ -268,25 +287,31 @@ class CutProgram:
         self._idle = np.where(price > 0, 0, self._idle + 1)
         return x, price
 
-    def probe(self, at: Int64Array, lower: Int64Array, upper: Int64Array) -> FloatArray:
+    def probe(
+        self, at: Int64Array, lower: Int64Array, upper: Int64Array, *, enough: float
+    ) -> tuple[FloatArray, dict[tuple[int, int], FloatArray]]:
         """(n, 2): about how much the least sum is if x is 0 and if it is 1, for each of the candidates `at`.
 
-        After a few iterations from the last solution, which is kept: a guide for branching, nothing is proven by it.
+        After some iterations from the last solution, which is kept: a guide for branching. For (number in `at`, 0 or
+        1) where it is more than `enough`, also prices of the cuts: they may prove it, see `exact_bound`.
         """
         solver = self._highs
         basis = solver.getBasis()
         values = np.empty((at.size, 2))
+        prices: dict[tuple[int, int], FloatArray] = {}
         solver.setOptionValue("simplex_iteration_limit", _PROBE_ITERATIONS)
         for number, candidate in enumerate(at.tolist()):
             for value in (0, 1):
                 solver.changeColBounds(candidate, float(value), float(value))
                 solver.run()
                 values[number, value] = solver.getObjectiveValue()
+                if values[number, value] > enough:
+                    prices[number, value] = np.array(solver.getSolution().row_dual, dtype=np.float64)
                 self.n_iterations += max(int(solver.getInfo().simplex_iteration_count), 0)
                 solver.changeColBounds(candidate, float(lower[candidate]), float(upper[candidate]))
                 solver.setBasis(basis)
         solver.setOptionValue("simplex_iteration_limit", _NO_LIMIT)
-        return values
+        return values, prices
 
     def drop_idle(self) -> None:
         """Leave out cuts that had no price for long."""

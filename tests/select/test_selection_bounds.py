@@ -12,7 +12,15 @@ from hypothesis import strategies as st
 from planner_core.select.bound import counting_bound, lower_bound
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.problem import CoverProblem
-from planner_core.select.relaxation import BOUND_UNIT, CUT_UNIT, Cut, CutMaker, CutProgram, exact_bound
+from planner_core.select.relaxation import (
+    BOUND_UNIT,
+    CUT_UNIT,
+    Cut,
+    CutMaker,
+    CutProgram,
+    _independent_targets,
+    exact_bound,
+)
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -163,6 +171,62 @@ def test_bound_holds_for_any_prices_and_equals_its_definition(seed):
     assert Fraction(bound.scaled, BOUND_UNIT) == value
     within = [x for x in every_solution(problem) if (x >= lower).all() and (x <= upper).all()]
     assert all(bound.stations <= int(x.sum()) for x in within), f"seed {seed}"
+
+
+def test_targets_that_others_add_up_to_make_no_cuts():
+    rng = np.random.default_rng(5)
+    floor = rng.random(16) < 0.5
+    counts_for = np.array([np.ones(16, dtype=bool), floor, ~floor, ~floor])
+    problem = random_problem(5)
+    ticks = problem.ticks
+    least = np.array([0, ticks[floor].sum() // 2, ticks[~floor].sum() // 2, ticks[~floor].sum() // 3])
+    least[0] = least[1] + least[2]
+    once = np.ones(4, dtype=np.int64)
+    problem = replace(problem, counts_for=counts_for, least=least, required=least, seen_from=once)
+    assert _independent_targets(problem) == [1, 2]
+    assert len(CutMaker(problem).violated(np.zeros(8))) == 2
+    # A tick more, or a second look, and the whole asks for something of its own.
+    assert _independent_targets(replace(problem, least=least + np.array([1, 0, 0, 0]))) == [0, 1, 2]
+    assert _independent_targets(replace(problem, seen_from=once + np.array([1, 0, 0, 0]))) == [0, 1, 2]
+    assert _independent_targets(replace(problem, seen_from=once + np.array([0, 1, 1, 1]))) == [1, 2]
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, st.integers(1, 2))
+def test_targets_left_out_of_cuts_are_met_wherever_the_others_are(seed, most_looks):
+    problem = random_problem(seed, most_looks=most_looks)
+    rng = np.random.default_rng(seed)
+    floor = rng.random(16) < 0.5
+    counts_for = np.array([np.ones(16, dtype=bool), floor, ~floor])
+    least = rng.integers(0, 40, 3)
+    seen_from = rng.integers(1, most_looks + 1, 3)
+    problem = replace(problem, counts_for=counts_for, least=least, required=least, seen_from=seen_from)
+    kept = _independent_targets(problem)
+    for bits in itertools.product((0, 1), repeat=8):
+        covered = problem.covered([i for i in range(8) if bits[i]])
+        if (covered[kept] >= least[kept]).all():
+            assert (covered >= least).all(), f"seed {seed}"
+
+
+def test_probes_that_prove_something_fix_candidates_without_losing_the_optimum(monkeypatch):
+    fixed = []
+    prove = BranchAndBound._prove_probes
+
+    def noted(self, at, proofs, lower, upper):
+        found = prove(self, at, proofs, lower, upper)
+        fixed.append(found)
+        return found
+
+    monkeypatch.setattr(BranchAndBound, "_prove_probes", noted)
+    for seed in range(12):
+        problem = tangle(seed, n=14)
+        optimum = int(smallest_solutions(problem)[0].sum())
+        tree = BranchAndBound(problem, n_stations=optimum + 1)
+        tree.root()
+        while not tree.finished:
+            tree.advance(work=1e-3)
+        assert tree.lower_bound == optimum == tree.n_stations, f"seed {seed}"
+    assert any(fixed)
 
 
 def test_prices_that_whole_numbers_cannot_hold_are_refused():
