@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .options import METRES_PER_UNIT, FileOptions
+from .options import METRES_PER_UNIT, Asking, FileOptions, MethodOptions, Settling
 from .output import repairs
 
 if TYPE_CHECKING:
-    from planner_core.model import PlanSettings, Scene, Survey
+    from planner_core.model import PlanSettings, Requirements, Scene, Site, Survey
     from planner_core.progress import Progress
     from planner_core.scan.engine import ScanEngine
 
@@ -27,6 +28,7 @@ def load(scene: Path, reading: FileOptions, *, progress: Progress) -> Scene:
         up_axis=reading.up.upper() if reading.up else None,
         skip_bad_faces=reading.skip_bad_faces,
         glass=reading.glass,
+        doors=reading.doors,
     )
     return load_scene(scene, options=options, progress=progress)
 
@@ -34,43 +36,120 @@ def load(scene: Path, reading: FileOptions, *, progress: Progress) -> Scene:
 def settings(
     *,
     scanner: str,
-    coverage_percent: float,
-    overlap_percent: float,
-    floors: Sequence[str],
+    asking: Asking,
     grid_step_m: float,
     heights_m: Sequence[float],
     clearance_m: float,
     max_patch_area_m2: float,
     scan_mode: str,
+    seconds_per_scan: float | None,
+    set_up_s: float,
     seed: int,
 ) -> PlanSettings:
     """Return the settings of a plan from the values of `options.problem_options`."""
-    from planner_core.model import PlanSettings, Requirements
+    from planner_core.model import PlanSettings
     from planner_core.scan.scanners import load_scanner
 
+    requirements, site = asked(asking)
     return PlanSettings(
         scanner=load_scanner(scanner),
-        requirements=Requirements(
-            coverage=coverage_percent / 100.0, overlap=overlap_percent / 100.0, floors=tuple(floors)
-        ),
+        requirements=requirements,
         seed=seed,
         grid_step_m=grid_step_m,
         instrument_heights_m=tuple(heights_m),
         clearance_m=clearance_m,
         max_patch_area_m2=max_patch_area_m2,
         scan_mode=scan_mode,
+        site=site,
+        seconds_per_scan=seconds_per_scan,
+        set_up_s=set_up_s,
     )
 
 
-def with_method(
-    problem: PlanSettings,
-    *,
-    method: str,
-    search: str | None,
-    time_limit_s: float | None,
-    assignments: Sequence[str],
-) -> PlanSettings:
-    """Return the settings with a method and its options, from the values of `options.method_choice`.
+def asked(asking: Asking) -> tuple[Requirements, Site]:
+    """Return what is asked and the site: from the file where there is one, and the options in place of its entries.
+
+    Raises
+    ------
+    RequirementError
+        A file or an option that is not understood.
+    """
+    from planner_core.ground.site_reading import site_from_mapping
+    from planner_core.requirements.read import read_requirements, requirements_from
+
+    said: dict[str, object] = {
+        "coverage": None if asking.coverage is None else f"{asking.coverage!r} %",
+        "overlap": None if asking.overlap is None else f"{asking.overlap!r} %",
+        "network": asking.network,
+        "spacing": asking.spacing,
+        "range": asking.range_,
+        "incidence": asking.incidence,
+        "noise": asking.noise,
+        "seen_from": asking.seen_from,
+        "planned_floors": list(asking.floors) or None,
+    }
+    told = {name: value for name, value in said.items() if value is not None}
+    if asking.file is None:
+        requirements, site = requirements_from(told, where="options")
+    else:
+        requirements, site = read_requirements(asking.file, instead=told)
+    if asking.entrances:
+        site = {**site, "entrances": [numbers(text, "--entrance", "X,Y,Z", (3,)) for text in asking.entrances]}
+    return requirements, site_from_mapping(site)
+
+
+def numbers(text: str, option: str, form: str, sizes: tuple[int, ...]) -> list[float]:
+    """Return the numbers of `1.5,2,0`; as many as one of `sizes`.
+
+    Raises
+    ------
+    RequirementError
+        Others.
+    """
+    from planner_core.errors import RequirementError
+
+    parts = text.split(",")
+    try:
+        values = [float(part) for part in parts]
+    except ValueError:
+        values = []
+    if len(values) not in sizes or not all(math.isfinite(value) for value in values):
+        raise RequirementError(
+            f"{option}: got {text!r}, expected {form} in metres, such as {'1.5,2,0,1'[: 3 + 2 * sizes[0]]}"
+        )
+    return values
+
+
+def with_settled(problem: PlanSettings, settling: Settling) -> PlanSettings:
+    """Return the settings with the stations and places that are settled before planning, besides those of the site.
+
+    Raises
+    ------
+    RequirementError, StationListError
+        Lists that can't be read, places that are none, one id twice.
+    """
+    from planner_core.export.stations_csv import read_station_list
+    from planner_core.ground.site_reading import check_ids, settled_from
+
+    settled = list(problem.site.settled)
+    for path, role in ((settling.fixed, "scanned"), (settling.locked, "locked"), (settling.kept, "kept")):
+        if path is not None:
+            rows = read_station_list(path)
+            settled += settled_from(
+                ((row.id, tuple(row.position_m), row.floor, row.instrument_height_m) for row in rows), role
+            )
+    for text in settling.forbidden:
+        x, y, z, *radius = numbers(text, "--forbid", "X,Y,Z or X,Y,Z,RADIUS", (3, 4))
+        settled += settled_from((("", (x, y, z), None, None),), "forbidden", radius_m=radius[0] if radius else 0.5)
+    # What is scanned, locked or forbidden need not be kept besides.
+    firm = {station.id for station in settled if station.role != "kept"}
+    settled = [station for station in settled if station.role != "kept" or station.id not in firm]
+    check_ids(settled)
+    return replace(problem, site=replace(problem.site, settled=tuple(settled)))
+
+
+def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
+    """Return the settings with a method, its options and the objective, from the values of `options.method_choice`.
 
     Raises
     ------
@@ -78,29 +157,36 @@ def with_method(
         Text that is no NAME=VALUE, a search for a method that has none, or options that the method refuses.
     """
     from planner_core.errors import RequirementError
-    from planner_core.paper import paper_settings
-    from planner_core.plan import selection_settings
+    from planner_core.plan import check_method
 
+    method, search, time_limit_s = choosing.method, choosing.search, choosing.time_limit_s
     if search is not None and method != "paper":
         raise RequirementError(f"--search: got it with --method {method}, which has none; add --method paper")
     if time_limit_s is not None and method != "proven":
-        raise RequirementError(f"--time-limit: got it with --method {method}, which has none; add --method proven")
+        raise RequirementError(f"--time-limit: got it with --method {method}, which has none; use --method proven")
+    if choosing.max_stations is not None and choosing.objective != "coverage":
+        raise RequirementError(
+            f"--max-stations: got it with --objective {choosing.objective}, which has no such limit; add --objective "
+            "coverage"
+        )
     options = [("search", search)] if search is not None else []
     options += [("time_limit_s", repr(time_limit_s))] if time_limit_s is not None else []
-    for text in assignments:
+    for text in choosing.assignments:
         name, equals, value = text.partition("=")
         if not (name and equals):
-            raise RequirementError(f"--set: got {text!r}, expected NAME=VALUE, such as spatial.step_m=0.1")
+            raise RequirementError(f"--set: got {text!r}, expected NAME=VALUE, such as work_limit=120")
         options.append((name.strip(), value.strip()))
-    chosen = replace(problem, method=method, method_options=tuple(options))
-    if method == "paper":
-        paper_settings(chosen)  # refuses what makes no sense before anything is loaded
-    elif method == "proven":
-        selection_settings(chosen)
-    elif options:
-        raise RequirementError(
-            f"--set: got it with --method {method}, which has no options; add --method proven or paper"
-        )
+    if options and method == "greedy":
+        raise RequirementError("--set: got it with --method greedy, which has no options; use method proven or paper")
+    chosen = replace(
+        problem,
+        method=method,
+        method_options=tuple(options),
+        objective=choosing.objective,
+        max_stations=choosing.max_stations,
+        refine=choosing.refine,
+    )
+    check_method(chosen)  # refuses what makes no sense before anything is loaded
     return chosen
 
 

@@ -36,6 +36,11 @@ glass_option = click.option(
     help="What glass does to beams, where the file says what is glass. stop: they end there, so that nothing seen "
     "through glass is relied on; pass: they go through; return: they come back, as from a wall.",
 )  # fmt: skip
+doors_option = click.option(
+    "--doors", type=click.Choice(["open", "shut"]), default="open", show_default=True,
+    help="What doors are for beams and the crew, where the file says what is a door (IFC). open: their leaves are left "
+    "out, as crews open doors; shut: as modelled.",
+)  # fmt: skip
 engine_option = click.option(
     "--engine", type=click.Choice(["auto", "opencl", "open3d"]), default="auto", show_default=True,
     help="What casts the beams. auto: OpenCL; Open3D, said aloud, where there is no OpenCL device.",
@@ -72,18 +77,87 @@ scan_mode_option = click.option(
     help="What candidates are judged by. beams: every beam; patches: samples of every patch, at a cost that does not "
     "depend on the scanner's resolution. auto: patches from four million beams a scan on.",
 )  # fmt: skip
+requirements_option = click.option(
+    "--requirements", "file", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",
+    help="What is asked, by floor, class and zone, and the site: YAML or JSON, see docs/formats/requirements.md. "
+    "Options given beside it take the place of its entries.",
+)  # fmt: skip
 coverage_option = click.option(
-    "--coverage", "coverage_percent", type=click.FloatRange(min=0, min_open=True, max=100), default=95.0,
-    show_default=True, metavar="PERCENT", help="Coverage asked for, of the achievable area, overall and on each floor.",
+    "--coverage", type=click.FloatRange(min=0, min_open=True, max=100), default=None, metavar="PERCENT",
+    help="Coverage asked for, of the achievable area, overall and on each floor. [default: 95]",
 )  # fmt: skip
 overlap_option = click.option(
-    "--overlap", "overlap_percent", type=click.FloatRange(min=0, max=100), default=30.0, show_default=True,
-    metavar="PERCENT", help="Overlap at which two stations count as linked.",
+    "--overlap", type=click.FloatRange(min=0, max=100), default=None, metavar="PERCENT",
+    help="Overlap from which on two stations count as linked. [default: 30]",
+)  # fmt: skip
+network_option = click.option(
+    "--network", type=click.Choice(["joined", "loops", "none"]), default=None,
+    help="How links must join the stations. joined: into one network, as far as the building allows; loops: also when "
+    "any one link fails; none: not asked. [default: joined]",
+)  # fmt: skip
+spacing_option = click.option(
+    "--spacing", default=None, metavar="LENGTH", help="Greatest distance between points on surfaces, such as 6mm."
+)
+max_range_option = click.option(
+    "--max-range", "range_", default=None, metavar="LENGTH", help="Greatest range that counts, such as 20m."
+)
+max_incidence_option = click.option(
+    "--max-incidence", "incidence", default=None, metavar="ANGLE",
+    help="Greatest angle of incidence that counts, such as 65deg.",
+)  # fmt: skip
+max_noise_option = click.option(
+    "--max-noise", "noise", default=None, metavar="LENGTH",
+    help="Greatest range noise (one sigma) that counts, such as 2mm; for scanners that tell theirs.",
+)  # fmt: skip
+seen_from_option = click.option(
+    "--seen-from", type=click.IntRange(min=1), default=None, metavar="NUMBER",
+    help="Stations that must see a surface for it to count. [default: 1]",
+)  # fmt: skip
+entrance_option = click.option(
+    "--entrance", "entrances", multiple=True, metavar="X,Y,Z",
+    help="Place on the ground where the crew comes in, scene coordinates; may be repeated. [default: the largest "
+    "spaces of each floor have one]",
+)  # fmt: skip
+scan_seconds_option = click.option(
+    "--seconds-per-scan", type=click.FloatRange(min=0), default=None, metavar="SECONDS",
+    help="Time of one scan. [default: as the scanner's mode says]",
+)  # fmt: skip
+set_up_option = click.option(
+    "--set-up", "set_up_s", type=click.FloatRange(min=0), default=60.0, show_default=True, metavar="SECONDS",
+    help="Time to set up at a station, besides scanning.",
+)  # fmt: skip
+objective_option = click.option(
+    "--objective", type=click.Choice(["fewest", "coverage", "time"]), default="fewest", show_default=True,
+    help="fewest: stations; coverage: most of it with --max-stations; time: least time in the field.",
+)  # fmt: skip
+max_stations_option = click.option(
+    "--max-stations", type=click.IntRange(min=1), default=None, metavar="NUMBER",
+    help="Stations that objective coverage may take.",
+)  # fmt: skip
+refine_option = click.option(
+    "--refine/--no-refine", default=True, show_default=True,
+    help="Look for better places off the grid once stations are chosen.",
+)  # fmt: skip
+fixed_option = click.option(
+    "--fixed", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",
+    help="Stations already scanned, CSV or plan.json: they count and are not visited again.",
+)  # fmt: skip
+locked_option = click.option(
+    "--locked", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",
+    help="Stations that must be in the plan, CSV or plan.json.",
+)  # fmt: skip
+keep_option = click.option(
+    "--keep", "kept", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",
+    help="Plan again: stations of an earlier plan, CSV or plan.json, to change as little as possible.",
+)  # fmt: skip
+forbid_option = click.option(
+    "--forbid", "forbidden", multiple=True, metavar="X,Y,Z[,RADIUS]",
+    help="Place of no station within RADIUS metres (0.5), scene coordinates; may be repeated.",
 )  # fmt: skip
 method_option = click.option(
-    "--method", type=click.Choice(["greedy", "proven", "paper"]), default="greedy", show_default=True,
-    help="How stations are chosen. greedy: one after the other, in seconds; proven: fewer, and a bound on how few "
-    "there can be, in a minute or so; paper: the pipeline of the method paper.",
+    "--method", type=click.Choice(["proven", "greedy", "paper"]), default="proven", show_default=True,
+    help="How stations are chosen. proven: few, as one network, with a bound on how few there can be, in a minute or "
+    "two; greedy: one after the other, in seconds, joined or not; paper: the pipeline of the method paper.",
 )  # fmt: skip
 time_limit_option = click.option(
     "--time-limit", "time_limit_s", type=click.FloatRange(min=0), default=None, metavar="SECONDS",
@@ -151,28 +225,88 @@ class FileOptions:
     up: str | None = None
     skip_bad_faces: bool = False
     glass: str = "stop"
+    doors: str = "open"
+
+
+@dataclass(frozen=True)
+class Asking:
+    """What is asked, where the command line says it: the values of `requirement_options`."""
+
+    file: Path | None = None
+    coverage: float | None = None
+    overlap: float | None = None
+    network: str | None = None
+    spacing: str | None = None
+    range_: str | None = None
+    incidence: str | None = None
+    noise: str | None = None
+    seen_from: int | None = None
+    floors: tuple[str, ...] = ()
+    entrances: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Settling:
+    """What is settled before planning: the values of `settled_options`."""
+
+    fixed: Path | None = None
+    locked: Path | None = None
+    kept: Path | None = None
+    forbidden: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class MethodOptions:
+    """How stations are chosen: the values of `method_choice`."""
+
+    method: str = "proven"
+    objective: str = "fewest"
+    max_stations: int | None = None
+    refine: bool = True
+    time_limit_s: float | None = None
+    search: str | None = None
+    assignments: tuple[str, ...] = ()
 
 
 AS_THE_FILE_SAYS = FileOptions()
+NOTHING_SETTLED = Settling()
+AS_USUAL = MethodOptions()
 
 
-def scene_options(function: F) -> F:
-    """Add the options on reading the scene file; the command gets their values as one `FileOptions`, `reading`."""
-    names = [field.name for field in fields(FileOptions)]
+def _gathered(name: str, into: type[Any], *options: Callable[[F], F]) -> Callable[[F], F]:
+    """Return a decorator that adds options; the command gets their values as one dataclass, `name`."""
+    names = [field.name for field in fields(into)]
 
-    @wraps(function)
-    def command(*arguments: Any, **values: Any) -> Any:
-        reading = FileOptions(**{name: values.pop(name) for name in names})
-        return function(*arguments, reading=reading, **values)
+    def decorate(function: F) -> F:
+        @wraps(function)
+        def command(*arguments: Any, **values: Any) -> Any:
+            gathered = into(**{field: values.pop(field) for field in names})
+            return function(*arguments, **{name: gathered}, **values)
 
-    gathered: Any = apply(units_option, up_option, skip_bad_faces_option, glass_option)(command)
-    return gathered  # type: ignore[no-any-return]
+        decorated: Any = apply(*options)(command)
+        return decorated  # type: ignore[no-any-return]
+
+    return decorate
 
 
-problem_options = apply(
-    scanner_option, coverage_option, overlap_option, floor_option, grid_option, height_option, clearance_option,
-    patch_area_option, scan_mode_option, seed_option,
+scene_options = _gathered(
+    "reading", FileOptions, units_option, up_option, skip_bad_faces_option, glass_option, doors_option
+)
+requirement_options = _gathered(
+    "asking", Asking, requirements_option, coverage_option, overlap_option, network_option, spacing_option,
+    max_range_option, max_incidence_option, max_noise_option, seen_from_option, floor_option, entrance_option,
 )  # fmt: skip
-method_choice = apply(method_option, time_limit_option, search_option, set_option, method_options_option)
+settled_options = _gathered("settling", Settling, fixed_option, locked_option, keep_option, forbid_option)
+method_choice = apply(
+    _gathered(
+        "choosing", MethodOptions, method_option, objective_option, max_stations_option, refine_option,
+        time_limit_option, search_option, set_option,
+    ),
+    method_options_option,
+)  # fmt: skip
+problem_options = apply(
+    scanner_option, requirement_options, grid_option, height_option, clearance_option, patch_area_option,
+    scan_mode_option, scan_seconds_option, set_up_option, seed_option,
+)  # fmt: skip
 engine_options = apply(engine_option, device_option)
 output_options = apply(json_option, quiet_option)

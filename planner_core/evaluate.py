@@ -11,18 +11,23 @@ from dataclasses import replace
 import numpy as np
 
 from planner_core.candidates.admissibility import reject
-from planner_core.candidates.grid import find_candidates, lies_mostly_indoors
+from planner_core.candidates.grid import lies_mostly_indoors
 from planner_core.errors import StationListError
 from planner_core.export.stations_csv import GivenStation
-from planner_core.metrics.coverage import floor_of_patch, take_rows, times_seen
-from planner_core.model import FloatArray, Plan, PlanSettings, Scene, Station, Survey, Visibility
+from planner_core.ground.places import find_places
+from planner_core.ground.reach import Reach
+from planner_core.model import FloatArray, Plan, PlanSettings, Route, Scene, Station, Survey, Visibility
 from planner_core.progress import Progress, silent
-from planner_core.results import Stopwatch, describe_plan, warn_about_coverage
+from planner_core.requirements.demand import demand_of
+from planner_core.requirements.figures import missed_in_words
+from planner_core.results import Stopwatch, Surroundings, describe_plan
+from planner_core.route.field_time import check_field_settings
+from planner_core.route.route import ends_of, plan_route
 from planner_core.scan.engine import ScanEngine, open_engine
 from planner_core.select.bound import lower_bound
 from planner_core.select.greedy import select_greedy
-from planner_core.select.problem import cover_problem, floor_targets
-from planner_core.survey import make_survey, planned_floors, scope_of, visible_from
+from planner_core.select.problem import cover_problem
+from planner_core.survey import make_survey, planned_floors
 
 
 def evaluate_stations(
@@ -61,23 +66,23 @@ def evaluate_survey(
 ) -> Plan:
     """Do the rest of `evaluate_stations`, for callers that scan with the same engine afterwards."""
     _check_list(stations)
+    check_field_settings(settings)
     clock = Stopwatch()
     floors = planned_floors(survey.floors, settings.requirements.floors)
     with clock.stage("candidates"):
-        candidates = find_candidates(survey, settings, caster, floors=floors, progress=progress)
+        places = find_places(survey, settings, caster, floors=floors, progress=progress)
         placed = [place_station(survey, settings, caster, given, n) for n, given in enumerate(stations, start=1)]
+    listed = [station for station, _ in placed]
     with clock.stage("scan"):
-        at = np.stack([station.position_m for station, _ in placed])
-        everything = visible_from(
-            survey, settings, caster, np.concatenate([candidates.position_m, at]), progress=progress
+        at = np.stack([station.position_m for station in listed])
+        demand = demand_of(
+            survey, settings, caster, np.concatenate([places.candidates.position_m, at]), progress=progress
         )
-        own_rows = take_rows(everything, range(candidates.floor.size, everything.n_positions))
-        blind = _blind_stations([station for station, _ in placed], own_rows, survey)
+        n_candidates = int(places.candidates.floor.size)
+        of_candidates = demand.rows.take(list(range(n_candidates)))
+        rows = demand.rows.take(list(range(n_candidates, n_candidates + len(listed))))
     with clock.stage("bound"):
-        of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
-        scope = scope_of(of_patch, floors, len(survey.floors))
-        targets = floor_targets(of_patch, floors, scope, settings.requirements.coverage)
-        problem = cover_problem(everything, survey.patches.area_m2, targets)
+        problem = cover_problem(demand.rows.met, demand.area_m2, demand.targets)
         # A greedy plan only guides the search for the bound.
         guide = len(select_greedy(problem, progress=progress).chosen)
         fewest = lower_bound(problem, n_stations=guide, progress=progress)
@@ -86,15 +91,38 @@ def evaluate_survey(
             survey,
             settings,
             caster,
-            stations=tuple(station for station, _ in placed),
-            visibility=own_rows,
-            order_of_choice=tuple(range(len(placed))),
-            achievable=times_seen(everything) > 0,
+            stations=tuple(listed),
+            demand=demand,
+            rows=rows,
+            surroundings=Surroundings(places.candidates.position_m, of_candidates, places.reach),
+            order_of_choice=tuple(range(len(listed))),
+            route=_route(survey, settings, places.reach, listed, progress),
+            n_scans=len(listed),
             lower_bound=fewest,
-            n_candidates=int(candidates.floor.size),
-            warnings=(*survey.warnings, *caster.warnings, *(line for _, lines in placed for line in lines), *blind),
+            warnings=(
+                *survey.warnings,
+                *caster.warnings,
+                *places.warnings,
+                *(line for _, lines in placed for line in lines),
+                *_blind_stations(listed, rows.seen, survey),
+            ),
+            progress=progress,
         )
-    return replace(plan, timings_s=clock.seconds, warnings=(*plan.warnings, *warn_about_coverage(plan)))
+    return replace(plan, timings_s=clock.seconds, warnings=(*plan.warnings, *missed_in_words(plan.requirements)))
+
+
+def _route(survey: Survey, settings: PlanSettings, reach: Reach, stations: list[Station], progress: Progress) -> Route:
+    """Find the shortest walk through the stations, whatever their order in the list."""
+    index = {floor.id: number for number, floor in enumerate(survey.floors)}
+    return plan_route(
+        reach,
+        np.stack([station.position_m for station in stations]),
+        np.array([station.instrument_height_m for station in stations]),
+        np.array([index[station.floor] for station in stations], dtype=np.int32),
+        ends=ends_of(settings.site, survey.scene.offset_m),
+        seed=settings.seed,
+        progress=progress,
+    )
 
 
 def place_station(

@@ -23,12 +23,14 @@ from planner_core.genetic import GeneticSettings, select_genetic
 from planner_core.method_options import with_options
 from planner_core.metrics.point_distribution import PointDistribution
 from planner_core.model import Candidates, FloatArray, Int64Array, PlanSettings, Survey
+from planner_core.pool import Choice, Pool
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.register.overlap_repair import repair_overlap
 from planner_core.scan.engine import ScanEngine, device_of
 from planner_core.search import SearchSettings, search
 from planner_core.search.settings import METHODS
 from planner_core.search.station_fitness import StationFitness
+from planner_core.select.bound import lower_bound
 from planner_core.select.problem import CoverProblem
 
 #: Beams of a scan beyond which a search takes days: seconds a position, and hundreds of positions a start.
@@ -171,6 +173,15 @@ def _joined(first: Candidates, second: Candidates) -> Candidates:
     unique = np.sort(unique)
     order = unique[np.argsort(floor[unique], kind="stable")]
     return replace(first, position_m=position_m[order], floor=floor[order], instrument_height_m=height_m[order])
+
+
+def choose_by_paper(pool: Pool, settings: PlanSettings, engine: ScanEngine, *, progress: Progress = silent) -> Choice:
+    """Select by genes, then add stations until their circles overlap as is asked."""
+    paper = paper_settings(settings)
+    chosen = select_by_genes(pool.problem, paper, engine, progress=progress)
+    fewest = lower_bound(pool.problem, n_stations=chosen.size, progress=progress)
+    chosen, unrepaired = repair(settings, paper, pool.candidates, chosen, progress=progress)
+    return Choice(pool, tuple(chosen.tolist()), fewest, warnings=(*shortfall(pool.problem, chosen), *unrepaired))
 
 
 def select_by_genes(

@@ -7,25 +7,24 @@ settings and engine are the same, apart from its timings.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 
-from planner_core.candidates.grid import find_candidates
+from planner_core.choose import choose, choose_greedily, selection_settings
 from planner_core.errors import RequirementError
-from planner_core.method_options import with_options
-from planner_core.metrics.coverage import floor_of_patch, take_rows, times_seen
-from planner_core.model import BoolArray, Candidates, Plan, PlanSettings, Scene, Station, Survey
-from planner_core.paper import find_pool, paper_settings, repair, select_by_genes, shortfall
+from planner_core.ground.places import Places, find_places, places_as_they_are
+from planner_core.model import BoolArray, Candidates, Int64Array, Plan, PlanSettings, Scene, Station, Survey
+from planner_core.paper import choose_by_paper, find_pool, paper_settings
+from planner_core.pool import Choice, Pool, make_pool
 from planner_core.progress import Progress, silent
-from planner_core.results import Stopwatch, describe_plan
-from planner_core.scan.engine import ScanEngine, device_of, open_engine
-from planner_core.select.bound import lower_bound
-from planner_core.select.greedy import select_greedy
-from planner_core.select.problem import cover_problem, floor_targets
-from planner_core.select.proven import SelectionSettings
-from planner_core.select.proven import select as select_proven
-from planner_core.select.walking_order import walking_order
-from planner_core.survey import make_survey, planned_floors, scope_of, visible_from
+from planner_core.requirements.explain import explain
+from planner_core.results import Stopwatch, Surroundings, describe_plan
+from planner_core.route.field_time import check_field_settings
+from planner_core.route.route import ends_of, in_visiting_order, plan_route
+from planner_core.scan.engine import ScanEngine, open_engine
+from planner_core.select.check import check_coverage
+from planner_core.survey import make_survey, planned_floors
 
 __all__ = ["make_plan", "make_survey", "plan_survey"]
 
@@ -38,7 +37,7 @@ def make_plan(
     device: str | None = None,
     progress: Progress = silent,
 ) -> Plan:
-    """Plan the stations of a survey: few of them, for the required coverage on each planned floor and overall.
+    """Plan the stations of a survey: few of them, that meet what is required and register as one network.
 
     Parameters
     ----------
@@ -48,7 +47,7 @@ def make_plan(
     Raises
     ------
     RequirementError
-        Settings that make no sense, unknown floors, no spot to stand on.
+        Settings that make no sense, unknown floors, no spot to stand on, nothing that meets what is asked.
     DeviceError, SceneError
         See `open_engine`.
     """
@@ -62,91 +61,150 @@ def make_plan(
 def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, progress: Progress = silent) -> Plan:
     """Do the rest of `make_plan`, for callers that scan with the same engine afterwards."""
     clock = Stopwatch()
-    paper = paper_settings(settings) if settings.method == "paper" else None
-    if settings.method == "proven":
-        selection_settings(settings)  # refuses what makes no sense before any work
+    check_method(settings)  # refuses what makes no sense before any work
     floors = planned_floors(survey.floors, settings.requirements.floors)
-    # 3. Where a tripod can stand.
+    # 3. Where a tripod can stand, and be carried to.
     with clock.stage("candidates"):
-        if paper is None:
-            candidates = find_candidates(survey, settings, caster, floors=floors, progress=progress)
-        else:
-            candidates = find_pool(survey, settings, paper, caster, floors=floors, progress=progress)
-        bare = _bare_floors(survey, candidates, floors)
-    # 4. What each spot sees. Seen by any of them: achievable.
+        places = _places(survey, settings, caster, floors, progress)
+        bare = _bare_floors(survey, places.candidates, floors)
+    # 4. What each spot sees, what of that meets what is asked, and which two could be registered with each other.
     with clock.stage("scan"):
-        visibility = visible_from(survey, settings, caster, candidates.position_m, progress=progress)
-        achievable = times_seen(visibility) > 0
-        _check_something_is_seen(achievable, survey, settings, int(candidates.floor.size))
+        given = places.rows_of("scanned", "locked")
+        kept = places.rows_of("kept")
+        pool = make_pool(survey, settings, caster, places.candidates, given=given, kept=kept, progress=progress)
+        _check_something_is_seen(pool, survey, settings)
     # 5. Few spots that see enough, and how few are possible.
     with clock.stage("select"):
-        of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
-        scope = scope_of(of_patch, floors, len(survey.floors))
-        targets = floor_targets(of_patch, floors, scope, settings.requirements.coverage)
-        problem = cover_problem(visibility, survey.patches.area_m2, targets)
-        fewest, why_stopped = None, ""
-        if settings.method == "greedy":
-            chosen = np.array(select_greedy(problem, progress=progress).chosen, dtype=np.int64)
-        elif paper is None:
-            found = select_proven(problem, selection_settings(settings), device=device_of(caster), progress=progress)
-            chosen, fewest = np.array(found.chosen, dtype=np.int64), found.lower_bound
-            why_stopped = found.why_stopped
-        else:
-            chosen = select_by_genes(problem, paper, caster, progress=progress)
-            chosen, unrepaired = repair(settings, paper, candidates, chosen, progress=progress)
-            bare = (*bare, *shortfall(problem, chosen), *unrepaired)
-    with clock.stage("bound"):
-        if fewest is None:
-            fewest = lower_bound(problem, n_stations=chosen.size, progress=progress)
+        choice = _choose(pool, places, survey, settings, caster, progress)
+        if settings.method != "paper" and settings.objective != "coverage":
+            check_coverage(choice.pool.rows.met, pool.demand.area_m2, pool.targets, choice.chosen)
     # 6. In which order to walk them, and what they are worth.
     with clock.stage("figures"):
-        walk = np.array(walking_order(candidates.position_m[chosen], candidates.floor[chosen]), dtype=np.int64)
-        plan = describe_plan(
-            survey,
-            settings,
-            caster,
-            stations=_stations(survey, candidates, [int(c) for c in chosen[walk]]),
-            visibility=take_rows(visibility, chosen[walk]),
-            order_of_choice=tuple(int(i) for i in np.argsort(walk)),
-            achievable=achievable,
-            lower_bound=fewest,
-            n_candidates=int(candidates.floor.size),
-            warnings=(*survey.warnings, *caster.warnings, *bare),  # the engine's last: scanning may add to them
-        )
-    return replace(plan, timings_s=clock.seconds, why_stopped=why_stopped)
+        plan = _described(survey, settings, caster, places, choice, (*bare, *places.warnings), progress)
+    return replace(plan, timings_s=clock.seconds)
 
 
-def selection_settings(settings: PlanSettings) -> SelectionSettings:
-    """Settings of method `proven`: defaults with the plan's seed and options.
+def check_method(settings: PlanSettings) -> None:
+    """Refuse options and objectives that the method does not have.
 
     Raises
     ------
     RequirementError
-        An option that does not exist or makes no sense.
+        Naming the first.
     """
-    return with_options(SelectionSettings(seed=settings.seed), settings.method_options)
-
-
-def _stations(survey: Survey, candidates: Candidates, rows: list[int]) -> tuple[Station, ...]:
-    return tuple(
-        Station(
-            id=f"S{number:03d}",
-            floor=survey.floors[int(candidates.floor[row])].id,
-            order=number,
-            position_m=candidates.position_m[row].copy(),
-            instrument_height_m=float(candidates.instrument_height_m[row]),
+    if settings.method == "paper":
+        paper_settings(settings)
+        if any(station.role != "forbidden" for station in settings.site.settled):
+            raise RequirementError("settled stations: got them with method paper, which has none; use method proven")
+    elif settings.method == "proven":
+        selection_settings(settings)
+    if settings.objective != "fewest" and settings.method != "proven":
+        raise RequirementError(
+            f"objective {settings.objective}: got it with method {settings.method}, which only looks for fewest "
+            "stations; use method proven"
         )
-        for number, row in enumerate(rows, start=1)
+    check_field_settings(settings)
+
+
+def _places(
+    survey: Survey, settings: PlanSettings, caster: ScanEngine, floors: tuple[int, ...], progress: Progress
+) -> Places:
+    if settings.method != "paper":
+        return find_places(survey, settings, caster, floors=floors, progress=progress)
+    pool = find_pool(survey, settings, paper_settings(settings), caster, floors=floors, progress=progress)
+    return places_as_they_are(survey, settings, pool, progress=progress)
+
+
+def _choose(
+    pool: Pool, places: Places, survey: Survey, settings: PlanSettings, caster: ScanEngine, progress: Progress
+) -> Choice:
+    if settings.method == "proven":
+        return choose(pool, places, survey, settings, caster, progress=progress)
+    if settings.method == "greedy":
+        return choose_greedily(pool, progress=progress)
+    return choose_by_paper(pool, settings, caster, progress=progress)
+
+
+def _described(
+    survey: Survey,
+    settings: PlanSettings,
+    caster: ScanEngine,
+    places: Places,
+    choice: Choice,
+    warnings: tuple[str, ...],
+    progress: Progress,
+) -> Plan:
+    """Put the stations in the order of the walk, and work out their figures."""
+    pool = choice.pool
+    rows = np.array(choice.chosen, dtype=np.int64)
+    scanned = np.isin(rows, places.rows_of("scanned"))
+    at = pool.take(rows)
+    route = plan_route(
+        places.reach,
+        at.position_m,
+        at.instrument_height_m,
+        at.floor,
+        ends=ends_of(settings.site, survey.scene.offset_m),
+        scanned=scanned,
+        seed=settings.seed,
+        progress=progress,
+    )
+    rows, scanned = rows[route.order], scanned[route.order]
+    plan = describe_plan(
+        survey,
+        settings,
+        caster,
+        stations=_stations(survey, pool.take(rows), _names(places, rows), scanned),
+        demand=pool.demand,
+        rows=pool.rows.take(rows),
+        surroundings=Surroundings(pool.candidates.position_m, pool.rows, places.reach),
+        order_of_choice=tuple(int(i) for i in np.argsort(route.order)),
+        route=in_visiting_order(route),
+        n_scans=int((~scanned).sum()),
+        lower_bound=choice.lower_bound,
+        # The engine's after scanning, which may add to them.
+        warnings=(*survey.warnings, *caster.warnings, *warnings, *explain(survey, pool.demand), *choice.warnings),
+        progress=progress,
+    )
+    return replace(
+        plan,
+        why_stopped=choice.why_stopped,
+        objective_value=choice.value,
+        objective_bound=choice.bound,
+        n_greedy=choice.n_greedy,
     )
 
 
-def _check_something_is_seen(achievable: BoolArray, survey: Survey, settings: PlanSettings, n_candidates: int) -> None:
+def _names(places: Places, rows: Int64Array) -> list[str]:
+    """Ids of stations: those that have one keep it, the others are numbered as they are visited."""
+    told = {each.row: each.place.station.id for each in places.settled}
+    taken = set(told.values())
+    free = (name for name in (f"S{number:03d}" for number in count(1)) if name not in taken)
+    return [told[int(row)] if int(row) in told else next(free) for row in rows]
+
+
+def _stations(survey: Survey, at: Candidates, names: list[str], scanned: BoolArray) -> tuple[Station, ...]:
+    return tuple(
+        Station(
+            id=name,
+            floor=survey.floors[int(at.floor[row])].id,
+            order=row + 1,
+            position_m=at.position_m[row].copy(),
+            instrument_height_m=float(at.instrument_height_m[row]),
+            fixed=fixed,
+        )
+        for row, (name, fixed) in enumerate(zip(names, scanned.tolist(), strict=True))
+    )
+
+
+def _check_something_is_seen(pool: Pool, survey: Survey, settings: PlanSettings) -> None:
     """Refuse a scanner that sees nothing from anywhere: without stations every requirement would be met."""
-    if not achievable.any():
+    if not pool.rows.seen.patch.size:
         low_m, high_m = survey.template.range_min_m, survey.template.range_max_m
         raise RequirementError(
-            f"scanner {settings.scanner.name}: nothing to be seen from any of {n_candidates} admissible positions, "
-            f"expected surfaces between {low_m:g} and {high_m:g} m; check its ranges (metres) and field of view"
+            f"scanner {settings.scanner.name}: nothing to be seen from any of {pool.n_candidates} admissible "
+            f"positions, expected surfaces between {low_m:g} and {high_m:g} m; check its ranges (metres) and field of "
+            "view"
         )
 
 

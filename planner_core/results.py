@@ -1,6 +1,6 @@
 """What a set of stations is worth: the figures of a `Plan`, whoever chose the stations.
 
-Input a `Survey`, the stations and their `Visibility`; output a `Plan`.
+Input a `Survey`, the stations, what they see and what was asked; output a `Plan`.
 """
 
 from __future__ import annotations
@@ -10,20 +10,25 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
+from planner_core.ground.reach import Reach
 from planner_core.metrics.coverage import (
     coverage_by_floor,
-    coverage_curve,
     coverage_of,
     covered_and_own_area_m2,
     floor_of_patch,
-    take_rows,
     times_seen,
     unseen_elements,
 )
-from planner_core.model import BoolArray, Plan, PlanSettings, Station, Survey, Visibility
-from planner_core.register.overlap import components, overlap_links, surface_of_patches
+from planner_core.model import FloatArray, Plan, PlanSettings, Registration, Route, Station, Survey
+from planner_core.progress import Progress, silent
+from planner_core.reasons.why import explain
+from planner_core.register.network_report import registration_report, registration_warnings
+from planner_core.register.overlap import MIN_LISTED_OVERLAP, overlap_links, surface_of_patches
+from planner_core.requirements.demand import Demand, Rows
+from planner_core.requirements.figures import coverage_curve, part_results, rows_of_quality, times_met
+from planner_core.route.field_time import field_time_of
+from planner_core.route.route import route_warnings
+from planner_core.route.sealed import sealed_areas
 from planner_core.scan.engine import ScanEngine
 from planner_core.survey import planned_floors, scope_of
 
@@ -42,93 +47,121 @@ class Stopwatch:
         self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
 
+@dataclass(frozen=True)
+class Surroundings:
+    """Where the stations were chosen from: what the figures of a plan are measured by.
+
+    candidate_m : (N, 3) float64, local, places that stations may stand at; rows : what they see. reach : where the crew
+    can walk.
+    """
+
+    candidate_m: FloatArray
+    rows: Rows
+    reach: Reach
+
+
 def describe_plan(
     survey: Survey,
     settings: PlanSettings,
     engine: ScanEngine,
     *,
     stations: tuple[Station, ...],
-    visibility: Visibility,
+    demand: Demand,
+    rows: Rows,
+    surroundings: Surroundings,
     order_of_choice: tuple[int, ...],
-    achievable: BoolArray,
+    route: Route,
+    n_scans: int,
     lower_bound: int,
-    n_candidates: int,
     warnings: tuple[str, ...],
+    progress: Progress = silent,
 ) -> Plan:
     """Compute the figures of `stations`.
 
     Parameters
     ----------
-    visibility
-        A row a station, in their order.
+    demand, rows
+        What is asked, and what each station sees, in their order.
     order_of_choice
         Indices into stations, for the coverage curve.
-    achievable
-        (P,) bool, seen by a candidate or a station.
+    route
+        Through the stations, in their order. n_scans : that are still to be made.
 
     Notes
     -----
     The overall figures are about the whole scene; where only some floors are planned, about the patches of those.
+    Covered is what meets the limits asked of all, from as many stations as they ask for.
     """
     area_m2 = survey.patches.area_m2
     floor = floor_of_patch(survey.patches, survey.floor_of_triangle)
     planned = planned_floors(survey.floors, settings.requirements.floors)
     scope = scope_of(floor, planned, len(survey.floors))
-    n_seen = times_seen(visibility)
-    seen = n_seen > 0
-    covered, own = covered_and_own_area_m2(visibility, area_m2)
+    asked = settings.requirements
+    n_met = times_met(demand, rows)[0]
+    seen = n_met >= asked.seen_from
+    achievable = demand.times_met[0] >= asked.seen_from
+    of_stations = rows_of_quality(demand, rows)
+    covered, own = covered_and_own_area_m2(of_stations, area_m2)
     stations = tuple(
         replace(station, covered_area_m2=float(covered[i]), own_area_m2=float(own[i]))
         for i, station in enumerate(stations)
     )
     ids = tuple(station.id for station in stations)
-    links = overlap_links(visibility, area_m2, ids, surface_of_patches(survey.scene, survey.patches, seen))
-    groups = components(links, ids, threshold=settings.requirements.overlap)
-    if len(groups) > 1:
-        warnings = (*warnings, _not_connected(groups, settings.requirements.overlap))
+    surface = surface_of_patches(survey.scene, survey.patches, times_seen(rows.seen) > 0)
+    least = min(MIN_LISTED_OVERLAP, asked.overlap or MIN_LISTED_OVERLAP)  # at least what selection counted
+    links = overlap_links(rows.seen, area_m2, ids, surface, min_overlap=least)
+    registration = registration_report(
+        links,
+        ids,
+        tuple(station.floor for station in stations),
+        threshold=asked.overlap,
+        min_strength=asked.min_strength,
+        loops=asked.network == "loops",
+    )
+    sealed = sealed_areas(surroundings.reach)
     return Plan(
         survey=survey,
         settings=settings,
         stations=stations,
-        times_seen=n_seen,
+        times_seen=n_met,
         achievable=achievable,
         coverage=coverage_of(area_m2, achievable, seen, scope),
         coverage_by_floor=coverage_by_floor(area_m2, achievable, seen, floor, len(survey.floors)),
-        coverage_curve=coverage_curve(take_rows(visibility, order_of_choice), area_m2, achievable & scope),
+        coverage_curve=coverage_curve(demand, rows.take(list(order_of_choice))),
         links=links,
-        connected=len(groups) <= 1,
+        connected=registration.connected,
         unseen=unseen_elements(survey, achievable & scope, seen, area_m2),
         lower_bound=lower_bound,
-        n_candidates=n_candidates,
+        n_candidates=int(surroundings.candidate_m.shape[0]),
         engine=f"{engine.name}: {engine.device}",
-        warnings=warnings,
+        requirements=part_results(demand, rows),
+        registration=registration,
+        route=route,
+        field_time=field_time_of(settings, n_scans=n_scans, walk_m=route.length_m),
+        sealed=sealed,
+        why=explain(
+            survey,
+            settings,
+            engine,
+            candidates_m=surroundings.candidate_m,
+            seen_by_candidates=rows_of_quality(demand, surroundings.rows),
+            station_ids=ids,
+            seen_by_stations=of_stations,
+            scope=scope,
+            achievable=achievable,
+            links=links,
+            sealed=sealed,
+            progress=progress,
+        ),
+        warnings=(
+            *warnings,
+            *_of_registration(settings, survey, registration),
+            *route_warnings(route, ids),
+        ),
     )
 
 
-def _not_connected(groups: list[tuple[str, ...]], threshold: float) -> str:
-    largest = max(len(group) for group in groups)
-    apart = [group for group in groups if len(group) < largest] or groups[1:]
-    named = ", ".join("+".join(group[:4]) + ("..." if len(group) > 4 else "") for group in apart[:6])
-    more = f" and {len(apart) - 6} more" if len(apart) > 6 else ""
-    n_stations = sum(len(group) for group in groups)
-    return (
-        f"the stations do not register as one network: links of at least {100 * threshold:.0f} % overlap leave "
-        f"{len(groups)} separate groups of {n_stations} stations (apart: {named}{more}); add stations between them or "
-        "register with targets"
-    )
-
-
-def warn_about_coverage(plan: Plan) -> tuple[str, ...]:
-    """One line for each planned floor, and one for all, that misses the required coverage."""
-    wanted = plan.settings.requirements.coverage
-    lines = []
-    planned = planned_floors(plan.survey.floors, plan.settings.requirements.floors)
-    parts = [(f"floor {plan.survey.floors[i].name!r}", plan.coverage_by_floor[i]) for i in planned]
-    for name, coverage in [*parts, ("the whole", plan.coverage)]:
-        if not coverage.meets(wanted):
-            reached = coverage.fraction_of_achievable
-            lines.append(
-                f"{name} is covered to {100 * np.floor(reached * 1000) / 1000:.1f} % of its achievable area, "
-                f"{100 * wanted:g} % are required"
-            )
-    return tuple(lines)
+def _of_registration(settings: PlanSettings, survey: Survey, registration: Registration) -> tuple[str, ...]:
+    if settings.requirements.network == "none":
+        return ()
+    return registration_warnings(registration, {floor.id: floor.name for floor in survey.floors})

@@ -9,7 +9,11 @@ import click
 
 from ..options import (
     AS_THE_FILE_SAYS,
+    AS_USUAL,
+    NOTHING_SETTLED,
     FileOptions,
+    MethodOptions,
+    Settling,
     apply,
     engine_options,
     method_choice,
@@ -18,6 +22,7 @@ from ..options import (
     problem_options,
     scene_argument,
     scene_options,
+    settled_options,
 )
 
 
@@ -25,9 +30,12 @@ from ..options import (
 @scene_argument
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder to write. [default: <scene>-plan beside you]")  # fmt: skip
-@apply(problem_options, method_choice, scene_options, engine_options, overwrite_option, output_options)
+@apply(problem_options, settled_options, method_choice, scene_options, engine_options, overwrite_option, output_options)
 def command(scene: Path, folder: Path | None, overwrite: bool, as_json: bool, quiet: bool, **values: Any) -> None:
-    """Plan where to put the scanner in SCENE: the fewest stations that reach the coverage asked for."""
+    """Plan where to put the scanner in SCENE: the fewest stations that meet what is asked and register as one network.
+
+    Ctrl-C while stations are chosen ends the search: the best plan so far is written, with its bound.
+    """
     run(scene, folder or Path(f"{scene.stem}-plan"), overwrite=overwrite, as_json=as_json, quiet=quiet, **values)
 
 
@@ -41,10 +49,8 @@ def run(
     engine: str,
     device: str | None,
     reading: FileOptions = AS_THE_FILE_SAYS,
-    method: str = "greedy",
-    search: str | None = None,
-    time_limit_s: float | None = None,
-    assignments: tuple[str, ...] = (),
+    choosing: MethodOptions = AS_USUAL,
+    settling: Settling = NOTHING_SETTLED,
     **problem: Any,
 ) -> None:
     """Plan, write the folder and print the summary; `demo` calls this too."""
@@ -55,9 +61,7 @@ def run(
     from ..progress import ProgressReporter
 
     check_output(folder, overwrite=overwrite)  # before minutes of work, not after
-    settings = inputs.with_method(
-        inputs.settings(**problem), method=method, search=search, time_limit_s=time_limit_s, assignments=assignments
-    )
+    settings = inputs.with_method(inputs.with_settled(inputs.settings(**problem), settling), choosing)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, caster, _ = inputs.open_survey(
             scene, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"

@@ -54,8 +54,22 @@ class Places:
     candidates: Candidates
     kind: np.ndarray[tuple[int], np.dtype[np.int8]]
     reach: Reach
+    site: LocalSite
     settled: tuple[SettledRow, ...]
     warnings: tuple[str, ...]
+
+    def allows(self, candidates: Candidates) -> BoolArray:
+        """(N,) bool: whether the site, and the walk to them, lets stations stand at other candidates."""
+        found = _Found(
+            candidates.position_m,
+            candidates.floor,
+            candidates.instrument_height_m,
+            np.zeros(candidates.floor.size, dtype=np.int32),
+        )
+        good = np.ones(candidates.floor.size, dtype=bool)
+        for why in _ODD.values():
+            good &= ~why(self.site, self.reach, found)
+        return good
 
     def rows_of(self, *roles: str) -> Int64Array:
         """(K,) int64 rows of settled stations that have one of `roles`."""
@@ -138,8 +152,31 @@ def find_places(
         candidates=found.candidates(tally),
         kind=found.kind.astype(np.int8),
         reach=reach,
+        site=site,
         settled=rows,
         warnings=(*remarks, *_sealed_lines(survey, reach)),
+    )
+
+
+def places_as_they_are(
+    survey: Survey, settings: PlanSettings, candidates: Candidates, *, progress: Progress = silent
+) -> Places:
+    """Take candidates that somebody else found, whatever the site says of them; only the walk is looked at.
+
+    Raises
+    ------
+    RequirementError
+        As `find_places`.
+    """
+    site = local_site(survey, settings.site)
+    space = free_space(survey, site.mover, zones=site.zones, progress=progress)
+    return Places(
+        candidates=candidates,
+        kind=np.zeros(candidates.floor.size, dtype=np.int8),
+        reach=reachability(survey, space, site.entrances_m),
+        site=site,
+        settled=(),
+        warnings=(),
     )
 
 

@@ -17,6 +17,8 @@ import pytest
 
 DROPPABLE = ("timings_s", "versions", "device")
 COARSE = ("--grid", "1.0", "--height", "1.5", "--patch-area", "0.2", "--coverage", "80")
+#: Of the plans themselves little is asked here.
+QUICK = (*COARSE, "--set", "work_limit=0.2")
 
 
 def run(*arguments: str | Path, env: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
@@ -37,7 +39,7 @@ def house(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def planned(house: Path) -> tuple[Path, dict[str, Any]]:
     folder = house.parent / "plan"
-    done = run("plan", house, "-o", folder, "--json", *COARSE)
+    done = run("plan", house, "-o", folder, "--json", *QUICK)
     assert done.returncode == 0, done.stderr
     return folder, json.loads(done.stdout)
 
@@ -97,7 +99,7 @@ def test_same_input_gives_the_same_bytes_on_one_core_and_on_two(
     folder, _ = planned
     again = folder.with_name("plan-one-core")
     done = run(
-        "plan", house, "-o", again, "--quiet", *COARSE, env={"POCL_MAX_PTHREAD_COUNT": "1", "OMP_NUM_THREADS": "1"}
+        "plan", house, "-o", again, "--quiet", *QUICK, env={"POCL_MAX_PTHREAD_COUNT": "1", "OMP_NUM_THREADS": "1"}
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout == ""
@@ -111,7 +113,7 @@ def test_same_input_gives_the_same_bytes_on_one_core_and_on_two(
 def test_plan_refuses_to_overwrite_and_says_how(house: Path, planned: tuple[Path, dict[str, Any]]) -> None:
     folder, _ = planned
     before = snapshot(folder)
-    done = run("plan", house, "-o", folder, *COARSE)
+    done = run("plan", house, "-o", folder, *QUICK)
     assert done.returncode == 5
     assert "--overwrite" in done.stderr
     assert done.stderr.count("\n") == 1
@@ -121,7 +123,10 @@ def test_plan_refuses_to_overwrite_and_says_how(house: Path, planned: tuple[Path
 @pytest.mark.parametrize("stage", ["load", "scan", "export"])
 def test_interrupted_plan_leaves_nothing_half_written(stage: str, house: Path, tmp_path: Path) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "tlsplan", "plan", str(house), "-o", str(tmp_path / "plan"), "--grid", "0.4"],
+        [
+            sys.executable, "-m", "tlsplan", "plan", str(house), "-o", str(tmp_path / "plan"), "--grid", "0.4",
+            "--set", "work_limit=0.2",
+        ],
         stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stderr is not None
@@ -140,7 +145,7 @@ def test_interrupted_plan_leaves_nothing_half_written(stage: str, house: Path, t
 
 
 def test_unknown_floor_ends_with_the_floors_there_are(house: Path, tmp_path: Path) -> None:
-    done = run("plan", house, "-o", tmp_path / "plan", "--floor", "Attic", *COARSE)
+    done = run("plan", house, "-o", tmp_path / "plan", "--floor", "Attic", *QUICK)
     assert done.returncode == 4
     last = done.stderr.splitlines()[-1]
     assert "Attic" in last
@@ -217,9 +222,9 @@ def test_an_obj_in_millimetres_is_told_so_before_anything_fails(tmp_path: Path) 
         for line in lines
     ]
     scene.write_text("\n".join(big) + "\n")
-    done = run("plan", scene, "-o", tmp_path / "plan", *COARSE)
+    done = run("plan", scene, "-o", tmp_path / "plan", *QUICK)
     assert "--units mm" in done.stderr
-    right = run("plan", scene, "-o", tmp_path / "plan", "--units", "mm", "--json", *COARSE)
+    right = run("plan", scene, "-o", tmp_path / "plan", "--units", "mm", "--json", *QUICK)
     assert right.returncode == 0, right.stderr
     assert json.loads(right.stdout)["scene"]["metres_per_unit"] == 0.001
 
@@ -228,8 +233,8 @@ def test_an_obj_in_millimetres_is_told_so_before_anything_fails(tmp_path: Path) 
 def test_a_device_that_is_not_there_is_an_error_however_it_was_asked_for(
     name: str, house: Path, tmp_path: Path
 ) -> None:
-    by_option = run("plan", house, "-o", tmp_path / "plan", "--device", name, *COARSE)
-    by_variable = run("plan", house, "-o", tmp_path / "plan", *COARSE, env={"TLSPLAN_DEVICE": name})
+    by_option = run("plan", house, "-o", tmp_path / "plan", "--device", name, *QUICK)
+    by_variable = run("plan", house, "-o", tmp_path / "plan", *QUICK, env={"TLSPLAN_DEVICE": name})
     assert (by_option.returncode, by_variable.returncode) == (6, 6)
     assert name in by_variable.stderr.splitlines()[-1]
 

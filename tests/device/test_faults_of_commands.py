@@ -23,6 +23,7 @@ from scenes_synthetic import build
 from scenes_synthetic.mesh_files import ply_bytes
 
 COARSE = ("--grid", "1.0", "--height", "1.5", "--patch-area", "0.5", "--coverage", "80")
+QUICK = (*COARSE, "--set", "work_limit=0.2")
 Command = Callable[..., tuple[int, str, str]]
 
 
@@ -59,7 +60,7 @@ def test_a_device_lost_in_the_middle_of_a_plan_ends_it_with_the_remedy_and_no_fo
     command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
 ) -> None:
     with faults.abort("list_patches", "DEVICE_NOT_AVAILABLE") as seen:
-        code, out, err = command("plan", scene_file, "-o", tmp_path / "plan", "--json", *COARSE)
+        code, out, err = command("plan", scene_file, "-o", tmp_path / "plan", "--json", *QUICK)
     assert seen.aborted >= 1
     assert code == 6
     assert out == ""
@@ -72,7 +73,7 @@ def test_a_device_lost_while_scans_are_written_leaves_no_folder_either(
     command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
 ) -> None:
     with faults.abort("scan_tiles", "INVALID_COMMAND_QUEUE") as seen:
-        code, _, err = command("plan", scene_file, "-o", tmp_path / "plan", "-q", *COARSE)
+        code, _, err = command("plan", scene_file, "-o", tmp_path / "plan", "-q", *QUICK)
     assert seen.aborted >= 1
     assert code == 6
     assert "was lost" in last_line(err)
@@ -83,7 +84,7 @@ def test_memory_that_never_suffices_is_told_in_one_line(
     command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace
 ) -> None:
     with faults.abort("list_patches", "OUT_OF_RESOURCES"):
-        code, _, err = command("plan", scene_file, "-o", tmp_path / "plan", "-q", *COARSE)
+        code, _, err = command("plan", scene_file, "-o", tmp_path / "plan", "-q", *QUICK)
     assert code == 6
     assert "ran out of memory" in last_line(err)
     assert last_line(err).startswith("tlsplan: ")
@@ -133,7 +134,7 @@ def test_a_device_that_was_asked_for_and_is_not_there_is_an_error(
     command: Command, scene_file: Path, tmp_path: Path, faults: SimpleNamespace, asked: tuple[str, str]
 ) -> None:
     with faults.refuse(pyopencl, "get_platforms", "PLATFORM_NOT_FOUND_KHR"):
-        code, _, err = command("plan", scene_file, "-o", tmp_path / "plan", "-q", *asked, *COARSE)
+        code, _, err = command("plan", scene_file, "-o", tmp_path / "plan", "-q", *asked, *QUICK)
     assert code == 6
     assert "no OpenCL device" in last_line(err)
     assert list(tmp_path.iterdir()) == []

@@ -13,7 +13,20 @@ from tlsplan.main import main
 
 import scenes_synthetic
 
-COARSE = ("--grid", "1", "--height", "1.2", "--patch-area", "0.2", "--coverage", "80", "--json")
+COARSE = (
+    "--grid",
+    "1",
+    "--height",
+    "1.2",
+    "--patch-area",
+    "0.2",
+    "--coverage",
+    "80",
+    "--json",
+    "--set",
+    "work_limit=0.2",
+    "--no-refine",
+)
 
 
 @pytest.fixture

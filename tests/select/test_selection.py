@@ -13,7 +13,6 @@ from planner_core.model import Visibility
 from planner_core.select.bound import counting_bound, lagrange_bound, lower_bound
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.problem import Target, cover_problem, floor_targets
-from planner_core.select.walking_order import walking_order
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -180,25 +179,3 @@ def test_fraction_out_of_bounds_is_refused():
     _, visibility, area_m2, _ = instance(0)
     with pytest.raises(RequirementError, match=r"coverage: got 1\.5"):
         cover_problem(visibility, area_m2, (Target(np.ones(40, dtype=bool), 1.5),))
-
-
-def test_walking_order_follows_a_row_and_goes_floor_by_floor():
-    along = np.array([4.0, 0.0, 2.0, 1.0, 3.0])
-    position = np.concatenate([np.column_stack([along, np.zeros(5), np.ones(5)]), [[0, 0, 4], [5, 0, 4]]])
-    floor = np.array([0, 0, 0, 0, 0, 1, 1], dtype=np.int32)
-    # The upper floor starts above where the lower one ended.
-    assert walking_order(position, floor) == [1, 3, 2, 4, 0, 6, 5]
-
-
-@settings(max_examples=25, deadline=None)
-@given(SEEDS, st.integers(2, 7))
-def test_walking_order_visits_all_and_crosses_no_shorter_two_opt_path(seed, n):
-    plan = np.random.default_rng(seed).uniform(0, 10, (n, 2))
-    position = np.column_stack([plan, np.ones(n)])
-    order = walking_order(position, np.zeros(n, dtype=np.int32))
-    assert sorted(order) == list(range(n))
-    length = lambda path: np.sqrt((np.diff(plan[path], axis=0) ** 2).sum(axis=1)).sum()  # noqa: E731
-    for i in range(1, n - 1):
-        for j in range(i + 1, n):
-            turned = [*order[:i], *order[i : j + 1][::-1], *order[j + 1 :]]
-            assert length(turned) >= length(order) - 2e-3, f"seed {seed}"

@@ -1,0 +1,220 @@
+"""Choosing stations from a pool by method and objective, and saying how good the choice is.
+
+Input a `Pool` and settings, output a `Choice`. CONTROL FLOW, `choose`:
+
+    paper     genetic selection, then overlap repair                                       planner_core.paper
+    greedy    lazy greedy selection and a Lagrangian bound                                 select.greedy, select.bound
+    proven    fewest: selection with proof, then places off the grid                       select.proven, refine
+              time: the same, then a shorter walk                                          route.least_time
+              coverage: most of it with so many stations                                   select.most_coverage
+              re-planning: stations of the earlier plan first, then as before              select.proven, select.polish
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from planner_core.errors import RequirementError
+from planner_core.ground.places import Places
+from planner_core.ground.walking import Walking
+from planner_core.method_options import with_options
+from planner_core.model import BoolArray, Candidates, FloatArray, PlanSettings, Survey
+from planner_core.pool import Choice, Pool
+from planner_core.progress import Progress, silent
+from planner_core.refine import WORK_SHARE, refine
+from planner_core.route.least_time import LeastTimeSettings, Walks, least_time
+from planner_core.route.route import ends_of, ends_on_ground
+from planner_core.scan.engine import ScanEngine, device_of
+from planner_core.select.bound import lower_bound
+from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.polish import polish
+from planner_core.select.problem import cover_problem
+from planner_core.select.proven import INTERRUPTED, ProvenSelection, SelectionSettings, select
+
+#: A scan takes so long where neither scanner nor user says: only the balance of scans and steps hangs on it.
+_SECONDS_PER_SCAN = 180.0
+
+
+def selection_settings(settings: PlanSettings) -> SelectionSettings:
+    """Settings of method `proven`: defaults with the plan's seed and options.
+
+    Raises
+    ------
+    RequirementError
+        An option that does not exist or makes no sense.
+    """
+    return with_options(SelectionSettings(seed=settings.seed), settings.method_options)
+
+
+def choose_greedily(pool: Pool, *, progress: Progress = silent) -> Choice:
+    """Take one station after the other, each the one that adds most; given ones first."""
+    chosen = tuple(select_greedy(pool.problem, given=pool.given, progress=progress).chosen)
+    fewest = lower_bound(pool.problem, n_stations=len(chosen), progress=progress)
+    return Choice(pool, chosen, fewest)
+
+
+def choose(
+    pool: Pool,
+    places: Places,
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    *,
+    progress: Progress = silent,
+) -> Choice:
+    """Choose by method `proven` for the objective of the settings.
+
+    Raises
+    ------
+    RequirementError
+        Options or an objective that make no sense.
+    """
+    selection = selection_settings(settings)
+    if settings.objective == "coverage":
+        return _most_covered(pool, settings, selection, engine, progress)
+    choice = _fewest(pool, selection, engine, progress)
+    if settings.refine and choice.why_stopped != INTERRUPTED and not pool.kept:
+        choice = _refined(choice, places, survey, settings, engine, selection, progress)
+    if settings.objective == "time" and choice.why_stopped != INTERRUPTED:
+        choice = _quickest(choice, places, survey, settings, progress)
+    return choice
+
+
+# ------------------------------------------------------------------------------------------ fewest stations
+def _fewest(pool: Pool, selection: SelectionSettings, engine: ScanEngine, progress: Progress) -> Choice:
+    found = _select(pool, selection, engine, progress)
+    choice = Choice(pool, found.chosen, found.lower_bound, found.why_stopped, n_greedy=found.n_greedy)
+    return _replanned(choice, selection, engine, progress) if pool.kept else choice
+
+
+def _select(
+    pool: Pool,
+    selection: SelectionSettings,
+    engine: ScanEngine,
+    progress: Progress,
+    *,
+    given: tuple[int, ...] | None = None,
+    start: tuple[int, ...] | None = None,
+) -> ProvenSelection:
+    return select(
+        pool.problem,
+        selection,
+        network=pool.network,
+        given=pool.given if given is None else given,
+        start=start,
+        device=device_of(engine),
+        progress=progress,
+    )
+
+
+def _replanned(choice: Choice, selection: SelectionSettings, engine: ScanEngine, progress: Progress) -> Choice:
+    """Keep the earlier plan's stations, add the fewest that are missing, drop those that are not needed any more.
+
+    Of the plan from scratch only its bound, and how many it takes, are told.
+    """
+    pool = choice.pool
+    stays = tuple(dict.fromkeys((*pool.given, *pool.kept)))
+    filled = _select(pool, selection, engine, progress, given=stays).chosen
+    needed = drop_redundant(pool.problem, list(filled), given=pool.given, network=pool.network)
+    chosen = polish(pool.problem, needed, network=pool.network, given=pool.given, keep=pool.kept)
+    lines = []
+    if len(choice.chosen) < len(chosen):
+        lines.append(
+            f"re-planning keeps what it can of the earlier plan and takes {len(chosen)} stations; from scratch, "
+            f"{len(choice.chosen)} do"
+        )
+    return replace(choice, chosen=chosen, warnings=(*choice.warnings, *lines))
+
+
+def _refined(
+    choice: Choice,
+    places: Places,
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    selection: SelectionSettings,
+    progress: Progress,
+) -> Choice:
+    work = replace(selection, work_limit=WORK_SHARE * selection.work_limit)
+    allowed: Callable[[Candidates], BoolArray] = places.allows
+    better = refine(choice.pool, choice.chosen, survey, settings, engine, work, allowed=allowed, progress=progress)
+    if len(better.chosen) == len(choice.chosen):
+        # As many: the bound on the grid's candidates is the one that was proven.
+        return replace(choice, pool=better.pool, chosen=better.chosen)
+    again = _select(better.pool, selection, engine, progress, start=better.chosen)
+    return replace(
+        choice,
+        pool=better.pool,
+        chosen=again.chosen,
+        lower_bound=again.lower_bound,
+        why_stopped=again.why_stopped,
+    )
+
+
+# ------------------------------------------------------------------------------------------ other objectives
+def _quickest(choice: Choice, places: Places, survey: Survey, settings: PlanSettings, progress: Progress) -> Choice:
+    pool = choice.pool
+    foot_m = pool.candidates.position_m.copy()
+    foot_m[:, 2] -= pool.candidates.instrument_height_m
+    ends, _ = ends_on_ground(places.reach, ends_of(settings.site, survey.scene.offset_m))
+    stops: list[FloatArray] = [foot_m]
+    start = end = None
+    if ends.start_m is not None:
+        start = pool.n_candidates
+        stops.append(ends.start_m[None])
+    if ends.end_m is not None:
+        end = sum(len(stop) for stop in stops)
+        stops.append(ends.end_m[None])
+    told_s = (settings.seconds_per_scan, settings.scanner.seconds_per_scan, _SECONDS_PER_SCAN)
+    scan_s = next(seconds for seconds in told_s if seconds is not None)
+    found = least_time(
+        pool.problem,
+        choice.chosen,
+        Walks(
+            distances=Walking(places.reach).from_each(np.concatenate(stops)),
+            floor=pool.candidates.floor,
+            start=start,
+            end=end,
+            closed=ends.closed,
+        ),
+        LeastTimeSettings(
+            per_station_s=scan_s + settings.set_up_s, walking_m_per_s=settings.walking_m_per_s, seed=settings.seed
+        ),
+        fewest=choice.lower_bound,
+        given=pool.given,
+        scanned=tuple(int(row) for row in places.rows_of("scanned")),
+        network=pool.network,
+        progress=progress,
+    )
+    return replace(choice, chosen=found.chosen, value=found.seconds, bound=found.lower_bound_s)
+
+
+def _most_covered(
+    pool: Pool, settings: PlanSettings, selection: SelectionSettings, engine: ScanEngine, progress: Progress
+) -> Choice:
+    if settings.max_stations is None:
+        raise RequirementError("objective coverage: got no number of stations, expected one; pass --max-stations 10")
+    from planner_core.select.most_coverage import most_coverage
+
+    overall = pool.demand.goals.index(pool.demand.overall)
+    problem = cover_problem(pool.rows.met, pool.demand.area_m2, (pool.targets[overall],))
+    found = most_coverage(
+        problem,
+        settings.max_stations,
+        settings=selection,
+        network=pool.network,
+        given=pool.given,
+        device=device_of(engine),
+        progress=progress,
+    )
+    whole = int(problem.ticks[problem.counts_for[-1]].sum())
+    return Choice(
+        pool,
+        tuple(found.chosen),
+        0,
+        value=found.ticks / whole if whole else 1.0,
+        bound=found.bound_ticks / whole if whole else 1.0,
+    )

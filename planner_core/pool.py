@@ -1,0 +1,228 @@
+"""The pool: all that stations are chosen from, with what each candidate sees and whom it can be registered with.
+
+Input candidates (local frame, metres), a `Survey` and settings, output a `Pool`; a pool grows by places off the grid.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from planner_core.metrics.coverage import times_seen
+from planner_core.model import BoolArray, Candidates, Int32Array, Int64Array, PlanSettings, Survey, Visibility
+from planner_core.progress import Progress, silent
+from planner_core.register.candidate_links import CandidateLinks, candidate_links, network_of
+from planner_core.register.overlap import surface_of_patches
+from planner_core.requirements.demand import Demand, Rows, demand_of, rows_from
+from planner_core.scan.engine import ScanEngine
+from planner_core.select.network import Network
+from planner_core.select.problem import CoverProblem, Target, cover_problem
+
+
+@dataclass(frozen=True)
+class Pool:
+    """candidates, rows : N candidates and what they see. demand : what is asked; its own rows are of the first pool.
+
+    targets : those of the demand, of what the FIRST pool can achieve: places that come later change no requirement.
+    links : between the candidates; None where no network is asked for. given, kept : rows of stations that are in every
+    plan, and of those of an earlier plan.
+    """
+
+    candidates: Candidates
+    demand: Demand
+    rows: Rows
+    targets: tuple[Target, ...]
+    links: CandidateLinks | None
+    given: tuple[int, ...] = ()
+    kept: tuple[int, ...] = ()
+    loops: bool = False
+
+    @cached_property
+    def problem(self) -> CoverProblem:
+        """The problem of selection."""
+        return cover_problem(self.rows.met, self.demand.area_m2, self.targets)
+
+    @cached_property
+    def network(self) -> Network | None:
+        """Whom the candidates can be registered with, where that matters."""
+        return None if self.links is None else network_of(self.links, loops=self.loops)
+
+    @property
+    def n_candidates(self) -> int:
+        """Number of candidates."""
+        return int(self.candidates.floor.size)
+
+    def take(self, rows: Int64Array) -> Candidates:
+        """Some of the candidates, in the order given."""
+        of = self.candidates
+        return replace(
+            of, position_m=of.position_m[rows], floor=of.floor[rows], instrument_height_m=of.instrument_height_m[rows]
+        )
+
+
+@dataclass(frozen=True)
+class Choice:
+    """chosen : rows of `pool.candidates`, in the order of choice. lower_bound : stations that any plan on them needs.
+
+    value, bound : of the objective where that is not the number of stations: seconds, or the fraction of achievable
+    area that is covered and the most that so many stations can cover. n_greedy : stations that greedy selection takes.
+    """
+
+    pool: Pool
+    chosen: tuple[int, ...]
+    lower_bound: int
+    why_stopped: str = ""
+    value: float | None = None
+    bound: float | None = None
+    n_greedy: int | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def make_pool(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    candidates: Candidates,
+    *,
+    given: Int64Array,
+    kept: Int64Array,
+    progress: Progress = silent,
+) -> Pool:
+    """Look around from all candidates.
+
+    Raises
+    ------
+    RequirementError, DeviceError
+        See `planner_core.requirements.demand.demand_of`.
+    """
+    demand = demand_of(survey, settings, engine, candidates.position_m, progress=progress)
+    n_met = times_seen(demand.rows.met)
+    targets = tuple(replace(t, part=t.part & (n_met >= t.seen_from)) for t in demand.targets)
+    return Pool(
+        candidates=candidates,
+        demand=demand,
+        rows=demand.rows,
+        targets=targets,
+        links=_links(survey, settings, demand.rows.seen, progress),
+        given=tuple(given.tolist()),
+        kept=tuple(kept.tolist()),
+        loops=settings.requirements.network == "loops",
+    )
+
+
+def extended(
+    pool: Pool,
+    more: Candidates,
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    *,
+    progress: Progress = silent,
+) -> Pool:
+    """Add candidates behind those of the pool; nothing else that is asked changes."""
+    looked = rows_from(survey, settings, engine, more.position_m, pool.demand, progress=progress)
+    seen = _joined(pool.rows.seen, looked.seen)
+    met = seen if pool.rows.met is pool.rows.seen else _joined(pool.rows.met, looked.met)
+    links = _links(survey, settings, seen, progress)
+    return replace(
+        pool,
+        candidates=_both(pool.candidates, more),
+        rows=Rows(seen, met),
+        links=links if links is None or pool.links is None else _within_parts(links, pool.links.part),
+    )
+
+
+def narrowed(pool: Pool, rows: Int64Array) -> Pool:
+    """Keep only some candidates, (K,) sorted rows with all given ones among them; links are those that are left."""
+    place = np.full(pool.n_candidates, -1, dtype=np.int64)
+    place[rows] = np.arange(rows.size)
+    return replace(
+        pool,
+        candidates=pool.take(rows),
+        rows=pool.rows.take(rows),
+        links=None if pool.links is None else _links_among(pool.links, rows, place),
+        given=tuple(place[list(pool.given)].tolist()),
+        kept=tuple(int(p) for p in place[list(pool.kept)] if p >= 0),
+    )
+
+
+def _links(survey: Survey, settings: PlanSettings, seen: Visibility, progress: Progress) -> CandidateLinks | None:
+    asked = settings.requirements
+    if asked.network == "none" or asked.overlap <= 0:
+        return None
+    surface = surface_of_patches(survey.scene, survey.patches, times_seen(seen) > 0)
+    return candidate_links(
+        seen,
+        survey.patches.area_m2,
+        surface,
+        min_overlap=asked.overlap,
+        min_strength=asked.min_strength,
+        progress=progress,
+    )
+
+
+def _within_parts(links: CandidateLinks, part: Int32Array) -> CandidateLinks:
+    """Keep the parts of the first candidates, (M,), apart: what hung together as far as it could still does so.
+
+    Later candidates are of the first part that they are linked to.
+    """
+    n = links.n_candidates
+    owner = np.repeat(np.arange(n), np.diff(links.starts))
+    of_part = np.concatenate([part, np.full(n - part.size, n, dtype=np.int64)])
+    to_old = (owner >= part.size) & (links.neighbour < part.size)
+    np.minimum.at(of_part, owner[to_old], part[links.neighbour[to_old]])
+    lone = of_part == n
+    of_part[lone] = int(part.max(initial=-1)) + 1 + np.arange(int(lone.sum()))
+    return _kept(links, of_part[owner] == of_part[links.neighbour], owner, of_part.astype(np.int32))
+
+
+def _links_among(links: CandidateLinks, rows: Int64Array, place: Int64Array) -> CandidateLinks:
+    owner = np.repeat(np.arange(links.n_candidates), np.diff(links.starts))
+    keep = (place[owner] >= 0) & (place[links.neighbour] >= 0)
+    left = replace(links, neighbour=place[links.neighbour].astype(np.int32))
+    left = _kept(left, keep, place[owner], links.part[rows])
+    return replace(left, part=_parts(left.starts, left.neighbour))
+
+
+def _kept(links: CandidateLinks, keep: BoolArray, owner: Int64Array, part: Int32Array) -> CandidateLinks:
+    """Links (L,) to keep, of owners (L,); as many candidates as `part` has."""
+    size = np.bincount(owner[keep], minlength=part.size)
+    return replace(
+        links,
+        starts=np.concatenate([[0], np.cumsum(size)]).astype(np.int64),
+        neighbour=links.neighbour[keep],
+        overlap=links.overlap[keep],
+        strength=links.strength[keep],
+        part=part,
+    )
+
+
+def _parts(starts: Int64Array, neighbour: Int32Array) -> Int32Array:
+    """(N,) int32, connected component of each candidate, numbered by their first."""
+    from scipy import sparse
+    from scipy.sparse.csgraph import connected_components
+
+    n = starts.size - 1
+    graph = sparse.csr_matrix((np.ones(neighbour.size, dtype=np.int8), neighbour, starts), shape=(n, n))
+    part = connected_components(graph, directed=False)[1]
+    _, first, number = np.unique(part, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[number].astype(np.int32)
+
+
+def _joined(first: Visibility, second: Visibility) -> Visibility:
+    return Visibility(
+        starts=np.concatenate([first.starts, first.starts[-1] + second.starts[1:]]),
+        patch=np.concatenate([first.patch, second.patch]),
+        n_patches=first.n_patches,
+    )
+
+
+def _both(first: Candidates, second: Candidates) -> Candidates:
+    return replace(
+        first,
+        position_m=np.concatenate([first.position_m, second.position_m]),
+        floor=np.concatenate([first.floor, second.floor]),
+        instrument_height_m=np.concatenate([first.instrument_height_m, second.instrument_height_m]),
+    )

@@ -1,0 +1,112 @@
+"""Joint refinement: stations leave the grid. Places around all of them are looked at, and the set is chosen anew.
+
+Input a `Pool` and a chosen set that meets what is asked; output a pool with the places taken from off the grid, and a
+set that is never worse: as many stations or fewer, and of as many one that covers no less.
+
+Every round scans places on circles around each station and at other heights, adds them to ALL candidates, looks for one
+station less among them (`planner_core.select.proven`), and exchanges one station after the other for what covers more
+(`planner_core.select.polish`). What is asked stays what the grid can achieve, so that before and after compare.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.candidates.nearby import places_nearby
+from planner_core.model import BoolArray, Candidates, PlanSettings, Survey
+from planner_core.pool import Pool, extended, narrowed
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scan.engine import ScanEngine, device_of
+from planner_core.select.polish import polish
+from planner_core.select.proven import SelectionSettings, select
+
+#: Circles around a station, and steps up and down, as parts of the grid's steps; finer in the second round.
+_CIRCLES = ((0.35, 0.7), (0.15, 0.3))
+_RISES = (0.5, 0.25)
+#: Share of the selection's work that one round may do.
+WORK_SHARE = 0.1
+
+
+@dataclass(frozen=True)
+class Refined:
+    """pool : the candidates of before, in their order, and after them those of `chosen` that are off the grid.
+
+    n_tried : places that were looked at. n_before : stations before.
+    """
+
+    pool: Pool
+    chosen: tuple[int, ...]
+    n_tried: int
+    n_before: int
+
+
+def refine(
+    pool: Pool,
+    chosen: tuple[int, ...],
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    selection: SelectionSettings,
+    *,
+    allowed: Callable[[Candidates], BoolArray],
+    progress: Progress = silent,
+) -> Refined:
+    """Look for better places off the grid.
+
+    Parameters
+    ----------
+    chosen
+        Rows of the pool that meet what is asked, and hang together where that is asked.
+    allowed
+        (N,) bool for candidates: whether the site lets a station stand there.
+    selection
+        Of these `work_limit` is how much work all rounds may do together.
+    """
+    n_first, n_before, n_tried = pool.n_candidates, len(chosen), 0
+    for number, (circles, rise) in enumerate(zip(_CIRCLES, _RISES, strict=True)):
+        progress(ProgressEvent("refine", number, len(_CIRCLES), f"{len(chosen)} stations"))
+        movable = np.array([c for c in chosen if c not in pool.given], dtype=np.int64)
+        around = places_nearby(
+            survey,
+            settings,
+            engine,
+            pool.take(movable),
+            radii_m=tuple(share * settings.grid_step_m for share in circles),
+            rises_m=(rise * settings.height_step_m, -rise * settings.height_step_m),
+            progress=progress,
+        )
+        more = _only(around, allowed(around))
+        n_tried += int(more.floor.size)
+        if not more.floor.size:
+            continue
+        wide = extended(pool, more, survey, settings, engine, progress=progress)
+        found = select(
+            wide.problem,
+            selection,
+            network=wide.network,
+            given=wide.given,
+            start=chosen,
+            device=device_of(engine),
+            progress=progress,
+        )
+        best = found.chosen if len(found.chosen) < len(chosen) else chosen
+        best = polish(wide.problem, best, network=wide.network, given=wide.given)
+        off_grid = sorted(c for c in best if c >= n_first)
+        rows = np.array([*range(n_first), *off_grid], dtype=np.int64)
+        place = {int(row): new for new, row in enumerate(rows)}
+        pool, chosen = narrowed(wide, rows), tuple(place[c] for c in best)
+    progress(ProgressEvent("refine", len(_CIRCLES), len(_CIRCLES), f"{len(chosen)} stations"))
+    return Refined(pool=pool, chosen=chosen, n_tried=n_tried, n_before=n_before)
+
+
+def _only(candidates: Candidates, which: BoolArray) -> Candidates:
+    return Candidates(
+        candidates.position_m[which],
+        candidates.floor[which],
+        candidates.instrument_height_m[which],
+        candidates.n_tried,
+        candidates.rejected,
+    )
