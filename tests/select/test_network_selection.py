@@ -274,6 +274,16 @@ def test_a_start_that_is_not_joined_is_joined_and_network_and_host_agree():
     assert len(again.chosen) <= len(one.chosen)
 
 
+def test_bound_counts_given_candidates_that_add_nothing():
+    # 0 sees all; 3 sees nothing, hangs on 2, and that on 0.
+    graph = nx.path_graph(4)
+    graph.add_edge(0, 2)
+    problem = problem_of([[1, 1], [1, 0], [0, 1], [0, 0]], [1, 1], [[1, 1]], [2])
+    result = select(problem, QUICK, network=network_of(graph), given=(3,))
+    assert result.proven and result.lower_bound == 3
+    assert result.chosen[0] == 3 and set(result.chosen) in ({3, 2, 0}, {3, 2, 1})
+
+
 def test_a_network_of_other_candidates_is_refused():
     with pytest.raises(RequirementError, match="network: got one of 7"):
         select(random_problem(0), network=random_network(0, 7))
