@@ -189,6 +189,11 @@ def test_targets_that_others_add_up_to_make_no_cuts():
     assert _independent_targets(replace(problem, least=least + np.array([1, 0, 0, 0]))) == [0, 1, 2]
     assert _independent_targets(replace(problem, seen_from=once + np.array([1, 0, 0, 0]))) == [0, 1, 2]
     assert _independent_targets(replace(problem, seen_from=once + np.array([0, 1, 1, 1]))) == [1, 2]
+    # Parts that overlap do not add up.
+    overlapping = np.array([np.ones(16, dtype=bool), np.arange(16) < 10, np.arange(16) > 5])
+    ask = np.array([30, 15, 15])
+    apart = replace(problem, counts_for=overlapping, least=ask, required=ask, seen_from=once[:3])
+    assert _independent_targets(apart) == [0, 1, 2]
 
 
 @settings(max_examples=30, deadline=None)
@@ -196,8 +201,8 @@ def test_targets_that_others_add_up_to_make_no_cuts():
 def test_targets_left_out_of_cuts_are_met_wherever_the_others_are(seed, most_looks):
     problem = random_problem(seed, most_looks=most_looks)
     rng = np.random.default_rng(seed)
-    floor = rng.random(16) < 0.5
-    counts_for = np.array([np.ones(16, dtype=bool), floor, ~floor])
+    # Two parts, disjoint or not.
+    counts_for = np.vstack([np.ones(16, dtype=bool), rng.random((2, 16)) < rng.choice([0.2, 0.7])])
     least = rng.integers(0, 40, 3)
     seen_from = rng.integers(1, most_looks + 1, 3)
     problem = replace(problem, counts_for=counts_for, least=least, required=least, seen_from=seen_from)
