@@ -19,7 +19,6 @@ def show(document: dict[str, Any]) -> None:
     coverage = document["coverage"]
     scanner = document["scanner"]
     optimality = document["optimality"]
-    registration = document["registration"]
     floors = {floor["id"]: floor["name"] for floor in document["floors"]}
     output.say(f"scanner       {scanner['title']}, range {scanner['range_max_m']:g} m{_scan_mode(document)}")
     output.say(f"stations      {len(document['stations'])}{_bound(optimality)}")
@@ -34,6 +33,9 @@ def show(document: dict[str, Any]) -> None:
     scene = document["scene"]
     for line in output.materials(scene["glass_area_m2"], scene["mirror_area_m2"], glass=scene["glass"]):
         output.say(line)
+    if scene["n_doors_open"]:
+        doors = "door is" if scene["n_doors_open"] == 1 else "doors are"
+        output.say(f"doors         {scene['n_doors_open']} {doors} open (--doors shut takes them as modelled)")
     asked = {name.casefold() for name in document["requirements"]["floors"]}
     for figures in coverage["floors"]:
         if asked and not asked & {figures["floor"].casefold(), floors[figures["floor"]].casefold()}:
@@ -43,12 +45,46 @@ def show(document: dict[str, Any]) -> None:
             f"  {figures['floor']:<4} {floors[figures['floor']]:<22} {n_stations:>3} stations  "
             f"{100 * figures['fraction_of_achievable']:5.1f} % of {figures['achievable_area_m2']:.0f} m2"
         )
-    n_linked = sum(link["overlap"] >= registration["threshold"] for link in registration["links"])
-    state = "all stations are connected" if registration["connected"] else "NOT all stations are connected"
-    links = "link" if n_linked == 1 else "links"
-    output.say(
-        f"registration  {n_linked} {links} with at least {100 * registration['threshold']:.0f} % overlap; {state}"
-    )
+    for result in document["requirements"]["results"]:
+        if not result["met"]:
+            output.say(
+                f"NOT MET       {result['name']}: {100 * result['fraction_of_achievable']:.1f} %, "
+                f"{100 * result['required']:g} % are asked"
+            )
+    output.say(f"registration  {_registration(document)}")
+    for line in _field(document):
+        output.say(line)
+
+
+def _registration(document: dict[str, Any]) -> str:
+    """Return how the stations hang together, in a line."""
+    registration = document["registration"]
+    least = registration["min_strength"]
+    counted = [
+        link
+        for link in registration["links"]
+        if link["overlap"] >= registration["threshold"] and (link["strength"] is None or link["strength"] >= least)
+    ]
+    links = "link" if len(counted) == 1 else "links"
+    n_networks = len(registration["networks"])
+    state = "all stations are connected" if n_networks <= 1 else f"{n_networks} separate networks"
+    weakest = registration["networks"][0]["bottleneck"] if n_networks else None
+    hangs = "" if weakest is None else f"; weakest: {weakest['a']} to {weakest['b']}, {100 * weakest['overlap']:.0f} %"
+    return f"{len(counted)} {links} of at least {100 * registration['threshold']:.0f} % overlap; {state}{hangs}"
+
+
+def _field(document: dict[str, Any]) -> list[str]:
+    """Return lines on the day in the field."""
+    route, time = document["route"], document["field_time"]
+    lines = [] if route is None else [f"walk          {route['length_m']:.0f} m"]
+    if time is not None and time["total_s"] is not None:
+        lines.append(f"field time    {_hours(time['total_s'])}, {_hours(time['scanning_s'])} of it scanning")
+    return lines
+
+
+def _hours(seconds: float) -> str:
+    minutes = round(seconds / 60)
+    return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{minutes} min"
 
 
 def finish(plan: Plan, folder: Path | None, *, as_json: bool, quiet: bool) -> None:
@@ -89,9 +125,15 @@ def _scan_mode(document: dict[str, Any]) -> str:
 
 
 def _bound(optimality: dict[str, Any]) -> str:
+    """Return what is known of how good the number of stations is."""
+    if optimality["objective"] == "most coverage":
+        return f", no plan with so many covers more than {100 * optimality['bound']:.1f} %"
     bound = optimality["lower_bound"]
     if bound is None:
         return ""
-    if optimality["proven"]:
+    stopped = {"interrupted": "; interrupted", "time limit": "; the time was up"}.get(optimality["why_stopped"], "")
+    if bound > optimality["stations"]:
+        return f", fewer than the {bound} that the grid's candidates need{stopped}"
+    if bound == optimality["stations"]:
         return ", proven to be the fewest possible on these candidates"
-    return f" (at least {bound} are needed on these candidates)"
+    return f" (at least {bound} are needed on these candidates{stopped})"

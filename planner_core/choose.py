@@ -30,6 +30,8 @@ from planner_core.route.route import ends_of, ends_on_ground
 from planner_core.scan.engine import ScanEngine, device_of
 from planner_core.select.bound import lower_bound
 from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.large import LARGE_ENTRIES, select_large
+from planner_core.select.most_coverage import most_coverage
 from planner_core.select.polish import polish
 from planner_core.select.problem import cover_problem
 from planner_core.select.proven import INTERRUPTED, ProvenSelection, SelectionSettings, select
@@ -53,7 +55,7 @@ def choose_greedily(pool: Pool, *, progress: Progress = silent) -> Choice:
     """Take one station after the other, each the one that adds most; given ones first."""
     chosen = tuple(select_greedy(pool.problem, given=pool.given, progress=progress).chosen)
     fewest = lower_bound(pool.problem, n_stations=len(chosen), progress=progress)
-    return Choice(pool, chosen, fewest)
+    return Choice(pool, chosen, fewest, n_greedy=len(chosen), n_bounded=pool.n_candidates)
 
 
 def choose(
@@ -86,7 +88,14 @@ def choose(
 # ------------------------------------------------------------------------------------------ fewest stations
 def _fewest(pool: Pool, selection: SelectionSettings, engine: ScanEngine, progress: Progress) -> Choice:
     found = _select(pool, selection, engine, progress)
-    choice = Choice(pool, found.chosen, found.lower_bound, found.why_stopped, n_greedy=found.n_greedy)
+    choice = Choice(
+        pool,
+        found.chosen,
+        found.lower_bound,
+        found.why_stopped,
+        n_greedy=found.n_greedy,
+        n_bounded=pool.n_candidates,
+    )
     return _replanned(choice, selection, engine, progress) if pool.kept else choice
 
 
@@ -99,7 +108,8 @@ def _select(
     given: tuple[int, ...] | None = None,
     start: tuple[int, ...] | None = None,
 ) -> ProvenSelection:
-    return select(
+    search = select_large if pool.problem.row.size > LARGE_ENTRIES else select
+    return search(
         pool.problem,
         selection,
         network=pool.network,
@@ -138,11 +148,11 @@ def _refined(
     selection: SelectionSettings,
     progress: Progress,
 ) -> Choice:
-    work = replace(selection, work_limit=WORK_SHARE * selection.work_limit)
+    work = replace(selection, work_limit=WORK_SHARE * selection.work_limit, prove=False)
     allowed: Callable[[Candidates], BoolArray] = places.allows
     better = refine(choice.pool, choice.chosen, survey, settings, engine, work, allowed=allowed, progress=progress)
     if len(better.chosen) == len(choice.chosen):
-        # As many: the bound on the grid's candidates is the one that was proven.
+        # As many: the bound that was proven is that of the first candidates.
         return replace(choice, pool=better.pool, chosen=better.chosen)
     again = _select(better.pool, selection, engine, progress, start=better.chosen)
     return replace(
@@ -151,6 +161,7 @@ def _refined(
         chosen=again.chosen,
         lower_bound=again.lower_bound,
         why_stopped=again.why_stopped,
+        n_bounded=better.pool.n_candidates,
     )
 
 
@@ -197,24 +208,17 @@ def _most_covered(
 ) -> Choice:
     if settings.max_stations is None:
         raise RequirementError("objective coverage: got no number of stations, expected one; pass --max-stations 10")
-    from planner_core.select.most_coverage import most_coverage
-
     overall = pool.demand.goals.index(pool.demand.overall)
     problem = cover_problem(pool.rows.met, pool.demand.area_m2, (pool.targets[overall],))
     found = most_coverage(
         problem,
         settings.max_stations,
-        settings=selection,
+        selection,
         network=pool.network,
         given=pool.given,
         device=device_of(engine),
         progress=progress,
     )
-    whole = int(problem.ticks[problem.counts_for[-1]].sum())
     return Choice(
-        pool,
-        tuple(found.chosen),
-        0,
-        value=found.ticks / whole if whole else 1.0,
-        bound=found.bound_ticks / whole if whole else 1.0,
+        pool, found.chosen, 0, why_stopped=found.why_stopped, value=found.fraction, bound=found.bound_fraction
     )

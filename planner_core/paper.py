@@ -181,7 +181,13 @@ def choose_by_paper(pool: Pool, settings: PlanSettings, engine: ScanEngine, *, p
     chosen = select_by_genes(pool.problem, paper, engine, progress=progress)
     fewest = lower_bound(pool.problem, n_stations=chosen.size, progress=progress)
     chosen, unrepaired = repair(settings, paper, pool.candidates, chosen, progress=progress)
-    return Choice(pool, tuple(chosen.tolist()), fewest, warnings=(*shortfall(pool.problem, chosen), *unrepaired))
+    return Choice(
+        pool,
+        tuple(chosen.tolist()),
+        fewest,
+        n_bounded=pool.n_candidates,
+        warnings=(*shortfall(pool.problem, chosen), *unrepaired),
+    )
 
 
 def select_by_genes(

@@ -96,6 +96,9 @@ def check_method(settings: PlanSettings) -> None:
         paper_settings(settings)
         if any(station.role != "forbidden" for station in settings.site.settled):
             raise RequirementError("settled stations: got them with method paper, which has none; use method proven")
+        asked = settings.requirements
+        if max([asked.seen_from, *(part.seen_from for part in asked.parts)]) > 1:
+            raise RequirementError("seen_from: got more than 1 with method paper, which has no such thing; use proven")
     elif settings.method == "proven":
         selection_settings(settings)
     if settings.objective != "fewest" and settings.method != "proven":
@@ -172,6 +175,7 @@ def _described(
         objective_value=choice.value,
         objective_bound=choice.bound,
         n_greedy=choice.n_greedy,
+        n_bounded=choice.n_bounded,
     )
 
 

@@ -68,6 +68,7 @@ class Choice:
 
     value, bound : of the objective where that is not the number of stations: seconds, or the fraction of achievable
     area that is covered and the most that so many stations can cover. n_greedy : stations that greedy selection takes.
+    n_bounded : candidates, the first of the pool, that the bound holds for: places off the grid come after them.
     """
 
     pool: Pool
@@ -77,6 +78,7 @@ class Choice:
     value: float | None = None
     bound: float | None = None
     n_greedy: int | None = None
+    n_bounded: int | None = None
     warnings: tuple[str, ...] = ()
 
 

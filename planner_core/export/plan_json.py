@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from planner_core.errors import PlanFolderError
+from planner_core.export.plan_asked import registration_document, requirements_document, site_document
 from planner_core.export.route_json import field_time_document, route_document, sealed_document
 from planner_core.export.why_json import why_document
-from planner_core.model import Coverage, Element, Floor, Link, Optics, Plan, Scanner, Scene, Station, UnseenElement
+from planner_core.model import Coverage, Element, Floor, Optics, Plan, Scanner, Scene, Station, UnseenElement
 from planner_core.scan.patch_mode import scan_mode_of
 
 SCHEMA = "tlsplan/plan/1"
@@ -34,25 +35,18 @@ def plan_document(plan: Plan) -> dict[str, Any]:
         "schema": SCHEMA,
         "scene": _scene(plan.survey.scene),
         "scanner": _scanner(plan.settings.scanner),
-        "requirements": {
-            "coverage": _number(plan.settings.requirements.coverage),
-            "overlap": _number(plan.settings.requirements.overlap),
-            "floors": list(plan.settings.requirements.floors),
-        },
+        "requirements": requirements_document(plan),
         "method": plan.settings.method,
         "method_options": dict(plan.settings.method_options),
         "seed": plan.settings.seed,
         "settings": _settings(plan),
+        "site": site_document(plan.settings.site),
         "floors": [_floor(floor, plan) for floor in plan.survey.floors],
         "stations": [_station(station, plan.survey.scene) for station in plan.stations],
         "coverage": _coverage(plan),
         "coverage_curve": [_number(value, 9) for value in plan.coverage_curve],
         "optimality": _optimality(plan),
-        "registration": {
-            "threshold": _number(plan.settings.requirements.overlap),
-            "connected": plan.connected,
-            "links": [_link(link) for link in plan.links],
-        },
+        "registration": registration_document(plan),
         "route": route_document(plan),
         "field_time": field_time_document(plan.field_time),
         "sealed": sealed_document(plan),
@@ -115,6 +109,8 @@ def _scene(scene: Scene) -> dict[str, Any]:
         "metres_per_unit": scene.source.metres_per_unit,
         "up_axis": scene.source.up_axis,
         "glass": scene.source.glass,
+        "doors": scene.source.doors,
+        "n_doors_open": report.n_doors_open,
         "offset": [_number(value) for value in scene.offset_m],
         "n_elements": len(scene.elements),
         "n_triangles": scene.n_triangles,
@@ -142,6 +138,7 @@ def _n_of(scene: Scene, optics: Optics) -> int:
 def _scanner(scanner: Scanner) -> dict[str, Any]:
     return {
         "name": scanner.name,
+        "mode": scanner.mode,
         "title": scanner.title,
         "source": scanner.source,
         "range_min_m": _number(scanner.range_min_m),
@@ -168,6 +165,12 @@ def _settings(plan: Plan) -> dict[str, Any]:
         "n_ground_ring_rays": settings.n_ground_ring_rays,
         "max_patch_area_m2": _number(settings.max_patch_area_m2, 9),
         "scan_mode": scan_mode_of(settings.scan_mode, plan.survey.template),
+        "special_places": settings.special_places,
+        "refine": settings.refine,
+        "max_stations": settings.max_stations,
+        "seconds_per_scan": None if settings.seconds_per_scan is None else _number(settings.seconds_per_scan),
+        "set_up_s": _number(settings.set_up_s),
+        "walking_m_per_s": _number(settings.walking_m_per_s),
         "n_candidates": plan.n_candidates,
         "n_patches": plan.survey.patches.n_patches,
     }
@@ -218,32 +221,31 @@ def _figures(coverage: Coverage) -> dict[str, Any]:
     }
 
 
+_OBJECTIVES = {"fewest": "fewest stations", "coverage": "most coverage", "time": "least field time"}
+
+
 def _optimality(plan: Plan) -> dict[str, Any]:
     """Bound 0 says nothing: null. A list that misses the requirement has no gap: it solves another problem."""
     n_stations = len(plan.stations)
     bound = plan.lower_bound if plan.lower_bound > 0 else None
     comparable = bound is not None and n_stations > 0 and _meets_requirement(plan)
     return {
-        "objective": "fewest stations",
+        "objective": _OBJECTIVES[plan.settings.objective],
         "stations": n_stations,
         "lower_bound": bound,
         "gap": _number((n_stations - plan.lower_bound) / n_stations, 9) if comparable else None,
         "proven": comparable and bound == n_stations,
         "why_stopped": plan.why_stopped,
+        "n_candidates_bounded": plan.n_candidates if plan.n_bounded is None else plan.n_bounded,
+        "greedy_stations": plan.n_greedy,
+        "value": None if plan.objective_value is None else _number(plan.objective_value, 9),
+        "bound": None if plan.objective_bound is None else _number(plan.objective_bound, 9),
     }
 
 
 def _meets_requirement(plan: Plan) -> bool:
-    """Whether all planned floors, and the whole, are covered as asked for."""
-    required = plan.settings.requirements
-    wanted = {name.casefold() for name in required.floors}
-    floors = zip(plan.survey.floors, plan.coverage_by_floor, strict=True)
-    parts = [part for floor, part in floors if not wanted or wanted & {floor.id.casefold(), floor.name.casefold()}]
-    return all(part.meets(required.coverage) for part in (*parts, plan.coverage))
-
-
-def _link(link: Link) -> dict[str, Any]:
-    return {"a": link.a, "b": link.b, "overlap": _number(link.overlap, 9), "strength": _number(link.strength, 9)}
+    """Whether all that was asked of surfaces is met."""
+    return all(result.met for result in plan.requirements)
 
 
 def _unseen(part: UnseenElement, scene: Scene) -> dict[str, Any]:

@@ -93,6 +93,8 @@ class Plan:
     """What no plan on these candidates is better than."""
     n_greedy: int | None = None
     """Stations that greedy selection takes for the same; None: not known."""
+    n_bounded: int | None = None
+    """Candidates that `lower_bound` holds for; the others, taken from off the grid, may do better. None: all."""
     requirements: tuple[PartResult, ...] = ()
     """What became of each thing that was asked."""
     registration: Registration | None = None

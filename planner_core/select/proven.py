@@ -60,13 +60,15 @@ class SelectionSettings:
     """How long to search. work_limit : numbers looked at, in 1e9, roughly seconds of one core.
 
     time_limit_s : besides, of the clock; with it two runs may differ. n_walks : annealings side by side, each with its
-    own random numbers; results depend on it, and not on the number of cores.
+    own random numbers; results depend on it, and not on the number of cores. prove : whether to work on the bound, too;
+    if not, all of the work goes into fewer stations.
     """
 
     work_limit: float = 60.0
     time_limit_s: float | None = None
     seed: int = 0
     n_walks: int = 4
+    prove: bool = True
 
     def __post_init__(self) -> None:
         if not self.work_limit >= 0:
@@ -261,9 +263,9 @@ class _Search:
     def run(self) -> None:
         """Improve set and bound until they meet or a limit is reached."""
         long = _STEPS_BEFORE_BOUND * self._problem.n_candidates
-        while self._n_steps <= long and self._can_anneal() and self._go_on():
+        while (self._n_steps <= long or not self._settings.prove) and self._can_anneal() and self._go_on():
             self._anneal()
-        if not self._go_on():
+        if not self._go_on() or not self._settings.prove:
             return
         self._tree = tree = BranchAndBound(
             self._problem,
