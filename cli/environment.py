@@ -19,6 +19,7 @@ from pathlib import Path
 from types import FrameType
 
 _interrupted = False
+_asked_to_end = False
 _caches_are_kept = True
 
 
@@ -42,6 +43,12 @@ def raise_if_interrupted() -> None:
         raise KeyboardInterrupt
 
 
+def settle_interrupts() -> None:
+    """Forget a Ctrl-C that ended what it was meant to end; who asked the process to end (SIGTERM) means all of it."""
+    global _interrupted
+    _interrupted = _asked_to_end
+
+
 def check_caches_are_kept(variable: str) -> None:
     """Refuse work whose only use is to be kept, where caches go with the process and `variable` names no other place.
 
@@ -60,8 +67,9 @@ def check_caches_are_kept(variable: str) -> None:
 
 
 def _note_interrupt(number: int, frame: FrameType | None) -> None:
-    global _interrupted
+    global _interrupted, _asked_to_end
     _interrupted = True
+    _asked_to_end = _asked_to_end or number == signal.SIGTERM
     raise KeyboardInterrupt
 
 

@@ -37,9 +37,9 @@ glass_option = click.option(
     "through glass is relied on; pass: they go through; return: they come back, as from a wall.",
 )  # fmt: skip
 doors_option = click.option(
-    "--doors", type=click.Choice(["open", "shut"]), default="open", show_default=True,
-    help="What doors are for beams and the crew, where the file says what is a door (IFC). open: their leaves are left "
-    "out, as crews open doors; shut: as modelled.",
+    "--doors", type=click.Choice(["open", "shut", "all"]), default="open", show_default=True,
+    help="Which doors are open, where the file says what is a door (IFC). open: those indoors, as crews open them; "
+    "shut: none; all: those that lead outdoors, too. Leaves of open doors are left out, frames stay.",
 )  # fmt: skip
 engine_option = click.option(
     "--engine", type=click.Choice(["auto", "opencl", "open3d"]), default="auto", show_default=True,

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from types import TracebackType
 from typing import TYPE_CHECKING, TextIO
 
-from .environment import raise_if_interrupted
+from .environment import raise_if_interrupted, settle_interrupts
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -73,8 +73,12 @@ class ProgressReporter:
 
     def show(self, event: ProgressEvent) -> None:
         """Draw one event; raises KeyboardInterrupt where a Ctrl-C got lost inside a package."""
+        if event.settles_interrupts:
+            settle_interrupts()
+            if event.note:
+                self.warn([event.note])
         raise_if_interrupted()
-        if self._quiet:
+        if self._quiet or event.settles_interrupts:
             return
         if self._bars is not None:
             self._show_bar(event)

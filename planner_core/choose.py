@@ -8,12 +8,15 @@ Input a `Pool` and settings, output a `Choice`. CONTROL FLOW, `choose`:
               time: the same, then a shorter walk                                          route.least_time
               coverage: most of it with so many stations                                   select.most_coverage
               re-planning: stations of the earlier plan first, then as before              select.proven, select.polish
+
+An interrupt ends `proven` once it has a plan, and that plan is the choice. A limit of time is for all steps together.
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,7 +26,7 @@ from planner_core.ground.walking import Walking
 from planner_core.method_options import with_options
 from planner_core.model import BoolArray, Candidates, FloatArray, PlanSettings, Survey
 from planner_core.pool import Choice, Pool
-from planner_core.progress import Progress, silent
+from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.refine import WORK_SHARE, refine
 from planner_core.route.least_time import LeastTimeSettings, Walks, least_time
 from planner_core.route.route import ends_of, ends_on_ground
@@ -38,6 +41,8 @@ from planner_core.select.proven import INTERRUPTED, ProvenSelection, SelectionSe
 
 #: A scan takes so long where neither scanner nor user says: only the balance of scans and steps hangs on it.
 _SECONDS_PER_SCAN = 180.0
+#: What becomes of an interrupt, for whoever made it.
+_HEARD = "interrupted: the best plan so far is taken; interrupt again to have none"
 
 
 def selection_settings(settings: PlanSettings) -> SelectionSettings:
@@ -74,20 +79,46 @@ def choose(
     RequirementError
         Options or an objective that make no sense.
     """
-    selection = selection_settings(settings)
+    budget = _Budget(selection_settings(settings), time.monotonic())
     if settings.objective == "coverage":
-        return _most_covered(pool, settings, selection, engine, progress)
-    choice = _fewest(pool, selection, engine, progress)
-    if settings.refine and choice.why_stopped != INTERRUPTED and not pool.kept:
-        choice = _refined(choice, places, survey, settings, engine, selection, progress)
-    if settings.objective == "time" and choice.why_stopped != INTERRUPTED:
-        choice = _quickest(choice, places, survey, settings, progress)
+        return _most_covered(pool, settings, budget, engine, progress)
+    choice = _fewest(pool, budget, engine, progress)
+    if settings.refine and _goes_on(choice, budget) and not pool.kept:
+        choice = _refined(choice, places, survey, settings, engine, budget, progress)
+    if settings.objective == "time":
+        choice = _quickest(choice, places, survey, settings, budget, progress)
     return choice
 
 
+@dataclass(frozen=True)
+class _Budget:
+    """How long to search, in all, from `began_s` of the clock on."""
+
+    whole: SelectionSettings
+    began_s: float
+
+    @property
+    def left(self) -> SelectionSettings:
+        """As much time as is left; work is allowed anew to each step, so that it does not hang on the clock."""
+        if self.whole.time_limit_s is None:
+            return self.whole
+        passed_s = time.monotonic() - self.began_s
+        return replace(self.whole, time_limit_s=max(0.0, self.whole.time_limit_s - passed_s))
+
+
+def _goes_on(choice: Choice, budget: _Budget) -> bool:
+    return choice.why_stopped != INTERRUPTED and budget.left.time_limit_s != 0.0
+
+
+def _settle(progress: Progress, stage: str, why_stopped: str) -> None:
+    """Tell that interrupts until now have had what they were for."""
+    note = _HEARD if why_stopped == INTERRUPTED else ""
+    progress(ProgressEvent(stage, 0, 0, note, settles_interrupts=True))
+
+
 # ------------------------------------------------------------------------------------------ fewest stations
-def _fewest(pool: Pool, selection: SelectionSettings, engine: ScanEngine, progress: Progress) -> Choice:
-    found = _select(pool, selection, engine, progress)
+def _fewest(pool: Pool, budget: _Budget, engine: ScanEngine, progress: Progress) -> Choice:
+    found = _select(pool, budget.left, engine, progress)
     choice = Choice(
         pool,
         found.chosen,
@@ -96,7 +127,7 @@ def _fewest(pool: Pool, selection: SelectionSettings, engine: ScanEngine, progre
         n_greedy=found.n_greedy,
         n_bounded=pool.n_candidates,
     )
-    return _replanned(choice, selection, engine, progress) if pool.kept else choice
+    return _replanned(choice, budget, engine, progress) if pool.kept else choice
 
 
 def _select(
@@ -109,7 +140,7 @@ def _select(
     start: tuple[int, ...] | None = None,
 ) -> ProvenSelection:
     search = select_large if pool.problem.row.size > LARGE_ENTRIES else select
-    return search(
+    found = search(
         pool.problem,
         selection,
         network=pool.network,
@@ -118,17 +149,21 @@ def _select(
         device=device_of(engine),
         progress=progress,
     )
+    _settle(progress, "select", found.why_stopped)
+    return found
 
 
-def _replanned(choice: Choice, selection: SelectionSettings, engine: ScanEngine, progress: Progress) -> Choice:
+def _replanned(choice: Choice, budget: _Budget, engine: ScanEngine, progress: Progress) -> Choice:
     """Keep the earlier plan's stations, add the fewest that are missing, drop those that are not needed any more.
 
     Of the plan from scratch only its bound, and how many it takes, are told.
     """
     pool = choice.pool
     stays = tuple(dict.fromkeys((*pool.given, *pool.kept)))
-    filled = _select(pool, selection, engine, progress, given=stays).chosen
-    needed = drop_redundant(pool.problem, list(filled), given=pool.given, network=pool.network)
+    # Somebody who has interrupted once waits for the least that makes a plan.
+    left = replace(budget.left, work_limit=0.0) if choice.why_stopped == INTERRUPTED else budget.left
+    filled = _select(pool, left, engine, progress, given=stays)
+    needed = drop_redundant(pool.problem, list(filled.chosen), given=pool.given, network=pool.network)
     chosen = polish(pool.problem, needed, network=pool.network, given=pool.given, keep=pool.kept)
     lines = []
     if len(choice.chosen) < len(chosen):
@@ -136,7 +171,8 @@ def _replanned(choice: Choice, selection: SelectionSettings, engine: ScanEngine,
             f"re-planning keeps what it can of the earlier plan and takes {len(chosen)} stations; from scratch, "
             f"{len(choice.chosen)} do"
         )
-    return replace(choice, chosen=chosen, warnings=(*choice.warnings, *lines))
+    why_stopped = INTERRUPTED if filled.why_stopped == INTERRUPTED else choice.why_stopped
+    return replace(choice, chosen=chosen, why_stopped=why_stopped, warnings=(*choice.warnings, *lines))
 
 
 def _refined(
@@ -145,16 +181,18 @@ def _refined(
     survey: Survey,
     settings: PlanSettings,
     engine: ScanEngine,
-    selection: SelectionSettings,
+    budget: _Budget,
     progress: Progress,
 ) -> Choice:
-    work = replace(selection, work_limit=WORK_SHARE * selection.work_limit, prove=False)
+    work = replace(budget.left, work_limit=WORK_SHARE * budget.whole.work_limit, prove=False)
     allowed: Callable[[Candidates], BoolArray] = places.allows
     better = refine(choice.pool, choice.chosen, survey, settings, engine, work, allowed=allowed, progress=progress)
-    if len(better.chosen) == len(choice.chosen):
-        # As many: the bound that was proven is that of the first candidates.
-        return replace(choice, pool=better.pool, chosen=better.chosen)
-    again = _select(better.pool, selection, engine, progress, start=better.chosen)
+    _settle(progress, "refine", INTERRUPTED if better.interrupted else "")
+    why_stopped = INTERRUPTED if better.interrupted else choice.why_stopped
+    if len(better.chosen) == len(choice.chosen) or better.interrupted:
+        # The bound that was proven is that of the first candidates.
+        return replace(choice, pool=better.pool, chosen=better.chosen, why_stopped=why_stopped)
+    again = _select(better.pool, budget.left, engine, progress, start=better.chosen)
     return replace(
         choice,
         pool=better.pool,
@@ -166,7 +204,9 @@ def _refined(
 
 
 # ------------------------------------------------------------------------------------------ other objectives
-def _quickest(choice: Choice, places: Places, survey: Survey, settings: PlanSettings, progress: Progress) -> Choice:
+def _quickest(
+    choice: Choice, places: Places, survey: Survey, settings: PlanSettings, budget: _Budget, progress: Progress
+) -> Choice:
     pool = choice.pool
     foot_m = pool.candidates.position_m.copy()
     foot_m[:, 2] -= pool.candidates.instrument_height_m
@@ -192,7 +232,10 @@ def _quickest(choice: Choice, places: Places, survey: Survey, settings: PlanSett
             closed=ends.closed,
         ),
         LeastTimeSettings(
-            per_station_s=scan_s + settings.set_up_s, walking_m_per_s=settings.walking_m_per_s, seed=settings.seed
+            per_station_s=scan_s + settings.set_up_s,
+            walking_m_per_s=settings.walking_m_per_s,
+            n_kicks=LeastTimeSettings.n_kicks if _goes_on(choice, budget) else 0,
+            seed=settings.seed,
         ),
         fewest=choice.lower_bound,
         given=pool.given,
@@ -200,11 +243,13 @@ def _quickest(choice: Choice, places: Places, survey: Survey, settings: PlanSett
         network=pool.network,
         progress=progress,
     )
-    return replace(choice, chosen=found.chosen, value=found.seconds, bound=found.lower_bound_s)
+    why_stopped = INTERRUPTED if found.interrupted else choice.why_stopped
+    _settle(progress, "least time", INTERRUPTED if found.interrupted else "")
+    return replace(choice, chosen=found.chosen, why_stopped=why_stopped, value=found.seconds, bound=found.lower_bound_s)
 
 
 def _most_covered(
-    pool: Pool, settings: PlanSettings, selection: SelectionSettings, engine: ScanEngine, progress: Progress
+    pool: Pool, settings: PlanSettings, budget: _Budget, engine: ScanEngine, progress: Progress
 ) -> Choice:
     if settings.max_stations is None:
         raise RequirementError("objective coverage: got no number of stations, expected one; pass --max-stations 10")
@@ -213,12 +258,13 @@ def _most_covered(
     found = most_coverage(
         problem,
         settings.max_stations,
-        selection,
+        budget.left,
         network=pool.network,
         given=pool.given,
         device=device_of(engine),
         progress=progress,
     )
+    _settle(progress, "select", found.why_stopped)
     return Choice(
         pool, found.chosen, 0, why_stopped=found.why_stopped, value=found.fraction, bound=found.bound_fraction
     )

@@ -1,7 +1,8 @@
 """How long work reports itself: a callback that gets one `ProgressEvent` at a time.
 
 The library calls it often; whoever shows it decides how often to draw. To cancel, raise from the callback
-(`KeyboardInterrupt` does so by itself): stages leave nothing half-written behind.
+(`KeyboardInterrupt` does so by itself): stages leave nothing half-written behind. Searches that have a result by then
+end with that instead, and say so by an event that `settles_interrupts`.
 """
 
 from collections.abc import Callable
@@ -10,12 +11,17 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ProgressEvent:
-    """`done` of `total` steps of `stage` are finished; `total` 0 means: not known. `note` is a short remark."""
+    """`done` of `total` steps of `stage` are finished; `total` 0 means: not known. `note` is a short remark.
+
+    settles_interrupts : a search is over, and so is every interrupt until now: where there was one, `note` says what
+    became of it.
+    """
 
     stage: str
     done: int
     total: int
     note: str = ""
+    settles_interrupts: bool = False
 
 
 Progress = Callable[[ProgressEvent], None]

@@ -29,7 +29,7 @@ class SceneSource:
     glass: str = "pass"
     """What the user said that glass does: `pass`, `stop` or `return`, see `Optics`."""
     doors: str = "shut"
-    """What the user said of doors: `shut`, as modelled, or `open`, without their leaves."""
+    """What the user said of doors: `shut`, as modelled; without their leaves those indoors, `open`, or `all`."""
 
 
 class Optics(IntEnum):
@@ -54,6 +54,8 @@ class Element:
     """IFC GlobalId, prim path, node index ...: what finds it again in the source."""
     storey: int = -1
     """Index into `Scene.storeys`; -1 where the source names none."""
+    is_external: bool | None = None
+    """Of a door: whether it leads outdoors, as the source says; None: it does not."""
 
 
 @dataclass(frozen=True)

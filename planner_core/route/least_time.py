@@ -91,7 +91,7 @@ class LeastTime:
 
     walk_m : by the distances given, legs that can't be walked not counted. seconds : of the stations and this walk.
     started_s : the same of the set that the search began with. lower_bound_s : no set that meets the targets takes
-    less, see `lower_bound_s`.
+    less, see `lower_bound_s`. interrupted : the search was cut short.
     """
 
     chosen: tuple[int, ...]
@@ -99,6 +99,7 @@ class LeastTime:
     seconds: float
     started_s: float
     lower_bound_s: float
+    interrupted: bool = False
 
 
 def least_time(
@@ -121,6 +122,8 @@ def least_time(
         No set has fewer stations, `scanned` ones included: the bound that goes with `start`.
     given, scanned
         Candidates that stay in the set; of these, `scanned` are visited no more.
+    progress
+        A KeyboardInterrupt that it raises ends the search, not the call.
 
     Raises
     ------
@@ -137,16 +140,20 @@ def least_time(
     given = (*given, *(c for c in scanned if c not in set(given)))
     check_selection(problem, start, given=given)
     search = _Search(problem, walks, settings, fixed=frozenset(given), scanned=frozenset(scanned), network=network)
-    began = search.visit(list(start))
-    best = search.descend(began)
+    best = began = search.visit(list(start))
+    interrupted = False
     rng = np.random.default_rng(settings.seed)
-    for kick in range(settings.n_kicks):
-        progress(ProgressEvent("least time", kick, settings.n_kicks, f"{best.seconds:.0f} s"))
-        kicked = search.kicked(best, rng)
-        if kicked is not None:
-            found = search.descend(kicked)
-            best = found if found.seconds < best.seconds - _LEAST_GAIN_M else best
-    progress(ProgressEvent("least time", settings.n_kicks, settings.n_kicks, f"{best.seconds:.0f} s"))
+    try:
+        best = search.descend(began)
+        for kick in range(settings.n_kicks):
+            progress(ProgressEvent("least time", kick, settings.n_kicks, f"{best.seconds:.0f} s"))
+            kicked = search.kicked(best, rng)
+            if kicked is not None:
+                found = search.descend(kicked)
+                best = found if found.seconds < best.seconds - _LEAST_GAIN_M else best
+        progress(ProgressEvent("least time", settings.n_kicks, settings.n_kicks, f"{best.seconds:.0f} s"))
+    except KeyboardInterrupt:
+        interrupted = True
     check_selection(problem, best.chosen, given=given)
     return LeastTime(
         chosen=(*best.order, *(c for c in best.chosen if c in search.scanned)),
@@ -154,6 +161,7 @@ def least_time(
         seconds=search.seconds(best.chosen, best.walk_m),
         started_s=search.seconds(began.chosen, began.walk_m),
         lower_bound_s=lower_bound_s(problem, walks, settings, fewest=fewest, scanned=scanned),
+        interrupted=interrupted,
     )
 
 

@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
+from planner_core.scene.rooms import room_of_points
 
 #: What elements that are doors are called.
 DOOR_KIND = "IfcDoor"
@@ -25,19 +26,25 @@ _MIDDLE = np.array([[0.3, 0.1], [0.7, 0.8]])
 _AT_SIDE_M = 0.015
 #: A single jamb or post reaches over this share of the height.
 _TALL_SHARE = 0.8
+#: Rooms beside a door are looked for so far from its middle, behind walls of any thickness, and so high above its foot.
+_BESIDE_M = (0.3, 0.6)
+_KNEE_M = 0.5
 
 
-def without_door_leaves(scene: Scene) -> Scene:
+def without_door_leaves(scene: Scene, *, outer_too: bool = False) -> Scene:
     """Leave the leaves of `IfcDoor` elements out; frames stay. `LoadReport.n_doors_open` counts the doors opened.
 
-    Elements keep their numbers, those without triangles too. A scene of nothing but doors is left as it is.
+    Elements keep their numbers, those without triangles too. A scene of nothing but doors is left as it is. Doors that
+    lead outdoors stay shut unless `outer_too`, see `is_outer`.
     """
     is_door = np.array([element.kind == DOOR_KIND for element in scene.elements], dtype=bool)
     of_door = np.flatnonzero(is_door[scene.element_of_triangle])
     leaf = np.zeros(scene.n_triangles, dtype=bool)
     owner = scene.element_of_triangle[of_door]
-    for door in np.unique(owner):
+    for door in np.unique(owner).tolist():
         mine = of_door[owner == door]
+        if not outer_too and is_outer(scene, door, mine):
+            continue
         leaf[mine] = _is_leaf(scene.vertices_m, scene.triangles[mine])
     if not leaf.any() or leaf.all():
         return scene
@@ -51,6 +58,24 @@ def without_door_leaves(scene: Scene) -> Scene:
         optics_of_triangle=None if scene.optics_of_triangle is None else scene.optics_of_triangle[~leaf],
         report=replace(scene.report, n_doors_open=n_open),
     )
+
+
+def is_outer(scene: Scene, door: int, triangles: Int64Array) -> bool:
+    """Whether a door, element `door` made of `triangles`, leads outdoors.
+
+    The file may say so (IFC: IsExternal). Where it does not but has rooms, a door with a room on one side alone does.
+    """
+    said = scene.elements[door].is_external
+    if said is not None or not scene.rooms:
+        return bool(said)
+    corners_m = scene.vertices_m[scene.triangles[triangles]]
+    angle = _angle(corners_m)
+    low, high = corners_m.min(axis=(0, 1)), corners_m.max(axis=(0, 1))
+    middle = np.array([*(0.5 * (low + high))[:2], low[2] + _KNEE_M])
+    across = np.array([np.cos(angle), np.sin(angle), 0.0])
+    away_m = np.array(_BESIDE_M)[:, None]
+    sides = [room_of_points(scene, middle + sign * away_m * across) >= 0 for sign in (-1.0, 1.0)]
+    return bool(sides[0].any() != sides[1].any())
 
 
 def _is_leaf(vertices_m: FloatArray, triangles: Int32Array) -> BoolArray:
@@ -72,14 +97,19 @@ def _is_leaf(vertices_m: FloatArray, triangles: Int32Array) -> BoolArray:
 
 
 def _in_plane(corners_m: FloatArray) -> FloatArray:
-    """(K, 3, 2) corners along the door's width and height. Its plane is that of most of its upright area."""
+    """(K, 3, 2) corners along the door's width and height."""
+    angle = _angle(corners_m)
+    along = np.array([-np.sin(angle), np.cos(angle)])
+    return np.stack([corners_m[..., :2] @ along, corners_m[..., 2]], axis=-1)
+
+
+def _angle(corners_m: FloatArray) -> float:
+    """Direction across a door, from x to y: its plane is that of most of its upright area."""
     normal = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
     # Normals of both signs count alike: angles are doubled before they are averaged.
     area_m2 = np.hypot(normal[:, 0], normal[:, 1])
     doubled = 2.0 * np.arctan2(normal[:, 1], normal[:, 0])
-    angle = 0.5 * np.arctan2((area_m2 * np.sin(doubled)).sum(), (area_m2 * np.cos(doubled)).sum())
-    along = np.array([-np.sin(angle), np.cos(angle)])
-    return np.stack([corners_m[..., :2] @ along, corners_m[..., 2]], axis=-1)
+    return float(0.5 * np.arctan2((area_m2 * np.sin(doubled)).sum(), (area_m2 * np.cos(doubled)).sum()))
 
 
 def _parts(triangles: Int32Array) -> tuple[Int64Array, int]:

@@ -448,7 +448,18 @@ def _without_shape(path: Path, products: list[_ToldProduct]) -> tuple[str, ...]:
 
 def _element(product: Any, storey_of_id: dict[int, int]) -> Element:
     name = product.Name or f"{product.is_a()} #{product.id()}"
-    return Element(str(name), str(product.is_a()), str(product.GlobalId), _storey_of(product, storey_of_id))
+    storey = _storey_of(product, storey_of_id)
+    return Element(str(name), str(product.is_a()), str(product.GlobalId), storey, _is_external(product))
+
+
+def _is_external(product: Any) -> bool | None:
+    """Whether a door leads outdoors, where the file says."""
+    if not product.is_a("IfcDoor"):
+        return None
+    from ifcopenshell.util.element import get_pset
+
+    said = get_pset(product, "Pset_DoorCommon", "IsExternal")
+    return said if isinstance(said, bool) else None
 
 
 # ---------------------------------------------------------------------------------------------- storeys

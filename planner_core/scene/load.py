@@ -36,7 +36,7 @@ FORMAT_OF_EXTENSION = {
 }
 
 #: What `LoadOptions.doors` may be.
-DOORS = ("shut", "open")
+DOORS = ("shut", "open", "all")
 #: Meanings of `LoadOptions.glass`.
 OPTICS_OF_GLASS = {"pass": Optics.PASSES, "stop": Optics.STOPS, "return": Optics.RETURNS}
 
@@ -53,7 +53,8 @@ class LoadOptions:
     glass: str = "pass"
     """What glass does to beams: `pass`, `stop` or `return`, see `planner_core.model.Optics`."""
     doors: str = "shut"
-    """`shut`: as modelled. `open`: leaves of doors (`IfcDoor`) are left out, see `planner_core.scene.doors`."""
+    """`shut`: as modelled. Leaves of doors (`IfcDoor`) are left out: `open`, of those indoors; `all`. See
+    `planner_core.scene.doors`."""
 
 
 def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Progress = silent) -> Scene:
@@ -116,9 +117,9 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
         skip_bad_faces=options.skip_bad_faces,
         prior=raw.report,
     )
-    if options.doors == "open":
-        scene = without_door_leaves(scene)
     scene = with_rooms(scene, raw.rooms, raw.storeys, metres_per_unit=vertex_unit_m, up_axis=up_axis)
+    if options.doors != "shut":
+        scene = without_door_leaves(scene, outer_too=options.doors == "all")
     progress(ProgressEvent("load", 1, 1, "loaded"))
     return _with_warnings(_with_glass(scene, options.glass), _doubts(scene, raw, options))
 

@@ -1,5 +1,6 @@
 """Doors taken open: leaves go, frames stay. Doors are built from known bodies; those of real files are shot through."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import SceneError
-from planner_core.model import Element, Scene
+from planner_core.model import Element, Room, Scene
 from planner_core.scan.engine import open_engine
 from planner_core.scene.build import scene_from_arrays
-from planner_core.scene.doors import without_door_leaves
+from planner_core.scene.doors import is_outer, without_door_leaves
 from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.scene.patches import make_patches
 from scenes_synthetic import build
@@ -140,7 +141,7 @@ def test_beams_pass_every_door_of_a_real_file_that_is_open_and_none_that_is_shut
     if not path.is_file():
         pytest.skip(f"{path.name} is not beside the repository in shared/data/ifc")
     shut = load_scene(path)
-    opened = without_door_leaves(shut)
+    opened = without_door_leaves(shut, outer_too=True)
     engines = [open_engine(scene, make_patches(scene, max_area_m2=10.0), engine="open3d") for scene in (shut, opened)]
     assert opened.report.n_doors_open == n_doors
     is_door = np.array([element.kind == "IfcDoor" for element in shut.elements])[shut.element_of_triangle]
@@ -162,3 +163,45 @@ def test_beams_pass_every_door_of_a_real_file_that_is_open_and_none_that_is_shut
             hit = engine.cast_rays(origin[None], way[None], range_max_m=length_m).triangle[0]
             on_door = hit >= 0 and scene.elements[scene.element_of_triangle[hit]].kind == "IfcDoor"
             assert on_door == stops, scene.elements[door].name
+
+
+@pytest.mark.parametrize(("name", "n_inner", "n_doors"), [("duplex", 10, 14), ("fzk-haus", 3, 5)])
+def test_outer_doors_stay_shut_unless_all_are_to_be_open(name: str, n_inner: int, n_doors: int) -> None:
+    """The duplex says which doors lead outdoors; in the other file, only its rooms tell."""
+    path = IFC / f"{name}.ifc"
+    if not path.is_file():
+        pytest.skip(f"{path.name} is not beside the repository in shared/data/ifc")
+    assert load_scene(path, options=LoadOptions(doors="open")).report.n_doors_open == n_inner
+    assert load_scene(path, options=LoadOptions(doors="all")).report.n_doors_open == n_doors
+
+
+@pytest.mark.parametrize("said", [None, True, False])
+@pytest.mark.parametrize("rooms", ["neither side", "one side", "both sides"])
+def test_a_door_leads_outdoors_where_the_file_says_so_or_a_room_lies_on_one_side_alone(
+    said: bool | None, rooms: str
+) -> None:
+    """A wall along x with a door in it; rooms are boxes to either side."""
+    leaf = corners_of([((-0.45, -0.02, 0.0), (0.45, 0.02, 2.0))])
+    scene = scene_of([("IfcDoor", leaf), ("IfcWall", corners_of(WALL))], 0.4)
+    turn = np.array([[np.cos(0.4), -np.sin(0.4), 0], [np.sin(0.4), np.cos(0.4), 0], [0, 0, 1]])
+    sides = {"neither side": (), "one side": (1.0,), "both sides": (1.0, -1.0)}[rooms]
+    boxes = [
+        ((-3.0, 0.1, 0.0), (3.0, 4.0, 2.5)) if side > 0 else ((-3.0, -4.0, 0.0), (3.0, -0.1, 2.5)) for side in sides
+    ]
+    made = tuple(
+        Room(
+            f"R{n}",
+            "",
+            str(n),
+            -1,
+            corners_of([box]).reshape(-1, 3) @ turn.T - scene.offset_m,
+            np.arange(36).reshape(-1, 3),
+        )
+        for n, box in enumerate(boxes)
+    )
+    door = replace(scene.elements[0], is_external=said)
+    scene = replace(scene, elements=(door, *scene.elements[1:]), rooms=made)
+    expected = said if said is not None else rooms == "one side"
+    assert is_outer(scene, 0, np.flatnonzero(scene.element_of_triangle == 0)) == expected
+    assert without_door_leaves(scene).report.n_doors_open == (0 if expected else 1)
+    assert without_door_leaves(scene, outer_too=True).report.n_doors_open == 1
