@@ -1,0 +1,280 @@
+"""The whole planner against its rivals, on every scene: the same candidates, the same requirements, the same links.
+
+    nice python tests/benchmarks/bench_planning.py [--record docs/benchmarks/planning.json] [--only TEXT ...]
+        [--write docs/benchmarks/planning.md] [--page-alone] [--minutes N]
+
+Every row goes into the record as soon as it is there; rows that the record has are not worked out again, so that an
+interrupted run goes on where it was. Delete the record after changing the planner. What the columns are: the page's
+head, in `planning_page.py`; which scenes: `planning_cases.py`. The exit status is 1 where a promise of the planner is
+broken: more stations than a rival whose set meets the same, or than a puzzle needs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from planning_cases import Case, cases
+from planning_page import page
+
+from planner_core.choose import selection_settings
+from planner_core.ground.places import Places, find_places
+from planner_core.model import Survey
+from planner_core.paper import PaperSettings, paper_settings, repair, select_by_genes
+from planner_core.pool import Pool, make_pool
+from planner_core.refine import WORK_SHARE, Refined, refine
+from planner_core.scan.engine import ScanEngine, device_of, open_engine
+from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
+from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.large import LARGE_ENTRIES, select_large
+from planner_core.select.network import Network
+from planner_core.select.network_start import joined
+from planner_core.select.proven import ProvenSelection, select
+from planner_core.survey import make_survey, planned_floors
+
+T = TypeVar("T")
+
+
+@dataclass
+class Found:
+    """A set of stations. networks : that registration leaves; parts : the fewest that these candidates allow them.
+
+    met : whether the set meets every target. joined : whether it hangs together besides. cpu_s : of the process.
+    """
+
+    stations: int
+    networks: int
+    parts: int
+    met: bool
+    joined: bool
+    cpu_s: float
+    bound: int | None = None
+    why_stopped: str = ""
+    work: float = 0.0
+    wall_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Ready:
+    """A case's scene looked at from everywhere: what all methods choose from."""
+
+    case: Case
+    survey: Survey
+    engine: ScanEngine
+    places: Places
+    pool: Pool
+    network: Network
+
+
+def ready(case: Case) -> Ready | None:
+    """Load, find places, look around; None where the scene is not here."""
+    scene = case.load()
+    if scene is None:
+        return None
+    survey = make_survey(scene, case.settings)
+    engine = open_engine(survey.scene, survey.patches)
+    floors = planned_floors(survey.floors, case.settings.requirements.floors)
+    places = find_places(survey, case.settings, engine, floors=floors)
+    none = np.zeros(0, dtype=np.int64)
+    pool = make_pool(survey, case.settings, engine, places.candidates, given=none, kept=none)
+    network = pool.network
+    assert network is not None, "these cases all ask for a network"
+    return Ready(case, survey, engine, places, pool, network)
+
+
+def timed(call: Callable[[], T]) -> tuple[T, float, float]:
+    """What it returns, its CPU time and its wall time in seconds."""
+    wall, begin = time.perf_counter(), time.process_time()
+    result = call()
+    return result, time.process_time() - begin, time.perf_counter() - wall
+
+
+def judged(pool: Pool, network: Network, chosen: Sequence[int], cpu_s: float, wall_s: float) -> Found:
+    """Look at a set by the means of `select.check`, which no method uses to find one."""
+    meets = True
+    try:
+        check_selection(pool.problem, chosen)
+        check_coverage(pool.rows.met, pool.demand.area_m2, pool.targets, chosen)
+    except SelectionCheckError:
+        meets = False
+    hangs = True
+    try:
+        check_selection(replace(pool.problem, required=np.zeros_like(pool.problem.required)), chosen, network=network)
+    except SelectionCheckError:
+        hangs = False
+    parts = int(np.unique(network.part[list(chosen)]).size)
+    apart = network.faults(list(chosen))
+    return Found(len(chosen), parts + apart, parts, meets, hangs, cpu_s, wall_s=wall_s)
+
+
+def rivals(on: Ready) -> dict[str, Found]:
+    """Greedy selection alone and repaired, and the paper's selection and repair."""
+    pool, problem, settings = on.pool, on.pool.problem, on.case.settings
+    paper = replace(paper_settings(replace(settings, method_options=())), search="none")
+
+    def repaired(chosen: Sequence[int], by: PaperSettings) -> list[int]:
+        rows = np.array(chosen, dtype=np.int64)
+        return [int(row) for row in repair(settings, by, pool.candidates, rows)[0]]
+
+    greedy, greedy_s, greedy_wall_s = timed(lambda: list(select_greedy(problem).chosen))
+    linked, linked_s, linked_wall_s = timed(
+        lambda: drop_redundant(problem, joined(problem, on.network, greedy), network=on.network)
+    )
+    circles, circles_s, circles_wall_s = timed(lambda: repaired(greedy, paper))
+    genes, genes_s, genes_wall_s = timed(lambda: repaired(select_by_genes(problem, paper, on.engine).tolist(), paper))
+    return {
+        "greedy": judged(pool, on.network, greedy, greedy_s, greedy_wall_s),
+        "greedy_links": judged(pool, on.network, linked, greedy_s + linked_s, greedy_wall_s + linked_wall_s),
+        "greedy_circles": judged(pool, on.network, circles, greedy_s + circles_s, greedy_wall_s + circles_wall_s),
+        "paper": judged(pool, on.network, genes, genes_s, genes_wall_s),
+    }
+
+
+def ours(on: Ready) -> dict[str, Found]:
+    """Stations that cover, that hang together, and that left the grid besides."""
+    pool, settings = on.pool, selection_settings(on.case.settings)
+    search = select_large if pool.problem.row.size > LARGE_ENTRIES else select
+    device = device_of(on.engine)
+
+    def of(network: Network | None) -> Found:
+        limit = replace(settings, work_limit=on.case.cover_work if network is None else on.case.work)
+        found, cpu_s, wall_s = timed(lambda: search(pool.problem, limit, network=network, device=device))
+        chosen[network is not None] = found.chosen
+        return proven(judged(pool, on.network, found.chosen, cpu_s, wall_s), found)
+
+    chosen: dict[bool, tuple[int, ...]] = {}
+    cover, linked = of(None), of(on.network)
+    found, cpu_s, wall_s = timed(lambda: refined(on, chosen[True]))
+    network = found.pool.network
+    assert network is not None
+    off_grid = judged(found.pool, network, found.chosen, linked.cpu_s + cpu_s, linked.wall_s + wall_s)
+    return {"cover": cover, "joined": linked, "refined": off_grid}
+
+
+def proven(found: Found, selection: ProvenSelection) -> Found:
+    """`found` with what the search says of itself."""
+    return replace(found, bound=selection.lower_bound, why_stopped=selection.why_stopped, work=selection.work)
+
+
+def refined(on: Ready, chosen: tuple[int, ...]) -> Refined:
+    """Leave the grid as `planner_core.choose` does."""
+    work = replace(selection_settings(on.case.settings), work_limit=WORK_SHARE * on.case.work, prove=False)
+    return refine(on.pool, chosen, on.survey, on.case.settings, on.engine, work, allowed=on.places.allows)
+
+
+def broken_promises(case: Case, found: dict[str, Found]) -> list[str]:
+    """What the planner promises of every row, and did not keep."""
+    cover, linked, off_grid = found["cover"], found["joined"], found["refined"]
+    said = [f"{name} misses a target" for name in ("cover", "joined", "refined") if not found[name].met]
+    said += [f"{name} does not hang together" for name in ("joined", "refined") if not found[name].joined]
+    if cover.stations > found["greedy"].stations:
+        said.append(f"cover takes {cover.stations}, greedy {found['greedy'].stations}")
+    if off_grid.stations > linked.stations:
+        said.append(f"refined takes {off_grid.stations}, joined {linked.stations}")
+    for name in ("greedy_links", "greedy_circles", "paper"):
+        rival = found[name]
+        if rival.met and cover.stations > rival.stations:
+            said.append(f"cover takes {cover.stations}, {name} {rival.stations}")
+        if rival.met and rival.joined and linked.stations > rival.stations:
+            said.append(f"joined takes {linked.stations}, {name} {rival.stations}")
+    if linked.bound is not None and cover.bound is not None and cover.bound > linked.stations:
+        said.append(f"bound of cover {cover.bound} is above the {linked.stations} stations of joined")
+    if case.known_best is not None and cover.stations != case.known_best:
+        said.append(f"cover takes {cover.stations}, the puzzle's best is {case.known_best}")
+    return said
+
+
+def measure(case: Case) -> dict[str, Any] | None:
+    """One row of the record; None where the scene is not here."""
+    on, cpu_s, wall_s = timed(lambda: ready(case))
+    if on is None:
+        return None
+    problem = on.pool.problem
+    found = {**rivals(on), **ours(on)}
+    return {
+        "group": case.group,
+        "scene": case.scene,
+        "told": case.told,
+        "known_best": case.known_best,
+        "work_limit": case.work,
+        "cover_work_limit": case.cover_work,
+        "candidates": problem.n_candidates,
+        "rows": problem.n_rows,
+        "entries": int(problem.row.size),
+        "links": int(on.network.neighbour.size) // 2,
+        "pool_cpu_s": cpu_s,
+        "pool_wall_s": wall_s,
+        "engine": f"{on.engine.name}: {on.engine.device}",
+        "broken": broken_promises(case, found),
+        "methods": {name: asdict(each) for name, each in found.items()},
+    }
+
+
+def machine() -> str:
+    """What all this ran on."""
+    return (
+        f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}, NumPy {np.__version__}, "
+        f"HiGHS {version('highspy')}"
+    )
+
+
+def run(record: Path, only: Sequence[str], minutes: float) -> dict[str, Any]:
+    """Work out the rows that are missing, and write each into the record."""
+    begin = time.monotonic()
+    known: dict[str, Any] = {"machine": machine(), "rows": {}}
+    if record.exists():
+        known = json.loads(record.read_text(encoding="utf-8"))
+    for case in cases():
+        if case.key in known["rows"] or (only and not any(text in case.key for text in only)):
+            continue
+        if time.monotonic() - begin > 60.0 * minutes:
+            break
+        row = measure(case)
+        if row is None:
+            print(f"{case.key}: not here, left out", flush=True)
+            continue
+        known["rows"][case.key] = row
+        record.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+        print(told(case.key, row), flush=True)
+    return known
+
+
+def told(key: str, row: dict[str, Any]) -> str:
+    """A row in one line."""
+    sets = ", ".join(
+        f"{name} {each['stations']}/{each['networks']}{'' if each['met'] else ' MISSED'} {each['cpu_s']:.2f} s"
+        for name, each in row["methods"].items()
+    )
+    bounds = " ".join(f"{row['methods'][name]['bound']}" for name in ("cover", "joined"))
+    broken = f"; BROKEN: {'; '.join(row['broken'])}" if row["broken"] else ""
+    return f"{key}: {row['candidates']} candidates, pool {row['pool_cpu_s']:.1f} s; {sets}; bounds {bounds}{broken}"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--record", type=Path, default=Path("docs/benchmarks/planning.json"))
+    parser.add_argument("--write", type=Path, help="write the page here")
+    parser.add_argument("--only", nargs="+", default=(), metavar="TEXT", help="rows whose name has one of these")
+    parser.add_argument("--page-alone", action="store_true", help="work nothing out: the page from the record")
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="begin no row after so long")
+    options = parser.parse_args()
+    minutes = -1.0 if options.page_alone else options.minutes
+    known = run(options.record, options.only, minutes)
+    if options.write is not None:
+        left = [case.key for case in cases() if case.key not in known["rows"]]
+        options.write.write_text(page(known, left), encoding="utf-8")
+    return 1 if any(row["broken"] for row in known["rows"].values()) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
