@@ -120,8 +120,8 @@ _STYLE = (
 def _figures(plan: Plan) -> str:
     scanner, coverage, asked = plan.settings.scanner, plan.coverage, plan.settings.requirements
     bound = f", at least {plan.lower_bound} needed on these candidates" if plan.lower_bound > 0 else ""
-    state = "all stations connected" if plan.connected else "<b>not all stations connected</b>"
-    n_links = sum(link.overlap >= asked.overlap for link in plan.links)
+    if 0 < plan.lower_bound == len(plan.stations):
+        bound = ", proven to be the fewest possible on these candidates"
     rows = [
         ("Stations", f"{len(plan.stations)}{bound}"),
         (
@@ -130,7 +130,8 @@ def _figures(plan: Plan) -> str:
             f"admissible positions (asked for: {100 * asked.coverage:g} %); "
             f"{100 * coverage.fraction_of_total:.1f} % of all {coverage.total_area_m2:.0f} m² in the model",
         ),
-        ("Registration", f"{n_links} links with at least {100 * asked.overlap:g} % overlap; {state}"),
+        ("Registration", _registration(plan)),
+        *_field(plan),
         ("Scanner", f"{escape(scanner.title)}, range {scanner.range_max_m:g} m, {scanner.n_beams:,} beams a scan"),
         ("Patches", f"at most {plan.survey.patches.max_area_m2:g} m² each"),
     ]
@@ -140,6 +141,31 @@ def _figures(plan: Plan) -> str:
         value = f"{n_stations} stations, {share}"
         rows.append((escape(floor.name), value))
     return table((), ((f"<b>{label}</b>", value) for label, value in rows), numbers_from=9)
+
+
+def _registration(plan: Plan) -> str:
+    asked, of = plan.settings.requirements, plan.registration
+    counted = sum(link.overlap >= asked.overlap and not link.strength < asked.min_strength for link in plan.links)
+    state = "all stations connected" if plan.connected else "<b>not all stations connected</b>"
+    if of is not None and len(of.networks) > 1:
+        state = f"<b>{len(of.networks)} separate networks</b> of {', '.join(str(len(n.stations)) for n in of.networks)}"
+    weakest = of.networks[0].bottleneck if of is not None and of.networks else None
+    hangs = "" if weakest is None else f"; weakest link {escape(weakest.a)} to {escape(weakest.b)}, "
+    if weakest is not None:
+        hangs += f"{100 * weakest.overlap:.0f} % overlap, {escape(weakest.weak_axis)}"
+    return f"{counted} links with at least {100 * asked.overlap:g} % overlap; {state}{hangs}"
+
+
+def _field(plan: Plan) -> Iterator[tuple[str, str]]:
+    if plan.route is not None:
+        yield "Walk", f"{plan.route.length_m:.0f} m between the stations"
+    time = plan.field_time
+    if time is not None and time.total_s is not None and time.scanning_s is not None:
+        scanning, set_up, walking = (seconds / 60 for seconds in (time.scanning_s, time.set_up_s, time.walking_s))
+        yield (
+            "Field time",
+            f"{time.total_s / 60:.0f} minutes: {scanning:.0f} scanning, {set_up:.0f} setting up, {walking:.0f} walking",
+        )
 
 
 def _warnings(plan: Plan, without_pictures: str) -> str:
