@@ -20,7 +20,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.errors import RequirementError
 from planner_core.ground.places import Places
 from planner_core.ground.walking import Walking
 from planner_core.method_options import with_options
@@ -251,8 +250,7 @@ def _quickest(
 def _most_covered(
     pool: Pool, settings: PlanSettings, budget: _Budget, engine: ScanEngine, progress: Progress
 ) -> Choice:
-    if settings.max_stations is None:
-        raise RequirementError("objective coverage: got no number of stations, expected one; pass --max-stations 10")
+    assert settings.max_stations is not None  # `planner_core.plan.check_method` has looked
     overall = pool.demand.goals.index(pool.demand.overall)
     problem = cover_problem(pool.rows.met, pool.demand.area_m2, (pool.targets[overall],))
     found = most_coverage(

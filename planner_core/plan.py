@@ -26,7 +26,10 @@ from planner_core.scan.engine import ScanEngine, open_engine
 from planner_core.select.check import check_coverage
 from planner_core.survey import make_survey, planned_floors
 
-__all__ = ["make_plan", "make_survey", "plan_survey"]
+__all__ = ["OBJECTIVES", "make_plan", "make_survey", "plan_survey"]
+
+#: What `PlanSettings.objective` may be.
+OBJECTIVES = ("fewest", "coverage", "time")
 
 
 def make_plan(
@@ -101,12 +104,32 @@ def check_method(settings: PlanSettings) -> None:
             raise RequirementError("seen_from: got more than 1 with method paper, which has no such thing; use proven")
     elif settings.method == "proven":
         selection_settings(settings)
-    if settings.objective != "fewest" and settings.method != "proven":
+    _check_objective(settings)
+    check_field_settings(settings)
+
+
+def _check_objective(settings: PlanSettings) -> None:
+    objective = settings.objective
+    if objective not in OBJECTIVES:
+        raise RequirementError(f"objective: got {objective!r}, expected one of {', '.join(OBJECTIVES)}")
+    if objective != "fewest" and settings.method != "proven":
         raise RequirementError(
-            f"objective {settings.objective}: got it with method {settings.method}, which only looks for fewest "
+            f"objective {objective}: got it with method {settings.method}, which only looks for fewest "
             "stations; use method proven"
         )
-    check_field_settings(settings)
+    if (objective == "coverage") != (settings.max_stations is not None):
+        raise RequirementError(
+            f"objective {objective}: got {settings.max_stations or 'no'} stations as its limit, expected one with "
+            "objective coverage and none otherwise; give both, such as coverage and 10 stations, or neither"
+        )
+    if settings.max_stations is not None and settings.max_stations < 1:
+        raise RequirementError(f"max_stations: got {settings.max_stations}, expected 1 or more; e.g. 10")
+    kept = any(station.role == "kept" for station in settings.site.settled)
+    if kept and (settings.method != "proven" or objective != "fewest"):
+        raise RequirementError(
+            f"kept stations: got them with method {settings.method} and objective {objective}, which would not keep "
+            "them; use method proven and objective fewest"
+        )
 
 
 def _places(
