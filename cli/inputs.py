@@ -12,11 +12,14 @@ from .options import METRES_PER_UNIT, Asking, FileOptions, MethodOptions, Settli
 from .output import repairs
 
 if TYPE_CHECKING:
-    from planner_core.model import PlanSettings, Requirements, Scene, Site, Survey
+    from planner_core.model import PlanSettings, Requirements, Scene, SettledStation, Site, Survey
     from planner_core.progress import Progress
     from planner_core.scan.engine import ScanEngine
 
     from .progress import ProgressReporter
+
+#: A crew that scans a planned station stands at most so far from where it was planned.
+_SAME_STATION_M = 2.0
 
 
 def load(scene: Path, reading: FileOptions, *, progress: Progress) -> Scene:
@@ -141,11 +144,33 @@ def with_settled(problem: PlanSettings, settling: Settling) -> PlanSettings:
     for text in settling.forbidden:
         x, y, z, *radius = numbers(text, "--forbid", "X,Y,Z or X,Y,Z,RADIUS", (3, 4))
         settled += settled_from((("", (x, y, z), None, None),), "forbidden", radius_m=radius[0] if radius else 0.5)
-    # What is scanned, locked or forbidden need not be kept besides.
-    firm = {station.id for station in settled if station.role != "kept"}
-    settled = [station for station in settled if station.role != "kept" or station.id not in firm]
+    settled = _kept_once(settled)
     check_ids(settled)
     return replace(problem, site=replace(problem.site, settled=tuple(settled)))
+
+
+def _kept_once(settled: Sequence[SettledStation]) -> list[SettledStation]:
+    """Drop kept stations that are scanned, locked or forbidden besides: of the same id, and about the same place.
+
+    Raises
+    ------
+    RequirementError
+        Of the same id, and far from each other: two lists that number different stations alike.
+    """
+    from planner_core.errors import RequirementError
+
+    firm = {station.id: station for station in settled if station.role != "kept"}
+    for station in settled:
+        other = firm.get(station.id) if station.role == "kept" else None
+        if other is None or other.role == "forbidden":
+            continue
+        away_m = math.dist(station.position_m, other.position_m)
+        if away_m > _SAME_STATION_M:
+            raise RequirementError(
+                f"station {station.id}: got one that is {other.role} and one to be kept, {away_m:.1f} m away, expected "
+                "different ids of different stations; rename one"
+            )
+    return [station for station in settled if station.role != "kept" or station.id not in firm]
 
 
 def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
