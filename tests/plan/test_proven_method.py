@@ -15,7 +15,7 @@ from planner_core.survey import make_survey
 
 SETTINGS = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),
-    requirements=Requirements(coverage=0.9),
+    requirements=Requirements(coverage=0.9, network="none"),
     grid_step_m=1.0,
     instrument_heights_m=(1.0, 1.5),
     max_patch_area_m2=0.1,
