@@ -50,6 +50,7 @@ class Found:
     """A set of stations. networks : that registration leaves; parts : the fewest that these candidates allow them.
 
     met : whether the set meets every target. joined : whether it hangs together besides. cpu_s : of the process.
+    near_work : of a search, work until its gap was at most 2 % or one station; None: it never was.
     """
 
     stations: int
@@ -61,6 +62,7 @@ class Found:
     bound: int | None = None
     why_stopped: str = ""
     work: float = 0.0
+    near_work: float | None = None
     wall_s: float = 0.0
 
 
@@ -163,7 +165,14 @@ def ours(on: Ready) -> dict[str, Found]:
 
 def proven(found: Found, selection: ProvenSelection) -> Found:
     """`found` with what the search says of itself."""
-    return replace(found, bound=selection.lower_bound, why_stopped=selection.why_stopped, work=selection.work)
+    near = (p.work for p in selection.curve if p.stations - p.bound <= max(1.0, 0.02 * p.stations))
+    return replace(
+        found,
+        bound=selection.lower_bound,
+        why_stopped=selection.why_stopped,
+        work=selection.work,
+        near_work=next(near, None),
+    )
 
 
 def refined(on: Ready, chosen: tuple[int, ...]) -> Refined:
@@ -183,6 +192,8 @@ def broken_promises(case: Case, found: dict[str, Found]) -> list[str]:
         said.append(f"refined takes {off_grid.stations}, joined {linked.stations}")
     for name in ("greedy_links", "greedy_circles", "paper"):
         rival = found[name]
+        if rival.met and rival.networks < min(linked.networks, off_grid.networks):
+            said.append(f"joined leaves {linked.networks} networks, {name} {rival.networks}")
         if rival.met and cover.stations > rival.stations:
             said.append(f"cover takes {cover.stations}, {name} {rival.stations}")
         if rival.met and rival.joined and linked.stations > rival.stations:
@@ -215,9 +226,13 @@ def measure(case: Case) -> dict[str, Any] | None:
         "pool_cpu_s": cpu_s,
         "pool_wall_s": wall_s,
         "engine": f"{on.engine.name}: {on.engine.device}",
-        "broken": broken_promises(case, found),
         "methods": {name: asdict(each) for name, each in found.items()},
     }
+
+
+def judge(case: Case, row: dict[str, Any]) -> None:
+    """Say in a row of the record what it breaks."""
+    row["broken"] = broken_promises(case, {name: Found(**each) for name, each in row["methods"].items()})
 
 
 def machine() -> str:
@@ -234,6 +249,9 @@ def run(record: Path, only: Sequence[str], minutes: float) -> dict[str, Any]:
     known: dict[str, Any] = {"machine": machine(), "rows": {}}
     if record.exists():
         known = json.loads(record.read_text(encoding="utf-8"))
+        for case in cases():
+            if case.key in known["rows"]:
+                judge(case, known["rows"][case.key])
     for case in cases():
         if case.key in known["rows"] or (only and not any(text in case.key for text in only)):
             continue
@@ -243,6 +261,7 @@ def run(record: Path, only: Sequence[str], minutes: float) -> dict[str, Any]:
         if row is None:
             print(f"{case.key}: not here, left out", flush=True)
             continue
+        judge(case, row)
         known["rows"][case.key] = row
         record.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
         print(told(case.key, row), flush=True)
