@@ -5,7 +5,7 @@ Input candidates (local frame, metres), a `Survey` and settings, output a `Pool`
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -27,7 +27,7 @@ class Pool:
 
     targets : those of the demand, of what the FIRST pool can achieve: places that come later change no requirement.
     links : between the candidates; None where no network is asked for. given, kept : rows of stations that are in every
-    plan, and of those of an earlier plan.
+    plan, and of those of an earlier plan. barred : (N,) bool, candidates that are not to be chosen, see `_not_needed`.
     """
 
     candidates: Candidates
@@ -38,11 +38,13 @@ class Pool:
     given: tuple[int, ...] = ()
     kept: tuple[int, ...] = ()
     loops: bool = False
+    barred: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
     @cached_property
     def problem(self) -> CoverProblem:
-        """The problem of selection."""
-        return cover_problem(self.rows.met, self.demand.area_m2, self.targets)
+        """The problem of selection. Who is barred sees nothing in it; what there is to be seen stays the same."""
+        whole = cover_problem(self.rows.met, self.demand.area_m2, self.targets)
+        return _blinded(whole, self.barred) if self.barred.any() else whole
 
     @cached_property
     def network(self) -> Network | None:
@@ -102,15 +104,48 @@ def make_pool(
     demand = demand_of(survey, settings, engine, candidates.position_m, progress=progress)
     n_met = times_seen(demand.rows.met)
     targets = tuple(replace(t, part=t.part & (n_met >= t.seen_from)) for t in demand.targets)
-    return Pool(
+    pool = Pool(
         candidates=candidates,
         demand=demand,
         rows=demand.rows,
         targets=targets,
-        links=_links(survey, settings, demand.rows.seen, progress),
+        links=_links(survey, settings, demand.rows.seen, progress) if settings.method == "proven" else None,
         given=tuple(given.tolist()),
         kept=tuple(kept.tolist()),
         loops=settings.requirements.network == "loops",
+        barred=np.zeros(candidates.floor.size, dtype=bool),
+    )
+    if pool.links is None:
+        return pool
+    held = np.unique(pool.links.part[[*pool.given, *pool.kept]])
+    return replace(pool, barred=_not_needed(pool.problem, pool.links.part, held))
+
+
+def _not_needed(problem: CoverProblem, part: Int32Array, held: Int32Array) -> BoolArray:
+    """(N,) bool: candidates of parts of the network, (N,), that a plan can do without: the fewer parts, the better.
+
+    The smallest parts go first, as long as the others meet every target; those of `held` stay. What is left cannot
+    be registered in fewer parts, but for the order in which they went.
+    """
+    owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
+    n_seen = np.bincount(problem.row, minlength=problem.n_rows)
+    gone = np.zeros(int(part.max(initial=-1)) + 1, dtype=bool)
+    for number in np.argsort(np.bincount(part), kind="stable").tolist():
+        if number in held:
+            continue
+        less = n_seen - np.bincount(problem.row[part[owner] == number], minlength=problem.n_rows)
+        if (problem.ticks_of(less) >= problem.required).all():
+            n_seen, gone[number] = less, True
+    return gone[part]
+
+
+def _blinded(problem: CoverProblem, which: BoolArray) -> CoverProblem:
+    """Let some candidates, (N,) bool, see nothing: they keep their numbers and are in no set."""
+    size = np.diff(problem.starts)
+    return replace(
+        problem,
+        starts=np.concatenate([[0], np.cumsum(np.where(which, 0, size))]).astype(np.int64),
+        row=problem.row[np.repeat(~which, size)],
     )
 
 
@@ -127,12 +162,16 @@ def extended(
     looked = rows_from(survey, settings, engine, more.position_m, pool.demand, progress=progress)
     seen = _joined(pool.rows.seen, looked.seen)
     met = seen if pool.rows.met is pool.rows.seen else _joined(pool.rows.met, looked.met)
-    links = _links(survey, settings, seen, progress)
+    links = None
+    if pool.links is not None:
+        found = _links(survey, settings, seen, progress)
+        links = None if found is None else _within_parts(found, pool.links.part, pool.barred)
     return replace(
         pool,
         candidates=_both(pool.candidates, more),
         rows=Rows(seen, met),
-        links=links if links is None or pool.links is None else _within_parts(links, pool.links.part),
+        links=links,
+        barred=_barred_later(pool, links, n=pool.n_candidates + int(more.floor.size)),
     )
 
 
@@ -147,6 +186,7 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
         links=None if pool.links is None else _links_among(pool.links, rows, place),
         given=tuple(place[list(pool.given)].tolist()),
         kept=tuple(int(p) for p in place[list(pool.kept)] if p >= 0),
+        barred=pool.barred[rows],
     )
 
 
@@ -165,15 +205,25 @@ def _links(survey: Survey, settings: PlanSettings, seen: Visibility, progress: P
     )
 
 
-def _within_parts(links: CandidateLinks, part: Int32Array) -> CandidateLinks:
+def _barred_later(pool: Pool, links: CandidateLinks | None, *, n: int) -> BoolArray:
+    """(n,) bool: of later candidates, those that are of no part that plans are made in."""
+    barred = np.zeros(n, dtype=bool)
+    barred[: pool.n_candidates] = pool.barred
+    if links is not None:
+        barred |= ~np.isin(links.part, np.unique(links.part[: pool.n_candidates][~pool.barred]))
+    return barred
+
+
+def _within_parts(links: CandidateLinks, part: Int32Array, barred: BoolArray) -> CandidateLinks:
     """Keep the parts of the first candidates, (M,), apart: what hung together as far as it could still does so.
 
-    Later candidates are of the first part that they are linked to.
+    Later candidates are of the first part that they are linked to by a candidate that is not barred, (M,) bool.
     """
     n = links.n_candidates
     owner = np.repeat(np.arange(n), np.diff(links.starts))
     of_part = np.concatenate([part, np.full(n - part.size, n, dtype=np.int64)])
     to_old = (owner >= part.size) & (links.neighbour < part.size)
+    to_old[to_old] = ~barred[links.neighbour[to_old]]
     np.minimum.at(of_part, owner[to_old], part[links.neighbour[to_old]])
     lone = of_part == n
     of_part[lone] = int(part.max(initial=-1)) + 1 + np.arange(int(lone.sum()))

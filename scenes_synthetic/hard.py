@@ -40,11 +40,11 @@ def glass_and_mirror(*, seed: int = 0) -> SyntheticScene:
 
 
 def thin_walls(*, seed: int = 0) -> SyntheticScene:
-    """Three rooms of 3 x 4 m behind one another, parted by 10 mm of board and by 1 mm of sheet: 3 stations.
+    """Three rooms of 3 x 4 m behind one another, parted by 10 mm of board and by 1 mm of sheet: 2 stations.
 
     Needed: the west face of the first partition is seen from west of it only, the east face of the second from east of
-    it only, and no place west of the first or east of the second sees the faces between. Enough: a station in each
-    room, opposite the doorways, sees its convex room and the doorways' reveals.
+    it only. Enough, but for a tenth of a square metre on the partitions' edges: a station half a metre before either
+    outer doorway sees its convex room and, through the doorway, the far half of the middle room and the far partition.
     """
     del seed
     width, depth = 9.011, 4.0
@@ -56,9 +56,9 @@ def thin_walls(*, seed: int = 0) -> SyntheticScene:
     spans = {"Room west": (0.0, first[0]), "Room middle": (first[1], second[0]), "Room east": (second[1], width)}
     rooms = [_rectangle(name, low, 0.0, high, depth) for name, (low, high) in spans.items()]
     parts = [*_slabs(width, depth), *_shell(width, depth), *partitions]
-    stations = tuple((x, 2.0, 1.0) for x in (1.5, 4.5, 7.5))
+    stations = tuple((x, 2.0, 1.0) for x in (2.5, 6.511))
     found = _assemble("thin-walls", rooms, parts, width, depth)
-    return replace(found, truth=replace(found.truth, n_stations=3, stations_m=stations))
+    return replace(found, truth=replace(found.truth, n_stations=2, stations_m=stations))
 
 
 def doors_open(*, seed: int = 0) -> SyntheticScene:
