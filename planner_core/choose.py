@@ -28,7 +28,7 @@ from planner_core.pool import Choice, Pool
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.refine import WORK_SHARE, refine
 from planner_core.route.least_time import LeastTimeSettings, Walks, least_time
-from planner_core.route.route import ends_of, ends_on_ground
+from planner_core.route.route import ends_of, ends_on_ground, plan_route
 from planner_core.scan.engine import ScanEngine, device_of
 from planner_core.select.bound import lower_bound
 from planner_core.select.greedy import drop_redundant, select_greedy
@@ -188,16 +188,18 @@ def _refined(
     better = refine(choice.pool, choice.chosen, survey, settings, engine, work, allowed=allowed, progress=progress)
     _settle(progress, "refine", INTERRUPTED if better.interrupted else "")
     why_stopped = INTERRUPTED if better.interrupted else choice.why_stopped
-    if len(better.chosen) == len(choice.chosen) or better.interrupted:
-        # The bound that was proven is that of the first candidates.
+    if len(better.chosen) == len(choice.chosen):
+        # As many: the bound that was proven is that of the first candidates.
         return replace(choice, pool=better.pool, chosen=better.chosen, why_stopped=why_stopped)
-    again = _select(better.pool, budget.left, engine, progress, start=better.chosen)
+    # Somebody who has interrupted waits for a bound that needs no search.
+    left = replace(budget.left, work_limit=0.0) if better.interrupted else budget.left
+    again = _select(better.pool, left, engine, progress, start=better.chosen)
     return replace(
         choice,
         pool=better.pool,
         chosen=again.chosen,
         lower_bound=again.lower_bound,
-        why_stopped=again.why_stopped,
+        why_stopped=INTERRUPTED if better.interrupted else again.why_stopped,
         n_bounded=better.pool.n_candidates,
     )
 
@@ -242,9 +244,38 @@ def _quickest(
         network=pool.network,
         progress=progress,
     )
-    why_stopped = INTERRUPTED if found.interrupted else choice.why_stopped
     _settle(progress, "least time", INTERRUPTED if found.interrupted else "")
-    return replace(choice, chosen=found.chosen, why_stopped=why_stopped, value=found.seconds, bound=found.lower_bound_s)
+    # The search measures walks a little differently from the route that the crew gets, and that one counts.
+    before = _field_s(pool, choice.chosen, places, survey, settings, scan_s)
+    after = _field_s(pool, found.chosen, places, survey, settings, scan_s)
+    chosen, (_, seconds) = (found.chosen, after) if after < before else (choice.chosen, before)
+    return replace(
+        choice,
+        chosen=chosen,
+        why_stopped=INTERRUPTED if found.interrupted else choice.why_stopped,
+        value=seconds,
+        bound=min(found.lower_bound_s, seconds),
+    )
+
+
+def _field_s(
+    pool: Pool, chosen: tuple[int, ...], places: Places, survey: Survey, settings: PlanSettings, scan_s: float
+) -> tuple[int, float]:
+    """Legs that can't be walked, and seconds for all else, by the route through chosen rows."""
+    rows = np.array(chosen, dtype=np.int64)
+    scanned = np.isin(rows, places.rows_of("scanned"))
+    at = pool.take(rows)
+    route = plan_route(
+        places.reach,
+        at.position_m,
+        at.instrument_height_m,
+        at.floor,
+        ends=ends_of(settings.site, survey.scene.offset_m),
+        scanned=scanned,
+        seed=settings.seed,
+    )
+    stations_s = int((~scanned).sum()) * (scan_s + settings.set_up_s)
+    return route.n_unwalkable, stations_s + route.length_m / settings.walking_m_per_s
 
 
 def _most_covered(

@@ -119,7 +119,7 @@ def _check_objective(settings: PlanSettings) -> None:
         )
     if (objective == "coverage") != (settings.max_stations is not None):
         raise RequirementError(
-            f"objective {objective}: got {settings.max_stations or 'no'} stations as its limit, expected one with "
+            f"objective {objective}: got {_or_no(settings.max_stations)} stations as its limit, expected one with "
             "objective coverage and none otherwise; give both, such as coverage and 10 stations, or neither"
         )
     if settings.max_stations is not None and settings.max_stations < 1:
@@ -130,6 +130,10 @@ def _check_objective(settings: PlanSettings) -> None:
             f"kept stations: got them with method {settings.method} and objective {objective}, which would not keep "
             "them; use method proven and objective fewest"
         )
+
+
+def _or_no(number: int | None) -> str:
+    return "no" if number is None else str(number)
 
 
 def _places(
