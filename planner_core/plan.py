@@ -14,7 +14,7 @@ import numpy as np
 from planner_core.choose import choose, choose_greedily, selection_settings
 from planner_core.errors import RequirementError
 from planner_core.ground.places import Places, find_places, places_as_they_are
-from planner_core.model import BoolArray, Candidates, Int64Array, Plan, PlanSettings, Scene, Station, Survey
+from planner_core.model import BoolArray, Candidates, Int64Array, Plan, PlanSettings, Scene, Site, Station, Survey
 from planner_core.paper import choose_by_paper, find_pool, paper_settings
 from planner_core.pool import Choice, Pool, make_pool
 from planner_core.progress import Progress, silent
@@ -184,7 +184,7 @@ def _described(
         survey,
         settings,
         caster,
-        stations=_stations(survey, pool.take(rows), _names(places, rows), scanned),
+        stations=_stations(survey, pool.take(rows), _names(places, rows, settings.site), scanned),
         demand=pool.demand,
         rows=pool.rows.take(rows),
         surroundings=Surroundings(pool.candidates.position_m, pool.rows, places.reach),
@@ -206,10 +206,13 @@ def _described(
     )
 
 
-def _names(places: Places, rows: Int64Array) -> list[str]:
-    """Ids of stations: those that have one keep it, the others are numbered as they are visited."""
+def _names(places: Places, rows: Int64Array, site: Site) -> list[str]:
+    """Ids of stations: those that have one keep it, the others are numbered as they are visited.
+
+    Nor is a number given again that a station of an earlier plan had: it would be taken for that one.
+    """
     told = {each.row: each.place.station.id for each in places.settled}
-    taken = set(told.values())
+    taken = {station.id for station in site.settled if station.role != "forbidden"}
     free = (name for name in (f"S{number:03d}" for number in count(1)) if name not in taken)
     return [told[int(row)] if int(row) in told else next(free) for row in rows]
 
