@@ -39,6 +39,7 @@ from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import LARGE_ENTRIES, select_large
 from planner_core.select.network import Network
 from planner_core.select.network_start import joined
+from planner_core.select.problem import CoverProblem, cover_problem
 from planner_core.select.proven import ProvenSelection, select
 from planner_core.survey import make_survey, planned_floors
 
@@ -49,7 +50,7 @@ T = TypeVar("T")
 class Found:
     """A set of stations. networks : that registration leaves; parts : the fewest that these candidates allow them.
 
-    met : whether the set meets every target. joined : whether it hangs together besides. cpu_s : of the process.
+    met : whether the set meets every target. joined : whether it is in no more networks. cpu_s : of the process.
     near_work : of a search, work until its gap was at most 2 % or one station; None: it never was.
     """
 
@@ -68,14 +69,20 @@ class Found:
 
 @dataclass(frozen=True)
 class Ready:
-    """A case's scene looked at from everywhere: what all methods choose from."""
+    """A case's scene looked at from everywhere: what all methods choose from.
+
+    whole : the problem with all candidates; that of `pool` lets those see nothing that would be a network of their own
+    for nothing. parts : networks that are left then.
+    """
 
     case: Case
     survey: Survey
     engine: ScanEngine
     places: Places
     pool: Pool
+    whole: CoverProblem
     network: Network
+    parts: int
 
 
 def ready(case: Case) -> Ready | None:
@@ -91,7 +98,13 @@ def ready(case: Case) -> Ready | None:
     pool = make_pool(survey, case.settings, engine, places.candidates, given=none, kept=none)
     network = pool.network
     assert network is not None, "these cases all ask for a network"
-    return Ready(case, survey, engine, places, pool, network)
+    parts = int(np.unique(network.part[~pool.barred]).size)
+    return Ready(case, survey, engine, places, pool, whole_problem(pool), network, parts)
+
+
+def whole_problem(pool: Pool) -> CoverProblem:
+    """The problem of a pool with no candidate barred: what methods are about that ask for no network."""
+    return cover_problem(pool.rows.met, pool.demand.area_m2, pool.targets)
 
 
 def timed(call: Callable[[], T]) -> tuple[T, float, float]:
@@ -101,27 +114,33 @@ def timed(call: Callable[[], T]) -> tuple[T, float, float]:
     return result, time.process_time() - begin, time.perf_counter() - wall
 
 
-def judged(pool: Pool, network: Network, chosen: Sequence[int], cpu_s: float, wall_s: float) -> Found:
-    """Look at a set by the means of `select.check`, which no method uses to find one."""
+def judged(on: Ready, chosen: Sequence[int], cpu_s: float, wall_s: float, *, later: Pool | None = None) -> Found:
+    """Look at a set by the means of `select.check`, which no method uses to find one.
+
+    later : the pool with the places off the grid that the set takes.
+    """
+    pool = on.pool if later is None else later
+    problem = on.whole if later is None else whole_problem(later)
+    network = pool.network
+    assert network is not None
     meets = True
     try:
-        check_selection(pool.problem, chosen)
+        check_selection(problem, chosen)
         check_coverage(pool.rows.met, pool.demand.area_m2, pool.targets, chosen)
     except SelectionCheckError:
         meets = False
-    hangs = True
+    networks = int(np.unique(network.part[list(chosen)]).size) + network.faults(list(chosen))
+    hangs = networks <= on.parts
     try:
-        check_selection(replace(pool.problem, required=np.zeros_like(pool.problem.required)), chosen, network=network)
+        check_selection(replace(problem, required=np.zeros_like(problem.required)), chosen, network=network)
     except SelectionCheckError:
         hangs = False
-    parts = int(np.unique(network.part[list(chosen)]).size)
-    apart = network.faults(list(chosen))
-    return Found(len(chosen), parts + apart, parts, meets, hangs, cpu_s, wall_s=wall_s)
+    return Found(len(chosen), networks, on.parts, meets, hangs, cpu_s, wall_s=wall_s)
 
 
 def rivals(on: Ready) -> dict[str, Found]:
     """Greedy selection alone and repaired, and the paper's selection and repair."""
-    pool, problem, settings = on.pool, on.pool.problem, on.case.settings
+    pool, problem, within, settings = on.pool, on.whole, on.pool.problem, on.case.settings
     paper = replace(paper_settings(replace(settings, method_options=())), search="none")
 
     def repaired(chosen: Sequence[int], by: PaperSettings) -> list[int]:
@@ -130,36 +149,37 @@ def rivals(on: Ready) -> dict[str, Found]:
 
     greedy, greedy_s, greedy_wall_s = timed(lambda: list(select_greedy(problem).chosen))
     linked, linked_s, linked_wall_s = timed(
-        lambda: drop_redundant(problem, joined(problem, on.network, greedy), network=on.network)
+        lambda: drop_redundant(
+            within, joined(within, on.network, list(select_greedy(within).chosen)), network=on.network
+        )
     )
     circles, circles_s, circles_wall_s = timed(lambda: repaired(greedy, paper))
     genes, genes_s, genes_wall_s = timed(lambda: repaired(select_by_genes(problem, paper, on.engine).tolist(), paper))
     return {
-        "greedy": judged(pool, on.network, greedy, greedy_s, greedy_wall_s),
-        "greedy_links": judged(pool, on.network, linked, greedy_s + linked_s, greedy_wall_s + linked_wall_s),
-        "greedy_circles": judged(pool, on.network, circles, greedy_s + circles_s, greedy_wall_s + circles_wall_s),
-        "paper": judged(pool, on.network, genes, genes_s, genes_wall_s),
+        "greedy": judged(on, greedy, greedy_s, greedy_wall_s),
+        "greedy_links": judged(on, linked, linked_s, linked_wall_s),
+        "greedy_circles": judged(on, circles, greedy_s + circles_s, greedy_wall_s + circles_wall_s),
+        "paper": judged(on, genes, genes_s, genes_wall_s),
     }
 
 
 def ours(on: Ready) -> dict[str, Found]:
     """Stations that cover, that hang together, and that left the grid besides."""
-    pool, settings = on.pool, selection_settings(on.case.settings)
-    search = select_large if pool.problem.row.size > LARGE_ENTRIES else select
+    settings = selection_settings(on.case.settings)
     device = device_of(on.engine)
 
     def of(network: Network | None) -> Found:
         limit = replace(settings, work_limit=on.case.cover_work if network is None else on.case.work)
-        found, cpu_s, wall_s = timed(lambda: search(pool.problem, limit, network=network, device=device))
+        problem = on.whole if network is None else on.pool.problem
+        search = select_large if problem.row.size > LARGE_ENTRIES else select
+        found, cpu_s, wall_s = timed(lambda: search(problem, limit, network=network, device=device))
         chosen[network is not None] = found.chosen
-        return proven(judged(pool, on.network, found.chosen, cpu_s, wall_s), found)
+        return proven(judged(on, found.chosen, cpu_s, wall_s), found)
 
     chosen: dict[bool, tuple[int, ...]] = {}
     cover, linked = of(None), of(on.network)
     found, cpu_s, wall_s = timed(lambda: refined(on, chosen[True]))
-    network = found.pool.network
-    assert network is not None
-    off_grid = judged(found.pool, network, found.chosen, linked.cpu_s + cpu_s, linked.wall_s + wall_s)
+    off_grid = judged(on, found.chosen, linked.cpu_s + cpu_s, linked.wall_s + wall_s, later=found.pool)
     return {"cover": cover, "joined": linked, "refined": off_grid}
 
 
@@ -210,7 +230,7 @@ def measure(case: Case) -> dict[str, Any] | None:
     on, cpu_s, wall_s = timed(lambda: ready(case))
     if on is None:
         return None
-    problem = on.pool.problem
+    problem = on.whole
     found = {**rivals(on), **ours(on)}
     return {
         "group": case.group,
@@ -220,6 +240,7 @@ def measure(case: Case) -> dict[str, Any] | None:
         "work_limit": case.work,
         "cover_work_limit": case.cover_work,
         "candidates": problem.n_candidates,
+        "barred": int(on.pool.barred.sum()),
         "rows": problem.n_rows,
         "entries": int(problem.row.size),
         "links": int(on.network.neighbour.size) // 2,

@@ -23,7 +23,7 @@ REAL = ("duplex", "fzk-haus")
 FAR_M = 100.0
 HEIGHT_M = 1.5
 #: Work limits of one selection, about seconds of one core.
-PUZZLE_WORK, SCENE_WORK, TARGET_WORK = 10.0, 6.0, 240.0
+PUZZLE_WORK, SCENE_WORK, TARGET_WORK = 10.0, 6.0, 150.0
 #: The cover alone is no target: it gets so much of it.
 TARGET_COVER_WORK = 10.0
 #: Part of the area that a puzzle asks for: walls that meet hide slivers, by rounding, that no puzzle means.

@@ -20,13 +20,16 @@ in all; links of 30 % overlap and the default strength; candidates every 0.5 m a
 doorways, middles of rooms and landings, unless told otherwise; glass stops beams, doors are open.
 
 - *greedy*: `select_greedy`, which covers and asks for no network.
-- *greedy + links*: that, joined by the real links (`select.network_start.joined`), then `drop_redundant`: repair
-  afterwards.
+- *greedy + links*: greedy on the candidates that joined chooses from, joined by the real links
+  (`select.network_start.joined`), then `drop_redundant`: repair afterwards.
 - *greedy + circles*: greedy, then the method paper's overlap repair by circles.
 - *paper*: `--method paper` without its spatial search, which would look for other candidates: genetic selection, then
   repair by circles.
 - *cover*: ours without a network. *joined*: ours with the network inside the search: what `tlsplan plan --no-refine`
   does. *refined*: joined, then places off the grid: what `tlsplan plan` does.
+
+Candidates that no plan needs and that would be a network of their own are left aside, by joined, refined and greedy +
+links: `planner_core.pool` says which. The other methods, which ask for no network, choose from all.
 
 A number in brackets: registration networks that the set leaves, where that is more than these candidates allow.
 \N{DAGGER}: the set misses a coverage target. Every set is looked at by `select.check`, which no method uses to search.
