@@ -66,14 +66,17 @@ def _summary(rows: Sequence[Row]) -> list[str]:
     lines = ["## In short"]
     for name, rival in (("greedy + links", "greedy_links"), ("greedy + circles", "greedy_circles"), ("paper", "paper")):
         same = [row for row in rows if _method(row, rival)["met"] and _method(row, rival)["joined"]]
+        if not same:
+            lines.append(f"- Against {name}: in none of {len(rows)} rows does its set meet the same.")
+            continue
         theirs = sum(_n(row, rival) for row in same)
         on_grid, off_grid = (sum(_n(row, ours) for row in same) for ours in ("joined", "refined"))
         never = "never more" if all(_n(row, "joined") <= _n(row, rival) for row in same) else "NOT never more"
         fewer = sum(_n(row, "joined") < _n(row, rival) for row in same)
         lines.append(
             f"- Against {name}, in the {len(same)} of {len(rows)} rows in which its set meets the targets and is as "
-            f"joined as can be: {theirs} stations, ours {on_grid} joined ({_percent(1 - on_grid / max(theirs, 1))} "
-            f"fewer) and {off_grid} refined; {never}, fewer in {fewer} rows."
+            f"joined as can be: {theirs} stations, ours {on_grid} joined ({_percent(1 - on_grid / theirs)} "
+            f"fewer) and {off_grid} refined; {never}, fewer in {fewer} of them."
         )
     proven = sum(_gap(_method(row, "joined")) <= 0 for row in rows)
     near = sum(_is_near(_method(row, "joined")) for row in rows)
