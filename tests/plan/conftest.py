@@ -20,7 +20,7 @@ SMALL = PlanSettings(
     instrument_heights_m=(1.5,),
     max_patch_area_m2=0.4,
     method="proven",
-    method_options=(("work_limit", "0.3"),),
+    method_options=(("work_limit", "0.1"),),
     refine=False,
 )
 

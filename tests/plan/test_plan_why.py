@@ -21,7 +21,7 @@ Planned = Callable[[str, PlanSettings], Plan]
 def test_areas_by_reason_add_up_to_all_surface_and_the_unseen_is_listed_whole(
     scene: str, small: PlanSettings, planned: Planned
 ) -> None:
-    plan = planned(scene, replace(small, method_options=(("work_limit", "0.1"),)))
+    plan = planned(scene, replace(small, method_options=(("work_limit", "0.02"),)))
     why, area_m2 = plan.why, plan.survey.patches.area_m2
     assert why is not None
     assert sum(why.area_by_reason_m2) == pytest.approx(area_m2.sum())
