@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+from decimal import ROUND_CEILING, Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -124,10 +125,15 @@ def _scan_mode(document: dict[str, Any]) -> str:
     return f", {n_beams:,} beams a scan"
 
 
+def _percent_upwards(share: float) -> Decimal:
+    """Return a bound from above in percent, to one digit and never lower; exact, as 100 * share is not."""
+    return (100 * Decimal(str(share))).quantize(Decimal("0.1"), ROUND_CEILING)
+
+
 def _bound(optimality: dict[str, Any]) -> str:
     """Return what is known of how good the number of stations is."""
     if optimality["objective"] == "most coverage":
-        return f", no plan with so many covers more than {100 * optimality['bound']:.1f} %"
+        return f", no plan with so many covers more than {_percent_upwards(optimality['bound'])} %"
     bound = optimality["lower_bound"]
     if bound is None:
         return ""
