@@ -13,7 +13,7 @@ import numpy as np
 from planner_core.metrics.coverage import times_seen
 from planner_core.model import BoolArray, Candidates, Int32Array, Int64Array, PlanSettings, Survey, Visibility
 from planner_core.progress import Progress, silent
-from planner_core.register.candidate_links import CandidateLinks, candidate_links, network_of
+from planner_core.register.candidate_links import CandidateLinks, candidate_links, network_of, parts_of
 from planner_core.register.overlap import surface_of_patches
 from planner_core.requirements.demand import Demand, Rows, demand_of, rows_from
 from planner_core.scan.engine import ScanEngine
@@ -235,7 +235,7 @@ def _links_among(links: CandidateLinks, rows: Int64Array, place: Int64Array) -> 
     keep = (place[owner] >= 0) & (place[links.neighbour] >= 0)
     left = replace(links, neighbour=place[links.neighbour].astype(np.int32))
     left = _kept(left, keep, place[owner], links.part[rows])
-    return replace(left, part=_parts(left.starts, left.neighbour))
+    return replace(left, part=parts_of(left.starts, left.neighbour))
 
 
 def _kept(links: CandidateLinks, keep: BoolArray, owner: Int64Array, part: Int32Array) -> CandidateLinks:
@@ -249,18 +249,6 @@ def _kept(links: CandidateLinks, keep: BoolArray, owner: Int64Array, part: Int32
         strength=links.strength[keep],
         part=part,
     )
-
-
-def _parts(starts: Int64Array, neighbour: Int32Array) -> Int32Array:
-    """(N,) int32, connected component of each candidate, numbered by their first."""
-    from scipy import sparse
-    from scipy.sparse.csgraph import connected_components
-
-    n = starts.size - 1
-    graph = sparse.csr_matrix((np.ones(neighbour.size, dtype=np.int8), neighbour, starts), shape=(n, n))
-    part = connected_components(graph, directed=False)[1]
-    _, first, number = np.unique(part, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(first))[number].astype(np.int32)
 
 
 def _joined(first: Visibility, second: Visibility) -> Visibility:

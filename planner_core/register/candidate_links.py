@@ -13,7 +13,6 @@ import numpy as np
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.register.overlap import MIN_LISTED_OVERLAP
 from planner_core.register.pairs import (
     ROWS_A_BLOCK,
     PairMatrices,
@@ -26,29 +25,8 @@ from planner_core.select.network import Network
 
 
 @dataclass(frozen=True)
-class PartGaps:
-    """Between every two parts that overlap at all, the two candidates that overlap most: what a link there lacks.
-
-    part : (G, 2) int32, lower one first, sorted. candidate : (G, 2) int32, one of each, in the order of `part`; of
-    equal overlaps the first. overlap, strength : (G,) float64. Parts that overlap by less than `MIN_LISTED_OVERLAP`
-    are not listed.
-    """
-
-    part: Int32Array
-    candidate: Int32Array
-    overlap: FloatArray
-    strength: FloatArray
-
-    def between(self, one: int, other: int) -> int | None:
-        """Row of two parts, in any order; None where they are not listed."""
-        low, high = min(one, other), max(one, other)
-        found = np.flatnonzero((self.part[:, 0] == low) & (self.part[:, 1] == high))
-        return int(found[0]) if found.size else None
-
-
-@dataclass(frozen=True)
 class CandidateLinks:
-    """Links of at least `min_overlap` and `min_strength` between N candidates.
+    """Links between N candidates.
 
     starts, neighbour : (N + 1,) int64, (L,) int32, CSR rows, sorted and symmetric. overlap, strength : (L,) float64.
     part : (N,) int32, which candidates links join; parts are numbered by their first candidate.
@@ -59,9 +37,6 @@ class CandidateLinks:
     overlap: FloatArray
     strength: FloatArray
     part: Int32Array
-    best_between_parts: PartGaps
-    min_overlap: float
-    min_strength: float
 
     @property
     def n_candidates(self) -> int:
@@ -119,20 +94,12 @@ def candidate_links(
         raise RequirementError(f"min_strength: got {min_strength:g}, expected 0 to 1; give e.g. 0.01")
     n = visibility.n_positions
     matrices = PairMatrices(visibility, patch_area_m2, surface)
-    listed_from = min(min_overlap, MIN_LISTED_OVERLAP)
     linked: list[tuple[Pairs, FloatArray]] = []
-    short: list[Pairs] = []
-    part = np.arange(n, dtype=np.int32)
-    blocks = overlapping_pairs(visibility, patch_area_m2, min_overlap=listed_from, rows_a_block=rows_a_block)
+    blocks = overlapping_pairs(visibility, patch_area_m2, min_overlap=min_overlap, rows_a_block=rows_a_block)
     for number, pairs in enumerate(blocks, start=1):
-        strength = np.full(pairs.overlap.size, -1.0)
-        enough = pairs.overlap >= min_overlap
-        strength[enough] = strengths_of(matrices.of(pairs.first[enough], pairs.second[enough]))
+        strength = strengths_of(matrices.of(pairs.first, pairs.second))
         holds = strength >= min_strength
         linked.append((_take(pairs, holds), strength[holds]))
-        part = _joined(part, linked[-1][0])
-        # What two parts lack is only asked for in the end; until then, only pairs that may still be asked for are kept.
-        short = [_best(_together([*short, _take(pairs, ~holds)]), part)]
         progress(ProgressEvent("links", min(number * rows_a_block, n), n))
     pairs = _together([one for one, _ in linked])
     strength = np.concatenate([np.empty(0), *(values for _, values in linked)])
@@ -142,10 +109,7 @@ def candidate_links(
         neighbour=neighbour,
         overlap=np.concatenate([pairs.overlap, pairs.overlap])[order],
         strength=np.concatenate([strength, strength])[order],
-        part=part,
-        best_between_parts=_gaps(_together(short), part, matrices),
-        min_overlap=min_overlap,
-        min_strength=min_strength,
+        part=parts_of(starts, neighbour),
     )
 
 
@@ -154,7 +118,21 @@ def network_of(links: CandidateLinks, *, loops: bool = False) -> Network:
     return Network(starts=links.starts, neighbour=links.neighbour, part=links.part, loops=loops)
 
 
-def _take(pairs: Pairs, which: BoolArray | Int64Array) -> Pairs:
+def parts_of(starts: Int64Array, neighbour: Int32Array) -> Int32Array:
+    """(N,) int32, which candidates links, symmetric CSR rows, join; parts are numbered by their first candidate."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    n = starts.size - 1
+    if n == 0:
+        return np.empty(0, dtype=np.int32)
+    graph = csr_array((np.ones(neighbour.size, dtype=np.int8), neighbour, starts), shape=(n, n))
+    label = connected_components(graph, directed=False)[1]
+    _, first, number = np.unique(label, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[number].astype(np.int32)
+
+
+def _take(pairs: Pairs, which: BoolArray) -> Pairs:
     return Pairs(pairs.first[which], pairs.second[which], pairs.overlap[which])
 
 
@@ -167,35 +145,6 @@ def _together(some: list[Pairs]) -> Pairs:
     )
 
 
-def _joined(part: Int32Array, pairs: Pairs) -> Int32Array:
-    """(N,) int32: parts once pairs are linked as well, numbered by their first candidate."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    n_parts = int(part.max(initial=-1)) + 1
-    ends = (part[pairs.first], part[pairs.second])
-    graph = coo_array((np.ones(pairs.first.size, dtype=np.int8), ends), shape=(n_parts, n_parts))
-    label = connected_components(graph, directed=False)[1] if n_parts else np.empty(0, dtype=np.int32)
-    _, first = np.unique(label, return_index=True)
-    renumbered = np.argsort(np.argsort(first))[label]
-    joined: Int32Array = renumbered.astype(np.int32)[part]
-    return joined
-
-
-def _best(pairs: Pairs, part: Int32Array) -> Pairs:
-    """Of the pairs between different parts, the one of each two parts that overlaps most; of equal ones the first.
-
-    Parts only ever grow together, so the best pair of two of them in the end is one of the best pairs before.
-    """
-    one, other = part[pairs.first], part[pairs.second]
-    low, high = np.minimum(one, other), np.maximum(one, other)
-    order = np.lexsort((pairs.second, pairs.first, -pairs.overlap, high, low))
-    order = order[low[order] != high[order]]
-    new = np.ones(order.size, dtype=np.bool_)
-    new[1:] = (np.diff(low[order]) != 0) | (np.diff(high[order]) != 0)
-    return _take(pairs, order[new])
-
-
 def _symmetric(pairs: Pairs, n: int) -> tuple[Int64Array, Int32Array, Int64Array]:
     """CSR rows of pairs in both directions, and where each entry is in the pairs, forwards and then backwards."""
     owner = np.concatenate([pairs.first, pairs.second])
@@ -203,12 +152,3 @@ def _symmetric(pairs: Pairs, n: int) -> tuple[Int64Array, Int32Array, Int64Array
     order = np.lexsort((neighbour, owner))
     starts = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=n))]).astype(np.int64)
     return starts, neighbour[order], order
-
-
-def _gaps(pairs: Pairs, part: Int32Array, matrices: PairMatrices) -> PartGaps:
-    pairs = _best(pairs, part)
-    candidate = np.stack([pairs.first, pairs.second], axis=1)
-    of = part[candidate]
-    swap = of[:, 0] > of[:, 1]
-    candidate[swap], of[swap] = candidate[swap][:, ::-1], of[swap][:, ::-1]
-    return PartGaps(of, candidate, pairs.overlap, strengths_of(matrices.of(pairs.first, pairs.second)))
