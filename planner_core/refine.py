@@ -35,13 +35,11 @@ WORK_SHARE = 0.1
 class Refined:
     """pool : the candidates of before, in their order, and after them those of `chosen` that are off the grid.
 
-    n_tried : places that were looked at. n_before : stations before. interrupted : the search was cut short.
+    interrupted : the search was cut short.
     """
 
     pool: Pool
     chosen: tuple[int, ...]
-    n_tried: int
-    n_before: int
     interrupted: bool = False
 
 
@@ -69,8 +67,7 @@ def refine(
     progress
         A KeyboardInterrupt that it raises ends the search, not the call.
     """
-    n_before, n_tried, interrupted = len(chosen), 0, False
-    n_first, began_s = pool.n_candidates, time.monotonic()
+    n_first, began_s, interrupted = pool.n_candidates, time.monotonic(), False
     for number, (circles, rise) in enumerate(zip(_CIRCLES, _RISES, strict=True)):
         left = _left(selection, began_s)
         if left.time_limit_s == 0.0:
@@ -82,7 +79,6 @@ def refine(
         try:
             progress(ProgressEvent("refine", number, len(_CIRCLES), f"{len(chosen)} stations"))
             more = _around(pool, chosen, shifts, survey, settings, engine, allowed=allowed, progress=progress)
-            n_tried += int(more.floor.size)
             if not more.floor.size:
                 continue
             wide = extended(pool, more, survey, settings, engine, progress=progress)
@@ -94,7 +90,7 @@ def refine(
             break
     if not interrupted:
         progress(ProgressEvent("refine", len(_CIRCLES), len(_CIRCLES), f"{len(chosen)} stations"))
-    return Refined(pool=pool, chosen=chosen, n_tried=n_tried, n_before=n_before, interrupted=interrupted)
+    return Refined(pool=pool, chosen=chosen, interrupted=interrupted)
 
 
 def _left(selection: SelectionSettings, began_s: float) -> SelectionSettings:

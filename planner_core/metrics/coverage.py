@@ -45,16 +45,6 @@ def times_seen(visibility: Visibility) -> Int32Array:
     return np.bincount(visibility.patch, minlength=visibility.n_patches).astype(np.int32)
 
 
-def n_patches_seen(visibility: Visibility) -> int:
-    """F1 by count (Eq. 1): distinct patches seen by any position."""
-    return int(np.count_nonzero(times_seen(visibility)))
-
-
-def seen_area_m2(visibility: Visibility, patch_area_m2: FloatArray) -> float:
-    """F1 by area: area of the distinct patches seen by any position."""
-    return float(patch_area_m2[times_seen(visibility) > 0].sum())
-
-
 def floor_of_patch(patches: Patches, floor_of_triangle: Int32Array) -> Int32Array:
     """(P,) int32: the floor that each patch counts for; -1 none."""
     return np.repeat(floor_of_triangle, np.diff(patches.first_patch)).astype(np.int32)
@@ -85,20 +75,6 @@ def covered_and_own_area_m2(visibility: Visibility, area_m2: FloatArray) -> tupl
     n = visibility.n_positions
     covered, own = (np.bincount(row, weights=area, minlength=n).astype(np.float64) for area in (weight, alone))
     return covered, own
-
-
-def coverage_curve(visibility: Visibility, area_m2: FloatArray, counted: BoolArray) -> tuple[float, ...]:
-    """Covered fraction of the `counted` area after the first row, the first two, and so on.
-
-    counted : (P,) bool, the achievable patches in question.
-    """
-    total = float(area_m2[counted].sum())
-    seen = np.zeros(visibility.n_patches, dtype=bool)
-    curve = []
-    for index in range(visibility.n_positions):
-        seen[visibility.row(index)] = True
-        curve.append(float(area_m2[seen & counted].sum()) / total if total > 0 else 1.0)
-    return tuple(curve)
 
 
 def unseen_elements(

@@ -86,7 +86,8 @@ def demand_of(
 ) -> Demand:
     """Look from each of positions (N, 3), local frame, and say which patches meet what is asked.
 
-    Where no limit is asked of anything, rows, areas and targets are those of `visible_from` and `floor_targets`.
+    Where no limit is asked of anything, rows are those of `visible_from`, areas the patches' own, and targets those of
+    `planner_core.select.problem.floor_targets`.
 
     Raises
     ------

@@ -171,6 +171,9 @@ def _merged_rows(visibility: Visibility, row_of_patch: Int64Array, n_rows: int) 
 def floor_targets(
     floor_of_patch: Int32Array, floors: tuple[int, ...], scope: BoolArray, fraction: float, seen_from: int = 1
 ) -> tuple[Target, ...]:
-    """One target a planned floor, and one for everything in `scope` together."""
+    """One target a planned floor, and one for everything in `scope` together: for problems made without a `Demand`.
+
+    floor_of_patch : (P,) int32. floors : indices of those planned. scope : (P,) bool, see `scope_of`.
+    """
     parts = (*(floor_of_patch == index for index in floors), scope)
     return tuple(Target(part, fraction, seen_from) for part in parts)
