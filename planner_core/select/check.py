@@ -2,17 +2,19 @@
 
 Input a `CoverProblem`, or `Visibility` with patch areas (m^2), and the chosen candidates; nothing is returned, a set
 that falls short raises. Selection runs the first on every set before it hands it on. Neither uses anything of the
-search: rows are gathered in Python's own sets, areas summed in Python's own whole numbers, or by `math.fsum`.
+search: rows are counted one by one, areas summed in Python's own whole numbers, or by `math.fsum`.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+
+import numpy as np
 
 from planner_core.errors import PlannerError
-from planner_core.model import FloatArray, Visibility
+from planner_core.model import FloatArray, Int64Array, Visibility
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem, Target
 
@@ -110,19 +112,25 @@ def check_coverage(
         A target is missed by more than rounding in the last places.
     """
     _check_candidates(chosen, visibility.n_positions)
-    possible = Counter(visibility.patch.tolist())
-    looks: Counter[int] = Counter()
-    for candidate in chosen:
-        looks.update(visibility.row(candidate).tolist())
+    possible = _times_seen(visibility, range(visibility.n_positions))
+    looks = _times_seen(visibility, chosen)
     for number, target in enumerate(targets):
-        achievable = [p for p, n in possible.items() if n >= target.seen_from and target.part[p]]
-        whole_m2 = math.fsum(float(patch_area_m2[p]) for p in achievable)
-        covered_m2 = math.fsum(float(patch_area_m2[p]) for p in achievable if looks[p] >= target.seen_from)
+        achievable = target.part & (possible >= target.seen_from)
+        whole_m2 = math.fsum(patch_area_m2[achievable])
+        covered_m2 = math.fsum(patch_area_m2[achievable & (looks >= target.seen_from)])
         if covered_m2 < (target.fraction - _SHARE_SLACK) * whole_m2:
             raise SelectionCheckError(
                 f"selection: got {covered_m2:.6f} m2 of target {number}, expected {target.fraction:g} of "
                 f"{whole_m2:.6f} m2; please report this"
             )
+
+
+def _times_seen(visibility: Visibility, candidates: Iterable[int]) -> Int64Array:
+    """(P,) from how many of the candidates each patch is seen, row by row: all rows at once are millions of numbers."""
+    times = np.zeros(visibility.n_patches, dtype=np.int64)
+    for candidate in candidates:
+        times[visibility.row(candidate)] += 1  # a patch that a row has twice is seen once
+    return times
 
 
 def _check_candidates(chosen: Sequence[int], n_candidates: int) -> None:
