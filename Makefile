@@ -19,10 +19,10 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e bench bench-patch-mode bench-genetic bench-selection bench-planning plan-scenes soak kernel-check wheel test-wheel docs lock clean
+.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e bench bench-patch-mode bench-genetic bench-selection bench-selection-large bench-planning plan-scenes soak kernel-check wheel test-wheel docs lock clean
 
 help: ## list the targets
-	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
+	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
 
 # ------------------------------------------------------------------------------------------------ use
 demo: setup ## plan a synthetic two-storey house, or your own building with SCENE=path/to/building.ifc
@@ -70,6 +70,9 @@ bench-genetic: $(DEV) ## genetic selection against its host version and DEAP; wr
 
 bench-selection: $(DEV) ## proven selection against greedy and genetic selection; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_selection.py --write docs/benchmarks/selection.md
+
+bench-selection-large: $(DEV) ## selection of large problems: time, memory, stations; writes docs/benchmarks
+	$(BIN)/python tests/benchmarks/bench_selection_large.py --write docs/benchmarks/selection-large.md
 
 bench-planning: $(DEV) ## the whole planner against its rivals on every scene; writes docs/benchmarks; goes on where it was interrupted
 	$(BIN)/python tests/benchmarks/bench_planning.py --write docs/benchmarks/planning.md
