@@ -35,7 +35,6 @@ from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import LARGE_ENTRIES, select_large
 from planner_core.select.most_coverage import most_coverage
 from planner_core.select.polish import polish
-from planner_core.select.problem import cover_problem
 from planner_core.select.proven import INTERRUPTED, ProvenSelection, SelectionSettings, select
 
 #: A scan takes so long where neither scanner nor user says: only the balance of scans and steps hangs on it.
@@ -282,8 +281,15 @@ def _most_covered(
     pool: Pool, settings: PlanSettings, budget: _Budget, engine: ScanEngine, progress: Progress
 ) -> Choice:
     assert settings.max_stations is not None  # `planner_core.plan.check_method` has looked
-    overall = pool.demand.goals.index(pool.demand.overall)
-    problem = cover_problem(pool.rows.met, pool.demand.area_m2, (pool.targets[overall],))
+    # Of the pool's problem, in which stations that nobody can be registered with see nothing, what is asked of all.
+    overall = [pool.demand.goals.index(pool.demand.overall)]
+    problem = replace(
+        pool.problem,
+        counts_for=pool.problem.counts_for[overall],
+        required=pool.problem.required[overall],
+        least=pool.problem.least[overall],
+        seen_from=pool.problem.seen_from[overall],
+    )
     found = most_coverage(
         problem,
         settings.max_stations,

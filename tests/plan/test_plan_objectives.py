@@ -61,6 +61,14 @@ def test_coverage_grows_with_the_stations_allowed_and_never_passes_its_bound(
         assert plan.coverage.fraction_of_achievable == pytest.approx(value, abs=1e-6)
 
 
+def test_the_plan_of_most_coverage_is_one_network_too(small: PlanSettings, planned: Planned) -> None:
+    # From 1.7 m this scanner sees no floor in the middle of a room: nothing tells the height there.
+    settings = replace(small, objective="coverage", max_stations=6, instrument_heights_m=(1.3, 1.7))
+    plan = planned("doors-open", settings)
+    assert plan.registration is not None
+    assert [len(network.stations) for network in plan.registration.networks] == [len(plan.stations)]
+
+
 @pytest.mark.parametrize("scene", ["corridor-comb", "doors-open"])
 def test_the_plan_of_least_time_takes_no_longer_than_that_of_fewest_stations(
     scene: str, small: PlanSettings, planned: Planned
