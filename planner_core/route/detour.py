@@ -28,8 +28,8 @@ def exchange_detours_m(away_m: FloatArray, floor: Int32Array, between_m: FloatAr
         (M,) floor of the candidates.
     """
     n = floor.size
-    if n == 1:  # a walk of no length remains one
-        return np.zeros((to.size, 1))
+    if n <= 1:  # a walk of no length remains one
+        return np.zeros((to.size, n))
     here = np.arange(n)
     after, before = (here + 1) % n, (here - 1) % n
     step = between_m[here, after]
@@ -44,6 +44,8 @@ def exchange_detours_m(away_m: FloatArray, floor: Int32Array, between_m: FloatAr
 
 def insertion_detours_m(away_m: FloatArray, floor: Int32Array, between_m: FloatArray, to: Int32Array) -> FloatArray:
     """(M,) change in length of a tour with one stop more, at its best place; parameters as above."""
+    if not floor.size:  # a closed walk of one stop has no length
+        return np.zeros(to.size)
     after = (np.arange(floor.size) + 1) % floor.size
     step = between_m[np.arange(floor.size), after]
     cost = np.where(_beside(floor, floor[after], to), away_m + away_m[after] - step[:, None], np.inf)
@@ -55,6 +57,8 @@ def _beside(floor: Int32Array, next_floor: Int32Array, to: Int32Array) -> BoolAr
     beside = (floor[:, None] == to[None]) | (next_floor[:, None] == to[None])
     new = ~np.isin(to, floor)
     change = (floor != next_floor) | (floor < 0)
+    if not change.any():  # a closed walk of one floor: it is left for another one anywhere
+        change = np.ones_like(change)
     return np.asarray(beside | (new[None] & change[:, None]))
 
 

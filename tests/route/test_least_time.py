@@ -226,6 +226,39 @@ def test_candidates_go_beside_stops_of_their_floor() -> None:
     assert new == pytest.approx([0.0]), "a floor that has no stop yet: where floors change"
 
 
+def test_a_closed_walk_without_stops_gets_no_longer_by_one() -> None:
+    away, floor, to = np.empty((0, 4)), np.empty(0, dtype=np.int32), np.arange(4, dtype=np.int32)
+    assert insertion_detours_m(away, floor, np.empty((0, 0)), to).tolist() == [0.0] * 4
+    assert exchange_detours_m(away, floor, np.empty((0, 0)), to).shape == (4, 0)
+
+
+def test_a_closed_walk_of_one_floor_is_left_for_another_one_anywhere() -> None:
+    place_m = np.array([[0.0, 0.0], [8.0, 0.0], [0.0, 6.0], [4.0, 0.0]])
+    between = straight(place_m)
+    floor, above = np.zeros(3, dtype=np.int32), np.array([1], dtype=np.int32)
+    assert insertion_detours_m(between[:3, 3:], floor, between[:3, :3], above) == pytest.approx([0.0])
+    one = insertion_detours_m(between[:1, 3:], floor[:1], between[:1, :1], above)
+    assert one == pytest.approx([8.0]), "there and back"
+
+
+@pytest.mark.parametrize("n_stations", [1, 2, 3])
+def test_a_closed_walk_without_a_start_may_lose_all_its_stations_on_the_way(n_stations: int) -> None:
+    """Three groups of alike candidates, of which a few suffice: whatever is taken out, another one can be put in."""
+    sees = np.arange(N)[:, None] % n_stations == np.arange(12)[None] % n_stations
+    starts = np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64)
+    rows = Visibility(starts, np.nonzero(sees)[1].astype(np.int32), 12)
+    problem = cover_problem(rows, np.ones(12), (Target(np.ones(12, dtype=bool), 1.0),))
+    distance_m = straight(np.random.default_rng(n_stations).uniform(0, 40, (N, 2)))
+    floor = (np.arange(N) // 5).astype(np.int32)
+    walks = Walks(Rows(distance_m), floor, closed=True)
+    found = least_time(problem, list(range(n_stations)), walks, LeastTimeSettings(60.0), fewest=n_stations)
+    sets = itertools.combinations(range(N), n_stations)
+    best_m = min(
+        shortest_m(distance_m, list(s), None, closed=True) for s in sets if len({c % n_stations for c in s}) == len(s)
+    )
+    assert found.seconds == pytest.approx(60.0 * n_stations + best_m)
+
+
 def test_a_set_that_misses_a_target_is_refused() -> None:
     problem = random_problem(np.random.default_rng(1))
     walks = Walks(Rows(np.zeros((N, N))), np.zeros(N, dtype=np.int32))
