@@ -40,7 +40,7 @@ class LocalSite:
         return blocked_by_zones(self.zones, plan_m, floor)
 
     def near_forbidden(self, plan_m: FloatArray, floor: Int32Array) -> BoolArray:
-        """(N,) bool: whether places (N, 2) on floors (N,) are nearer in plan to a forbidden one than its radius."""
+        """(N,) bool: whether places (N, 2) on floors (N,) are in a forbidden one's circle in plan, its rim included."""
         near = np.zeros(plan_m.shape[0], dtype=bool)
         for place in self.forbidden:
             off = plan_m - place.plan_m

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.errors import RequirementError
+from planner_core.ground.outlines import over_polygon
 from planner_core.model import BoolArray, FloatArray, Int32Array
 
 
@@ -89,22 +90,10 @@ def blocked_by_zones(zones: tuple[Zone, ...], plan_m: FloatArray, floor: Int32Ar
     blocked = np.zeros(plan_m.shape[0], dtype=bool)
     for index in sorted({zone.floor for zone in zones}):
         here = np.flatnonzero(floor == index)
-        allowed = [inside_polygon(z.outline_m, plan_m[here]) for z in zones if z.floor == index and z.access]
-        barred = [inside_polygon(z.outline_m, plan_m[here]) for z in zones if z.floor == index and not z.access]
+        allowed = [over_polygon(plan_m[here], z.outline_m) for z in zones if z.floor == index and z.access]
+        barred = [over_polygon(plan_m[here], z.outline_m) for z in zones if z.floor == index and not z.access]
         if allowed:
             blocked[here] |= ~np.logical_or.reduce(allowed)
         if barred:
             blocked[here] |= np.logical_or.reduce(barred)
     return blocked
-
-
-def inside_polygon(outline_m: FloatArray, plan_m: FloatArray) -> BoolArray:
-    """(N,) bool: places (N, 2) inside a polygon (K, 2), by the even-odd rule; its lower and left edges count as in."""
-    inside = np.zeros(plan_m.shape[0], dtype=bool)
-    x, y = plan_m[:, 0], plan_m[:, 1]
-    for (ax, ay), (bx, by) in zip(outline_m, np.roll(outline_m, -1, axis=0), strict=True):
-        if ay == by:
-            continue
-        spans = (ay > y) != (by > y)
-        inside ^= spans & (x < ax + (y - ay) * ((bx - ax) / (by - ay)))
-    return inside

@@ -21,6 +21,7 @@ from typing import Any, cast
 import numpy as np
 
 from planner_core.errors import RequirementError
+from planner_core.ground.outlines import area_of_outline_m2, crossing_sides
 from planner_core.model import ROLES, KeepOut, SettledStation, Site
 
 #: Key of a list of stations, and the role it gives them.
@@ -33,6 +34,10 @@ _ROLE_OF_KEY = {
 }
 _SITE_KEYS = ("entrances", "keep_out", "access", *_ROLE_OF_KEY, "robot", "start", "end", "returns")
 _LETTER = {"scanned": "fixed", "locked": "locked", "kept": "kept", "forbidden": "forbidden"}
+#: As many as a zone of a requirements file may have.
+_MOST_CORNERS = 10_000
+#: Less is a slip: a square centimetre.
+_LEAST_AREA_M2 = 1e-4
 _Place = tuple[float, float, float]
 
 
@@ -42,8 +47,8 @@ def site_from_mapping(mapping: Mapping[str, Any]) -> Site:
     Raises
     ------
     RequirementError
-        Unknown keys, places that are not three numbers, outlines that cross themselves or have fewer than three
-        corners, two stations of one id.
+        Unknown keys, places that are not three numbers, outlines that cross themselves, enclose nothing, have a corner
+        twice, fewer than three or more than 10 000, two stations of one id.
     """
     site = _mapping("site", mapping, _SITE_KEYS)
     robot = _mapping("site.robot", site.get("robot") or {}, ("radius", "step", "height", "opens_doors"))
@@ -119,9 +124,9 @@ def _stations(key: str, value: Any, role: str) -> tuple[SettledStation, ...]:
         out += settled_from(
             [
                 (
-                    str(told.get("id", f"{key.rpartition('.')[2]}-{number + 1}")),
+                    _text(told.get("id")) or f"{key.rpartition('.')[2]}-{number + 1}",
                     _place(title, told["position"]),
-                    None if told.get("floor") is None else str(told["floor"]),
+                    _text(told.get("floor")),
                     _length(f"{title}.height", told.get("height")),
                 )
             ],
@@ -152,39 +157,49 @@ def _outlines(key: str, value: Any, *, access: bool) -> tuple[KeepOut, ...]:
         out.append(
             KeepOut(
                 outline_m=_outline(title, told.get("outline")),
-                floor=str(told.get("floor") or ""),
+                floor=_text(told.get("floor")),
                 access=access,
-                name=str(told.get("name") or title),
+                name=_text(told.get("name")) or title,
             )
         )
     return tuple(out)
 
 
 def _outline(title: str, value: Any) -> tuple[tuple[float, float], ...]:
-    corners = [_numbers(f"{title}, corner {i + 1}", corner, 2) for i, corner in _each(f"{title}.outline", value)]
+    given = _each(f"{title}.outline", value)
+    if len(given) > _MOST_CORNERS:
+        raise RequirementError(
+            f"{title}: got an outline of {len(given)} corners, expected at most {_MOST_CORNERS}; simplify it"
+        )
+    corners = [_numbers(f"{title}, corner {i + 1}", corner, 2) for i, corner in given]
     if len(corners) > 1 and corners[0] == corners[-1]:
         corners.pop()
     if len(corners) < 3:
         raise RequirementError(f"{title}: got an outline of {len(corners)} corners, expected [x, y] of three or more")
-    if _crosses_itself(np.array(corners)):
-        raise RequirementError(f"{title}: got an outline that crosses itself, expected its corners in order, one way")
+    _check_shape(title, corners)
     return cast("tuple[tuple[float, float], ...]", tuple(corners))
 
 
-def _crosses_itself(corners: np.ndarray[Any, np.dtype[np.float64]]) -> bool:
-    """Whether two sides that share no corner meet inside both."""
-    n = len(corners)
-    ends = [(corners[i], corners[(i + 1) % n]) for i in range(n)]
-
-    def side(a: Any, b: Any, p: Any) -> float:
-        return float((b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]))
-
-    for i in range(n):
-        for j in range(i + 2, n - (i == 0)):
-            (a, b), (c, d) = ends[i], ends[j]
-            if side(a, b, c) * side(a, b, d) < 0 and side(c, d, a) * side(c, d, b) < 0:
-                return True
-    return False
+def _check_shape(title: str, corners: list[tuple[float, ...]]) -> None:
+    """Refuse an outline that does not say what is inside."""
+    seen: dict[tuple[float, ...], int] = {}
+    for number, corner in enumerate(corners, start=1):
+        if corner in seen:
+            raise RequirementError(
+                f"{title}: got corner {number} where corner {seen[corner]} is, expected corners that all differ; take "
+                "one of them out"
+            )
+        seen[corner] = number
+    outline_m = np.array(corners)
+    if crossing := crossing_sides(outline_m):
+        raise RequirementError(
+            f"{title}: got an outline that crosses itself, its sides {crossing[0] + 1} and {crossing[1] + 1}, expected "
+            "its corners in order, one way"
+        )
+    if area_of_outline_m2(outline_m) < _LEAST_AREA_M2:
+        raise RequirementError(
+            f"{title}: got an outline without area, expected its corners around some ground; give them in metres"
+        )
 
 
 # ---------------------------------------------------------------------------------------------- values
@@ -220,6 +235,11 @@ def _numbers(title: str, value: Any, n: int) -> tuple[float, ...]:
     if not all(_is_number(part) for part in parts):
         raise RequirementError(f"{title}: got {_shown(value)}, expected {n} finite numbers: {names}")
     return tuple(float(part) for part in parts)
+
+
+def _text(value: Any) -> str:
+    """A name, which may be a number; empty where it is left out or null."""
+    return "" if value is None else str(value).strip()
 
 
 def _length(title: str, value: Any) -> float | None:

@@ -5,16 +5,16 @@ A `Survey` and `Requirements` -> goals; frames: zones and heights are of the sce
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from difflib import get_close_matches
 
 import numpy as np
 
 from planner_core.errors import RequirementError
+from planner_core.ground.outlines import over_polygon
 from planner_core.metrics.coverage import floor_of_patch
 from planner_core.model import Asked, BoolArray, FloatArray, Floor, PartRequirement, PlanSettings, Scene, Survey
-from planner_core.requirements.polygons import over_polygon
+from planner_core.requirements.patterns import fits
 from planner_core.scene.patches import patch_triangles
 from planner_core.survey import planned_floors, scope_of
 
@@ -115,29 +115,19 @@ def _of_classes(survey: Survey, part: PartRequirement) -> BoolArray:
     scene, patches = survey.scene, survey.patches
     if not part.classes:
         return np.ones(patches.n_patches, dtype=np.bool_)
-    fits = np.zeros(len(scene.elements), dtype=np.bool_)
+    wanted = np.zeros(len(scene.elements), dtype=np.bool_)
+    names = [(element.kind.casefold(), element.name.casefold()) for element in scene.elements]
+    different = {name for both in names for name in both}
     for pattern in part.classes:
-        rule = re.compile(
-            "".join({"*": ".*", "?": "."}.get(sign, re.escape(sign)) for sign in pattern.casefold()), re.S
-        )
-        found = [
-            bool(rule.fullmatch(element.kind.casefold()) or rule.fullmatch(element.name.casefold()))
-            for element in scene.elements
-        ]
-        if not any(found):
+        fitting = {name for name in different if fits(pattern.casefold(), name)}
+        if not fitting:
             raise RequirementError(
                 f"requirement {part.name!r}: got class {pattern!r}, of which the building has nothing, expected "
                 f"{_known_classes(scene, pattern)}; * stands for any letters"
             )
-        fits |= np.array(found, dtype=np.bool_)
-    on_element: BoolArray = np.repeat(fits[scene.element_of_triangle], np.diff(patches.first_patch))
+        wanted |= np.array([not fitting.isdisjoint(both) for both in names], dtype=np.bool_)
+    on_element: BoolArray = np.repeat(wanted[scene.element_of_triangle], np.diff(patches.first_patch))
     return on_element
-
-
-def _rule_of(pattern: str) -> re.Pattern[str]:
-    """A pattern's * is any run of letters, its ? any one."""
-    signs = re.sub(r"\*+", "*", pattern.casefold())
-    return re.compile("".join({"*": ".*", "?": "."}.get(sign, re.escape(sign)) for sign in signs), re.DOTALL)
 
 
 def _known_classes(scene: Scene, pattern: str) -> str:

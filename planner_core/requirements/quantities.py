@@ -98,7 +98,8 @@ def share(value: object, what: str, *, zero: bool = False, example: str = "95 %"
     if not unit and number == 1:
         raise refusal(what, value, "a share that can't be misread", "write 1 % or 100 %")
     if unit and 0 < number < 1:
-        raise refusal(what, value, f"a share such as {fraction_too}", "leave out the % of a fraction")
+        # Options of the command line are percentages, and arrive here with a % that nobody typed.
+        raise refusal(what, value, f"a share such as {example}", f"give {example.split()[0]} for {example}")
     # Dividing rounds once: 95 % is the number that 0.95 is.
     fraction = number / 100 if unit or number > 1 else number
     if not 0 < fraction <= 1:

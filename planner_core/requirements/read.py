@@ -13,9 +13,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from planner_core.errors import RequirementError
+from planner_core.ground.outlines import crossing_sides
 from planner_core.model import NETWORKS, Asked, PartRequirement, Requirements
 from planner_core.requirements.document import read_document
-from planner_core.requirements.polygons import crossing_sides
 from planner_core.requirements.quantities import (
     angle_rad,
     coordinate_m,

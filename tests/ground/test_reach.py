@@ -8,7 +8,8 @@ import pytest
 from planner_core.candidates.grid import find_candidates
 from planner_core.errors import RequirementError
 from planner_core.ground.free_space import free_space
-from planner_core.ground.mover import Mover, Zone, inside_polygon
+from planner_core.ground.mover import Mover, Zone
+from planner_core.ground.outlines import over_polygon
 from planner_core.ground.reach import Reach, reachability, reachable, stand_nodes
 from planner_core.model import Candidates, Element, PlanSettings, Survey
 from planner_core.scan.engine import open_engine
@@ -69,7 +70,7 @@ def test_candidates_inside_a_solid_are_not_reachable_and_all_others_are() -> Non
     survey = make_survey(scene.scene, SETTINGS)
     engine = open_engine(survey.scene, survey.patches, engine="open3d")
     candidates = find_candidates(survey, SETTINGS, engine, floors=(0,))
-    in_room = inside_polygon(np.array(scene.rooms[0].outline_m), candidates.position_m[:, :2])
+    in_room = over_polygon(candidates.position_m[:, :2], np.array(scene.rooms[0].outline_m))
     assert np.array_equal(reachable(reach_of(survey), candidates), in_room)
     assert in_room.sum() > 50
 

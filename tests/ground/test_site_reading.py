@@ -54,6 +54,27 @@ def test_a_full_site_is_read_key_by_key() -> None:
     )
 
 
+def test_a_floor_may_be_named_by_zero() -> None:
+    site = site_from_mapping({"keep_out": [{"floor": 0, "name": 0, "outline": [[0, 0], [1, 0], [1, 1]]}]})
+    assert (site.keep_out[0].floor, site.keep_out[0].name) == ("0", "0")
+    assert site_from_mapping({"kept": [{"floor": 0, "id": 0, "position": [0, 0, 1]}]}).settled == (
+        SettledStation("0", (0.0, 0.0, 1.0), "kept", floor="0"),
+    )
+
+
+def test_null_and_empty_names_are_as_if_left_out() -> None:
+    for nothing in (None, "", " "):
+        named = {"floor": nothing, "name": nothing, "outline": [[0, 0], [1, 0], [1, 1]]}
+        assert site_from_mapping({"access": [named]}).keep_out == (
+            KeepOut(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), access=True, name="site.access[0]"),
+        )
+        told = {"id": nothing, "floor": nothing, "position": [0, 0, 1]}
+        assert site_from_mapping({"fixed": [told, told]}).settled == (
+            SettledStation("fixed-1", (0.0, 0.0, 1.0), "scanned"),
+            SettledStation("fixed-2", (0.0, 0.0, 1.0), "scanned"),
+        )
+
+
 def test_an_empty_site_is_the_default_site() -> None:
     assert site_from_mapping({}) == Site()
     assert site_from_mapping({"robot": None, "keep_out": None, "start": None}) == Site()
@@ -71,7 +92,15 @@ def test_an_empty_site_is_the_default_site() -> None:
         ({"entrances": [[1, 2, float("nan")]]}, "expected 3 finite numbers"),
         ({"entrances": [[1, True, 2]]}, "expected 3 finite numbers"),
         ({"keep_out": [[[0, 0], [1, 1]]]}, r"site.keep_out\[0\]: got an outline of 2 corners, expected"),
-        ({"keep_out": [[[0, 0], [1, 1], [1, 0], [0, 1]]]}, "an outline that crosses itself"),
+        (
+            {"keep_out": [[[0, 0], [1, 1], [1, 0], [0, 1]]]},
+            "an outline that crosses itself, its sides 1 and 3, expected",
+        ),
+        ({"keep_out": [[[0, 0], [1, 0], [1, 1], [1, 0]]]}, r"keep_out\[0\]: got corner 4 where corner 2 is, expected"),
+        ({"keep_out": [[[0, 0], [1, 0], [1, 1], [0, 0], [0, 0]]]}, "got corner 4 where corner 1 is"),
+        ({"access": [[[0, 0], [0.1, 0.3], [0.2, 0.6]]]}, r"site.access\[0\]: got an outline without area, expected"),
+        ({"access": [[[5e6, 5e6], [5e6 + 1, 5e6], [5e6 + 2, 5e6]]]}, "got an outline without area"),
+        ({"access": [[[i, i * i] for i in range(10_001)]]}, "got an outline of 10001 corners, expected at most 10000"),
         ({"keep_out": [{"name": "a"}]}, "an outline of 0 corners"),
         ({"keep_out": [{"outline": [[0, 0], [1], [1, 1]]}]}, r"site.keep_out\[0\], corner 2: got \[1\], expected 2"),
         ({"fixed": [{"id": "A"}]}, r"site.fixed\[0\]: got no position"),

@@ -123,7 +123,7 @@ def test_shares_are_fractions(text: object, fraction: float) -> None:
         (1, "write 1 % or 100 %"),
         ("1", "write 1 % or 100 %"),
         (1.0, "write 1 % or 100 %"),
-        ("0.95 %", "leave out the % of a fraction"),
+        ("0.95 %", "expected a share such as 95 %; give 95 for 95 %$"),
         ("101 %", "to 100 %"),
         (101, "to 100 %"),
         (0, "more than 0"),

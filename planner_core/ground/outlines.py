@@ -1,4 +1,4 @@
-"""Polygons in plan: what lies over one, and whether it crosses itself. Corners (K, 2) in metres, any frame."""
+"""Polygons in plan: what lies over one, its area, whether it crosses itself. Corners (K, 2) in metres, any frame."""
 
 from __future__ import annotations
 
@@ -34,6 +34,13 @@ def crossing_sides(corners_m: FloatArray) -> tuple[int, int] | None:
         if crosses.any():
             return number, number + 2 + int(np.argmax(crosses))
     return None
+
+
+def area_of_outline_m2(corners_m: FloatArray) -> float:
+    """Area of a polygon (K, 2) that does not cross itself, whichever way its corners go around."""
+    # About the first corner: far from the origin, products of coordinates have no digits left for the area.
+    x, y = (corners_m - corners_m[0]).T
+    return float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
 
 
 def _turn(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
