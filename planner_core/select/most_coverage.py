@@ -46,7 +46,7 @@ from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, open_wa
 _FIRST_STEPS_A_CANDIDATE = 50
 _MOST_STEPS = 2**28
 #: How often prices are made for the bound found so far, and the share of the work that all of them may do.
-_BOUND_ROUNDS = 4
+_BOUND_ROUNDS = 6
 _BOUND_SHARE = 0.4
 _DEFAULTS = SelectionSettings()
 #: With `loops`: no candidate has the links that would keep the set joined, and it has fewer stations than allowed.
@@ -334,9 +334,12 @@ class _Search:
             before = self._bound
             if prices.target_price[0] > 0:
                 self._bound = min(before, coverage_bound(self._problem, prices, self._n))
-            if self._bound == before:
+            if self._bound < before:
+                about = self._bound  # Newton's step: the least number of stations is convex in what they cover
+            elif prices.stations < self._n:
+                about = (about + before) // 2  # it led beyond the whole: too far to the left
+            else:
                 return
-            about = self._bound
 
     def _go_on(self) -> bool:
         """Whether there is anything left to prove, and leave to do so."""
