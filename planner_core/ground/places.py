@@ -60,12 +60,7 @@ class Places:
 
     def allows(self, candidates: Candidates) -> BoolArray:
         """(N,) bool: whether the site, and the walk to them, lets stations stand at other candidates."""
-        found = _Found(
-            candidates.position_m,
-            candidates.floor,
-            candidates.instrument_height_m,
-            np.zeros(candidates.floor.size, dtype=np.int32),
-        )
+        found = _of_grid(candidates)
         good = np.ones(candidates.floor.size, dtype=bool)
         for why in _ODD.values():
             good &= ~why(self.site, self.reach, found)
@@ -90,6 +85,15 @@ class _Found:
 
     def candidates(self, tally: Tally) -> Candidates:
         return Candidates(self.position_m, self.floor, self.height_m, tally.n_tried, tally.rejected)
+
+
+def _of_grid(candidates: Candidates) -> _Found:
+    return _Found(
+        candidates.position_m,
+        candidates.floor,
+        candidates.instrument_height_m,
+        np.zeros(candidates.floor.size, dtype=np.int32),
+    )
 
 
 def _is_kept_out(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
@@ -139,7 +143,7 @@ def find_places(
     tally.n_tried += grid.n_tried
     for reason, number in grid.rejected.items():
         tally.refuse(reason, number)
-    parts = [_Found(grid.position_m, grid.floor, grid.instrument_height_m, np.zeros(grid.floor.size, np.int32))]
+    parts = [_of_grid(grid)]
     if settings.special_places:
         parts += _special(survey, settings, engine, space, grid, floors, tally)
     found = _allowed(_joined(parts), site, reach, tally)
@@ -161,7 +165,9 @@ def find_places(
 def places_as_they_are(
     survey: Survey, settings: PlanSettings, candidates: Candidates, *, progress: Progress = silent
 ) -> Places:
-    """Take candidates that somebody else found, whatever the site says of them; only the walk is looked at.
+    """Take candidates that somebody else found, but those that the site or the walk to them rules out.
+
+    These are counted in `Candidates.rejected`, as `find_places` does; what is left stays in its order.
 
     Raises
     ------
@@ -170,13 +176,17 @@ def places_as_they_are(
     """
     site = local_site(survey, settings.site)
     space = free_space(survey, site.mover, zones=site.zones, progress=progress)
+    reach = reachability(survey, space, site.entrances_m)
+    tally = Tally()
+    tally.n_tried, tally.rejected = candidates.n_tried, dict(candidates.rejected)
+    found = _allowed(_of_grid(candidates), site, reach, tally)
     return Places(
-        candidates=candidates,
-        kind=np.zeros(candidates.floor.size, dtype=np.int8),
-        reach=reachability(survey, space, site.entrances_m),
+        candidates=found.candidates(tally),
+        kind=found.kind.astype(np.int8),
+        reach=reach,
         site=site,
         settled=(),
-        warnings=(),
+        warnings=_sealed_lines(survey, reach),
     )
 
 

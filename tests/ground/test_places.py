@@ -9,7 +9,7 @@ import pytest
 from planner_core.candidates.grid import find_candidates
 from planner_core.errors import RequirementError
 from planner_core.ground.local_site import local_site, mover_of
-from planner_core.ground.places import KINDS, Places, find_places
+from planner_core.ground.places import KINDS, Places, find_places, places_as_they_are
 from planner_core.ground.rooms import find_rooms
 from planner_core.model import KeepOut, PlanSettings, Scene, SettledStation, Site, Survey
 from planner_core.scan.engine import ScanEngine, open_engine
@@ -317,4 +317,37 @@ def test_a_station_on_a_landing_has_its_height_over_the_landing(
     assert np.abs(landing[:, :2] - [1.7, 2.05]).max() <= 0.26
     assert sorted(set(landing[:, 2].round(6))) == [2.2, 2.5]
     assert places.settled[0].place.instrument_height_m == pytest.approx(1.5)
+    assert places.warnings == ()
+
+
+# ------------------------------------------------------------------------------------------ somebody else's
+def test_candidates_of_others_are_left_out_where_the_site_lets_nobody_stand(rooms: tuple[Survey, ScanEngine]) -> None:
+    survey, engine = rooms
+    grid = find_candidates(survey, SETTINGS, engine, floors=(0,))
+    site = Site(
+        entrances_m=((2.0, 2.0, 0.0),),
+        keep_out=(KeepOut(((4.0, -1.0), (4.6, -1.0), (4.6, 5.0), (4.0, 5.0)), name="the door"),),
+        settled=(station("X", 1.0, 1.0, 1.5, "forbidden", radius_m=0.8),),
+    )
+    places = places_as_they_are(survey, replace(SETTINGS, site=site), grid)
+    x, y = grid.position_m[:, 0], grid.position_m[:, 1]
+    stays = (x < 4.0) & (np.hypot(x - 1.0, y - 1.0) > 0.8)
+    assert 0 < np.count_nonzero(stays) < grid.floor.size
+    np.testing.assert_array_equal(places.candidates.position_m, grid.position_m[stays])
+    np.testing.assert_array_equal(places.candidates.instrument_height_m, grid.instrument_height_m[stays])
+    assert places.allows(grid).tolist() == stays.tolist()
+    gone = {reason: n - grid.rejected.get(reason, 0) for reason, n in places.candidates.rejected.items()}
+    assert sum(gone.values()) == np.count_nonzero(~stays)
+    assert gone["in a keep-out"] == np.count_nonzero((x > 4.0) & (x < 4.6)) > 0
+    assert gone["not to be reached on foot"] == np.count_nonzero(x > 4.6) > 0
+    assert gone["at a forbidden place"] == np.count_nonzero((x < 4.0) & ~stays)
+    assert any("can't be reached on foot" in line for line in places.warnings)
+    assert places.candidates.n_tried == grid.n_tried
+
+
+def test_candidates_of_others_stay_as_they_are_without_a_site(rooms: tuple[Survey, ScanEngine]) -> None:
+    grid = find_candidates(rooms[0], SETTINGS, rooms[1], floors=(0,))
+    places = places_as_they_are(rooms[0], SETTINGS, grid)
+    assert places.candidates.position_m.tobytes() == grid.position_m.tobytes()
+    assert places.candidates.rejected == grid.rejected
     assert places.warnings == ()
