@@ -32,13 +32,13 @@ from planner_core.route.route import ends_of, ends_on_ground, plan_route
 from planner_core.scan.engine import ScanEngine, device_of
 from planner_core.select.bound import lower_bound
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.large import LARGE_ENTRIES, select_large
+from planner_core.select.large import select_by_size
 from planner_core.select.most_coverage import most_coverage
 from planner_core.select.polish import polish
-from planner_core.select.proven import INTERRUPTED, ProvenSelection, SelectionSettings, select
+from planner_core.select.proven import INTERRUPTED, PROVEN, ProvenSelection, SelectionSettings
 
-#: A scan takes so long where neither scanner nor user says: only the balance of scans and steps hangs on it.
-_SECONDS_PER_SCAN = 180.0
+#: `Choice.why_stopped` of a plan that takes more stations than it had to, for the sake of an earlier one.
+KEPT = "earlier stations kept"
 #: What becomes of an interrupt, for whoever made it.
 _HEARD = "interrupted: the best plan so far is taken; interrupt again to have none"
 
@@ -58,7 +58,7 @@ def choose_greedily(pool: Pool, *, progress: Progress = silent) -> Choice:
     """Take one station after the other, each the one that adds most; given ones first."""
     chosen = tuple(select_greedy(pool.problem, given=pool.given, progress=progress).chosen)
     fewest = lower_bound(pool.problem, n_stations=len(chosen), progress=progress)
-    return Choice(pool, chosen, fewest, n_greedy=len(chosen), n_bounded=pool.n_candidates)
+    return Choice(pool, chosen, fewest, n_greedy=len(chosen), n_bounded=pool.n_free)
 
 
 def choose(
@@ -81,10 +81,16 @@ def choose(
     if settings.objective == "coverage":
         return _most_covered(pool, settings, budget, engine, progress)
     choice = _fewest(pool, budget, engine, progress)
-    if settings.refine and _goes_on(choice, budget) and not pool.kept:
-        choice = _refined(choice, places, survey, settings, engine, budget, progress)
-    if settings.objective == "time":
-        choice = _quickest(choice, places, survey, settings, budget, progress)
+    try:  # from here on there is a plan, whoever interrupts what
+        if pool.kept:
+            choice = _replanned(choice, budget, engine, progress)
+        elif settings.refine and _goes_on(choice, budget):
+            choice = _refined(choice, places, survey, settings, engine, budget, progress)
+        if settings.objective == "time":
+            choice = _quickest(choice, places, survey, settings, budget, progress)
+    except KeyboardInterrupt:
+        _settle(progress, "select", INTERRUPTED)
+        choice = replace(choice, why_stopped=INTERRUPTED)
     return choice
 
 
@@ -117,15 +123,14 @@ def _settle(progress: Progress, stage: str, why_stopped: str) -> None:
 # ------------------------------------------------------------------------------------------ fewest stations
 def _fewest(pool: Pool, budget: _Budget, engine: ScanEngine, progress: Progress) -> Choice:
     found = _select(pool, budget.left, engine, progress)
-    choice = Choice(
+    return Choice(
         pool,
         found.chosen,
         found.lower_bound,
         found.why_stopped,
         n_greedy=found.n_greedy,
-        n_bounded=pool.n_candidates,
+        n_bounded=pool.n_free,
     )
-    return _replanned(choice, budget, engine, progress) if pool.kept else choice
 
 
 def _select(
@@ -137,8 +142,7 @@ def _select(
     given: tuple[int, ...] | None = None,
     start: tuple[int, ...] | None = None,
 ) -> ProvenSelection:
-    search = select_large if pool.problem.row.size > LARGE_ENTRIES else select
-    found = search(
+    found = select_by_size(
         pool.problem,
         selection,
         network=pool.network,
@@ -170,6 +174,8 @@ def _replanned(choice: Choice, budget: _Budget, engine: ScanEngine, progress: Pr
             f"{len(choice.chosen)} do"
         )
     why_stopped = INTERRUPTED if filled.why_stopped == INTERRUPTED else choice.why_stopped
+    if why_stopped == PROVEN and len(chosen) > choice.lower_bound:
+        why_stopped = KEPT
     return replace(choice, chosen=chosen, why_stopped=why_stopped, warnings=(*choice.warnings, *lines))
 
 
@@ -193,13 +199,16 @@ def _refined(
     # Somebody who has interrupted waits for a bound that needs no search.
     left = replace(budget.left, work_limit=0.0) if better.interrupted else budget.left
     again = _select(better.pool, left, engine, progress, start=better.chosen)
+    chosen = again.chosen
+    if len(chosen) < len(better.chosen):
+        chosen = polish(better.pool.problem, chosen, network=better.pool.network, given=better.pool.given)
     return replace(
         choice,
         pool=better.pool,
-        chosen=again.chosen,
+        chosen=chosen if len(chosen) < len(better.chosen) else better.chosen,
         lower_bound=again.lower_bound,
         why_stopped=INTERRUPTED if better.interrupted else again.why_stopped,
-        n_bounded=better.pool.n_candidates,
+        n_bounded=better.pool.n_free,
     )
 
 
@@ -219,8 +228,8 @@ def _quickest(
     if ends.end_m is not None:
         end = sum(len(stop) for stop in stops)
         stops.append(ends.end_m[None])
-    told_s = (settings.seconds_per_scan, settings.scanner.seconds_per_scan, _SECONDS_PER_SCAN)
-    scan_s = next(seconds for seconds in told_s if seconds is not None)
+    told_s = (settings.seconds_per_scan, settings.scanner.seconds_per_scan)
+    scan_s = next(seconds for seconds in told_s if seconds is not None)  # `check_field_settings` has looked
     found = least_time(
         pool.problem,
         choice.chosen,
@@ -253,7 +262,8 @@ def _quickest(
         chosen=chosen,
         why_stopped=INTERRUPTED if found.interrupted else choice.why_stopped,
         value=seconds,
-        bound=min(found.lower_bound_s, seconds),
+        # Places off the grid may beat a bound of the grid's candidates; it says nothing then.
+        bound=found.lower_bound_s if found.lower_bound_s <= seconds else None,
     )
 
 

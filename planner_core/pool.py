@@ -56,6 +56,11 @@ class Pool:
         """Number of candidates."""
         return int(self.candidates.floor.size)
 
+    @property
+    def n_free(self) -> int:
+        """Number of candidates that are not barred."""
+        return self.n_candidates - int(self.barred.sum())
+
     def take(self, rows: Int64Array) -> Candidates:
         """Some of the candidates, in the order given."""
         of = self.candidates
@@ -70,7 +75,7 @@ class Choice:
 
     value, bound : of the objective where that is not the number of stations: seconds, or the fraction of achievable
     area that is covered and the most that so many stations can cover. n_greedy : stations that greedy selection takes.
-    n_bounded : candidates, the first of the pool, that the bound holds for: places off the grid come after them.
+    n_bounded : candidates that the bound holds for: those that were not barred when it was proven.
     """
 
     pool: Pool

@@ -21,8 +21,9 @@ from planner_core.model import BoolArray, Candidates, PlanSettings, Survey
 from planner_core.pool import Pool, extended, narrowed
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import ScanEngine, device_of
+from planner_core.select.large import select_by_size
 from planner_core.select.polish import polish
-from planner_core.select.proven import INTERRUPTED, SelectionSettings, select
+from planner_core.select.proven import INTERRUPTED, SelectionSettings
 
 #: Circles around a station, and steps up and down, as parts of the grid's steps; finer in the second round.
 _CIRCLES = ((0.35, 0.7), (0.15, 0.3))
@@ -137,7 +138,7 @@ def _better(
     wide: Pool, chosen: tuple[int, ...], selection: SelectionSettings, engine: ScanEngine, progress: Progress
 ) -> tuple[tuple[int, ...], bool]:
     """A set of fewer stations, or else of as many that cover more; and whether the search for it was interrupted."""
-    found = select(
+    found = select_by_size(
         wide.problem,
         selection,
         network=wide.network,

@@ -148,7 +148,7 @@ def describe_plan(
             station_ids=ids,
             seen_by_stations=of_stations,
             scope=scope,
-            achievable=achievable,
+            achievable=achievable | seen,  # from off the grid, stations see what no candidate could
             links=links,
             sealed=sealed,
             progress=progress,
@@ -162,6 +162,6 @@ def describe_plan(
 
 
 def _of_registration(settings: PlanSettings, survey: Survey, registration: Registration) -> tuple[str, ...]:
-    if settings.requirements.network == "none":
+    if settings.requirements.network == "none" or settings.requirements.overlap == 0:
         return ()
     return registration_warnings(registration, {floor.id: floor.name for floor in survey.floors})

@@ -19,6 +19,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -40,6 +41,7 @@ from planner_core.select.proven import (
     Point,
     ProvenSelection,
     SelectionSettings,
+    select,
 )
 from planner_core.select.relaxation import BOUND_UNIT
 from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, open_walks
@@ -159,6 +161,12 @@ def select_large(
     result = search.result()
     check_selection(problem, result.chosen, given=given, network=network)
     return result
+
+
+def select_by_size(problem: CoverProblem, settings: SelectionSettings = _DEFAULTS, **how: Any) -> ProvenSelection:
+    """`select` for problems that it is made for, `select_large` for others; see there for `how`."""
+    search = select_large if problem.row.size > LARGE_ENTRIES else select
+    return search(problem, settings, **how)
 
 
 def _check_asked(

@@ -256,7 +256,7 @@ class _Search:
         self._best = self._fit(list(greedy))
         self._n_greedy = len(self._best)
         if known is not None and (self._problem.covered(known) >= self._problem.required).all():
-            self._best = min(self._best, self._fit(known), key=len)
+            self._best = min(self._fit(known), self._best, key=len)  # of equals what somebody knows
         self._bound = min(counting_bound(self._problem) if (self._problem.least > 0).any() else 0, len(self._best))
         self._note()
 
