@@ -10,19 +10,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner_core.candidates.admissibility import reject
-from planner_core.candidates.grid import lies_mostly_indoors
 from planner_core.errors import StationListError
 from planner_core.export.stations_csv import GivenStation
+from planner_core.ground.free_space import FreeSpace
 from planner_core.ground.places import find_places
 from planner_core.ground.reach import Reach
-from planner_core.model import FloatArray, Plan, PlanSettings, Route, Scene, Station, Survey, Visibility
+from planner_core.ground.settled import place_settled
+from planner_core.model import Plan, PlanSettings, Route, Scene, SettledStation, Station, Survey, Visibility
 from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import demand_of
+from planner_core.requirements.explain import explain
 from planner_core.requirements.figures import missed_in_words
+from planner_core.requirements.sights import check_noise
 from planner_core.results import Stopwatch, Surroundings, describe_plan
 from planner_core.route.field_time import check_field_settings
-from planner_core.route.route import ends_of, plan_route
+from planner_core.route.route import Ends, ends_of, plan_route
 from planner_core.scan.engine import ScanEngine, open_engine
 from planner_core.select.bound import lower_bound
 from planner_core.select.greedy import select_greedy
@@ -67,12 +69,13 @@ def evaluate_survey(
     """Do the rest of `evaluate_stations`, for callers that scan with the same engine afterwards."""
     _check_list(stations)
     check_field_settings(settings)
+    check_noise(settings)
+    ends = ends_of(settings.site, survey.scene.offset_m)  # refuses what makes no sense before any work
     clock = Stopwatch()
     floors = planned_floors(survey.floors, settings.requirements.floors)
     with clock.stage("candidates"):
         places = find_places(survey, settings, caster, floors=floors, progress=progress)
-        placed = [place_station(survey, settings, caster, given, n) for n, given in enumerate(stations, start=1)]
-    listed = [station for station, _ in placed]
+        listed, remarks = place_stations(survey, settings, caster, stations, places.reach.space)
     with clock.stage("scan"):
         at = np.stack([station.position_m for station in listed])
         demand = demand_of(
@@ -91,19 +94,20 @@ def evaluate_survey(
             survey,
             settings,
             caster,
-            stations=tuple(listed),
+            stations=listed,
             demand=demand,
             rows=rows,
             surroundings=Surroundings(places.candidates.position_m, of_candidates, places.reach),
             order_of_choice=tuple(range(len(listed))),
-            route=_route(survey, settings, places.reach, listed, progress),
+            route=_route(survey, settings, places.reach, listed, ends, progress),
             n_scans=len(listed),
             lower_bound=fewest,
             warnings=(
                 *survey.warnings,
                 *caster.warnings,
                 *places.warnings,
-                *(line for _, lines in placed for line in lines),
+                *remarks,
+                *explain(survey, demand),
                 *_blind_stations(listed, rows.seen, survey),
             ),
             progress=progress,
@@ -111,7 +115,14 @@ def evaluate_survey(
     return replace(plan, timings_s=clock.seconds, warnings=(*plan.warnings, *missed_in_words(plan.requirements)))
 
 
-def _route(survey: Survey, settings: PlanSettings, reach: Reach, stations: list[Station], progress: Progress) -> Route:
+def _route(
+    survey: Survey,
+    settings: PlanSettings,
+    reach: Reach,
+    stations: tuple[Station, ...],
+    ends: Ends,
+    progress: Progress,
+) -> Route:
     """Find the shortest walk through the stations, whatever their order in the list."""
     index = {floor.id: number for number, floor in enumerate(survey.floors)}
     return plan_route(
@@ -119,35 +130,37 @@ def _route(survey: Survey, settings: PlanSettings, reach: Reach, stations: list[
         np.stack([station.position_m for station in stations]),
         np.array([station.instrument_height_m for station in stations]),
         np.array([index[station.floor] for station in stations], dtype=np.int32),
-        ends=ends_of(settings.site, survey.scene.offset_m),
+        ends=ends,
         seed=settings.seed,
         progress=progress,
     )
 
 
-def place_station(
-    survey: Survey, settings: PlanSettings, engine: ScanEngine, given: GivenStation, order: int
-) -> tuple[Station, tuple[str, ...]]:
-    """Bring a given station to the local frame, find its floor and height, and say what is wrong with its place."""
-    position = np.asarray(given.position_m, dtype=np.float64) - survey.scene.offset_m
-    index, lines = _floor_of(survey, given, position)
-    floor = survey.floors[index]
-    ground_m = _ground_below(survey, engine, index, position)
-    height_m = float(position[2] - ground_m)
-    if given.instrument_height_m is not None:
-        if abs(given.instrument_height_m - height_m) > 0.05:
-            lines.append(
-                f"station {given.id}: instrument height {given.instrument_height_m:.3f} m is given, but the sensor is "
-                f"{height_m:.3f} m above the ground of {floor.name!r}"
-            )
-        height_m = float(given.instrument_height_m)
-    indoors = lies_mostly_indoors(survey, settings, engine, floor)
-    _, reasons = reject(survey, floor, settings, engine, position[None], np.array([ground_m]), mostly_covered=indoors)
-    lines.extend(f"station {given.id}: no spot for a tripod on {floor.name!r} ({reason})" for reason in reasons)
-    station = Station(
-        id=given.id, floor=floor.id, order=order, position_m=position, instrument_height_m=height_m, fixed=True
+def place_stations(
+    survey: Survey, settings: PlanSettings, engine: ScanEngine, given: Sequence[GivenStation], space: FreeSpace
+) -> tuple[tuple[Station, ...], tuple[str, ...]]:
+    """Bring given stations to the local frame, find their floors and heights, and say what is wrong with their places.
+
+    space : of `survey`, for stations on stairs and landings.
+    """
+    placed = [place_settled(survey, settings, engine, _as_settled(station), space=space) for station in given]
+    stations = tuple(
+        Station(
+            id=place.station.id,
+            floor=survey.floors[place.floor].id,
+            order=order,
+            position_m=place.position_m,
+            instrument_height_m=place.instrument_height_m,
+            fixed=True,
+        )
+        for order, place in enumerate(placed, start=1)
     )
-    return station, tuple(lines)
+    return stations, tuple(line for place in placed for line in place.remarks)
+
+
+def _as_settled(given: GivenStation) -> SettledStation:
+    x, y, z = np.asarray(given.position_m, dtype=np.float64).tolist()
+    return SettledStation(given.id, (x, y, z), "scanned", given.floor or "", given.instrument_height_m)
 
 
 def _check_list(stations: Sequence[GivenStation]) -> None:
@@ -161,37 +174,7 @@ def _check_list(stations: Sequence[GivenStation]) -> None:
         )
 
 
-def _floor_of(survey: Survey, given: GivenStation, position_m: FloatArray) -> tuple[int, list[str]]:
-    """Index of the floor a station stands on: the one it names, else the highest one below it."""
-    names = [{floor.id.casefold(), floor.name.casefold()} for floor in survey.floors]
-    lines = []
-    if given.floor:
-        for index, known in enumerate(names):
-            if given.floor.casefold() in known:
-                return index, []
-        there = ", ".join(f"{floor.id} ({floor.name})" for floor in survey.floors)
-        lines.append(f"station {given.id}: there is no floor {given.floor!r} (there are {there}); taken by its height")
-    below = [i for i, floor in enumerate(survey.floors) if floor.elevation_m <= position_m[2]]
-    index = below[-1] if below else 0
-    low, high = survey.floors[index].bounds_m
-    if not below or (position_m[:2] < low).any() or (position_m[:2] > high).any():
-        lines.append(f"station {given.id}: stands over no floor; counted for {survey.floors[index].name!r}")
-    return index, lines
-
-
-def _ground_below(survey: Survey, engine: ScanEngine, index: int, position_m: FloatArray) -> float:
-    """Height of the floor's ground straight below a position; the floor's elevation where there is none."""
-    floor = survey.floors[index]
-    down = np.array([[0.0, 0.0, -1.0]])
-    hits = engine.cast_rays(
-        position_m[None], down, range_max_m=max(1.0, float(position_m[2] - floor.elevation_m) + 3.0)
-    )
-    if hits.triangle[0] >= 0 and np.isin(hits.triangle[0], floor.ground_triangles):
-        return float(position_m[2] - np.float64(hits.range_m[0]))
-    return floor.elevation_m
-
-
-def _blind_stations(stations: list[Station], rows: Visibility, survey: Survey) -> tuple[str, ...]:
+def _blind_stations(stations: tuple[Station, ...], rows: Visibility, survey: Survey) -> tuple[str, ...]:
     """Warnings about stations that see nothing: in a wall, or with everything out of the scanner's range."""
     limits = f"{survey.template.range_min_m:g} and {survey.template.range_max_m:g} m"
     return tuple(

@@ -49,11 +49,12 @@ def command(
     """Simulate the scans of a station list in SCENE: range images and point clouds, one a station."""
     import numpy as np
 
-    from planner_core.evaluate import place_station
+    from planner_core.evaluate import place_stations
     from planner_core.export.atomic import staged_folder
     from planner_core.export.scans import write_scan
     from planner_core.export.station_marks import station_prim_names
     from planner_core.export.stations_csv import read_station_list
+    from planner_core.ground.free_space import free_space
     from planner_core.model import PlanSettings
     from planner_core.scan.scanners import load_scanner
     from planner_core.simulate import simulate_scans
@@ -69,14 +70,15 @@ def command(
         survey, caster, told = inputs.open_survey(
             scene, settings, reading, reporter, engine=engine, device=device, listed_in="`tlsplan floors --json`"
         )
-        placed = [place_station(survey, settings, caster, one, order) for order, one in enumerate(given, start=1)]
-        warnings = [*told, *(line for _, lines in placed for line in lines)]
+        space = free_space(survey, progress=reporter.show)
+        listed, remarks = place_stations(survey, settings, caster, given, space)
+        warnings = [*told, *remarks]
         reporter.warn(warnings)
-        positions_m = np.stack([station.position_m for station, _ in placed])
-        names = station_prim_names([station for station, _ in placed])
+        positions_m = np.stack([station.position_m for station in listed])
+        names = station_prim_names(listed)
         batches = simulate_scans(caster, survey.template, positions_m, progress=reporter.show)
         with staged_folder(folder, replace=overwrite) as staging:
-            for name, (station, _), scan in zip(names, placed, batches, strict=True):
+            for name, station, scan in zip(names, listed, batches, strict=True):
                 files = [write_scan(survey, station, scan, staging / f"{name}.{suffix}") for suffix in formats]
                 scans.append(
                     {

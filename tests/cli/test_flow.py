@@ -89,7 +89,12 @@ def test_evaluate_of_the_plan_itself_gives_the_same_coverage(house: Path, planne
         done = run("evaluate", house, "--stations", stations, "--json", *COARSE)
         assert done.returncode == 0, done.stderr
         again = json.loads(done.stdout)
-        assert again["coverage"]["covered_area_m2"] == pytest.approx(document["coverage"]["covered_area_m2"], abs=0.5)
+        now, then = again["coverage"], document["coverage"]
+        # Stations off the grid see what no candidate does: achievable once they are given, and covered by them.
+        more_m2 = now["achievable_area_m2"] - then["achievable_area_m2"]
+        assert -0.01 <= more_m2 <= 0.01 * then["achievable_area_m2"]
+        assert now["covered_area_m2"] == pytest.approx(then["covered_area_m2"] + more_m2, abs=0.01)
+        assert not any("no spot for a tripod" in line or "instrument height" in line for line in again["warnings"])
         assert set(document) == set(again)
 
 
