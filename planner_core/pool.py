@@ -20,6 +20,9 @@ from planner_core.scan.engine import ScanEngine
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem, Target, cover_problem
 
+#: Share of what a part of the network sees that others have to see for it to be left aside.
+_SEEN_ELSEWHERE = 0.9
+
 
 @dataclass(frozen=True)
 class Pool:
@@ -129,8 +132,8 @@ def make_pool(
 def _not_needed(problem: CoverProblem, part: Int32Array, held: Int32Array) -> BoolArray:
     """(N,) bool: candidates of parts of the network, (N,), that a plan can do without: the fewer parts, the better.
 
-    The smallest parts go first, as long as the others meet every target; those of `held` stay. What is left cannot
-    be registered in fewer parts, but for the order in which they went.
+    The smallest parts go first, as long as the others see nearly all that they see, and meet every target; those of
+    `held` stay. So a lone high candidate goes, and a room behind a shut door does not.
     """
     owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
     n_seen = np.bincount(problem.row, minlength=problem.n_rows)
@@ -138,7 +141,11 @@ def _not_needed(problem: CoverProblem, part: Int32Array, held: Int32Array) -> Bo
     for number in np.argsort(np.bincount(part), kind="stable").tolist():
         if number in held:
             continue
-        less = n_seen - np.bincount(problem.row[part[owner] == number], minlength=problem.n_rows)
+        looks = np.bincount(problem.row[part[owner] == number], minlength=problem.n_rows)
+        less = n_seen - looks
+        elsewhere = int(problem.ticks[(looks > 0) & (less > 0)].sum())
+        if elsewhere < _SEEN_ELSEWHERE * int(problem.ticks[looks > 0].sum()):
+            continue
         if (problem.ticks_of(less) >= problem.required).all():
             n_seen, gone[number] = less, True
     return gone[part]

@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
+from planner_core.ground.places import find_places
 from planner_core.model import PlanSettings, Requirements
 from planner_core.plan import make_plan
+from planner_core.pool import make_pool
+from planner_core.scan.engine import open_engine
 from planner_core.scan.scanners import load_scanner
+from planner_core.survey import make_survey
 
 SETTINGS = PlanSettings(
     scanner=load_scanner("hdl-64e"),
@@ -45,3 +49,21 @@ def test_rooms_that_cannot_be_registered_stay_apart_and_are_all_planned() -> Non
     assert len(plan.registration.networks) == n_rooms
     assert len(plan.stations) >= len(free.stations)
     np.testing.assert_allclose(plan.coverage.achievable_area_m2, free.coverage.achievable_area_m2)
+
+
+def test_a_room_of_its_own_is_not_left_aside_however_little_is_asked() -> None:
+    """Half of the area can be had without a third of the rooms; which of them, and whether, selection may say."""
+    synthetic = scenes_synthetic.build("closed-rooms")
+    settings = PlanSettings(
+        scanner=SETTINGS.scanner, method="proven", max_patch_area_m2=0.2, requirements=Requirements(coverage=0.5)
+    )
+    survey = make_survey(synthetic.scene, settings)
+    engine = open_engine(survey.scene, survey.patches, engine="opencl")
+    places = find_places(survey, settings, engine, floors=(0,))
+    none = np.zeros(0, dtype=np.int64)
+    pool = make_pool(survey, settings, engine, places.candidates, given=none, kept=none)
+    assert pool.barred.any(), "some high candidates see no floor, and are alone"
+    free_m = places.candidates.position_m[~pool.barred, :2] + survey.scene.offset_m[:2]
+    for room in synthetic.rooms:
+        low, high = np.min(room.outline_m, axis=0), np.max(room.outline_m, axis=0)
+        assert ((free_m > low) & (free_m < high)).all(axis=1).any(), room.name
