@@ -19,6 +19,7 @@ from planner_core.paper import choose_by_paper, find_pool, paper_settings
 from planner_core.pool import Choice, Pool, make_pool
 from planner_core.progress import Progress, silent
 from planner_core.requirements.explain import explain
+from planner_core.requirements.sights import check_noise
 from planner_core.results import Stopwatch, Surroundings, describe_plan
 from planner_core.route.field_time import check_field_settings
 from planner_core.route.route import ends_of, in_visiting_order, plan_route
@@ -105,6 +106,8 @@ def check_method(settings: PlanSettings) -> None:
     elif settings.method == "proven":
         selection_settings(settings)
     _check_objective(settings)
+    check_noise(settings)
+    ends_of(settings.site, np.zeros(3))
     check_field_settings(settings)
 
 

@@ -11,7 +11,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import Visibility
 from planner_core.route.detour import exchange_detours_m, insertion_detours_m
 from planner_core.route.exchange import Exchanges
-from planner_core.route.least_time import LeastTimeSettings, Walks, least_time, lower_bound_s
+from planner_core.route.least_time import GRAPH_DETOUR, LeastTimeSettings, Walks, least_time, lower_bound_s
 from planner_core.select.check import SelectionCheckError
 from planner_core.select.greedy import select_greedy
 from planner_core.select.network import Network
@@ -159,12 +159,12 @@ def test_bound_counts_the_way_to_what_must_be_seen() -> None:
     for closed, walk_m in ((False, 30.0), (True, 60.0)):
         walks = Walks(Rows(distance_m), np.zeros(3, dtype=np.int32), start=3, closed=closed)
         time = LeastTimeSettings(100.0, walking_m_per_s=2.0)
-        assert lower_bound_s(problem, walks, time, fewest=2) == pytest.approx(200.0 + walk_m / 2.0)
+        assert lower_bound_s(problem, walks, time, fewest=2) == pytest.approx(200.0 + walk_m / GRAPH_DETOUR / 2.0)
         found = least_time(problem, [1, 2], walks, time, fewest=2)
-        assert found.seconds == pytest.approx(found.lower_bound_s), "both candidates on the way cost nothing more"
+        assert found.seconds == pytest.approx(200.0 + walk_m / 2.0), "both candidates on the way cost nothing more"
     assert lower_bound_s(problem, Walks(Rows(distance_m), np.zeros(3, np.int32)), time, fewest=2) == 200.0
     scanned = lower_bound_s(problem, walks, time, fewest=2, scanned=[2])
-    assert scanned == pytest.approx(100.0 + 2 * 5.0 / 2.0), "what is scanned is not walked to"
+    assert scanned == pytest.approx(100.0 + 2 * 5.0 / GRAPH_DETOUR / 2.0), "what is scanned is not walked to"
 
 
 @settings(max_examples=40, deadline=None)
