@@ -89,7 +89,8 @@ def _summary(rows: Sequence[Row]) -> list[str]:
     if higher:
         lines.append(
             f"- In {len(higher)} rows the bound of cover is above that of joined, after no more work; it holds for "
-            f"joined, too, and with it the gap is at most one station in {closer} of them. The planner does not use it yet."
+            f"joined, too, and with it the gap is at most one station in {closer} of them. The planner does not use "
+            "it yet."
         )
     return [*lines, ""]
 
@@ -191,7 +192,8 @@ def _times(rows: Sequence[Row]) -> list[str]:
 
 
 def _left(left: Sequence[str]) -> list[str]:
-    return ["## Not run", "Rows that the record lacks:", *(f"- {key}" for key in left)] if left else []
+    why = "Rows that the record lacks, for want of time; the one run of the basement ended in a fault of memory:"
+    return ["## Not run", why, *(f"- {key}" for key in left)] if left else []
 
 
 # ------------------------------------------------------------------------------------------------ cells
