@@ -20,8 +20,9 @@ from planner_core.scan.engine import ScanEngine
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem, Target, cover_problem
 
-#: Share of what a part of the network sees that others have to see for it to be left aside.
+#: Share of what a part of the network sees that parts so many times as large have to see for it to be left aside.
 _SEEN_ELSEWHERE = 0.9
+_MUCH_LARGER = 10
 
 
 @dataclass(frozen=True)
@@ -132,20 +133,27 @@ def make_pool(
 def _not_needed(problem: CoverProblem, part: Int32Array, held: Int32Array) -> BoolArray:
     """(N,) bool: candidates of parts of the network, (N,), that a plan can do without: the fewer parts, the better.
 
-    The smallest parts go first, as long as the others see nearly all that they see, and meet every target; those of
-    `held` stay. So a lone high candidate goes, and a room behind a shut door does not.
+    The smallest parts go first, as long as much larger ones see nearly all that they see, and the others meet every
+    target; those of `held` stay. So a lone high candidate goes. A room behind a shut door does not, nor does anybody
+    where hardly any two can be registered.
     """
-    owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
+    owner_part = np.repeat(part, np.diff(problem.starts))
+    size = np.bincount(part)
     n_seen = np.bincount(problem.row, minlength=problem.n_rows)
-    gone = np.zeros(int(part.max(initial=-1)) + 1, dtype=bool)
-    for number in np.argsort(np.bincount(part), kind="stable").tolist():
-        if number in held:
+    gone = np.zeros(size.size, dtype=bool)
+    seen_by_larger: dict[int, BoolArray] = {}
+    for number in np.argsort(size, kind="stable").tolist():
+        least = _MUCH_LARGER * int(size[number])
+        if number in held or least > int(size.max()):
             continue
-        looks = np.bincount(problem.row[part[owner] == number], minlength=problem.n_rows)
-        less = n_seen - looks
-        elsewhere = int(problem.ticks[(looks > 0) & (less > 0)].sum())
+        if least not in seen_by_larger:
+            seen_by_larger[least] = np.zeros(problem.n_rows, dtype=bool)
+            seen_by_larger[least][problem.row[size[owner_part] >= least]] = True
+        looks = np.bincount(problem.row[owner_part == number], minlength=problem.n_rows)
+        elsewhere = int(problem.ticks[(looks > 0) & seen_by_larger[least]].sum())
         if elsewhere < _SEEN_ELSEWHERE * int(problem.ticks[looks > 0].sum()):
             continue
+        less = n_seen - looks
         if (problem.ticks_of(less) >= problem.required).all():
             n_seen, gone[number] = less, True
     return gone[part]

@@ -80,8 +80,17 @@ class Core:
         return [int(self.candidate[c]) for c in chosen]
 
     def own(self, chosen: Sequence[int]) -> list[int]:
-        """Numbers in the core of candidates that are in it."""
-        return [int(c) for c in np.searchsorted(self.candidate, np.array(chosen, dtype=np.int64))]
+        """Numbers in the core of candidates that are in it.
+
+        Raises
+        ------
+        ValueError
+            One is not: a fault of ours, and on a device a wild address.
+        """
+        at = np.searchsorted(self.candidate, np.array(chosen, dtype=np.int64))
+        if not np.array_equal(self.candidate[np.minimum(at, self.candidate.size - 1)], chosen):
+            raise ValueError(f"core of selection: got {list(chosen)}, expected candidates that are in it")
+        return [int(c) for c in at]
 
 
 def core_problem(
@@ -290,11 +299,11 @@ class _Search:
     # ------------------------------------------------------------------------------------------- annealing
     def _anneal(self, prices: LagrangeBound) -> None:
         """Sets of fewer stations of the core, one size after the other, until a limit is reached."""
-        core = core_problem(self._problem, prices, n_stations=len(self._best), also=self._best, network=self._network)
-        terrain = Terrain(core.problem, seed=self._settings.seed, network=core.network)
-        walks = open_walks(terrain, device=self._device, host=self._host)
+        core, walks = self._core_of(prices)
         less, round_, n_steps = 0, 0, self._first_steps(core)
         while self._go_on():
+            if not np.isin(self._best, core.candidate).all():
+                core, walks = self._core_of(prices)  # sets are filled up from all candidates, and begun with again
             aimed = max(1, less or (len(self._best) - self._bound) // 2)
             size = max(len(self._best) - aimed, self._bound, len(self._given) + 1)
             if size >= len(self._best):
@@ -306,6 +315,12 @@ class _Search:
                 less = (len(reached) - size + 1) // 2
             if not self._offer(reached):
                 n_steps = min(2 * n_steps, _MOST_STEPS)
+
+    def _core_of(self, prices: LagrangeBound) -> tuple[Core, Walks]:
+        """Candidates that matter, those of the best set among them, and walks on them."""
+        core = core_problem(self._problem, prices, n_stations=len(self._best), also=self._best, network=self._network)
+        terrain = Terrain(core.problem, seed=self._settings.seed, network=core.network)
+        return core, open_walks(terrain, device=self._device, host=self._host)
 
     def _walk(self, core: Core, walks: Walks, size: int, *, round_: int, n_steps: int) -> list[int]:
         """Anneal sets of `size` stations; return the one that misses least, filled up."""

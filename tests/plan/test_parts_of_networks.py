@@ -67,3 +67,12 @@ def test_a_room_of_its_own_is_not_left_aside_however_little_is_asked() -> None:
     for room in synthetic.rooms:
         low, high = np.min(room.outline_m, axis=0), np.max(room.outline_m, axis=0)
         assert ((free_m > low) & (free_m < high)).all(axis=1).any(), room.name
+
+
+def test_where_hardly_any_two_can_be_registered_nobody_is_left_aside() -> None:
+    """Without slabs nothing holds heights: no link counts, and every candidate is a part by itself."""
+    scene = scenes_synthetic.build("without-slabs").scene
+    greedy = make_plan(scene, PlanSettings(scanner=SETTINGS.scanner, max_patch_area_m2=0.2), engine="opencl")
+    plan = make_plan(scene, SETTINGS, engine="opencl")
+    assert plan.n_bounded is not None and plan.n_bounded >= greedy.n_candidates
+    assert len(plan.stations) <= len(greedy.stations)

@@ -1,6 +1,7 @@
 """Selection for large problems, on small ones: sets against all others, the core, networks, limits."""
 
 import itertools
+from dataclasses import replace
 
 import networkx as nx
 import numpy as np
@@ -157,3 +158,15 @@ def test_requests_that_make_no_sense_are_refused():
     for words in ({"given": [10]}, {"given": [1, 1]}, {"start": [0]}, {"start": [-1]}, {"network": other}):
         with pytest.raises(RequirementError):
             select_large(problem, LITTLE, **words)
+
+
+def test_candidates_outside_the_core_are_no_numbers_in_it() -> None:
+    """On a device such a number would be a wild address: sets were once begun with some."""
+    problem = random_problem(3, n=30)
+    bound = large_bound(problem, n_stations=problem.n_candidates, work_limit=0.1)
+    core = core_problem(problem, bound, n_stations=problem.n_candidates)
+    inside = core.candidate.tolist()
+    assert core.own(inside[::-1]) == list(range(len(inside)))[::-1]
+    outside = replace(core, candidate=core.candidate[:-1])
+    with pytest.raises(ValueError, match="expected candidates that are in it"):
+        outside.own([inside[0], inside[-1]])
