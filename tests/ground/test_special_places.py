@@ -111,7 +111,7 @@ def test_every_inner_door_of_the_duplex_has_a_place_in_its_middle() -> None:
     if not path.is_file():
         pytest.skip(f"{path.name} is not beside the repository in shared/data/ifc")
     shut = load_scene(path)
-    survey = survey_of(without_door_leaves(shut))
+    survey = survey_of(without_door_leaves(shut, outer_too=True))
     engine = open_engine(survey.scene, survey.patches, engine="open3d")
     space = free_space(survey)
     doorway = np.concatenate([find_rooms(space, floor).doorway for floor in range(len(survey.floors))])

@@ -46,9 +46,9 @@ def kernels(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[str]]:
     asked: dict[str, list[str]] = {}
     original = ifc._shapes_by
 
-    def recorded(kernel: str, path: Path, model: Any, products: list[Any], *rest: Any) -> Any:
-        asked.setdefault(kernel, []).extend(product.element.name for product in products)
-        return original(kernel, path, model, products, *rest)
+    def recorded(kernel: str, path: Path, model: Any, entities: list[Any], *rest: Any) -> Any:
+        asked.setdefault(kernel, []).extend(str(entity.Name) for entity in entities)
+        return original(kernel, path, model, entities, *rest)
 
     monkeypatch.setattr(ifc, "_shapes_by", recorded)
     return asked
