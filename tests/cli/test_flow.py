@@ -18,7 +18,9 @@ import pytest
 DROPPABLE = ("timings_s", "versions", "device")
 COARSE = ("--grid", "1.0", "--height", "1.5", "--patch-area", "0.2", "--coverage", "80")
 #: Of the plans themselves little is asked here.
-QUICK = (*COARSE, "--set", "work_limit=0.2")
+QUICK = (*COARSE, "--set", "work_limit=0.1", "--no-refine")
+#: Nor of the proof.
+GREEDY = (*COARSE, "--method", "greedy")
 
 
 def run(*arguments: str | Path, env: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
@@ -130,7 +132,7 @@ def test_interrupted_plan_leaves_nothing_half_written(stage: str, house: Path, t
     process = subprocess.Popen(
         [
             sys.executable, "-m", "tlsplan", "plan", str(house), "-o", str(tmp_path / "plan"), "--grid", "0.4",
-            "--set", "work_limit=0.2",
+            "--method", "greedy",
         ],
         stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
@@ -227,9 +229,9 @@ def test_an_obj_in_millimetres_is_told_so_before_anything_fails(tmp_path: Path) 
         for line in lines
     ]
     scene.write_text("\n".join(big) + "\n")
-    done = run("plan", scene, "-o", tmp_path / "plan", *QUICK)
+    done = run("plan", scene, "-o", tmp_path / "plan", *GREEDY)
     assert "--units mm" in done.stderr
-    right = run("plan", scene, "-o", tmp_path / "plan", "--units", "mm", "--json", *QUICK)
+    right = run("plan", scene, "-o", tmp_path / "plan", "--units", "mm", "--json", *GREEDY)
     assert right.returncode == 0, right.stderr
     assert json.loads(right.stdout)["scene"]["metres_per_unit"] == 0.001
 
@@ -238,8 +240,8 @@ def test_an_obj_in_millimetres_is_told_so_before_anything_fails(tmp_path: Path) 
 def test_a_device_that_is_not_there_is_an_error_however_it_was_asked_for(
     name: str, house: Path, tmp_path: Path
 ) -> None:
-    by_option = run("plan", house, "-o", tmp_path / "plan", "--device", name, *QUICK)
-    by_variable = run("plan", house, "-o", tmp_path / "plan", *QUICK, env={"TLSPLAN_DEVICE": name})
+    by_option = run("plan", house, "-o", tmp_path / "plan", "--device", name, *GREEDY)
+    by_variable = run("plan", house, "-o", tmp_path / "plan", *GREEDY, env={"TLSPLAN_DEVICE": name})
     assert (by_option.returncode, by_variable.returncode) == (6, 6)
     assert name in by_variable.stderr.splitlines()[-1]
 
