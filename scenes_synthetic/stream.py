@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import shutil
 import struct
-import tempfile
 import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -20,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.export.atomic import staged_file
+from planner_core.export.atomic import scratch_folder, staged_file
 from scenes_synthetic.glb import GlbWriter
 from scenes_synthetic.model import Part
 
@@ -52,11 +51,8 @@ def stream_file(path: Path | str, parts: Parts, name: str, *, n_triangles: int) 
         )
     _refuse_too_large(suffix, n_triangles * _LEAST_BYTES.get(suffix, 0))
     target.parent.mkdir(parents=True, exist_ok=True)
-    with (
-        staged_file(target) as beside,
-        tempfile.TemporaryDirectory(prefix=f".{target.stem}.waiting-", dir=target.parent) as waiting,
-    ):
-        _WRITERS[suffix](beside, Path(waiting), parts, name)
+    with staged_file(target) as beside, scratch_folder(target) as waiting:
+        _WRITERS[suffix](beside, waiting, parts, name)
     return target
 
 

@@ -21,9 +21,8 @@ from ..options import overwrite_option, quiet_option, seed_option
 @quiet_option
 def command(names: tuple[str, ...], folder: Path, full: bool, seed: int, overwrite: bool, quiet: bool) -> None:
     """Run FIGUREs of the method paper again and write what came out; `all` runs every one, no name lists them."""
-    import tempfile
-
     from planner_core.errors import OutputExistsError, RequirementError
+    from planner_core.export.atomic import scratch_folder
 
     from .. import output
     from ..progress import ProgressReporter
@@ -46,11 +45,8 @@ def command(names: tuple[str, ...], folder: Path, full: bool, seed: int, overwri
     for name in wanted:
         figure = known[name]
         # A figure that fails or is interrupted leaves nothing: its files move in only when all of them are there.
-        with (
-            tempfile.TemporaryDirectory(dir=folder, prefix=f".{name}-") as staging,
-            ProgressReporter(quiet=quiet) as reporter,
-        ):
-            bench = Bench(folder=Path(staging), full=full, seed=seed, progress=reporter.show)
+        with scratch_folder(folder / name) as staging, ProgressReporter(quiet=quiet) as reporter:
+            bench = Bench(folder=staging, full=full, seed=seed, progress=reporter.show)
             outcome = figure.run(bench)
             write_page(bench.folder, figure, outcome, full=full, seed=seed)
             for file in sorted(bench.folder.iterdir()):

@@ -106,6 +106,22 @@ def staged_file(path: Path) -> Iterator[Path]:
         staging.unlink(missing_ok=True)
 
 
+@contextlib.contextmanager
+def scratch_folder(path: Path) -> Iterator[Path]:
+    """Yield an empty folder beside `path` for what has to wait; on leaving it is removed, whatever happened."""
+    # Its name is chosen before it is there: an interrupt inside `tempfile` can leave a folder that nobody knows of.
+    scratch = path.with_name(f".{path.stem}.waiting-{secrets.token_hex(4)}")
+    try:
+        scratch.mkdir()
+        yield scratch
+    finally:
+        try:
+            shutil.rmtree(scratch, ignore_errors=True)
+        except BaseException:  # an interrupt while it was being removed
+            shutil.rmtree(scratch, ignore_errors=True)
+            raise
+
+
 def sync_tree(folder: Path) -> None:
     """Have the disk hold every file and folder below `folder`; links and devices are not looked into."""
     for path in (*folder.rglob("*"), folder):
