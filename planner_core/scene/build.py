@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +29,6 @@ from numpy.typing import ArrayLike
 
 from planner_core.errors import SceneError
 from planner_core.model import (
-    BoolArray,
     Element,
     FloatArray,
     Int32Array,
@@ -41,8 +40,9 @@ from planner_core.model import (
     Storey,
     UInt8Array,
 )
-from planner_core.scene.bulk import STRAY_DISTANCE_M, bulk_centre_m, face_weights, is_astray, named_few
-from planner_core.scene.equal_rows import first_of_equal_rows, first_of_equal_triples
+from planner_core.scene.bulk import bulk_centre_m, face_weights
+from planner_core.scene.repair import MAX_DROPPED_LINES, RawArrays, Repair, box_of
+from planner_core.scene.wording import grouped, one_line, readable
 
 FAR_ORIGIN_M = 1000.0
 """Farthest that the centre of a scene may lie from the origin, on each axis, before it is moved.
@@ -50,20 +50,6 @@ FAR_ORIGIN_M = 1000.0
 Kernels work in float32. Up to 1024 m its rounding error is at most 2^-15 m = 0.03 mm, up to 2048 m 0.06 mm: well below
 a scanner's noise. At E 500 000 m it would be 16 mm.
 """
-
-MIN_FACE_HEIGHT_M = 1e-8
-"""Smallest height of a face above its longest edge.
-
-National grids have coordinates of up to 1e7 m, which float64 rounds by 1e-9 m and a change of unit once more, so the
-height of a line comes out as up to 4e-9 m: anything below 1e-8 m is a line that was meant to be one. Slivers above it
-are kept: dropping those would open cracks. A scanner resolves 1e-4 m at best. It gets models of a micrometre wrong.
-"""
-
-MAX_COORDINATE_M = 1e9
-"""Coordinates beyond this are damage, not places: the Earth's circumference is 4e7 m. Counted as not finite."""
-
-MAX_DROPPED_LINES = 100
-"""Length of `LoadReport.dropped`."""
 
 
 def scene_from_arrays(
@@ -110,7 +96,7 @@ def scene_from_arrays(
     optics = _checked_optics(optics_of_triangle, raw.triangles.shape[0])
     source = source or _memory_source(raw)
     _check_frame(metres_per_unit, up_axis)
-    repair = _Repair(raw, name=source.path.name or "scene")
+    repair = Repair(raw, name=source.path.name or "scene")
     repair.drop_bad_indices(skip=skip_bad_faces)
     scene_vertices_m = to_scene_frame(raw.vertices, metres_per_unit, up_axis)
     repair.drop_non_finite(scene_vertices_m)
@@ -127,15 +113,6 @@ def scene_from_arrays(
 
 
 # ------------------------------------------------------------------------------------------------ input
-@dataclass(frozen=True)
-class _RawArrays:
-    """The caller's arrays, shapes and types checked."""
-
-    vertices: FloatArray
-    triangles: Int64Array
-    element: Int32Array
-    elements: tuple[Element, ...]
-    face: Int64Array
 
 
 def _checked_arrays(
@@ -144,7 +121,7 @@ def _checked_arrays(
     element_of_triangle: ArrayLike | None,
     elements: Sequence[Element] | None,
     face_of_triangle: ArrayLike | None,
-) -> _RawArrays:
+) -> RawArrays:
     points = np.ascontiguousarray(vertices, dtype=np.float64)
     faces = np.asarray(triangles)
     if points.size == 0:
@@ -167,7 +144,7 @@ def _checked_arrays(
             "pass indices into elements."
         )
     face = _column(face_of_triangle, n_triangles, "face_of_triangle", np.arange(n_triangles, dtype=np.int64))
-    return _RawArrays(points, np.ascontiguousarray(faces, dtype=np.int64), element.astype(np.int32), owners, face)
+    return RawArrays(points, np.ascontiguousarray(faces, dtype=np.int64), element.astype(np.int32), owners, face)
 
 
 def _column(values: ArrayLike | None, length: int, name: str, default: Int64Array) -> Int64Array:
@@ -213,7 +190,7 @@ def _check_frame(metres_per_unit: float, up_axis: str) -> None:
         raise SceneError(f"the upward axis is {up_axis!r}, expected Y or Z; pass one of them.")
 
 
-def _memory_source(raw: _RawArrays) -> SceneSource:
+def _memory_source(raw: RawArrays) -> SceneSource:
     digest = hashlib.sha256(raw.vertices.data)
     digest.update(raw.triangles.data)
     return SceneSource(Path(), digest.hexdigest(), "memory", "metre", 1.0, "Z")
@@ -237,7 +214,7 @@ def _offset(vertices_m: FloatArray, triangles: Int64Array) -> FloatArray:
     """
     if triangles.size == 0:
         return np.zeros(3)
-    low, high = _box(vertices_m, triangles)
+    low, high = box_of(vertices_m, triangles)
     centre = 0.5 * (low + high)
     if (high - low).max() > FAR_ORIGIN_M:
         corners_m = vertices_m[triangles]
@@ -245,173 +222,9 @@ def _offset(vertices_m: FloatArray, triangles: Int64Array) -> FloatArray:
     return np.where(np.abs(centre) > FAR_ORIGIN_M, np.round(centre), 0.0) + 0.0
 
 
-def _box(vertices_m: FloatArray, triangles: Int64Array) -> tuple[FloatArray, FloatArray]:
-    """Lowest and highest corner of what triangles use."""
-    used = np.zeros(vertices_m.shape[0], dtype=bool)
-    used[triangles.ravel()] = True
-    corners = vertices_m[used]
-    return corners.min(axis=0), corners.max(axis=0)
-
-
-# ----------------------------------------------------------------------------------------------- repair
-@dataclass
-class _Repair:
-    """Which triangles are still in, and why the others are not."""
-
-    raw: _RawArrays
-    name: str
-    corners: Int64Array = field(init=False)
-    """(T, 3) vertices of each triangle; after `weld`, of the first vertex at each place."""
-    keep: BoolArray = field(init=False)
-    counts: dict[str, int] = field(default_factory=dict)
-    lines: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-    n_unlisted: int = 0
-
-    def __post_init__(self) -> None:
-        self.corners = self.raw.triangles
-        self.keep = np.ones(self.corners.shape[0], dtype=bool)
-
-    def kept_triangles(self) -> Int64Array:
-        """(K, 3) the triangles that are still in."""
-        return self.corners[self.keep]
-
-    def drop_bad_indices(self, *, skip: bool) -> None:
-        """Refuse or drop triangles that name a vertex which does not exist."""
-        n_vertices = self.raw.vertices.shape[0]
-        bad = ((self.corners < 0) | (self.corners >= n_vertices)).any(axis=1)
-        if not bad.any():
-            self.counts["bad_index"] = 0
-            return
-        if not skip:
-            named = self.corners[bad].ravel()
-            worst = int(named[(named < 0) | (named >= n_vertices)][0])
-            raise bad_index_error(self.name, int(bad.sum()), bad.size, worst, n_vertices, first_number=0, owner="scene")
-        self.corners = np.where(bad[:, None], 0, self.corners)  # any valid number: these are never read again
-        self._drop("bad_index", bad, "names a vertex that does not exist")
-
-    def drop_non_finite(self, vertices_m: FloatArray) -> None:
-        """Drop triangles with a NaN, infinite or impossible coordinate."""
-        bad_value = ~(np.abs(vertices_m) <= MAX_COORDINATE_M)
-        if not bad_value.any():
-            self.counts["non_finite"] = 0
-            return
-        bad_vertex: BoolArray = bad_value[:, 0] | bad_value[:, 1] | bad_value[:, 2]
-        self._drop("non_finite", self.keep & bad_vertex[self.corners].any(axis=1), "has a coordinate that is no place")
-
-    def drop_strays(self, vertices_m: FloatArray) -> None:
-        """Drop triangles kilometres away from nearly all others, and warn of them by name."""
-        self.counts["stray"] = 0
-        kept = self.kept_triangles()
-        if not kept.size:
-            return
-        low, high = _box(vertices_m, kept)
-        if (high - low).max() <= STRAY_DISTANCE_M:
-            return
-        corners_m = vertices_m[kept]
-        astray = np.zeros(self.keep.size, dtype=bool)
-        astray[np.flatnonzero(self.keep)] = is_astray(corners_m, face_weights(corners_m))
-        if not astray.any():
-            return
-        n = self._drop("stray", astray, f"lies more than {STRAY_DISTANCE_M / 1000:.0f} km away from the rest")
-        names = [self.raw.elements[i].name for i in self.raw.element[astray].tolist()]
-        self.warnings.append(
-            f"{self.name}: {grouped(n)} {'face lies' if n == 1 else 'faces lie'} more than "
-            f"{STRAY_DISTANCE_M / 1000:.0f} km away from the rest and {'is' if n == 1 else 'are'} left out: "
-            f"{named_few(names)}."
-        )
-
-    def weld(self, vertices_m: FloatArray) -> None:
-        """Let triangles name the first vertex at each place."""
-        if vertices_m.shape[0]:  # without vertices the corners are all dropped, and name nothing
-            self.corners = first_of_equal_rows(vertices_m)[self.corners]
-
-    def drop_degenerate(self, vertices_m: FloatArray) -> None:
-        """Drop triangles that are points or lines."""
-        a, b, c = self.corners.T
-        repeated = (a == b) | (b == c) | (c == a)
-        n_before = self._drop("degenerate", self.keep & repeated, "has two corners in one place")
-        alive = np.flatnonzero(self.keep)
-        flat = np.zeros(self.keep.size, dtype=bool)
-        flat[alive] = face_height_m(vertices_m[self.corners[alive]]) < MIN_FACE_HEIGHT_M
-        self.counts["degenerate"] = n_before + self._drop("degenerate", flat, "is a line: its corners lie on it")
-
-    def drop_duplicates(self) -> tuple[Int64Array, Int64Array]:
-        """Drop triangles that have the same three corners as an earlier one, however they turn; return both."""
-        alive = np.flatnonzero(self.keep)
-        first = first_of_equal_triples(np.sort(self.corners[alive], axis=1))
-        repeat = np.zeros(self.keep.size, dtype=bool)
-        repeat[alive] = first != np.arange(alive.size)
-        original = np.zeros(self.keep.size, dtype=np.int64)
-        original[alive] = alive[first]
-        self._drop("duplicate", repeat, "is the same as face", original)
-        copies = np.flatnonzero(repeat)
-        return copies, original[copies]
-
-    def _drop(self, reason: str, bad: BoolArray, text: str, original: Int64Array | None = None) -> int:
-        """Take the `bad` ones out, count and list them. Returns how many."""
-        numbers = np.flatnonzero(bad)
-        self.counts[reason] = numbers.size
-        self.keep = self.keep & ~bad
-        room = max(MAX_DROPPED_LINES - len(self.lines), 0)
-        for number in numbers[:room]:
-            element = self.raw.elements[self.raw.element[number]]
-            line = f"{element.name}, face {int(self.raw.face[number])}: {text}"
-            self.lines.append(line if original is None else line + self._original(number, int(original[number])))
-        self.n_unlisted += max(numbers.size - room, 0)
-        return int(numbers.size)
-
-    def _original(self, number: int, original: int) -> str:
-        """Which face the triangle `number` repeats, and of which element where that is another."""
-        owner = self.raw.element[original]
-        face = f" {int(self.raw.face[original])}"
-        return face if owner == self.raw.element[number] else f"{face} of {self.raw.elements[owner].name}"
-
-
-def bad_index_error(
-    name: str, n_bad: int, n_faces: int, vertex_number: int, n_vertices: int, *, first_number: int, owner: str
-) -> SceneError:
-    """The one wording for faces that name a missing vertex.
-
-    `first_number`: how the format numbers its first vertex. `owner`: what has the vertices, a file or a mesh.
-    """
-    last = n_vertices - 1 + first_number
-    has = f"the {owner} has {grouped(n_vertices)}" + ("" if first_number else f", the last is {grouped(last)}")
-    verb = "names" if n_bad == 1 else "name"
-    return SceneError(
-        f"{name}: {grouped(n_bad)} of {grouped(n_faces)} faces {verb} vertex {grouped(vertex_number)}, {has}. "
-        "Repair it or pass --skip-bad-faces."
-    )
-
-
-def grouped(number: int) -> str:
-    """`41022` as `41 022`."""
-    return f"{number:,}".replace(",", " ")
-
-
-def readable(text: str) -> str:
-    """`text` with halves of surrogate pairs replaced by U+FFFD: files may hold them, and no encoding can write them."""
-    return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
-
-
-def one_line(text: str) -> str:
-    """`text` fit for a message: readable, and on one line whatever names it quotes."""
-    return " ".join(readable(text).split())
-
-
-def face_height_m(corners_m: FloatArray) -> FloatArray:
-    """(N,) float64: height of each triangle (N, 3, 3) above its longest edge; 0 for a point."""
-    ab, bc, ca = (corners_m[:, (i + 1) % 3] - corners_m[:, i] for i in range(3))
-    longest = np.sqrt(np.maximum.reduce([(e * e).sum(axis=1) for e in (ab, bc, ca)]))
-    normal = np.cross(ab, -ca)
-    twice_area = np.sqrt((normal * normal).sum(axis=1))
-    height: FloatArray = np.divide(twice_area, longest, out=np.zeros_like(longest), where=longest > 0)
-    return height
-
-
 # --------------------------------------------------------------------------------------------- assembly
 def _assemble(
-    repair: _Repair,
+    repair: Repair,
     local_m: FloatArray,
     offset_m: FloatArray,
     source: SceneSource,
@@ -465,7 +278,7 @@ def _sorted_storeys(
     return local, tuple(replace(e, storey=place[e.storey]) if e.storey != -1 else e for e in elements)
 
 
-def _report(repair: _Repair, offset_m: FloatArray, prior: LoadReport) -> LoadReport:
+def _report(repair: Repair, offset_m: FloatArray, prior: LoadReport) -> LoadReport:
     lines = [one_line(line) for line in (*prior.dropped, *repair.lines)]
     unlisted = repair.n_unlisted + max(len(lines) - MAX_DROPPED_LINES, 0)
     if unlisted:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from planner_core.errors import SceneError
-from planner_core.scene.build import readable
+from planner_core.scene.wording import readable
 
 _MOST = 2**53
 """Whole numbers beyond this are not exact in JSON, and no file has so many of anything."""

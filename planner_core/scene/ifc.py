@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 from planner_core.errors import MissingPackageError, SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Room, Storey, UInt8Array
 from planner_core.progress import Progress, ProgressEvent
-from planner_core.scene.build import grouped
 from planner_core.scene.ifc_materials import IfcOptics, told_optics
 from planner_core.scene.ifc_spaces import rooms_of, without_shape
 from planner_core.scene.raw import Parts, RawScene, placed, turned_over, what_it_looks_like
+from planner_core.scene.wording import grouped
 
 _NOT_PHYSICAL = (
     "IfcFeatureElementSubtraction",  # openings, recesses

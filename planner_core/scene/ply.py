@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from planner_core.errors import SceneError
 from planner_core.model import Element, FloatArray, Int64Array
-from planner_core.scene.build import grouped
 from planner_core.scene.raw import RawScene, exact, triangulate, what_it_looks_like
+from planner_core.scene.wording import grouped
 
 _TYPES = {
     "char": "i1",

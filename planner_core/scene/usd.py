@@ -17,7 +17,6 @@ import numpy as np
 
 from planner_core.errors import MissingPackageError, SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport
-from planner_core.scene.build import MAX_DROPPED_LINES, grouped
 from planner_core.scene.raw import (
     Faces,
     Parts,
@@ -31,7 +30,9 @@ from planner_core.scene.raw import (
     unit_name,
     what_it_looks_like,
 )
+from planner_core.scene.repair import MAX_DROPPED_LINES
 from planner_core.scene.usd_materials import UsdOptics
+from planner_core.scene.wording import grouped
 
 _HIDDEN_PURPOSES = ("guide", "proxy")
 _MAX_STAGE_WARNINGS = 5

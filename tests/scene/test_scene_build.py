@@ -10,12 +10,8 @@ from hypothesis.extra.numpy import arrays
 
 from planner_core.errors import SceneError
 from planner_core.model import Element, Storey
-from planner_core.scene.build import (
-    FAR_ORIGIN_M,
-    MAX_DROPPED_LINES,
-    face_height_m,
-    scene_from_arrays,
-)
+from planner_core.scene.build import FAR_ORIGIN_M, scene_from_arrays
+from planner_core.scene.repair import MAX_DROPPED_LINES, face_height_m
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=np.float64)
 SQUARE_FACES = np.array([[0, 1, 2], [0, 2, 3]])

@@ -1,0 +1,36 @@
+"""Wording of what the scene's stage tells: numbers, texts out of files, and one error that readers share."""
+
+from __future__ import annotations
+
+from planner_core.errors import SceneError
+
+
+def grouped(number: int) -> str:
+    """`41022` as `41 022`."""
+    return f"{number:,}".replace(",", " ")
+
+
+def readable(text: str) -> str:
+    """`text` with halves of surrogate pairs replaced by U+FFFD: files may hold them, and no encoding can write them."""
+    return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
+
+
+def one_line(text: str) -> str:
+    """`text` fit for a message: readable, and on one line whatever names it quotes."""
+    return " ".join(readable(text).split())
+
+
+def bad_index_error(
+    name: str, n_bad: int, n_faces: int, vertex_number: int, n_vertices: int, *, first_number: int, owner: str
+) -> SceneError:
+    """The one wording for faces that name a missing vertex.
+
+    `first_number`: how the format numbers its first vertex. `owner`: what has the vertices, a file or a mesh.
+    """
+    last = n_vertices - 1 + first_number
+    has = f"the {owner} has {grouped(n_vertices)}" + ("" if first_number else f", the last is {grouped(last)}")
+    verb = "names" if n_bad == 1 else "name"
+    return SceneError(
+        f"{name}: {grouped(n_bad)} of {grouped(n_faces)} faces {verb} vertex {grouped(vertex_number)}, {has}. "
+        "Repair it or pass --skip-bad-faces."
+    )
