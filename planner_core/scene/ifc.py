@@ -9,7 +9,6 @@ float64: far site placements lose nothing, and equal local vertices stay equal b
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections.abc import Iterator
@@ -22,10 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.errors import MissingPackageError, SceneError
-from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Room, Storey, UInt8Array
+from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Room, UInt8Array
 from planner_core.progress import Progress, ProgressEvent
 from planner_core.scene.ifc_materials import IfcOptics, told_optics
 from planner_core.scene.ifc_spaces import rooms_of, without_shape
+from planner_core.scene.ifc_storeys import storey_of, storeys_of, told_storeys
 from planner_core.scene.raw import Parts, RawScene, placed, turned_over, what_it_looks_like
 from planner_core.scene.wording import grouped
 
@@ -43,9 +43,6 @@ _NOT_PHYSICAL = (
     "IfcExternalSpatialElement",
 )
 """Classes (with their subclasses) that have a shape and no surface. A schema may lack some of them."""
-
-_ELEVATION_TOLERANCE_M = 0.01
-"""Placement and attribute of a storey may differ by this before we say so: files round elevations to millimetres."""
 
 _CLOSED_SHARE = 1e-6
 """Share of its area by which the faces of a closed shape may fail to add up: OpenCASCADE rounds corners to 1e-7."""
@@ -104,13 +101,13 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
     model = _open(path)
     with _contents_asked(path, model):
         unit_m, unit_name = _length_unit(model)
-        told_storeys = _told_storeys(model)
-        told_products = _told_products(model, {told.id: i for i, told in enumerate(told_storeys)})
+        storeys_told = told_storeys(_of_class(model, "IfcBuildingStorey"))
+        told_products = _told_products(model, {told.id: i for i, told in enumerate(storeys_told)})
         n_elements = len(_of_class(model, "IfcElement"))
     optics, optics_warnings = _optics(path, model)
     shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, optics, progress)
-    storeys, storey_warnings = _storeys(path, told_storeys, unit_m)
-    rooms, room_warnings = _rooms(path, model, {told.id: i for i, told in enumerate(told_storeys)})
+    storeys, storey_warnings = storeys_of(path, storeys_told, unit_m)
+    rooms, room_warnings = _rooms(path, model, {told.id: i for i, told in enumerate(storeys_told)})
     warnings = (*_no_unit(path, unit_name), *optics_warnings, *shape_warnings, *storey_warnings, *room_warnings)
     return RawScene(
         vertices=shapes.vertices,
@@ -200,20 +197,6 @@ def _contents_asked(path: Path, model: Any) -> Iterator[None]:
 
 # --------------------------------------------------------------------------------------- what the file says
 @dataclass(frozen=True)
-class _ToldStorey:
-    """A storey as the file has it; heights in the file's unit."""
-
-    id: int
-    name: str
-    source_id: str
-    placed: float
-    elevation: float
-    """NaN where the file says none."""
-    building: float
-    """Height at which its building is placed."""
-
-
-@dataclass(frozen=True)
 class _ToldProduct:
     """A product with a representation and a surface."""
 
@@ -242,21 +225,6 @@ def _no_unit(path: Path, unit_name: str) -> tuple[str, ...]:
     if unit_name:
         return ()
     return (f"{path.name} names no length unit: metres are assumed; pass --units if that is wrong.",)
-
-
-def _told_storeys(model: Any) -> list[_ToldStorey]:
-    """Storeys by file id."""
-    return [
-        _ToldStorey(
-            id=int(entity.id()),
-            name=str(entity.Name or entity.LongName or f"storey {i}"),
-            source_id=str(entity.GlobalId),
-            placed=_placement_z(entity),
-            elevation=math.nan if entity.Elevation is None else float(entity.Elevation),
-            building=_placement_z(_parent_building(entity)),
-        )
-        for i, entity in enumerate(sorted(_of_class(model, "IfcBuildingStorey"), key=lambda s: int(s.id())))
-    ]
 
 
 def _told_products(model: Any, storey_of_id: dict[int, int]) -> list[_ToldProduct]:
@@ -303,7 +271,7 @@ def _rooms(path: Path, model: Any, storey_of_id: dict[int, int]) -> tuple[tuple[
     try:
         with _contents_asked(path, model):
             spaces = sorted(_of_class(model, "IfcSpace"), key=lambda space: int(space.id()))
-            told = [(space, _storey_of(space, storey_of_id)) for space in spaces if space.Representation is not None]
+            told = [(space, storey_of(space, storey_of_id)) for space in spaces if space.Representation is not None]
         shapes = _shapes_by(_SOLID_KERNEL, path, model, [space for space, _ in told], None)
         rooms, without = rooms_of(told, ((number, shape.vertices, shape.triangles) for number, shape in shapes))
     except SceneError as error:
@@ -448,7 +416,7 @@ def _without_shape(path: Path, products: list[_ToldProduct]) -> tuple[str, ...]:
 
 def _element(product: Any, storey_of_id: dict[int, int]) -> Element:
     name = product.Name or f"{product.is_a()} #{product.id()}"
-    storey = _storey_of(product, storey_of_id)
+    storey = storey_of(product, storey_of_id)
     return Element(str(name), str(product.is_a()), str(product.GlobalId), storey, _is_external(product))
 
 
@@ -460,85 +428,3 @@ def _is_external(product: Any) -> bool | None:
 
     said = get_pset(product, "Pset_DoorCommon", "IsExternal")
     return said if isinstance(said, bool) else None
-
-
-# ---------------------------------------------------------------------------------------------- storeys
-def _storeys(path: Path, told: list[_ToldStorey], unit_m: float) -> tuple[tuple[Storey, ...], tuple[str, ...]]:
-    """Storeys in the order of `told`, elevations in metres, and warnings."""
-    placed_m = np.array([s.placed for s in told], dtype=np.float64) * unit_m
-    told_m = np.array([s.elevation for s in told], dtype=np.float64) * unit_m
-    base_m = np.array([s.building for s in told], dtype=np.float64) * unit_m
-    elevation_m, warnings = _choose_elevations(path, [s.name for s in told], placed_m, told_m, base_m)
-    storeys = tuple(
-        Storey(s.name, s.source_id, height_m) for s, height_m in zip(told, elevation_m.tolist(), strict=True)
-    )
-    return storeys, warnings
-
-
-def _choose_elevations(
-    path: Path, names: list[str], placed_m: FloatArray, told_m: FloatArray, base_m: FloatArray
-) -> tuple[FloatArray, tuple[str, ...]]:
-    """Elevations from the placements, where the geometry is; from the attribute where placements say nothing.
-
-    The attribute counts from the building's reference, so it may differ from the placement by the building's
-    own height.
-    """
-    several = placed_m.size > 1 and np.isfinite(told_m).all()
-    if several and np.ptp(placed_m) < _ELEVATION_TOLERANCE_M < np.ptp(told_m):
-        warning = f"{path.name}: all its storeys are placed at one height, so their Elevation attributes are used."
-        return told_m + base_m, (warning,)
-    off_m = np.abs(placed_m - told_m)
-    off_building_m = np.abs(placed_m - base_m - told_m)
-    warnings = [
-        f"{path.name}: storey {names[i]} is placed at {placed_m[i]:.3f} m and its Elevation says {told_m[i]:.3f} m: "
-        "the placement is used."
-        for i in np.flatnonzero((off_m > _ELEVATION_TOLERANCE_M) & (off_building_m > _ELEVATION_TOLERANCE_M))
-    ]
-    return placed_m, tuple(warnings)
-
-
-def _placement_z(entity: Any) -> float:
-    """Height of an entity's placement, in the file's unit."""
-    from ifcopenshell.util.placement import get_local_placement
-
-    if entity is None or entity.ObjectPlacement is None:
-        return 0.0
-    return float(get_local_placement(entity.ObjectPlacement)[2, 3])
-
-
-def _parent_building(storey: Any) -> Any:
-    """The IfcBuilding above a storey; None where there is none."""
-    parent = _parent(storey)
-    while parent is not None and not parent.is_a("IfcBuilding"):
-        parent = _parent(parent)
-    return parent
-
-
-def _storey_of(product: Any, storey_of_id: dict[int, int]) -> int:
-    """Index of the storey a product is in: walk up from parts to wholes, fillings to hosts, spaces to storeys."""
-    seen: set[int] = set()
-    entity = product
-    while entity is not None and entity.id() not in seen:
-        if entity.id() in storey_of_id:
-            return storey_of_id[entity.id()]
-        seen.add(entity.id())
-        entity = _parent(entity)
-    return -1
-
-
-_WAYS_UP = (
-    ("ContainedInStructure", "RelatingStructure"),
-    ("Decomposes", "RelatingObject"),
-    ("Nests", "RelatingObject"),
-    ("FillsVoids", "RelatingOpeningElement"),
-    ("VoidsElements", "RelatingBuildingElement"),
-    ("ProjectsElements", "RelatingElement"),
-)
-"""Inverse attribute, and the attribute of the relation that names the whole, in the order in which they are asked."""
-
-
-def _parent(entity: Any) -> Any:
-    for inverse, whole in _WAYS_UP:
-        for relation in getattr(entity, inverse, None) or ():
-            return getattr(relation, whole)
-    return None

@@ -302,7 +302,7 @@ def test_usd_unit_that_is_no_length_gives_way_to_the_users(tmp_path):
 
 # ----------------------------------------------------------------------------------------- bugs of our own
 OWN_CODE = [
-    ("four.ifc", "ifc._choose_elevations"),
+    ("four.ifc", "ifc_storeys._choose_elevations"),
     ("four.ifc", "ifc._outside_out"),
     ("four.ifc", "ifc.placed"),
     ("house.usda", "usd.triangulate"),

@@ -1,0 +1,128 @@
+"""Storeys of an IFC file: their names and elevations, and which of them a thing is in.
+
+Input: IfcOpenShell's entities. Output: what the file says, in its own unit, then `Storey` in metres, and the index of a
+product's storey. The caller guards what reads entities against files whose contents do not follow their schema.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner_core.model import FloatArray, Storey
+
+_ELEVATION_TOLERANCE_M = 0.01
+"""Placement and attribute of a storey may differ by this before we say so: files round elevations to millimetres."""
+
+_WAYS_UP = (
+    ("ContainedInStructure", "RelatingStructure"),
+    ("Decomposes", "RelatingObject"),
+    ("Nests", "RelatingObject"),
+    ("FillsVoids", "RelatingOpeningElement"),
+    ("VoidsElements", "RelatingBuildingElement"),
+    ("ProjectsElements", "RelatingElement"),
+)
+"""Inverse attribute, and the attribute of the relation that names the whole, in the order in which they are asked."""
+
+
+@dataclass(frozen=True)
+class ToldStorey:
+    """A storey as the file has it; heights in the file's unit."""
+
+    id: int
+    name: str
+    source_id: str
+    placed: float
+    elevation: float
+    """NaN where the file says none."""
+    building: float
+    """Height at which its building is placed."""
+
+
+def told_storeys(entities: list[Any]) -> list[ToldStorey]:
+    """Storeys by file id, of the model's IfcBuildingStorey."""
+    return [
+        ToldStorey(
+            id=int(entity.id()),
+            name=str(entity.Name or entity.LongName or f"storey {i}"),
+            source_id=str(entity.GlobalId),
+            placed=_placement_z(entity),
+            elevation=math.nan if entity.Elevation is None else float(entity.Elevation),
+            building=_placement_z(_parent_building(entity)),
+        )
+        for i, entity in enumerate(sorted(entities, key=lambda s: int(s.id())))
+    ]
+
+
+def storeys_of(path: Path, told: list[ToldStorey], unit_m: float) -> tuple[tuple[Storey, ...], tuple[str, ...]]:
+    """Storeys in the order of `told`, elevations in metres, and warnings."""
+    placed_m = np.array([s.placed for s in told], dtype=np.float64) * unit_m
+    told_m = np.array([s.elevation for s in told], dtype=np.float64) * unit_m
+    base_m = np.array([s.building for s in told], dtype=np.float64) * unit_m
+    elevation_m, warnings = _choose_elevations(path, [s.name for s in told], placed_m, told_m, base_m)
+    storeys = tuple(
+        Storey(s.name, s.source_id, height_m) for s, height_m in zip(told, elevation_m.tolist(), strict=True)
+    )
+    return storeys, warnings
+
+
+def storey_of(product: Any, storey_of_id: dict[int, int]) -> int:
+    """Index of the storey a product is in: walk up from parts to wholes, fillings to hosts, spaces to storeys."""
+    seen: set[int] = set()
+    entity = product
+    while entity is not None and entity.id() not in seen:
+        if entity.id() in storey_of_id:
+            return storey_of_id[entity.id()]
+        seen.add(entity.id())
+        entity = _parent(entity)
+    return -1
+
+
+def _choose_elevations(
+    path: Path, names: list[str], placed_m: FloatArray, told_m: FloatArray, base_m: FloatArray
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """Elevations from the placements, where the geometry is; from the attribute where placements say nothing.
+
+    The attribute counts from the building's reference, so it may differ from the placement by the building's
+    own height.
+    """
+    several = placed_m.size > 1 and np.isfinite(told_m).all()
+    if several and np.ptp(placed_m) < _ELEVATION_TOLERANCE_M < np.ptp(told_m):
+        warning = f"{path.name}: all its storeys are placed at one height, so their Elevation attributes are used."
+        return told_m + base_m, (warning,)
+    off_m = np.abs(placed_m - told_m)
+    off_building_m = np.abs(placed_m - base_m - told_m)
+    warnings = [
+        f"{path.name}: storey {names[i]} is placed at {placed_m[i]:.3f} m and its Elevation says {told_m[i]:.3f} m: "
+        "the placement is used."
+        for i in np.flatnonzero((off_m > _ELEVATION_TOLERANCE_M) & (off_building_m > _ELEVATION_TOLERANCE_M))
+    ]
+    return placed_m, tuple(warnings)
+
+
+def _placement_z(entity: Any) -> float:
+    """Height of an entity's placement, in the file's unit."""
+    from ifcopenshell.util.placement import get_local_placement
+
+    if entity is None or entity.ObjectPlacement is None:
+        return 0.0
+    return float(get_local_placement(entity.ObjectPlacement)[2, 3])
+
+
+def _parent_building(storey: Any) -> Any:
+    """The IfcBuilding above a storey; None where there is none."""
+    parent = _parent(storey)
+    while parent is not None and not parent.is_a("IfcBuilding"):
+        parent = _parent(parent)
+    return parent
+
+
+def _parent(entity: Any) -> Any:
+    for inverse, whole in _WAYS_UP:
+        for relation in getattr(entity, inverse, None) or ():
+            return getattr(relation, whole)
+    return None
