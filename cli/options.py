@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import wraps
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import click
 
@@ -283,8 +283,7 @@ def _gathered(name: str, into: type[Any], *options: Callable[[F], F]) -> Callabl
             gathered = into(**{field: values.pop(field) for field in names})
             return function(*arguments, **{name: gathered}, **values)
 
-        decorated: Any = apply(*options)(command)
-        return decorated  # type: ignore[no-any-return]
+        return apply(*options)(cast(F, command))
 
     return decorate
 

@@ -32,7 +32,7 @@ def start() -> tuple[float, str, bool]:
     axes = np.array([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
     hits = engine.cast_rays(np.zeros((3, 3)), axes, range_max_m=10.0)
     level = BeamTemplate(
-        azimuth_rad=np.arange(4) * (np.pi / 2), elevation_rad=np.zeros(1), range_min_m=0.0, range_max_m=10.0
+        azimuth_rad=np.arange(4.0) * (np.pi / 2), elevation_rad=np.zeros(1), range_min_m=0.0, range_max_m=10.0
     )
     scanned = engine.scan(level, np.zeros((1, 3))).range_m[0, 0]
     seen = engine.visible_patches(level, np.zeros((1, 3)))

@@ -198,7 +198,7 @@ def _mode_rows(d: dict[str, Any]) -> list[tuple[str, ...]]:
     if d["mode"] not in {row[0] for row in rows}:
         own = (d["mode"] or "default", "our choice, no mode of the instrument", "-", d["n_azimuths"], d["n_channels"])
         rows.append((*own, d["seconds_per_scan"]))
-    cells = []
+    cells: list[tuple[str, ...]] = []
     for mode, title, step, n_azimuths, n_channels, seconds in rows:
         told = f"`{mode}`" if d["mode"] is None or mode != d["mode"] else f"**`{mode}`**"
         note = f" ({title})" if d["mode"] else ""
