@@ -6,6 +6,9 @@ import numpy as np
 
 from planner_core.model import BoolArray, FloatArray
 
+LEAST_AREA_M2 = 1e-4
+"""An outline that encloses less is a slip: a square centimetre."""
+
 
 def over_polygon(points_m: FloatArray, corners_m: FloatArray) -> BoolArray:
     """(N,) bool, whether points (N, 2) lie inside the polygon, by crossings of a ray along x.

@@ -21,7 +21,7 @@ from typing import Any, cast
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.ground.outlines import area_of_outline_m2, crossing_sides
+from planner_core.ground.outlines import LEAST_AREA_M2, area_of_outline_m2, crossing_sides
 from planner_core.model import ROLES, KeepOut, SettledStation, Site
 
 #: Key of a list of stations, and the role it gives them.
@@ -36,8 +36,6 @@ _SITE_KEYS = ("entrances", "keep_out", "access", *_ROLE_OF_KEY, "robot", "start"
 _LETTER = {"scanned": "fixed", "locked": "locked", "kept": "kept", "forbidden": "forbidden"}
 #: As many as a zone of a requirements file may have.
 _MOST_CORNERS = 10_000
-#: Less is a slip: a square centimetre.
-_LEAST_AREA_M2 = 1e-4
 _Place = tuple[float, float, float]
 
 
@@ -196,7 +194,7 @@ def _check_shape(title: str, corners: list[tuple[float, ...]]) -> None:
             f"{title}: got an outline that crosses itself, its sides {crossing[0] + 1} and {crossing[1] + 1}, expected "
             "its corners in order, one way"
         )
-    if area_of_outline_m2(outline_m) < _LEAST_AREA_M2:
+    if area_of_outline_m2(outline_m) < LEAST_AREA_M2:
         raise RequirementError(
             f"{title}: got an outline without area, expected its corners around some ground; give them in metres"
         )

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.ground.outlines import crossing_sides
+from planner_core.ground.outlines import LEAST_AREA_M2, area_of_outline_m2, crossing_sides
 from planner_core.model import NETWORKS, Asked, PartRequirement, Requirements
 from planner_core.requirements.document import read_document
 from planner_core.requirements.quantities import (
@@ -233,7 +233,7 @@ def _heights(value: object, what: str) -> tuple[float, float] | None:
 
 
 def _outline(value: object, what: str) -> tuple[tuple[float, float], ...]:
-    """Corners of a polygon that does not cross itself."""
+    """Corners of a polygon that does not cross itself and encloses something."""
     if value is None:
         return ()
     if not isinstance(value, list) or not 3 <= len(value) <= _MOST_CORNERS:
@@ -245,9 +245,12 @@ def _outline(value: object, what: str) -> tuple[tuple[float, float], ...]:
         corners = corners[:-1]
     if len(set(corners)) < 3 or len(set(corners)) < len(corners):
         raise refusal(what, value, "corners that all differ, three or more", "take out those that are there twice")
-    if crossing := crossing_sides(np.array(corners)):
+    outline_m = np.array(corners)
+    if crossing := crossing_sides(outline_m):
         which = f"sides {crossing[0] + 1} and {crossing[1] + 1} do"
         raise refusal(what, value, "an outline that does not cross itself", f"{which}; give its corners in order")
+    if area_of_outline_m2(outline_m) < LEAST_AREA_M2:
+        raise refusal(what, value, "an outline around some area", "give its corners in order, in metres")
     return corners
 
 

@@ -170,6 +170,8 @@ def test_names_are_text_as_written(tmp_path: Path) -> None:
         ("zones: [{name: a, outline: [[0,0],[1,1],[0,0]]}]", "corners that all differ"),
         ("zones: [{name: a, outline: [[0,0],[1,0],[1,1],[1,0]]}]", "corners that all differ"),
         ("zones: [{name: a, outline: [[0,0],[1,0],[1,east]]}]", "zones / 1 / outline: got 'east'"),
+        ("zones: [{name: a, outline: [[0,0],[1,2],[2,4]]}]", "zones / 1 / outline: got .*around some area"),
+        ("zones: [{name: a, outline: [[6e5,6e5],[600001,6e5],[6e5,600000.00019]]}]", "outline: got .*around some area"),
         ("zones: [{name: a, spacing: 3 mm}]", "zones / 1: got a zone of no extent"),
         ("zones: [{heights: [2, 1]}]", "zones / 1: requirement 'zone 1': heights: got 2.0 to 1.0"),
         ("zones: [{heights: [1]}]", "zones / 1 / heights"),
