@@ -117,7 +117,7 @@ def write_plan_folder(
 
     try:
         with staged_folder(folder, replace=overwrite, before_install=bring_along) as staging:
-            _Writer(plan, scanner, staging, progress).write()
+            _Writer(plan, scanner, staging, progress, folder).write()
     except OutputExistsError:
         raise
     except OSError as error:
@@ -130,10 +130,11 @@ def write_plan_folder(
 class _Writer:
     """Writes the files of one plan folder into a staging folder and counts them."""
 
-    def __init__(self, plan: Plan, engine: ScanEngine, staging: Path, progress: Progress) -> None:
+    def __init__(self, plan: Plan, engine: ScanEngine, staging: Path, progress: Progress, final: Path) -> None:
         self._plan = plan
         self._engine = engine
         self._folder = staging
+        self._final = final
         self._progress = progress
         self._n_done = 0
         self._n_files = 4 * len(plan.stations) + len(STAGE_FILES) + len(report_files(plan)) + 3
@@ -147,7 +148,7 @@ class _Writer:
         self._put("stations.csv", stations_csv(self._plan).encode())
         for name in write_report(self._plan, self._folder / "report", engine=self._engine):
             self._step(f"report/{name}")
-        self._put("plan.json", plan_text(self._plan).encode())
+        self._put("plan.json", plan_text(self._plan, self._final).encode())
 
     def _write_clouds(self) -> Float32Array:
         """Scan station by station; return the best range of every face, inf where no station sees it."""

@@ -16,14 +16,14 @@ def requirements_document(plan: Plan) -> dict[str, Any]:
     """Return all that was asked, and in `results` what became of it."""
     asked = plan.settings.requirements
     return {
-        "coverage": _number(asked.coverage),
-        "overlap": _number(asked.overlap),
+        "coverage": exact(asked.coverage),
+        "overlap": exact(asked.overlap),
         "floors": list(asked.floors),
-        "asked": _asked(asked.asked),
+        "asked": asked_document(asked.asked),
         "seen_from": asked.seen_from,
-        "reflectivity": _number(asked.reflectivity),
+        "reflectivity": exact(asked.reflectivity),
         "network": asked.network,
-        "min_strength": _number(asked.min_strength),
+        "min_strength": exact(asked.min_strength),
         "parts": [_part(part) for part in asked.parts],
         "results": [_result(result) for result in plan.requirements],
     }
@@ -32,13 +32,13 @@ def requirements_document(plan: Plan) -> dict[str, Any]:
 def site_document(site: Site) -> dict[str, Any]:
     """Return where the crew may go, and what was settled beforehand."""
     return {
-        "entrances": [_numbers(place) for place in site.entrances_m],
+        "entrances": [_exact_all(place) for place in site.entrances_m],
         "keep_out": [
             {
                 "name": area.name,
                 "floor": area.floor,
                 "access": area.access,
-                "outline": [_numbers(corner) for corner in area.outline_m],
+                "outline": [_exact_all(corner) for corner in area.outline_m],
             }
             for area in site.keep_out
         ],
@@ -46,20 +46,24 @@ def site_document(site: Site) -> dict[str, Any]:
             {
                 "id": station.id,
                 "role": station.role,
-                "position": _numbers(station.position_m),
+                "position": _exact_all(station.position_m),
                 "floor": station.floor,
-                "instrument_height_m": _number(station.instrument_height_m),
-                "radius_m": _number(station.radius_m) if station.role == "forbidden" else None,
+                "instrument_height_m": exact(station.instrument_height_m),
+                "radius_m": exact(station.radius_m) if station.role == "forbidden" else None,
             }
             for station in site.settled
         ],
-        "mover_radius_m": _number(site.mover_radius_m),
-        "step_m": _number(site.step_m),
-        "mover_height_m": _number(site.mover_height_m),
+        "mover_radius_m": exact(site.mover_radius_m),
+        "step_m": exact(site.step_m),
+        "mover_height_m": exact(site.mover_height_m),
         "opens_doors": site.opens_doors,
-        "start": None if site.start_m is None else _numbers(site.start_m),
-        "end": None if site.end_m is None else _numbers(site.end_m),
+        "start": None if site.start_m is None else _exact_all(site.start_m),
+        "end": None if site.end_m is None else _exact_all(site.end_m),
         "returns": site.returns,
+        "ground_picks": [
+            {"point": _exact_all(pick.point_m), "is_ground": pick.is_ground, "floor": pick.floor}
+            for pick in site.ground_picks
+        ],
     }
 
 
@@ -67,12 +71,17 @@ def registration_document(plan: Plan) -> dict[str, Any]:
     """Return the links, and the networks that they make."""
     asked = plan.settings.requirements
     return {
-        "threshold": _number(asked.overlap),
-        "min_strength": _number(asked.min_strength),
+        "threshold": exact(asked.overlap),
+        "min_strength": exact(asked.min_strength),
         "connected": plan.connected,
         "links": [link_document(link) for link in plan.links],
         **({} if plan.registration is None else _networks(plan.registration)),
     }
+
+
+def asked_document(asked: Asked) -> dict[str, float | None]:
+    """Return limits by name; null: none."""
+    return {field.name: exact(getattr(asked, field.name)) for field in fields(asked)}
 
 
 def link_document(link: Link) -> dict[str, Any]:
@@ -105,29 +114,25 @@ def _networks(registration: Registration) -> dict[str, Any]:
     }
 
 
-def _asked(asked: Asked) -> dict[str, float | None]:
-    return {field.name: _number(getattr(asked, field.name), 9) for field in fields(asked)}
-
-
 def _part(part: PartRequirement) -> dict[str, Any]:
     return {
         "name": part.name,
-        "coverage": _number(part.coverage),
-        "asked": _asked(part.asked),
+        "coverage": exact(part.coverage),
+        "asked": asked_document(part.asked),
         "seen_from": part.seen_from,
         "floors": list(part.floors),
         "classes": list(part.classes),
-        "zone": [_numbers(corner) for corner in part.zone],
-        "heights": None if part.heights_m is None else _numbers(part.heights_m),
+        "zone": [_exact_all(corner) for corner in part.zone],
+        "heights": None if part.heights_m is None else _exact_all(part.heights_m),
     }
 
 
 def _result(result: PartResult) -> dict[str, Any]:
     return {
         "name": result.name,
-        "required": _number(result.required),
+        "required": exact(result.required),
         "seen_from": result.seen_from,
-        "asked": _asked(result.asked),
+        "asked": asked_document(result.asked),
         "achievable_area_m2": _number(result.achievable_area_m2),
         "covered_area_m2": _number(result.covered_area_m2),
         "total_area_m2": _number(result.total_area_m2),
@@ -136,8 +141,13 @@ def _result(result: PartResult) -> dict[str, Any]:
     }
 
 
-def _numbers(values: tuple[float, ...]) -> list[float | None]:
-    return [_number(value) for value in values]
+def exact(value: float | None) -> float | None:
+    """A number with all its digits: what was asked has to be read back as it was, or another plan comes of it."""
+    return None if value is None or not math.isfinite(value) else float(value) + 0.0  # + 0.0 turns -0.0 into 0.0
+
+
+def _exact_all(values: tuple[float, ...]) -> list[float | None]:
+    return [exact(value) for value in values]
 
 
 def _number(value: float | None, digits: int = 6) -> float | None:

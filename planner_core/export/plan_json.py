@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import platform
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from planner_core.errors import PlanFolderError
-from planner_core.export.plan_asked import registration_document, requirements_document, site_document
+from planner_core.export.plan_asked import exact, registration_document, requirements_document, site_document
 from planner_core.export.route_json import field_time_document, route_document, sealed_document
 from planner_core.export.why_json import why_document
 from planner_core.model import Coverage, Element, Floor, Optics, Plan, Scanner, Scene, Station, UnseenElement
@@ -23,17 +24,21 @@ from planner_core.scan.patch_mode import scan_mode_of
 SCHEMA = "tlsplan/plan/1"
 """Grows by new keys only; a change of meaning gets a new number."""
 
-DROPPABLE_KEYS = ("device", "timings_s", "versions")
+DROPPABLE_KEYS = ("device", "source", "timings_s", "versions")
 """What may differ between two runs of the same plan."""
 
 _PACKAGES = ("tlsplan", "ifcopenshell", "numpy", "open3d", "pyopencl", "scipy", "trimesh", "usd-core")
 
 
-def plan_document(plan: Plan) -> dict[str, Any]:
-    """Everything plan.json says, as plain dicts and lists; numbers that are not finite are None."""
+def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
+    """Everything plan.json says, as plain dicts and lists; numbers that are not finite are None.
+
+    folder : the plan folder that it is for, from which `source` tells the way to the scene file.
+    """
     return {
         "schema": SCHEMA,
         "scene": _scene(plan.survey.scene),
+        "source": _source(plan.survey.scene, folder),
         "scanner": _scanner(plan.settings.scanner),
         "requirements": requirements_document(plan),
         "method": plan.settings.method,
@@ -59,9 +64,9 @@ def plan_document(plan: Plan) -> dict[str, Any]:
     }
 
 
-def plan_text(plan: Plan) -> str:
+def plan_text(plan: Plan, folder: Path | None = None) -> str:
     """Return the document as the text of the file: UTF-8, two spaces, keys in the order of `plan_document`."""
-    return json.dumps(plan_document(plan), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json.dumps(plan_document(plan, folder), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def read_plan_json(path: Path) -> dict[str, Any]:
@@ -98,6 +103,19 @@ def _number(value: float, digits: int = 6) -> float | None:
     return round(float(value), digits) + 0.0  # + 0.0 turns -0.0 into 0.0
 
 
+def _source(scene: Scene, folder: Path | None) -> dict[str, Any] | None:
+    """The way from the plan folder to the scene file; None for scenes from memory, and across Windows' drives."""
+    path = scene.source.path
+    if folder is None or not path.is_file():
+        return None
+    try:
+        # Folders as they really are, since `..` leads out of where a link points to; the file keeps its name.
+        way = os.path.relpath(path.parent.resolve() / path.name, folder.resolve())
+    except ValueError:
+        return None
+    return {"path": Path(way).as_posix()}
+
+
 def _scene(scene: Scene) -> dict[str, Any]:
     report = scene.report
     return {
@@ -110,6 +128,13 @@ def _scene(scene: Scene) -> dict[str, Any]:
         "up_axis": scene.source.up_axis,
         "glass": scene.source.glass,
         "doors": scene.source.doors,
+        "load_options": {
+            "metres_per_unit": exact(scene.source.told_metres_per_unit),
+            "up_axis": scene.source.told_up_axis,
+            "skip_bad_faces": scene.source.skip_bad_faces,
+            "glass": scene.source.glass,
+            "doors": scene.source.doors,
+        },
         "n_doors_open": report.n_doors_open,
         "offset": [_number(value) for value in scene.offset_m],
         "n_elements": len(scene.elements),
@@ -141,36 +166,46 @@ def _scanner(scanner: Scanner) -> dict[str, Any]:
         "mode": scanner.mode,
         "title": scanner.title,
         "source": scanner.source,
-        "range_min_m": _number(scanner.range_min_m),
-        "range_max_m": _number(scanner.range_max_m),
+        "range_min_m": exact(scanner.range_min_m),
+        "range_max_m": exact(scanner.range_max_m),
         "n_azimuths": scanner.n_azimuths,
         "n_channels": scanner.n_channels,
-        "elevation_rad": [_number(value, 9) for value in scanner.elevation_rad],
-        "azimuth_range_rad": [_number(value, 9) for value in scanner.azimuth_range_rad or ()],
-        "azimuth_offset_rad": [_number(value, 9) for value in scanner.azimuth_offset_rad],
+        "elevation_rad": [exact(value) for value in scanner.elevation_rad],
+        "azimuth_range_rad": [exact(value) for value in scanner.azimuth_range_rad or ()],
+        "azimuth_offset_rad": [exact(value) for value in scanner.azimuth_offset_rad],
         "inverted": scanner.inverted,
-        "instrument_height_min_m": _number(scanner.instrument_height_min_m),
-        "instrument_height_max_m": _number(scanner.instrument_height_max_m),
+        "instrument_height_min_m": exact(scanner.instrument_height_min_m),
+        "instrument_height_max_m": exact(scanner.instrument_height_max_m),
+        "seconds_per_scan": exact(scanner.seconds_per_scan),
+        "range_noise": [[exact(value) for value in row] for row in scanner.range_noise],
+        "ranging_accuracy": None if scanner.ranging_accuracy is None else [exact(v) for v in scanner.ranging_accuracy],
+        "angular_accuracy_rad": exact(scanner.angular_accuracy_rad),
+        "beam_divergence_rad": exact(scanner.beam_divergence_rad),
+        "beam_diameter_m": exact(scanner.beam_diameter_m),
+        "beam_width_at": scanner.beam_width_at,
+        "wavelength_m": exact(scanner.wavelength_m),
+        "dual_axis_compensator": scanner.dual_axis_compensator,
     }
 
 
 def _settings(plan: Plan) -> dict[str, Any]:
     settings = plan.settings
     return {
-        "grid_step_m": _number(settings.grid_step_m),
-        "instrument_heights_m": [_number(value) for value in settings.instrument_heights_m],
-        "height_step_m": _number(settings.height_step_m),
-        "clearance_m": _number(settings.clearance_m),
-        "ground_ring_radius_m": _number(settings.ground_ring_radius_m),
+        "objective": settings.objective,
+        "grid_step_m": exact(settings.grid_step_m),
+        "instrument_heights_m": [exact(value) for value in settings.instrument_heights_m],
+        "height_step_m": exact(settings.height_step_m),
+        "clearance_m": exact(settings.clearance_m),
+        "ground_ring_radius_m": exact(settings.ground_ring_radius_m),
         "n_ground_ring_rays": settings.n_ground_ring_rays,
-        "max_patch_area_m2": _number(settings.max_patch_area_m2, 9),
+        "max_patch_area_m2": exact(settings.max_patch_area_m2),
         "scan_mode": scan_mode_of(settings.scan_mode, plan.survey.template),
         "special_places": settings.special_places,
         "refine": settings.refine,
         "max_stations": settings.max_stations,
-        "seconds_per_scan": None if settings.seconds_per_scan is None else _number(settings.seconds_per_scan),
-        "set_up_s": _number(settings.set_up_s),
-        "walking_m_per_s": _number(settings.walking_m_per_s),
+        "seconds_per_scan": exact(settings.seconds_per_scan),
+        "set_up_s": exact(settings.set_up_s),
+        "walking_m_per_s": exact(settings.walking_m_per_s),
         "n_candidates": plan.n_candidates,
         "n_patches": plan.survey.patches.n_patches,
     }

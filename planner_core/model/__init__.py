@@ -18,7 +18,7 @@ from planner_core.model.results import Coverage, Plan, Station, UnseenElement
 from planner_core.model.route import FieldTime, Leg, Route, SealedArea
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
 from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Room, Scene, SceneSource, Storey
-from planner_core.model.site import ROLES, KeepOut, SettledStation, Site
+from planner_core.model.site import ROLES, GroundPick, KeepOut, SettledStation, Site
 from planner_core.model.unseen import (
     REASONS,
     BestSpot,
@@ -47,6 +47,7 @@ __all__ = [
     "FloatArray",
     "Floor",
     "FloorNetworks",
+    "GroundPick",
     "Int32Array",
     "Int64Array",
     "KeepOut",

@@ -30,6 +30,10 @@ class SceneSource:
     """What the user said that glass does: `pass`, `stop` or `return`, see `Optics`."""
     doors: str = "shut"
     """What the user said of doors: `shut`, as modelled; without their leaves those indoors, `open`, or `all`."""
+    told_metres_per_unit: float | None = None
+    """What the user said of the unit; None: nothing. So with the next two: what loads the file the same way again."""
+    told_up_axis: str | None = None
+    skip_bad_faces: bool = False
 
 
 class Optics(IntEnum):

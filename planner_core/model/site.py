@@ -39,6 +39,19 @@ class SettledStation:
 
 
 @dataclass(frozen=True)
+class GroundPick:
+    """A surface that somebody marked as ground, or unmarked: the coplanar region around a point on it.
+
+    point_m : on the surface, scene frame. floor : id or name; empty: the floor nearest in height, or a new one where
+    none is within reach. docs/method/floor-picking.md says how far the region goes.
+    """
+
+    point_m: tuple[float, float, float]
+    is_ground: bool = True
+    floor: str = ""
+
+
+@dataclass(frozen=True)
 class Site:
     """entrances_m : places on the ground (x, y, z), scene frame; empty: each floor's largest spaces have one.
 
@@ -57,3 +70,5 @@ class Site:
     end_m: tuple[float, float, float] | None = None
     returns: bool = False
     """The walk ends where it began."""
+    ground_picks: tuple[GroundPick, ...] = ()
+    """In the order they were made: a later one has the last word."""

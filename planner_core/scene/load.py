@@ -98,6 +98,9 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
         schema=raw.schema,
         glass=options.glass,
         doors=options.doors,
+        told_metres_per_unit=options.metres_per_unit,
+        told_up_axis=options.up_axis,
+        skip_bad_faces=options.skip_bad_faces,
     )
     progress(ProgressEvent("load", 0, 0, "repairing"))
     vertex_unit_m = metres_per_unit
