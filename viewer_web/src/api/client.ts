@@ -1,0 +1,111 @@
+/** Asks the server: one method a route of docs/viewer-api.md; what it refuses comes as `ApiError` with the server's own words. */
+import { ApiError } from './api-error.ts';
+import type { Change, Committed, ConflictAnswer, Review, Session } from './documents.ts';
+import { type Framed, readFramed } from './framing.ts';
+
+export type Fetcher = (address: string, options?: RequestInit) => Promise<Response>;
+
+/** What became of changes: taken, or somebody changed the same before. */
+export type CommitOutcome =
+  | { readonly kind: 'committed'; readonly answer: Committed }
+  | { readonly kind: 'conflict'; readonly answer: ConflictAnswer };
+
+const NO_ANSWER = 'The server does not answer. Is `tlsplan view` still running? Nothing you did since is kept on it.';
+const NO_TOKEN = 'The server was started anew: open the address that `tlsplan view` printed.';
+
+export class ApiClient {
+  constructor(
+    private readonly fetcher: Fetcher = (address, options) => window.fetch(address, options),
+    /** Relative to the page, as all addresses are. */
+    private readonly base = 'api/',
+  ) {}
+
+  session(): Promise<Session> {
+    return this.json('session');
+  }
+
+  review(): Promise<Review> {
+    return this.json('review');
+  }
+
+  async commit(baseRevision: number, author: string, changes: readonly Change[]): Promise<CommitOutcome> {
+    const body = { base_revision: baseRevision, author, changes };
+    const response = await this.ask('review/changes', { method: 'POST', body });
+    if (response.status === 409) return { kind: 'conflict', answer: await parsed<ConflictAnswer>(response) };
+    return { kind: 'committed', answer: await parsed<Committed>(await answered(response)) };
+  }
+
+  /** GET a JSON document. */
+  async json<T>(path: string): Promise<T> {
+    return parsed<T>(await answered(await this.ask(path)));
+  }
+
+  /** POST a JSON document and get one. */
+  async post<T>(path: string, body: unknown, signal?: AbortSignal): Promise<T> {
+    return parsed<T>(await answered(await this.ask(path, { method: 'POST', body, ...(signal ? { signal } : {}) })));
+  }
+
+  async delete(path: string): Promise<void> {
+    await answered(await this.ask(path, { method: 'DELETE' }));
+  }
+
+  async bytes(path: string, signal?: AbortSignal): Promise<ArrayBuffer> {
+    const response = await answered(await this.ask(path, signal ? { signal } : {}));
+    return response.arrayBuffer();
+  }
+
+  async framed<Head>(path: string, signal?: AbortSignal): Promise<Framed<Head>> {
+    return readFramed<Head>(await this.bytes(path, signal));
+  }
+
+  async postFramed<Head>(path: string, body: unknown, signal?: AbortSignal): Promise<Framed<Head>> {
+    const response = await answered(await this.ask(path, { method: 'POST', body, ...(signal ? { signal } : {}) }));
+    return readFramed<Head>(await response.arrayBuffer());
+  }
+
+  private async ask(
+    path: string,
+    { method = 'GET', body, signal }: { method?: string; body?: unknown; signal?: AbortSignal } = {},
+  ): Promise<Response> {
+    const options: RequestInit = { method, credentials: 'same-origin' };
+    if (signal !== undefined) options.signal = signal;
+    if (body !== undefined) {
+      options.body = JSON.stringify(body);
+      options.headers = { 'content-type': 'application/json' };
+    }
+    try {
+      return await this.fetcher(this.base + path, options);
+    } catch (error) {
+      if (signal?.aborted) throw error;
+      throw new ApiError(0, NO_ANSWER);
+    }
+  }
+}
+
+/** The response, where the server did what was asked. */
+async function answered(response: Response): Promise<Response> {
+  if (response.ok) return response;
+  if (response.status === 401) throw new ApiError(401, NO_TOKEN);
+  throw new ApiError(response.status, await wordsOf(response));
+}
+
+/** The server's words: `message` or `detail` of a JSON answer, or its text. */
+async function wordsOf(response: Response): Promise<string> {
+  const text = (await response.text()).trim();
+  let words: unknown = text;
+  try {
+    const json = JSON.parse(text) as { message?: unknown; detail?: unknown };
+    words = json.message ?? json.detail ?? text;
+  } catch {
+    // Not JSON: the text itself is for people.
+  }
+  return typeof words === 'string' && words !== '' ? words : `The server answered ${response.status}.`;
+}
+
+async function parsed<T>(response: Response): Promise<T> {
+  try {
+    return (await response.json()) as T;
+  } catch {
+    throw new ApiError(0, "The server's answer can't be read. Reload the page; the server may be of another version.");
+  }
+}

@@ -1,0 +1,22 @@
+/** What a conflict is about, for the person who has to choose. */
+import type { ConflictAnswer } from './documents.ts';
+
+/** "station/S003" as "station S003". */
+export function objectInWords(object: string): string {
+  return object.replaceAll('_', ' ').replace(/[/:]/, ' ');
+}
+
+export function conflictInWords({ conflicts, message }: ConflictAnswer): string {
+  if (conflicts.length === 0) return message;
+  const parts = conflicts.map(({ object, by, at }) => `${by} changed ${objectInWords(object)} ${timeInWords(at)}`);
+  return `${parts.join('; ')}. Your change was not applied.`;
+}
+
+/** "at 14:05" of today, "on 3 Nov at 14:05" otherwise; the text itself where it is no time. */
+export function timeInWords(at: string, now = new Date()): string {
+  const time = new Date(at);
+  if (Number.isNaN(time.getTime())) return at;
+  const clock = time.toLocaleTimeString('en-GB', { hour: '2-digit', minute: '2-digit' });
+  if (time.toDateString() === now.toDateString()) return `at ${clock}`;
+  return `on ${time.toLocaleDateString('en-GB', { day: 'numeric', month: 'short' })} at ${clock}`;
+}

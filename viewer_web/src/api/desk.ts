@@ -1,0 +1,265 @@
+/**
+ * The desk: what the server knows beyond the plan's files (review, live side), and the one way to change the review.
+ *
+ * Changes are sent one after another. The server answers each with the changes that take it back, which is all that undoing needs. Where
+ * somebody else changed the same object meanwhile, nothing is sent on until the user has chosen between theirs and their own.
+ */
+import { batch, computed, type ReadonlySignal, type Signal, signal } from '@preact/signals';
+import { ApiError } from './api-error.ts';
+import type { ApiClient } from './client.ts';
+import { conflictInWords } from './conflict-words.ts';
+import type { Change, ConflictAnswer, DraftFigures, LiveState, Review, Run, Session } from './documents.ts';
+import { listenToEvents } from './events.ts';
+
+/** Whether there is a server at all, and whether it answers. */
+export type Line = 'none' | 'connecting' | 'open' | 'broken';
+
+export interface Notice {
+  readonly kind: 'note' | 'warning';
+  readonly text: string;
+}
+
+export interface PendingConflict {
+  readonly changes: readonly Change[];
+  readonly label: string;
+  readonly words: string;
+  readonly answer: ConflictAnswer;
+}
+
+/** Somebody's change, as it was told while this page was open. */
+export interface Activity {
+  readonly revision: number;
+  readonly author: string;
+  readonly objects: readonly string[];
+  readonly at: Date;
+}
+
+interface Step {
+  readonly label: string;
+  readonly changes: readonly Change[];
+}
+
+type Direction = 'do' | 'undo' | 'redo';
+
+const LIVE_OFF: LiveState = { state: 'off', message: null };
+const MOST_ACTIVITIES = 200;
+const AUTHOR_KEY = 'tlsplan-author';
+export const UNNAMED = 'Unnamed reviewer';
+
+export interface DeskOptions {
+  readonly listen?: typeof listenToEvents;
+  /** Where the name is kept; null: nowhere. */
+  readonly storage?: Pick<Storage, 'getItem' | 'setItem'> | null;
+}
+
+export class Desk {
+  readonly line: Signal<Line> = signal('none');
+  readonly session: Signal<Session | null> = signal(null);
+  readonly live: Signal<LiveState> = signal(LIVE_OFF);
+  readonly review: Signal<Review | null> = signal(null);
+  readonly figures: Signal<DraftFigures | null> = signal(null);
+  readonly runs: Signal<readonly Run[]> = signal([]);
+  readonly notice: Signal<Notice | null> = signal(null);
+  readonly conflict: Signal<PendingConflict | null> = signal(null);
+  readonly activities: Signal<readonly Activity[]> = signal([]);
+  readonly author: Signal<string>;
+  readonly isBusy: Signal<boolean> = signal(false);
+  readonly canEdit: ReadonlySignal<boolean> = computed(
+    () => this.session.value !== null && !this.session.value.read_only && this.review.value !== null,
+  );
+  readonly undoable: ReadonlySignal<string | null> = computed(() => this.done.value.at(-1)?.label ?? null);
+  readonly redoable: ReadonlySignal<string | null> = computed(() => this.undone.value.at(-1)?.label ?? null);
+  private readonly done: Signal<readonly Step[]> = signal([]);
+  private readonly undone: Signal<readonly Step[]> = signal([]);
+  private queue: Promise<unknown> = Promise.resolve();
+  private stopListening: () => void = () => undefined;
+  private readonly listen: typeof listenToEvents;
+  private readonly storage: DeskOptions['storage'];
+
+  constructor(
+    readonly client: ApiClient,
+    { listen = listenToEvents, storage = null }: DeskOptions = {},
+  ) {
+    this.listen = listen;
+    this.storage = storage;
+    this.author = signal(storage?.getItem(AUTHOR_KEY) ?? '');
+  }
+
+  /** Ask for the session and the review, and listen from then on. A server without them is a plain file server. */
+  async open(): Promise<void> {
+    this.line.value = 'connecting';
+    try {
+      await this.reload();
+    } catch (error) {
+      this.line.value = (error as ApiError).status === 404 ? 'none' : 'broken';
+      if (this.line.value === 'broken') this.warn((error as Error).message);
+      return;
+    }
+    this.line.value = 'open';
+    this.stopListening = this.listen(
+      'api/events',
+      {
+        review: (event) => this.hear(event),
+        live: (state) => {
+          this.live.value = state;
+          if (state.state === 'ready') void this.refreshFigures();
+        },
+        run: (run) => this.hearRun(run),
+      },
+      {
+        onOpen: (isAgain) => {
+          this.line.value = 'open';
+          if (isAgain) void this.reload().catch((error: Error) => this.warn(error.message));
+        },
+        onBreak: () => {
+          this.line.value = 'broken';
+        },
+      },
+    );
+  }
+
+  close(): void {
+    this.stopListening();
+  }
+
+  setAuthor(name: string): void {
+    this.author.value = name;
+    this.storage?.setItem(AUTHOR_KEY, name);
+  }
+
+  warn(text: string): void {
+    this.notice.value = { kind: 'warning', text };
+  }
+
+  /** Change the review; false where that did not happen (the reason is then on the screen). */
+  commit(label: string, changes: readonly Change[]): Promise<boolean> {
+    return this.inTurn(() => this.send({ label, changes }, 'do'));
+  }
+
+  undo(): Promise<boolean> {
+    return this.inTurn(() => this.sendLast(this.done, 'undo'));
+  }
+
+  redo(): Promise<boolean> {
+    return this.inTurn(() => this.sendLast(this.undone, 'redo'));
+  }
+
+  /** After a conflict: go on with what the others did. */
+  takeTheirs(): void {
+    this.conflict.value = null;
+  }
+
+  /** After a conflict: do it all the same, over what the others did. */
+  applyMine(): Promise<boolean> {
+    const pending = this.conflict.value;
+    this.conflict.value = null;
+    if (pending === null) return Promise.resolve(false);
+    return this.commit(pending.label, pending.changes);
+  }
+
+  /** The figures of the draft at the revision that is shown; those of an older one are dropped. */
+  async refreshFigures(): Promise<void> {
+    if (this.live.peek().state !== 'ready') return;
+    try {
+      const figures = await this.client.json<DraftFigures>('live/figures');
+      const shown = this.figures.peek();
+      if (shown === null || figures.revision >= shown.revision) this.figures.value = figures;
+    } catch (error) {
+      this.warn((error as Error).message);
+    }
+  }
+
+  async refreshRuns(): Promise<void> {
+    const answer = await this.client.json<{ runs: readonly Run[] }>('runs');
+    this.runs.value = answer.runs;
+  }
+
+  private async reload(): Promise<void> {
+    const session = await this.client.session();
+    const review = await this.client.review();
+    batch(() => {
+      this.session.value = session;
+      this.live.value = session.live;
+      this.review.value = review;
+    });
+    void this.refreshFigures();
+  }
+
+  private inTurn(act: () => Promise<boolean>): Promise<boolean> {
+    const turn = this.queue.then(act);
+    this.queue = turn.catch(() => undefined);
+    return turn;
+  }
+
+  private sendLast(steps: Signal<readonly Step[]>, direction: Direction): Promise<boolean> {
+    const step = steps.peek().at(-1);
+    return step === undefined ? Promise.resolve(false) : this.send(step, direction);
+  }
+
+  private async send(step: Step, direction: Direction): Promise<boolean> {
+    const review = this.review.peek();
+    if (review === null || this.conflict.peek() !== null) return false;
+    this.isBusy.value = true;
+    try {
+      const outcome = await this.client.commit(review.revision, this.author.peek().trim() || UNNAMED, step.changes);
+      if (outcome.kind === 'conflict') this.meet(step, outcome.answer);
+      else this.take(step, outcome.answer.review, outcome.answer.undo, direction);
+      return outcome.kind === 'committed';
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      this.warn(error.message);
+      return false;
+    } finally {
+      this.isBusy.value = false;
+    }
+  }
+
+  private meet(step: Step, answer: ConflictAnswer): void {
+    batch(() => {
+      this.review.value = answer.review;
+      this.conflict.value = { ...step, words: conflictInWords(answer), answer };
+    });
+    void this.refreshFigures();
+  }
+
+  private take(step: Step, review: Review, undo: readonly Change[], direction: Direction): void {
+    const back: Step = { label: step.label, changes: undo };
+    batch(() => {
+      this.review.value = review;
+      this.notice.value = null;
+      if (direction === 'undo') {
+        this.done.value = this.done.peek().slice(0, -1);
+        this.undone.value = [...this.undone.peek(), back];
+      } else {
+        this.done.value = [...this.done.peek(), back];
+        this.undone.value = direction === 'redo' ? this.undone.peek().slice(0, -1) : [];
+      }
+    });
+    void this.refreshFigures();
+  }
+
+  private hear(event: { revision: number; author: string; objects: readonly string[] }): void {
+    const isNews = event.revision > (this.review.peek()?.revision ?? -1);
+    const activity = { ...event, at: new Date() };
+    this.activities.value = [...this.activities.peek(), activity].slice(-MOST_ACTIVITIES);
+    // After what is being sent: its answer brings the newest review anyway.
+    if (isNews) void this.inTurn(() => this.catchUp(event.revision));
+  }
+
+  private async catchUp(revision: number): Promise<boolean> {
+    if ((this.review.peek()?.revision ?? -1) >= revision) return false;
+    try {
+      this.review.value = await this.client.review();
+      void this.refreshFigures();
+      return true;
+    } catch (error) {
+      this.warn((error as Error).message);
+      return false;
+    }
+  }
+
+  private hearRun(run: Run): void {
+    const others = this.runs.peek().filter(({ id }) => id !== run.id);
+    this.runs.value = [...others, run].sort((a, b) => a.id.localeCompare(b.id));
+  }
+}

@@ -1,0 +1,153 @@
+/** What is asked of a run: the fields of the form, and the request they make (entries as in docs/formats/requirements.md). */
+
+export type Objective = 'fewest' | 'coverage' | 'time';
+export type NetworkKind = 'joined' | 'loops' | 'none';
+
+/** Fields as they are typed: empty means not asked. */
+export interface RunForm {
+  readonly title: string;
+  readonly objective: Objective;
+  readonly maxStations: string;
+  readonly coveragePercent: string;
+  readonly overlapPercent: string;
+  readonly network: NetworkKind;
+  readonly spacingMm: string;
+  readonly rangeM: string;
+  readonly incidenceDeg: string;
+  readonly noiseMm: string;
+  readonly seenFrom: string;
+  /** Ids; none: all. */
+  readonly floors: readonly string[];
+  readonly fromReview: boolean;
+  readonly timeLimitS: string;
+}
+
+export interface RunRequest {
+  readonly title: string;
+  readonly requirements: Readonly<Record<string, unknown>>;
+  readonly objective: Objective;
+  readonly max_stations: number | null;
+  readonly from_review: boolean;
+  readonly time_limit_s: number | null;
+}
+
+type NumberField = Exclude<keyof RunForm, 'title' | 'objective' | 'network' | 'floors' | 'fromReview'>;
+
+interface FieldRule {
+  readonly label: string;
+  readonly unit: string;
+  /** Smallest and largest value taken. */
+  readonly range: readonly [number, number];
+  readonly isWhole?: boolean;
+  readonly hint: string;
+}
+
+export const FIELD_RULES: Readonly<Record<NumberField, FieldRule>> = {
+  coveragePercent: { label: 'Coverage', unit: '%', range: [1, 100], hint: 'Share of the achievable area' },
+  overlapPercent: { label: 'Overlap', unit: '%', range: [0, 100], hint: 'Least overlap of a link between stations' },
+  spacingMm: { label: 'Spacing', unit: 'mm', range: [0.1, 100_000], hint: 'Greatest distance between points' },
+  rangeM: { label: 'Range', unit: 'm', range: [0.1, 10_000], hint: 'Greatest range' },
+  incidenceDeg: { label: 'Incidence', unit: 'deg', range: [1, 90], hint: 'Greatest angle from head on' },
+  noiseMm: { label: 'Range noise', unit: 'mm', range: [0.01, 1000], hint: 'One sigma; the scanner must state its own' },
+  seenFrom: { label: 'Seen from', unit: 'stations', range: [1, 10], isWhole: true, hint: 'So many stations each' },
+  maxStations: { label: 'Stations', unit: '', range: [1, 10_000], isWhole: true, hint: 'At most so many' },
+  timeLimitS: { label: 'Time limit', unit: 's', range: [1, 86_400], hint: 'The best plan so far is kept' },
+};
+
+/** What a number is, or what is wrong with how it was typed. */
+export function numberOf(form: RunForm, field: NumberField): { value: number | null } | { fault: string } {
+  const typed = form[field].trim().replace(',', '.');
+  const { label, unit, range, isWhole } = FIELD_RULES[field];
+  if (typed === '') return { value: null };
+  const value = Number(typed);
+  const limits = `${range[0]} to ${range[1]}${unit === '' ? '' : ` ${unit}`}`;
+  if (!Number.isFinite(value)) return { fault: `${label}: a number from ${limits}` };
+  if (value < range[0] || value > range[1]) return { fault: `${label}: ${limits}` };
+  if (isWhole && !Number.isInteger(value)) return { fault: `${label}: a whole number` };
+  return { value };
+}
+
+/** What is wrong with the form, one line a field. */
+export function faultsOf(form: RunForm): Partial<Record<NumberField, string>> {
+  const faults: Partial<Record<NumberField, string>> = {};
+  for (const field of Object.keys(FIELD_RULES) as NumberField[]) {
+    const read = numberOf(form, field);
+    if ('fault' in read) faults[field] = read.fault;
+  }
+  if (form.objective === 'coverage' && form.maxStations.trim() === '') {
+    faults.maxStations = 'Stations: how many at most, for the most coverage with them';
+  }
+  return faults;
+}
+
+/** The request; throws where `faultsOf` finds something. */
+export function requestOf(form: RunForm): RunRequest {
+  const value = (field: NumberField): number | null => {
+    const read = numberOf(form, field);
+    if ('fault' in read) throw new RangeError(read.fault);
+    return read.value;
+  };
+  const withUnit = (field: NumberField, unit: string): string | undefined => {
+    const number = value(field);
+    return number === null ? undefined : `${number} ${unit}`;
+  };
+  const requirements: Record<string, unknown> = {
+    coverage: withUnit('coveragePercent', '%'),
+    overlap: withUnit('overlapPercent', '%'),
+    network: form.network,
+    spacing: withUnit('spacingMm', 'mm'),
+    range: withUnit('rangeM', 'm'),
+    incidence: withUnit('incidenceDeg', 'deg'),
+    noise: withUnit('noiseMm', 'mm'),
+    seen_from: value('seenFrom') ?? undefined,
+    planned_floors: form.floors.length > 0 ? form.floors : undefined,
+  };
+  return {
+    title: form.title.trim(),
+    requirements: Object.fromEntries(Object.entries(requirements).filter(([, entry]) => entry !== undefined)),
+    objective: form.objective,
+    max_stations: value('maxStations'),
+    from_review: form.fromReview,
+    time_limit_s: value('timeLimitS'),
+  };
+}
+
+/** What a plan was asked, as far as it says. */
+export interface AskedOfPlan {
+  readonly coverage: number;
+  readonly overlap: number;
+  readonly seen_from?: number | undefined;
+  readonly network?: string | undefined;
+  readonly floors?: readonly string[] | undefined;
+  readonly asked?:
+    | {
+        readonly spacing_m: number | null;
+        readonly range_m: number | null;
+        readonly incidence_rad: number | null;
+        readonly noise_m: number | null;
+      }
+    | undefined;
+}
+
+/** The form that asks again what the plan was asked. */
+export function formFrom(asked: AskedOfPlan): RunForm {
+  const typed = (value: number | null | undefined, scale: number): string =>
+    value === null || value === undefined ? '' : String(Number((value * scale).toPrecision(6)));
+  const limits = asked.asked;
+  return {
+    title: '',
+    objective: 'fewest',
+    maxStations: '',
+    coveragePercent: typed(asked.coverage, 100),
+    overlapPercent: typed(asked.overlap, 100),
+    network: asked.network === 'loops' || asked.network === 'none' ? asked.network : 'joined',
+    spacingMm: typed(limits?.spacing_m, 1000),
+    rangeM: typed(limits?.range_m, 1),
+    incidenceDeg: typed(limits?.incidence_rad, 180 / Math.PI),
+    noiseMm: typed(limits?.noise_m, 1000),
+    seenFrom: typed(asked.seen_from, 1),
+    floors: asked.floors ?? [],
+    fromReview: true,
+    timeLimitS: '',
+  };
+}

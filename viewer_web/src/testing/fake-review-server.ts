@@ -1,0 +1,123 @@
+/** A stand-in for the review's part of the server: comments and moves of stations, revisions and conflicts. */
+import type { Change, Comment, Review, StationEdit, Touch } from '../api/documents.ts';
+
+export const EMPTY_REVIEW: Review = {
+  revision: 0,
+  stations: {},
+  forbidden: {},
+  zones: {},
+  ground_picks: {},
+  comments: {},
+  verdicts: {},
+  sign_off: null,
+  touched: {},
+};
+
+const EMPTY_EDIT: StationEdit = {
+  position_m: null,
+  instrument_height_m: null,
+  floor: null,
+  added: false,
+  removed: false,
+  locked: null,
+};
+
+interface ChangesRequest {
+  readonly base_revision: number;
+  readonly author: string;
+  readonly changes: readonly Change[];
+}
+
+export class FakeReviewServer {
+  review: Review = EMPTY_REVIEW;
+  /** Requests in the order they came, as "METHOD path". */
+  readonly asked: string[] = [];
+  isGone = false;
+
+  readonly fetch = async (address: string, options?: RequestInit): Promise<Response> => {
+    this.asked.push(`${options?.method ?? 'GET'} ${address}`);
+    if (this.isGone) throw new TypeError('connection refused');
+    if (address === 'api/session') return json(200, this.session());
+    if (address === 'api/review') return json(200, this.review);
+    if (address === 'api/review/changes') return this.change(JSON.parse(String(options?.body)) as ChangesRequest);
+    return json(404, { message: 'not found' });
+  };
+
+  /** Somebody else's changes. */
+  changeAs(author: string, ...changes: readonly Change[]): void {
+    this.apply(author, changes);
+  }
+
+  private session() {
+    return {
+      schema: 'tlsplan/api/1',
+      plan_sha256: '0'.repeat(64),
+      revision: this.review.revision,
+      read_only: false,
+      live: { state: 'off', message: 'no scene' },
+    };
+  }
+
+  private change({ base_revision, author, changes }: ChangesRequest): Response {
+    const touched = changes.map(objectOf).map((object) => [object, this.review.touched[object]] as const);
+    const newer = touched.filter(([, touch]) => touch !== undefined && touch.revision > base_revision);
+    if (newer.length > 0) {
+      const conflicts = newer.map(([object, touch]) => ({ object, by: touch.by, at: touch.at }));
+      return json(409, { message: 'changed meanwhile', conflicts, review: this.review });
+    }
+    const undo = this.apply(author, changes);
+    return json(200, { revision: this.review.revision, undo, review: this.review });
+  }
+
+  private apply(author: string, changes: readonly Change[]): Change[] {
+    const undo: Change[] = [];
+    const revision = this.review.revision + 1;
+    const touched: Record<string, Touch> = { ...this.review.touched };
+    for (const change of changes) {
+      undo.unshift(this.applyOne(author, change));
+      touched[objectOf(change)] = { revision, by: author, at: '2026-11-21T16:30:00Z' };
+    }
+    this.review = { ...this.review, revision, touched };
+    return undo;
+  }
+
+  private applyOne(author: string, change: Change): Change {
+    const { stations, comments } = this.review;
+    if (change.kind === 'move_station') {
+      const id = String(change.station);
+      const before = stations[id] ?? EMPTY_EDIT;
+      const position_m = change.position_m as StationEdit['position_m'];
+      this.review = { ...this.review, stations: { ...stations, [id]: { ...before, position_m } } };
+      return { kind: 'move_station', station: id, position_m: before.position_m };
+    }
+    if (change.kind === 'add_comment') {
+      const id = String(change.id ?? `C00${Object.keys(comments).length + 1}`);
+      const text = String(change.text);
+      const comment: Comment = {
+        id,
+        text,
+        author,
+        time: '2026-11-21T16:30:00Z',
+        target: null,
+        position_m: null,
+        resolved: false,
+      };
+      this.review = { ...this.review, comments: { ...comments, [id]: comment } };
+      return { kind: 'remove_comment', id };
+    }
+    if (change.kind === 'remove_comment') {
+      const { [String(change.id)]: gone, ...kept } = comments;
+      this.review = { ...this.review, comments: kept };
+      return { kind: 'add_comment', id: gone.id, text: gone.text };
+    }
+    throw new Error(`the stand-in knows no ${change.kind}`);
+  }
+}
+
+function objectOf(change: Change): string {
+  return change.kind === 'move_station' ? `station:${change.station}` : `comment:${change.id ?? change.text}`;
+}
+
+function json(status: number, body: unknown): Response {
+  return new Response(JSON.stringify(body), { status, headers: { 'content-type': 'application/json' } });
+}
