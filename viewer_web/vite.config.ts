@@ -1,6 +1,8 @@
 import { defineConfig } from 'vite';
 
 export default defineConfig({
+  // Relative addresses: the build is also shown below a folder and by static hosts.
+  base: './',
   build: {
     target: 'es2022',
     // three.js alone is above the default limit; the page comes from the same machine.

@@ -2,18 +2,23 @@
 import { batch, effect } from '@preact/signals';
 import { render } from 'preact';
 import { extentsOf } from './floors/cut.ts';
+import { TIMES_SEEN } from './heat/layers.ts';
 import { fetchPlan } from './load/fetch-plan.ts';
+import { OWN_PLAN, planBaseOf } from './load/plan-base.ts';
 import { PlanLoadError } from './load/plan-load-error.ts';
 import { App } from './panels/app.tsx';
+import { TABS } from './panels/tabs.tsx';
 import './style.css';
 import { createStore, type Store } from './store.ts';
 import { formatUrlState, parseUrlState } from './url-state.ts';
 
 async function start(): Promise<void> {
-  const store = createStore();
+  const mode = document.querySelector<HTMLMetaElement>('meta[name="tlsplan-mode"]')?.content;
+  const store = createStore({ isStatic: mode === 'static' });
+  store.planBase.value = planBaseOf(parseUrlState(window.location.hash).planBase);
   render(<App store={store} />, document.getElementById('app') as HTMLElement);
   try {
-    const loaded = await fetchPlan((step, fraction) => {
+    const loaded = await fetchPlan(store.planBase.value, (step, fraction) => {
       store.phase.value = { kind: 'loading', step, fraction };
     });
     document.title = `${loaded.plan.scene.file.split(/[\\/]/).pop()} – tlsplan`;
@@ -34,20 +39,39 @@ async function start(): Promise<void> {
 
 /** Names in an old address that the plan does not know are ignored. */
 function applyAddress(store: Store): void {
-  const { floorId, stationId } = parseUrlState(window.location.hash);
+  const state = parseUrlState(window.location.hash);
   const plan = store.loaded.value?.plan;
+  const isStation = (id: string | null): boolean => plan?.stations.some((station) => station.id === id) ?? false;
   batch(() => {
-    store.chooseFloor(plan?.floors.find(({ id }) => id === floorId)?.id ?? null);
-    store.chooseStation(plan?.stations.find(({ id }) => id === stationId)?.id ?? null);
+    store.chooseFloor(plan?.floors.find(({ id }) => id === state.floorId)?.id ?? null);
+    store.chooseStation(isStation(state.stationId) ? state.stationId : null);
+    store.layerId.value = state.layerId ?? TIMES_SEEN;
+    store.tab.value = TABS.find(({ id }) => id === state.tab)?.id ?? 'plan';
+    store.pair.value = state.pair?.every(isStation) ? state.pair : null;
+    store.compareBase.value = state.compareBase === null ? null : planBaseOf(state.compareBase);
+    store.camera.value = state.camera;
   });
 }
 
 function followAddress(store: Store): void {
   effect(() => {
-    const state = formatUrlState({ floorId: store.floorId.value, stationId: store.stationId.value });
+    const state = formatUrlState({
+      floorId: store.floorId.value,
+      stationId: store.stationId.value,
+      layerId: store.layerId.value === TIMES_SEEN ? null : store.layerId.value,
+      tab: store.tab.value === 'plan' ? null : store.tab.value,
+      pair: store.pair.value,
+      planBase: store.planBase.value === OWN_PLAN ? null : store.planBase.value,
+      compareBase: store.compareBase.value,
+      camera: store.camera.value,
+    });
     if (state !== window.location.hash) window.history.replaceState(null, '', state || window.location.pathname);
   });
-  window.addEventListener('hashchange', () => applyAddress(store));
+  window.addEventListener('hashchange', () => {
+    // Another plan is another page: everything of the first goes with it.
+    if (planBaseOf(parseUrlState(window.location.hash).planBase) !== store.planBase.value) window.location.reload();
+    else applyAddress(store);
+  });
 }
 
 void start();

@@ -14,7 +14,13 @@ function storeWithPlan(): Store {
     topM: floor.elevation_m + 2.8,
     groundAreaM2: 70,
   }));
-  store.loaded.value = { plan, stage: { floors } } as unknown as LoadedPlan;
+  const stageStations = plan.stations.map(({ id, floor, order }) => ({
+    id,
+    floorId: floor,
+    order,
+    positionM: [0, 0, 0],
+  }));
+  store.loaded.value = { plan, stage: { floors, stations: stageStations } } as unknown as LoadedPlan;
   const whole = { minM: [0, 0, 0] as [number, number, number], maxM: [10, 8, 5.6] as [number, number, number] };
   store.extents.value = { whole, grounds: new Map() };
   return store;

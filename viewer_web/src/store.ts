@@ -1,11 +1,39 @@
 /** The one store: what is loaded, what is shown, what is chosen. The panels and the 3D side read the same signals. */
 import { batch, computed, type ReadonlySignal, type Signal, signal } from '@preact/signals';
 import { DEFAULT_CUT_M, type extentsOf, floorBeside, type Slice, slicesOf } from './floors/cut.ts';
+import { type HeatLayer, layersOf, type PatchValues, TIMES_SEEN } from './heat/layers.ts';
+import type { Spread } from './heat/statistics.ts';
 import type { LoadedPlan } from './load/fetch-plan.ts';
+import { rampLayersOf } from './load/layers.ts';
+import { OWN_PLAN } from './load/plan-base.ts';
+import type { PlanLink } from './load/plan-json.ts';
 import type { StageElement } from './load/stage.ts';
+import { type ShownStation, shownStationsOf } from './stations/shown.ts';
 
-export type Paint = 'coverage' | 'plain';
+export type TabId = 'plan' | 'unseen' | 'network' | 'edit' | 'runs' | 'review';
 export type CloudPaint = 'range' | 'intensity';
+/** Two stations, as a link names them. */
+export type Pair = readonly [string, string];
+/** Values of a layer for all patches; null: this source has none, those of the plan folder are shown. */
+export type LayerSource = (layerId: string) => Promise<PatchValues | null>;
+
+/** A layer besides those of the plan folder, such as a difference to another plan, with its values. */
+export interface ExtraLayer {
+  readonly layer: HeatLayer;
+  readonly values: PatchValues;
+}
+
+export type LayerState =
+  | { readonly kind: 'none' }
+  | { readonly kind: 'loading'; readonly layer: HeatLayer }
+  | { readonly kind: 'failed'; readonly message: string }
+  | { readonly kind: 'shown'; readonly layer: HeatLayer; readonly spread: Spread | null };
+
+/** Stations and links that are shown in place of the plan's. */
+export interface Draft {
+  readonly stations: readonly ShownStation[];
+  readonly links: readonly PlanLink[];
+}
 
 export type Phase =
   | { readonly kind: 'loading'; readonly step: string; readonly fraction: number | null }
@@ -24,6 +52,9 @@ export type Extents = ReturnType<typeof extentsOf>;
 export interface Picked {
   readonly element: StageElement;
   readonly elementIndex: number;
+  /** Of the merged list. */
+  readonly triangle: number;
+  readonly patch: number;
   /** The floor whose ground it is; null: not ground. */
   readonly groundOf: string | null;
   /** Stations that see the patch under the pointer; null: not achievable, or not a surface but a cut. */
@@ -42,7 +73,31 @@ export interface Store {
   readonly isSpread: Signal<boolean>;
   readonly cutM: Signal<number>;
   readonly slices: ReadonlySignal<readonly Slice[]>;
-  readonly paint: Signal<Paint>;
+  /** Which page of the sidebar. */
+  readonly tab: Signal<TabId>;
+  /** The page only shows files: nothing that needs the server behind them. */
+  readonly isStatic: boolean;
+  /** Folder of the plan that is shown, and of one to compare it with; `OWN_PLAN` is the one the page was started for. */
+  readonly planBase: Signal<string>;
+  readonly compareBase: Signal<string | null>;
+  /** What the building is painted by: the id of a layer, or `PLAIN`. */
+  readonly layerId: Signal<string>;
+  readonly extraLayers: Signal<readonly ExtraLayer[]>;
+  /** All that it can be painted by. */
+  readonly layers: ReadonlySignal<readonly HeatLayer[]>;
+  /** What became of it. */
+  readonly layerState: Signal<LayerState>;
+  /** Where values of layers come from before the plan folder is asked. */
+  readonly layerSource: Signal<LayerSource | null>;
+  /** The page is shown in dark colours. */
+  readonly isDark: Signal<boolean>;
+  readonly draft: Signal<Draft | null>;
+  /** Of the draft, else of the plan. */
+  readonly shownStations: ReadonlySignal<readonly ShownStation[]>;
+  readonly shownLinks: ReadonlySignal<readonly PlanLink[]>;
+  readonly pair: Signal<Pair | null>;
+  /** Where the camera was left by hand: position and target, local metres; null: where the choice of floor puts it. */
+  readonly camera: Signal<readonly number[] | null>;
   readonly showLinks: Signal<boolean>;
   readonly stationId: Signal<string | null>;
   readonly cloud: Signal<CloudState>;
@@ -57,7 +112,7 @@ export interface Store {
   clear(): void;
 }
 
-export function createStore(): Store {
+export function createStore({ isStatic = false }: { readonly isStatic?: boolean } = {}): Store {
   const phase = signal<Phase>({ kind: 'loading', step: 'Reading the plan', fraction: null });
   const loaded = signal<LoadedPlan | null>(null);
   const extents = signal<Extents | null>(null);
@@ -66,6 +121,9 @@ export function createStore(): Store {
   const cutM = signal(DEFAULT_CUT_M);
   const stationId = signal<string | null>(null);
   const picked = signal<Picked | null>(null);
+  const extraLayers = signal<readonly ExtraLayer[]>([]);
+  const draft = signal<Draft | null>(null);
+  const shownStations = computed(() => draft.value?.stations ?? shownStationsOf(loaded.value));
   const slices = computed<readonly Slice[]>(() => {
     const [plan, boxes] = [loaded.value, extents.value];
     if (plan === null || boxes === null) return [];
@@ -76,21 +134,21 @@ export function createStore(): Store {
   const chooseFloor = (id: string | null): void =>
     batch(() => {
       floorId.value = id;
-      const station = loaded.value?.plan.stations.find(({ id }) => id === stationId.value);
-      if (id !== null && station !== undefined && station.floor !== id) stationId.value = null;
+      const station = shownStations.value.find(({ id }) => id === stationId.value);
+      if (id !== null && station !== undefined && station.floorId !== id) stationId.value = null;
       picked.value = null;
     });
   const chooseStation = (id: string | null): void =>
     batch(() => {
       stationId.value = id;
       picked.value = null;
-      const station = loaded.value?.plan.stations.find((candidate) => candidate.id === id);
+      const station = shownStations.value.find((candidate) => candidate.id === id);
       // Its floor alone: among spread floors the one above would hide it.
-      if (station !== undefined) floorId.value = station.floor;
+      if (station !== undefined) floorId.value = station.floorId;
     });
   const stepStation = (step: number): void => {
-    const stations = loaded.value?.plan.stations ?? [];
-    const shown = floorId.value === null ? stations : stations.filter(({ floor }) => floor === floorId.value);
+    const stations = shownStations.value;
+    const shown = floorId.value === null ? stations : stations.filter((station) => station.floorId === floorId.value);
     if (shown.length === 0) return;
     const at = shown.findIndex(({ id }) => id === stationId.value);
     const next = at < 0 ? (step > 0 ? 0 : shown.length - 1) : (at + step + shown.length) % shown.length;
@@ -105,7 +163,28 @@ export function createStore(): Store {
     isSpread,
     cutM,
     slices,
-    paint: signal<Paint>('coverage'),
+    tab: signal<TabId>('plan'),
+    isStatic,
+    planBase: signal(OWN_PLAN),
+    compareBase: signal<string | null>(null),
+    layerId: signal(TIMES_SEEN),
+    extraLayers,
+    layers: computed(() => {
+      const layers = loaded.value?.layers ?? null;
+      return layersOf(
+        rampLayersOf(layers),
+        layers?.reasons ?? [],
+        extraLayers.value.map(({ layer }) => layer),
+      );
+    }),
+    layerState: signal<LayerState>({ kind: 'none' }),
+    isDark: signal(false),
+    layerSource: signal<LayerSource | null>(null),
+    draft,
+    shownStations,
+    shownLinks: computed(() => draft.value?.links ?? loaded.value?.plan.registration.links ?? []),
+    pair: signal<Pair | null>(null),
+    camera: signal<readonly number[] | null>(null),
     showLinks: signal(false),
     stationId,
     cloud: signal<CloudState>({ kind: 'none' }),

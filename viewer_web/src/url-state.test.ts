@@ -1,17 +1,25 @@
 import { expect, test } from 'vitest';
-import { formatUrlState, parseUrlState } from './url-state.ts';
+import { formatUrlState, NO_STATE, parseUrlState } from './url-state.ts';
 
 test.each([
-  { floorId: null, stationId: null },
-  { floorId: 'F1', stationId: null },
-  { floorId: null, stationId: 'S012' },
+  {},
+  { floorId: 'F1' },
+  { stationId: 'S012' },
   { floorId: 'Étage & 1 = #2', stationId: 'S 1+1' },
-])('a view written to the address is read back: %o', (state) => {
+  { layerId: 'range', tab: 'network', pair: ['S,1', 'S&2'] as const },
+  { planBase: 'runs/R001/plan', compareBase: 'runs/R002/plan' },
+  { camera: [1.25, -2, 3, 0, 0.5, 1e4] },
+])('a view written to the address is read back: %o', (part) => {
+  const state = { ...NO_STATE, ...part };
   expect(parseUrlState(formatUrlState(state))).toEqual(state);
 });
 
 test('an address that says nothing or nonsense is the default view', () => {
-  for (const hash of ['', '#', '#floor=', '#%%%', '#a=b']) {
-    expect(parseUrlState(hash), hash).toEqual({ floorId: null, stationId: null });
+  for (const hash of ['', '#', '#floor=', '#%%%', '#a=b', '#pair=S001', '#camera=1,2,3', '#camera=1,2,3,4,5,x']) {
+    expect(parseUrlState(hash), hash).toEqual(NO_STATE);
   }
+});
+
+test('folders in the address are legible', () => {
+  expect(formatUrlState({ ...NO_STATE, planBase: 'runs/R001/plan' })).toBe('#plan=runs/R001/plan');
 });

@@ -1,19 +1,59 @@
-/** What of the view stands in the address, so that it can be sent on: `#floor=F0&station=S003`. */
+/** What of the view stands in the address, so that it can be sent on: `#floor=F0&station=S003&layer=range`. */
 
 export interface UrlState {
   readonly floorId: string | null;
   readonly stationId: string | null;
+  readonly layerId: string | null;
+  readonly tab: string | null;
+  /** Two station ids. */
+  readonly pair: readonly [string, string] | null;
+  /** Plan folders below that of the page: the one shown, the one compared with. */
+  readonly planBase: string | null;
+  readonly compareBase: string | null;
+  /** Camera: position and target, local metres. */
+  readonly camera: readonly number[] | null;
 }
+
+export const NO_STATE: UrlState = {
+  floorId: null,
+  stationId: null,
+  layerId: null,
+  tab: null,
+  pair: null,
+  planBase: null,
+  compareBase: null,
+  camera: null,
+};
 
 export function parseUrlState(hash: string): UrlState {
   const params = new URLSearchParams(hash.replace(/^#/, ''));
-  return { floorId: params.get('floor') || null, stationId: params.get('station') || null };
+  const pair = params.getAll('pair').filter((id) => id !== '');
+  const camera = (params.get('camera') ?? '').split(',').map(Number);
+  return {
+    floorId: params.get('floor') || null,
+    stationId: params.get('station') || null,
+    layerId: params.get('layer') || null,
+    tab: params.get('tab') || null,
+    pair: pair.length === 2 ? [pair[0], pair[1]] : null,
+    planBase: params.get('plan') || null,
+    compareBase: params.get('compare') || null,
+    camera: camera.length === 6 && camera.every(Number.isFinite) ? camera : null,
+  };
 }
 
-export function formatUrlState({ floorId, stationId }: UrlState): string {
+export function formatUrlState(state: UrlState): string {
   const params = new URLSearchParams();
-  if (floorId !== null) params.set('floor', floorId);
-  if (stationId !== null) params.set('station', stationId);
-  const text = params.toString();
+  const set = (key: string, value: string | null): void => {
+    if (value !== null) params.append(key, value);
+  };
+  set('plan', state.planBase);
+  set('compare', state.compareBase);
+  set('floor', state.floorId);
+  set('station', state.stationId);
+  set('layer', state.layerId);
+  set('tab', state.tab);
+  for (const id of state.pair ?? []) set('pair', id);
+  set('camera', state.camera === null ? null : state.camera.map((x) => +x.toFixed(2)).join(','));
+  const text = params.toString().replaceAll('%2F', '/').replaceAll('%2C', ',');
   return text === '' ? '' : `#${text}`;
 }

@@ -1,38 +1,64 @@
 /** Fetches a plan from the server, telling how far it is. */
+import { REASON } from '../heat/layers.ts';
 import { type Cloud, decodeCloud } from './cloud.ts';
 import { findEdges, type StageEdges } from './edges.ts';
+import { decodeValues, type LayersJson, parseLayers } from './layers.ts';
+import { planUrl } from './plan-base.ts';
 import { type PlanJson, parsePlan } from './plan-json.ts';
-import { PlanLoadError } from './plan-load-error.ts';
+import { MissingFileError, PlanLoadError } from './plan-load-error.ts';
 import { readStage, type Stage, type StageStation } from './stage.ts';
 
 export interface LoadedPlan {
+  /** The plan's folder, see `planUrl`. */
+  readonly base: string;
   readonly plan: PlanJson;
   readonly stage: Stage;
   readonly edges: StageEdges;
   /** One byte a patch: stations that see it; 255: not achievable. */
   readonly patchSeen: Uint8Array;
+  /** Null: an older version made the plan, and it says nothing of ranges, incidences and reasons by patch. */
+  readonly layers: LayersJson | null;
 }
 
 /** `fraction` 0 ... 1 of the bytes of this step; null where it is not known. */
 export type OnStep = (step: string, fraction: number | null) => void;
 
-const PLAN_URL = '/plan/';
-
-export async function fetchPlan(onStep: OnStep): Promise<LoadedPlan> {
+export async function fetchPlan(base: string, onStep: OnStep): Promise<LoadedPlan> {
   onStep('Reading the plan', null);
-  const plan = parsePlan(parseJson(await fetchBytes('plan.json', () => undefined)));
-  const stageBytes = await fetchBytes('viewer/stage.usdc', (share) => onStep('Loading the building', share));
-  const patchBytes = await fetchBytes('viewer/patches.u8', (share) => onStep('Loading the coverage', share));
+  const plan = parsePlan(parseJson('plan.json', await fetchBytes(base, 'plan.json')));
+  const stageBytes = await fetchBytes(base, 'viewer/stage.usdc', (share) => onStep('Loading the building', share));
+  const patchBytes = await fetchBytes(base, 'viewer/patches.u8', (share) => onStep('Loading the coverage', share));
+  const layers = await fetchLayers(base);
   onStep('Preparing the building', null);
   await nextFrame();
   const stage = readStage(stageBytes);
   const patchSeen = new Uint8Array(patchBytes);
   checkPatches(stage, patchSeen.length);
-  return { plan, stage, patchSeen, edges: findEdges(stage.triangles, stage.elements) };
+  return { base, plan, stage, patchSeen, layers, edges: findEdges(stage.triangles, stage.elements) };
 }
 
-export async function fetchCloud(station: StageStation, signal: AbortSignal): Promise<Cloud> {
-  return decodeCloud(await fetchBytes(`viewer/${station.cloudUri}`, () => undefined, signal), station);
+export async function fetchCloud(base: string, station: StageStation, signal: AbortSignal): Promise<Cloud> {
+  return decodeCloud(await fetchBytes(base, `viewer/${station.cloudUri}`, undefined, signal), station);
+}
+
+/** Values of a layer of the plan folder, by its id. */
+export async function fetchPatchValues({ base, layers, patchSeen }: LoadedPlan, id: string, signal: AbortSignal) {
+  const isReason = id === REASON;
+  const file = isReason ? 'reason.u8' : layers?.layers.find((layer) => layer.id === id)?.file;
+  if (file === undefined) {
+    throw new PlanLoadError(`The plan has no layer ${id}: an older version made it. Plan again to see it.`);
+  }
+  const buffer = await fetchBytes(base, `viewer/${file}`, undefined, signal);
+  return decodeValues(file, buffer, patchSeen.length, isReason ? 1 : 2);
+}
+
+async function fetchLayers(base: string): Promise<LayersJson | null> {
+  try {
+    return parseLayers(parseJson('viewer/layers.json', await fetchBytes(base, 'viewer/layers.json')));
+  } catch (error) {
+    if (error instanceof MissingFileError) return null;
+    throw error;
+  }
 }
 
 /** The shader does not check: a stage and patches of two different plans must not meet there. */
@@ -49,14 +75,22 @@ function checkPatches({ triangles }: Stage, nPatches: number): void {
   }
 }
 
-async function fetchBytes(path: string, onShare: (share: number | null) => void, signal?: AbortSignal) {
-  const response = await fetch(PLAN_URL + path, signal ? { signal } : {}).catch((error: unknown) => {
+/** The bytes of a file of the plan folder `base`. */
+export async function fetchBytes(
+  base: string,
+  path: string,
+  onShare: (share: number | null) => void = () => undefined,
+  signal?: AbortSignal,
+): Promise<ArrayBuffer> {
+  const response = await fetch(planUrl(base, path), signal ? { signal } : {}).catch((error: unknown) => {
     if (signal?.aborted) throw error;
     throw new PlanLoadError(`${path}: the server does not answer. Is \`tlsplan view\` still running?`);
   });
+  if (response.status === 404) {
+    throw new MissingFileError(`${path}: the server answered 404. The plan folder is not complete; write it again.`);
+  }
   if (!response.ok || response.body === null) {
-    const remedy = response.status === 404 ? 'The plan folder is not complete; write it again.' : await response.text();
-    throw new PlanLoadError(`${path}: the server answered ${response.status}. ${remedy}`);
+    throw new PlanLoadError(`${path}: the server answered ${response.status}. ${await response.text()}`);
   }
   const total = response.headers.has('content-encoding') ? 0 : Number(response.headers.get('content-length') ?? 0);
   return collect(response.body, total, onShare);
@@ -80,11 +114,11 @@ async function collect(body: ReadableStream<Uint8Array>, total: number, onShare:
   return bytes.buffer;
 }
 
-function parseJson(bytes: ArrayBuffer): unknown {
+function parseJson(path: string, bytes: ArrayBuffer): unknown {
   try {
     return JSON.parse(new TextDecoder().decode(bytes));
   } catch (error) {
-    throw new PlanLoadError(`plan.json: not JSON (${(error as Error).message}). Write the plan again.`);
+    throw new PlanLoadError(`${path}: not JSON (${(error as Error).message}). Write the plan again.`);
   }
 }
 

@@ -40,7 +40,7 @@ const PlanJson = v.object({
   }),
   optimality: v.object({
     stations: v.number(),
-    lower_bound: v.number(),
+    lower_bound: v.nullable(v.number()),
     gap: v.nullable(v.number()),
     proven: v.boolean(),
   }),
@@ -49,6 +49,19 @@ const PlanJson = v.object({
     connected: v.boolean(),
     links: v.array(v.object({ a: v.string(), b: v.string(), overlap: fraction, strength: v.nullable(v.number()) })),
   }),
+  unseen: v.optional(
+    v.array(
+      v.object({
+        element: v.number(),
+        name: v.string(),
+        kind: v.string(),
+        floor: v.string(),
+        unseen_area_m2: area,
+        achievable_area_m2: area,
+      }),
+    ),
+    [],
+  ),
   warnings: v.optional(v.array(v.string()), []),
 });
 

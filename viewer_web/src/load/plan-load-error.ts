@@ -2,3 +2,6 @@
 export class PlanLoadError extends Error {
   override readonly name = 'PlanLoadError';
 }
+
+/** A file that the plan folder does not have. */
+export class MissingFileError extends PlanLoadError {}

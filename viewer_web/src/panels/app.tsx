@@ -1,16 +1,14 @@
 /** The whole page: loading and failing in words, then the panels around the canvas. */
 import { useEffect, useRef, useState } from 'preact/hooks';
-import { FloorSelector } from '../floors/floor-selector.tsx';
+import { Legend } from '../heat/legend.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { PlanView } from '../scene/plan-view.ts';
 import { Markers } from '../stations/markers.tsx';
 import { StationCard } from '../stations/station-card.tsx';
-import { StationList } from '../stations/station-list.tsx';
 import type { Store } from '../store.ts';
 import { listenToKeys } from './keys.ts';
-import { Legend } from './legend.tsx';
-import { Summary } from './summary.tsx';
 import { SurfaceCard } from './surface-card.tsx';
+import { Tabs } from './tabs.tsx';
 import { Toolbar } from './toolbar.tsx';
 
 export function App({ store }: { store: Store }) {
@@ -64,7 +62,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
     <div class={store.isSidebarOpen.value ? 'workspace' : 'workspace workspace-wide'}>
       <nav class="sidebar" aria-label="Plan">
         <header class="brand">
-          <img src="/icon.svg" alt="" width="28" height="28" />
+          <img src="icon.svg" alt="" width="28" height="28" />
           <div>
             <h1>tlsplan</h1>
             <p class="muted" title={loaded.plan.scene.file}>
@@ -72,9 +70,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
             </p>
           </div>
         </header>
-        <Summary plan={loaded.plan} />
-        <FloorSelector store={store} />
-        <StationList store={store} />
+        <Tabs store={store} loaded={loaded} view={view} />
       </nav>
       <main class="stage">
         <canvas

@@ -37,7 +37,7 @@ export function Summary({ plan }: { plan: PlanJson }) {
         />
         <Figure
           name="Lower bound"
-          value={counted(optimality.lower_bound, 'station')}
+          value={optimality.lower_bound === null ? 'not known' : counted(optimality.lower_bound, 'station')}
           hint="No plan with fewer stations reaches the required coverage"
         />
         <Figure

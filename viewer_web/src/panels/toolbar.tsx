@@ -1,12 +1,9 @@
 /** How the building is painted and looked at. */
+import { PLAIN } from '../heat/layers.ts';
 import type { PlanView } from '../scene/plan-view.ts';
-import type { Paint, Store } from '../store.ts';
+import type { Store } from '../store.ts';
 
 export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
-  const paints: [Paint, string][] = [
-    ['coverage', 'Coverage'],
-    ['plain', 'Plain'],
-  ];
   return (
     <div class="toolbar" role="toolbar" aria-label="View">
       <button
@@ -20,22 +17,23 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
       >
         ☰
       </button>
-      <div class="segments" role="radiogroup" aria-label="Colour of the building">
-        {paints.map(([paint, label]) => (
-          // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
-          <button
-            key={paint}
-            type="button"
-            role="radio"
-            aria-checked={store.paint.value === paint}
-            onClick={() => {
-              store.paint.value = paint;
-            }}
-          >
-            {label}
-          </button>
-        ))}
-      </div>
+      <label class="tool tool-select">
+        <span class="muted">Colour</span>
+        <select
+          aria-label="Colour of the building"
+          value={store.layerId.value}
+          onChange={(event) => {
+            store.layerId.value = event.currentTarget.value;
+          }}
+        >
+          {store.layers.value.map(({ id, title }) => (
+            <option key={id} value={id}>
+              {title}
+            </option>
+          ))}
+          <option value={PLAIN}>Plain</option>
+        </select>
+      </label>
       <button
         type="button"
         class="tool"

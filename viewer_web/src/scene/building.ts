@@ -18,25 +18,20 @@ import {
   IntType,
   LineSegments,
   Mesh,
-  NearestFilter,
-  type PixelFormat,
-  RedIntegerFormat,
   RGBAFormat,
   RGIntegerFormat,
   ShaderMaterial,
-  type TextureDataType,
   UnsignedByteType,
 } from 'three';
 import type { Slice } from '../floors/cut.ts';
+import type { PatchValues } from '../heat/layers.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { PATCH_CODE_GLSL } from '../load/patch-rule.ts';
-import type { Paint } from '../store.ts';
 import type { Palette } from './palette.ts';
+import { PatchTexture, TEXTURE_WIDTH, textureOf } from './patch-values.ts';
 
-/** Narrow enough for every WebGL 2 implementation. */
-const TEXTURE_WIDTH = 2048;
-/** Never a byte of patches.u8 for a patch some candidate sees. */
-export const NOT_ACHIEVABLE = 255;
+/** How the building is painted; the shader knows them by number. */
+const PAINT_MODES = { plain: 0, classes: 1, ramp: 2 } as const;
 
 const SURFACE_VERTEX = /* glsl */ `
 uniform highp sampler2D triangleShape;   // squared edges 01, 12, 20; depth + 64 * (is ground) + 128 * (body side + 1)
@@ -62,26 +57,36 @@ void main() {
 const SURFACE_FRAGMENT = /* glsl */ `
 precision highp float;
 precision highp int;
-uniform highp usampler2D patchSeen;
+uniform highp usampler2D patchSeen, patchValues, patchMarks;
+uniform sampler2D colors; // 256 texels: of each class, or along the ramp
 uniform vec2 slice;
-uniform bool paintsCoverage;
+uniform int paintMode; // 0 plain, 1 classes, 2 ramp
+uniform bool hasMarks;
+uniform float rampLow, rampHigh, rampNone;
 uniform bool isBack; // not gl_FrontFacing: three turns it round where it draws back faces
 uniform float fade;
 uniform int pickedElement;
-uniform vec3 plainColor, groundColor, sectionColor, unseenColor, notAchievableColor, pickedColor, backgroundColor;
-uniform vec3 seenColor[4];
+uniform vec3 plainColor, groundColor, sectionColor, unseenColor, notAchievableColor, pickedColor, markColor, backgroundColor;
 in vec3 vLocal;
 in vec3 vWeights;
 flat in vec3 vEdges;
 flat in ivec4 vNumbers;
 out vec4 fragColor;
 ${PATCH_CODE_GLSL}
-vec3 coverageColor() {
+vec3 classColor(int value) { return texelFetch(colors, ivec2(min(value, 255), 0), 0).rgb; }
+vec3 rampColor(float value, ivec2 texel) {
+  if (value == rampNone) return texelFetch(patchSeen, texel, 0).r == 0u ? unseenColor : notAchievableColor;
+  float t = clamp((value - rampLow) / (rampHigh - rampLow), 0.0, 1.0);
+  return classColor(int(t * 255.0 + 0.5));
+}
+vec3 surfaceColor() {
+  vec3 bare = (vNumbers.w & 1) == 1 ? groundColor : plainColor;
+  if (paintMode == 0 && !hasMarks) return bare;
   int patchId = vNumbers.x + int(patchCode(vWeights, vEdges, vNumbers.z));
-  uint seen = texelFetch(patchSeen, ivec2(patchId % ${TEXTURE_WIDTH}, patchId / ${TEXTURE_WIDTH}), 0).r;
-  if (seen == ${NOT_ACHIEVABLE}u) return notAchievableColor;
-  if (seen == 0u) return unseenColor;
-  return seenColor[min(int(seen), 4) - 1];
+  ivec2 texel = ivec2(patchId % ${TEXTURE_WIDTH}, patchId / ${TEXTURE_WIDTH});
+  if (hasMarks) return texelFetch(patchMarks, texel, 0).r == 0u ? mix(bare, plainColor, 0.6) : markColor;
+  int value = int(texelFetch(patchValues, texel, 0).r);
+  return paintMode == 1 ? classColor(value) : rampColor(float(value), texel);
 }
 void main() {
   if (vLocal.z < slice.x || vLocal.z > slice.y) discard;
@@ -94,7 +99,7 @@ void main() {
   if (isSection) {
     color = sectionColor;
   } else {
-    color = paintsCoverage ? coverageColor() : ((vNumbers.w & 1) == 1 ? groundColor : plainColor);
+    color = surfaceColor();
     if (vNumbers.y == pickedElement) color = mix(color, pickedColor, 0.45);
     color *= light;
   }
@@ -122,18 +127,30 @@ void main() {
 }
 `;
 
-export interface BuildingLook {
-  readonly paint: Paint;
-  readonly pickedElement: number | null;
-  /** Step back behind a cloud. */
-  readonly isFaded: boolean;
-}
+/** What the patches are painted by. */
+export type Paint =
+  | { readonly mode: 'plain' }
+  /** `colors`: 256 colours of three bytes, by value. */
+  | { readonly mode: 'classes'; readonly colors: Uint8Array }
+  /** `colors` from `low` to `high`, which are values as the patches hold them. */
+  | {
+      readonly mode: 'ramp';
+      readonly colors: Uint8Array;
+      readonly low: number;
+      readonly high: number;
+      readonly none: number;
+    };
 
 export class Building {
   readonly group = new Group();
   readonly geometry: BufferGeometry;
   private readonly lines: BufferGeometry;
   private readonly textures: DataTexture[];
+  private readonly colors = new DataTexture(new Uint8Array(4 * 256), 256, 1, RGBAFormat, UnsignedByteType);
+  private readonly seen: PatchTexture;
+  private readonly marks: PatchTexture;
+  /** Of the layer that is shown; the one above where that is what is shown. */
+  private values: PatchTexture;
   /** Shared by the materials of all slices: three reads the same objects. */
   private readonly uniforms;
   private readonly lineUniforms = { lineColor: { value: new Color() }, opacity: { value: 0.5 } };
@@ -154,13 +171,22 @@ export class Building {
     }
     const shapeTexture = textureOf(shape, 4, RGBAFormat, FloatType, 'RGBA32F');
     const numberTexture = textureOf(numbers, 2, RGIntegerFormat, IntType, 'RG32I');
-    const seenTexture = textureOf(patchSeen, 1, RedIntegerFormat, UnsignedByteType, 'R8UI');
-    this.textures = [shapeTexture, numberTexture, seenTexture];
+    this.textures = [shapeTexture, numberTexture, this.colors];
+    this.seen = new PatchTexture(patchSeen);
+    this.values = this.seen;
+    this.marks = new PatchTexture(new Uint8Array(1));
     this.uniforms = {
       triangleShape: { value: shapeTexture },
       triangleNumbers: { value: numberTexture },
-      patchSeen: { value: seenTexture },
-      paintsCoverage: { value: true },
+      patchSeen: { value: this.seen.texture },
+      patchValues: { value: this.seen.texture },
+      patchMarks: { value: this.marks.texture },
+      colors: { value: this.colors },
+      paintMode: { value: 0 as number },
+      hasMarks: { value: false },
+      rampLow: { value: 0 },
+      rampHigh: { value: 1 },
+      rampNone: { value: -1 },
       fade: { value: 0 },
       pickedElement: { value: -1 },
       plainColor: { value: new Color() },
@@ -169,8 +195,8 @@ export class Building {
       unseenColor: { value: new Color() },
       notAchievableColor: { value: new Color() },
       pickedColor: { value: new Color() },
+      markColor: { value: new Color() },
       backgroundColor: { value: new Color() },
-      seenColor: { value: [0, 1, 2, 3].map(() => new Color()) },
     };
   }
 
@@ -183,17 +209,63 @@ export class Building {
     setColor(u.notAchievableColor.value, palette.notAchievable);
     setColor(u.pickedColor.value, palette.picked);
     setColor(u.backgroundColor.value, palette.background);
-    u.seenColor.value.forEach((color, i) => {
-      setColor(color, palette.seen[i]);
-    });
+    setColor(u.markColor.value, palette.mark);
     setColor(this.lineUniforms.lineColor.value, palette.line);
   }
 
-  setLook({ paint, pickedElement, isFaded }: BuildingLook): void {
-    this.uniforms.paintsCoverage.value = paint === 'coverage' && !isFaded;
-    this.uniforms.pickedElement.value = pickedElement ?? -1;
+  setPaint(paint: Paint): void {
+    const u = this.uniforms;
+    u.paintMode.value = PAINT_MODES[paint.mode];
+    if (paint.mode === 'plain') return;
+    const texels = this.colors.image.data as Uint8Array;
+    for (let i = 0; i < 256; i++) texels.set([...paint.colors.subarray(3 * i, 3 * i + 3), 255], 4 * i);
+    this.colors.needsUpdate = true;
+    if (paint.mode === 'classes') return;
+    u.rampLow.value = paint.low;
+    u.rampHigh.value = Math.max(paint.high, paint.low + 1e-6);
+    u.rampNone.value = paint.none;
+  }
+
+  setPicked(elementIndex: number | null): void {
+    this.uniforms.pickedElement.value = elementIndex ?? -1;
+  }
+
+  /** Step back behind a cloud. */
+  setFaded(isFaded: boolean): void {
     this.uniforms.fade.value = isFaded ? 0.25 : 0;
     this.lineUniforms.opacity.value = isFaded ? 0.3 : 0.5;
+  }
+
+  setTimesSeen(timesSeen: Uint8Array): void {
+    this.seen.set(timesSeen);
+    this.bindPatches();
+  }
+
+  /** Values of the layer that is shown; null: those are how many stations see a patch. */
+  setValues(values: PatchValues | null): void {
+    if (values === null) {
+      if (this.values !== this.seen) this.values.dispose();
+      this.values = this.seen;
+    } else if (this.values === this.seen) {
+      this.values = new PatchTexture(values);
+    } else {
+      this.values.set(values);
+    }
+    this.bindPatches();
+  }
+
+  /** Change the values of some patches. */
+  patch(indices: ArrayLike<number>, timesSeen: ArrayLike<number> | null, values: ArrayLike<number> | null): void {
+    if (timesSeen !== null) this.seen.patch(indices, timesSeen);
+    if (values !== null && this.values !== this.seen) this.values.patch(indices, values);
+  }
+
+  /** Show only the patches whose mark is not 0, the rest in the colours of bare surface; null: no marks. */
+  setMarks(marks: Uint8Array | null): void {
+    this.uniforms.hasMarks.value = marks !== null;
+    // Give the memory back: marks are a passing thing.
+    this.marks.set(marks ?? new Uint8Array(1));
+    this.bindPatches();
   }
 
   setSlices(slices: readonly Slice[]): void {
@@ -236,6 +308,13 @@ export class Building {
     this.geometry.dispose();
     this.lines.dispose();
     for (const texture of this.textures) texture.dispose();
+    for (const texture of new Set([this.seen, this.values, this.marks])) texture.dispose();
+  }
+
+  private bindPatches(): void {
+    this.uniforms.patchSeen.value = this.seen.texture;
+    this.uniforms.patchValues.value = this.values.texture;
+    this.uniforms.patchMarks.value = this.marks.texture;
   }
 
   private disposeSlices(): void {
@@ -251,22 +330,4 @@ export function setColor(color: Color, css: string): void {
   color.r = (number >> 16) / 255;
   color.g = ((number >> 8) & 255) / 255;
   color.b = (number & 255) / 255;
-}
-
-function textureOf<T extends Float32Array | Int32Array | Uint8Array>(
-  values: T,
-  channels: number,
-  format: PixelFormat,
-  type: TextureDataType,
-  internalFormat: 'RGBA32F' | 'RG32I' | 'R8UI',
-): DataTexture {
-  const height = Math.max(1, Math.ceil(values.length / channels / TEXTURE_WIDTH));
-  const padded = new (values.constructor as new (n: number) => T)(height * TEXTURE_WIDTH * channels);
-  padded.set(values);
-  const texture = new DataTexture(padded as never, TEXTURE_WIDTH, height, format, type);
-  texture.internalFormat = internalFormat;
-  texture.minFilter = texture.magFilter = NearestFilter;
-  texture.unpackAlignment = 1;
-  texture.needsUpdate = true;
-  return texture;
 }

@@ -1,6 +1,6 @@
 /**
- * Colours of the 3D view, light and dark. Seen: one blue-green ramp by number of stations; unseen: orange; not achievable:
- * grey. Blue-green against orange stays apart for all common kinds of colour blindness, and differs in lightness too.
+ * Colours of the 3D view, light and dark; those of the layers: heat/layers.ts. Unseen is orange: against the blue-greens of
+ * what is seen it stays apart for all common kinds of colour blindness, and differs in lightness too.
  */
 
 export interface Palette {
@@ -12,16 +12,17 @@ export interface Palette {
   readonly line: string;
   readonly unseen: string;
   readonly notAchievable: string;
-  /** Seen by 1, 2, 3, 4 or more stations. */
-  readonly seen: readonly [string, string, string, string];
   readonly picked: string;
+  /** Patches that are pointed out. */
+  readonly mark: string;
   readonly link: string;
+  readonly isDark: boolean;
 }
 
 const COVERAGE = {
   unseen: '#e8833a',
-  seen: ['#a9d9d3', '#62b6b7', '#2b8a9b', '#17607a'],
   picked: '#f5c211',
+  mark: '#a04fc9',
 } as const;
 
 export const LIGHT: Palette = {
@@ -34,6 +35,7 @@ export const LIGHT: Palette = {
   line: '#2a3338',
   notAchievable: '#c6cacc',
   link: '#7a3fa0',
+  isDark: false,
 };
 
 export const DARK: Palette = {
@@ -46,4 +48,5 @@ export const DARK: Palette = {
   line: '#05080a',
   notAchievable: '#6d757a',
   link: '#c79be6',
+  isDark: true,
 };

@@ -1,22 +1,24 @@
 /** The 3D side of the viewer: follows the store's signals, and tells it what was clicked. */
 import { computed, effect, untracked } from '@preact/signals';
-import { Ray, Vector3 } from 'three';
+import { type Object3D, Ray, Vector3 } from 'three';
 import { extentOf, sliceOfFloor } from '../floors/cut.ts';
+import { NOT_ACHIEVABLE, type PatchValues } from '../heat/layers.ts';
+import { PatchPaint } from '../heat/patch-paint.ts';
 import { normalOf } from '../load/edges.ts';
 import { fetchCloud, type LoadedPlan } from '../load/fetch-plan.ts';
 import { patchCode } from '../load/patch-rule.ts';
 import type { StageStation, StageTriangles } from '../load/stage.ts';
 import { CloudPoints } from '../stations/cloud-points.ts';
 import { LinkLines } from '../stations/link-lines.ts';
+import type { ShownStation } from '../stations/shown.ts';
 import type { Picked, Store } from '../store.ts';
-import { Building, NOT_ACHIEVABLE } from './building.ts';
+import { Building } from './building.ts';
 import { DARK, LIGHT } from './palette.ts';
 import { type SurfaceHit, SurfacePicker } from './pick.ts';
+import { Pointer, type PointerConsumer } from './pointer.ts';
 import { Viewport } from './viewport.ts';
 import { weightsAt } from './weights.ts';
 
-/** A press that moves further than this is a drag of the camera, not a click. */
-const CLICK_PIXELS = 5;
 /** The camera comes this near to a station, in ranges of the scanner. */
 const APPROACH_RANGES = 3;
 /** Nothing this near to a station hides it: it may stand against a table it was planned beside. */
@@ -32,8 +34,11 @@ export interface MarkerPlace {
 export class PlanView {
   /** Called after each frame with the places of the markers by station id. */
   onMarkers: (places: ReadonlyMap<string, MarkerPlace>) => void = () => undefined;
+  /** What the pointer does on the canvas and on markers. */
+  readonly pointer: Pointer;
   private readonly viewport: Viewport;
   private readonly building: Building;
+  private readonly patchPaint: PatchPaint;
   private readonly picker: SurfacePicker;
   private readonly links: LinkLines;
   private cloud: CloudPoints | null = null;
@@ -44,8 +49,14 @@ export class PlanView {
     private readonly store: Store,
     private readonly loaded: LoadedPlan,
   ) {
+    this.pointer = new Pointer(
+      canvas,
+      (x, y) => this.click(x, y),
+      (isTaken) => this.viewport.holdCamera(isTaken),
+    );
     this.viewport = new Viewport(canvas);
     this.building = new Building(loaded);
+    this.patchPaint = new PatchPaint(store, loaded, this.building, () => this.requestFrame());
     this.picker = new SurfacePicker(this.building.geometry);
     this.links = new LinkLines(loaded);
     this.viewport.scene.add(this.building.group, this.links.lines);
@@ -54,7 +65,7 @@ export class PlanView {
     this.followFloors();
     this.followLook();
     this.followStation();
-    this.listenToClicks(canvas);
+    this.followCamera();
   }
 
   /** Show everything that is drawn. */
@@ -65,9 +76,86 @@ export class PlanView {
     this.viewport.showAll(extentOf(slices.value, whole, grounds), from, isInstant);
   }
 
+  /** Draw soon; needed after a change of an overlay. */
+  requestFrame(): void {
+    this.viewport.requestFrame();
+  }
+
+  /**
+   * Draw an object with the building: local frame, metres, and lifted as its floor is (`liftOf`). Returns what takes it away;
+   * who made it disposes of it.
+   */
+  addOverlay(object: Object3D): () => void {
+    this.viewport.scene.add(object);
+    this.requestFrame();
+    return () => {
+      this.viewport.scene.remove(object);
+      this.requestFrame();
+    };
+  }
+
+  /** Offer presses, drags and clicks to a consumer before the camera gets them. Returns what takes it away. */
+  onPointer(consumer: PointerConsumer): () => void {
+    return this.pointer.add(consumer);
+  }
+
+  /** New values of all patches of a layer: `times_seen` or one of the store's layers. */
+  setPatchValues(layerId: string, values: PatchValues): void {
+    this.patchPaint.setValues(layerId, values);
+  }
+
+  /** New values of some patches; `values` belong to the layer `layerId`, null: only how many stations see them. */
+  patchPatches(
+    indices: ArrayLike<number>,
+    timesSeen: ArrayLike<number> | null,
+    layerId: string,
+    values: ArrayLike<number> | null,
+  ): void {
+    this.patchPaint.patch(indices, timesSeen, layerId, values);
+  }
+
+  /** How many stations see each patch, as shown now. */
+  get timesSeen(): Uint8Array {
+    return this.patchPaint.timesSeen;
+  }
+
+  /** Area of each patch, m². */
+  get patchAreasM2(): Float32Array {
+    return this.patchPaint.areas;
+  }
+
+  /** The surface under a place of the page; null: none. */
+  surfaceAt(clientX: number, clientY: number): Picked | null {
+    const ray = this.viewport.rayAt(clientX, clientY);
+    const hit = this.picker.firstHit(ray, this.store.slices.peek());
+    return hit === null ? null : this.describe(hit, ray.direction);
+  }
+
+  /** Where the ray under a place of the page meets the level `heightM` (local) of a floor; null: it does not. */
+  levelAt(clientX: number, clientY: number, floorId: string, heightM: number): [number, number, number] | null {
+    const ray = this.viewport.rayAt(clientX, clientY);
+    const far = (heightM + this.liftOf(floorId) - ray.origin.z) / ray.direction.z;
+    if (!(far > 0 && Number.isFinite(far))) return null;
+    const at = ray.at(far, new Vector3());
+    return [at.x, at.y, heightM];
+  }
+
+  /** By how much what belongs to a floor is drawn higher than it is. */
+  liftOf(floorId: string): number {
+    return sliceOfFloor(this.store.slices.peek(), floorId)?.liftM ?? 0;
+  }
+
+  /** Place of a point (local, not lifted) of a floor on the canvas in CSS pixels; null: behind the camera. */
+  project(pointM: readonly [number, number, number], floorId: string): { x: number; y: number } | null {
+    const [x, y, z] = pointM;
+    return this.viewport.project(new Vector3(x, y, z + this.liftOf(floorId)));
+  }
+
   dispose(): void {
     for (const end of this.endings) end();
     this.cloud?.dispose();
+    this.patchPaint.dispose();
+    this.pointer.dispose();
     this.links.dispose();
     this.building.dispose();
     this.viewport.dispose();
@@ -77,7 +165,9 @@ export class PlanView {
     const dark = window.matchMedia('(prefers-color-scheme: dark)');
     const apply = (): void => {
       const palette = dark.matches ? DARK : LIGHT;
+      this.store.isDark.value = palette.isDark;
       this.building.setPalette(palette);
+      this.patchPaint.setPalette(palette);
       this.links.setPalette(palette);
       this.viewport.setPalette(palette);
     };
@@ -108,14 +198,11 @@ export class PlanView {
     const pickedElement = computed(() => highlighted(store.picked.value));
     this.endings.push(
       effect(() => {
-        this.building.setLook({
-          paint: store.paint.value,
-          pickedElement: pickedElement.value,
-          isFaded: store.cloud.value.kind === 'shown',
-        });
+        this.building.setPicked(pickedElement.value);
+        this.building.setFaded(store.cloud.value.kind === 'shown');
         this.cloud?.setPaint(store.cloudPaint.value);
         this.links.update(store.slices.value, store.showLinks.value, store.stationId.value);
-        const station = this.loaded.stage.stations.find(({ id }) => id === store.stationId.value);
+        const station = store.shownStations.value.find(({ id }) => id === store.stationId.value);
         if (station !== undefined) this.cloud?.setSlice(sliceOfFloor(store.slices.value, station.floorId));
         this.viewport.requestFrame();
       }),
@@ -124,20 +211,35 @@ export class PlanView {
 
   private followStation(): void {
     let fetching = new AbortController();
+    const chosen = computed(() => this.store.stationId.value);
     this.endings.push(
       () => fetching.abort(),
       effect(() => {
-        const station = this.loaded.stage.stations.find(({ id }) => id === this.store.stationId.value);
+        const id = chosen.value;
         fetching.abort();
         fetching = new AbortController();
         untracked(() => {
           this.dropCloud();
-          if (station === undefined) return;
-          this.flyToStation(station);
-          void this.showCloud(station, fetching.signal);
+          const station = this.store.shownStations.value.find((one) => one.id === id);
+          if (station !== undefined) this.flyToStation(station);
+          const scanned = this.loaded.stage.stations.find((one) => one.id === id);
+          if (scanned !== undefined) void this.showCloud(scanned, fetching.signal);
         });
       }),
     );
+  }
+
+  /** The address says where the camera was left by hand; the choice of a floor or station overrules it. */
+  private followCamera(): void {
+    const { camera } = this.store;
+    this.viewport.onMovedByHand = (pose) => {
+      camera.value = pose;
+    };
+    this.viewport.onFlight = () => {
+      camera.value = null;
+    };
+    const asked = camera.peek();
+    if (asked !== null) this.viewport.place(asked);
   }
 
   private dropCloud(): void {
@@ -151,7 +253,7 @@ export class PlanView {
   private async showCloud(station: StageStation, signal: AbortSignal): Promise<void> {
     this.store.cloud.value = { kind: 'loading' };
     try {
-      const cloud = await fetchCloud(station, signal);
+      const cloud = await fetchCloud(this.loaded.base, station, signal);
       if (signal.aborted) return;
       this.cloud = new CloudPoints(cloud, station, this.loaded.plan.scanner.range_max_m);
       this.viewport.scene.add(this.cloud.points);
@@ -161,12 +263,12 @@ export class PlanView {
     }
   }
 
-  private flyToStation(station: StageStation): void {
+  private flyToStation(station: ShownStation): void {
     const place = this.drawnPlace(station);
     if (place !== null) this.viewport.approach(place, APPROACH_RANGES * this.loaded.plan.scanner.range_max_m);
   }
 
-  private drawnPlace(station: StageStation): Vector3 | null {
+  private drawnPlace(station: ShownStation): Vector3 | null {
     const slice = sliceOfFloor(this.store.slices.peek(), station.floorId);
     if (slice === undefined) return null;
     const [x, y, z] = station.positionM;
@@ -175,7 +277,7 @@ export class PlanView {
 
   private markerPlaces(): Map<string, MarkerPlace> {
     const places = new Map<string, MarkerPlace>();
-    for (const station of this.loaded.stage.stations) {
+    for (const station of this.store.shownStations.peek()) {
       const at = this.drawnPlace(station);
       const place = at && this.viewport.project(at);
       const cover = at && this.coverOf(at);
@@ -193,33 +295,13 @@ export class PlanView {
     return this.picker.firstHit(ray, this.store.slices.peek(), eye.distanceTo(at) - OCCLUSION_SLACK_M);
   }
 
-  private listenToClicks(canvas: HTMLCanvasElement): void {
-    let pressed: { x: number; y: number } | null = null;
-    const press = (event: PointerEvent): void => {
-      pressed = event.isPrimary && event.button === 0 ? { x: event.clientX, y: event.clientY } : null;
-    };
-    const release = (event: PointerEvent): void => {
-      if (pressed === null || Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) > CLICK_PIXELS) return;
-      pressed = null;
-      this.click(event.clientX, event.clientY);
-    };
-    canvas.addEventListener('pointerdown', press);
-    canvas.addEventListener('pointerup', release);
-    this.endings.push(() => {
-      canvas.removeEventListener('pointerdown', press);
-      canvas.removeEventListener('pointerup', release);
-    });
-  }
-
   /** A click on ground picks its floor; on anything else it tells what that is; beside the building it lets go. */
   private click(clientX: number, clientY: number): void {
-    const ray = this.viewport.rayAt(clientX, clientY);
-    const hit = this.picker.firstHit(ray, this.store.slices.value);
-    if (hit === null) {
+    const picked = this.surfaceAt(clientX, clientY);
+    if (picked === null) {
       this.store.pick(null);
       return;
     }
-    const picked = this.describe(hit, ray.direction);
     if (picked.groundOf !== null && picked.groundOf !== this.store.floorId.value) {
       this.store.chooseFloor(picked.groundOf);
     }
@@ -229,12 +311,15 @@ export class PlanView {
   private describe(hit: SurfaceHit, beam: Vector3): Picked {
     const { triangles, elements, floors, offsetM } = this.loaded.stage;
     const elementIndex = triangles.element[hit.triangle];
-    const seen = this.loaded.patchSeen[patchAt(triangles, hit)];
+    const patch = patchAt(triangles, hit);
+    const seen = this.patchPaint.timesSeen[patch];
     const outward = new Vector3(...normalOf(triangles.cornersM, hit.triangle));
     const isSection = this.loaded.edges.bodySide[hit.triangle] * outward.dot(beam) > 0;
     return {
       element: elements[elementIndex],
       elementIndex,
+      triangle: hit.triangle,
+      patch,
       groundOf: floors.find(({ index }) => index + 1 === triangles.groundOf[hit.triangle])?.id ?? null,
       timesSeen: seen === NOT_ACHIEVABLE || isSection ? null : seen,
       isSection,

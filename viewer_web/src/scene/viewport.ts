@@ -15,6 +15,10 @@ export class Viewport {
   readonly camera = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 0.05, 1000);
   /** Called after each drawn frame, for what lies over the canvas. */
   onFrame: () => void = () => undefined;
+  /** Called when the user has moved the camera: position and target. */
+  onMovedByHand: (pose: readonly number[]) => void = () => undefined;
+  /** Called when the camera sets out for a place of the program's choice. */
+  onFlight: () => void = () => undefined;
   private readonly renderer: WebGLRenderer;
   private readonly controls: OrbitControls;
   private readonly resizing: ResizeObserver;
@@ -35,6 +39,9 @@ export class Viewport {
     this.controls.addEventListener('start', () => {
       this.flight = null;
     });
+    this.controls.addEventListener('end', () => {
+      this.onMovedByHand([...this.camera.position.toArray(), ...this.controls.target.toArray()]);
+    });
     this.resizing = new ResizeObserver(() => this.resize());
     this.resizing.observe(canvas.parentElement ?? canvas);
     this.resize();
@@ -44,6 +51,19 @@ export class Viewport {
     // Not through Color.set: the shaders here write screen colours, and the clear colour must match theirs.
     this.background.set(palette.background);
     this.renderer.setClearColor(this.background);
+    this.requestFrame();
+  }
+
+  /** While something else is dragged, the camera stands still. */
+  holdCamera(isHeld: boolean): void {
+    this.controls.enabled = !isHeld;
+  }
+
+  /** Put the camera at a pose: position and target. */
+  place([x, y, z, ...target]: readonly number[]): void {
+    this.flight = null;
+    this.camera.position.set(x, y, z);
+    this.controls.target.fromArray(target);
     this.requestFrame();
   }
 
@@ -98,6 +118,7 @@ export class Viewport {
 
   private flyTo(to: View, isInstant: boolean): void {
     const isCalm = isInstant || window.matchMedia('(prefers-reduced-motion: reduce)').matches;
+    this.onFlight();
     const from = { position: this.camera.position.clone(), target: this.controls.target.clone() };
     this.flight = { from, to, start: performance.now(), durationMs: isCalm ? 0 : FLIGHT_MS };
     this.requestFrame();

@@ -13,21 +13,29 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
       view.onMarkers = () => undefined;
     };
   }, [view]);
-  const stations = store.loaded.value?.plan.stations ?? [];
+  const stations = store.shownStations.value;
+  const isChosen = (id: string): boolean => store.stationId.value === id;
   return (
     <div class="markers">
       {stations.map((station) => (
         <button
           key={station.id}
           type="button"
-          class={store.stationId.value === station.id ? 'marker marker-chosen' : 'marker'}
+          class={[
+            'marker',
+            ...station.marks.map((mark) => `marker-${mark}`),
+            isChosen(station.id) ? 'marker-chosen' : '',
+          ]
+            .join(' ')
+            .trim()}
           aria-label={`Station ${station.id}`}
-          aria-pressed={store.stationId.value === station.id}
+          aria-pressed={isChosen(station.id)}
           data-station={station.id}
           ref={(button) => {
             if (button) buttons.current.set(station.id, button);
             else buttons.current.delete(station.id);
           }}
+          onPointerDown={(event) => view.pointer.down(event, station.id)}
           onClick={() => store.chooseStation(station.id)}
         >
           {station.order}

@@ -45,6 +45,7 @@ export function smallPlan(): PlanJson {
         { a: 'S002', b: 'S003', overlap: 0.08, strength: null },
       ],
     },
+    unseen: [],
     warnings: [],
   };
 }

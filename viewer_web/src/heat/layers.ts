@@ -1,0 +1,117 @@
+/** What the building can be painted by: values of its patches, and the colours and words they get. */
+
+/** A colour, or one for light and one for dark pages. */
+export type ThemedColor = string | { readonly light: string; readonly dark: string };
+
+export interface HeatClass {
+  /** A patch with this value, 0 ... 255. */
+  readonly value: number;
+  readonly label: string;
+  readonly color: ThemedColor;
+}
+
+/** Values that are names: each has its own colour. */
+export interface ClassLayer {
+  readonly kind: 'classes';
+  readonly id: string;
+  readonly title: string;
+  /** Id of the values it shows, where that is not its own. */
+  readonly valuesOf?: string;
+  readonly classes: readonly HeatClass[];
+}
+
+/** Values that are quantities, `value * step` in `unit`; `none`: not known, or seen by no station. */
+export interface RampLayer {
+  readonly kind: 'ramp';
+  readonly id: string;
+  readonly title: string;
+  readonly unit: string;
+  readonly step: number;
+  readonly none: number;
+  readonly better: 'low' | 'high';
+}
+
+export type HeatLayer = ClassLayer | RampLayer;
+
+/** One value a patch. */
+export type PatchValues = Uint8Array | Uint16Array;
+
+export const TIMES_SEEN = 'times_seen';
+export const PLAIN = 'plain';
+/** Value of `times_seen` where no admissible position sees the patch. */
+export const NOT_ACHIEVABLE = 255;
+
+const UNSEEN = '#e8833a';
+const SEEN = ['#a9d9d3', '#62b6b7', '#2b8a9b', '#17607a'] as const;
+const GREY: ThemedColor = { light: '#c6cacc', dark: '#6d757a' };
+
+/** Of viewer/patches.u8: how many stations see it. */
+export const TIMES_SEEN_LAYER: ClassLayer = {
+  kind: 'classes',
+  id: TIMES_SEEN,
+  title: 'Stations that see it',
+  classes: [
+    { value: 1, label: '1', color: SEEN[0] },
+    { value: 2, label: '2', color: SEEN[1] },
+    { value: 3, label: '3', color: SEEN[2] },
+    { value: 4, label: '4+', color: SEEN[3] },
+    { value: 0, label: 'unseen', color: UNSEEN },
+    { value: NOT_ACHIEVABLE, label: 'not achievable', color: GREY },
+  ],
+};
+
+const SEEN_LAYER: ClassLayer = {
+  kind: 'classes',
+  id: 'seen',
+  title: 'Seen or not',
+  valuesOf: TIMES_SEEN,
+  classes: [
+    { value: 1, label: 'seen', color: SEEN[1] },
+    { value: 0, label: 'unseen', color: UNSEEN },
+    { value: NOT_ACHIEVABLE, label: 'not achievable', color: GREY },
+  ],
+};
+
+export const REASON = 'reason';
+/** Value of `reason` where nobody asked for the patch. */
+const OUT_OF_SCOPE = 255;
+/** By reason: what a further station would mend is warm, what the scanner can't do is cool, what nobody can is grey. */
+const REASON_COLORS: Readonly<Record<string, ThemedColor>> = {
+  covered: { light: '#dfe9e6', dark: '#54635f' },
+  'not worth a station': '#e8833a',
+  'too few spots see it': '#d4a017',
+  'out of range': '#3f7fd0',
+  'outside the field of view': '#7a5cc9',
+  'too oblique': '#c45a9b',
+  'too sparse': '#2f9aa8',
+  'too noisy': '#5a9e4b',
+  'returns no beam': '#274c77',
+  occluded: '#b3262e',
+  'no admissible spot': '#7d4f2a',
+  'inside solids': GREY,
+};
+
+function reasonLayer(reasons: readonly string[]): ClassLayer {
+  const ofReason = reasons.map((label, value) => ({ value, label, color: REASON_COLORS[label] ?? GREY }));
+  return {
+    kind: 'classes',
+    id: REASON,
+    title: 'Why unseen',
+    classes: [...ofReason, { value: OUT_OF_SCOPE, label: 'not asked for', color: GREY }],
+  };
+}
+
+/** All that a plan can be painted by: of its own layers and of further ones. */
+export function layersOf(
+  ramps: readonly RampLayer[],
+  reasons: readonly string[],
+  extra: readonly HeatLayer[],
+): readonly HeatLayer[] {
+  const why = reasons.length > 0 ? [reasonLayer(reasons)] : [];
+  return [TIMES_SEEN_LAYER, SEEN_LAYER, ...ramps, ...why, ...extra];
+}
+
+/** Id of the values that a layer shows. */
+export function valuesOf(layer: HeatLayer): string {
+  return layer.kind === 'classes' ? (layer.valuesOf ?? layer.id) : layer.id;
+}

@@ -1,0 +1,16 @@
+/** A physical quantity as people write it: millimetres where they are meant, no more digits than matter. */
+
+/** `value` in `unit`; `beside` sets the unit and digits where several stand side by side. */
+export function quantity(value: number, unit: string, beside = value): string {
+  if (unit === 'deg') return `${value.toFixed(0)}°`;
+  if (unit !== 'm') return `${withDigits(value, beside)} ${unit}`;
+  if (Math.abs(beside) < 0.1) return `${withDigits(1000 * value, 1000 * beside)} mm`;
+  return `${withDigits(value, beside)} m`;
+}
+
+/** As many decimals as give `beside` three figures, at most two: below 10 two, below 100 one; trailing zeros off. */
+function withDigits(value: number, beside: number): string {
+  const size = Math.abs(beside);
+  const text = value.toFixed(size < 10 ? 2 : size < 100 ? 1 : 0);
+  return text.includes('.') ? text.replace(/\.?0+$/, '') : text;
+}

@@ -1,0 +1,60 @@
+/** viewer/layers.json and the files it names: figures and reasons patch by patch (docs/formats/stage.md). */
+import * as v from 'valibot';
+import type { PatchValues, RampLayer } from '../heat/layers.ts';
+import { PlanLoadError } from './plan-load-error.ts';
+
+const LAYERS_SCHEMA = 'tlsplan/layers/1';
+
+const LayersJson = v.object({
+  schema: v.literal(LAYERS_SCHEMA),
+  n_patches: v.number(),
+  layers: v.array(
+    v.object({
+      id: v.string(),
+      title: v.string(),
+      unit: v.string(),
+      step: v.number(),
+      none: v.number(),
+      file: v.string(),
+      better: v.picklist(['low', 'high']),
+    }),
+  ),
+  reasons: v.optional(v.array(v.string()), []),
+});
+
+export type LayersJson = v.InferOutput<typeof LayersJson>;
+
+/** Check a parsed layers.json. */
+export function parseLayers(json: unknown): LayersJson {
+  const result = v.safeParse(LayersJson, json);
+  if (result.success) return result.output;
+  const issue = result.issues[0];
+  throw new PlanLoadError(
+    `viewer/layers.json: ${v.getDotPath(issue) ?? 'the whole file'} is ${issue.received}, expected ${issue.expected}. ` +
+      'Write the plan again with `tlsplan plan`.',
+  );
+}
+
+export function rampLayersOf(layers: LayersJson | null): RampLayer[] {
+  return (layers?.layers ?? []).map(({ id, title, unit, step, none, better }) => ({
+    kind: 'ramp',
+    id,
+    title,
+    unit,
+    step,
+    none,
+    better,
+  }));
+}
+
+/** Values of one patch each, one or two bytes; throws where the file is of another length. */
+export function decodeValues(file: string, buffer: ArrayBuffer, nPatches: number, bytesEach: 1 | 2): PatchValues {
+  if (buffer.byteLength !== bytesEach * nPatches) {
+    throw new PlanLoadError(
+      `viewer/${file}: ${buffer.byteLength} bytes, expected ${bytesEach * nPatches} for ${nPatches} patches. ` +
+        'Write the plan again with `tlsplan plan`.',
+    );
+  }
+  // Little endian, as every machine that runs a browser.
+  return bytesEach === 1 ? new Uint8Array(buffer) : new Uint16Array(buffer);
+}
