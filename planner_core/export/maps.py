@@ -19,6 +19,7 @@ from planner_core.export.section_view import (
     camera_from_above,
     cut_height_m,
     inside_solid,
+    marked,
     section_lines,
     view_section,
 )
@@ -183,7 +184,7 @@ def view_rgb(plan: Plan, floor: Floor, view: SectionView, *, coloured: bool = Tr
     there = view.triangle >= 0
     rgb = np.ones((*view.triangle.shape, 3))
     rgb[there] = palette.PATCH_COLOURS_SRGB[seen[view.patch[there]]] if coloured else PALE
-    ground = np.isin(view.triangle, floor.ground_triangles)
+    ground = marked(floor.ground_triangles, plan.survey.scene.n_triangles)[view.triangle]
     rgb[there & ~ground] = 0.25 + 0.75 * rgb[there & ~ground]
     shade = 0.62 + 0.38 * np.abs(np.where(there, view.facing, 1.0))
     rgb *= shade[..., None]

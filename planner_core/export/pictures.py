@@ -24,10 +24,8 @@ from planner_core.export.offscreen import offscreen_plotter
 from planner_core.export.section_view import (
     BELOW_GROUND_M,
     camera_at,
-    camera_from_above,
-    inside_solid,
     section_lines,
-    view_section,
+    solid_cells,
 )
 from planner_core.export.sheet import (
     DISC_RADIUS_PX,
@@ -47,7 +45,7 @@ from planner_core.export.sheet import (
     size_on_sheet_in,
 )
 from planner_core.export.station_marks import foot_m
-from planner_core.model import BoolArray, FloatArray, Floor, Plan, Station, Survey
+from planner_core.model import BoolArray, FloatArray, Floor, Plan, Station, Survey, UInt8Array
 from planner_core.scan.engine import ScanEngine
 from planner_core.scene.patches import patch_triangles
 
@@ -154,7 +152,8 @@ def write_floor_picture(plan: Plan, floor_index: int, path: Path, *, engine: Sca
     height, width = rgb.shape[:2]
     figure = new_sheet(height / DPI + HEADER_IN + FOOTER_IN)
     axes = axes_on_sheet(figure, (WIDTH_IN - width / DPI) / 2, FOOTER_IN, width / DPI, height / DPI)
-    axes.imshow(rgb, extent=(0, width, 0, height), interpolation="none", zorder=1)
+    # Bytes, as matplotlib would make them itself after half a dozen copies of the floats.
+    axes.imshow((255 * rgb).astype(np.uint8), extent=(0, width, 0, height), interpolation="none", zorder=1)
     _draw_marks(axes, stations, strong_links(plan, stations), eye, (width, height))
     draw_header(figure, floor.name, floor_subtitle(plan, floor), floor_figures(plan, floor_index))
     overlap = f"overlap of {100 * plan.settings.requirements.overlap:g} % or more"
@@ -274,22 +273,13 @@ def _caps(survey: Survey, floor: Floor, box: FloatArray, engine: ScanEngine) -> 
     import pyvista
 
     window_m, cut_m = box[:, :2], float(box[1, 2])
-    view = view_section(
-        survey,
-        engine,
-        camera_from_above(),
-        ground_m=floor.elevation_m,
-        cut_m=cut_m,
-        window_m=window_m,
-        width=CAP_CELLS,
-    )
-    solid = inside_solid(survey, view, floor.ground_triangles).astype(np.int8)
-    steps = np.diff(np.pad(solid, ((0, 0), (1, 1))), axis=1)
+    solid, cell_m = solid_cells(survey, engine, floor=floor, cut_m=cut_m, window_m=window_m, width=CAP_CELLS)
+    steps = np.diff(np.pad(solid.astype(np.int8), ((0, 0), (1, 1))), axis=1)
     row, first = np.nonzero(steps == 1)
     _, end = np.nonzero(steps == -1)
-    x0, x1 = (window_m[0, 0] + column * view.pixel_m for column in (first, end))
-    y1 = window_m[1, 1] - row * view.pixel_m
-    y0 = y1 - view.pixel_m
+    x0, x1 = (window_m[0, 0] + column * cell_m for column in (first, end))
+    y1 = window_m[1, 1] - row * cell_m
+    y0 = y1 - cell_m
     z = np.full(row.size, cut_m)
     corners = np.stack([np.stack(p, axis=1) for p in ((x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z))], axis=1)
     return pyvista.PolyData(corners.reshape(-1, 3), faces=_faces(np.arange(4 * row.size).reshape(-1, 4)))
@@ -358,10 +348,20 @@ def shoot(plotter: Any, eye: Eye) -> FloatArray:
     camera.up = eye.up
     camera.view_angle = 2 * np.rad2deg(np.arctan(eye.half_height_tan))
     plotter.renderer.ResetCameraClippingRange()
-    drawn = plotter.screenshot(return_img=True).astype(np.float64) / 255
-    height, width = (side // OVERSAMPLING for side in drawn.shape[:2])
-    mean = drawn.reshape(height, OVERSAMPLING, width, OVERSAMPLING, 3).mean(axis=(1, 3))
-    levels: FloatArray = np.rint(mean * N_LEVELS) / N_LEVELS
+    return averaged(plotter.screenshot(return_img=True))
+
+
+def averaged(drawn: UInt8Array) -> FloatArray:
+    """(H, W, 3) in [0, 1], in `N_LEVELS` steps: means of pixels drawn `OVERSAMPLING` times as fine, (.., .., 3) uint8.
+
+    Where a mean lies midway between two steps, the order of its sum decides: pixel by pixel, row by row.
+    """
+    value = np.arange(256) / 255
+    n = OVERSAMPLING
+    total = np.zeros((drawn.shape[0] // n, drawn.shape[1] // n, 3))
+    for i, j in np.ndindex(n, n):
+        total += value[drawn[i::n, j::n]]
+    levels: FloatArray = np.rint(total / n**2 * N_LEVELS) / N_LEVELS
     return levels
 
 

@@ -64,15 +64,14 @@ def preview_rgb(scan: ScanBatch, range_max_m: float) -> UInt8Array:
 
     Rows are repeated and columns left out until the picture has a shape that people can read.
     """
-    range_m, cosine = scan.range_m[0], scan.cos_incidence[0]
+    step = max(1, scan.range_m.shape[2] // PREVIEW_WIDTH)
+    range_m, cosine = scan.range_m[0, :, ::step], scan.cos_incidence[0, :, ::step]
     hit = np.isfinite(range_m)
     ramp = range_ramp_srgb()
     index = range_colour_index(np.where(hit, range_m, 0), range_max_m)
     shade = 0.45 + 0.55 * np.where(hit, cosine, 0)
     rgb = np.where(hit[..., None], ramp[index] * shade[..., None], 0.06)
-    rgb = rgb[:, :: max(1, range_m.shape[1] // PREVIEW_WIDTH)]
-    rgb = np.repeat(rgb, max(1, round(PREVIEW_MIN_HEIGHT / range_m.shape[0])), axis=0)
-    return np.ascontiguousarray(np.rint(255 * rgb).astype(np.uint8))
+    return np.repeat(np.rint(255 * rgb).astype(np.uint8), max(1, round(PREVIEW_MIN_HEIGHT / range_m.shape[0])), axis=0)
 
 
 def _open_image_io() -> Any:

@@ -43,9 +43,11 @@ class Camera:
         return np.stack([points_m @ self.right, points_m @ self.up], axis=1)
 
     def on_plane(self, u_m: FloatArray, v_m: FloatArray, z_m: float) -> FloatArray:
-        """(N, 3) points of the plane z = z_m that the camera shows at (u, v), each (N,)."""
-        points: FloatArray = u_m[:, None] * self.right + v_m[:, None] * self.up
-        points += self.forward * ((z_m - points[:, 2]) / self.forward[2])[:, None]
+        """(..., 3) points of the plane z = z_m that the camera shows at (u, v), which broadcast to (...)."""
+        points: FloatArray = u_m[..., None] * self.right + v_m[..., None] * self.up
+        away = (z_m - points[..., 2]) / self.forward[2]
+        for axis in range(3):
+            points[..., axis] += self.forward[axis] * away
         return points
 
 
@@ -115,39 +117,65 @@ def view_section(
     width
         Pixels; the height follows from the window.
     """
-    pixel_m = float(window_m[1, 0] - window_m[0, 0]) / width
-    height = max(1, round(float(window_m[1, 1] - window_m[0, 1]) / pixel_m))
-    n_pixels = width * height
-    reach_m = (cut_m - ground_m + BELOW_GROUND_M) / -float(camera.forward[2])
+    pixel_m, height = _pixels(window_m, width)
+    reach_m = _reach_m(camera, ground_m, cut_m)
     parts = []
-    for start in range(0, n_pixels, _BEAMS_AT_ONCE):
-        row, column = np.divmod(np.arange(start, min(start + _BEAMS_AT_ONCE, n_pixels)), width)
-        u = window_m[0, 0] + (column + 0.5) * pixel_m
-        v = window_m[1, 1] - (row + 0.5) * pixel_m
-        parts.append(_look(survey, engine, camera, camera.on_plane(u, v, cut_m), reach_m))
-    triangle, patch, depth_m, facing = (
-        np.concatenate(part).reshape(height, width) for part in zip(*parts, strict=True)
-    )
+    n_rows = max(1, _BEAMS_AT_ONCE // width)
+    for first in range(0, height, n_rows):
+        rows = range(first, min(first + n_rows, height))
+        starts_m = _starts_m(camera, window_m, pixel_m, cut_m, rows, width).reshape(-1, 3)
+        parts.append(_look(survey, engine, camera, starts_m, reach_m))
+    triangle, patch, depth_m = (np.concatenate(part).reshape(height, width) for part in zip(*parts, strict=True))
+    facing = _facing(survey, camera, triangle)
     return SectionView(camera, window_m, pixel_m, cut_m, triangle, patch, depth_m, facing)
 
 
+def _pixels(window_m: FloatArray, width: int) -> tuple[float, int]:
+    """Side of a pixel in metres, and the height of the picture in pixels."""
+    pixel_m = float(window_m[1, 0] - window_m[0, 0]) / width
+    return pixel_m, max(1, round(float(window_m[1, 1] - window_m[0, 1]) / pixel_m))
+
+
+def _reach_m(camera: Camera, ground_m: float, cut_m: float) -> float:
+    """How far beams go: to a little below the ground."""
+    return (cut_m - ground_m + BELOW_GROUND_M) / -float(camera.forward[2])
+
+
+def _starts_m(
+    camera: Camera, window_m: FloatArray, pixel_m: float, cut_m: float, rows: range, width: int
+) -> FloatArray:
+    """(R, W, 3) local: where the beams of these rows of pixels start on the cutting plane."""
+    u = window_m[0, 0] + (np.arange(width) + 0.5) * pixel_m
+    v = window_m[1, 1] - (np.arange(rows.start, rows.stop) + 0.5) * pixel_m
+    return camera.on_plane(u[None, :], v[:, None], cut_m)
+
+
 def _look(
-    survey: Survey, engine: ScanEngine, camera: Camera, origins: FloatArray, reach_m: float
-) -> tuple[Int32Array, Int32Array, Float32Array, Float32Array]:
-    """Triangle, patch, depth and facing of the beams that start at `origins` (N, 3)."""
-    hits = engine.cast_rays(origins, np.broadcast_to(camera.forward, origins.shape), range_max_m=reach_m)
-    points_m = origins + camera.forward * np.where(hits.triangle >= 0, hits.range_m, 0)[:, None].astype(np.float64)
+    survey: Survey, engine: ScanEngine, camera: Camera, starts_m: FloatArray, reach_m: float
+) -> tuple[Int32Array, Int32Array, Float32Array]:
+    """Triangle, patch and depth of the beams that start at (N, 3)."""
+    hits = engine.cast_rays(starts_m, np.broadcast_to(camera.forward, starts_m.shape), range_max_m=reach_m)
+    points_m = starts_m + camera.forward * np.where(hits.triangle >= 0, hits.range_m, 0)[:, None].astype(np.float64)
     patch = patch_of_points(survey.scene, survey.patches, points_m=points_m, triangle=hits.triangle)
-    return hits.triangle, patch, hits.range_m, _facing(survey, camera, hits.triangle)
+    return hits.triangle, patch, hits.range_m
 
 
 def _facing(survey: Survey, camera: Camera, triangle: Int32Array) -> Float32Array:
-    used, index = np.unique(triangle, return_inverse=True)
-    corners = survey.scene.vertices_m[survey.scene.triangles[np.maximum(used, 0)]]
+    scene = survey.scene
+    used = np.flatnonzero(marked(triangle[triangle >= 0], scene.n_triangles))
+    corners = scene.vertices_m[scene.triangles[used]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
-    cosine = np.abs(normal @ camera.forward) / length
-    return np.where(triangle >= 0, cosine[index.ravel()], np.nan).astype(np.float32)
+    cosine = np.full(scene.n_triangles + 1, np.nan, dtype=np.float32)  # the last stands for no triangle, -1
+    cosine[used] = np.abs(normal @ camera.forward) / length
+    return cosine[triangle]
+
+
+def marked(triangles: Int32Array, n_triangles: int) -> BoolArray:
+    """(n_triangles + 1,) bool: which triangles are among `triangles`; False at the end, where -1 looks."""
+    there = np.zeros(n_triangles + 1, dtype=np.bool_)
+    there[triangles] = True
+    return there
 
 
 def inside_solid(survey: Survey, view: SectionView, ground_triangles: Int32Array) -> BoolArray:
@@ -158,19 +186,50 @@ def inside_solid(survey: Survey, view: SectionView, ground_triangles: Int32Array
     closed surface is a room.
     """
     height, width = view.triangle.shape
-    row, column = np.divmod(np.arange(height * width), width)
-    u = view.window_m[0, 0] + (column + 0.5) * view.pixel_m
-    v = view.window_m[1, 1] - (row + 0.5) * view.pixel_m
-    starts_m = view.camera.on_plane(u, v, view.cut_m)
-    low_m, step_m = starts_m[:, :2].min(axis=0), view.pixel_m
-    shape = np.ceil((starts_m[:, :2].max(axis=0) - low_m) / step_m).astype(int) + 1
-    solid_element = _even_odd_fill(survey, view.cut_m, low_m, step_m, (int(shape[1]), int(shape[0])))
-    cell = np.rint((starts_m[:, :2] - low_m) / step_m).astype(int)
-    element = solid_element[cell[:, 1], cell[:, 0]].reshape(height, width)
-    below = survey.scene.element_of_triangle[np.maximum(view.triangle, 0)]
-    own_ground = np.isin(view.triangle, ground_triangles) & (below == element)
-    solid: BoolArray = (element >= 0) & ~own_ground
+    starts_m = _starts_m(view.camera, view.window_m, view.pixel_m, view.cut_m, range(height), width)
+    element = _element_around(survey, view.cut_m, starts_m, view.pixel_m)
+    solid: BoolArray = (element >= 0) & ~_own_ground(survey, view.triangle, element, ground_triangles)
     return solid
+
+
+def solid_cells(
+    survey: Survey, engine: ScanEngine, *, floor: Floor, cut_m: float, window_m: FloatArray, width: int
+) -> tuple[BoolArray, float]:
+    """`inside_solid` of `floor` seen from above, and the side of a cell in metres.
+
+    Parameters are those of `view_section`; beams are cast where an element is cut only.
+    """
+    camera = camera_from_above()
+    cell_m, height = _pixels(window_m, width)
+    starts_m = _starts_m(camera, window_m, cell_m, cut_m, range(height), width)
+    element = _element_around(survey, cut_m, starts_m, cell_m)
+    solid: BoolArray = element >= 0
+    reach_m = _reach_m(camera, floor.elevation_m, cut_m)
+    asked_m = starts_m[solid]
+    below = [
+        engine.cast_rays(part, np.broadcast_to(camera.forward, part.shape), range_max_m=reach_m).triangle
+        for part in np.array_split(asked_m, -(-len(asked_m) // _BEAMS_AT_ONCE) or 1)
+    ]
+    solid[solid] = ~_own_ground(survey, np.concatenate(below), element[solid], floor.ground_triangles)
+    return solid, cell_m
+
+
+def _own_ground(survey: Survey, triangle: Int32Array, element: Int32Array, ground_triangles: Int32Array) -> BoolArray:
+    """(...) bool: where `triangle` (...) is ground of the `element` (...) itself; both are -1 for none."""
+    own: BoolArray = marked(ground_triangles, survey.scene.n_triangles)[triangle]
+    own &= survey.scene.element_of_triangle[triangle] == element
+    return own
+
+
+def _element_around(survey: Survey, cut_m: float, starts_m: FloatArray, step_m: float) -> Int32Array:
+    """(H, W) int32: an element that points (H, W, 3) of the cutting plane are inside of; -1 where there is none."""
+    x, y = starts_m[..., 0], starts_m[..., 1]
+    low_m = np.array([x.min(), y.min()])
+    shape = np.ceil((np.array([x.max(), y.max()]) - low_m) / step_m).astype(int) + 1
+    filled = _even_odd_fill(survey, cut_m, low_m, step_m, (int(shape[1]), int(shape[0])))
+    row, column = (np.rint((value - least) / step_m).astype(int) for value, least in ((y, low_m[1]), (x, low_m[0])))
+    element: Int32Array = filled[row, column]
+    return element
 
 
 def _even_odd_fill(

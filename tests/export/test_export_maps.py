@@ -1,5 +1,6 @@
 """Maps and report: what the pictures show, against points in the building whose surface is known."""
 
+import dataclasses
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from planner_core.export.section_view import (
     cut_height_m,
     inside_solid,
     section_lines,
+    solid_cells,
     view_section,
 )
 from planner_core.export.sheet import nice_length_m, spread_apart
@@ -62,6 +64,32 @@ def test_solid_area_is_the_area_of_the_walls_section(plan: Plan, view: SectionVi
     # Every edge of the section may be off by half a pixel.
     slack_m2 = 0.5 * view.pixel_m * (4 * 8.2 + 4 * 4.2 + 4 * 1.7)
     assert solid.sum() * view.pixel_m**2 == pytest.approx(expected_m2, abs=slack_m2)
+
+
+@pytest.mark.parametrize(
+    ("index", "all_is_ground", "least", "most"),
+    [(0, False, 2000, 3000), (0, True, 1, 500), (1, False, 2000, 3000), (1, True, 2000, 3000)],
+)
+def test_cells_of_cut_walls_are_the_solid_pixels_of_the_view_from_above(
+    plan: Plan, engine: ScanEngine, index: int, all_is_ground: bool, least: int, most: int
+) -> None:
+    floor = plan.survey.floors[index]
+    if all_is_ground:  # walls whose own bottom is seen are rooms then
+        floor = dataclasses.replace(floor, ground_triangles=np.arange(plan.survey.scene.n_triangles, dtype=np.int32))
+    cut_m = cut_height_m(plan, floor)
+    view = view_section(plan.survey, engine, camera_from_above(), ground_m=floor.elevation_m, cut_m=cut_m,
+                        window_m=WINDOW_M, width=180)  # fmt: skip
+    expected = inside_solid(plan.survey, view, floor.ground_triangles)
+    cells, cell_m = solid_cells(plan.survey, engine, floor=floor, cut_m=cut_m, window_m=WINDOW_M, width=180)
+    assert cell_m == view.pixel_m
+    assert least < expected.sum() < most
+    np.testing.assert_array_equal(cells, expected)
+
+
+def test_nothing_is_cut_above_the_roof(plan: Plan, engine: ScanEngine) -> None:
+    floor = plan.survey.floors[0]
+    cells, _ = solid_cells(plan.survey, engine, floor=floor, cut_m=9.0, window_m=WINDOW_M, width=180)
+    assert not cells.any()
 
 
 def test_section_lines_have_the_length_of_the_walls_outlines(plan: Plan) -> None:

@@ -73,6 +73,17 @@ def test_a_ball_is_drawn_where_the_eye_projects_its_middle() -> None:
     np.testing.assert_allclose([column.mean() + 0.5, rgb.shape[0] - row.mean() - 0.5], expected, atol=1.0)
 
 
+def test_pixels_are_means_of_what_is_drawn_finer(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = np.random.default_rng(3).integers(0, 256, (40, 60, 3), dtype=np.uint8)
+    for times in (1, 2, 3, 4):
+        monkeypatch.setattr(pictures, "OVERSAMPLING", times)
+        part = drawn[: 40 // times * times, : 60 // times * times]
+        mean = part.reshape(len(part) // times, times, -1, times, 3).mean(axis=(1, 3)) / 255
+        shown = pictures.averaged(part)
+        assert np.abs(shown - mean).max() <= 0.5 / pictures.N_LEVELS + 1e-12
+        np.testing.assert_allclose(shown * pictures.N_LEVELS, np.rint(shown * pictures.N_LEVELS), atol=1e-9)
+
+
 def test_picture_shows_walls_cut_dark_and_ground_in_the_colour_of_its_patch(
     plan: Plan, ground_floor: tuple[FloatArray, pictures.Eye]
 ) -> None:
