@@ -5,7 +5,7 @@ Input candidates (local frame, metres), a `Survey` and settings, output a `Pool`
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -31,7 +31,8 @@ class Pool:
 
     targets : those of the demand, of what the FIRST pool can achieve: places that come later change no requirement.
     links : between the candidates; None where no network is asked for. given, kept : rows of stations that are in every
-    plan, and of those of an earlier plan. barred : (N,) bool, candidates that are not to be chosen, see `_not_needed`.
+    plan, and of those of an earlier plan. loops : the network has to survive the failure of a link. barred : (N,) bool,
+    candidates that are not to be chosen, see `_not_needed`.
     """
 
     candidates: Candidates
@@ -39,10 +40,10 @@ class Pool:
     rows: Rows
     targets: tuple[Target, ...]
     links: CandidateLinks | None
-    given: tuple[int, ...] = ()
-    kept: tuple[int, ...] = ()
-    loops: bool = False
-    barred: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    given: tuple[int, ...]
+    kept: tuple[int, ...]
+    loops: bool
+    barred: BoolArray
 
     @cached_property
     def problem(self) -> CoverProblem:
@@ -67,10 +68,7 @@ class Pool:
 
     def take(self, rows: Int64Array) -> Candidates:
         """Some of the candidates, in the order given."""
-        of = self.candidates
-        return replace(
-            of, position_m=of.position_m[rows], floor=of.floor[rows], instrument_height_m=of.instrument_height_m[rows]
-        )
+        return self.candidates.take(rows)
 
 
 @dataclass(frozen=True)

@@ -131,7 +131,7 @@ def _around(
         rises_m=shifts.rises_m,
         progress=progress,
     )
-    return _only(around, allowed(around))
+    return around.take(allowed(around))
 
 
 def _better(
@@ -159,13 +159,3 @@ def _without_unused(wide: Pool, chosen: tuple[int, ...], n_first: int) -> tuple[
     rows = np.array([*range(n_first), *off_grid], dtype=np.int64)
     place = {int(row): new for new, row in enumerate(rows)}
     return narrowed(wide, rows), tuple(place[c] for c in chosen)
-
-
-def _only(candidates: Candidates, which: BoolArray) -> Candidates:
-    return Candidates(
-        candidates.position_m[which],
-        candidates.floor[which],
-        candidates.instrument_height_m[which],
-        candidates.n_tried,
-        candidates.rejected,
-    )

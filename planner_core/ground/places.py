@@ -28,6 +28,7 @@ from planner_core.scan.engine import ScanEngine
 
 #: What a candidate is, by its number in `Places.kind`.
 KINDS = ("grid", "doorway", "centre", "landing", "settled")
+_SPECIAL = np.array([KINDS.index(kind) for kind in ("doorway", "centre", "landing")], dtype=np.int64)
 #: A special place this near to a candidate of the grid offers nothing new.
 _NEAR_M = 0.1
 #: Moving a place into the middle of its doorway changes the ground below by this much at most: a threshold.
@@ -62,7 +63,7 @@ class Places:
         """(N,) bool: whether the site, and the walk to them, lets stations stand at other candidates."""
         found = _of_grid(candidates)
         good = np.ones(candidates.floor.size, dtype=bool)
-        for why in _ODD.values():
+        for why in _RULED_OUT_AS.values():
             good &= ~why(self.site, self.reach, found)
         return good
 
@@ -112,7 +113,7 @@ def _is_unreachable(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
 
 
 #: Reasons of positions that are no candidates on this site, in the order in which they are looked at.
-_ODD: dict[str, Callable[[LocalSite, Reach, _Found], BoolArray]] = {
+_RULED_OUT_AS: dict[str, Callable[[LocalSite, Reach, _Found], BoolArray]] = {
     "in a keep-out": _is_kept_out,
     "at a forbidden place": _is_forbidden,
     "not to be reached on foot": _is_unreachable,
@@ -201,7 +202,7 @@ def _joined(parts: list[_Found]) -> _Found:
 
 def _allowed(found: _Found, site: LocalSite, reach: Reach, tally: Tally) -> _Found:
     """Leave out what the site or the walk to it rules out, and count it."""
-    for reason, why in _ODD.items():
+    for reason, why in _RULED_OUT_AS.items():
         bad = why(site, reach, found)
         tally.refuse(reason, int(np.count_nonzero(bad)))
         found = found.take(~bad)
@@ -227,9 +228,8 @@ def _special(
         ground_m = np.concatenate(
             [doorway_m, space.position_m(rooms.centre), space.position_m(landing[space.floor[landing] == index])]
         )
-        kind = np.repeat(
-            [1, 2, 3], [len(doorway_m), rooms.centre.size, len(ground_m) - len(doorway_m) - rooms.centre.size]
-        )
+        n_landings = len(ground_m) - len(doorway_m) - rooms.centre.size
+        kind = np.repeat(_SPECIAL, [len(doorway_m), rooms.centre.size, n_landings])
         new = ~is_near(ground_m[:, :2], grid.position_m[grid.floor == index][:, :2], _NEAR_M)
         parts += _admitted(survey, settings, engine, index, ground_m[new], kind[new], tally)
     return parts
@@ -282,7 +282,7 @@ def _settled(
             continue
         place = place_settled(survey, settings, engine, station, space=reach.space)
         alone = _of_settled([place])
-        reasons = [reason for reason, why in _ODD.items() if why(site, reach, alone)[0]]
+        reasons = [reason for reason, why in _RULED_OUT_AS.items() if why(site, reach, alone)[0]]
         if reasons and station.role == "kept":
             remarks.append(f"station {station.id} of the earlier plan is dropped: {', '.join(reasons)}")
             continue

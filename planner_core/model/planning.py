@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from planner_core.model.arrays import FloatArray, Int32Array
+from planner_core.model.arrays import BoolArray, FloatArray, Int32Array, Int64Array
 from planner_core.model.requirements import Requirements
 from planner_core.model.scans import BeamTemplate, Scanner
 from planner_core.model.scene import Floor, Patches, Scene
@@ -25,6 +25,15 @@ class Candidates:
     instrument_height_m: FloatArray
     n_tried: int
     rejected: dict[str, int] = field(default_factory=dict)
+
+    def take(self, which: BoolArray | Int64Array) -> Candidates:
+        """Some of them, by a mask (N,) or by rows in the order given; how many were tried and refused stays."""
+        return replace(
+            self,
+            position_m=self.position_m[which],
+            floor=self.floor[which],
+            instrument_height_m=self.instrument_height_m[which],
+        )
 
 
 @dataclass(frozen=True)

@@ -96,6 +96,7 @@ def reasons_of_patches(
     """
     out = np.full(survey.patches.n_patches, OUT_OF_SCOPE, dtype=np.uint8)
     out[seen.scope] = COVERED
+    # None of these is covered: the word stands for a reason that is not known yet, here and in `sight_reasons`.
     reason = np.where(seen.achievable[unseen.patch], NOT_WORTH, COVERED)
     reason[(reason == COVERED) & (seen.n_candidates[unseen.patch] > 0)] = TOO_FEW
     optics = survey.scene.optics_of_triangle

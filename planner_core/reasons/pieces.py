@@ -30,8 +30,7 @@ def connected_pieces(scene: Scene, patches: Patches, patch: Int32Array, group: I
 
     line, low, high = _stretches(scene, patches, patch)
     owner = np.tile(np.arange(patch.size), 3)
-    key, low, high = np.column_stack([group[owner], line]), low, high
-    _, number = np.unique(key, axis=0, return_inverse=True)
+    _, number = np.unique(np.column_stack([group[owner], line]), axis=0, return_inverse=True)
     order = np.lexsort((owner, -high, low, number.ravel()))
     number, low, high, owner = number.ravel()[order], low[order], high[order], owner[order]
     # The farthest end so far on each line: lines are set two apart, stretches lie in 0 .. 1.

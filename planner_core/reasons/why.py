@@ -7,6 +7,7 @@ is asked; output a `Why`. docs/method/unseen.md.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -39,7 +40,7 @@ from planner_core.scan.engine import ScanEngine
 
 #: Parts named for a station, and pieces for a surface.
 N_OWN_PARTS, N_PIECES = 3, 5
-STAGE = "reasons"
+_STAGE = "reasons"
 
 
 def explain(
@@ -90,14 +91,14 @@ def explain(
         achievable = (n_candidates >= at_least) | (n_stations >= at_least)
     covered = achievable & (n_stations >= at_least)
     area_m2 = survey.patches.area_m2
-    progress(ProgressEvent(STAGE, 0, 3, "unseen"))
+    progress(ProgressEvent(_STAGE, 0, 3, "unseen"))
     unseen = surfaces_of(survey, np.flatnonzero(scope & ~covered).astype(np.int32))
     seen = Seen(n_candidates, achievable, covered, scope)
     limits = wanted.asked if asked is None else asked
     reason = reasons_of_patches(survey, settings, engine, seen, candidates_m, unseen, asked=limits, sealed=sealed)
-    progress(ProgressEvent(STAGE, 1, 3, "pieces"))
+    progress(ProgressEvent(_STAGE, 1, 3, "pieces"))
     surfaces = _unseen_surfaces(survey, unseen, reason[unseen.patch].astype(np.int64), candidates_m, seen_by_candidates)
-    progress(ProgressEvent(STAGE, 2, 3, "stations"))
+    progress(ProgressEvent(_STAGE, 2, 3, "stations"))
     stations = _station_reasons(survey, station_ids, seen_by_stations, n_stations, covered & scope, at_least)
     counted = [k for k in links if k.overlap >= wanted.overlap and not k.strength < wanted.min_strength]
     why = Why(
@@ -107,7 +108,7 @@ def explain(
         reason_of_patch=reason,
         area_by_reason_m2=tuple(float(area_m2[reason == number].sum()) for number in range(len(REASONS))),
     )
-    progress(ProgressEvent(STAGE, 3, 3))
+    progress(ProgressEvent(_STAGE, 3, 3))
     return why
 
 
@@ -139,7 +140,7 @@ def _station_reasons(
 
 def _linked(reason: StationReason, links: Sequence[Link]) -> StationReason:
     others = [link.b if link.a == reason.station else link.a for link in links if reason.station in (link.a, link.b)]
-    return StationReason(reason.station, reason.own_area_m2, reason.own_parts, tuple(sorted(others)))
+    return replace(reason, linked=tuple(sorted(others)))
 
 
 def steepest_curve(

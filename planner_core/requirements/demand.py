@@ -27,7 +27,7 @@ from planner_core.model import (
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import OVERALL, Goal, goals_of
 from planner_core.requirements.sights import sights_in_batches
-from planner_core.requirements.wording import area_in_words, asked_in_words, figure_in_words
+from planner_core.requirements.wording import area_in_words, asked_in_words, figure_in_words, name_of
 from planner_core.scan.engine import ScanEngine
 from planner_core.select.problem import Target
 from planner_core.survey import visible_from
@@ -172,9 +172,9 @@ def _impossible(demand: Demand, goal: Goal, seen: BoolArray) -> str:
     seen = seen & goal.patches
     n_positions = demand.rows.seen.n_positions
     area_m2 = demand.area_m2[: demand.n_patches]
-    with_ = asked_in_words(goal.asked, goal.seen_from)
+    limits = asked_in_words(goal.asked, goal.seen_from)
     of = area_in_words(float(area_m2[goal.patches].sum()))
-    what = f"requirement {goal.name!r}: got nothing of its {of}{' with ' + with_ if with_ else ''}"
+    what = f"requirement {goal.name!r}: got nothing of its {of}{' with ' + limits if limits else ''}"
     if not seen.any():
         return f"{what}, as none of it is seen from any of {n_positions} positions; check where stations may stand"
     met = demand.times_met[demand.qualities.index(goal.asked)]
@@ -189,7 +189,7 @@ def _impossible(demand: Demand, goal: Goal, seen: BoolArray) -> str:
 def _ease(demand: Demand, goal: Goal, seen: BoolArray, limit: str) -> str:
     figures = demand.needed[demand.qualities.index(goal.asked)][limit][seen]
     known = figures[np.isfinite(figures)]
-    name = limit.split("_")[0]
+    name = name_of(limit)
     return name if known.size == 0 else f"{name}, the best is {figure_in_words(limit, float(known.min()))}"
 
 

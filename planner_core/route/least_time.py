@@ -35,8 +35,6 @@ _LEAST_GAIN_M = 1e-6
 _MAX_TRIED = 200
 #: Stations that are taken out together, at most, before others are put in.
 _MAX_RUIN = 3
-
-
 #: Ways over the cells' graph are so much longer than pulled taut, at most (2.8 %, rounded up): bounds allow for it.
 GRAPH_DETOUR = 1.03
 
@@ -301,7 +299,7 @@ class _Search:
         return int(some[int(np.argmax(value))])
 
     def _connector(self, chosen: list[int], barred: BoolArray) -> int | None:
-        if self.network is None or self._exchanges.met(chosen) is False:
+        if self.network is None or not self._exchanges.met(chosen):
             return None
         near = np.unique(np.concatenate([self.network.neighbours(c) for c in chosen])) if chosen else np.empty(0, int)
         near = near[~barred[near]].tolist()
