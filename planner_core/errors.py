@@ -28,6 +28,10 @@ class PlanFolderError(PlannerError, ValueError):
     """A plan folder can't be read, or is not one."""
 
 
+class ReviewError(PlannerError, ValueError):
+    """A change of a review makes no sense: no such station, an outline that crosses itself, too long a text."""
+
+
 class OutputExistsError(PlannerError, FileExistsError):
     """The output exists and overwriting was not asked for."""
 

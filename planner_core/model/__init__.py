@@ -15,6 +15,17 @@ from planner_core.model.planning import Candidates, PlanSettings, Survey
 from planner_core.model.registration import FloorNetworks, Link, NetworkGap, Registration, RegistrationNetwork
 from planner_core.model.requirements import NETWORKS, Asked, PartRequirement, PartResult, Requirements
 from planner_core.model.results import Coverage, Plan, Station, UnseenElement
+from planner_core.model.review import (
+    Comment,
+    ForbiddenPlace,
+    PlanUnderReview,
+    Review,
+    ReviewedStation,
+    SignOff,
+    StationEdit,
+    Verdict,
+    Zone,
+)
 from planner_core.model.route import FieldTime, Leg, Route, SealedArea
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
 from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Room, Scene, SceneSource, Storey
@@ -39,6 +50,7 @@ __all__ = [
     "BestSpot",
     "BoolArray",
     "Candidates",
+    "Comment",
     "Coverage",
     "CurveStep",
     "Element",
@@ -47,6 +59,7 @@ __all__ = [
     "FloatArray",
     "Floor",
     "FloorNetworks",
+    "ForbiddenPlace",
     "GroundPick",
     "Int32Array",
     "Int64Array",
@@ -63,11 +76,14 @@ __all__ = [
     "Patches",
     "Plan",
     "PlanSettings",
+    "PlanUnderReview",
     "RayHits",
     "Registration",
     "RegistrationNetwork",
     "Requirements",
     "ReturnMoments",
+    "Review",
+    "ReviewedStation",
     "Room",
     "Route",
     "ScanBatch",
@@ -76,8 +92,10 @@ __all__ = [
     "SceneSource",
     "SealedArea",
     "SettledStation",
+    "SignOff",
     "Site",
     "Station",
+    "StationEdit",
     "StationReason",
     "Storey",
     "Survey",
@@ -85,6 +103,8 @@ __all__ = [
     "UnseenElement",
     "UnseenPiece",
     "UnseenSurface",
+    "Verdict",
     "Visibility",
     "Why",
+    "Zone",
 ]

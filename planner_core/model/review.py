@@ -1,0 +1,292 @@
+"""What reviewers say about a plan and change in it: the plan itself stays as it is.
+
+SCENE frame, metres, like `site`: what people say. Ids of all that a reviewer makes are identifiers (`Z001`), times are
+UTC as ISO 8601 to the second (`2026-11-21T16:30:00Z`).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from planner_core.errors import ReviewError
+from planner_core.model.site import GroundPick
+
+Point = tuple[float, float, float]
+
+ZONE_KINDS = ("keep_out", "priority")
+VERDICTS = ("accepted", "rejected")
+
+MOST_OBJECTS = 10_000
+"""Of all kinds together: more than anybody reviews, and still written in a second."""
+MOST_TEXT_BYTES = 10_000
+MOST_NOTE_BYTES = 2_000
+MOST_NAME_CHARACTERS = 100
+MOST_CORNERS = 1_000
+FARTHEST_M = 1e7
+"""The Earth's quarter: every national grid lies within, and a micrometre is still told apart in float64."""
+
+_ID = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
+_TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ")
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
+
+
+@dataclass(frozen=True)
+class StationEdit:
+    """What was changed of one station. None: as in the plan, which has no such station where it was `added`.
+
+    position_m : the sensor's origin, scene frame; given, height and floor go with it.
+    """
+
+    position_m: Point | None = None
+    instrument_height_m: float | None = None
+    floor: str | None = None
+    added: bool = False
+    removed: bool = False
+    locked: bool | None = None
+
+    def __post_init__(self) -> None:
+        if self.position_m is not None:
+            check_point("position", self.position_m)
+        if self.instrument_height_m is not None:
+            check_height(self.instrument_height_m)
+        if self.added and (self.position_m is None or self.removed):
+            raise ReviewError("added station: got one without a position, expected one; give x, y, z in metres")
+
+
+@dataclass(frozen=True)
+class ForbiddenPlace:
+    """A place that no station may be near. id : empty until it is in a review. floor : id; empty: all."""
+
+    id: str
+    position_m: Point
+    radius_m: float = 0.5
+    floor: str = ""
+
+    def __post_init__(self) -> None:
+        if self.id:
+            check_id(self.id)
+        check_point("position", self.position_m)
+        if not 0 < self.radius_m <= 1000:
+            raise ReviewError(f"radius: got {self.radius_m} m, expected above 0 and at most 1000; give metres")
+
+
+@dataclass(frozen=True)
+class Zone:
+    """An area that somebody drew. kind : `keep_out`, nobody goes there; `priority`, `coverage` is asked of it.
+
+    id : empty until it is in a review. outline_m : corners (x, y) of a simple polygon. floor : id; empty: all.
+    coverage : fraction of what is achievable in it, of `priority` only.
+    """
+
+    id: str
+    kind: str
+    outline_m: tuple[tuple[float, float], ...]
+    floor: str = ""
+    name: str = ""
+    coverage: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.id:
+            check_id(self.id)
+        if self.kind not in ZONE_KINDS:
+            raise ReviewError(f"zone: kind is {self.kind!r}, expected one of {', '.join(ZONE_KINDS)}")
+        if not 3 <= len(self.outline_m) <= MOST_CORNERS:
+            raise ReviewError(f"zone: got {len(self.outline_m)} corners, expected 3 to {MOST_CORNERS}; draw it again")
+        for corner in self.outline_m:
+            check_point("corner of the outline", (*corner, 0.0))
+        check_line("name of the zone", self.name, empty=True)
+        if (self.coverage is None) == (self.kind == "priority"):
+            raise ReviewError("zone: coverage goes with kind priority and with no other; give it there, e.g. 0.98")
+        if self.coverage is not None and not 0 < self.coverage <= 1:
+            raise ReviewError(f"coverage: got {self.coverage}, expected above 0 and at most 1; e.g. 0.98")
+
+
+@dataclass(frozen=True)
+class Comment:
+    """A remark. target : a station's id, an element's index in the scene, or None: the plan. position_m : its pin."""
+
+    id: str
+    text: str
+    author: str
+    time: str
+    target: str | int | None = None
+    position_m: Point | None = None
+    resolved: bool = False
+
+    def __post_init__(self) -> None:
+        check_id(self.id)
+        check_text("comment", self.text, MOST_TEXT_BYTES)
+        check_line("author", self.author)
+        check_time(self.time)
+        if self.position_m is not None:
+            check_point("position", self.position_m)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a reviewer thinks of a station. verdict : one of `VERDICTS`."""
+
+    verdict: str
+    by: str
+    time: str
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        if self.verdict not in VERDICTS:
+            raise ReviewError(f"verdict: got {self.verdict!r}, expected one of {', '.join(VERDICTS)}")
+        check_line("name", self.by)
+        check_time(self.time)
+        check_text("note", self.note, MOST_NOTE_BYTES, empty=True)
+
+
+@dataclass(frozen=True)
+class SignOff:
+    """Who says that the plan, as reviewed, is to be carried out.
+
+    plan_sha256 : of plan.json, hexadecimal. revision : of the review with this signature in it; where the review has a
+    later one, something was changed since.
+    """
+
+    name: str
+    time: str
+    plan_sha256: str
+    revision: int
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        check_line("name", self.name)
+        check_time(self.time)
+        check_text("note", self.note, MOST_NOTE_BYTES, empty=True)
+        if not re.fullmatch(r"[0-9a-f]{64}", self.plan_sha256):
+            raise ReviewError("sign-off: plan_sha256 is no SHA-256, expected 64 hexadecimal digits of plan.json's")
+
+
+@dataclass(frozen=True)
+class Touch:
+    """When an object was last changed, and by whom. revision : the one that the change made."""
+
+    revision: int
+    by: str
+    at: str
+
+
+@dataclass(frozen=True)
+class Review:
+    """Everything that reviewers changed, by id.
+
+    revision : how often something was; 0: never. touched : of every object that ever was, also of removed ones; their
+    names are `station:S001`, `zone:Z001`, `forbidden:P001`, `pick:G001`, `comment:C001`, `verdict:S001`, `sign_off`.
+    """
+
+    revision: int = 0
+    stations: Mapping[str, StationEdit] = field(default_factory=dict)
+    forbidden: Mapping[str, ForbiddenPlace] = field(default_factory=dict)
+    zones: Mapping[str, Zone] = field(default_factory=dict)
+    ground_picks: Mapping[str, GroundPick] = field(default_factory=dict)
+    comments: Mapping[str, Comment] = field(default_factory=dict)
+    verdicts: Mapping[str, Verdict] = field(default_factory=dict)
+    sign_off: SignOff | None = None
+    touched: Mapping[str, Touch] = field(default_factory=dict)
+
+    @property
+    def n_objects(self) -> int:
+        """How many things the review holds, of all kinds."""
+        kinds = (self.stations, self.forbidden, self.zones, self.ground_picks, self.comments, self.verdicts)
+        return sum(len(kind) for kind in kinds)
+
+
+@dataclass(frozen=True)
+class ReviewedStation:
+    """A station as it stands: the plan's, or as the review has it. position_m : sensor's origin, scene frame.
+
+    instrument_height_m : None where the plan does not know it. locked : it must be in a plan that is made again.
+    fixed : its scan exists, so nobody moves it.
+    """
+
+    id: str
+    floor: str
+    position_m: Point
+    instrument_height_m: float | None
+    fixed: bool = False
+    locked: bool = False
+    added: bool = False
+    moved: bool = False
+
+
+@dataclass(frozen=True)
+class PlanUnderReview:
+    """What of a plan a review refers to; scene frame.
+
+    stations : as planned. floor_elevations_m : of every floor id. links : pairs of station ids, in the plan's order.
+    offset_m : scene = local + offset.
+    """
+
+    sha256: str
+    stations: tuple[ReviewedStation, ...]
+    floor_elevations_m: Mapping[str, float]
+    n_elements: int
+    offset_m: Point = (0.0, 0.0, 0.0)
+    links: tuple[tuple[str, str], ...] = ()
+
+    def station(self, station_id: str) -> ReviewedStation | None:
+        """The plan's station of this id; None where it has none."""
+        return next((station for station in self.stations if station.id == station_id), None)
+
+
+def check_id(text: str) -> None:
+    """Refuse what can't name an object of a review; raises `ReviewError`."""
+    if not _ID.fullmatch(text):
+        raise ReviewError(
+            f"id: got {text[:40]!r}, expected a letter and up to 31 letters, digits or _; leave it out for a new one"
+        )
+
+
+def check_point(what: str, point_m: Point) -> None:
+    """Refuse places off the Earth; raises `ReviewError`."""
+    if len(point_m) != 3 or not all(math.isfinite(value) and abs(value) <= FARTHEST_M for value in point_m):
+        raise ReviewError(f"{what}: got {point_m}, expected metres within {FARTHEST_M:.0f} of the origin; check it")
+
+
+def check_height(height_m: float) -> None:
+    """Refuse instrument heights that no tripod has; raises `ReviewError`."""
+    if not 0 <= height_m <= 100:
+        raise ReviewError(f"instrument height: got {height_m} m, expected 0 to 100; give metres above the ground")
+
+
+def check_line(what: str, text: str, *, empty: bool = False) -> None:
+    """Refuse names that are too long, empty unless they may be, or more than one line; raises `ReviewError`."""
+    if not (empty or text.strip()):
+        raise ReviewError(f"{what}: got none, expected one; give it")
+    if len(text) > MOST_NAME_CHARACTERS:
+        raise ReviewError(f"{what}: got {len(text)} characters, expected at most {MOST_NAME_CHARACTERS}; shorten it")
+    if "\n" in text or "\t" in text:
+        raise ReviewError(f"{what}: has a line break or tab, expected one line; take it out")
+    _check_characters(what, text)
+
+
+def check_text(what: str, text: str, most_bytes: int, *, empty: bool = False) -> None:
+    """Refuse texts that are too long as UTF-8, or empty unless they may be; raises `ReviewError`."""
+    _check_characters(what, text)
+    if not (empty or text.strip()):
+        raise ReviewError(f"{what}: got no text, expected some; write it")
+    if (n_bytes := len(text.encode())) > most_bytes:
+        raise ReviewError(f"{what}: got {n_bytes} bytes, expected at most {most_bytes}; shorten it")
+
+
+def check_time(text: str) -> None:
+    """Refuse other times than `2026-11-21T16:30:00Z`; raises `ReviewError`."""
+    if not _TIME.fullmatch(text):
+        raise ReviewError(f"time: got {text[:40]!r}, expected UTC as 2026-11-21T16:30:00Z")
+
+
+def _check_characters(what: str, text: str) -> None:
+    """Control characters, and those that turn the direction of writing, can make a text look like another one."""
+    if _CONTROL.search(text):
+        raise ReviewError(f"{what}: has a control character, expected text and line breaks; take it out")
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        raise ReviewError(f"{what}: is half a surrogate pair, expected Unicode text; type it again") from error

@@ -1,0 +1,104 @@
+"""Changes of places, zones and ground picks: each returns the changed review, and the change that takes it back."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from planner_core.errors import ReviewError
+from planner_core.ground.outlines import area_of_outline_m2, crossing_sides
+from planner_core.model.review import Review, Zone
+from planner_core.model.site import GroundPick
+from planner_core.review.changes import (
+    AddZone,
+    Allow,
+    Applied,
+    ChangeZone,
+    Context,
+    Forbid,
+    PickGround,
+    RemoveZone,
+    UnpickGround,
+)
+from planner_core.review.rules import DIGITS, checked_floor, free_id, present, rounded_m, with_new, without
+
+LEAST_ZONE_AREA_M2 = 1e-4
+"""Less is a slip: a square centimetre, as of outlines in requirements files."""
+
+
+def forbid(review: Review, change: Forbid, context: Context) -> Applied:
+    """See `changes.Forbid`."""
+    place = dataclasses.replace(
+        change.place,
+        id=change.place.id or free_id("P", "forbidden", review.forbidden, review),
+        position_m=rounded_m("position", change.place.position_m),
+        radius_m=round(change.place.radius_m, DIGITS),
+        floor=checked_floor(change.place.floor, context, empty=True),
+    )
+    forbidden = with_new("forbidden place", review.forbidden, place.id, place)
+    return Applied(dataclasses.replace(review, forbidden=forbidden), Allow(place.id), f"forbidden:{place.id}")
+
+
+def allow(review: Review, change: Allow, context: Context) -> Applied:
+    """See `changes.Allow`."""
+    place = present("forbidden place", review.forbidden, change.id)
+    forbidden = without(review.forbidden, change.id)
+    return Applied(dataclasses.replace(review, forbidden=forbidden), Forbid(place), f"forbidden:{change.id}")
+
+
+def add_zone(review: Review, change: AddZone, context: Context) -> Applied:
+    """See `changes.AddZone`."""
+    zone = _checked_zone(change.zone, context)
+    zone = dataclasses.replace(zone, id=zone.id or free_id("Z", "zone", review.zones, review))
+    zones = with_new("zone", review.zones, zone.id, zone)
+    return Applied(dataclasses.replace(review, zones=zones), RemoveZone(zone.id), f"zone:{zone.id}")
+
+
+def change_zone(review: Review, change: ChangeZone, context: Context) -> Applied:
+    """See `changes.ChangeZone`."""
+    before = present("zone", review.zones, change.zone.id)
+    zone = _checked_zone(change.zone, context)
+    zones = {**review.zones, zone.id: zone}
+    return Applied(dataclasses.replace(review, zones=zones), ChangeZone(before), f"zone:{zone.id}")
+
+
+def remove_zone(review: Review, change: RemoveZone, context: Context) -> Applied:
+    """See `changes.RemoveZone`."""
+    zone = present("zone", review.zones, change.id)
+    zones = without(review.zones, change.id)
+    return Applied(dataclasses.replace(review, zones=zones), AddZone(zone), f"zone:{change.id}")
+
+
+def _checked_zone(zone: Zone, context: Context) -> Zone:
+    outline_m = tuple((round(x, DIGITS), round(y, DIGITS)) for x, y in zone.outline_m)
+    corners_m = np.array(outline_m, dtype=np.float64)
+    if len(set(outline_m)) < len(outline_m):
+        raise ReviewError(
+            "outline: has a corner twice, expected each once, the last joined to the first; draw it again"
+        )
+    if (crossing := crossing_sides(corners_m)) is not None:
+        raise ReviewError(f"outline: sides {crossing[0]} and {crossing[1]} cross, expected none to; draw it again")
+    # About its first corner: products of national coordinates would leave no digits for the area.
+    if area_of_outline_m2(corners_m - corners_m[0]) < LEAST_ZONE_AREA_M2:
+        raise ReviewError("outline: encloses nothing, expected at least a square centimetre; draw it again")
+    return dataclasses.replace(zone, outline_m=outline_m, floor=checked_floor(zone.floor, context, empty=True))
+
+
+def pick_ground(review: Review, change: PickGround, context: Context) -> Applied:
+    """See `changes.PickGround`."""
+    name = change.id or free_id("G", "pick", review.ground_picks, review)
+    pick = GroundPick(
+        point_m=rounded_m("point", change.pick.point_m),
+        is_ground=change.pick.is_ground,
+        floor=checked_floor(change.pick.floor, context, empty=True),
+    )
+    picks = with_new("ground pick", review.ground_picks, name, pick)
+    return Applied(dataclasses.replace(review, ground_picks=picks), UnpickGround(name), f"pick:{name}")
+
+
+def unpick_ground(review: Review, change: UnpickGround, context: Context) -> Applied:
+    """See `changes.UnpickGround`."""
+    pick = present("ground pick", review.ground_picks, change.id)
+    picks = without(review.ground_picks, change.id)
+    return Applied(dataclasses.replace(review, ground_picks=picks), PickGround(pick, change.id), f"pick:{change.id}")
