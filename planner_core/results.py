@@ -19,7 +19,18 @@ from planner_core.metrics.coverage import (
     times_seen,
     unseen_elements,
 )
-from planner_core.model import FloatArray, Plan, PlanSettings, Registration, Route, Station, Survey
+from planner_core.model import (
+    FloatArray,
+    Link,
+    Plan,
+    PlanSettings,
+    Registration,
+    Requirements,
+    Route,
+    Station,
+    Survey,
+    Visibility,
+)
 from planner_core.progress import Progress, silent
 from planner_core.reasons.why import explain
 from planner_core.register.network_report import registration_report, registration_warnings
@@ -107,17 +118,7 @@ def describe_plan(
         for i, station in enumerate(stations)
     )
     ids = tuple(station.id for station in stations)
-    surface = surface_of_patches(survey.scene, survey.patches, times_seen(rows.seen) > 0)
-    least = min(MIN_LISTED_OVERLAP, asked.overlap or MIN_LISTED_OVERLAP)  # at least what selection counted
-    links = overlap_links(rows.seen, area_m2, ids, surface, min_overlap=least)
-    registration = registration_report(
-        links,
-        ids,
-        tuple(station.floor for station in stations),
-        threshold=asked.overlap,
-        min_strength=asked.min_strength,
-        loops=asked.network == "loops",
-    )
+    links, registration = _registered(survey, asked, stations, rows.seen)
     sealed = sealed_areas(surroundings.reach)
     return Plan(
         survey=survey,
@@ -155,13 +156,31 @@ def describe_plan(
         ),
         warnings=(
             *warnings,
-            *_of_registration(settings, survey, registration),
+            *_registration_warnings(survey, asked, registration),
             *route_warnings(route, ids),
         ),
     )
 
 
-def _of_registration(settings: PlanSettings, survey: Survey, registration: Registration) -> tuple[str, ...]:
-    if settings.requirements.network == "none" or settings.requirements.overlap == 0:
+def _registered(
+    survey: Survey, asked: Requirements, stations: tuple[Station, ...], seen: Visibility
+) -> tuple[tuple[Link, ...], Registration]:
+    """Links of stations, rows of `seen`, and how these hang together."""
+    ids = tuple(station.id for station in stations)
+    surface = surface_of_patches(survey.scene, survey.patches, times_seen(seen) > 0)
+    least = min(MIN_LISTED_OVERLAP, asked.overlap or MIN_LISTED_OVERLAP)  # at least what selection counted
+    links = overlap_links(seen, survey.patches.area_m2, ids, surface, min_overlap=least)
+    return links, registration_report(
+        links,
+        ids,
+        tuple(station.floor for station in stations),
+        threshold=asked.overlap,
+        min_strength=asked.min_strength,
+        loops=asked.network == "loops",
+    )
+
+
+def _registration_warnings(survey: Survey, asked: Requirements, registration: Registration) -> tuple[str, ...]:
+    if asked.network == "none" or asked.overlap == 0:
         return ()
     return registration_warnings(registration, {floor.id: floor.name for floor in survey.floors})

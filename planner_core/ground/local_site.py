@@ -82,11 +82,24 @@ def floor_named(floors: tuple[Floor, ...], name: str, what: str) -> int:
     RequirementError
         There is none; `what` says whose floor it is.
     """
+    index = index_of_floor(floors, name)
+    if index is None:
+        there = floors_in_words(floors)
+        raise RequirementError(f"{what}: got the floor {name!r}, expected one of {there}; `tlsplan floors` lists them")
+    return index
+
+
+def index_of_floor(floors: tuple[Floor, ...], name: str) -> int | None:
+    """Index of the first floor of that id or name, upper and lower case alike; None where there is none."""
     for index, floor in enumerate(floors):
         if name.casefold() in (floor.id.casefold(), floor.name.casefold()):
             return index
-    there = ", ".join(f"{floor.id} ({floor.name})" for floor in floors)
-    raise RequirementError(f"{what}: got the floor {name!r}, expected one of {there}; `tlsplan floors` lists them")
+    return None
+
+
+def floors_in_words(floors: tuple[Floor, ...]) -> str:
+    """Ids and names, for messages."""
+    return ", ".join(f"{floor.id} ({floor.name})" for floor in floors)
 
 
 def _zones(survey: Survey, area: KeepOut) -> list[Zone]:

@@ -14,6 +14,7 @@ from planner_core.candidates.admissibility import reject
 from planner_core.candidates.grid import lies_mostly_indoors
 from planner_core.candidates.ground import GroundSurface
 from planner_core.ground.free_space import FreeSpace
+from planner_core.ground.local_site import floors_in_words, index_of_floor
 from planner_core.model import FloatArray, Floor, Int32Array, PlanSettings, SettledStation, Survey
 from planner_core.scan.engine import ScanEngine
 
@@ -92,10 +93,10 @@ def _floor_of(survey: Survey, station: SettledStation, position_m: FloatArray) -
     """Index of the floor a station stands on: the one it names, else the highest one below it; and remarks."""
     remarks = []
     if station.floor:
-        for index, floor in enumerate(survey.floors):
-            if station.floor.casefold() in (floor.id.casefold(), floor.name.casefold()):
-                return index, []
-        there = ", ".join(f"{floor.id} ({floor.name})" for floor in survey.floors)
+        named = index_of_floor(survey.floors, station.floor)
+        if named is not None:
+            return named, []
+        there = floors_in_words(survey.floors)
         remarks.append(
             f"station {station.id}: there is no floor {station.floor!r} (there are {there}); taken by its height"
         )
