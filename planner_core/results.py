@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from planner_core.ground.reach import Reach
 from planner_core.metrics.coverage import (
     coverage_by_floor,
@@ -42,6 +44,9 @@ from planner_core.route.route import route_warnings
 from planner_core.route.sealed import sealed_areas
 from planner_core.scan.engine import ScanEngine
 from planner_core.survey import planned_floors, scope_of
+
+#: A byte each; nobody asks for so many stations.
+_MOST_TIMES_MET = 255
 
 
 @dataclass
@@ -136,6 +141,8 @@ def describe_plan(
         n_candidates=int(surroundings.candidate_m.shape[0]),
         engine=f"{engine.name}: {engine.device}",
         requirements=part_results(demand, rows),
+        qualities=demand.qualities,
+        times_met=np.minimum(demand.times_met, _MOST_TIMES_MET).astype(np.uint8),
         registration=registration,
         route=route,
         field_time=field_time_of(settings, n_scans=n_scans, walk_m=route.length_m),

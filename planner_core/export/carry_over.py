@@ -23,6 +23,10 @@ _FILES = frozenset(
         "plan.json",
         "stations.csv",
         "viewer/patches.u8",
+        "viewer/layers.json",
+        "viewer/reason.u8",
+        "viewer/achievable.u8",
+        *(f"viewer/layers/{name}.u16" for name in ("range", "incidence", "spacing", "noise")),
         "report/index.html",
         "report/overview.png",
         "report/coverage_curve.png",
@@ -30,8 +34,10 @@ _FILES = frozenset(
         "report/unseen_surfaces.csv",
     }
 )
-_FOLDERS = frozenset({"stage", "stage/clouds", "viewer", "viewer/clouds", "scans", "report"})
-_OF_A_STATION = ("stage/clouds/{}.usdc", "viewer/clouds/{}.u16", "scans/{}.exr", "scans/{}.png")
+_FOLDERS = frozenset(
+    {"stage", "stage/clouds", "viewer", "viewer/clouds", "viewer/layers", "viewer/seen", "scans", "report"}
+)
+_OF_A_STATION = ("stage/clouds/{}.usdc", "viewer/clouds/{}.u16", "viewer/seen/{}.bits", "scans/{}.exr", "scans/{}.png")
 _OF_A_FLOOR = re.compile(r"report/(map|links|picture)_F[0-9]+\.png")
 
 

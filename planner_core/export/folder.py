@@ -21,6 +21,7 @@ from planner_core.export.stations_csv import stations_csv
 from planner_core.export.usd_clouds import cloud_layer
 from planner_core.export.usd_stage import STAGE_FILES, empty_review, write_layer, write_stage
 from planner_core.export.viewer_files import cloud_bytes, patches_bytes
+from planner_core.export.viewer_layers import layer_file_names, layer_files
 from planner_core.model import Float32Array, Plan
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import ScanEngine, open_engine
@@ -138,6 +139,7 @@ class _Writer:
         self._progress = progress
         self._n_done = 0
         self._n_files = 4 * len(plan.stations) + len(STAGE_FILES) + len(report_files(plan)) + 3
+        self._n_files += len(layer_file_names(plan))
 
     def write(self) -> None:
         """Write everything: the scans first, because the results of the faces need their ranges."""
@@ -145,6 +147,8 @@ class _Writer:
         write_stage(self._plan, face_results(self._plan, best_range_m), self._folder)
         self._step("stage", n_files=len(STAGE_FILES))
         self._put("viewer/patches.u8", patches_bytes(self._plan.times_seen, self._plan.achievable))
+        for name, content in layer_files(self._plan, self._engine):
+            self._put(name, content)
         self._put("stations.csv", stations_csv(self._plan).encode())
         for name in write_report(self._plan, self._folder / "report", engine=self._engine):
             self._step(f"report/{name}")

@@ -5,21 +5,16 @@ A `Survey`, settings, an open engine, positions (N, 3) in the local frame, metre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.metrics.levels import Sights, sights_of_returns, sights_of_views, with_noise
+from planner_core.metrics.levels import Sights, with_noise
+from planner_core.metrics.looking import looks_in_batches
 from planner_core.model import FloatArray, PlanSettings, Requirements, Survey
-from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.progress import Progress, silent
 from planner_core.scan.engine import ScanEngine
-from planner_core.scan.patch_mode import PatchMode, scan_mode_of
-
-#: Sights a batch should have: some 500 bytes each while a batch is worked on.
-_BATCH_SIGHTS = 2**20
-#: Positions of the first batch, when nobody knows yet how many patches one sees, and of any.
-_FIRST_BATCH, _MOST_BATCH = 8, 64
 
 
 def check_noise(settings: PlanSettings) -> None:
@@ -78,32 +73,9 @@ def sights_in_batches(
     How positions are split depends on how much they see, and no figure depends on it.
     """
     check_noise(settings)
-    look = _looking(survey, settings, engine)
-    positions = np.asarray(positions_m, dtype=np.float64)
     noisy = asks_for_noise(settings.requirements)
-    first, size = 0, _FIRST_BATCH
-    while first < len(positions):
-        end = min(first + size, len(positions))
-        sights = look(positions[first:end], _counted_from(progress, first, len(positions)))
+    for sights in looks_in_batches(survey, settings.scan_mode, engine, positions_m, progress=progress):
         if noisy:
-            sights = with_noise(sights, settings.scanner, reflectivity=settings.requirements.reflectivity)
-        yield sights
-        size = min(max(_BATCH_SIGHTS * (end - first) // max(sights.patch.size, 1), 1), _MOST_BATCH)
-        first = end
-
-
-def _looking(survey: Survey, settings: PlanSettings, engine: ScanEngine) -> Callable[[FloatArray, Progress], Sights]:
-    """Turn positions into sights, by the scan mode of `planner_core.survey.visible_from`."""
-    template = survey.template
-    if scan_mode_of(settings.scan_mode, template) == "beams":
-        area_m2 = survey.patches.area_m2
-        return lambda at, progress: sights_of_returns(
-            engine.patch_returns(template, at, moments=True, progress=progress), area_m2
-        )
-    mode = PatchMode(engine, survey.scene, survey.patches)
-    return lambda at, progress: sights_of_views(mode.see(template, at, progress=progress))
-
-
-def _counted_from(progress: Progress, first: int, total: int) -> Progress:
-    """Progress of a batch that starts at position `first`, as progress of all."""
-    return lambda event: progress(ProgressEvent(event.stage, first + event.done, total, event.note))
+            yield with_noise(sights, settings.scanner, reflectivity=settings.requirements.reflectivity)
+        else:
+            yield sights

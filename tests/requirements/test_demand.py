@@ -253,7 +253,7 @@ def test_sights_do_not_depend_on_how_positions_are_split(
     )
     assert heard[-1] == (9, 9)
     assert heard == sorted(heard)
-    module = "planner_core.requirements.sights"
+    module = "planner_core.metrics.looking"
     monkeypatch.setattr(f"{module}._BATCH_SIGHTS", 1)
     monkeypatch.setattr(f"{module}._FIRST_BATCH", 2)
     assert [s.starts.size - 1 for s in sights_in_batches(box.survey, wanted, box.opencl, box.positions_m)][:2] == [2, 1]
