@@ -20,8 +20,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Link, Patches, Scene, Visibility
-from planner_core.register.pairs import PairMatrices, SharedSurface, area_ticks, overlapping_pairs, strengths_of
+from planner_core.model import BoolArray, FloatArray, Link, Patches, Scene, Visibility
+from planner_core.register.pairs import PairMatrices, SharedSurface, overlapping_pairs, strengths_of
 from planner_core.register.weak_axis import weak_axis
 from planner_core.scene.patches import patch_triangles
 
@@ -53,38 +53,6 @@ def overlap_links(
             for i, j, overlap, held, axis in zip(pairs.first, pairs.second, pairs.overlap, strength, axes, strict=True)
         ]
     return tuple(links)
-
-
-def overlap_matrix(visibility: Visibility, patch_area_m2: FloatArray) -> FloatArray:
-    """(N, N) float64, symmetric: smaller of both shares of seen area that is common; 0 where a row sees nothing."""
-    from scipy import sparse
-
-    shape = (visibility.n_positions, visibility.n_patches)
-    ones = np.ones(visibility.patch.size)
-    seen = sparse.csr_matrix((ones, visibility.patch, visibility.starts), shape=shape)
-    # Whole ticks: the same pairs reach a threshold here as in `overlapping_pairs`.
-    ticks = area_ticks(patch_area_m2)[visibility.patch]
-    weighted = sparse.csr_matrix((ticks, visibility.patch, visibility.starts), shape=shape)
-    common = np.asarray((weighted @ seen.T).todense())
-    larger = np.maximum.outer(np.diag(common), np.diag(common))
-    share: FloatArray = np.divide(common, larger, out=np.zeros_like(common), where=larger > 0)
-    return share
-
-
-def link_strength(area_m2: FloatArray, surface: SharedSurface, patch: Int32Array) -> float:
-    """Strength in [0, 1] of shared patches with areas (K,), see the head of the module; 0 for fewer than six."""
-    if patch.size < 6 or not area_m2.sum() > 0:
-        return 0.0
-    weight = (area_m2 / area_m2.sum())[:, None]
-    normal = surface.normal[patch]
-    arm = surface.centroid_m[patch] - (weight * surface.centroid_m[patch]).sum(axis=0)
-    length_m = float(np.sqrt((weight * arm * arm).sum()))
-    if length_m == 0.0:
-        return 0.0
-    rows = np.concatenate([normal, np.cross(arm, normal) / length_m], axis=1)
-    # einsum, not a matrix product: the order of its sums does not depend on the number of cores.
-    smallest = float(np.linalg.eigvalsh(np.einsum("ki,kj->ij", weight * rows, rows))[0])
-    return min(max(3.0 * smallest, 0.0), 1.0)
 
 
 def components(links: tuple[Link, ...], station_ids: tuple[str, ...], *, threshold: float) -> list[tuple[str, ...]]:

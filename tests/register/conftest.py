@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from planner_core.model import Visibility
 from planner_core.register.overlap import SharedSurface, surface_of_patches
+from planner_core.register.pairs import AREA_TICK_M2
 from planner_core.scene.patches import make_patches
 from scenes_synthetic import rooms
 
@@ -30,6 +31,32 @@ class View:
 
     def common(self, i: int, j: int) -> np.ndarray:
         return np.array(sorted(set(self.visibility.row(i).tolist()) & set(self.visibility.row(j).tolist())), dtype=int)
+
+    def overlaps(self) -> np.ndarray:
+        """(N, N), the smaller share of seen area that is common, pair by pair; 0 where a row sees nothing."""
+        ticks = np.rint(self.area_m2 / AREA_TICK_M2)  # whole: their sums are exact, in whatever order
+        n = self.visibility.n_positions
+        whole = [ticks[self.visibility.row(i)].sum() for i in range(n)]
+        share = np.zeros((n, n))
+        for i in range(n):
+            for j in range(n):
+                common = ticks[self.common(i, j)].sum()
+                share[i, j] = common / max(whole[i], whole[j]) if common else 0.0
+        return share
+
+    def strength(self, i: int, j: int) -> float:
+        """Of one link, by the formula at the head of `planner_core.register.overlap`."""
+        patch = self.common(i, j)
+        if patch.size == 0:
+            return 0.0
+        weight = (self.area_m2[patch] / self.area_m2[patch].sum())[:, None]
+        normal = self.surface.normal[patch]
+        arm = self.surface.centroid_m[patch] - (weight * self.surface.centroid_m[patch]).sum(axis=0)
+        length_m = np.sqrt((weight * arm * arm).sum())
+        if length_m == 0.0:
+            return 0.0
+        rows = np.concatenate([normal, np.cross(arm, normal) / length_m], axis=1)
+        return float(np.clip(3.0 * np.linalg.eigvalsh((weight * rows).T @ rows)[0], 0.0, 1.0))
 
 
 def _room() -> View:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.register.candidate_links import CandidateLinks, candidate_links, network_of
-from planner_core.register.overlap import link_strength, overlap_links, overlap_matrix
+from planner_core.register.overlap import overlap_links
 
 OVERLAP, STRENGTH = 0.2, 0.01
 
@@ -26,12 +26,11 @@ def as_dict(links) -> dict[tuple[int, int], tuple[float, float]]:
 
 def naive(view) -> dict[tuple[int, int], tuple[float, float]]:
     """All pairs by the definitions, one after the other."""
-    share = overlap_matrix(view.visibility, view.area_m2)
+    share = view.overlaps()
     pairs = {}
     for i, j in np.argwhere(share > 0):
         if i != j:
-            both = view.common(i, j)
-            pairs[int(i), int(j)] = (share[i, j], link_strength(view.area_m2[both], view.surface, both))
+            pairs[int(i), int(j)] = (share[i, j], view.strength(i, j))
     return pairs
 
 

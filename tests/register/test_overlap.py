@@ -1,5 +1,7 @@
 """Overlap and link strength against set arithmetic and geometry whose free motions are known."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 
@@ -7,9 +9,7 @@ from planner_core.model import Link, Visibility
 from planner_core.register.overlap import (
     SharedSurface,
     components,
-    link_strength,
     overlap_links,
-    overlap_matrix,
     surface_of_patches,
 )
 from planner_core.scene.patches import make_patches, patch_triangles
@@ -34,20 +34,29 @@ def plane(normal_axis, offset_m, n=8, spread_m=2.0):
 
 def strength_of(*planes):
     points, normals = (np.concatenate(parts) for parts in zip(*planes, strict=True))
-    patch = np.arange(points.shape[0], dtype=np.int32)
-    return link_strength(np.full(points.shape[0], 0.04), SharedSurface(points, normals), patch)
+    return strength_of_surface(points, normals)
+
+
+def strength_of_surface(points, normals):
+    """Of the link of two stations that both see all patches, of one size."""
+    n = points.shape[0]
+    both = Visibility(np.array([0, n, 2 * n]), np.tile(np.arange(n, dtype=np.int32), 2), n)
+    (link,) = overlap_links(both, np.full(n, 0.04), ("A", "B"), SharedSurface(points, normals))
+    return link.strength
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_overlap_is_the_smaller_share_of_common_area(seed):
     visibility, area_m2 = random_rows(seed)
-    got = overlap_matrix(visibility, area_m2)
-    sets = [set(visibility.row(i).tolist()) for i in range(6)]
-    for i in range(6):
-        for j in range(6):
-            common = sum(area_m2[p] for p in sets[i] & sets[j])
-            expected = min(common / sum(area_m2[p] for p in sets[k]) for k in (i, j))
-            assert got[i, j] == pytest.approx(expected), (seed, i, j)
+    links = overlap_links(visibility, area_m2, tuple("ABCDEF"), min_overlap=0.0)
+    got = {(link.a, link.b): link.overlap for link in links}
+    expected = {}
+    sets = {name: set(visibility.row(i).tolist()) for i, name in enumerate("ABCDEF")}
+    for a, b in combinations("ABCDEF", 2):
+        if common := sum(area_m2[p] for p in sets[a] & sets[b]):
+            expected[a, b] = min(common / sum(area_m2[p] for p in sets[one]) for one in (a, b))
+    assert got == pytest.approx(expected), seed
+    assert len(got) > 5, "hardly any two have anything in common"
 
 
 def test_links_are_listed_from_the_smallest_overlap_on():
@@ -78,8 +87,9 @@ def test_strength_is_a_figure_of_shape_alone():
 
 
 def test_strength_of_too_little_surface_is_zero():
-    surface = SharedSurface(np.random.default_rng(0).random((5, 3)), np.eye(3)[[0, 1, 2, 0, 1]])
-    assert link_strength(np.ones(5), surface, np.arange(5, dtype=np.int32)) == 0.0
+    points, normals = np.random.default_rng(0).random((7, 3)), np.eye(3)[[0, 1, 2, 0, 1, 2, 0]]
+    assert strength_of_surface(points[:5], normals[:5]) == pytest.approx(0.0, abs=1e-9)
+    assert strength_of_surface(points, normals) > 1e-4
 
 
 def test_connection_is_judged_at_the_threshold():

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from planner_core.register.overlap import SharedSurface, link_strength, overlap_matrix
-from planner_core.register.pairs import PairMatrices, overlapping_pairs, strengths_of
+from planner_core.register.pairs import PairMatrices, SharedSurface, overlapping_pairs, strengths_of
 
 STEP = 1e-5
 
@@ -30,9 +29,9 @@ def all_pairs(view, **options):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_overlaps_of_pairs_are_those_of_the_dense_matrix_in_order(make_view, seed):
+def test_overlaps_of_pairs_are_those_of_sets_of_patches_in_order(make_view, seed):
     view = make_view(seed)
-    whole = np.triu(overlap_matrix(view.visibility, view.area_m2), 1)
+    whole = np.triu(view.overlaps(), 1)
     for least in (0.0, 0.05, 0.3):
         first, second, overlap = all_pairs(view, min_overlap=least, rows_a_block=7)
         expected = np.argwhere((whole >= least) & (whole > 0))
@@ -66,10 +65,7 @@ def test_strengths_of_pairs_are_those_of_single_links(make_view, seed):
     view = make_view(seed)
     first, second, _ = all_pairs(view, min_overlap=0.0)
     strength = strengths_of(PairMatrices(view.visibility, view.area_m2, view.surface).of(first, second))
-    expected = [
-        link_strength(view.area_m2[both], view.surface, both)
-        for both in (view.common(i, j) for i, j in zip(first, second, strict=True))
-    ]
+    expected = [view.strength(i, j) for i, j in zip(first, second, strict=True)]
     np.testing.assert_allclose(strength, expected, atol=1e-9)
     assert strength.max() > 0.05
 
