@@ -1,12 +1,14 @@
 /** The one store: what is loaded, what is shown, what is chosen. The panels and the 3D side read the same signals. */
 import { batch, computed, type ReadonlySignal, type Signal, signal } from '@preact/signals';
-import { DEFAULT_CUT_M, type extentsOf, floorBeside, type Slice, slicesOf } from './floors/cut.ts';
+import type { Desk } from './api/desk.ts';
+import { createEditing, type Editing } from './edit/editing.ts';
+import { DEFAULT_CUT_M, type extentsOf, floorBeside, highestCutM, type Slice, slicesOf } from './floors/cut.ts';
 import { type HeatLayer, layersOf, type PatchValues, TIMES_SEEN } from './heat/layers.ts';
 import type { Spread } from './heat/statistics.ts';
 import type { LoadedPlan } from './load/fetch-plan.ts';
 import { rampLayersOf } from './load/layers.ts';
 import { OWN_PLAN } from './load/plan-base.ts';
-import type { PlanLink } from './load/plan-json.ts';
+import type { PlanLink, UnseenSurface } from './load/plan-json.ts';
 import type { StageElement } from './load/stage.ts';
 import { type ShownStation, shownStationsOf } from './stations/shown.ts';
 
@@ -28,6 +30,27 @@ export type LayerState =
   | { readonly kind: 'loading'; readonly layer: HeatLayer }
   | { readonly kind: 'failed'; readonly message: string }
   | { readonly kind: 'shown'; readonly layer: HeatLayer; readonly spread: Spread | null };
+
+/** What is pointed out in place of the layer, see `pair`, `unseenFocus` and `showsOwn`. */
+export type Marking =
+  | { readonly kind: 'none' }
+  | { readonly kind: 'loading' }
+  | { readonly kind: 'failed'; readonly message: string }
+  | { readonly kind: 'shown'; readonly areaM2: number };
+
+/** One piece of an unseen surface that is looked at. */
+export interface UnseenFocus {
+  readonly surface: UnseenSurface;
+  readonly piece: number;
+}
+
+/** What stations see where they are not those of the plan folder; null: the plan folder knows. */
+export interface StationSource {
+  /** One bit a patch. */
+  seen(stationId: string): Promise<Uint8Array | null>;
+  /** Bytes as of viewer/clouds/*.u16. */
+  cloud(stationId: string): Promise<ArrayBuffer | null>;
+}
 
 /** Stations and links that are shown in place of the plan's. */
 export interface Draft {
@@ -77,6 +100,10 @@ export interface Store {
   readonly tab: Signal<TabId>;
   /** The page only shows files: nothing that needs the server behind them. */
   readonly isStatic: boolean;
+  /** What the server knows beyond files; null: there is no such server. */
+  readonly desk: Desk | null;
+  /** What is being edited and not committed yet. */
+  readonly editing: Editing;
   /** Folder of the plan that is shown, and of one to compare it with; `OWN_PLAN` is the one the page was started for. */
   readonly planBase: Signal<string>;
   readonly compareBase: Signal<string | null>;
@@ -95,7 +122,12 @@ export interface Store {
   /** Of the draft, else of the plan. */
   readonly shownStations: ReadonlySignal<readonly ShownStation[]>;
   readonly shownLinks: ReadonlySignal<readonly PlanLink[]>;
+  readonly stationSource: Signal<StationSource | null>;
   readonly pair: Signal<Pair | null>;
+  readonly unseenFocus: Signal<UnseenFocus | null>;
+  /** Point out what only the chosen station sees. */
+  readonly showsOwn: Signal<boolean>;
+  readonly marking: Signal<Marking>;
   /** Where the camera was left by hand: position and target, local metres; null: where the choice of floor puts it. */
   readonly camera: Signal<readonly number[] | null>;
   readonly showLinks: Signal<boolean>;
@@ -108,11 +140,21 @@ export interface Store {
   stepFloor(step: number): void;
   chooseStation(stationId: string | null): void;
   stepStation(step: number): void;
+  choosePair(pair: Pair | null): void;
+  lookAtUnseen(focus: UnseenFocus | null): void;
   pick(picked: Picked | null): void;
   clear(): void;
 }
 
-export function createStore({ isStatic = false }: { readonly isStatic?: boolean } = {}): Store {
+interface StoreOptions {
+  readonly isStatic?: boolean;
+  readonly desk?: Desk | null;
+}
+
+/** So much above a piece that is looked at the floor is cut. */
+const CUT_ABOVE_M = 0.1;
+
+export function createStore({ isStatic = false, desk = null }: StoreOptions = {}): Store {
   const phase = signal<Phase>({ kind: 'loading', step: 'Reading the plan', fraction: null });
   const loaded = signal<LoadedPlan | null>(null);
   const extents = signal<Extents | null>(null);
@@ -122,6 +164,9 @@ export function createStore({ isStatic = false }: { readonly isStatic?: boolean 
   const stationId = signal<string | null>(null);
   const picked = signal<Picked | null>(null);
   const extraLayers = signal<readonly ExtraLayer[]>([]);
+  const pair = signal<Pair | null>(null);
+  const unseenFocus = signal<UnseenFocus | null>(null);
+  const showsOwn = signal(false);
   const draft = signal<Draft | null>(null);
   const shownStations = computed(() => draft.value?.stations ?? shownStationsOf(loaded.value));
   const slices = computed<readonly Slice[]>(() => {
@@ -131,20 +176,52 @@ export function createStore({ isStatic = false }: { readonly isStatic?: boolean 
     return slicesOf(view, plan.stage.floors, boxes.whole);
   });
 
+  /** One thing is chosen at a time: a station, a pair of them, an unseen piece, or a surface. */
+  const letGo = (): void => {
+    stationId.value = null;
+    showsOwn.value = false;
+    pair.value = null;
+    unseenFocus.value = null;
+    picked.value = null;
+  };
   const chooseFloor = (id: string | null): void =>
     batch(() => {
       floorId.value = id;
       const station = shownStations.value.find(({ id }) => id === stationId.value);
       if (id !== null && station !== undefined && station.floorId !== id) stationId.value = null;
       picked.value = null;
+      unseenFocus.value = null;
     });
   const chooseStation = (id: string | null): void =>
     batch(() => {
+      letGo();
       stationId.value = id;
-      picked.value = null;
       const station = shownStations.value.find((candidate) => candidate.id === id);
       // Its floor alone: among spread floors the one above would hide it.
       if (station !== undefined) floorId.value = station.floorId;
+    });
+  const choosePair = (chosen: Pair | null): void =>
+    batch(() => {
+      letGo();
+      pair.value = chosen;
+      const floors = new Set(shownStations.value.filter(({ id }) => chosen?.includes(id)).map((one) => one.floorId));
+      const [first] = floors;
+      if (first !== undefined) floorId.value = floors.size === 1 ? first : null;
+    });
+  const lookAtUnseen = (focus: UnseenFocus | null): void =>
+    batch(() => {
+      letGo();
+      unseenFocus.value = focus;
+      if (focus === null) return;
+      const piece = focus.surface.pieces[focus.piece];
+      const floor = loaded.value?.stage.floors.find(({ id }) => id === focus.surface.floor);
+      floorId.value = floor?.id ?? null;
+      if (floor === undefined) isSpread.value = false;
+      // What lies above the cut is not drawn.
+      else if (piece !== undefined) {
+        const topM = piece.box[1][2] - (loaded.value?.stage.offsetM[2] ?? 0) - floor.elevationM;
+        cutM.value = Math.max(cutM.value, Math.min(topM + CUT_ABOVE_M, highestCutM(floor)));
+      }
     });
   const stepStation = (step: number): void => {
     const stations = shownStations.value;
@@ -165,6 +242,8 @@ export function createStore({ isStatic = false }: { readonly isStatic?: boolean 
     slices,
     tab: signal<TabId>('plan'),
     isStatic,
+    desk,
+    editing: createEditing(),
     planBase: signal(OWN_PLAN),
     compareBase: signal<string | null>(null),
     layerId: signal(TIMES_SEEN),
@@ -183,7 +262,11 @@ export function createStore({ isStatic = false }: { readonly isStatic?: boolean 
     draft,
     shownStations,
     shownLinks: computed(() => draft.value?.links ?? loaded.value?.plan.registration.links ?? []),
-    pair: signal<Pair | null>(null),
+    stationSource: signal<StationSource | null>(null),
+    pair,
+    unseenFocus,
+    showsOwn,
+    marking: signal<Marking>({ kind: 'none' }),
     camera: signal<readonly number[] | null>(null),
     showLinks: signal(false),
     stationId,
@@ -195,14 +278,16 @@ export function createStore({ isStatic = false }: { readonly isStatic?: boolean 
     stepFloor: (step) => chooseFloor(floorBeside(floorId.value, step, loaded.value?.stage.floors ?? [])),
     chooseStation,
     stepStation,
+    choosePair,
+    lookAtUnseen,
     pick: (surface) => {
       picked.value = surface;
     },
     clear: () =>
       batch(() => {
-        if (picked.value === null && stationId.value === null) floorId.value = null;
-        picked.value = null;
-        stationId.value = null;
+        const isNothingChosen = [picked, stationId, pair, unseenFocus].every(({ value }) => value === null);
+        if (isNothingChosen) floorId.value = null;
+        letGo();
       }),
   };
 }

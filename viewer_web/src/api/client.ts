@@ -28,8 +28,13 @@ export class ApiClient {
     return this.json('review');
   }
 
-  async commit(baseRevision: number, author: string, changes: readonly Change[]): Promise<CommitOutcome> {
-    const body = { base_revision: baseRevision, author, changes };
+  /** `basis`: the plan and the revision that the changes were decided on. */
+  async commit(
+    basis: { readonly revision: number; readonly planSha256: string | null },
+    author: string,
+    changes: readonly Change[],
+  ): Promise<CommitOutcome> {
+    const body = { base_revision: basis.revision, plan_sha256: basis.planSha256, author, changes };
     const response = await this.ask('review/changes', { method: 'POST', body });
     if (response.status === 409) return { kind: 'conflict', answer: await parsed<ConflictAnswer>(response) };
     return { kind: 'committed', answer: await parsed<Committed>(await answered(response)) };

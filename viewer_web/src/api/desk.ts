@@ -201,7 +201,8 @@ export class Desk {
     if (review === null || this.conflict.peek() !== null) return false;
     this.isBusy.value = true;
     try {
-      const outcome = await this.client.commit(review.revision, this.author.peek().trim() || UNNAMED, step.changes);
+      const basis = { revision: review.revision, planSha256: this.session.peek()?.plan_sha256 ?? null };
+      const outcome = await this.client.commit(basis, this.author.peek().trim() || UNNAMED, step.changes);
       if (outcome.kind === 'conflict') this.meet(step, outcome.answer);
       else this.take(step, outcome.answer.review, outcome.answer.undo, direction);
       return outcome.kind === 'committed';

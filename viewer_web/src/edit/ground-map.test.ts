@@ -22,8 +22,8 @@ function nearestByForce(map: GroundMap, [x, y]: Place): number {
   let best = Number.POSITIVE_INFINITY;
   map.values.forEach((value, i) => {
     if (value !== GROUND.admissible) return;
-    const dx = Math.max(0, Math.abs(origin[0] + (i % width) * cell_m - x) - cell_m / 2);
-    const dy = Math.max(0, Math.abs(origin[1] + Math.floor(i / width) * cell_m - y) - cell_m / 2);
+    const dx = Math.max(0, Math.abs(origin[0] + ((i % width) + 0.5) * cell_m - x) - cell_m / 2);
+    const dy = Math.max(0, Math.abs(origin[1] + (Math.floor(i / width) + 0.5) * cell_m - y) - cell_m / 2);
     best = Math.min(best, Math.hypot(dx, dy));
   });
   return best;
@@ -36,8 +36,8 @@ test('a place where a tripod may stand is kept as it is', () => {
 test('a place in a wall slides along it to the nearest ground', () => {
   const [x, y] = ROOM.nearestAdmissible([1003.4, -48.9])!;
   expect(y).toBe(-48.9);
-  expect(x).toBeGreaterThan(1002.2);
-  expect(x).toBeLessThan(1002.25);
+  expect(x).toBeGreaterThan(1002.45);
+  expect(x).toBeLessThan(1002.5);
 });
 
 test('the nearest place is the nearest of all cells, wherever the pointer is', () => {
@@ -61,9 +61,9 @@ test('the nearest place is the nearest of all cells, wherever the pointer is', (
 
 test('cells that a review keeps out are no ground, and outside the map is nothing', () => {
   const map = mapOf('xo.');
-  expect(map.at([1000, -50])).toBe(GROUND.keptOut);
-  expect(map.nearestAdmissible([1000, -50])![0]).toBeGreaterThan(1000.25);
-  expect(map.at([1002, -50])).toBe(GROUND.nothing);
+  expect(map.at([1000.4, -49.6])).toBe(GROUND.keptOut);
+  expect(map.nearestAdmissible([1000.1, -49.6])![0]).toBeGreaterThan(1000.5);
+  expect(map.at([1002, -49.6])).toBe(GROUND.nothing);
 });
 
 test('a floor without ground for a tripod has no place', () => {

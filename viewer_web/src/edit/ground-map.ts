@@ -1,8 +1,8 @@
 /**
  * The ground of one floor as cells: where a tripod may stand, and the place there that is nearest to a pointer.
  *
- * Cell (column, row) has its centre at origin + (column, row) * cell; scene frame, metres. The server has the last word on a place:
- * this only keeps a dragged station out of walls while it is under way.
+ * Cell (column, row) begins at origin + (column, row) * cell; scene frame, metres. The server has the last word on a place: this only
+ * keeps a dragged station out of walls while it is under way.
  */
 export const GROUND = { nothing: 0, walkable: 1, admissible: 2, keptOut: 3 } as const;
 
@@ -86,13 +86,13 @@ export class GroundMap {
   private toCell(x: number, y: number, column: number, row: number): [number, number] {
     const { origin, cell_m } = this.head;
     const half = (0.5 - MARGIN_CELLS) * cell_m;
-    const [cx, cy] = [origin[0] + column * cell_m, origin[1] + row * cell_m];
+    const [cx, cy] = [origin[0] + (column + 0.5) * cell_m, origin[1] + (row + 0.5) * cell_m];
     return [clamp(x, cx - half, cx + half) - x, clamp(y, cy - half, cy + half) - y];
   }
 
   private cellOf(x: number, y: number): Place {
     const { origin, cell_m } = this.head;
-    return [Math.round((x - origin[0]) / cell_m), Math.round((y - origin[1]) / cell_m)];
+    return [Math.floor((x - origin[0]) / cell_m), Math.floor((y - origin[1]) / cell_m)];
   }
 
   private isInside(column: number, row: number): boolean {

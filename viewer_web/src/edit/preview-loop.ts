@@ -10,13 +10,11 @@ export class PreviewLoop<Question, Answer> {
   private generation = 0;
 
   constructor(
-    private readonly ask: (question: Question, sequence: number, signal: AbortSignal) => Promise<Answer>,
+    private readonly ask: (question: Question, signal: AbortSignal) => Promise<Answer>,
     private readonly show: (answer: Answer, askedMs: number) => void,
     private readonly fail: (error: Error) => void,
     private readonly now: () => number = () => performance.now(),
   ) {}
-
-  private sequence = 0;
 
   /** Ask now, or as soon as the question under way is answered. */
   put(question: Question): void {
@@ -44,7 +42,7 @@ export class PreviewLoop<Question, Answer> {
       const abort = new AbortController();
       this.abort = abort;
       try {
-        const answer = await this.ask(question, ++this.sequence, abort.signal);
+        const answer = await this.ask(question, abort.signal);
         if (generation !== this.generation) return;
         this.show(answer, askedMs);
       } catch (error) {

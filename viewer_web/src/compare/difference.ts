@@ -1,0 +1,76 @@
+/** Two plans, patch by patch: what one sees and the other does not. */
+import { type ClassLayer, NOT_ACHIEVABLE } from '../heat/layers.ts';
+
+export const DIFFERENCE = { none: 0, both: 1, lost: 2, gained: 3 } as const;
+
+export const DIFFERENCE_LAYER: ClassLayer = {
+  kind: 'classes',
+  id: 'difference',
+  title: 'Against the other plan',
+  classes: [
+    { value: DIFFERENCE.gained, label: 'gained', color: '#2b8a9b' },
+    { value: DIFFERENCE.lost, label: 'lost', color: '#c2453a' },
+    { value: DIFFERENCE.both, label: 'seen in both', color: { light: '#dfe5e6', dark: '#8c979c' } },
+    { value: DIFFERENCE.none, label: 'in neither', color: '#e8b23a' },
+    { value: NOT_ACHIEVABLE, label: 'not achievable', color: { light: '#c6cacc', dark: '#6d757a' } },
+  ],
+};
+
+/** One class a patch: what `shown` gained and lost against `other`; both as viewer/patches.u8. */
+export function differenceOf(shown: Uint8Array, other: Uint8Array): Uint8Array {
+  if (shown.length !== other.length) {
+    throw new RangeError(`${shown.length} patches against ${other.length}: the plans are of different surfaces`);
+  }
+  const sees = (byte: number): boolean => byte !== 0 && byte !== NOT_ACHIEVABLE;
+  return shown.map((byte, i) => {
+    if (sees(byte)) return sees(other[i]) ? DIFFERENCE.both : DIFFERENCE.gained;
+    if (sees(other[i])) return DIFFERENCE.lost;
+    return byte === NOT_ACHIEVABLE && other[i] === NOT_ACHIEVABLE ? NOT_ACHIEVABLE : DIFFERENCE.none;
+  });
+}
+
+/** A station that stands elsewhere in the other plan, or is in one of them only. */
+export type StationChange =
+  | { readonly kind: 'moved'; readonly fromM: PointM; readonly toM: PointM; readonly floorId: string }
+  | { readonly kind: 'new' | 'gone'; readonly atM: PointM; readonly floorId: string };
+type PointM = readonly [number, number, number];
+
+export interface PlacedStation {
+  readonly positionM: PointM;
+  readonly floorId: string;
+}
+
+/** Further away a station is another one, not the same one moved. */
+const FARTHEST_MOVE_M = 4;
+const SAME_PLACE_M = 0.01;
+
+/**
+ * Pair the stations of two plans, nearest pair first, floor by floor; what finds no partner is new or gone.
+ *
+ * Not by id: numbers follow the walk, so another plan numbers anew.
+ */
+export function stationChanges(shown: readonly PlacedStation[], other: readonly PlacedStation[]): StationChange[] {
+  const pairs: { to: number; from: number; distanceM: number }[] = [];
+  shown.forEach((a, to) => {
+    other.forEach((b, from) => {
+      const distanceM = Math.hypot(...a.positionM.map((value, i) => value - b.positionM[i]));
+      if (a.floorId === b.floorId && distanceM <= FARTHEST_MOVE_M) pairs.push({ to, from, distanceM });
+    });
+  });
+  pairs.sort((a, b) => a.distanceM - b.distanceM || a.to - b.to || a.from - b.from);
+  const [paired, left] = [new Set<number>(), new Set(other.keys())];
+  const changes: StationChange[] = [];
+  for (const { to, from, distanceM } of pairs) {
+    if (paired.has(to) || !left.has(from)) continue;
+    paired.add(to);
+    left.delete(from);
+    if (distanceM <= SAME_PLACE_M) continue;
+    const floorId = shown[to].floorId;
+    changes.push({ kind: 'moved', fromM: other[from].positionM, toM: shown[to].positionM, floorId });
+  }
+  shown.forEach(({ positionM, floorId }, i) => {
+    if (!paired.has(i)) changes.push({ kind: 'new', atM: positionM, floorId });
+  });
+  for (const i of left) changes.push({ kind: 'gone', atM: other[i].positionM, floorId: other[i].floorId });
+  return changes;
+}

@@ -1,0 +1,168 @@
+/** Tools that mark places: zones corner by corner, forbidden places, ground, and where a comment is pinned. */
+import { batch } from '@preact/signals';
+import type { Desk } from '../api/desk.ts';
+import type { ZoneKind } from '../api/documents.ts';
+import type { LoadedPlan } from '../load/fetch-plan.ts';
+import type { StageFloor } from '../load/stage.ts';
+import type { PlanView } from '../scene/plan-view.ts';
+import type { PointerConsumer, PointerPlace } from '../scene/pointer.ts';
+import type { Picked, Store } from '../store.ts';
+import { addZone, forbid, pickGround } from './changes.ts';
+import { sceneOf } from './draft.ts';
+import type { Place } from './ground-map.ts';
+import { faultOf, NEAREST_CORNERS_M } from './outline.ts';
+import { canEdit } from './readiness.ts';
+import { floorAt } from './review-areas.ts';
+
+/** A click so near to the first corner closes the outline. */
+const CLOSING_PIXELS = 14;
+
+export class AreaTools {
+  constructor(
+    private readonly store: Store,
+    private readonly desk: Desk,
+    private readonly view: PlanView,
+    private readonly loaded: LoadedPlan,
+    private readonly addStationAt: (floorId: string, at: Place, groundM: number) => Promise<void>,
+  ) {}
+
+  readonly consumer: PointerConsumer = {
+    onClick: (place) => {
+      if (this.store.editing.tool.peek() === 'select' || !canEdit(this.store)) return false;
+      this.click(place);
+      return true;
+    },
+  };
+
+  /** Commit the outline that is drawn, where it is an area. */
+  async finishOutline(): Promise<void> {
+    const { editing } = this.store;
+    const [tool, outline, floor] = [editing.tool.peek(), editing.outline.peek(), editing.outlineFloor.peek()];
+    if ((tool !== 'keep_out' && tool !== 'priority') || floor === null) return;
+    const fault = faultOf(outline);
+    const coverage = tool === 'priority' ? shareOf(editing.priorityPercent.peek()) : null;
+    if (fault !== null || (tool === 'priority' && coverage === null)) {
+      this.desk.warn(fault ?? 'The coverage of a priority zone is a percentage from 1 to 100.');
+      return;
+    }
+    const name = editing.zoneName.peek().trim();
+    const isDone = await this.desk.commit(zoneInWords(tool), [addZone({ kind: tool, outline, floor, name, coverage })]);
+    if (isDone) this.dropOutline();
+  }
+
+  takeCornerBack(): void {
+    const { outline } = this.store.editing;
+    outline.value = outline.peek().slice(0, -1);
+  }
+
+  dropOutline(): void {
+    batch(() => {
+      this.store.editing.outline.value = [];
+      this.store.editing.outlineFloor.value = null;
+      this.store.editing.zoneName.value = '';
+    });
+  }
+
+  private click(place: PointerPlace): void {
+    const tool = this.store.editing.tool.peek();
+    if (tool === 'keep_out' || tool === 'priority') {
+      this.addCorner(place);
+      return;
+    }
+    const picked = this.view.surfaceAt(place.clientX, place.clientY);
+    if (picked === null || picked.isSection) {
+      this.desk.warn('There is no surface under the pointer. Click on one.');
+      return;
+    }
+    if (tool === 'ground') void this.pickGround(picked);
+    else if (tool === 'forbid') void this.forbid(picked);
+    else if (tool === 'add') this.add(picked);
+    else this.pinComment(picked);
+  }
+
+  private addCorner(place: PointerPlace): void {
+    const { editing } = this.store;
+    const { clientX, clientY } = place;
+    const floorId = editing.outlineFloor.peek() ?? this.floorUnder(clientX, clientY);
+    const floor = this.loaded.stage.floors.find(({ id }) => id === floorId);
+    const at = floor && this.view.levelAt(clientX, clientY, floor.id, floor.elevationM);
+    if (floor === undefined || !at) {
+      this.desk.warn('Click on the floor that the area is on.');
+      return;
+    }
+    const corners = editing.outline.peek();
+    if (corners.length >= 3 && this.isAtFirstCorner(place, floor)) {
+      void this.finishOutline();
+      return;
+    }
+    const [x, y] = sceneOf(at, this.loaded.stage.offsetM);
+    const last = corners.at(-1);
+    if (last !== undefined && Math.hypot(x - last[0], y - last[1]) < NEAREST_CORNERS_M) return;
+    batch(() => {
+      editing.outline.value = [...corners, [x, y]];
+      editing.outlineFloor.value = floor.id;
+    });
+  }
+
+  private isAtFirstCorner({ clientX, clientY, event }: PointerPlace, { id, elevationM }: StageFloor): boolean {
+    const [first] = this.store.editing.outline.peek();
+    const { offsetM } = this.loaded.stage;
+    const at = this.view.project([first[0] - offsetM[0], first[1] - offsetM[1], elevationM], id);
+    const box = (event.target as Element).getBoundingClientRect();
+    return at !== null && Math.hypot(at.x + box.left - clientX, at.y + box.top - clientY) < CLOSING_PIXELS;
+  }
+
+  private floorUnder(clientX: number, clientY: number): string | null {
+    const chosen = this.store.floorId.peek();
+    if (chosen !== null) return chosen;
+    const picked = this.view.surfaceAt(clientX, clientY);
+    return picked === null ? null : this.floorOf(picked);
+  }
+
+  private floorOf({ groundOf, pointM }: Picked): string {
+    const { floors, offsetM } = this.loaded.stage;
+    return groundOf ?? this.store.floorId.peek() ?? floorAt(floors, pointM[2] - offsetM[2]);
+  }
+
+  private async pickGround(picked: Picked): Promise<void> {
+    const isGround = this.store.editing.marksGround.peek();
+    const label = isGround ? 'mark ground' : 'unmark ground';
+    await this.desk.commit(label, [pickGround(picked.pointM, isGround, this.store.floorId.peek() ?? '')]);
+  }
+
+  private async forbid(picked: Picked): Promise<void> {
+    const radiusM = this.store.editing.forbidRadiusM.peek();
+    await this.desk.commit('forbid a place', [forbid(picked.pointM, radiusM, this.floorOf(picked))]);
+  }
+
+  private add(picked: Picked): void {
+    const floorId = this.floorOf(picked);
+    // A click on a wall or a table means the floor at that place.
+    const floor = this.loaded.stage.floors.find(({ id }) => id === floorId);
+    const isGround = picked.groundOf !== null;
+    const groundM = isGround ? picked.pointM[2] : (floor?.elevationM ?? 0) + this.loaded.stage.offsetM[2];
+    void this.addStationAt(floorId, [picked.pointM[0], picked.pointM[1]], groundM);
+  }
+
+  private pinComment(picked: Picked): void {
+    batch(() => {
+      this.store.editing.commentSpot.value = {
+        target: picked.element.sceneIndex,
+        positionM: picked.pointM,
+        title: picked.element.name || 'a surface',
+      };
+      this.store.editing.tool.value = 'select';
+      this.store.tab.value = 'review';
+    });
+  }
+}
+
+export function zoneInWords(kind: ZoneKind): string {
+  return kind === 'keep_out' ? 'keep-out' : 'priority zone';
+}
+
+/** "98" or "98 %" as a fraction; null: no percentage. */
+export function shareOf(typed: string): number | null {
+  const value = Number(typed.replace('%', '').replace(',', '.').trim());
+  return value > 0 && value <= 100 ? value / 100 : null;
+}

@@ -1,0 +1,112 @@
+/** Keeps what is shown in step with the review: stations and links of the draft, and the values its stations give the patches. */
+import { computed, effect, type ReadonlySignal, signal } from '@preact/signals';
+import type { Desk } from '../api/desk.ts';
+import type { DraftLink } from '../api/documents.ts';
+import type { PatchValues } from '../heat/layers.ts';
+import { TIMES_SEEN } from '../heat/layers.ts';
+import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { OWN_PLAN } from '../load/plan-base.ts';
+import type { PlanLink } from '../load/plan-json.ts';
+import type { Draft, LayerSource, Store } from '../store.ts';
+import { countEdits, type DraftStation, draftStations, localOf, shownInDraft } from './draft.ts';
+
+/** Values of layers as the live side has them for one state of the draft. */
+export class DraftLayers {
+  private readonly held = new Map<string, PatchValues>();
+
+  constructor(private readonly fetchBytes: (path: string) => Promise<ArrayBuffer>) {}
+
+  readonly source: LayerSource = async (layerId) => {
+    // Reasons are the plan's: finding them takes longer than anybody waits.
+    if (layerId === 'reason') return null;
+    const bytes = await this.fetchBytes(`live/layers/${layerId}`);
+    const values = layerId === TIMES_SEEN ? new Uint8Array(bytes) : new Uint16Array(bytes);
+    this.held.set(layerId, values);
+    return values;
+  };
+
+  /** Undefined until they were asked for and came. */
+  readonly valuesOf = (layerId: string): PatchValues | undefined => this.held.get(layerId);
+}
+
+/** The stations as the review has them; the plan's where there is no review of it. */
+export function stationsOf(store: Store): readonly DraftStation[] {
+  const plan = store.loaded.value?.plan;
+  if (plan === undefined) return [];
+  return draftStations(plan, store.planBase.value === OWN_PLAN ? (store.desk?.review.value ?? null) : null);
+}
+
+/** Whether the review changes any station. */
+export function hasEdits(stations: readonly DraftStation[]): boolean {
+  const { moved, added, removed } = countEdits(stations);
+  return moved + added + removed > 0;
+}
+
+export class DraftFollower {
+  readonly stations: ReadonlySignal<readonly DraftStation[]>;
+  /** Values of the draft that is committed, to take previews back to. */
+  readonly layers = signal<DraftLayers | null>(null);
+  private readonly endings: (() => void)[];
+
+  constructor(
+    private readonly store: Store,
+    private readonly desk: Desk,
+    private readonly loaded: LoadedPlan,
+  ) {
+    this.stations = computed(() => stationsOf(store));
+    const draft = computed(() => this.draft());
+    const layersKey = computed(() => this.layersKey());
+    this.endings = [
+      effect(() => {
+        store.draft.value = draft.value;
+      }),
+      effect(() => {
+        const isWanted = layersKey.value !== null;
+        const layers = isWanted ? new DraftLayers((path) => desk.client.bytes(path)) : null;
+        this.layers.value = layers;
+        store.layerSource.value = layers?.source ?? null;
+      }),
+    ];
+  }
+
+  dispose(): void {
+    for (const end of this.endings) end();
+    this.store.draft.value = null;
+    this.store.layerSource.value = null;
+  }
+
+  /** Null: the plan as it is. */
+  private draft(): Draft | null {
+    const { store, desk, loaded } = this;
+    const { underWay, preview, showsPlan } = store.editing;
+    const stations = this.stations.value;
+    const moving = underWay.value;
+    if (moving === null && (showsPlan.value || !hasEdits(stations))) return null;
+    const { offsetM } = loaded.stage;
+    const links = desk.figures.value?.registration.links ?? loaded.plan.registration.links;
+    const shown = shownInDraft(stations, offsetM);
+    if (moving === null) return { stations: shown, links: amongShown(links, shown) };
+    const { stationId } = moving;
+    const placed = shown.map((station) =>
+      station.id === stationId ? { ...station, positionM: localOf(moving.positionM, offsetM) } : station,
+    );
+    const own = preview.value?.links ?? links.filter(({ a, b }) => a === stationId || b === stationId);
+    const others = links.filter(({ a, b }) => a !== stationId && b !== stationId);
+    return { stations: placed, links: amongShown([...others, ...own], placed) };
+  }
+
+  /** Another key: other values. Null: those of the plan folder. */
+  private layersKey(): string | null {
+    const { store, desk } = this;
+    const stations = this.stations.value;
+    const isShown = !store.editing.showsPlan.value && store.planBase.value === OWN_PLAN;
+    if (!isShown || desk.live.value.state !== 'ready') return null;
+    if (!hasEdits(stations) && store.tab.value !== 'edit') return null;
+    return JSON.stringify(stations.map(({ id, positionM, isRemoved }) => [id, positionM, isRemoved]));
+  }
+}
+
+function amongShown(links: readonly (DraftLink | PlanLink)[], shown: readonly { readonly id: string }[]): PlanLink[] {
+  const ids = new Set(shown.map(({ id }) => id));
+  return links.filter(({ a, b }) => ids.has(a) && ids.has(b)) as PlanLink[];
+}

@@ -1,0 +1,132 @@
+/** The draft: the plan's stations as the review has them. Scene frame, metres. */
+import type { Point, Review } from '../api/documents.ts';
+import type { PlanJson } from '../load/plan-json.ts';
+import type { ShownStation, StationMark } from '../stations/shown.ts';
+
+export interface DraftStation {
+  readonly id: string;
+  readonly floorId: string;
+  /** In the plan's walk; added stations come after it. */
+  readonly order: number;
+  readonly positionM: Point;
+  /** Null: the plan does not know it. */
+  readonly instrumentHeightM: number | null;
+  /** Its scan exists: nobody moves it. */
+  readonly isFixed: boolean;
+  readonly isLocked: boolean;
+  readonly isRemoved: boolean;
+  readonly isAdded: boolean;
+  /** Where the plan has it, where that is somewhere else. */
+  readonly movedFromM: Point | null;
+}
+
+/** A review says positions to so many metres; nearer is the same place. */
+const SAME_PLACE_M = 1e-6;
+
+/** Stations in the plan's order, then added ones by id; removed ones are among them. */
+export function draftStations(plan: PlanJson, review: Review | null): DraftStation[] {
+  const edits = review?.stations ?? {};
+  const planned = plan.stations.map((station): DraftStation => {
+    const edit = edits[station.id];
+    const positionM = edit?.position_m ?? station.position;
+    const isMoved = positionM.some((value, i) => Math.abs(value - station.position[i]) > SAME_PLACE_M);
+    return {
+      id: station.id,
+      floorId: edit?.floor ?? station.floor,
+      order: station.order,
+      positionM,
+      instrumentHeightM: edit?.instrument_height_m ?? station.instrument_height_m,
+      isFixed: station.fixed,
+      isLocked: edit?.locked ?? settledAs(plan, 'locked').has(station.id),
+      isRemoved: edit?.removed ?? false,
+      isAdded: false,
+      movedFromM: isMoved ? station.position : null,
+    };
+  });
+  const added = Object.entries(edits)
+    .filter(([, edit]) => edit.added && edit.position_m !== null)
+    .sort(([a], [b]) => a.localeCompare(b))
+    .map(
+      ([id, edit], i): DraftStation => ({
+        id,
+        floorId: edit.floor ?? '',
+        order: plan.stations.length + i + 1,
+        positionM: edit.position_m as Point,
+        instrumentHeightM: edit.instrument_height_m,
+        isFixed: false,
+        isLocked: edit.locked ?? false,
+        isRemoved: false,
+        isAdded: true,
+        movedFromM: null,
+      }),
+    );
+  return [...planned, ...added];
+}
+
+function settledAs(plan: PlanJson, role: string): Set<string> {
+  const settled = (plan as { site?: { settled?: readonly { id: string; role: string }[] } }).site?.settled ?? [];
+  return new Set(settled.filter((station) => station.role === role).map(({ id }) => id));
+}
+
+/** How many stations a review changes, by what it does to them. */
+export interface EditCounts {
+  readonly moved: number;
+  readonly added: number;
+  readonly removed: number;
+}
+
+export function countEdits(stations: readonly DraftStation[]): EditCounts {
+  return {
+    moved: stations.filter((station) => station.movedFromM !== null && !station.isRemoved).length,
+    added: stations.filter((station) => station.isAdded).length,
+    removed: stations.filter((station) => station.isRemoved).length,
+  };
+}
+
+/** "2 moved, 1 added"; empty where nothing is changed. */
+export function editsInWords({ moved, added, removed }: EditCounts): string {
+  const parts = [
+    [moved, 'moved'],
+    [added, 'added'],
+    [removed, 'removed'],
+  ] as const;
+  return parts
+    .filter(([n]) => n > 0)
+    .map(([n, word]) => `${n} ${word}`)
+    .join(', ');
+}
+
+/** As the 3D side draws them: without the removed ones, in the local frame. */
+export function shownInDraft(
+  stations: readonly DraftStation[],
+  offsetM: readonly [number, number, number],
+): ShownStation[] {
+  return stations
+    .filter((station) => !station.isRemoved)
+    .map((station) => ({
+      id: station.id,
+      floorId: station.floorId,
+      order: station.order,
+      positionM: localOf(station.positionM, offsetM),
+      marks: marksOf(station),
+    }));
+}
+
+function marksOf(station: DraftStation): StationMark[] {
+  const marks: StationMark[] = [];
+  if (station.movedFromM !== null) marks.push('moved');
+  if (station.isAdded) marks.push('added');
+  if (station.isLocked) marks.push('locked');
+  return marks;
+}
+
+export const localOf = (sceneM: Point, offsetM: readonly [number, number, number]): [number, number, number] => [
+  sceneM[0] - offsetM[0],
+  sceneM[1] - offsetM[1],
+  sceneM[2] - offsetM[2],
+];
+export const sceneOf = (localM: Point, offsetM: readonly [number, number, number]): [number, number, number] => [
+  localM[0] + offsetM[0],
+  localM[1] + offsetM[1],
+  localM[2] + offsetM[2],
+];

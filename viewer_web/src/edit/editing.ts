@@ -1,0 +1,65 @@
+/** What is being edited right now and not yet committed: the tool in hand, an outline half drawn, a station under way. */
+import { type Signal, signal } from '@preact/signals';
+import type { Point } from '../api/documents.ts';
+import type { GroundMap, Place } from './ground-map.ts';
+import { Latencies } from './preview-loop.ts';
+import type { PreviewHead } from './previews.ts';
+
+export type Tool = 'select' | 'add' | 'forbid' | 'keep_out' | 'priority' | 'ground' | 'comment';
+
+/** A station on its way: dragged, raised, or about to be added (`stationId` null). Scene frame. */
+export interface UnderWay {
+  readonly stationId: string | null;
+  readonly floorId: string;
+  readonly positionM: Point;
+  readonly heightM: number;
+}
+
+/** A comment that is being written. */
+export interface CommentSpot {
+  readonly target: string | number | null;
+  readonly positionM: Point | null;
+  /** What it is pinned to, in words. */
+  readonly title: string;
+}
+
+export interface Editing {
+  readonly tool: Signal<Tool>;
+  /** The plan is shown as it was planned, without the review's edits. */
+  readonly showsPlan: Signal<boolean>;
+  readonly underWay: Signal<UnderWay | null>;
+  /** The server's answer about what is under way; null: none yet. */
+  readonly preview: Signal<PreviewHead | null>;
+  /** Corners drawn so far, scene frame. */
+  readonly outline: Signal<readonly Place[]>;
+  readonly outlineFloor: Signal<string | null>;
+  readonly zoneName: Signal<string>;
+  readonly priorityPercent: Signal<string>;
+  readonly forbidRadiusM: Signal<number>;
+  readonly marksGround: Signal<boolean>;
+  /** Of the floor that is shown; null: not known (yet). */
+  readonly ground: Signal<GroundMap | null>;
+  readonly commentSpot: Signal<CommentSpot | null>;
+  readonly latencies: Latencies;
+  /** Of the last drag, for the page's own report. */
+  readonly measuredMs: Signal<readonly number[]>;
+}
+
+export function createEditing(): Editing {
+  return {
+    tool: signal<Tool>('select'),
+    showsPlan: signal(false),
+    underWay: signal<UnderWay | null>(null),
+    preview: signal<PreviewHead | null>(null),
+    outline: signal<readonly Place[]>([]),
+    outlineFloor: signal<string | null>(null),
+    zoneName: signal(''),
+    priorityPercent: signal('98'),
+    forbidRadiusM: signal(0.5),
+    marksGround: signal(true),
+    ground: signal<GroundMap | null>(null),
+    commentSpot: signal<CommentSpot | null>(null),
+    latencies: new Latencies(),
+    measuredMs: signal<readonly number[]>([]),
+  };
+}

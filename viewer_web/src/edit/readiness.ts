@@ -1,0 +1,45 @@
+/** What can be done right now, and in words what to do where something can't. */
+import { OWN_PLAN } from '../load/plan-base.ts';
+import type { Store } from '../store.ts';
+
+/** The live side computes. */
+export function isLive(store: Store): boolean {
+  return store.desk?.live.value.state === 'ready';
+}
+
+/** Changes of the review are taken. */
+export function canEdit(store: Store): boolean {
+  return (store.desk?.canEdit.value ?? false) && store.planBase.value === OWN_PLAN;
+}
+
+/** Why changes are not taken; null: they are. */
+export function whyNoEditing(store: Store): string | null {
+  const { desk } = store;
+  if (desk === null) return 'This is a copy to look at. Open the plan with `tlsplan view` to change it.';
+  if (store.planBase.value !== OWN_PLAN) {
+    return 'This is the plan of a run. Changes belong to the plan it was made from: go back to it to edit.';
+  }
+  if (desk.line.value === 'connecting') return 'Asking the server …';
+  if (desk.line.value === 'none') {
+    return 'This server only shows files. Start `tlsplan view` of this version to change the plan.';
+  }
+  if (desk.session.value?.read_only) {
+    return 'The server was started with --read-only. Start it without, and the plan can be changed.';
+  }
+  if (!desk.canEdit.value) return 'The server does not answer. Start `tlsplan view` again and reload the page.';
+  return null;
+}
+
+/** Why moving shows no figures; null: it does. */
+export function whyNotLive(store: Store): string | null {
+  const live = store.desk?.live.value;
+  if (live === undefined || live.state === 'ready') return null;
+  if (live.state === 'starting') {
+    const share =
+      live.fraction === null || live.fraction === undefined ? '' : `, ${(100 * live.fraction).toFixed(0)} %`;
+    return `Getting ready to compute: ${live.step || 'loading the scene'}${share}`;
+  }
+  const said = live.message ? `${live.message.replace(/[.\s]+$/, '')}. ` : '';
+  if (live.state === 'failed') return `${said}Stations can't be moved until that is mended and the server restarted.`;
+  return `${said}To move stations, start the server with the scene: tlsplan view plan/ --scene building.ifc`;
+}

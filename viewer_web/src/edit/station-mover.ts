@@ -1,0 +1,208 @@
+/** Moves, raises and adds stations: places while the pointer moves, the server's answer as it comes, and a commit at the end. */
+import { batch, effect } from '@preact/signals';
+import type { Desk } from '../api/desk.ts';
+import type { Point } from '../api/documents.ts';
+import type { LoadedPlan } from '../load/fetch-plan.ts';
+import type { PlanView } from '../scene/plan-view.ts';
+import type { PointerConsumer, PointerPlace } from '../scene/pointer.ts';
+import type { Store } from '../store.ts';
+import { addStation, moveStation } from './changes.ts';
+import { type DraftStation, localOf, sceneOf } from './draft.ts';
+import type { DraftFollower } from './draft-follower.ts';
+import type { UnderWay } from './editing.ts';
+import type { GroundMap } from './ground-map.ts';
+import { PreviewLoop } from './preview-loop.ts';
+import { askPreview, type Preview, PreviewPaint, type PreviewQuestion } from './previews.ts';
+import { canEdit, isLive } from './readiness.ts';
+
+/** What the live side has values of while something moves; others keep the plan's. */
+const LIVE_LAYERS = new Set(['times_seen', 'range', 'incidence', 'spacing', 'noise']);
+
+export class StationMover {
+  private readonly paint: PreviewPaint;
+  private readonly loop: PreviewLoop<PreviewQuestion, Preview>;
+  private readonly endings: (() => void)[];
+  private grabbed: DraftStation | null = null;
+  /** Rising over reloads of the page too: the server drops questions older than one it has had. */
+  private sequence = Date.now();
+
+  constructor(
+    private readonly store: Store,
+    private readonly desk: Desk,
+    private readonly view: PlanView,
+    private readonly loaded: LoadedPlan,
+    private readonly follower: DraftFollower,
+    private readonly groundOf: (floorId: string) => Promise<GroundMap>,
+  ) {
+    this.paint = new PreviewPaint(view);
+    this.loop = new PreviewLoop(
+      (question, signal) => askPreview(desk.client, question, this.nextSequence(), signal),
+      (preview, askedMs) => this.show(preview, askedMs),
+      (error) => desk.warn(error.message),
+    );
+    this.endings = [
+      view.onPointer(this.consumer()),
+      // New values of all patches are on their way: what is drawn over the old ones goes with them.
+      effect(() => {
+        this.follower.layers.value;
+        this.paint.forget();
+      }),
+    ];
+  }
+
+  dispose(): void {
+    this.loop.stop();
+    for (const end of this.endings) end();
+  }
+
+  /** Show the station at another height, not yet committed. */
+  raise(station: DraftStation, heightM: number): void {
+    const [x, y, z] = station.positionM;
+    const from = station.instrumentHeightM ?? heightM;
+    this.put({ stationId: station.id, floorId: station.floorId, positionM: [x, y, z - from + heightM], heightM });
+  }
+
+  /** Commit what is under way, where the server says that it can be. */
+  async finish(): Promise<void> {
+    const underWay = this.store.editing.underWay.peek();
+    this.grabbed = null;
+    if (underWay === null) return;
+    this.loop.stop();
+    this.report();
+    try {
+      // The place that was asked for last, and not one on the way there.
+      const preview = await askPreview(this.desk.client, this.question(underWay), this.nextSequence());
+      this.show(preview, null);
+      await this.commit(underWay, preview);
+    } catch (error) {
+      this.desk.warn((error as Error).message);
+    }
+    this.letGo();
+  }
+
+  /** Back to where it was. */
+  cancel(): void {
+    this.grabbed = null;
+    this.loop.stop();
+    this.letGo();
+  }
+
+  /** A new station at a place on a floor; scene frame. */
+  async add(floorId: string, at: readonly [number, number], groundM: number): Promise<void> {
+    const ground = await this.groundOf(floorId);
+    const place = ground.nearestAdmissible(at);
+    if (place === null) {
+      this.desk.warn('A tripod can stand nowhere on this floor.');
+      return;
+    }
+    const heightM = this.usualHeightM(floorId);
+    const positionM: Point = [place[0], place[1], groundM + heightM];
+    this.store.editing.underWay.value = { stationId: null, floorId, positionM, heightM };
+    await this.finish();
+  }
+
+  private consumer(): PointerConsumer {
+    return {
+      onDown: (place) => this.grab(place),
+      onMove: (place) => this.drag(place),
+      onUp: (_, isClick) => {
+        if (isClick) this.cancel();
+        else void this.finish();
+      },
+      onCancel: () => this.cancel(),
+    };
+  }
+
+  private grab({ stationId }: PointerPlace): boolean {
+    const { store } = this;
+    if (stationId === null || store.editing.tool.peek() !== 'select' || !canEdit(store) || !isLive(store)) return false;
+    if (store.editing.underWay.peek() !== null) return false;
+    const station = this.follower.stations.peek().find(({ id }) => id === stationId);
+    if (station === undefined || station.isFixed) return false;
+    this.grabbed = station;
+    void this.groundOf(station.floorId).catch((error: Error) => this.desk.warn(error.message));
+    return true;
+  }
+
+  private drag({ clientX, clientY }: PointerPlace): void {
+    const { grabbed, loaded, store } = this;
+    const ground = store.editing.ground.peek();
+    if (grabbed === null || ground?.floorId !== grabbed.floorId) return;
+    const { offsetM } = loaded.stage;
+    const level = localOf(grabbed.positionM, offsetM)[2];
+    const at = this.view.levelAt(clientX, clientY, grabbed.floorId, level);
+    if (at === null) return;
+    const [x, y] = sceneOf(at, offsetM);
+    const place = ground.nearestAdmissible([x, y]);
+    if (place === null) return;
+    this.put({
+      stationId: grabbed.id,
+      floorId: grabbed.floorId,
+      positionM: [place[0], place[1], grabbed.positionM[2]],
+      heightM: grabbed.instrumentHeightM ?? this.usualHeightM(grabbed.floorId),
+    });
+  }
+
+  private put(underWay: UnderWay): void {
+    this.store.editing.underWay.value = underWay;
+    this.view.requestFrame();
+    this.loop.put(this.question(underWay));
+  }
+
+  private question({ stationId, floorId, positionM, heightM }: UnderWay): PreviewQuestion {
+    const shown = this.store.layerId.peek();
+    const layerId = LIVE_LAYERS.has(shown) ? shown : 'times_seen';
+    return { stationId, floorId, positionM, heightM, layerId };
+  }
+
+  private show(preview: Preview, askedMs: number | null): void {
+    this.store.editing.preview.value = preview.head;
+    const layers = this.follower.layers.peek();
+    if (layers !== null) this.paint.show(preview, layers.valuesOf);
+    if (askedMs === null) return;
+    // After the frame that draws it, which was asked for before this one.
+    requestAnimationFrame(() => this.store.editing.latencies.add(performance.now() - askedMs));
+  }
+
+  private async commit({ stationId, floorId }: UnderWay, { head }: Preview): Promise<void> {
+    const { desk, store } = this;
+    if (!head.admissible) {
+      desk.warn(`No station can stand there: ${head.reason}.`);
+      return;
+    }
+    const pose = { position_m: head.position, instrument_height_m: head.instrument_height_m, floor: floorId };
+    if (stationId !== null) {
+      await desk.commit(`move ${stationId}`, [moveStation(stationId, pose)]);
+      return;
+    }
+    const before = new Set(Object.keys(desk.review.peek()?.stations ?? {}));
+    const isDone = await desk.commit('add a station', [addStation(pose)]);
+    const added = Object.keys(desk.review.peek()?.stations ?? {}).find((id) => !before.has(id));
+    if (isDone && added !== undefined) store.chooseStation(added);
+  }
+
+  private letGo(): void {
+    if (this.follower.layers.peek() !== null) this.paint.takeBack();
+    batch(() => {
+      this.store.editing.underWay.value = null;
+      this.store.editing.preview.value = null;
+    });
+    this.view.requestFrame();
+  }
+
+  private report(): void {
+    this.store.editing.measuredMs.value = [...this.store.editing.latencies.ms];
+  }
+
+  private nextSequence(): number {
+    this.sequence++;
+    return this.sequence;
+  }
+
+  /** Of the stations of the floor, else of any. */
+  private usualHeightM(floorId: string): number {
+    const stations = this.follower.stations.peek();
+    const known = [...stations.filter((station) => station.floorId === floorId), ...stations];
+    return known.find(({ instrumentHeightM }) => instrumentHeightM !== null)?.instrumentHeightM ?? 1.6;
+  }
+}
