@@ -95,6 +95,7 @@ export interface Store {
   readonly floorId: Signal<string | null>;
   readonly isSpread: Signal<boolean>;
   readonly cutM: Signal<number>;
+  readonly hidesCeilings: Signal<boolean>;
   readonly slices: ReadonlySignal<readonly Slice[]>;
   /** Which page of the sidebar. */
   readonly tab: Signal<TabId>;
@@ -161,6 +162,7 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
   const floorId = signal<string | null>(null);
   const isSpread = signal(true);
   const cutM = signal(DEFAULT_CUT_M);
+  const hidesCeilings = signal(false);
   const stationId = signal<string | null>(null);
   const picked = signal<Picked | null>(null);
   const extraLayers = signal<readonly ExtraLayer[]>([]);
@@ -172,7 +174,12 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
   const slices = computed<readonly Slice[]>(() => {
     const [plan, boxes] = [loaded.value, extents.value];
     if (plan === null || boxes === null) return [];
-    const view = { floorId: floorId.value, isSpread: isSpread.value, cutM: cutM.value };
+    const view = {
+      floorId: floorId.value,
+      isSpread: isSpread.value,
+      cutM: cutM.value,
+      hidesCeilings: hidesCeilings.value,
+    };
     return slicesOf(view, plan.stage.floors, boxes.whole);
   });
 
@@ -239,6 +246,7 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     floorId,
     isSpread,
     cutM,
+    hidesCeilings,
     slices,
     tab: signal<TabId>('plan'),
     isStatic,

@@ -15,7 +15,11 @@ const GROUND: Extent = { minM: [2, 2, 0], maxM: [6, 5, 0] };
 const EXTENT: Extent = { minM: [0, 0, -0.5], maxM: [10, 8, 6.4] };
 
 test('one floor is cut above, and what lies below its slab is hidden', () => {
-  const [slice, ...others] = slicesOf({ floorId: 'F1', isSpread: true, cutM: 1.5 }, FLOORS, EXTENT);
+  const [slice, ...others] = slicesOf(
+    { floorId: 'F1', isSpread: true, cutM: 1.5, hidesCeilings: false },
+    FLOORS,
+    EXTENT,
+  );
   expect(others).toEqual([]);
   expect(slice.topM).toBeCloseTo(4.3);
   expect(slice.bottomM).toBeLessThan(2.8);
@@ -24,17 +28,19 @@ test('one floor is cut above, and what lies below its slab is hidden', () => {
 });
 
 test('the cut never reaches into the floor above', () => {
-  expect(slicesOf({ floorId: 'F2', isSpread: false, cutM: 1.6 }, FLOORS, EXTENT)[0].topM).toBeCloseTo(6.4);
+  expect(
+    slicesOf({ floorId: 'F2', isSpread: false, cutM: 1.6, hidesCeilings: false }, FLOORS, EXTENT)[0].topM,
+  ).toBeCloseTo(6.4);
 });
 
 test('all floors without spreading is the whole building, uncut', () => {
-  const slices = slicesOf({ floorId: null, isSpread: false, cutM: 1.5 }, FLOORS, EXTENT);
-  expect(slices).toEqual([{ floorId: null, bottomM: -Infinity, topM: Infinity, liftM: 0 }]);
+  const slices = slicesOf({ floorId: null, isSpread: false, cutM: 1.5, hidesCeilings: false }, FLOORS, EXTENT);
+  expect(slices).toEqual([{ floorId: null, bottomM: -Infinity, topM: Infinity, liftM: 0, ceilingM: Infinity }]);
   expect(extentOf(slices, EXTENT, new Map([['F0', GROUND]]))).toEqual(EXTENT);
 });
 
 test('spread floors do not overlap and stay in order', () => {
-  const slices = slicesOf({ floorId: null, isSpread: true, cutM: 1.5 }, FLOORS, EXTENT);
+  const slices = slicesOf({ floorId: null, isSpread: true, cutM: 1.5, hidesCeilings: false }, FLOORS, EXTENT);
   expect(slices.map((slice) => slice.floorId)).toEqual(['F0', 'F1', 'F2']);
   for (let i = 1; i < slices.length; i++) {
     expect(slices[i].bottomM + slices[i].liftM).toBeGreaterThan(slices[i - 1].topM + slices[i - 1].liftM);
@@ -43,7 +49,7 @@ test('spread floors do not overlap and stay in order', () => {
 });
 
 test('the picture of one floor is fitted to its ground', () => {
-  const slices = slicesOf({ floorId: 'F0', isSpread: true, cutM: 1.5 }, FLOORS, EXTENT);
+  const slices = slicesOf({ floorId: 'F0', isSpread: true, cutM: 1.5, hidesCeilings: false }, FLOORS, EXTENT);
   const { minM, maxM } = extentOf(slices, EXTENT, new Map([['F0', GROUND]]));
   expect(minM[0]).toBeGreaterThan(1);
   expect(minM[0]).toBeLessThanOrEqual(2);
@@ -65,12 +71,14 @@ test('extents are those of all triangles, and of each floor that has ground', ()
 });
 
 test('an unknown floor and a plan without floors show the whole building', () => {
-  expect(slicesOf({ floorId: 'F9', isSpread: false, cutM: 1 }, FLOORS, EXTENT)[0].floorId).toBeNull();
-  expect(slicesOf({ floorId: null, isSpread: true, cutM: 1 }, [], EXTENT)[0].floorId).toBeNull();
+  expect(
+    slicesOf({ floorId: 'F9', isSpread: false, cutM: 1, hidesCeilings: false }, FLOORS, EXTENT)[0].floorId,
+  ).toBeNull();
+  expect(slicesOf({ floorId: null, isSpread: true, cutM: 1, hidesCeilings: false }, [], EXTENT)[0].floorId).toBeNull();
 });
 
 test('stations of floors that are not shown have no slice', () => {
-  const slices = slicesOf({ floorId: 'F1', isSpread: false, cutM: 1 }, FLOORS, EXTENT);
+  const slices = slicesOf({ floorId: 'F1', isSpread: false, cutM: 1, hidesCeilings: false }, FLOORS, EXTENT);
   expect(sliceOfFloor(slices, 'F1')).toBe(slices[0]);
   expect(sliceOfFloor(slices, 'F0')).toBeUndefined();
 });
@@ -81,4 +89,21 @@ test('stepping through floors starts at all and stops at the ends', () => {
   expect(floorBeside('F2', 1, FLOORS)).toBe('F2');
   expect(floorBeside('F0', -1, FLOORS)).toBeNull();
   expect(floorBeside(null, -1, FLOORS)).toBeNull();
+});
+
+test('a cut lies off the faces at its own height, and over the highest floor above all of it', () => {
+  const topOf = (floorId: string, cutM: number): number =>
+    slicesOf({ floorId, isSpread: false, cutM, hidesCeilings: false }, FLOORS, EXTENT)[0].topM;
+  expect(topOf('F0', 99)).toBeLessThan(2.8);
+  expect(topOf('F0', 1.5)).not.toBe(1.5);
+  expect(topOf('F2', 99)).toBeGreaterThan(6.4);
+});
+
+test('hidden ceilings are those of each floor that is shown, of the whole building those of the highest', () => {
+  const ceilings = (floorId: string | null, isSpread: boolean): number[] =>
+    slicesOf({ floorId, isSpread, cutM: 9, hidesCeilings: true }, FLOORS, EXTENT).map(({ ceilingM }) => ceilingM);
+  expect(ceilings('F0', false)[0]).toBeGreaterThan(1.5);
+  expect(ceilings('F0', false)[0]).toBeLessThan(2.4);
+  expect(ceilings(null, true)).toHaveLength(3);
+  expect(ceilings(null, false)[0]).toBeGreaterThan(5.6);
 });

@@ -13,6 +13,8 @@ export interface Slice {
   readonly bottomM: number;
   readonly topM: number;
   readonly liftM: number;
+  /** Ceilings, roofs and all else that lies flat above this height is not drawn. */
+  readonly ceilingM: number;
 }
 
 export interface FloorView {
@@ -22,6 +24,7 @@ export interface FloorView {
   readonly isSpread: boolean;
   /** Height of the cut above a floor's ground, metres. */
   readonly cutM: number;
+  readonly hidesCeilings: boolean;
 }
 
 export interface Extent {
@@ -29,11 +32,25 @@ export interface Extent {
   readonly maxM: readonly [number, number, number];
 }
 
+export const WHOLE_BUILDING: Slice = {
+  floorId: null,
+  bottomM: Number.NEGATIVE_INFINITY,
+  topM: Number.POSITIVE_INFINITY,
+  liftM: 0,
+  ceilingM: Number.POSITIVE_INFINITY,
+};
+
 /** Above furniture and door handles, below ceilings, and low enough to look into rooms. */
 export const DEFAULT_CUT_M = 1.6;
 export const LOWEST_CUT_M = 0.2;
 /** So much below its ground belongs to a floor's picture: it lets the slab be seen as such. */
 const SLAB_M = 0.3;
+/** Faces at exactly the height of a cut would be drawn in shreds; hardly any lies this far off a round height. */
+const OFF_FACES_M = 0.003;
+/** What lies flat higher than this above the ground is no furniture any more. */
+export const CEILING_M = 1.95;
+/** More level than this is flat: roofs too, but not the flanks of a stair. */
+export const FLAT_COS = 0.7;
 /** Walls stand around a floor's ground. */
 const WALL_M = 0.5;
 /** Share of the building's shorter side by which a floor is lifted off the one below. */
@@ -42,17 +59,27 @@ const LIFT_SHARE = 0.85;
 export function slicesOf(view: FloorView, floors: readonly StageFloor[], extent: Extent): Slice[] {
   const open = (floor: StageFloor, liftM: number): Slice => ({
     floorId: floor.id,
-    bottomM: floor.elevationM - SLAB_M,
-    topM: floor.elevationM + Math.min(view.cutM, highestCutM(floor)),
+    bottomM: floor.elevationM - SLAB_M - OFF_FACES_M,
+    topM: floor.elevationM + cutAbove(floor),
     liftM,
+    ceilingM: ceilingOf(floor),
   });
+  const ceilingOf = (floor: StageFloor): number =>
+    view.hidesCeilings ? floor.elevationM + CEILING_M : Number.POSITIVE_INFINITY;
+  const cutAbove = (floor: StageFloor): number => {
+    if (view.cutM < highestCutM(floor)) return view.cutM + OFF_FACES_M;
+    // Right below the ground of the floor above; over a highest floor nothing is cut.
+    const isHighest = floors.every(({ elevationM }) => elevationM <= floor.elevationM);
+    return highestCutM(floor) + (isHighest ? OFF_FACES_M : -OFF_FACES_M);
+  };
   const chosen = floors.find((floor) => floor.id === view.floorId);
   if (chosen !== undefined) return [open(chosen, 0)];
   if (view.isSpread && floors.length > 0) {
     const shorterM = Math.min(extent.maxM[0] - extent.minM[0], extent.maxM[1] - extent.minM[1]);
     return floors.map((floor, i) => open(floor, i * LIFT_SHARE * shorterM));
   }
-  return [{ floorId: null, bottomM: Number.NEGATIVE_INFINITY, topM: Number.POSITIVE_INFINITY, liftM: 0 }];
+  const highest = floors[floors.length - 1];
+  return [highest === undefined ? WHOLE_BUILDING : { ...WHOLE_BUILDING, ceilingM: ceilingOf(highest) }];
 }
 
 /** Up to the next floor's ground, or the building's highest point. */

@@ -92,6 +92,18 @@ function CutControl({ store }: { store: Store }) {
           Open and spread the floors
         </label>
       )}
+      <label class="check">
+        <input
+          type="checkbox"
+          checked={store.hidesCeilings.value}
+          onChange={(event) => {
+            store.hidesCeilings.value = event.currentTarget.checked;
+            // Below a low cut there are no ceilings to hide: show the walls in their full height.
+            if (event.currentTarget.checked) store.cutM.value = Math.max(store.cutM.value, highest);
+          }}
+        />
+        Hide ceilings and roofs
+      </label>
       {isOpen && (
         <label class="slider">
           <span>Cut above ground</span>

@@ -91,8 +91,12 @@ const REASON_COLORS: Readonly<Record<string, ThemedColor>> = {
   'inside solids': GREY,
 };
 
+export function reasonColor(reason: string): ThemedColor {
+  return REASON_COLORS[reason] ?? GREY;
+}
+
 function reasonLayer(reasons: readonly string[]): ClassLayer {
-  const ofReason = reasons.map((label, value) => ({ value, label, color: REASON_COLORS[label] ?? GREY }));
+  const ofReason = reasons.map((label, value) => ({ value, label, color: reasonColor(label) }));
   return {
     kind: 'classes',
     id: REASON,

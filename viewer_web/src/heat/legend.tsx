@@ -1,5 +1,6 @@
 /** What the colours mean: of the layer the building is painted by, or of the clouds where they are shown. */
-import { metres } from '../panels/figures.ts';
+import { metres, squareMetres } from '../panels/figures.ts';
+import { DARK, LIGHT } from '../scene/palette.ts';
 import type { LayerState, Store } from '../store.ts';
 import { layerColors, themed } from './colors.ts';
 import type { ClassLayer, HeatLayer, RampLayer } from './layers.ts';
@@ -7,8 +8,36 @@ import { quantity } from './quantity.ts';
 import type { Spread } from './statistics.ts';
 
 export function Legend({ store }: { store: Store }) {
+  if (store.marking.value.kind !== 'none') return <MarkLegend store={store} />;
   if (store.cloud.value.kind === 'shown') return <CloudLegend store={store} />;
   return <LayerLegend state={store.layerState.value} isDark={store.isDark.value} />;
+}
+
+/** What is pointed out, and how much it is. */
+function MarkLegend({ store }: { store: Store }) {
+  const marking = store.marking.value;
+  const pair = store.pair.value;
+  const about =
+    pair !== null
+      ? `Seen by both ${pair[0]} and ${pair[1]}`
+      : store.unseenFocus.value !== null
+        ? `Unseen: ${store.unseenFocus.value.surface.reason}`
+        : `Seen by ${store.stationId.value} alone`;
+  return (
+    <figure class="legend" aria-label="Legend" data-testid="legend" data-state={marking.kind}>
+      {marking.kind === 'failed' && <p class="note note-warn">{marking.message}</p>}
+      {marking.kind === 'loading' && <p class="muted">Loading …</p>}
+      {marking.kind === 'shown' && (
+        <ul class="legend-classes">
+          <li>
+            <Swatch color={(store.isDark.value ? DARK : LIGHT).mark} />
+            {about}
+            <span class="muted">{squareMetres(marking.areaM2)}</span>
+          </li>
+        </ul>
+      )}
+    </figure>
+  );
 }
 
 function LayerLegend({ state, isDark }: { state: LayerState; isDark: boolean }) {
@@ -83,9 +112,15 @@ function Ramp({ layer, spread, isDark }: { layer: RampLayer; spread: Spread; isD
 export function RampBar({ colors }: { colors: Uint8Array }) {
   const steps = [...Array(32).keys()].map((i) => Math.round((i * 255) / 31));
   return (
-    <svg class="legend-ramp" viewBox="0 0 32 1" preserveAspectRatio="none" aria-hidden="true">
+    <svg
+      class="legend-ramp"
+      viewBox="0 0 32 1"
+      preserveAspectRatio="none"
+      shapeRendering="crispEdges"
+      aria-hidden="true"
+    >
       {steps.map((at, i) => (
-        <rect key={at} x={i} width="1.02" height="1" fill={`rgb(${colors.subarray(3 * at, 3 * at + 3).join(' ')})`} />
+        <rect key={at} x={i} width="1.1" height="1" fill={`rgb(${colors.subarray(3 * at, 3 * at + 3).join(' ')})`} />
       ))}
     </svg>
   );

@@ -34,7 +34,7 @@ function cube({ isInsideOut = false, nFaces = 6 } = {}): StageTriangles {
 }
 
 const whole = (triangles: StageTriangles): StageElement[] => [
-  { name: 'cube', kind: 'Mesh', floorId: '', firstTriangle: 0, nTriangles: triangles.count },
+  { sceneIndex: 0, name: 'cube', kind: 'Mesh', floorId: '', firstTriangle: 0, nTriangles: triangles.count },
 ];
 
 test('a cube has twelve lines and none along the diagonals of its faces', () => {

@@ -41,6 +41,17 @@ export async function fetchCloud(base: string, station: StageStation, signal: Ab
   return decodeCloud(await fetchBytes(base, `viewer/${station.cloudUri}`, undefined, signal), station);
 }
 
+/** What a station sees, one bit a patch. */
+export async function fetchSeen({ base, patchSeen }: LoadedPlan, station: StageStation): Promise<Uint8Array> {
+  const file = station.cloudUri.replace(/^clouds\//, 'seen/').replace(/\.u16$/, '.bits');
+  const bits = new Uint8Array(await fetchBytes(base, `viewer/${file}`));
+  const nBytes = Math.ceil(patchSeen.length / 8);
+  if (bits.length !== nBytes) {
+    throw new PlanLoadError(`viewer/${file}: ${bits.length} bytes, expected ${nBytes}. Write the plan again.`);
+  }
+  return bits;
+}
+
 /** Values of a layer of the plan folder, by its id. */
 export async function fetchPatchValues({ base, layers, patchSeen }: LoadedPlan, id: string, signal: AbortSignal) {
   const isReason = id === REASON;

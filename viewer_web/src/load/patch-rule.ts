@@ -48,6 +48,32 @@ export function patchCode(
   return code;
 }
 
+/** Corners of a patch, nine numbers: the triangle at `from` of `corners`, halved along the path `code`. */
+export function patchCorners(
+  corners: ArrayLike<number>,
+  from: number,
+  [s01, s12, s20]: readonly [number, number, number],
+  depth: number,
+  code: number,
+): number[] {
+  const vertex = (k: number): number[] => [corners[from + 3 * k], corners[from + 3 * k + 1], corners[from + 3 * k + 2]];
+  let [v0, v1, v2] = [vertex(0), vertex(1), vertex(2)];
+  let [q01, q12, q20] = [fround(s01), fround(s12), fround(s20)];
+  for (let level = depth - 1; level >= 0; level--) {
+    let [a, b, c, qab, qbc, qca] = [v0, v1, v2, q01, q12, q20];
+    if (!(q01 >= q12 && q01 >= q20)) {
+      if (q12 >= q20) [a, b, c, qab, qbc, qca] = [v1, v2, v0, q12, q20, q01];
+      else [a, b, c, qab, qbc, qca] = [v2, v0, v1, q20, q01, q12];
+    }
+    const middle = fround(fround(fround(fround(2 * qca) + fround(2 * qbc)) - qab) / 4);
+    const m = a.map((x, k) => (x + b[k]) / 2);
+    q01 = fround(qab / 4);
+    if (Math.floor(code / 2 ** level) % 2 === 0) [v0, v1, v2, q12, q20] = [a, m, c, middle, qca];
+    else [v0, v1, v2, q12, q20] = [m, b, c, qbc, middle];
+  }
+  return [...v0, ...v1, ...v2];
+}
+
 /** `uint patchCode(vec3 weights, vec3 squaredEdges, int depth)`: the same in GLSL ES 3. */
 export const PATCH_CODE_GLSL = /* glsl */ `
 uint patchCode(vec3 l, vec3 q, int depth) {

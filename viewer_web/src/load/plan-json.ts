@@ -14,11 +14,93 @@ const CoverageFigures = v.object({
   fraction_of_total: fraction,
 });
 
+const point = v.tuple([v.number(), v.number(), v.number()]);
+const Room = v.nullable(v.object({ name: v.string() }));
+
+const Link = v.object({
+  a: v.string(),
+  b: v.string(),
+  overlap: fraction,
+  strength: v.nullable(v.number()),
+  weak_axis: v.optional(v.string(), ''),
+});
+
+const Network = v.object({
+  stations: v.array(v.string()),
+  floors: v.array(v.string()),
+  n_links: v.number(),
+  bridges: v.array(v.tuple([v.string(), v.string()])),
+  articulations: v.array(v.string()),
+  bottleneck: v.nullable(Link),
+  two_connected: v.boolean(),
+});
+
+const UnseenSurface = v.object({
+  /** Index in the scene's list of elements. */
+  element: v.number(),
+  name: v.string(),
+  kind: v.string(),
+  room: Room,
+  floor: v.string(),
+  reason: v.string(),
+  area_m2: area,
+  n_pieces: v.number(),
+  pieces: v.array(v.object({ area_m2: area, centroid: point, box: v.tuple([point, point]), patch: v.number() })),
+  best_spot: v.nullable(v.object({ position: point, sees_m2: area, adds_m2: area })),
+});
+
+const Why = v.object({
+  stations: v.array(
+    v.object({
+      station: v.string(),
+      own_parts: v.array(v.object({ name: v.string(), room: Room, area_m2: area })),
+    }),
+  ),
+  curve: v.array(
+    v.object({ station: v.string(), covered_area_m2: area, fraction_of_achievable: v.nullable(fraction) }),
+  ),
+  unseen_surfaces: v.array(UnseenSurface),
+});
+
+const Route = v.object({
+  length_m: v.number(),
+  returns: v.boolean(),
+  order: v.array(v.string()),
+  left_out: v.array(v.string()),
+  legs: v.array(
+    v.object({
+      from: v.nullable(v.string()),
+      to: v.nullable(v.string()),
+      length_m: v.nullable(v.number()),
+      floors: v.array(v.string()),
+      points: v.array(point),
+    }),
+  ),
+});
+
+const limit = v.nullable(v.number());
+const Asked = v.object({ spacing_m: limit, range_m: limit, incidence_rad: limit, noise_m: limit });
+
+const seconds = v.nullable(v.number());
+
 const PlanJson = v.object({
   schema: v.literal(SCHEMA),
   scene: v.object({ file: v.string() }),
-  scanner: v.object({ name: v.string(), title: v.optional(v.string()), range_max_m: v.number() }),
-  requirements: v.object({ coverage: fraction, overlap: fraction }),
+  scanner: v.object({
+    name: v.string(),
+    title: v.optional(v.string()),
+    range_max_m: v.number(),
+    instrument_height_min_m: v.optional(v.number()),
+    instrument_height_max_m: v.optional(v.number()),
+  }),
+  requirements: v.object({
+    coverage: fraction,
+    overlap: fraction,
+    seen_from: v.optional(v.number()),
+    network: v.optional(v.string()),
+    floors: v.optional(v.array(v.string())),
+    asked: v.optional(Asked),
+  }),
   floors: v.array(
     v.object({ id: v.string(), name: v.string(), elevation_m: v.number(), ground_area_m2: v.nullable(v.number()) }),
   ),
@@ -27,7 +109,7 @@ const PlanJson = v.object({
       id: v.string(),
       floor: v.string(),
       order: v.number(),
-      position: v.tuple([v.number(), v.number(), v.number()]),
+      position: point,
       instrument_height_m: v.number(),
       fixed: v.boolean(),
       covered_area_m2: area,
@@ -47,28 +129,29 @@ const PlanJson = v.object({
   registration: v.object({
     threshold: fraction,
     connected: v.boolean(),
-    links: v.array(v.object({ a: v.string(), b: v.string(), overlap: fraction, strength: v.nullable(v.number()) })),
+    links: v.array(Link),
+    min_strength: v.optional(v.nullable(v.number()), 0),
+    networks: v.optional(v.array(Network), []),
+    gaps: v.optional(v.array(v.object({ networks: v.array(v.number()), best: Link })), []),
   }),
-  unseen: v.optional(
-    v.array(
-      v.object({
-        element: v.number(),
-        name: v.string(),
-        kind: v.string(),
-        floor: v.string(),
-        unseen_area_m2: area,
-        achievable_area_m2: area,
-      }),
-    ),
-    [],
+  coverage_curve: v.optional(v.array(v.nullable(fraction)), []),
+  route: v.optional(v.nullable(Route), null),
+  field_time: v.optional(
+    v.nullable(v.object({ scanning_s: seconds, set_up_s: seconds, walking_s: seconds, total_s: seconds })),
+    null,
   ),
+  why: v.optional(v.nullable(Why), null),
+  site: v.optional(v.object({ settled: v.optional(v.array(v.object({ id: v.string(), role: v.string() })), []) }), {}),
   warnings: v.optional(v.array(v.string()), []),
 });
 
 export type PlanJson = v.InferOutput<typeof PlanJson>;
 export type PlanStation = PlanJson['stations'][number];
 export type PlanFloor = PlanJson['floors'][number];
-export type PlanLink = PlanJson['registration']['links'][number];
+export type PlanLink = v.InferOutput<typeof Link>;
+export type PlanNetwork = v.InferOutput<typeof Network>;
+export type UnseenSurface = v.InferOutput<typeof UnseenSurface>;
+export type PlanRoute = v.InferOutput<typeof Route>;
 
 /** Check a parsed plan.json; the error names the first key that does not fit. */
 export function parsePlan(json: unknown): PlanJson {

@@ -9,6 +9,8 @@ import { squaredEdges } from './patch-rule.ts';
 import { PlanLoadError } from './plan-load-error.ts';
 
 export interface StageElement {
+  /** Index in the scene's list of elements, as plan.json names it. */
+  readonly sceneIndex: number;
   readonly name: string;
   readonly kind: string;
   readonly floorId: string;
@@ -113,6 +115,7 @@ function mergeMeshes(meshes: readonly CratePrim[]): { triangles: StageTriangles;
       triangles.squaredEdgesM2.set(squaredEdges(triangles.cornersM, 9 * t), 3 * t);
     }
     elements.push({
+      sceneIndex: number(mesh, 'tlsplan:element'),
       name: string(mesh, 'tlsplan:name'),
       kind: string(mesh, 'tlsplan:kind'),
       floorId: string(mesh, 'tlsplan:floor'),

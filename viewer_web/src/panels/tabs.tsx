@@ -80,7 +80,7 @@ export function Tabs({ store, loaded, view }: TabsProps) {
 }
 
 function pageOf(id: TabId, { store, loaded, view }: TabsProps): ComponentChildren {
-  if (id === 'unseen') return <UnseenTab store={store} view={view} />;
+  if (id === 'unseen') return <UnseenTab store={store} />;
   if (id === 'network') return <NetworkTab store={store} />;
   if (id === 'edit') return <EditTab store={store} view={view} />;
   if (id === 'runs') return <RunsTab store={store} view={view} />;

@@ -11,9 +11,11 @@ import {
   BufferGeometry,
   Color,
   DataTexture,
+  DoubleSide,
   FloatType,
   FrontSide,
   GLSL3,
+  GreaterDepth,
   Group,
   IntType,
   LineSegments,
@@ -23,7 +25,7 @@ import {
   ShaderMaterial,
   UnsignedByteType,
 } from 'three';
-import type { Slice } from '../floors/cut.ts';
+import { FLAT_COS, type Slice } from '../floors/cut.ts';
 import type { PatchValues } from '../heat/layers.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { PATCH_CODE_GLSL } from '../load/patch-rule.ts';
@@ -59,9 +61,10 @@ precision highp float;
 precision highp int;
 uniform highp usampler2D patchSeen, patchValues, patchMarks;
 uniform sampler2D colors; // 256 texels: of each class, or along the ramp
-uniform vec2 slice;
+uniform vec3 slice; // lowest, highest, and the height above which nothing flat is drawn
 uniform int paintMode; // 0 plain, 1 classes, 2 ramp
 uniform bool hasMarks;
+uniform bool isGhost; // the pass that draws nothing but marked patches, through whatever hides them
 uniform float rampLow, rampHigh, rampNone;
 uniform bool isBack; // not gl_FrontFacing: three turns it round where it draws back faces
 uniform float fade;
@@ -88,10 +91,19 @@ vec3 surfaceColor() {
   int value = int(texelFetch(patchValues, texel, 0).r);
   return paintMode == 1 ? classColor(value) : rampColor(float(value), texel);
 }
+bool isMarked() {
+  int patchId = vNumbers.x + int(patchCode(vWeights, vEdges, vNumbers.z));
+  return texelFetch(patchMarks, ivec2(patchId % ${TEXTURE_WIDTH}, patchId / ${TEXTURE_WIDTH}), 0).r != 0u;
+}
 void main() {
-  if (vLocal.z < slice.x || vLocal.z > slice.y) discard;
   // Flat shading from the geometry itself; sign-free, since a surface's two sides look alike.
   vec3 normal = abs(normalize(cross(dFdx(vLocal), dFdy(vLocal))));
+  if (vLocal.z < slice.x || vLocal.z > slice.y || (vLocal.z > slice.z && normal.z > ${FLAT_COS})) discard;
+  if (isGhost) {
+    if (!isMarked()) discard;
+    fragColor = vec4(markColor, 0.3);
+    return;
+  }
   float light = 0.74 + 0.26 * normal.z - 0.10 * normal.x + 0.02 * normal.y;
   int bodySide = (vNumbers.w >> 1) - 1;
   bool isSection = bodySide != 0 && (bodySide > 0) == isBack;
@@ -116,7 +128,7 @@ void main() {
 `;
 const LINE_FRAGMENT = /* glsl */ `
 precision highp float;
-uniform vec2 slice;
+uniform vec3 slice;
 uniform vec3 lineColor;
 uniform float opacity;
 in float vHeight;
@@ -155,6 +167,8 @@ export class Building {
   private readonly uniforms;
   private readonly lineUniforms = { lineColor: { value: new Color() }, opacity: { value: 0.5 } };
   private materials: ShaderMaterial[] = [];
+  /** Of each slice: the marked patches once more, seen through what hides them. */
+  private ghosts: Mesh[] = [];
 
   constructor({ stage, edges, patchSeen }: LoadedPlan) {
     const { triangles } = stage;
@@ -263,6 +277,7 @@ export class Building {
   /** Show only the patches whose mark is not 0, the rest in the colours of bare surface; null: no marks. */
   setMarks(marks: Uint8Array | null): void {
     this.uniforms.hasMarks.value = marks !== null;
+    for (const ghost of this.ghosts) ghost.visible = marks !== null;
     // Give the memory back: marks are a passing thing.
     this.marks.set(marks ?? new Uint8Array(1));
     this.bindPatches();
@@ -271,7 +286,9 @@ export class Building {
   setSlices(slices: readonly Slice[]): void {
     this.disposeSlices();
     for (const slice of slices) {
-      const limits = { value: [slice.bottomM, slice.topM].map((z) => Math.min(1e9, Math.max(-1e9, z))) };
+      const limits = {
+        value: [slice.bottomM, slice.topM, slice.ceilingM].map((z) => Math.min(1e9, Math.max(-1e9, z))),
+      };
       // Lines lie in the surfaces they outline, so surfaces step back; front faces further than back faces: where two bodies
       // touch, the section of one must win over the face of the other.
       const surfaces = [FrontSide, BackSide].map(
@@ -280,7 +297,12 @@ export class Building {
             glslVersion: GLSL3,
             vertexShader: SURFACE_VERTEX,
             fragmentShader: SURFACE_FRAGMENT,
-            uniforms: { ...this.uniforms, slice: limits, isBack: { value: side === BackSide } },
+            uniforms: {
+              ...this.uniforms,
+              slice: limits,
+              isBack: { value: side === BackSide },
+              isGhost: { value: false },
+            },
             side,
             polygonOffset: true,
             polygonOffsetFactor: 1,
@@ -294,8 +316,21 @@ export class Building {
         uniforms: { ...this.lineUniforms, slice: limits },
         transparent: true,
       });
-      this.materials.push(...surfaces, line);
-      const meshes = surfaces.map((surface) => new Mesh(this.geometry, surface));
+      const ghost = new ShaderMaterial({
+        glslVersion: GLSL3,
+        vertexShader: SURFACE_VERTEX,
+        fragmentShader: SURFACE_FRAGMENT,
+        uniforms: { ...this.uniforms, slice: limits, isBack: { value: false }, isGhost: { value: true } },
+        side: DoubleSide,
+        transparent: true,
+        depthFunc: GreaterDepth,
+        depthWrite: false,
+      });
+      this.materials.push(...surfaces, line, ghost);
+      const meshes = [...surfaces, ghost].map((surface) => new Mesh(this.geometry, surface));
+      const ghostMesh = meshes[meshes.length - 1];
+      ghostMesh.visible = this.uniforms.hasMarks.value;
+      this.ghosts.push(ghostMesh);
       for (const object of [...meshes, new LineSegments(this.lines, line)]) {
         object.position.z = slice.liftM;
         this.group.add(object);
@@ -321,6 +356,7 @@ export class Building {
     this.group.clear();
     for (const material of this.materials) material.dispose();
     this.materials = [];
+    this.ghosts = [];
   }
 }
 

@@ -1,7 +1,10 @@
 /** Which surface lies under the pointer: a ray against the merged triangles, through the slices that are drawn. */
 import { type BufferGeometry, DoubleSide, Ray, Vector3 } from 'three';
 import { MeshBVH } from 'three-mesh-bvh';
-import type { Slice } from '../floors/cut.ts';
+import { FLAT_COS, type Slice } from '../floors/cut.ts';
+
+/** Layers of ceilings and roofs that a ray is followed through. */
+const MOST_PASSED = 50;
 
 export interface SurfaceHit {
   readonly triangle: number;
@@ -40,8 +43,21 @@ export class SurfacePicker {
     const near = isLevel ? 0 : Math.max(0, Math.min(toBottom, toTop));
     const far = isLevel ? farM : Math.min(farM, Math.max(toBottom, toTop));
     if (!(near < far)) return null;
-    const hit = this.bvh.raycastFirst(ray, DoubleSide, near, far);
-    if (hit === null || hit.faceIndex === null || hit.faceIndex === undefined) return null;
-    return { triangle: hit.faceIndex, pointM: new Vector3().copy(hit.point), distanceM: hit.distance, slice };
+    return this.firstDrawn(ray, slice, near, far);
+  }
+
+  /** Past ceilings that are not drawn. */
+  private firstDrawn(ray: Ray, slice: Slice, near: number, far: number): SurfaceHit | null {
+    let from = near;
+    for (let nPassed = 0; nPassed < MOST_PASSED; nPassed++) {
+      const hit = this.bvh.raycastFirst(ray, DoubleSide, from, far);
+      if (hit?.faceIndex === null || hit?.faceIndex === undefined) return null;
+      const isHidden = hit.point.z > slice.ceilingM && Math.abs(hit.face?.normal.z ?? 0) > FLAT_COS;
+      if (!isHidden) {
+        return { triangle: hit.faceIndex, pointM: new Vector3().copy(hit.point), distanceM: hit.distance, slice };
+      }
+      from = hit.distance + 1e-4;
+    }
+    return null;
   }
 }

@@ -1,8 +1,9 @@
 /** The 3D side of the viewer: follows the store's signals, and tells it what was clicked. */
 import { computed, effect, untracked } from '@preact/signals';
 import { type Object3D, Ray, Vector3 } from 'three';
-import { extentOf, sliceOfFloor } from '../floors/cut.ts';
+import { extentOf, sliceOfFloor, WHOLE_BUILDING } from '../floors/cut.ts';
 import { NOT_ACHIEVABLE, type PatchValues } from '../heat/layers.ts';
+import { MarkFollower } from '../heat/mark-follower.ts';
 import { PatchPaint } from '../heat/patch-paint.ts';
 import { normalOf } from '../load/edges.ts';
 import { fetchCloud, type LoadedPlan } from '../load/fetch-plan.ts';
@@ -11,11 +12,13 @@ import type { StageStation, StageTriangles } from '../load/stage.ts';
 import { CloudPoints } from '../stations/cloud-points.ts';
 import { LinkLines } from '../stations/link-lines.ts';
 import type { ShownStation } from '../stations/shown.ts';
-import type { Picked, Store } from '../store.ts';
+import type { Picked, Store, UnseenFocus } from '../store.ts';
 import { Building } from './building.ts';
 import { DARK, LIGHT } from './palette.ts';
+import { PatchPlaces } from './patch-places.ts';
 import { type SurfaceHit, SurfacePicker } from './pick.ts';
 import { Pointer, type PointerConsumer } from './pointer.ts';
+import { viewOf } from './viewpoint.ts';
 import { Viewport } from './viewport.ts';
 import { weightsAt } from './weights.ts';
 
@@ -39,7 +42,9 @@ export class PlanView {
   private readonly viewport: Viewport;
   private readonly building: Building;
   private readonly patchPaint: PatchPaint;
+  private readonly marks: MarkFollower;
   private readonly picker: SurfacePicker;
+  private patchPlaces: PatchPlaces | null = null;
   private readonly links: LinkLines;
   private cloud: CloudPoints | null = null;
   private readonly endings: (() => void)[] = [];
@@ -58,6 +63,14 @@ export class PlanView {
     this.building = new Building(loaded);
     this.patchPaint = new PatchPaint(store, loaded, this.building, () => this.requestFrame());
     this.picker = new SurfacePicker(this.building.geometry);
+    this.marks = new MarkFollower(
+      store,
+      loaded,
+      this.building,
+      this.patchPaint,
+      () => this.places,
+      () => this.requestFrame(),
+    );
     this.links = new LinkLines(loaded);
     this.viewport.scene.add(this.building.group, this.links.lines);
     this.viewport.onFrame = () => this.onMarkers(this.markerPlaces());
@@ -65,6 +78,7 @@ export class PlanView {
     this.followFloors();
     this.followLook();
     this.followStation();
+    this.followUnseen();
     this.followCamera();
   }
 
@@ -154,6 +168,7 @@ export class PlanView {
   dispose(): void {
     for (const end of this.endings) end();
     this.cloud?.dispose();
+    this.marks.dispose();
     this.patchPaint.dispose();
     this.pointer.dispose();
     this.links.dispose();
@@ -199,7 +214,7 @@ export class PlanView {
     this.endings.push(
       effect(() => {
         this.building.setPicked(pickedElement.value);
-        this.building.setFaded(store.cloud.value.kind === 'shown');
+        this.building.setFaded(store.cloud.value.kind === 'shown' && store.marking.value.kind !== 'shown');
         this.cloud?.setPaint(store.cloudPaint.value);
         this.links.update(store.slices.value, store.showLinks.value, store.stationId.value);
         const station = store.shownStations.value.find(({ id }) => id === store.stationId.value);
@@ -227,6 +242,35 @@ export class PlanView {
         });
       }),
     );
+  }
+
+  private followUnseen(): void {
+    this.endings.push(
+      effect(() => {
+        const focus = this.store.unseenFocus.value;
+        if (focus !== null) untracked(() => this.flyToPiece(focus));
+      }),
+    );
+  }
+
+  private flyToPiece({ surface, piece }: UnseenFocus): void {
+    const shown = surface.pieces[piece];
+    const place = shown && this.places.placeOf(shown.patch);
+    if (!place) return;
+    const sizeM = Math.hypot(...[0, 1, 2].map((k) => shown.box[1][k] - shown.box[0][k]));
+    // Against the whole building: what a cut takes away may be what hides the piece's back.
+    const freeLength = (ray: Ray): number =>
+      this.picker.firstHit(ray, [WHOLE_BUILDING])?.distanceM ?? Number.POSITIVE_INFINITY;
+    const view = viewOf(place.pointM, place.normal, sizeM, freeLength);
+    const liftM = this.liftOf(surface.floor);
+    for (const point of [view.position, view.target]) point.z += liftM;
+    this.viewport.flyTo(view);
+  }
+
+  /** Where patches are; made when first asked for. */
+  private get places(): PatchPlaces {
+    this.patchPlaces ??= new PatchPlaces(this.loaded.stage.triangles);
+    return this.patchPlaces;
   }
 
   /** The address says where the camera was left by hand; the choice of a floor or station overrules it. */

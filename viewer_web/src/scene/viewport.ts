@@ -81,7 +81,7 @@ export class Viewport {
   showAll(extent: Extent, from: 'side' | 'top', isInstant = false): void {
     this.flyTo(homeView(extent, from, { fieldOfViewDeg: FIELD_OF_VIEW_DEG, aspect: this.camera.aspect }), isInstant);
     const size = Math.hypot(...extent.maxM.map((max, i) => max - extent.minM[i]));
-    this.controls.minDistance = 0.5;
+    this.controls.minDistance = 0.1;
     this.controls.maxDistance = 6 * size;
     this.camera.far = 20 * size;
   }
@@ -90,7 +90,7 @@ export class Viewport {
   approach(place: Vector3, distanceM: number): void {
     const from = this.camera.position.clone().sub(this.controls.target).normalize();
     const distance = Math.min(distanceM, this.camera.position.distanceTo(this.controls.target));
-    this.flyTo({ target: place.clone(), position: place.clone().addScaledVector(from, distance) }, false);
+    this.flyTo({ target: place.clone(), position: place.clone().addScaledVector(from, distance) });
   }
 
   /** The ray under a place of the page, in CSS pixels. */
@@ -116,7 +116,8 @@ export class Viewport {
     this.renderer.dispose();
   }
 
-  private flyTo(to: View, isInstant: boolean): void {
+  /** Move the camera to a view, at once where motion is not wanted. */
+  flyTo(to: View, isInstant = false): void {
     const isCalm = isInstant || window.matchMedia('(prefers-reduced-motion: reduce)').matches;
     this.onFlight();
     const from = { position: this.camera.position.clone(), target: this.controls.target.clone() };

@@ -41,11 +41,18 @@ export function smallPlan(): PlanJson {
       threshold: 0.3,
       connected: false,
       links: [
-        { a: 'S001', b: 'S002', overlap: 0.42, strength: 0.1 },
-        { a: 'S002', b: 'S003', overlap: 0.08, strength: null },
+        { a: 'S001', b: 'S002', overlap: 0.42, strength: 0.1, weak_axis: 'slides along x' },
+        { a: 'S002', b: 'S003', overlap: 0.08, strength: null, weak_axis: '' },
       ],
+      min_strength: 0,
+      networks: [],
+      gaps: [],
     },
-    unseen: [],
+    coverage_curve: [],
+    route: null,
+    field_time: null,
+    why: null,
+    site: { settled: [] },
     warnings: [],
   };
 }

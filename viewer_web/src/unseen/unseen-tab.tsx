@@ -1,24 +1,156 @@
-/** The tab "Unseen": what no station sees, largest first. */
-import { kindInWords, squareMetres } from '../panels/figures.ts';
+/** The tab "Unseen": what no station sees, largest first, why, and a flight to each piece of it. */
+import { useState } from 'preact/hooks';
+import { themed } from '../heat/colors.ts';
+import { reasonColor } from '../heat/layers.ts';
+import { Swatch } from '../heat/legend.tsx';
+import type { UnseenSurface } from '../load/plan-json.ts';
+import { kindInWords, metres, squareMetres, whole } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
-import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
+import { type ReasonSum, sumsByReason, surfacesShown } from './surfaces.ts';
 
-export function UnseenTab({ store }: { store: Store; view: PlanView | null }) {
-  const unseen = store.loaded.value?.plan.unseen ?? [];
+/** More rows at once are no list any more, and slow. */
+const ROWS_A_PAGE = 60;
+
+export function UnseenTab({ store }: { store: Store }) {
+  const [reason, setReason] = useState<string | null>(null);
+  const [nRows, setRows] = useState(ROWS_A_PAGE);
+  const why = store.loaded.value?.plan.why;
+  if (!why) {
+    return (
+      <Section title="Unseen">
+        <p class="note">An older version made this plan: plan again to see what stays unseen, and why.</p>
+      </Section>
+    );
+  }
+  const onFloor = surfacesShown(why.unseen_surfaces, { floorId: store.floorId.value, reason: null });
+  const shown = surfacesShown(onFloor, { floorId: null, reason });
+  const choose = (next: string | null): void => {
+    setReason(next);
+    setRows(ROWS_A_PAGE);
+  };
   return (
-    <Section title="Unseen" aside="area">
-      <ul class="rows" aria-label="Unseen surfaces">
-        {unseen.map((part) => (
-          <li key={`${part.element} ${part.floor}`} class="row">
-            <span class="row-main">
-              <span class="row-name">{part.name}</span>
-              <span class="muted">{kindInWords(part.kind)}</span>
-            </span>
-            <span>{squareMetres(part.unseen_area_m2)}</span>
-          </li>
+    <>
+      <Section title="Why surface stays unseen" aside="area">
+        <Reasons sums={sumsByReason(onFloor)} chosen={reason} onChoose={choose} isDark={store.isDark.value} />
+      </Section>
+      <Section title={reason ?? 'All unseen surfaces'} aside={`${whole(shown.length)}, largest first`}>
+        <ul class="rows" aria-label="Unseen surfaces">
+          {shown.slice(0, nRows).map((surface) => (
+            <SurfaceRow key={keyOf(surface)} store={store} surface={surface} />
+          ))}
+        </ul>
+        {shown.length === 0 && <p class="muted">Nothing is unseen here.</p>}
+        {shown.length > nRows && (
+          <button type="button" class="more" onClick={() => setRows(nRows + ROWS_A_PAGE)}>
+            Show {Math.min(ROWS_A_PAGE, shown.length - nRows)} more
+          </button>
+        )}
+      </Section>
+    </>
+  );
+}
+
+const keyOf = ({ element, floor, reason, room }: UnseenSurface): string =>
+  `${element} ${floor} ${reason} ${room?.name}`;
+
+interface ReasonsProps {
+  readonly sums: readonly ReasonSum[];
+  readonly chosen: string | null;
+  readonly onChoose: (reason: string | null) => void;
+  readonly isDark: boolean;
+}
+
+/** Buttons that part the list by reason. */
+function Reasons({ sums, chosen, onChoose, isDark }: ReasonsProps) {
+  const groups: [string, ReasonSum[]][] = [
+    ['A further station would cover', sums.filter(({ isMendable }) => isMendable)],
+    ['No admissible spot sees as asked', sums.filter(({ isMendable }) => !isMendable)],
+  ];
+  return (
+    <>
+      {groups
+        .filter(([, ofGroup]) => ofGroup.length > 0)
+        .map(([title, ofGroup]) => (
+          <div key={title} class="reasons">
+            <h3>{title}</h3>
+            <ul class="rows" aria-label={title}>
+              {ofGroup.map(({ reason, areaM2 }) => (
+                <li key={reason}>
+                  <button
+                    type="button"
+                    class={chosen === reason ? 'row row-reason row-chosen' : 'row row-reason'}
+                    aria-pressed={chosen === reason}
+                    onClick={() => onChoose(chosen === reason ? null : reason)}
+                  >
+                    <Swatch color={themed(reasonColor(reason), isDark)} />
+                    <span class="row-name">{reason}</span>
+                    <span class="row-area">{squareMetres(areaM2)}</span>
+                  </button>
+                </li>
+              ))}
+            </ul>
+          </div>
         ))}
-      </ul>
-    </Section>
+    </>
+  );
+}
+
+function SurfaceRow({ store, surface }: { store: Store; surface: UnseenSurface }) {
+  const focus = store.unseenFocus.value;
+  const isChosen = focus?.surface === surface;
+  const floors = store.loaded.value?.plan.floors ?? [];
+  const floor = floors.find(({ id }) => id === surface.floor)?.name ?? '';
+  const place = [kindInWords(surface.kind), surface.room?.name, store.floorId.value === null ? floor : ''];
+  return (
+    <li class={isChosen ? 'unseen unseen-chosen' : 'unseen'}>
+      <button
+        type="button"
+        class={isChosen ? 'row row-chosen' : 'row'}
+        aria-pressed={isChosen}
+        onClick={() => store.lookAtUnseen(isChosen ? null : { surface, piece: 0 })}
+      >
+        <Swatch color={themed(reasonColor(surface.reason), store.isDark.value)} />
+        <span class="row-main">
+          <span class="row-name" title={surface.name}>
+            {surface.name || 'Unnamed element'}
+          </span>
+          <span class="muted row-place">{place.filter(Boolean).join(' · ')}</span>
+        </span>
+        <span class="row-area">{squareMetres(surface.area_m2)}</span>
+      </button>
+      {isChosen && <Pieces store={store} surface={surface} piece={focus.piece} />}
+    </li>
+  );
+}
+
+/** What of the surface is looked at, and how to look at the rest. */
+function Pieces({ store, surface, piece }: { store: Store; surface: UnseenSurface; piece: number }) {
+  const n = surface.pieces.length;
+  const spot = surface.best_spot;
+  const step = (by: number): void => store.lookAtUnseen({ surface, piece: (piece + by + n) % n });
+  return (
+    <div class="unseen-detail">
+      <p>Unseen because: {surface.reason}.</p>
+      {n > 1 && (
+        <p class="stepper">
+          <button type="button" class="chip" aria-label="Piece before" onClick={() => step(-1)}>
+            ‹
+          </button>
+          piece {piece + 1} of {n}
+          {surface.n_pieces > n ? ` (the largest of ${whole(surface.n_pieces)})` : ''}:{' '}
+          {squareMetres(surface.pieces[piece].area_m2)}
+          <button type="button" class="chip" aria-label="Next piece" onClick={() => step(1)}>
+            ›
+          </button>
+        </p>
+      )}
+      {spot !== null && (
+        <p>
+          Best seen from {spot.position.map((x) => metres(x)).join(', ')}: {squareMetres(spot.sees_m2)} of it, and{' '}
+          {squareMetres(spot.adds_m2)} of all that is unseen.
+        </p>
+      )}
+    </div>
   );
 }

@@ -1,0 +1,90 @@
+/** Points out the patches that the store's choices are about: a pair's shared surface, an unseen piece, a station's own. */
+import { effect } from '@preact/signals';
+import { fetchSeen, type LoadedPlan } from '../load/fetch-plan.ts';
+import type { Building } from '../scene/building.ts';
+import type { PatchPlaces } from '../scene/patch-places.ts';
+import type { Store, UnseenFocus } from '../store.ts';
+import { markedArea, ownMarks, sharedMarks } from './marks.ts';
+import type { PatchPaint } from './patch-paint.ts';
+
+/** A piece's box says where its patches lie to the micrometre, and middles of patches lie inside it. */
+const BOX_SLACK_M = 1e-3;
+
+export class MarkFollower {
+  private latest = 0;
+  private readonly end: () => void;
+
+  constructor(
+    private readonly store: Store,
+    private readonly loaded: LoadedPlan,
+    private readonly building: Building,
+    private readonly paint: PatchPaint,
+    private readonly places: () => PatchPlaces,
+    private readonly requestFrame: () => void,
+  ) {
+    this.end = effect(() => {
+      void this.follow();
+    });
+  }
+
+  dispose(): void {
+    this.latest = -1;
+    this.end();
+  }
+
+  private async follow(): Promise<void> {
+    const { store } = this;
+    const [pair, focus, draft] = [store.pair.value, store.unseenFocus.value, store.draft.value];
+    const own = store.showsOwn.value ? store.stationId.value : null;
+    store.stationSource.value;
+    const turn = ++this.latest;
+    if (pair === null && focus === null && own === null) {
+      this.set(null);
+      return;
+    }
+    store.marking.value = { kind: 'loading' };
+    try {
+      let marks: Uint8Array;
+      if (pair !== null) {
+        const [a, b] = await Promise.all(pair.map((id) => this.seen(id)));
+        marks = sharedMarks(a, b, this.paint.timesSeen.length);
+      } else if (focus !== null) marks = this.pieceMarks(focus);
+      else marks = ownMarks(await this.seen(own ?? ''), this.paint.timesSeen);
+      if (turn === this.latest) this.set(marks);
+    } catch (error) {
+      if (turn !== this.latest) return;
+      this.set(null);
+      const hint = draft === null ? '' : ' Stations of the draft need the live side.';
+      store.marking.value = { kind: 'failed', message: `${(error as Error).message}${hint}` };
+    }
+  }
+
+  private set(marks: Uint8Array | null): void {
+    this.building.setMarks(marks);
+    this.store.marking.value =
+      marks === null ? { kind: 'none' } : { kind: 'shown', areaM2: markedArea(marks, this.paint.areas) };
+    this.requestFrame();
+  }
+
+  private async seen(id: string): Promise<Uint8Array> {
+    const live = await this.store.stationSource.peek()?.seen(id);
+    if (live) return live;
+    const station = this.loaded.stage.stations.find((one) => one.id === id);
+    if (station === undefined) throw new Error(`The plan has no station ${id}.`);
+    return fetchSeen(this.loaded, station);
+  }
+
+  private pieceMarks({ surface, piece }: UnseenFocus): Uint8Array {
+    const { stage } = this.loaded;
+    const marks = new Uint8Array(this.paint.timesSeen.length);
+    const element = stage.elements.find(({ sceneIndex }) => sceneIndex === surface.element);
+    const shown = surface.pieces[piece];
+    if (element === undefined || shown === undefined) return marks;
+    const corner = (at: readonly number[], by: number): number[] => at.map((x, k) => x - stage.offsetM[k] + by);
+    const box = [corner(shown.box[0], -BOX_SLACK_M), corner(shown.box[1], BOX_SLACK_M)] as const;
+    const { timesSeen } = this.paint;
+    const isUnseen = (patch: number): boolean => timesSeen[patch] === 0 || timesSeen[patch] === 255;
+    for (const patch of this.places().patchesIn(element, box, isUnseen)) marks[patch] = 1;
+    return marks;
+  }
+}
