@@ -14,9 +14,25 @@ import click
               help="Address to listen on; anything but loopback lets others on the network read the plan.")  # fmt: skip
 @click.option("--allow-host", "allowed_hosts", multiple=True, metavar="NAME",
               help="Also answer under this host name, for a proxy or a tunnel. May be repeated.")  # fmt: skip
+@click.option("--scene", type=click.Path(path_type=Path), metavar="FILE",
+              help="The scene file, for editing live. [default: where it was when planned]")  # fmt: skip
+@click.option("--read-only", is_flag=True, help="Let nobody change the review or start runs.")
+@click.option("--no-live", is_flag=True, help="Show files only: saves the memory and time that live editing takes.")
 @click.option("--no-browser", is_flag=True, help="Only serve and print the address.")
-def command(plan: Path, port: int, host: str, allowed_hosts: tuple[str, ...], no_browser: bool) -> None:
-    """Show the plan folder PLAN in the browser, served from this machine until Ctrl-C."""
+def command(
+    plan: Path,
+    port: int,
+    host: str,
+    allowed_hosts: tuple[str, ...],
+    scene: Path | None,
+    read_only: bool,
+    no_live: bool,
+    no_browser: bool,
+) -> None:
+    """Show the plan folder PLAN in the browser, served from this machine until Ctrl-C.
+
+    The address that is printed holds a token: who has it can read the plan and change its review.
+    """
     from planner_core.export.plan_json import read_plan_json
     from viewer_web.server import serve
 
@@ -29,6 +45,15 @@ def command(plan: Path, port: int, host: str, allowed_hosts: tuple[str, ...], no
 
     read_plan_json(plan)  # a broken plan is told here, not by an empty page
     try:
-        serve(plan, host=host, port=port, on_ready=ready, allowed_hosts=allowed_hosts)
+        serve(
+            plan,
+            host=host,
+            port=port,
+            on_ready=ready,
+            allowed_hosts=allowed_hosts,
+            scene=scene,
+            read_only=read_only,
+            live=not no_live,
+        )
     except KeyboardInterrupt:
         output.say("stopped")

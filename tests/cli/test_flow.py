@@ -229,8 +229,20 @@ def test_an_obj_in_millimetres_is_told_so_before_anything_fails(tmp_path: Path) 
         for line in lines
     ]
     scene.write_text("\n".join(big) + "\n")
-    done = run("plan", scene, "-o", tmp_path / "plan", *GREEDY)
-    assert "--units mm" in done.stderr
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tlsplan", "plan", str(scene), "-o", str(tmp_path / "plan"), *GREEDY],
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stderr is not None
+    said = []
+    for line in process.stderr:  # a building of kilometres would be looked at for a minute
+        said.append(line)
+        if "--units mm" in line:
+            break
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+    assert "--units mm" in said[-1], said
+    assert not any(line.startswith("tlsplan:") for line in said)
     right = run("plan", scene, "-o", tmp_path / "plan", "--units", "mm", "--json", *GREEDY)
     assert right.returncode == 0, right.stderr
     assert json.loads(right.stdout)["scene"]["metres_per_unit"] == 0.001
@@ -255,17 +267,21 @@ def test_view_of_a_broken_plan_says_so(planned: tuple[Path, dict[str, Any]], tmp
 
 def test_view_serves_the_plan_on_loopback_until_interrupted(planned: tuple[Path, dict[str, Any]]) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-m", "tlsplan", "view", str(planned[0]), "--no-browser"],
+        [sys.executable, "-m", "tlsplan", "view", str(planned[0]), "--no-browser", "--no-live"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     try:
         assert process.stdout is not None
-        found = re.search(r"http://127\.0\.0\.1:\d+/?", process.stdout.readline())
+        found = re.search(r"(http://127\.0\.0\.1:\d+/)\?token=(\S+)", process.stdout.readline())
         assert found
-        with urllib.request.urlopen(f"{found[0].rstrip('/')}/plan/plan.json", timeout=20) as answer:
+        with_token = urllib.request.build_opener()
+        with_token.addheaders = [("x-tlsplan-token", found[2])]
+        with with_token.open(f"{found[1]}plan/plan.json", timeout=20) as answer:
             assert json.load(answer)["stations"] == planned[1]["stations"]
         with pytest.raises(urllib.error.HTTPError):
-            urllib.request.urlopen(f"{found[0].rstrip('/')}/plan/../../etc/passwd", timeout=20)
+            urllib.request.urlopen(f"{found[1]}plan/plan.json", timeout=20)
+        with pytest.raises(urllib.error.HTTPError):
+            with_token.open(f"{found[1]}plan/../../etc/passwd", timeout=20)
     finally:
         process.send_signal(signal.SIGINT)
         _, rest = process.communicate(timeout=30)

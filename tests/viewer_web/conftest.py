@@ -1,15 +1,32 @@
 """A small plan folder, a built application beside it, and a client that sends paths exactly as they are written."""
 
 import asyncio
+import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import httpx
 import pytest
+from starlette.applications import Starlette
 
 from viewer_web.server import create_app
 
 Ask = Callable[..., httpx.Response]
+TOKEN = "the-token-of-these-tests"
+
+PLAN: dict[str, Any] = {
+    "schema": "tlsplan/plan/1",
+    "scene": {"n_elements": 5, "offset": [500000.0, 4000000.0, 100.0]},
+    "site": {"settled": [{"id": "S003", "role": "locked"}]},
+    "floors": [{"id": "F0", "elevation_m": 100.0}, {"id": "F1", "elevation_m": 103.0}],
+    "stations": [
+        {"id": name, "floor": "F0", "position": [500000.0 + x, 4000002.0, 101.5], "instrument_height_m": 1.5,
+         "fixed": name == "S002"}
+        for x, name in enumerate(("S001", "S002", "S003"), start=1)
+    ],
+    "registration": {"links": [{"a": "S001", "b": "S002"}, {"a": "S002", "b": "S003"}]},
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -26,7 +43,7 @@ def plan_folder(tmp_path: Path) -> Path:
     folder = tmp_path / "plan"
     for name in ("viewer/clouds", "report", "stage"):
         (folder / name).mkdir(parents=True)
-    (folder / "plan.json").write_text('{"schema": "tlsplan/plan/1"}')
+    (folder / "plan.json").write_text(json.dumps(PLAN))
     (folder / "viewer" / "clouds" / "S001.u16").write_bytes(bytes(range(256)))
     (folder / "viewer" / ".draft").write_text("hidden")
     (folder / "report" / "index.html").write_text("<style>b{color:red}</style><b>report</b>")
@@ -36,20 +53,36 @@ def plan_folder(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def ask(plan_folder: Path, built_app: Path) -> Ask:
+def app(plan_folder: Path, built_app: Path) -> Starlette:
+    return create_app(plan_folder, token=TOKEN, built_app=built_app)
+
+
+@pytest.fixture
+def ask(app: Starlette) -> Ask:
     """Return a function (path, method, headers, **more) -> response of the application at 127.0.0.1:8000."""
-    app = create_app(plan_folder, built_app=built_app)
+    return lambda *arguments, **named: send(app, *arguments, **named)
 
-    def send(
-        path: str, method: str = "GET", headers: dict[str, str] | None = None, content: bytes | None = None
-    ) -> httpx.Response:
-        async def exchange() -> httpx.Response:
-            transport = httpx.ASGITransport(app=app)
-            async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8000") as client:
-                request = client.build_request(method, "/", headers=headers, content=content)
-                request.url = request.url.copy_with(raw_path=path.encode())
-                return await client.send(request)
 
-        return asyncio.run(exchange())
+def send(
+    app: Starlette,
+    path: str,
+    method: str = "GET",
+    headers: dict[str, str] | None = None,
+    content: bytes | None = None,
+    *,
+    token: str | None = TOKEN,
+    body: Any = None,
+) -> httpx.Response:
+    """One request, its path as it is written; `body` is sent as JSON."""
+    told = {} if token is None else {"x-tlsplan-token": token}
+    if body is not None:
+        content, told = json.dumps(body).encode(), {**told, "content-type": "application/json"}
 
-    return send
+    async def exchange() -> httpx.Response:
+        transport = httpx.ASGITransport(app=app)
+        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8000") as client:
+            request = client.build_request(method, "/", headers={**told, **(headers or {})}, content=content)
+            request.url = request.url.copy_with(raw_path=path.encode())
+            return await client.send(request)
+
+    return asyncio.run(exchange())

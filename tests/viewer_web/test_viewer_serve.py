@@ -4,6 +4,7 @@ import http.client
 import socket
 import subprocess
 import sys
+import urllib.parse
 import urllib.request
 from pathlib import Path
 
@@ -22,6 +23,7 @@ try:
         Path(sys.argv[1]),
         host=sys.argv[3],
         built_app=Path(sys.argv[2]),
+        live=False,
         on_ready=lambda address: print(address, flush=True),
     )
 except KeyboardInterrupt:
@@ -35,7 +37,10 @@ def test_serve_announces_an_address_that_answers_and_stops_on_interrupt(plan_fol
         try:
             address = process.stdout.readline().strip()
             assert address.startswith("http://127.0.0.1:")
-            with urllib.request.urlopen(address + "plan/plan.json", timeout=20) as answer:
+            browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+            with browser.open(address, timeout=20) as answer:  # which hands the token in
+                assert "token" not in answer.geturl()
+            with browser.open(answer.geturl() + "plan/plan.json", timeout=20) as answer:
                 assert b"tlsplan/plan/1" in answer.read()
                 assert "server" not in answer.headers
             process.send_signal(2)
@@ -63,11 +68,12 @@ def test_serve_on_all_addresses_answers_to_each_and_to_its_name_and_to_no_other(
     command = [sys.executable, "-c", SERVE, str(plan_folder), str(built_app), "0.0.0.0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
-            port = int(process.stdout.readline().strip().rstrip("/").rpartition(":")[2])
+            address = urllib.parse.urlsplit(process.stdout.readline().strip())
+            port, token = address.port, address.query.removeprefix("token=")
             statuses = {}
             for host in (own, "localhost", socket.gethostname(), "evil.example", "192.0.2.253"):
                 link = http.client.HTTPConnection(own, port, timeout=20)
-                link.request("GET", "/plan/plan.json", headers={"Host": f"{host}:{port}"})
+                link.request("GET", "/plan/plan.json", headers={"Host": f"{host}:{port}", "x-tlsplan-token": token})
                 statuses[host] = link.getresponse().status
                 link.close()
             process.send_signal(2)

@@ -142,7 +142,7 @@ def test_server_answers_to_the_address_a_connection_came_in_at(local: str, host:
         "type": "http", "method": "GET", "path": "/", "raw_path": b"/", "query_string": b"",
         "headers": [(b"host", host.encode())], "server": (local, 8000),
     }  # fmt: skip
-    asyncio.run(RequestGuard(PlainTextResponse("plan"))(scope, hear_nothing, keep))
+    asyncio.run(RequestGuard(PlainTextResponse("plan"), token="secret")(scope, hear_nothing, keep))
     assert said[0]["status"] == expected
 
 
@@ -247,17 +247,17 @@ def test_a_replaced_plan_folder_shows_without_a_restart(ask, plan_folder: Path, 
 
 def test_a_folder_without_a_plan_is_refused(tmp_path: Path, built_app: Path) -> None:
     with pytest.raises(PlanFolderError, match=r"no plan\.json"):
-        create_app(tmp_path, built_app=built_app)
+        create_app(tmp_path, token="secret", built_app=built_app)
 
 
 def test_a_viewer_that_is_not_built_is_told(plan_folder: Path, tmp_path: Path) -> None:
     with pytest.raises(MissingPackageError, match="make viewer"):
-        create_app(plan_folder, built_app=tmp_path / "nowhere")
+        create_app(plan_folder, token="secret", built_app=tmp_path / "nowhere")
 
 
 def test_further_host_names_can_be_allowed(plan_folder: Path, built_app: Path) -> None:
     async def status(host: str) -> int:
-        app = create_app(plan_folder, allowed_hosts=["Survey-PC"], built_app=built_app)
+        app = create_app(plan_folder, token="secret", allowed_hosts=["Survey-PC"], built_app=built_app)
         async with httpx.AsyncClient(transport=httpx.ASGITransport(app=app), base_url="http://x:8000") as client:
             return (await client.get("/", headers={"host": host})).status_code
 

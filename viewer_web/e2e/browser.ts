@@ -42,7 +42,7 @@ export class ViewerPage {
       if (message.type() === 'error') this.faults.push(`console: ${message.text()}`);
     });
     page.on('request', (request) => {
-      if (!/^(data|blob):/.test(request.url()) && !request.url().startsWith(address)) {
+      if (!/^(data|blob):/.test(request.url()) && !request.url().startsWith(new URL(address).origin)) {
         this.faults.push(`request to ${request.url()}`);
       }
     });

@@ -52,17 +52,17 @@ def send_file(file: Path, request: Request) -> Response:
     """Return `file` as the answer to a GET or HEAD: 304 where the browser has it, 206 for a range, else 200."""
     found = file.stat()
     tag = f"{found.st_mtime_ns:x}-{found.st_size:x}-{found.st_ino:x}"
-    packed = _is_packed(file, found.st_size, request)
+    is_packed = _is_packed(file, found.st_size, request)
     headers = {
-        "etag": f'"{tag}-gzip"' if packed else f'"{tag}"',
+        "etag": f'"{tag}-gzip"' if is_packed else f'"{tag}"',
         # Names of built assets carry a hash of their content; everything else may change under its name.
         "cache-control": "public, max-age=31536000, immutable" if file.parent.name == "assets" else "no-cache",
         "vary": "accept-encoding",
     }
-    if headers["etag"] in _tags(request.headers.get("if-none-match", "")):
+    if etag_matches(request, headers["etag"]):
         return Response(status_code=304, headers=headers)
     media_type = MEDIA_TYPES.get(file.suffix.lower(), "application/octet-stream")
-    if packed:
+    if is_packed:
         body = _gzipped(file, tag)
         headers |= {"content-encoding": "gzip", "content-length": str(len(body))}
         return Response(b"" if request.method == "HEAD" else body, headers=headers, media_type=media_type)
@@ -74,11 +74,17 @@ def _is_packed(file: Path, size_bytes: int, request: Request) -> bool:
     return wanted and file.suffix.lower() in COMPRESSED_SUFFIXES and size_bytes in COMPRESSED_BYTES
 
 
-def _tags(if_none_match: str) -> set[str]:
-    return {tag.strip().removeprefix("W/") for tag in if_none_match.split(",")}
+def etag_matches(request: Request, tag: str) -> bool:
+    """Whether the browser says that it has what bears this tag."""
+    return tag in {told.strip().removeprefix("W/") for told in request.headers.get("if-none-match", "").split(",")}
+
+
+def packed(content: bytes) -> bytes:
+    """`content` compressed: the same bytes always."""
+    return gzip.compress(content, compresslevel=6, mtime=0)
 
 
 @lru_cache(maxsize=32)
 def _gzipped(file: Path, tag: str) -> bytes:
     """`file` compressed; `tag` only makes the cache forget a file that changed."""
-    return gzip.compress(file.read_bytes(), compresslevel=6, mtime=0)
+    return packed(file.read_bytes())

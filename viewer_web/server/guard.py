@@ -1,24 +1,30 @@
 """Which requests the viewer answers at all, and the security headers of every answer.
 
-The server has no login: it trusts whoever runs it. So a page of another site that the user has open must not be able
-to read the plan through the user's browser. Three checks see to that: the Host header must name us (else a name that
-was re-bound to 127.0.0.1 would pass as same-origin), Origin must be our own where it is sent, port and all, and
-Sec-Fetch-Site must not say that another site asks, except when the user follows a link to here.
+The server has no users: it trusts whoever has the token that it printed when it was started. A page of another site
+that such a user has open must not be able to read the plan through their browser, or change its review. Besides the
+token, three checks see to that: the Host header must name us (else a name that was re-bound to 127.0.0.1 would pass as
+same-origin), Origin must be our own where it is sent, port and all, and Sec-Fetch-Site must not say that another site
+asks, except when the user follows a link to here. Bodies must be JSON, which no other site's form can send.
 
 Host names us where it is a loopback name, a name that was allowed, or the very address the connection came in at: an
 address, unlike a name, can't be re-bound. Its port does not matter: through a tunnel it is the other end's.
 """
 
+import re
 from collections.abc import Iterable
 from ipaddress import ip_address
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import PlainTextResponse
+from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from viewer_web.server.token import cookie_of, handed_in, is_token, is_told
 
 LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
 LONGEST_PATH = 1024
+LONGEST_QUERY = 1024
+LARGEST_BODY_BYTES = 1024 * 1024
 
 COMMON_HEADERS = {
     "x-content-type-options": "nosniff",
@@ -36,13 +42,25 @@ REPORT_POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src 'self' data:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'"
 )
+_REPORT = re.compile(r"/plan/(runs/[^/]+/plan/)?report/")
+_NO_TOKEN = (
+    "this plan is shown only to who opened the address that `tlsplan view` printed, and that was for another start of "
+    "the server, or in another browser; open that address, token and all"
+)
 
 
 class RequestGuard:
-    """ASGI middleware: refuses what is not a plain read by our own page, and adds the security headers."""
+    """ASGI middleware: refuses what our own page does not ask, and adds the security headers.
 
-    def __init__(self, app: ASGIApp, *, allowed_hosts: Iterable[str] = ()) -> None:
+    Parameters
+    ----------
+    token
+        What a request must bring along, see `viewer_web.server.token`.
+    """
+
+    def __init__(self, app: ASGIApp, *, token: str, allowed_hosts: Iterable[str] = ()) -> None:
         self._app = app
+        self._token = token
         self._allowed_hosts = LOOPBACK_NAMES | {host.strip("[]").lower() for host in allowed_hosts}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -57,31 +75,49 @@ class RequestGuard:
         async def send_guarded(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
-                is_report = scope["path"].startswith("/plan/report/")
-                headers.update(
-                    {**COMMON_HEADERS, "content-security-policy": REPORT_POLICY if is_report else APP_POLICY}
-                )
+                policy = REPORT_POLICY if _REPORT.match(scope["path"]) else APP_POLICY
+                headers.update({**COMMON_HEADERS, "content-security-policy": policy})
             await send(message)
 
-        refusal = self._refusal(scope)
-        await (refusal or self._app)(scope, receive, send_guarded)
+        answer = self._refusal(scope) or self._admission(scope)
+        if answer is None:
+            await self._app(scope, _limited(receive), send_guarded)
+        else:
+            await answer(scope, receive, send_guarded)
 
-    def _refusal(self, scope: Scope) -> PlainTextResponse | None:
+    def _refusal(self, scope: Scope) -> Response | None:
         headers = Headers(scope=scope)
         if not self._is_ours(headers.get("host", ""), scope):
             return _refuse(
+                scope,
                 421,
                 "this host name is not served here; open the address that `tlsplan view` printed, or start it with "
                 "--allow-host and this name",
             )
         if not _same_origin(headers):
-            return _refuse(403, "another site may not read the plan")
-        if scope["method"] not in ("GET", "HEAD"):
-            return _refuse(405, "only GET and HEAD are answered", {"allow": "GET, HEAD"})
-        if headers.get("content-length", "0") != "0" or "transfer-encoding" in headers:
-            return _refuse(413, "a request body is not expected")
-        if len(scope.get("raw_path") or scope["path"]) > LONGEST_PATH:
-            return _refuse(414, "the path is too long")
+            return _refuse(scope, 403, "another site may not read the plan")
+        methods = ("GET", "POST", "DELETE") if _is_api(scope) else ("GET", "HEAD")
+        if scope["method"] not in methods:
+            allowed = ", ".join(methods)
+            return _refuse(scope, 405, f"only {allowed} are answered here", {"allow": allowed})
+        if refusal := _body_refusal(scope, headers):
+            return refusal
+        if len(scope.get("raw_path") or scope["path"]) > LONGEST_PATH or len(scope["query_string"]) > LONGEST_QUERY:
+            return _refuse(scope, 414, "the path is too long")
+        return None
+
+    def _admission(self, scope: Scope) -> Response | None:
+        """Take the token out of the first page's address; refuse whoever has none."""
+        headers = Headers(scope=scope)
+        told = handed_in(scope["query_string"]) if scope["path"] == "/" else None
+        if told is not None:
+            if not is_token(told, self._token):
+                return _refuse(scope, 401, _NO_TOKEN)
+            # Where the page is: what follows # in the address is kept by the browser.
+            cookie = {"set-cookie": cookie_of(headers, self._token), "cache-control": "no-store"}
+            return RedirectResponse("/", status_code=303, headers=cookie)
+        if _needs_token(scope) and not is_told(headers, self._token):
+            return _refuse(scope, 401, _NO_TOKEN)
         return None
 
     def _is_ours(self, host: str, scope: Scope) -> bool:
@@ -112,5 +148,44 @@ def _same_origin(headers: Headers) -> bool:
     return headers.get("sec-fetch-mode") == "navigate" and headers.get("sec-fetch-dest") == "document"
 
 
-def _refuse(status: int, reason: str, headers: dict[str, str] | None = None) -> PlainTextResponse:
+def _is_api(scope: Scope) -> bool:
+    return bool(scope["path"].startswith("/api/"))
+
+
+def _needs_token(scope: Scope) -> bool:
+    """All but the application itself, which is the same for everybody."""
+    return scope["path"].split("/")[1:2] in (["plan"], ["api"])
+
+
+def _body_refusal(scope: Scope, headers: Headers) -> Response | None:
+    if "transfer-encoding" in headers:
+        return _refuse(scope, 413, "a body of unknown length is not taken; say its length")
+    length = headers.get("content-length", "0")
+    if length == "0":
+        return None
+    if scope["method"] != "POST":
+        return _refuse(scope, 413, "a request body is not expected")
+    if not (length.isascii() and length.isdecimal()) or int(length[:20]) > LARGEST_BODY_BYTES:
+        return _refuse(scope, 413, f"the body has {length[:20]} bytes, at most {LARGEST_BODY_BYTES} are taken")
+    if headers.get("content-type", "").partition(";")[0].strip().lower() != "application/json":
+        return _refuse(scope, 415, "the body is not said to be application/json")
+    return None
+
+
+def _limited(receive: Receive) -> Receive:
+    """Hand on no more of a body than may be said, whatever its length was said to be."""
+    n_bytes = 0
+
+    async def receive_limited() -> Message:
+        nonlocal n_bytes
+        message = await receive()
+        n_bytes += len(message.get("body", b""))
+        return {"type": "http.disconnect"} if n_bytes > LARGEST_BODY_BYTES else message
+
+    return receive_limited
+
+
+def _refuse(scope: Scope, status: int, reason: str, headers: dict[str, str] | None = None) -> Response:
+    if _is_api(scope):
+        return JSONResponse({"message": reason}, status_code=status, headers=headers)
     return PlainTextResponse(reason + "\n", status_code=status, headers=headers)

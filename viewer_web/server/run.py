@@ -2,12 +2,21 @@
 
 import socket
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import uvicorn
+from fastapi import APIRouter
 
 from planner_core.errors import RequirementError
+from planner_core.progress import Progress
 from viewer_web.server.app import BUILT_APP, create_app
+from viewer_web.server.session import Session
+from viewer_web.server.token import QUERY, new_token
+
+if TYPE_CHECKING:
+    from planner_core.live.live_plan import LivePlan
 
 WILDCARD_HOSTS = frozenset({"", "0.0.0.0", "::"})
 LARGEST_REQUEST_HEAD_BYTES = 16 * 1024
@@ -22,6 +31,9 @@ def serve(
     on_ready: Callable[[str], None],
     allowed_hosts: Iterable[str] = (),
     built_app: Path = BUILT_APP,
+    scene: Path | None = None,
+    read_only: bool = False,
+    live: bool = True,
 ) -> None:
     """Serve `plan_folder` on `host` and `port` until interrupted (Ctrl-C raises KeyboardInterrupt here).
 
@@ -32,10 +44,16 @@ def serve(
     host, port : str, int
         Address to listen on; port 0 lets the system choose a free one.
     on_ready : callable
-        Gets the address to open, once requests are answered.
+        Gets the address to open, with the token of this start in it, once requests are answered.
     allowed_hosts : iterable of str
         Names besides the loopback ones, `host` and this machine's own addresses under which browsers reach it. Where
         `host` is a wildcard, this machine's own name is allowed too.
+    scene : Path
+        The scene file, for the live side; None: looked for where the plan says, and beside the folder.
+    read_only : bool
+        Whether the review may not be changed, and no run started.
+    live : bool
+        Whether the live side is opened, in the background, once requests are answered.
 
     Raises
     ------
@@ -45,10 +63,31 @@ def serve(
         The address can't be listened on.
     """
     named = own_names() if host in WILDCARD_HOSTS else (host,)
-    app = create_app(plan_folder, allowed_hosts=(*allowed_hosts, *named), built_app=built_app)
+    token = new_token()
+    session = Session(plan_folder, read_only=read_only)
+    sides = [live_side(session, scene)] if live else []
+    app = create_app(
+        plan_folder,
+        token=token,
+        session=session,
+        routers=[side.router for side in sides],
+        allowed_hosts=(*allowed_hosts, *named),
+        built_app=built_app,
+    )
     with _listen(host, port) as listener:
         shown_host = "127.0.0.1" if host in WILDCARD_HOSTS else host
         address = f"http://{f'[{shown_host}]' if ':' in shown_host else shown_host}:{listener.getsockname()[1]}/"
+
+        def ready() -> None:
+            for side in sides:
+                side.start()
+            on_ready(f"{address}?{QUERY}={token}")
+
+        def stopping() -> None:
+            session.events.close()  # streams end only when they are told to, and the server waits for them
+            for side in sides:
+                side.stop()
+
         config = uvicorn.Config(
             app,
             log_config=None,
@@ -61,7 +100,31 @@ def serve(
             limit_concurrency=MOST_CONNECTIONS,
             timeout_graceful_shutdown=2,
         )
-        _AnnouncingServer(config, lambda: on_ready(address)).run(sockets=[listener])
+        _AnnouncingServer(config, ready, stopping).run(sockets=[listener])
+
+
+@dataclass(frozen=True)
+class Side:
+    """A part of the server that works beside the answering of requests: its routes, what starts it, what ends it."""
+
+    router: APIRouter
+    start: Callable[[], None]
+    stop: Callable[[], None]
+
+
+def live_side(session: Session, scene: Path | None = None) -> Side:
+    """Return the live side of a session, not yet started."""
+    from viewer_web.server.live_api import create_live_router
+    from viewer_web.server.live_side import LiveSide
+
+    def open_plan(progress: Progress) -> "LivePlan":
+        from planner_core.live.opening import open_live
+
+        return open_live(session.plan_folder, scene=scene, progress=progress)
+
+    side = LiveSide(open_plan, tell=lambda state: session.events.publish("live", state))
+    session.live_state = side.state
+    return Side(create_live_router(side, session.review, session.plan), side.start, side.stop)
 
 
 def own_names() -> tuple[str, ...]:
@@ -86,13 +149,18 @@ def _listen(host: str, port: int) -> socket.socket:
 
 
 class _AnnouncingServer(uvicorn.Server):
-    """A server that says when it answers: uvicorn itself only logs it."""
+    """A server that says when it answers, and when it stops: uvicorn itself only logs it."""
 
-    def __init__(self, config: uvicorn.Config, announce: Callable[[], None]) -> None:
+    def __init__(self, config: uvicorn.Config, announce: Callable[[], None], stopping: Callable[[], None]) -> None:
         super().__init__(config)
         self._announce = announce
+        self._stopping = stopping
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets=sockets)
         if self.started:
             self._announce()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        self._stopping()
+        await super().shutdown(sockets=sockets)

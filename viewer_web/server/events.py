@@ -1,0 +1,83 @@
+"""What the server tells its pages by itself: server-sent events, one stream a page.
+
+Publishers may be any thread; a stream lives in the event loop. A page that reads too slowly is cut off: it comes back
+by itself and asks for everything anew, which is what the browser's `EventSource` and ours do anyway.
+"""
+
+import asyncio
+import json
+import threading
+from collections.abc import AsyncIterator, Callable, Mapping
+from typing import Any
+
+MOST_STREAMS = 32
+"""Of all pages together: each holds a connection open."""
+MOST_WAITING = 256
+LOOK_S = 1.0
+"""How often a stream looks whether another process changed the review."""
+BEAT_S = 15.0
+"""How often an idle stream says that it is there: proxies cut silent ones after 30 to 60 s."""
+
+_END = None
+
+
+class EventHub:
+    """Hands events to all open streams. `look` is called once in `LOOK_S` while there is one, in a thread."""
+
+    def __init__(self, look: Callable[[], None] = lambda: None) -> None:
+        self._look = look
+        self._lock = threading.Lock()
+        self._streams: dict[asyncio.Queue[bytes | None], asyncio.AbstractEventLoop] = {}
+        self._is_closed = False
+
+    @property
+    def n_streams(self) -> int:
+        """How many pages listen."""
+        return len(self._streams)
+
+    def publish(self, name: str, document: Mapping[str, Any]) -> None:
+        """Tell all pages; returns at once. Without pages nothing happens."""
+        text = json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        self._hand_out(f"event: {name}\ndata: {text}\n\n".encode())
+
+    def close(self) -> None:
+        """End all streams, and refuse new ones: the server stops."""
+        self._is_closed = True
+        self._hand_out(_END)
+
+    def has_room(self) -> bool:
+        """Whether one more page may listen."""
+        return not self._is_closed and len(self._streams) < MOST_STREAMS
+
+    async def stream(self) -> AsyncIterator[bytes]:
+        """Yield events as they come, until the page goes, the server stops, or the page falls too far behind."""
+        queue: asyncio.Queue[bytes | None] = asyncio.Queue()
+        with self._lock:
+            self._streams[queue] = asyncio.get_running_loop()
+        try:
+            yield b"retry: 1000\n\n"
+            idle_s = 0.0
+            while not self._is_closed and queue.qsize() < MOST_WAITING:
+                try:
+                    event = await asyncio.wait_for(queue.get(), LOOK_S)
+                except TimeoutError:
+                    await asyncio.to_thread(self._look)
+                    idle_s += LOOK_S
+                    if idle_s >= BEAT_S:
+                        yield b": still here\n\n"
+                        idle_s = 0.0
+                    continue
+                if event is _END:
+                    return
+                yield event
+                idle_s = 0.0
+        finally:
+            with self._lock:
+                self._streams.pop(queue, None)
+
+    def _hand_out(self, event: bytes | None) -> None:
+        with self._lock:
+            streams = list(self._streams.items())
+        for queue, loop in streams:
+            if not loop.is_closed():
+                loop.call_soon_threadsafe(queue.put_nowait, event)

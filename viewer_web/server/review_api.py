@@ -1,0 +1,120 @@
+"""The routes of the review: what the server knows, what reviewers changed, changes, and events."""
+
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Request
+from fastapi.responses import JSONResponse, Response, StreamingResponse
+from pydantic import BaseModel, Field
+
+from planner_core.review.commit import Conflict
+from viewer_web.server.answers import PREFIX, json_answer, refusals, refuse
+from viewer_web.server.review_documents import (
+    Changes,
+    CommittedDocument,
+    ConflictDocument,
+    ReviewDocument,
+    change_document,
+    change_of,
+    clash_document,
+    review_document,
+)
+from viewer_web.server.session import Session
+
+SCHEMA = "tlsplan/api/1"
+
+
+class LiveDocument(BaseModel):
+    """How far the live side is: it answers what moved stations are worth, once the scene is loaded."""
+
+    state: Literal["starting", "ready", "failed", "off"]
+    step: Annotated[str | None, Field(description="What it does while it starts.")]
+    fraction: Annotated[float | None, Field(description="Of the start, 0 to 1, as far as it is known.")]
+    message: Annotated[str | None, Field(description="Why it failed or is off, and what helps.")]
+
+
+class SessionDocument(BaseModel):
+    """What a page needs to know first."""
+
+    schema_: Annotated[Literal["tlsplan/api/1"], Field(alias="schema")]
+    plan_sha256: Annotated[str, Field(description="Of plan.json: another one is another plan.")]
+    revision: int
+    read_only: bool
+    live: LiveDocument
+
+
+def review_router(session: Session) -> APIRouter:
+    """Return the routes under /api that need no live side."""
+    router = APIRouter(prefix=PREFIX, tags=["review"])
+
+    @router.get("/session", response_model=SessionDocument, responses=refusals(503), summary="What is shown here")
+    def get_session(request: Request) -> Response:
+        """Which plan, which revision of its review, whether it may be changed, and how far the live side is."""
+        return json_answer(
+            {
+                "schema": SCHEMA,
+                "plan_sha256": session.plan().sha256,
+                "revision": session.review().revision,
+                "read_only": session.read_only,
+                "live": dict(session.live_state()),
+            },
+            request,
+        )
+
+    @router.get("/review", response_model=ReviewDocument, responses=refusals(503), summary="The review")
+    def get_review(request: Request) -> Response:
+        """Everything that reviewers changed, as it is on disk. The ETag is of its content."""
+        return json_answer(review_document(session.review()), request)
+
+    @router.post(
+        "/review/changes",
+        response_model=CommittedDocument,
+        responses={
+            **refusals(400, 413, 415, 422, 503),
+            409: {"model": ConflictDocument, "description": "Somebody changed the same objects meanwhile."},
+        },
+        summary="Change the review",
+    )
+    def post_changes(told: Changes) -> Response:
+        """Make changes, all or none. They are on disk when this is answered; `undo` takes them back.
+
+        Objects have revisions of their own: a change of one that somebody changed after `base_revision` is refused
+        with 409, and says who and when.
+        """
+        if session.read_only:
+            return refuse(403, "this plan is shown read-only; start `tlsplan view` without --read-only to change it")
+        changes = [change_of(document) for document in told.changes]
+        outcome = session.store.commit(told.base_revision, changes, told.author, plan_sha256=told.plan_sha256)
+        if isinstance(outcome, Conflict):
+            conflicts = [clash_document(clash) for clash in outcome.clashes]
+            document: dict[str, Any] = {"message": outcome.message, "conflicts": conflicts}
+            return JSONResponse({**document, "review": review_document(outcome.review)}, status_code=409)
+        session.tell_review(outcome.review, told.author, outcome.objects)
+        return JSONResponse(
+            {
+                "revision": outcome.review.revision,
+                "undo": [change_document(change) for change in outcome.undo],
+                "review": review_document(outcome.review),
+            }
+        )
+
+    @router.get(
+        "/events",
+        response_class=StreamingResponse,
+        responses={
+            200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}, "description": "Events, for ever."},
+            **refusals(503),
+        },
+        summary="What happens",
+    )
+    async def get_events() -> Response:
+        """Server-sent events, while the connection is open.
+
+        `review` {revision, author, objects}: somebody changed the review. `live` {state, step, fraction, message}: how
+        far the live side is. `run` {a document of /api/runs/...}: what became of a run.
+        """
+        if not session.events.has_room():
+            return refuse(503, "too many pages listen already; close some of them and reload")
+        headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
+        return StreamingResponse(session.events.stream(), media_type="text/event-stream", headers=headers)
+
+    return router

@@ -1,0 +1,435 @@
+"""The review as the interface speaks of it: JSON documents, checked where they come in; from and to the library's.
+
+Keys are the fields of `planner_core.model.review` and `planner_core.review.changes`. Positions are in the scene frame.
+"""
+
+import dataclasses
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from planner_core.model.review import (
+    FARTHEST_M,
+    MOST_CORNERS,
+    MOST_NAME_CHARACTERS,
+    MOST_NOTE_BYTES,
+    MOST_TEXT_BYTES,
+    ForbiddenPlace,
+    Review,
+    SignOff,
+    Zone,
+)
+from planner_core.model.site import GroundPick
+from planner_core.review.apply import KINDS
+from planner_core.review.changes import Change
+from planner_core.review.commit import MOST_CHANGES, Clash
+
+Metres = Annotated[float, Field(strict=True, ge=-FARTHEST_M, le=FARTHEST_M, allow_inf_nan=False)]
+Point = Annotated[list[Metres], Field(min_length=3, max_length=3, description="x, y, z: scene frame, metres.")]
+Corner = Annotated[list[Metres], Field(min_length=2, max_length=2)]
+Outline = Annotated[
+    list[Corner],
+    Field(min_length=3, max_length=MOST_CORNERS, description="Corners x, y of a polygon that does not cross itself."),
+]
+Height = Annotated[
+    float, Field(strict=True, ge=0, le=100, allow_inf_nan=False, description="Of the sensor above the ground, metres.")
+]
+StationId = Annotated[str, Field(min_length=1, max_length=200, description="Id of a station.")]
+Id = Annotated[str, Field(min_length=1, max_length=32, pattern="^[A-Za-z][A-Za-z0-9_]*$")]
+NewId = Annotated[
+    str, Field(max_length=32, pattern="^([A-Za-z][A-Za-z0-9_]*)?$", description="Empty: the next free one.")
+]
+FloorId = Annotated[str, Field(max_length=200, description="Id of a floor of the plan, F0 ...")]
+AnyFloor = Annotated[str, Field(max_length=200, description="Id of a floor of the plan; empty: all floors.")]
+Line = Annotated[str, Field(min_length=1, max_length=MOST_NAME_CHARACTERS)]
+Text = Annotated[str, Field(min_length=1, max_length=MOST_TEXT_BYTES, description="Plain text, 10 000 bytes of UTF-8.")]
+Note = Annotated[str, Field(max_length=MOST_NOTE_BYTES, description="Plain text, 2 000 bytes of UTF-8.")]
+Time = Annotated[str, Field(pattern=r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ$", description="UTC.")]
+Whole = Annotated[int, Field(strict=True, ge=0, le=2**53)]
+Share = Annotated[float, Field(strict=True, gt=0, le=1, allow_inf_nan=False)]
+Radius = Annotated[float, Field(strict=True, gt=0, le=1000, allow_inf_nan=False, description="Metres.")]
+Target = Annotated[
+    Annotated[str, Field(strict=True, min_length=1, max_length=200)] | Whole | None,
+    Field(description="A station's id, an element's index in the scene, or null: the plan."),
+]
+YesOrNo = Annotated[bool, Field(strict=True)]
+
+
+class Document(BaseModel):
+    """What all documents have in common: keys that are not known are refused, so that none is lost silently."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+# -------------------------------------------------------------------------------------------------- parts of a review
+class StationEditDocument(Document):
+    """What was changed of a station; null: as in the plan, which has no such station where it was `added`."""
+
+    position_m: Point | None
+    instrument_height_m: Height | None
+    floor: str | None
+    added: bool
+    removed: bool
+    locked: bool | None
+
+
+class ForbiddenPlaceDocument(Document):
+    """A place that no station may be near."""
+
+    id: NewId = ""
+    position_m: Point
+    radius_m: Radius = 0.5
+    floor: AnyFloor = ""
+
+
+class ZoneDocument(Document):
+    """An area that somebody drew: `keep_out`, or `priority` with the coverage that is asked of it."""
+
+    id: NewId = ""
+    kind: Literal["keep_out", "priority"]
+    outline_m: Outline
+    floor: AnyFloor = ""
+    name: Annotated[str, Field(max_length=MOST_NAME_CHARACTERS)] = ""
+    coverage: Share | None = None
+
+
+class GroundPickDocument(Document):
+    """A surface that somebody marked as ground, or unmarked: the coplanar region around a point on it."""
+
+    point_m: Point
+    is_ground: YesOrNo = True
+    floor: AnyFloor = ""
+
+
+class CommentDocument(Document):
+    """A remark, pinned to a station, an element, a place or nothing."""
+
+    id: Id
+    text: Text
+    author: Line
+    time: Time
+    target: Target
+    position_m: Point | None
+    resolved: bool
+
+
+class VerdictDocument(Document):
+    """What a reviewer thinks of a station."""
+
+    verdict: Literal["accepted", "rejected"]
+    by: Line
+    time: Time
+    note: Note
+
+
+class SignOffDocument(Document):
+    """Who says that the plan, as reviewed, is to be carried out; a later revision changed something since."""
+
+    name: Line
+    time: Time
+    plan_sha256: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+    revision: Whole
+    note: Note
+
+
+class TouchDocument(Document):
+    """When an object was last changed, and by whom."""
+
+    revision: Whole
+    by: str
+    at: str
+
+
+class ReviewDocument(Document):
+    """Everything that reviewers changed, by id."""
+
+    revision: Annotated[int, Field(ge=0, description="How often something was changed; 0: never.")]
+    stations: dict[str, StationEditDocument]
+    forbidden: dict[str, ForbiddenPlaceDocument]
+    zones: dict[str, ZoneDocument]
+    ground_picks: dict[str, GroundPickDocument]
+    comments: dict[str, CommentDocument]
+    verdicts: dict[str, VerdictDocument]
+    sign_off: SignOffDocument | None
+    touched: Annotated[
+        dict[str, TouchDocument],
+        Field(
+            description="Last change of every object, also of removed ones: `station:S001`, `zone:Z001`, "
+            "`forbidden:P001`, `pick:G001`, `comment:C001`, `verdict:S001`, `sign_off`."
+        ),
+    ]
+
+
+# ------------------------------------------------------------------------------------------------------------ changes
+class MoveStation(Document):
+    """Set a station's pose. Position null: back where the plan has it. Height left out: as now; null: not known."""
+
+    kind: Literal["move_station"]
+    station: StationId
+    position_m: Point | None
+    instrument_height_m: Height | None = None
+    floor: FloorId | None = None
+
+
+class SetHeight(Document):
+    """Raise or lower a station's sensor over the same spot."""
+
+    kind: Literal["set_height"]
+    station: StationId
+    instrument_height_m: Height
+
+
+class AddStation(Document):
+    """Add a station. Its id left out: the next free one."""
+
+    kind: Literal["add_station"]
+    position_m: Point
+    floor: FloorId
+    instrument_height_m: Height | None = None
+    station: Id | None = None
+    locked: YesOrNo | None = None
+
+
+class RemoveStation(Document):
+    """Take a station out."""
+
+    kind: Literal["remove_station"]
+    station: StationId
+
+
+class RestoreStation(Document):
+    """Bring a station of the plan back that was taken out."""
+
+    kind: Literal["restore_station"]
+    station: StationId
+
+
+class LockStation(Document):
+    """Have a station in every plan that is made again; null: as the plan has it."""
+
+    kind: Literal["lock_station"]
+    station: StationId
+    locked: YesOrNo | None = True
+
+
+class UnlockStation(Document):
+    """Let a plan that is made again do without the station."""
+
+    kind: Literal["unlock_station"]
+    station: StationId
+
+
+class Forbid(Document):
+    """Keep stations away from a place."""
+
+    kind: Literal["forbid"]
+    place: ForbiddenPlaceDocument
+
+
+class Allow(Document):
+    """Take a forbidden place back."""
+
+    kind: Literal["allow"]
+    id: Id
+
+
+class AddZone(Document):
+    """Add a zone."""
+
+    kind: Literal["add_zone"]
+    zone: ZoneDocument
+
+
+class ChangeZone(Document):
+    """Put another zone in the place of the one of its id."""
+
+    kind: Literal["change_zone"]
+    zone: ZoneDocument
+
+
+class RemoveZone(Document):
+    """Take a zone out."""
+
+    kind: Literal["remove_zone"]
+    id: Id
+
+
+class PickGround(Document):
+    """Mark, or unmark, the surface at a point as ground."""
+
+    kind: Literal["pick_ground"]
+    pick: GroundPickDocument
+    id: Id | None = None
+
+
+class UnpickGround(Document):
+    """Take a pick back: the surface is again what it was found to be."""
+
+    kind: Literal["unpick_ground"]
+    id: Id
+
+
+class AddComment(Document):
+    """Add a comment. Author and time left out: whoever makes the change, now; they are there to take a removal back."""
+
+    kind: Literal["add_comment"]
+    text: Text
+    target: Target = None
+    position_m: Point | None = None
+    id: Id | None = None
+    author: Line | None = None
+    time: Time | None = None
+    resolved: YesOrNo = False
+
+
+class EditComment(Document):
+    """Reword a comment: its author may."""
+
+    kind: Literal["edit_comment"]
+    id: Id
+    text: Text
+
+
+class ResolveComment(Document):
+    """Say that a comment is settled, or that it is not."""
+
+    kind: Literal["resolve_comment"]
+    id: Id
+    resolved: YesOrNo = True
+
+
+class RemoveComment(Document):
+    """Take a comment out: its author may."""
+
+    kind: Literal["remove_comment"]
+    id: Id
+
+
+class SetVerdict(Document):
+    """Accept or reject a station. By and time left out: whoever makes the change, now."""
+
+    kind: Literal["set_verdict"]
+    station: StationId
+    verdict: Literal["accepted", "rejected"]
+    note: Note = ""
+    by: Line | None = None
+    time: Time | None = None
+
+
+class ClearVerdict(Document):
+    """Take a verdict back."""
+
+    kind: Literal["clear_verdict"]
+    station: StationId
+
+
+class Sign(Document):
+    """Sign the plan off as it stands; `earlier` puts a signature back that was taken back."""
+
+    kind: Literal["sign"]
+    note: Note = ""
+    earlier: SignOffDocument | None = None
+
+
+class Unsign(Document):
+    """Take the signature back."""
+
+    kind: Literal["unsign"]
+
+
+ChangeDocument = Annotated[
+    MoveStation | SetHeight | AddStation | RemoveStation | RestoreStation | LockStation | UnlockStation
+    | Forbid | Allow | AddZone | ChangeZone | RemoveZone | PickGround | UnpickGround
+    | AddComment | EditComment | ResolveComment | RemoveComment | SetVerdict | ClearVerdict | Sign | Unsign,
+    Field(discriminator="kind"),
+]  # fmt: skip
+
+
+class Changes(Document):
+    """Changes to make together: all of them, or none."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        json_schema_extra={
+            "examples": [
+                {
+                    "base_revision": 7,
+                    "author": "Ana",
+                    "changes": [
+                        {"kind": "move_station", "station": "S003", "position_m": [12.5, 3.25, 1.6], "floor": "F0"},
+                        {"kind": "add_comment", "target": "S003", "text": "Out of the doorway."},
+                    ],
+                }
+            ]
+        },
+    )
+
+    base_revision: Annotated[Whole, Field(description="The revision that they were decided on.")]
+    author: Annotated[Line, Field(description="Who makes them: told, not proven.")]
+    changes: Annotated[list[ChangeDocument], Field(min_length=1, max_length=MOST_CHANGES)]
+    plan_sha256: Annotated[
+        str | None, Field(max_length=64, description="Of the plan that they were decided on; null: whichever it is.")
+    ] = None
+
+
+class CommittedDocument(Document):
+    """What was kept. undo : changes that take it back, in the order to send them."""
+
+    revision: Whole
+    undo: list[ChangeDocument]
+    review: ReviewDocument
+
+
+class ClashDocument(Document):
+    """An object that somebody changed meanwhile."""
+
+    object: str
+    by: str
+    at: str
+
+
+class ConflictDocument(Document):
+    """Nothing was changed, because somebody else was first; `review` is as it stands."""
+
+    message: str
+    conflicts: list[ClashDocument]
+    review: ReviewDocument
+
+
+# --------------------------------------------------------------------------------------------------- to and fro
+_NESTED = {"place": ForbiddenPlace, "zone": Zone, "pick": GroundPick, "earlier": SignOff}
+
+
+def change_of(document: Document) -> Change:
+    """Return the change that a document of `ChangeDocument` says; raises `ReviewError` where it breaks a rule."""
+    told = document.model_dump(exclude={"kind"}, exclude_unset=True)
+    kind: str = getattr(document, "kind")  # noqa: B009 - of the union, which has no type of its own
+    fields = {
+        name: _NESTED[name](**_tuples(value)) if name in _NESTED and value else value for name, value in told.items()
+    }
+    change: Change = KINDS[kind](**_tuples(fields))
+    return change
+
+
+def change_document(change: Change) -> dict[str, Any]:
+    """Return a change as plain JSON."""
+    return {"kind": change.kind, **dataclasses.asdict(change)}
+
+
+def review_document(review: Review) -> dict[str, Any]:
+    """Return a review as plain JSON."""
+    return dataclasses.asdict(review)
+
+
+def clash_document(clash: Clash) -> dict[str, Any]:
+    """Return a clash as plain JSON."""
+    return dataclasses.asdict(clash)
+
+
+def _tuples(fields: dict[str, Any]) -> dict[str, Any]:
+    """JSON knows lists only; dataclasses are compared and kept, so they have tuples."""
+    return {name: _tuple(value) if isinstance(value, list) else value for name, value in fields.items()}
+
+
+def _tuple(values: list[Any]) -> tuple[Any, ...]:
+    return tuple(_tuple(value) if isinstance(value, list) else value for value in values)

@@ -1,0 +1,63 @@
+"""What one start of the server knows: the plan folder, its review, who listens, and what may be done."""
+
+import threading
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from planner_core.errors import PlannerError
+from planner_core.model import PlanUnderReview, Review
+from planner_core.review.store import ReviewStore
+from viewer_web.server.events import EventHub
+
+LIVE_OFF: Mapping[str, Any] = {"state": "off", "step": None, "fraction": None, "message": None}
+
+
+class Session:
+    """The state that the routes share. May be used by several threads.
+
+    Parameters
+    ----------
+    plan_folder
+        The folder that is shown.
+    read_only
+        Nothing is written into it.
+    """
+
+    def __init__(self, plan_folder: Path, *, read_only: bool = False) -> None:
+        self.plan_folder = plan_folder
+        self.read_only = read_only
+        self.store = ReviewStore(plan_folder)
+        self.events = EventHub(self.look)
+        self.live_state: Callable[[], Mapping[str, Any]] = lambda: LIVE_OFF
+        self._told = threading.Lock()
+        self._told_revision: int | None = None
+
+    def review(self) -> Review:
+        """Return the review as it is on disk; raises `PlanFolderError` where it can't be read."""
+        return self.store.current()
+
+    def plan(self) -> PlanUnderReview:
+        """Return what the review refers to; raises `PlanFolderError` where it can't be read."""
+        return self.store.plan()
+
+    def tell_review(self, review: Review, author: str, objects: tuple[str, ...]) -> None:
+        """Tell all pages of a commit that was made here."""
+        with self._told:
+            self._told_revision = review.revision
+        document = {"revision": review.revision, "author": author, "objects": list(objects)}
+        self.events.publish("review", document)
+
+    def look(self) -> None:
+        """Tell all pages where another process, or a program that edits USD, changed the review on disk."""
+        try:
+            review = self.store.current()
+        except PlannerError:
+            return  # whoever asks for the review is told
+        with self._told:
+            known, self._told_revision = self._told_revision, review.revision
+        if known is not None and known != review.revision:
+            newer = {name: touch for name, touch in review.touched.items() if touch.revision > known}
+            last = max(newer.values(), key=lambda touch: touch.revision, default=None)
+            author = "another program" if last is None else last.by
+            self.events.publish("review", {"revision": review.revision, "author": author, "objects": sorted(newer)})
