@@ -1,6 +1,8 @@
 /** Starts the viewer: loads the plan the server gives, and keeps the address and the view in step. */
 import { batch, effect } from '@preact/signals';
 import { render } from 'preact';
+import { ApiClient } from './api/client.ts';
+import { Desk } from './api/desk.ts';
 import { extentsOf } from './floors/cut.ts';
 import { TIMES_SEEN } from './heat/layers.ts';
 import { fetchPlan } from './load/fetch-plan.ts';
@@ -14,7 +16,9 @@ import { formatUrlState, parseUrlState } from './url-state.ts';
 
 async function start(): Promise<void> {
   const mode = document.querySelector<HTMLMetaElement>('meta[name="tlsplan-mode"]')?.content;
-  const store = createStore({ isStatic: mode === 'static' });
+  const isStatic = mode === 'static';
+  const desk = isStatic ? null : new Desk(new ApiClient(), { storage: window.localStorage });
+  const store = createStore({ isStatic, desk });
   store.planBase.value = planBaseOf(parseUrlState(window.location.hash).planBase);
   render(<App store={store} />, document.getElementById('app') as HTMLElement);
   try {
@@ -29,6 +33,7 @@ async function start(): Promise<void> {
       store.phase.value = { kind: 'ready' };
     });
     followAddress(store);
+    void desk?.open();
   } catch (error) {
     const message = error instanceof Error ? error.message : String(error);
     store.phase.value = { kind: 'failed', message };

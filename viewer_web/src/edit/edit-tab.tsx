@@ -1,6 +1,12 @@
-/** The tab "Edit" of the sidebar. */
+/** The tab "Edit": tools, the chosen station, and everything the review changes, each with its way back. */
+import { AuthorField } from '../review/author-field.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
+import { ChangeList } from './change-list.tsx';
+import './desk.css';
+import { whyNoEditing, whyNotLive } from './readiness.ts';
+import { StationEditing } from './station-editing.tsx';
+import { ToolPicker } from './tool-picker.tsx';
 
 interface EditTabProps {
   readonly store: Store;
@@ -8,6 +14,31 @@ interface EditTabProps {
   readonly view: PlanView | null;
 }
 
-export function EditTab(_: EditTabProps) {
-  return null;
+export function EditTab({ store }: EditTabProps) {
+  const refusal = whyNoEditing(store);
+  if (refusal !== null) return <p class="callout">{refusal}</p>;
+  return (
+    <>
+      <LiveNote store={store} />
+      <ToolPicker store={store} />
+      <StationEditing store={store} />
+      <ChangeList store={store} />
+      {store.desk !== null && <AuthorField desk={store.desk} />}
+    </>
+  );
+}
+
+function LiveNote({ store }: { store: Store }) {
+  const words = whyNotLive(store);
+  const live = store.desk?.live.value;
+  if (words === null || live === undefined) return null;
+  const fraction = live.fraction ?? null;
+  return (
+    <div class="callout" role="status" data-testid="live-note">
+      {words}
+      {live.state === 'starting' && (
+        <progress aria-label="Getting ready" {...(fraction === null ? {} : { value: fraction })} />
+      )}
+    </div>
+  );
 }

@@ -1,6 +1,7 @@
 /** What is being edited right now and not yet committed: the tool in hand, an outline half drawn, a station under way. */
 import { type Signal, signal } from '@preact/signals';
 import type { Point } from '../api/documents.ts';
+import type { Editor } from './editor.ts';
 import type { GroundMap, Place } from './ground-map.ts';
 import { Latencies } from './preview-loop.ts';
 import type { PreviewHead } from './previews.ts';
@@ -24,6 +25,8 @@ export interface CommentSpot {
 }
 
 export interface Editing {
+  /** Null until the building is drawn. */
+  readonly editor: Signal<Editor | null>;
   readonly tool: Signal<Tool>;
   /** The plan is shown as it was planned, without the review's edits. */
   readonly showsPlan: Signal<boolean>;
@@ -47,6 +50,7 @@ export interface Editing {
 
 export function createEditing(): Editing {
   return {
+    editor: signal<Editor | null>(null),
     tool: signal<Tool>('select'),
     showsPlan: signal(false),
     underWay: signal<UnderWay | null>(null),

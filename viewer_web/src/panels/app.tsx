@@ -1,5 +1,6 @@
 /** The whole page: loading and failing in words, then the panels around the canvas. */
 import { useEffect, useRef, useState } from 'preact/hooks';
+import { EditLayer } from '../edit/edit-layer.tsx';
 import { Legend } from '../heat/legend.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { PlanView } from '../scene/plan-view.ts';
@@ -79,6 +80,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
         />
         {view !== null && <Markers store={store} view={view} />}
         {view !== null && <Toolbar store={store} view={view} />}
+        {view !== null && <EditLayer store={store} loaded={loaded} view={view} />}
         <Legend store={store} />
         <StationCard store={store} />
         <SurfaceCard store={store} />

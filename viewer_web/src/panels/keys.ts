@@ -5,8 +5,10 @@ import type { Store } from '../store.ts';
 /** Returns what stops listening. */
 export function listenToKeys(target: Window, store: Store, view: PlanView): () => void {
   const onKey = (event: KeyboardEvent): void => {
-    const isTyping = event.target instanceof HTMLInputElement;
-    if (isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
+    const { target: from } = event;
+    const isForm =
+      from instanceof HTMLInputElement || from instanceof HTMLTextAreaElement || from instanceof HTMLSelectElement;
+    if (isForm || event.ctrlKey || event.metaKey || event.altKey) return;
     if (act(event.key, store, view)) event.preventDefault();
   };
   target.addEventListener('keydown', onKey);

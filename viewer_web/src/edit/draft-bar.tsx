@@ -1,0 +1,146 @@
+/** The strip of totals over the canvas: what the edited plan is worth beside the plan as it was made. */
+import { percent } from '../panels/figures.ts';
+import type { Store } from '../store.ts';
+import { countEdits, editsInWords } from './draft.ts';
+import { hasEdits, stationsOf } from './draft-follower.ts';
+import { canEdit, isLive } from './readiness.ts';
+import { draftTotals, planTotals, previewTotals, signedCount, signedPoints, type Totals } from './totals.ts';
+
+export function DraftBar({ store }: { store: Store }) {
+  const { desk, editing, loaded } = store;
+  const plan = loaded.value?.plan;
+  if (desk === null || plan === undefined) return null;
+  const stations = stationsOf(store);
+  const isEdited = hasEdits(stations);
+  const isMoving = editing.underWay.value !== null;
+  if (!isEdited && !isMoving && store.tab.value !== 'edit') return null;
+  if (store.planBase.value !== '') return null;
+  const showsPlan = editing.showsPlan.value && !isMoving;
+  const totals = showsPlan ? planTotals(plan) : totalsNow(store);
+  return (
+    <section
+      class="draft-bar"
+      aria-label="Edited plan"
+      data-testid="draft-bar"
+      data-latencies={editing.measuredMs.value.map((ms) => ms.toFixed(1)).join(' ')}
+    >
+      {isEdited && <ShownChoice store={store} words={editsInWords(countEdits(stations))} />}
+      <TotalsList totals={totals} planned={planTotals(plan)} isLive={isLive(store)} />
+      {canEdit(store) && <UndoButtons store={store} />}
+    </section>
+  );
+}
+
+/** Of what is shown: a preview, the draft, or the plan where the draft's are not known. */
+function totalsNow(store: Store): Totals | null {
+  const plan = store.loaded.value?.plan;
+  const head = store.editing.preview.value;
+  const figures = store.desk?.figures.value ?? null;
+  if (plan === undefined) return null;
+  if (head !== null) return previewTotals(plan, head);
+  if (figures !== null && isLive(store)) return draftTotals(plan, figures);
+  return hasEdits(stationsOf(store)) ? null : planTotals(plan);
+}
+
+function ShownChoice({ store, words }: { store: Store; words: string }) {
+  const { showsPlan } = store.editing;
+  return (
+    <div class="segments" role="radiogroup" aria-label="Which plan is shown">
+      {[false, true].map((isPlan) => (
+        // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
+        <button
+          key={String(isPlan)}
+          type="button"
+          role="radio"
+          aria-checked={showsPlan.value === isPlan}
+          title={isPlan ? 'The plan as it was made' : words}
+          onClick={() => {
+            showsPlan.value = isPlan;
+          }}
+        >
+          {isPlan ? 'As planned' : `Edited: ${words}`}
+        </button>
+      ))}
+    </div>
+  );
+}
+
+function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planned: Totals; isLive: boolean }) {
+  if (totals === null) {
+    return <span class="muted">{isLive ? 'Computing …' : 'Coverage of the edited plan is not known'}</span>;
+  }
+  const networks = totals.nNetworks === 1 ? 'one network' : `${totals.nNetworks} networks`;
+  return (
+    <dl data-testid="totals">
+      <Total name="Stations" value={`${totals.nStations}`} change={signedCount(totals.nStations - planned.nStations)} />
+      <Total
+        name="Coverage"
+        value={percent(totals.coverage)}
+        change={signedPoints(totals.coverage - planned.coverage)}
+        isBetterUp
+      />
+      {totals.floors.length > 1 &&
+        totals.floors.map(({ id, name, coverage }) => (
+          <Total
+            key={id}
+            name={name}
+            value={percent(coverage)}
+            change={signedPoints(coverage - (planned.floors.find((floor) => floor.id === id)?.coverage ?? coverage))}
+            isBetterUp
+          />
+        ))}
+      <Total name="Links" value={totals.nLinks === null ? networks : `${totals.nLinks}, ${networks}`} change="" />
+    </dl>
+  );
+}
+
+interface TotalProps {
+  readonly name: string;
+  readonly value: string;
+  /** With its sign; empty where there is none. */
+  readonly change: string;
+  readonly isBetterUp?: boolean;
+}
+
+function Total({ name, value, change, isBetterUp = false }: TotalProps) {
+  const isUp = change.startsWith('+');
+  return (
+    <div>
+      <dt>{name}</dt>
+      <dd>
+        {value}
+        {change !== '' && <span class={isBetterUp === isUp ? ' change-up' : ' change-down'}> {change}</span>}
+      </dd>
+    </div>
+  );
+}
+
+function UndoButtons({ store }: { store: Store }) {
+  const { desk } = store;
+  if (desk === null) return null;
+  const [undo, redo] = [desk.undoable.value, desk.redoable.value];
+  return (
+    <span>
+      <button
+        type="button"
+        class="icon"
+        aria-label={undo === null ? 'Undo' : `Undo: ${undo}`}
+        title={undo === null ? 'Nothing to undo' : `Undo: ${undo} (Ctrl-Z)`}
+        disabled={undo === null}
+        onClick={() => void desk.undo()}
+      >
+        ↶
+      </button>
+      <button
+        type="button"
+        class="icon"
+        aria-label={redo === null ? 'Redo' : `Redo: ${redo}`}
+        title={redo === null ? 'Nothing to redo' : `Redo: ${redo} (Ctrl-Shift-Z)`}
+        disabled={redo === null}
+        onClick={() => void desk.redo()}
+      >
+        ↷
+      </button>
+    </span>
+  );
+}

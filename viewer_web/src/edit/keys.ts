@@ -1,0 +1,51 @@
+/** Keys of editing: undo and redo, Escape and Enter for what is half done, Delete for the chosen station. */
+import type { Store } from '../store.ts';
+import { removeStation } from './changes.ts';
+import type { Editor } from './editor.ts';
+import { canEdit } from './readiness.ts';
+
+/** Returns what stops listening. */
+export function listenToEditKeys(target: Window, store: Store, editor: Editor): () => void {
+  const onKey = (event: KeyboardEvent): void => {
+    if (isTyping(event.target) || event.altKey || !canEdit(store)) return;
+    const isDone = event.ctrlKey || event.metaKey ? actOnChord(event, store) : actOnKey(event.key, store, editor);
+    if (!isDone) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+  };
+  // Before the keys of looking around, where Escape lets go of the station.
+  target.addEventListener('keydown', onKey, { capture: true });
+  return () => target.removeEventListener('keydown', onKey, { capture: true });
+}
+
+export function isTyping(target: EventTarget | null): boolean {
+  return (
+    target instanceof HTMLTextAreaElement ||
+    target instanceof HTMLSelectElement ||
+    (target instanceof HTMLInputElement && target.type !== 'range' && target.type !== 'checkbox')
+  );
+}
+
+function actOnChord({ key, shiftKey }: KeyboardEvent, store: Store): boolean {
+  const letter = key.toLowerCase();
+  if (letter === 'z' && !shiftKey) void store.desk?.undo();
+  else if ((letter === 'z' && shiftKey) || letter === 'y') void store.desk?.redo();
+  else return false;
+  return true;
+}
+
+function actOnKey(key: string, store: Store, { areas, mover }: Editor): boolean {
+  const { editing, desk } = store;
+  const hasOutline = editing.outline.peek().length > 0;
+  if (key === 'Escape' && editing.underWay.peek() !== null) mover.cancel();
+  else if (key === 'Escape' && hasOutline) areas.dropOutline();
+  else if (key === 'Escape' && editing.tool.peek() !== 'select') editing.tool.value = 'select';
+  else if (key === 'Enter' && hasOutline) void areas.finishOutline();
+  else if (key === 'Backspace' && hasOutline) areas.takeCornerBack();
+  else if (key === 'Delete' && store.tab.peek() === 'edit') {
+    const id = store.stationId.peek();
+    if (id === null) return false;
+    void desk?.commit(`remove ${id}`, [removeStation(id)]);
+  } else return false;
+  return true;
+}

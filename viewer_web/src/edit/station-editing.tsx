@@ -1,0 +1,144 @@
+/** The chosen station: its height, and what may be done with it. */
+import { batch } from '@preact/signals';
+import { metres } from '../panels/figures.ts';
+import { Section } from '../panels/section.tsx';
+import type { Store } from '../store.ts';
+import { forbid, lockStation, moveBack, removeStation, restoreStation } from './changes.ts';
+import type { DraftStation } from './draft.ts';
+import { stationsOf } from './draft-follower.ts';
+import { isLive } from './readiness.ts';
+
+/** Of tripods, where the scanner does not say. */
+const USUAL_HEIGHTS_M = [0.5, 2] as const;
+const STEP_M = 0.01;
+
+export function StationEditing({ store }: { store: Store }) {
+  const station = stationsOf(store).find(({ id }) => id === store.stationId.value);
+  if (station === undefined) {
+    return (
+      <Section title="Station">
+        <p class="muted">Choose a station in the picture or in the list of the plan.</p>
+      </Section>
+    );
+  }
+  return (
+    <Section title={`Station ${station.id}`} aside={stateInWords(station)}>
+      {station.isFixed ? (
+        <p class="muted">It is scanned already: where it stood can’t be changed.</p>
+      ) : (
+        <>
+          {!station.isRemoved && <HeightSlider store={store} station={station} />}
+          <StationButtons store={store} station={station} />
+        </>
+      )}
+    </Section>
+  );
+}
+
+function stateInWords(station: DraftStation): string {
+  const words = [
+    station.isFixed && 'scanned',
+    station.isRemoved && 'removed',
+    station.isAdded && 'added',
+    station.movedFromM !== null && !station.isRemoved && 'moved',
+    station.isLocked && 'locked',
+  ].filter((word) => word !== false);
+  return words.join(', ');
+}
+
+function HeightSlider({ store, station }: { store: Store; station: DraftStation }) {
+  const scanner = store.loaded.value?.plan.scanner;
+  const mover = store.editing.editor.value?.mover;
+  const moving = store.editing.underWay.value;
+  const heightM = (moving?.stationId === station.id ? moving.heightM : station.instrumentHeightM) ?? null;
+  if (heightM === null) return <p class="muted">Its height above the ground is not known.</p>;
+  const low = scanner?.instrument_height_min_m ?? USUAL_HEIGHTS_M[0];
+  const high = scanner?.instrument_height_max_m ?? USUAL_HEIGHTS_M[1];
+  return (
+    <label class="slider">
+      <span>Instrument height</span>
+      <output>{metres(heightM)}</output>
+      <input
+        type="range"
+        aria-label="Instrument height above the ground"
+        min={Math.min(low, heightM)}
+        max={Math.max(high, heightM)}
+        step={STEP_M}
+        value={heightM}
+        disabled={!isLive(store) || low === high}
+        onInput={(event) => mover?.raise(station, event.currentTarget.valueAsNumber)}
+        onChange={() => void mover?.finish()}
+      />
+    </label>
+  );
+}
+
+function StationButtons({ store, station }: { store: Store; station: DraftStation }) {
+  const { desk } = store;
+  if (desk === null) return null;
+  const { id } = station;
+  if (station.isRemoved) {
+    return (
+      <div class="buttons">
+        <button type="button" class="button" onClick={() => void desk.commit(`restore ${id}`, [restoreStation(id)])}>
+          Bring it back
+        </button>
+      </div>
+    );
+  }
+  const lockWords = station.isLocked ? 'unlock' : 'lock';
+  return (
+    <div class="buttons">
+      <button
+        type="button"
+        class="button button-small"
+        title="A locked station is in every plan that is made again"
+        aria-pressed={station.isLocked}
+        onClick={() => void desk.commit(`${lockWords} ${id}`, [lockStation(id, !station.isLocked)])}
+      >
+        {station.isLocked ? 'Unlock' : 'Lock'}
+      </button>
+      {station.movedFromM !== null && (
+        <button
+          type="button"
+          class="button button-small"
+          onClick={() => void desk.commit(`move ${id} back`, [moveBack(id)])}
+        >
+          Move back
+        </button>
+      )}
+      <button
+        type="button"
+        class="button button-small"
+        title="No station may stand within half a metre of here when the plan is made again"
+        onClick={() =>
+          void desk.commit('forbid a place', [
+            forbid(station.positionM, store.editing.forbidRadiusM.peek(), station.floorId),
+          ])
+        }
+      >
+        Forbid this place
+      </button>
+      <button
+        type="button"
+        class="button button-small"
+        onClick={() =>
+          batch(() => {
+            const positionM = station.positionM;
+            store.editing.commentSpot.value = { target: id, positionM, title: `station ${id}` };
+            store.tab.value = 'review';
+          })
+        }
+      >
+        Comment
+      </button>
+      <button
+        type="button"
+        class="button button-small"
+        onClick={() => void desk.commit(`remove ${id}`, [removeStation(id)])}
+      >
+        Remove
+      </button>
+    </div>
+  );
+}

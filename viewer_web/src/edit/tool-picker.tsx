@@ -1,0 +1,190 @@
+/** The tools, and what the one in hand needs to know. */
+import { batch } from '@preact/signals';
+import { Section } from '../panels/section.tsx';
+import type { Store } from '../store.ts';
+import type { Tool } from './editing.ts';
+import { faultOf } from './outline.ts';
+import { isLive } from './readiness.ts';
+
+interface ToolEntry {
+  readonly tool: Tool;
+  readonly title: string;
+  readonly hint: string;
+  /** Only with the live side: it knows where a tripod can stand. */
+  readonly needsLive: boolean;
+}
+
+const TOOLS: readonly ToolEntry[] = [
+  {
+    tool: 'select',
+    title: 'Move',
+    hint: 'Drag a station over the ground: it stays where a tripod can stand.',
+    needsLive: false,
+  },
+  { tool: 'add', title: 'Add station', hint: 'Click the ground where it is to stand.', needsLive: true },
+  {
+    tool: 'forbid',
+    title: 'Forbid place',
+    hint: 'Click where no station may be when the plan is made again.',
+    needsLive: false,
+  },
+  {
+    tool: 'keep_out',
+    title: 'Keep-out',
+    hint: 'Click the corners of an area that nobody enters; close it at its first corner.',
+    needsLive: false,
+  },
+  {
+    tool: 'priority',
+    title: 'Priority',
+    hint: 'Click the corners of an area that needs more; close it at its first corner.',
+    needsLive: false,
+  },
+  {
+    tool: 'ground',
+    title: 'Ground',
+    hint: 'Click a surface: the level area around it is marked for the next plan.',
+    needsLive: false,
+  },
+];
+
+export function ToolPicker({ store }: { store: Store }) {
+  const { editing } = store;
+  const tool = editing.tool.value;
+  const chosen = TOOLS.find((entry) => entry.tool === tool);
+  const hint = tool === 'select' && !isLive(store) ? 'Choose a station to lock, remove or forbid it.' : chosen?.hint;
+  return (
+    <Section title="Tool">
+      <div class="tools" role="radiogroup" aria-label="Tool">
+        {TOOLS.map((entry) => (
+          // biome-ignore lint/a11y/useSemanticElements: drawn as one button of a palette.
+          <button
+            key={entry.tool}
+            type="button"
+            role="radio"
+            aria-checked={tool === entry.tool}
+            disabled={entry.needsLive && !isLive(store)}
+            onClick={() => choose(store, entry.tool)}
+          >
+            {entry.tool === 'select' && !isLive(store) ? 'Select' : entry.title}
+          </button>
+        ))}
+      </div>
+      <p class="hint">{hint}</p>
+      {(tool === 'keep_out' || tool === 'priority') && <OutlineOptions store={store} />}
+      {tool === 'forbid' && <RadiusOption store={store} />}
+      {tool === 'ground' && <GroundOption store={store} />}
+    </Section>
+  );
+}
+
+function choose(store: Store, tool: Tool): void {
+  batch(() => {
+    store.editing.tool.value = tool;
+    store.editing.editor.peek()?.areas.dropOutline();
+    store.editing.showsPlan.value = false;
+  });
+}
+
+function OutlineOptions({ store }: { store: Store }) {
+  const { editing } = store;
+  const outline = editing.outline.value;
+  const areas = editing.editor.value?.areas;
+  return (
+    <>
+      <label class="field">
+        Name
+        <input
+          type="text"
+          maxLength={100}
+          placeholder={editing.tool.value === 'priority' ? 'Plant room' : 'Wet floor'}
+          value={editing.zoneName.value}
+          onInput={(event) => {
+            editing.zoneName.value = event.currentTarget.value;
+          }}
+        />
+      </label>
+      {editing.tool.value === 'priority' && (
+        <label class="field">
+          Coverage asked for there
+          <span class="unit-input">
+            <input
+              type="text"
+              inputMode="decimal"
+              value={editing.priorityPercent.value}
+              onInput={(event) => {
+                editing.priorityPercent.value = event.currentTarget.value;
+              }}
+            />
+            %
+          </span>
+        </label>
+      )}
+      {outline.length > 0 && (
+        <>
+          <p class="hint" role="status">
+            {faultOf(outline) ?? `${outline.length} corners`}
+          </p>
+          <div class="buttons">
+            <button
+              type="button"
+              class="button button-primary button-small"
+              disabled={faultOf(outline) !== null}
+              onClick={() => void areas?.finishOutline()}
+            >
+              Finish
+            </button>
+            <button type="button" class="button button-small" onClick={() => areas?.takeCornerBack()}>
+              Last corner back
+            </button>
+            <button type="button" class="button button-small" onClick={() => areas?.dropOutline()}>
+              Cancel
+            </button>
+          </div>
+        </>
+      )}
+    </>
+  );
+}
+
+function RadiusOption({ store }: { store: Store }) {
+  const radius = store.editing.forbidRadiusM;
+  return (
+    <label class="slider">
+      <span>Around it</span>
+      <output>{radius.value.toFixed(1)} m</output>
+      <input
+        type="range"
+        min={0.2}
+        max={5}
+        step={0.1}
+        value={radius.value}
+        onInput={(event) => {
+          radius.value = event.currentTarget.valueAsNumber;
+        }}
+      />
+    </label>
+  );
+}
+
+function GroundOption({ store }: { store: Store }) {
+  const { marksGround } = store.editing;
+  return (
+    <div class="segments" role="radiogroup" aria-label="What a clicked surface is">
+      {[true, false].map((isGround) => (
+        // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
+        <button
+          key={String(isGround)}
+          type="button"
+          role="radio"
+          aria-checked={marksGround.value === isGround}
+          onClick={() => {
+            marksGround.value = isGround;
+          }}
+        >
+          {isGround ? 'Is ground' : 'Is no ground'}
+        </button>
+      ))}
+    </div>
+  );
+}
