@@ -15,14 +15,15 @@ from typing import Any
 import numpy as np
 
 from planner_core.export.viewer_files import cloud_bytes
+from planner_core.export.viewer_layers import UInt16Array, layers_of
 from planner_core.ground.local_site import floor_named
 from planner_core.ground.reach import Reach
 from planner_core.live.draft import Draft, DraftStation, Place, local_place
 from planner_core.live.figures import plan_of, registration_of
-from planner_core.live.layers import TIMES_SEEN, UInt16Array, check_layer, in_steps, times_seen_bytes
+from planner_core.live.layers import TIMES_SEEN, layer_named, times_seen_bytes
 from planner_core.live.looks import Looker, rows_of
 from planner_core.live.pairs import PairFinder
-from planner_core.live.preview import LayerAsked, Preview, Standing, coverages, differing
+from planner_core.live.preview import Preview, Standing, coverages, differing
 from planner_core.live.spots import GroundMap, Spot, Spots
 from planner_core.live.tally import Parts, Tally, changed, covered_area_m2, figure_of, parts_of
 from planner_core.live.unseen import LeftSurface, left_surfaces
@@ -32,6 +33,7 @@ from planner_core.reasons.why import steepest_curve
 from planner_core.register.overlap import MIN_LISTED_OVERLAP
 from planner_core.requirements.demand import Demand
 from planner_core.requirements.figures import rows_of_quality
+from planner_core.requirements.goals import Goal
 from planner_core.route.field_time import field_time_of
 from planner_core.route.route import ends_of, plan_route
 from planner_core.scan.engine import ScanEngine
@@ -65,22 +67,22 @@ class Walk:
 class LivePlan:
     """Answers for the drafts of one plan; made by `planner_core.live.opening.open_live`.
 
-    document : plan.json. draft : of the plan as it is. steps : of each layer of figures.
+    document, plan_sha256 : of plan.json. draft : of the plan as it is. layers : of figures, by id.
     """
 
     def __init__(
         self,
         document: dict[str, Any],
+        plan_sha256: str,
         survey: Survey,
         settings: PlanSettings,
         engine: ScanEngine,
         demand: Demand,
         reach: Reach,
-        steps: dict[str, float],
     ) -> None:
-        self.document, self.survey, self.settings, self.steps = document, survey, settings, dict(steps)
-        if not settings.scanner.range_noise:
-            self.steps.pop("noise", None)
+        self.document, self.plan_sha256 = document, plan_sha256
+        self.survey, self.settings = survey, settings
+        self.layers = {layer.id: layer for layer in layers_of(settings.scanner)}
         self._engine, self._demand, self._reach = engine, demand, reach
         self._area_m2 = survey.patches.area_m2
         self._achievable = demand.times_met[0] >= settings.requirements.seen_from
@@ -96,6 +98,11 @@ class LivePlan:
         )
         self._spots = Spots(survey, settings, engine, reach, height_m=self._usual_height_m())
         self._standings: OrderedDict[tuple[DraftStation, ...], Standing] = OrderedDict()
+
+    @property
+    def goals(self) -> tuple[Goal, ...]:
+        """What is asked, in the order of plan.json's results and of `Preview.goals`."""
+        return self._demand.goals
 
     @property
     def n_scans(self) -> int:
@@ -167,7 +174,7 @@ class LivePlan:
         DeviceError
             The device fails.
         """
-        check_layer(layer, self.steps)
+        painted = layer_named(layer, self.layers)
         moved = None if station is None else draft.station(station)
         others = draft if moved is None else draft.without(moved.id)
         spot = self.snap(draft, floor, position_m, instrument_height_m)
@@ -179,8 +186,7 @@ class LivePlan:
         new = self._looker.look(spot.position_m)
         old = None if moved is None else base.look_of(moved.id)
         change = changed(base.tally, base.covered_m2, without.tally, old, new, self._parts, self._area_m2)
-        asked = LayerAsked(layer, self.steps.get(layer, 1.0))
-        patch, times_seen, values = differing(base.tally, change, self._achievable, asked)
+        patch, times_seen, values = differing(base.tally, change, self._achievable, painted)
         overall, floors, goals = coverages(self._parts, change.covered_m2)
         links = self._pairs.links_of(name, new, list(zip(others.ids, without.tally.looks, strict=True)))
         return Preview(
@@ -222,10 +228,10 @@ class LivePlan:
 
     def layer(self, draft: Draft, layer: str) -> UInt16Array:
         """(P,) uint16, as the layer's file of the plan folder; raises RequirementError where the plan has none such."""
-        check_layer(layer, self.steps)
-        if layer == TIMES_SEEN:
+        painted = layer_named(layer, self.layers)
+        if painted is None:
             return self.times_seen(draft).astype(np.uint16)
-        return in_steps(figure_of(layer, self._standing(draft).tally.best(layer)), self.steps[layer])
+        return painted.quantised(figure_of(layer, self._standing(draft).tally.best(layer)))
 
     def seen(self, draft: Draft, station: str) -> bytes:
         """One bit a patch, the lowest first: what a station sees; raises RequirementError where there is no such."""

@@ -6,6 +6,7 @@ not have it, they are looked for and scanned again.
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,6 @@ from planner_core.ground.local_site import local_site
 from planner_core.ground.places import find_places
 from planner_core.ground.reach import reachability
 from planner_core.live.draft import local_place
-from planner_core.live.layers import steps_of
 from planner_core.live.live_plan import LivePlan
 from planner_core.model import Int32Array, PlanSettings, Survey, Visibility
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -59,6 +59,7 @@ def open_live(
         As the stages raise them.
     """
     document = read_plan_json(plan_folder)
+    sha256 = hashlib.sha256((plan_folder / "plan.json").read_bytes()).hexdigest()
     settings = settings_of(document)
     progress(ProgressEvent(STAGE, 0, _N_STEPS, "reading the scene"))
     loaded = load_scene(find_scene(plan_folder, document, scene), options=load_options_of(document), progress=progress)
@@ -72,7 +73,7 @@ def open_live(
     reach = reachability(survey, space, site.entrances_m)
     progress(ProgressEvent(STAGE, 3, _N_STEPS, "reading what can be seen"))
     demand = _demand(plan_folder, document, survey, settings, caster, progress)
-    live = LivePlan(document, survey, settings, caster, demand, reach, steps_of(plan_folder))
+    live = LivePlan(document, sha256, survey, settings, caster, demand, reach)
     progress(ProgressEvent(STAGE, 4, _N_STEPS, "looking from the stations"))
     live.figures(live.draft)
     for floor in survey.floors:

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from planner_core.export.viewer_layers import Layer, UInt16Array
 from planner_core.live.draft import Draft, DraftStation
-from planner_core.live.layers import TIMES_SEEN, UInt16Array, in_steps, times_seen_bytes
+from planner_core.live.layers import times_seen_bytes
 from planner_core.live.looks import Look
 from planner_core.live.spots import Spot
 from planner_core.live.tally import Change, Parts, Tally, coverage, figure_of
-from planner_core.model import Coverage, Link, Registration, UInt8Array
+from planner_core.model import BoolArray, Coverage, Link, Registration, UInt8Array
 
 UInt32Array = NDArray[np.uint32]
 
@@ -59,28 +60,23 @@ class Preview:
     registration: Registration
 
 
-@dataclass(frozen=True)
-class LayerAsked:
-    """id : `times_seen` or a layer of the plan. step : of its values; 1 for `times_seen`."""
-
-    id: str
-    step: float = 1.0
-
-
 def differing(
-    base: Tally, change: Change, achievable: NDArray[np.bool_], layer: LayerAsked
+    base: Tally, change: Change, achievable: BoolArray, layer: Layer | None
 ) -> tuple[UInt32Array, UInt8Array, UInt16Array]:
-    """Patches that a change makes different, (K,) sorted, with their new times seen and values."""
+    """Patches that a change makes different, (K,) sorted, with their new times seen and values of a layer.
+
+    layer : None for `times_seen`, whose values are the times seen.
+    """
     patch = change.patch
     counted = achievable[patch]
     was = times_seen_bytes(base.times_met[0, patch], counted)
     now = times_seen_bytes(change.n_met[0], counted)
     differs = was != now
-    if layer.id == TIMES_SEEN:
+    if layer is None:
         values: UInt16Array = now.astype(np.uint16)
     else:
-        values = in_steps(figure_of(layer.id, change.best(layer.id)), layer.step)
-        differs |= values != in_steps(figure_of(layer.id, base.best(layer.id)[patch]), layer.step)
+        values = layer.quantised(figure_of(layer.id, change.best(layer.id)))
+        differs |= values != layer.quantised(figure_of(layer.id, base.best(layer.id)[patch]))
     return patch[differs].astype(np.uint32), now[differs], values[differs]
 
 

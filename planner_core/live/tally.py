@@ -20,6 +20,8 @@ from planner_core.survey import planned_floors, scope_of
 #: Figures of the layers: the name of each in `Sights`.
 FIGURES = {"range": "range_m", "incidence": "incidence_rad", "noise": "noise_m"}
 SPACING = "spacing"
+#: Points per m^2, fewer than any layer can tell from none.
+_LEAST_DENSITY = 1e-200
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,9 @@ def joined(layer: str, best: FloatArray, look: Look) -> FloatArray:
     """(M,) what `Tally.best` of the look's patches (M,) becomes with the look."""
     if layer == SPACING:
         with np.errstate(divide="ignore"):
-            more: FloatArray = best + look.sights.spacing_m.astype(np.float64) ** -2.0  # densities add
+            densities = look.sights.spacing_m.astype(np.float64) ** -2.0
+        # They add. A patch that is seen along its surface has points, if far apart: it is not one without any.
+        more: FloatArray = best + np.maximum(densities, _LEAST_DENSITY)
         return more
     figures = getattr(look.sights, FIGURES[layer])
     if figures is None:

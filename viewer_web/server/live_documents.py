@@ -1,0 +1,272 @@
+"""What the live routes take and give, as documents: pydantic models, from which the viewer's types are made.
+
+Positions are in the scene frame, metres; areas m^2; a figure that is not known is null.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from planner_core.export.plan_asked import link_document
+from planner_core.export.plan_json import plan_document
+from planner_core.export.route_json import field_time_document, route_document
+from planner_core.live.live_plan import DraftFigures, LivePlan, Walk
+from planner_core.live.preview import Preview
+from planner_core.live.spots import GroundMap
+from planner_core.live.unseen import LeftSurface
+from planner_core.model import Coverage, FloatArray, Scene, UnseenPiece
+
+_Metres = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
+
+
+class PreviewQuestion(BaseModel):
+    """A station that is being dragged, raised, or about to be added."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    station: Annotated[str, Field(max_length=64)] | None = Field(description="Id of the station; null: a new one.")
+    floor: Annotated[str, Field(max_length=200)] = Field(description="Id of the floor that it is to stand on.")
+    position: Annotated[list[_Metres], Field(min_length=2, max_length=3)] = Field(
+        description="[x, y] or [x, y, z]; z, the sensor's, tells grounds above each other apart."
+    )
+    instrument_height_m: Annotated[float, Field(ge=0, le=100, allow_inf_nan=False)]
+    layer: Annotated[str, Field(max_length=32)] = Field(
+        "times_seen", description="`times_seen` or a layer of the plan."
+    )
+    sequence: Annotated[int, Field(ge=0, le=2**53 - 1)] = Field(0, description="Grows with every question of a page.")
+    client: Annotated[str, Field(max_length=64)] = Field(
+        "", description="Names the page. Where given, questions that a newer one of it has overtaken are not answered."
+    )
+
+
+class CoverageDocument(BaseModel):
+    """Coverage of surface."""
+
+    achievable_area_m2: float
+    total_area_m2: float
+    covered_area_m2: float
+    fraction_of_achievable: float
+    fraction_of_total: float
+
+
+class FloorCoverage(CoverageDocument):
+    """Coverage of a floor."""
+
+    floor: str
+
+
+class RequirementFigure(BaseModel):
+    """How far a requirement is met."""
+
+    name: str
+    required: float
+    fraction_of_achievable: float
+    met: bool
+
+
+class StationAreas(BaseModel):
+    """What a station covers, and what it alone covers."""
+
+    covered_area_m2: float
+    own_area_m2: float
+
+
+class LinkDocument(BaseModel):
+    """Overlap of two stations, as in plan.json."""
+
+    a: str
+    b: str
+    overlap: float
+    strength: float | None
+    weak_axis: str
+
+
+class Joined(BaseModel):
+    """How all stations hang together."""
+
+    connected: bool
+    n_networks: int
+
+
+class PreviewHead(BaseModel):
+    """The head of a preview. Three arrays follow, an entry a patch that differs from the draft: uint32 patches, rising;
+    uint16 values of the layer; uint8 times seen, 255 where no candidate can.
+    """
+
+    sequence: int
+    revision: int
+    n_patches_changed: int
+    position: list[float] = Field(description="Where the station would stand, the sensor's origin.")
+    instrument_height_m: float
+    admissible: bool = Field(description="Whether a tripod can stand there.")
+    reason: str = Field(description="Why it is not the place asked for, or none can stand there; empty where it is.")
+    coverage: CoverageDocument
+    floors: list[FloorCoverage]
+    requirements: list[RequirementFigure]
+    station: StationAreas
+    links: list[LinkDocument] = Field(description="Of the station.")
+    n_stations: int
+    registration: Joined
+
+
+class GroundHead(BaseModel):
+    """The head of a map of the ground. width x height uint8 follow, row by row from the lowest y: 0 nothing to walk on,
+    1 walkable, but no tripod can stand, 2 one can, 3 kept free by the review.
+    """
+
+    floor: str
+    origin: list[float] = Field(description="[x, y], low corner of the first cell.")
+    cell_m: float
+    width: int
+    height: int
+
+
+class PieceDocument(BaseModel):
+    """Surface that hangs together."""
+
+    area_m2: float
+    centroid: list[float]
+    box: list[list[float]] = Field(description="Lowest and highest corner.")
+    patch: int = Field(description="The one nearest to the centroid.")
+
+
+class UnseenDocument(BaseModel):
+    """Surface of one element, in one room, that candidates could see and the draft does not."""
+
+    element: int
+    name: str
+    kind: str
+    source_id: str
+    room: dict[str, str] | None
+    floor: str
+    area_m2: float
+    n_pieces: int
+    pieces: list[PieceDocument]
+
+
+class FiguresOfDraft(BaseModel):
+    """Figures of the draft at a revision of the review; `stations`, `requirements`, `registration` as in plan.json."""
+
+    revision: int
+    coverage: CoverageDocument
+    floors: list[FloorCoverage]
+    requirements: list[dict[str, Any]]
+    stations: list[dict[str, Any]]
+    registration: dict[str, Any]
+    curve: list[float] = Field(description="Fraction of achievable after 1, 2, ... stations, the steepest first.")
+    curve_stations: list[str] = Field(description="In the order of the curve.")
+    unseen: list[UnseenDocument] = Field(description="Largest first.")
+
+
+class WalkOfDraft(BaseModel):
+    """The walk through the draft's stations, `route` and `field_time` as in plan.json."""
+
+    revision: int
+    route: dict[str, Any] | None
+    field_time: dict[str, Any] | None
+
+
+# ------------------------------------------------------------------------------------------------ from answers
+def figures_document(live: LivePlan, figures: DraftFigures, revision: int) -> FiguresOfDraft:
+    """Return figures as they are sent."""
+    plan = plan_document(figures.plan)
+    coverage: dict[str, Any] = plan["coverage"]
+    return FiguresOfDraft(
+        revision=revision,
+        coverage=CoverageDocument(**coverage),
+        floors=[FloorCoverage(**floor) for floor in coverage["floors"]],
+        requirements=plan["requirements"]["results"],
+        stations=plan["stations"],
+        registration=plan["registration"],
+        curve=[round(step.fraction_of_achievable, 9) for step in figures.curve],
+        curve_stations=[step.station for step in figures.curve],
+        unseen=[_unseen(surface, live.survey.scene) for surface in figures.unseen],
+    )
+
+
+def preview_head(live: LivePlan, preview: Preview, *, sequence: int, revision: int) -> PreviewHead:
+    """Return the head of a preview."""
+    registration, asked = preview.registration, live.goals
+    return PreviewHead(
+        sequence=sequence,
+        revision=revision,
+        n_patches_changed=int(preview.patch.size),
+        position=_scene_m(preview.station.at_m, live.survey.scene.offset_m),
+        instrument_height_m=preview.station.instrument_height_m or 0.0,
+        admissible=preview.spot.admissible,
+        reason=preview.spot.reason,
+        coverage=CoverageDocument(**_coverage(preview.overall)),
+        floors=[
+            FloorCoverage(floor=floor.id, **_coverage(covered))
+            for floor, covered in zip(live.survey.floors, preview.floors, strict=True)
+        ],
+        requirements=[
+            RequirementFigure(
+                name=goal.name,
+                required=goal.coverage,
+                fraction_of_achievable=round(covered.fraction_of_achievable, 9),
+                met=covered.meets(goal.coverage),
+            )
+            for goal, covered in zip(asked, preview.goals, strict=True)
+        ],
+        station=StationAreas(covered_area_m2=round(preview.covered_m2, 6), own_area_m2=round(preview.own_m2, 6)),
+        links=[LinkDocument(**link_document(link)) for link in preview.links],
+        n_stations=len(preview.draft.stations),
+        registration=Joined(connected=registration.connected, n_networks=len(registration.networks)),
+    )
+
+
+def ground_head(live: LivePlan, ground: GroundMap) -> GroundHead:
+    """Return the head of a map."""
+    height, width = ground.values.shape
+    x, y = (ground.origin_m + live.survey.scene.offset_m[:2]).tolist()
+    return GroundHead(floor=ground.floor, origin=[x, y], cell_m=ground.cell_m, width=width, height=height)
+
+
+def walk_document(figures: DraftFigures, walk: Walk, revision: int) -> WalkOfDraft:
+    """Return the walk; `figures` are of the same draft."""
+    plan = replace(figures.plan, route=walk.route, field_time=walk.field_time)
+    return WalkOfDraft(revision=revision, route=route_document(plan), field_time=field_time_document(walk.field_time))
+
+
+def _coverage(coverage: Coverage) -> dict[str, float]:
+    return {
+        "achievable_area_m2": round(coverage.achievable_area_m2, 6),
+        "total_area_m2": round(coverage.total_area_m2, 6),
+        "covered_area_m2": round(coverage.covered_area_m2, 6),
+        "fraction_of_achievable": round(coverage.fraction_of_achievable, 9),
+        "fraction_of_total": round(coverage.fraction_of_total, 9),
+    }
+
+
+def _unseen(surface: LeftSurface, scene: Scene) -> UnseenDocument:
+    element = scene.elements[surface.element]
+    room = None if surface.room < 0 else scene.rooms[surface.room]
+    return UnseenDocument(
+        element=surface.element,
+        name=element.name,
+        kind=element.kind,
+        source_id=element.source_id,
+        room=None if room is None else {"name": room.title, "source_id": room.source_id},
+        floor=surface.floor,
+        area_m2=round(surface.area_m2, 6),
+        n_pieces=surface.n_pieces,
+        pieces=[_piece(piece, scene.offset_m) for piece in surface.pieces],
+    )
+
+
+def _piece(piece: UnseenPiece, offset_m: FloatArray) -> PieceDocument:
+    return PieceDocument(
+        area_m2=round(piece.area_m2, 6),
+        centroid=_scene_m(piece.centroid_m, offset_m),
+        box=[_scene_m(corner, offset_m) for corner in piece.box_m],
+        patch=piece.patch,
+    )
+
+
+def _scene_m(local_m: FloatArray, offset_m: FloatArray) -> list[float]:
+    """A place to the micrometre, which is finer than any of them is meant."""
+    return [round(value, 6) + 0.0 for value in (local_m + offset_m).tolist()]

@@ -1,0 +1,134 @@
+"""The live side of a server: its plan opened in the background, and one question to it answered at a time.
+
+Opening loads the scene and prepares the scanner, which takes from a second to minutes: the server answers everything
+else meanwhile. A `LivePlan` is not made for several threads, and its scans keep all cores busy: questions wait in turn.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from planner_core.errors import PlannerError
+from planner_core.live.live_plan import LivePlan
+from planner_core.live.opening import STAGE
+from planner_core.progress import Progress, ProgressEvent
+
+_Answer = TypeVar("_Answer")
+#: Pages hear of progress at most this often.
+_TELL_S = 0.5
+
+
+class NotReadyError(PlannerError):
+    """The plan is not opened, or can't be: `str(error)` says so to a user."""
+
+
+class _StoppedError(Exception):
+    """Raised from progress to end the opening."""
+
+
+class LiveSide:
+    """Opens a plan once, in a thread of its own, and holds it.
+
+    Parameters
+    ----------
+    open_plan
+        Called with a progress callback; `planner_core.live.opening.open_live`, mostly.
+    tell
+        Gets the document of `state` whenever it changes; called from any thread.
+    """
+
+    def __init__(
+        self, open_plan: Callable[[Progress], LivePlan], *, tell: Callable[[dict[str, Any]], None] = lambda _: None
+    ) -> None:
+        self._open_plan, self._tell = open_plan, tell
+        self._plan: LivePlan | None = None
+        self._state = _document("off", message="live editing was not started")
+        self._asking = threading.Lock()
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._told_s = -_TELL_S
+        self._n_done, self._n_steps, self._step = 0, 1, ""
+
+    def start(self) -> None:
+        """Begin to open the plan; returns at once."""
+        self._set(_document("starting", step="", fraction=0.0))
+        self._thread = threading.Thread(target=self._open, name="live", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the opening, if it is under way: it ends at its next step."""
+        self._stopping.set()
+
+    def wait(self, timeout_s: float | None = None) -> None:
+        """Wait until the plan is opened, or can't be."""
+        if self._thread is not None:
+            self._thread.join(timeout_s)
+
+    def state(self) -> dict[str, Any]:
+        """`state` (starting, ready, failed, off), `step` and `fraction` while starting, `message` if there is one."""
+        return dict(self._state)
+
+    def ask(self, question: Callable[[LivePlan], _Answer]) -> _Answer:
+        """Answer a question as soon as those before it are.
+
+        Raises
+        ------
+        NotReadyError
+            The plan is not open.
+        PlannerError
+            As the question raises.
+        """
+        plan = self._plan
+        if plan is None:
+            raise NotReadyError(_why_not(self._state))
+        with self._asking:
+            return question(plan)
+
+    def _open(self) -> None:
+        try:
+            self._plan = self._open_plan(self._show)
+        except _StoppedError:
+            self._set(_document("off", message="the server stops"))
+        except PlannerError as error:
+            self._set(_document("failed", message=str(error)))
+        except BaseException as error:  # told to the page here, and by Python to whoever reads the server's output
+            self._set(_document("failed", message=f"live editing could not start ({type(error).__name__}: {error})"))
+            raise
+        else:
+            self._set(_document("ready"))
+
+    def _show(self, event: ProgressEvent) -> None:
+        if self._stopping.is_set():
+            raise _StoppedError
+        within = 0.0
+        if event.stage == STAGE:
+            self._n_done, self._n_steps, self._step = event.done, max(event.total, 1), event.note
+        elif event.total > 0:
+            within = min(event.done / event.total, 1.0)
+        fraction = min((self._n_done + within) / self._n_steps, 1.0)
+        state = _document("starting", step=self._step, fraction=round(fraction, 3))
+        now_s = time.monotonic()
+        if event.stage == STAGE or now_s - self._told_s >= _TELL_S:
+            self._told_s = now_s
+            self._set(state)
+        else:
+            self._state = state
+
+    def _set(self, state: dict[str, Any]) -> None:
+        self._state = state
+        self._tell(dict(state))
+
+
+def _document(
+    state: str, *, step: str | None = None, fraction: float | None = None, message: str | None = None
+) -> dict[str, Any]:
+    return {"state": state, "step": step, "fraction": fraction, "message": message}
+
+
+def _why_not(state: dict[str, Any]) -> str:
+    if state["state"] == "starting":
+        return f"live editing is being prepared ({state['step'] or 'starting'}); try again in a moment"
+    return f"live editing is not available: {state['message']}"
