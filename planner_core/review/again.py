@@ -1,0 +1,132 @@
+"""Planning again with what reviewers decided: PlanSettings, Review -> PlanSettings.
+
+=====================  ===============================================================================================
+in the review          in the plan that is made again
+=====================  ===============================================================================================
+locked station         is in it
+other station          *kept*: stays where that costs nothing, wherever it was moved to
+rejected station       is not kept, and no station comes within half a metre of it
+station taken out      is not kept; its place may be chosen again, `forbid` it where it must not be
+forbidden place        no station within its radius
+keep-out zone          nobody goes there
+priority zone          a requirement of its own: what is asked of all, with the zone's coverage
+ground pick            surfaces that are ground, or are not
+=====================  ===============================================================================================
+
+Scanned stations stay as they are. What was locked or kept in the earlier plan is so as far as the review leaves it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+
+from planner_core.errors import ReviewError
+from planner_core.model.planning import PlanSettings
+from planner_core.model.requirements import PartRequirement, Requirements
+from planner_core.model.review import ForbiddenPlace, PlanUnderReview, Review, ReviewedStation, Zone
+from planner_core.model.site import KeepOut, SettledStation, Site
+from planner_core.review.stations import reviewed_stations
+
+REJECTED_RADIUS_M = 0.5
+"""About the grid's step: the next spot over is another station."""
+
+
+def settings_with_review(settings: PlanSettings, review: Review, plan: PlanUnderReview) -> PlanSettings:
+    """Return the settings to plan again with.
+
+    Parameters
+    ----------
+    settings
+        Of the plan, or with other requirements.
+    review, plan
+        What was decided, and on which plan.
+
+    Raises
+    ------
+    ReviewError
+        A station is both locked and rejected.
+    """
+    return dataclasses.replace(
+        settings,
+        site=_site(settings.site, review, plan),
+        requirements=_requirements(settings.requirements, review),
+    )
+
+
+def _site(site: Site, review: Review, plan: PlanUnderReview) -> Site:
+    before = (station for station in site.settled if station.role in ("scanned", "forbidden"))
+    keep_outs = (_keep_out(zone) for zone in _in_order(review) if zone.kind == "keep_out")
+    return dataclasses.replace(
+        site,
+        settled=(*before, *_settled(review, plan), *_forbidden(review, plan)),
+        keep_out=(*site.keep_out, *keep_outs),
+        ground_picks=(*site.ground_picks, *(pick for _, pick in sorted(review.ground_picks.items()))),
+    )
+
+
+def _settled(review: Review, plan: PlanUnderReview) -> Iterator[SettledStation]:
+    for station in reviewed_stations(plan, review):
+        if station.fixed:
+            continue  # it is in the settings, as scanned
+        verdict = review.verdicts.get(station.id)
+        if verdict is None or verdict.verdict != "rejected":
+            yield _station(station, "locked" if station.locked else "kept")
+        elif station.locked:
+            raise ReviewError(
+                f"station {station.id}: is locked, and {verdict.by} rejected it; unlock it or clear the verdict"
+            )
+        else:
+            place = ForbiddenPlace("rejected", station.position_m, REJECTED_RADIUS_M, station.floor)
+            yield _forbidden_place(place, f"rejected {station.id}", station.floor)
+
+
+def _station(station: ReviewedStation, role: str) -> SettledStation:
+    return SettledStation(
+        id=station.id,
+        position_m=station.position_m,
+        role=role,
+        floor=station.floor,
+        instrument_height_m=station.instrument_height_m,
+    )
+
+
+def _forbidden(review: Review, plan: PlanUnderReview) -> Iterator[SettledStation]:
+    """A place without a floor is one on each: settled places are on one floor."""
+    for name, place in sorted(review.forbidden.items()):
+        if place.floor:
+            yield _forbidden_place(place, name, place.floor)
+        else:
+            for floor in plan.floor_elevations_m:
+                yield _forbidden_place(place, f"{name} {floor}", floor)
+
+
+def _forbidden_place(place: ForbiddenPlace, name: str, floor: str) -> SettledStation:
+    return SettledStation(name, place.position_m, "forbidden", floor, radius_m=place.radius_m)
+
+
+def _keep_out(zone: Zone) -> KeepOut:
+    return KeepOut(zone.outline_m, floor=zone.floor, name=zone.name or zone.id)
+
+
+def _requirements(asked: Requirements, review: Review) -> Requirements:
+    parts = list(asked.parts)
+    for zone in _in_order(review):
+        if zone.kind == "priority":
+            taken = {part.name for part in parts}
+            name = zone.name or zone.id
+            parts.append(
+                PartRequirement(
+                    name=f"{name} ({zone.id})" if name in taken else name,
+                    coverage=zone.coverage or asked.coverage,
+                    asked=asked.asked,
+                    seen_from=asked.seen_from,
+                    floors=(zone.floor,) if zone.floor else (),
+                    zone=zone.outline_m,
+                )
+            )
+    return dataclasses.replace(asked, parts=tuple(parts))
+
+
+def _in_order(review: Review) -> list[Zone]:
+    return [zone for _, zone in sorted(review.zones.items())]
