@@ -13,6 +13,8 @@ import type { StageElement } from './load/stage.ts';
 import { type ShownStation, shownStationsOf } from './stations/shown.ts';
 
 export type TabId = 'plan' | 'unseen' | 'network' | 'edit' | 'runs' | 'review';
+/** What the sheet over the canvas shows. */
+export type SheetId = 'graph' | 'matrix';
 export type CloudPaint = 'range' | 'intensity';
 /** Two stations, as a link names them. */
 export type Pair = readonly [string, string];
@@ -136,6 +138,7 @@ export interface Store {
   readonly cloud: Signal<CloudState>;
   readonly cloudPaint: Signal<CloudPaint>;
   readonly picked: Signal<Picked | null>;
+  readonly sheet: Signal<SheetId | null>;
   readonly isSidebarOpen: Signal<boolean>;
   chooseFloor(floorId: string | null): void;
   stepFloor(step: number): void;
@@ -281,6 +284,7 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     cloud: signal<CloudState>({ kind: 'none' }),
     cloudPaint: signal<CloudPaint>('range'),
     picked,
+    sheet: signal<SheetId | null>(null),
     isSidebarOpen: signal(true),
     chooseFloor,
     stepFloor: (step) => chooseFloor(floorBeside(floorId.value, step, loaded.value?.stage.floors ?? [])),

@@ -1,9 +1,10 @@
 /** Points out the patches that the store's choices are about: a pair's shared surface, an unseen piece, a station's own. */
 import { effect } from '@preact/signals';
-import { fetchSeen, type LoadedPlan } from '../load/fetch-plan.ts';
+import { fetchPatchValues, fetchSeen, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { Building } from '../scene/building.ts';
 import type { PatchPlaces } from '../scene/patch-places.ts';
 import type { Store, UnseenFocus } from '../store.ts';
+import { NOT_ACHIEVABLE, type PatchValues, REASON } from './layers.ts';
 import { markedArea, ownMarks, sharedMarks } from './marks.ts';
 import type { PatchPaint } from './patch-paint.ts';
 
@@ -12,6 +13,7 @@ const BOX_SLACK_M = 1e-3;
 
 export class MarkFollower {
   private latest = 0;
+  private reasonOfPatch: PatchValues | null = null;
   private readonly end: () => void;
 
   constructor(
@@ -48,7 +50,7 @@ export class MarkFollower {
       if (pair !== null) {
         const [a, b] = await Promise.all(pair.map((id) => this.seen(id)));
         marks = sharedMarks(a, b, this.paint.timesSeen.length);
-      } else if (focus !== null) marks = this.pieceMarks(focus);
+      } else if (focus !== null) marks = this.pieceMarks(focus, await this.reasons());
       else marks = ownMarks(await this.seen(own ?? ''), this.paint.timesSeen);
       if (turn === this.latest) this.set(marks);
     } catch (error) {
@@ -74,7 +76,14 @@ export class MarkFollower {
     return fetchSeen(this.loaded, station);
   }
 
-  private pieceMarks({ surface, piece }: UnseenFocus): Uint8Array {
+  /** Why each patch is unseen; null: an older version made the plan. */
+  private async reasons(): Promise<PatchValues | null> {
+    if (this.loaded.layers === null) return null;
+    this.reasonOfPatch ??= await fetchPatchValues(this.loaded, REASON, new AbortController().signal);
+    return this.reasonOfPatch;
+  }
+
+  private pieceMarks({ surface, piece }: UnseenFocus, reasons: PatchValues | null): Uint8Array {
     const { stage } = this.loaded;
     const marks = new Uint8Array(this.paint.timesSeen.length);
     const element = stage.elements.find(({ sceneIndex }) => sceneIndex === surface.element);
@@ -83,7 +92,9 @@ export class MarkFollower {
     const corner = (at: readonly number[], by: number): number[] => at.map((x, k) => x - stage.offsetM[k] + by);
     const box = [corner(shown.box[0], -BOX_SLACK_M), corner(shown.box[1], BOX_SLACK_M)] as const;
     const { timesSeen } = this.paint;
-    const isUnseen = (patch: number): boolean => timesSeen[patch] === 0 || timesSeen[patch] === 255;
+    const reason = this.loaded.layers?.reasons.indexOf(surface.reason);
+    const isUnseen = (patch: number): boolean =>
+      reasons !== null ? reasons[patch] === reason : timesSeen[patch] === 0 || timesSeen[patch] === NOT_ACHIEVABLE;
     for (const patch of this.places().patchesIn(element, box, isUnseen)) marks[patch] = 1;
     return marks;
   }

@@ -1,30 +1,176 @@
-/** The tab "Network": how the stations register with each other. */
+/** The tab "Network": how the stations register with each other, what that hangs on, and what is missing. */
+import { useState } from 'preact/hooks';
+import type { PlanLink } from '../load/plan-json.ts';
 import { percent } from '../panels/figures.ts';
-import { Section } from '../panels/section.tsx';
+import { Figure, Section } from '../panels/section.tsx';
+import { Badge } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
+import { byOverlap, type Counting, countingOf, type NetworkReport, networkOf } from './graph.ts';
+import { Graph } from './graph-view.tsx';
+import { Matrix } from './matrix.tsx';
+import { strengthColor } from './strength.ts';
+import { StrengthLegend } from './strength-legend.tsx';
+
+type Picture = 'graph' | 'matrix';
+
+/** Width of the sidebar's pages. */
+const WIDTH = 308;
+const LINKS_A_PAGE = 40;
 
 export function NetworkTab({ store }: { store: Store }) {
-  const links = [...store.shownLinks.value].sort((a, b) => b.overlap - a.overlap);
+  const [picture, setPicture] = useState<Picture>('graph');
+  const plan = store.loaded.value?.plan;
+  if (plan === undefined) return null;
+  const counting = countingOf(plan);
+  const ids = store.shownStations.value.map(({ id }) => id);
+  const report = networkOf(ids, store.shownLinks.value, counting);
   return (
-    <Section title="Links" aside="overlap">
-      <ul class="rows" aria-label="Links">
-        {links.map(({ a, b, overlap }) => (
-          <li key={`${a} ${b}`}>
-            <button
-              type="button"
-              class="row"
-              onClick={() => {
-                store.pair.value = [a, b];
-              }}
-            >
-              <span>
-                {a} – {b}
-              </span>
-              <span>{percent(overlap, 0)}</span>
+    <>
+      <Section title="Registration">
+        <Figures report={report} counting={counting} store={store} />
+      </Section>
+      <Section title={picture === 'graph' ? 'Links between stations' : 'Overlap of each pair'}>
+        <div class="segments segments-flat" role="radiogroup" aria-label="Picture of the network">
+          {(['graph', 'matrix'] as const).map((one) => (
+            // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
+            <button key={one} type="button" role="radio" aria-checked={picture === one} onClick={() => setPicture(one)}>
+              {one === 'graph' ? 'Graph' : 'Matrix'}
             </button>
-          </li>
+          ))}
+          <button
+            type="button"
+            class="segment-end"
+            onClick={() => {
+              store.sheet.value = picture;
+            }}
+          >
+            Enlarge
+          </button>
+        </div>
+        {picture === 'graph' ? (
+          <>
+            <Graph store={store} report={report} width={WIDTH} />
+            <GraphKey />
+          </>
+        ) : (
+          <Matrix store={store} counting={counting} />
+        )}
+        <StrengthLegend isDark={store.isDark.value} />
+      </Section>
+      <Links store={store} report={report} />
+    </>
+  );
+}
+
+/** What the marks of the graph mean; colours: the legend below. */
+export function GraphKey() {
+  return (
+    <p class="muted graph-key">
+      <svg viewBox="0 0 16 16" aria-hidden="true">
+        <circle class="graph-ring" cx="8" cy="8" r="6" />
+      </svg>
+      others hang on it
+      <svg viewBox="0 0 16 16" aria-hidden="true">
+        <line class="graph-bridge-case" x1="2" y1="8" x2="14" y2="8" />
+      </svg>
+      bridge
+      <svg viewBox="0 0 16 16" aria-hidden="true">
+        <line class="graph-missing" x1="0" y1="8" x2="16" y2="8" />
+      </svg>
+      missing
+    </p>
+  );
+}
+
+function Figures({ store, report, counting }: { store: Store; report: NetworkReport; counting: Counting }) {
+  const { parts, bridges, articulations, weakest } = report;
+  const strength = counting.minStrength > 0 ? ` and strength ${counting.minStrength}` : '';
+  return (
+    <dl class="figures" data-testid="network-figures">
+      <Figure
+        name="Networks"
+        value={
+          <Badge isGood={parts.length <= 1}>{parts.length <= 1 ? 'one: all register' : `${parts.length} apart`}</Badge>
+        }
+        hint={parts.map((part) => part.join(' ')).join('\n')}
+      />
+      <Figure
+        name="Links that count"
+        value={report.counting.length}
+        hint={`At least ${percent(counting.threshold, 0)} overlap${strength}`}
+      />
+      <Figure name="Bridges" value={bridges.size} hint="Links without which a network falls apart" />
+      <Figure
+        name="Stations all hang on"
+        value={articulations.size}
+        hint={`Without one of them the others fall apart: ${[...articulations].join(' ') || 'none'}`}
+      />
+      {weakest !== null && (
+        <Figure
+          name="Weakest link"
+          hint="The smallest overlap that some two stations need on their best way to each other"
+          value={
+            <button type="button" class="link" onClick={() => store.choosePair([weakest.a, weakest.b])}>
+              {weakest.a} – {weakest.b}, {percent(weakest.overlap, 0)}
+            </button>
+          }
+        />
+      )}
+    </dl>
+  );
+}
+
+function Links({ store, report }: { store: Store; report: NetworkReport }) {
+  const [nRows, setRows] = useState(LINKS_A_PAGE);
+  const bridges = byOverlap([...report.bridges]);
+  const others = byOverlap(report.counting.filter((link) => !report.bridges.has(link)));
+  const groups: [string, string, readonly PlanLink[]][] = [
+    ['Missing links', 'between networks', report.gaps],
+    ['Bridges', 'networks hang on them', bridges],
+    ['Other links', 'overlap', others],
+  ];
+  return (
+    <>
+      {groups
+        .filter(([, , links]) => links.length > 0)
+        .map(([title, aside, links]) => (
+          <Section key={title} title={title} aside={aside}>
+            <ul class="rows" aria-label={title}>
+              {links.slice(0, nRows).map((link) => (
+                <LinkRow key={`${link.a} ${link.b}`} store={store} link={link} isWeakest={link === report.weakest} />
+              ))}
+            </ul>
+            {links.length > nRows && (
+              <button type="button" class="more" onClick={() => setRows(nRows + LINKS_A_PAGE)}>
+                Show more
+              </button>
+            )}
+          </Section>
         ))}
-      </ul>
-    </Section>
+    </>
+  );
+}
+
+function LinkRow({ store, link, isWeakest }: { store: Store; link: PlanLink; isWeakest: boolean }) {
+  const { pair } = store;
+  const isChosen = pair.value?.includes(link.a) === true && pair.value.includes(link.b);
+  return (
+    <li>
+      <button
+        type="button"
+        class={isChosen ? 'row row-link row-chosen' : 'row row-link'}
+        aria-pressed={isChosen}
+        onClick={() => store.choosePair(isChosen ? null : [link.a, link.b])}
+      >
+        <svg class="link-line" viewBox="0 0 18 6" aria-hidden="true">
+          <line x1="1" y1="3" x2="17" y2="3" stroke={strengthColor(link.strength, store.isDark.value)} />
+        </svg>
+        <span class="row-name">
+          {link.a} – {link.b}
+        </span>
+        <span class="muted row-place">{[isWeakest ? 'weakest' : '', link.weak_axis].filter(Boolean).join(' · ')}</span>
+        <span class="row-area">{percent(link.overlap, 0)}</span>
+      </button>
+    </li>
   );
 }

@@ -3,11 +3,13 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import { EditLayer } from '../edit/edit-layer.tsx';
 import { Legend } from '../heat/legend.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { PairCard } from '../network/pair-card.tsx';
 import { PlanView } from '../scene/plan-view.ts';
 import { Markers } from '../stations/markers.tsx';
 import { StationCard } from '../stations/station-card.tsx';
 import type { Store } from '../store.ts';
 import { listenToKeys } from './keys.ts';
+import { Sheet } from './sheet.tsx';
 import { SurfaceCard } from './surface-card.tsx';
 import { Tabs } from './tabs.tsx';
 import { Toolbar } from './toolbar.tsx';
@@ -83,7 +85,9 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
         {view !== null && <EditLayer store={store} loaded={loaded} view={view} />}
         <Legend store={store} />
         <StationCard store={store} />
+        <PairCard store={store} />
         <SurfaceCard store={store} />
+        <Sheet store={store} />
       </main>
     </div>
   );

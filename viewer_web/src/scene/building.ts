@@ -109,7 +109,7 @@ void main() {
   bool isSection = bodySide != 0 && (bodySide > 0) == isBack;
   vec3 color;
   if (isSection) {
-    color = sectionColor;
+    color = hasMarks && isMarked() ? mix(sectionColor, markColor, 0.6) : sectionColor;
   } else {
     color = surfaceColor();
     if (vNumbers.y == pickedElement) color = mix(color, pickedColor, 0.45);

@@ -8,11 +8,13 @@ import { PatchPaint } from '../heat/patch-paint.ts';
 import { normalOf } from '../load/edges.ts';
 import { fetchCloud, type LoadedPlan } from '../load/fetch-plan.ts';
 import { patchCode } from '../load/patch-rule.ts';
+import type { PlanLink } from '../load/plan-json.ts';
 import type { StageStation, StageTriangles } from '../load/stage.ts';
+import { countingOf, counts } from '../network/graph.ts';
 import { CloudPoints } from '../stations/cloud-points.ts';
-import { LinkLines } from '../stations/link-lines.ts';
+import { LinkLines, type LinksShown } from '../stations/link-lines.ts';
 import type { ShownStation } from '../stations/shown.ts';
-import type { Picked, Store, UnseenFocus } from '../store.ts';
+import type { Pair, Picked, Store, UnseenFocus } from '../store.ts';
 import { Building } from './building.ts';
 import { DARK, LIGHT } from './palette.ts';
 import { PatchPlaces } from './patch-places.ts';
@@ -24,6 +26,8 @@ import { weightsAt } from './weights.ts';
 
 /** The camera comes this near to a station, in ranges of the scanner. */
 const APPROACH_RANGES = 3;
+/** In solids and behind panels nothing is free for this long. */
+const NEAR_SURFACE_M = 0.5;
 /** Nothing this near to a station hides it: it may stand against a table it was planned beside. */
 const OCCLUSION_SLACK_M = 0.15;
 
@@ -71,12 +75,14 @@ export class PlanView {
       () => this.places,
       () => this.requestFrame(),
     );
-    this.links = new LinkLines(loaded);
-    this.viewport.scene.add(this.building.group, this.links.lines);
+    this.links = new LinkLines();
+    this.viewport.scene.add(this.building.group, this.links.group);
     this.viewport.onFrame = () => this.onMarkers(this.markerPlaces());
+    this.viewport.onResize = (width, height) => this.links.setResolution(width, height);
     this.followTheme();
     this.followFloors();
     this.followLook();
+    this.followLinks();
     this.followStation();
     this.followUnseen();
     this.followCamera();
@@ -183,7 +189,6 @@ export class PlanView {
       this.store.isDark.value = palette.isDark;
       this.building.setPalette(palette);
       this.patchPaint.setPalette(palette);
-      this.links.setPalette(palette);
       this.viewport.setPalette(palette);
     };
     dark.addEventListener('change', apply);
@@ -216,10 +221,35 @@ export class PlanView {
         this.building.setPicked(pickedElement.value);
         this.building.setFaded(store.cloud.value.kind === 'shown' && store.marking.value.kind !== 'shown');
         this.cloud?.setPaint(store.cloudPaint.value);
-        this.links.update(store.slices.value, store.showLinks.value, store.stationId.value);
         const station = store.shownStations.value.find(({ id }) => id === store.stationId.value);
         if (station !== undefined) this.cloud?.setSlice(sliceOfFloor(store.slices.value, station.floorId));
         this.viewport.requestFrame();
+      }),
+    );
+  }
+
+  /** All links that count, those of the chosen station, or the chosen pair's, whether it counts or not. */
+  private followLinks(): void {
+    const { store } = this;
+    const counting = countingOf(this.loaded.plan);
+    const shown = computed<LinksShown>(() => {
+      const [pair, stationId] = [store.pair.value, store.stationId.value];
+      const isOf = (link: PlanLink, id: string): boolean => link.a === id || link.b === id;
+      const chosen = store.shownLinks.value.find((link) => pair?.every((id) => isOf(link, id))) ?? null;
+      const isAll = store.showLinks.value || (store.tab.value === 'network' && stationId === null);
+      const links = store.shownLinks.value.filter(
+        (link) => link === chosen || (counts(link, counting) && (isAll || isOf(link, stationId ?? ''))),
+      );
+      return { stations: store.shownStations.value, links, chosen, isDark: store.isDark.value };
+    });
+    this.endings.push(
+      effect(() => {
+        this.links.update(store.slices.value, shown.value);
+        this.viewport.requestFrame();
+      }),
+      effect(() => {
+        const pair = store.pair.value;
+        if (pair !== null) untracked(() => this.flyToPair(pair));
       }),
     );
   }
@@ -258,13 +288,22 @@ export class PlanView {
     const place = shown && this.places.placeOf(shown.patch);
     if (!place) return;
     const sizeM = Math.hypot(...[0, 1, 2].map((k) => shown.box[1][k] - shown.box[0][k]));
-    // Against the whole building: what a cut takes away may be what hides the piece's back.
-    const freeLength = (ray: Ray): number =>
-      this.picker.firstHit(ray, [WHOLE_BUILDING])?.distanceM ?? Number.POSITIVE_INFINITY;
-    const view = viewOf(place.pointM, place.normal, sizeM, freeLength);
     const liftM = this.liftOf(surface.floor);
+    const freeLength = (ray: Ray): number => this.freeLength(ray, liftM);
+    const view = viewOf(place.pointM, place.normal, sizeM, freeLength);
     for (const point of [view.position, view.target]) point.z += liftM;
     this.viewport.flyTo(view);
+  }
+
+  /**
+   * How far nothing is met from a surface on. Its near surroundings count as they are: a cut takes away what tells the
+   * front of a surface from its back. Further off only what is drawn hides it.
+   */
+  private freeLength(ray: Ray, liftM: number): number {
+    const nearM = this.picker.firstHit(ray, [WHOLE_BUILDING], NEAR_SURFACE_M)?.distanceM;
+    if (nearM !== undefined) return nearM;
+    const drawn = new Ray(ray.origin.clone().setZ(ray.origin.z + liftM), ray.direction);
+    return this.picker.firstHit(drawn, this.store.slices.peek())?.distanceM ?? Number.POSITIVE_INFINITY;
   }
 
   /** Where patches are; made when first asked for. */
@@ -310,6 +349,18 @@ export class PlanView {
   private flyToStation(station: ShownStation): void {
     const place = this.drawnPlace(station);
     if (place !== null) this.viewport.approach(place, APPROACH_RANGES * this.loaded.plan.scanner.range_max_m);
+  }
+
+  /** Both stations in the picture, and what is around them. */
+  private flyToPair(pair: Pair): void {
+    const places = this.store.shownStations
+      .peek()
+      .filter(({ id }) => pair.includes(id))
+      .map((station) => this.drawnPlace(station))
+      .filter((place) => place !== null);
+    if (places.length !== 2) return;
+    const apartM = places[0].distanceTo(places[1]);
+    this.viewport.approach(places[0].clone().lerp(places[1], 0.5), Math.max(10, 3.5 * apartM));
   }
 
   private drawnPlace(station: ShownStation): Vector3 | null {

@@ -3,10 +3,10 @@ import { Ray, Vector3 } from 'three';
 import type { View } from './camera.ts';
 
 /** A viewer this near to a surface sees little of its surroundings; this far off is enough for any. */
-const NEAREST_M = 3;
+const NEAREST_M = 5;
 const FARTHEST_M = 30;
 /** Distance in sizes of the piece, so that all of it is in the picture. */
-const SIZES_AWAY = 2.2;
+const SIZES_AWAY = 2.8;
 /** The ray begins off the surface, which it would meet otherwise. */
 const OFF_SURFACE_M = 0.02;
 

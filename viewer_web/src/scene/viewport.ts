@@ -19,6 +19,12 @@ export class Viewport {
   onMovedByHand: (pose: readonly number[]) => void = () => undefined;
   /** Called when the camera sets out for a place of the program's choice. */
   onFlight: () => void = () => undefined;
+  /** Called with the size of the canvas in CSS pixels, at once and whenever it changes. */
+  set onResize(listener: (width: number, height: number) => void) {
+    this.resizeListener = listener;
+    this.resize();
+  }
+  private resizeListener: (width: number, height: number) => void = () => undefined;
   private readonly renderer: WebGLRenderer;
   private readonly controls: OrbitControls;
   private readonly resizing: ResizeObserver;
@@ -147,6 +153,7 @@ export class Viewport {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    this.resizeListener(width, height);
     this.requestFrame();
   }
 }

@@ -1,61 +1,113 @@
-/** Lines between stations that overlap enough to be registered to each other. */
-import { BufferAttribute, BufferGeometry, Color, GLSL3, LineSegments, ShaderMaterial } from 'three';
+/** Lines between stations, coloured by how firmly their shared surface holds them together. */
+import { Color, Group, Vector2, Vector3 } from 'three';
+import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
+import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
+import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 import { type Slice, sliceOfFloor } from '../floors/cut.ts';
-import type { LoadedPlan } from '../load/fetch-plan.ts';
-import { setColor } from '../scene/building.ts';
-import type { Palette } from '../scene/palette.ts';
+import type { PlanLink } from '../load/plan-json.ts';
+import { strengthColor, weakDirection } from '../network/strength.ts';
+import type { ShownStation } from './shown.ts';
+import { weakGlyph } from './weak-glyph.ts';
 
-const VERTEX = 'void main() { gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }';
-const FRAGMENT = `
-precision highp float;
-uniform vec3 linkColor;
-out vec4 fragColor;
-void main() { fragColor = vec4(linkColor, 1.0); }
-`;
+const PLAIN_WIDTH = 2.5;
+const CHOSEN_WIDTH = 5;
+
+export interface LinksShown {
+  readonly stations: readonly ShownStation[];
+  readonly links: readonly PlanLink[];
+  /** Of the links, that which is chosen. */
+  readonly chosen: PlanLink | null;
+  readonly isDark: boolean;
+}
 
 export class LinkLines {
-  readonly lines: LineSegments<BufferGeometry, ShaderMaterial>;
-  private readonly color = { value: new Color() };
+  readonly group = new Group();
+  private readonly plain = new FatLines(PLAIN_WIDTH);
+  /** The chosen link, and how it is held least. */
+  private readonly chosen = new FatLines(CHOSEN_WIDTH);
 
-  constructor(private readonly loaded: LoadedPlan) {
-    const material = new ShaderMaterial({
-      glslVersion: GLSL3,
-      vertexShader: VERTEX,
-      fragmentShader: FRAGMENT,
-      uniforms: { linkColor: this.color },
+  constructor() {
+    this.group.add(this.plain.lines, this.chosen.lines);
+    this.group.renderOrder = 2;
+  }
+
+  /** Show links between the stations that are shown. */
+  update(slices: readonly Slice[], { stations, links, chosen, isDark }: LinksShown): void {
+    const places = new Map<string, Vector3>();
+    for (const { id, floorId, positionM } of stations) {
+      const slice = sliceOfFloor(slices, floorId);
+      const [x, y, z] = positionM;
+      if (slice !== undefined) places.set(id, new Vector3(x, y, z + slice.liftM));
+    }
+    this.plain.clear();
+    this.chosen.clear();
+    for (const link of links) {
+      const [from, to] = [places.get(link.a), places.get(link.b)];
+      if (from === undefined || to === undefined) continue;
+      const color = strengthColor(link.strength, isDark);
+      const lines = link === chosen ? this.chosen : this.plain;
+      lines.add([...from.toArray(), ...to.toArray()], color);
+      const weak = link === chosen ? weakDirection(link.weak_axis) : null;
+      if (weak !== null) lines.add(weakGlyph(from.clone().lerp(to, 0.5), weak.axis, weak.isTurn), color);
+    }
+    this.plain.show();
+    this.chosen.show();
+  }
+
+  setResolution(width: number, height: number): void {
+    this.plain.material.resolution.set(width, height);
+    this.chosen.material.resolution.set(width, height);
+  }
+
+  dispose(): void {
+    this.plain.dispose();
+    this.chosen.dispose();
+  }
+}
+
+/** Lines some pixels wide, drawn over everything. */
+export class FatLines {
+  readonly lines: LineSegments2;
+  readonly material: LineMaterial;
+  private ends: number[] = [];
+  private colors: number[] = [];
+
+  constructor(widthPixels: number) {
+    this.material = new LineMaterial({
+      linewidth: widthPixels,
+      vertexColors: true,
       depthTest: false,
       transparent: true,
+      resolution: new Vector2(1, 1),
     });
-    this.lines = new LineSegments(new BufferGeometry(), material);
+    this.lines = new LineSegments2(new LineSegmentsGeometry(), this.material);
     this.lines.frustumCulled = false;
+    this.lines.visible = false;
+    this.lines.renderOrder = 2;
   }
 
-  /** Show the links that reach the threshold, all or those of one station, between stations that are shown. */
-  update(slices: readonly Slice[], isShown: boolean, stationId: string | null): void {
-    const { plan, stage } = this.loaded;
-    const places = new Map<string, [number, number, number]>();
-    for (const { id, floorId, positionM } of stage.stations) {
-      const slice = sliceOfFloor(slices, floorId);
-      if (slice !== undefined) places.set(id, [positionM[0], positionM[1], positionM[2] + slice.liftM]);
-    }
-    const ends: number[] = [];
-    for (const { a, b, overlap } of plan.registration.links) {
-      const [from, to] = [places.get(a), places.get(b)];
-      const isWanted = stationId !== null ? a === stationId || b === stationId : isShown;
-      if (isWanted && overlap >= plan.registration.threshold && from && to) ends.push(...from, ...to);
-    }
+  clear(): void {
+    this.ends = [];
+    this.colors = [];
+  }
+
+  /** `ends`: both ends of each segment, flat. */
+  add(ends: readonly number[], color: string): void {
+    const { r, g, b } = new Color(color);
+    for (let i = 0; i < ends.length; i += 3) this.colors.push(r, g, b);
+    for (const x of ends) this.ends.push(x);
+  }
+
+  /** Draw what was added since `clear`. */
+  show(): void {
+    this.lines.visible = this.ends.length > 0;
+    if (this.ends.length === 0) return;
     this.lines.geometry.dispose();
-    this.lines.geometry = new BufferGeometry();
-    this.lines.geometry.setAttribute('position', new BufferAttribute(Float32Array.from(ends), 3));
-    this.lines.visible = ends.length > 0;
-  }
-
-  setPalette(palette: Palette): void {
-    setColor(this.color.value, palette.link);
+    this.lines.geometry = new LineSegmentsGeometry().setPositions(this.ends).setColors(this.colors);
   }
 
   dispose(): void {
     this.lines.geometry.dispose();
-    this.lines.material.dispose();
+    this.material.dispose();
   }
 }

@@ -1,0 +1,152 @@
+/**
+ * The network that links make of stations: its parts, the links and stations it hangs on, its weakest link.
+ *
+ * Links count from the threshold of overlap and the least strength on, as `registration` in plan.json tells; computed here, so that
+ * drafts have it too.
+ */
+import type { PlanJson, PlanLink } from '../load/plan-json.ts';
+
+export interface Counting {
+  readonly threshold: number;
+  readonly minStrength: number;
+}
+
+export interface NetworkReport {
+  /** Station ids, largest part first; within a part in the order given. */
+  readonly parts: readonly (readonly string[])[];
+  readonly counting: readonly PlanLink[];
+  /** Links without which a part falls apart. */
+  readonly bridges: ReadonlySet<PlanLink>;
+  /** Stations without which the others of a part fall apart. */
+  readonly articulations: ReadonlySet<string>;
+  /** Of the links that some two stations can't do without on their best way to each other, the one of least overlap. */
+  readonly weakest: PlanLink | null;
+  /** Between two parts: the link that comes nearest to counting. */
+  readonly gaps: readonly PlanLink[];
+}
+
+export function countingOf({ registration }: PlanJson): Counting {
+  return { threshold: registration.threshold, minStrength: registration.min_strength ?? 0 };
+}
+
+/** A link whose strength was not computed is judged by its overlap. */
+export function counts(link: PlanLink, { threshold, minStrength }: Counting): boolean {
+  return link.overlap >= threshold && !(link.strength !== null && link.strength < minStrength);
+}
+
+export function networkOf(ids: readonly string[], links: readonly PlanLink[], counting: Counting): NetworkReport {
+  const good = links.filter((link) => counts(link, counting));
+  const near = neighbours(ids, good);
+  const { parts, bridges, articulations } = walk(ids, near);
+  const partOf = new Map(parts.flatMap((part, i) => part.map((id) => [id, i] as const)));
+  return {
+    parts,
+    counting: good,
+    bridges,
+    articulations,
+    weakest: weakestOf(ids, good),
+    gaps: gapsOf(links, partOf),
+  };
+}
+
+type Neighbours = ReadonlyMap<string, readonly { readonly id: string; readonly link: PlanLink }[]>;
+
+function neighbours(ids: readonly string[], links: readonly PlanLink[]): Neighbours {
+  const near = new Map(ids.map((id) => [id, [] as { id: string; link: PlanLink }[]]));
+  for (const link of links) {
+    near.get(link.a)?.push({ id: link.b, link });
+    near.get(link.b)?.push({ id: link.a, link });
+  }
+  return near;
+}
+
+interface Visit {
+  readonly id: string;
+  readonly by: PlanLink | null;
+  next: number;
+}
+
+/** Depth first, with an own stack: numbers by entry, and the lowest number that what is below can reach (Tarjan). */
+function walk(ids: readonly string[], near: Neighbours) {
+  const number = new Map<string, number>();
+  const lowest = new Map<string, number>();
+  const bridges = new Set<PlanLink>();
+  const articulations = new Set<string>();
+  const parts: string[][] = [];
+  for (const root of ids) {
+    if (number.has(root)) continue;
+    const members = new Set<string>();
+    const stack: Visit[] = [{ id: root, by: null, next: 0 }];
+    let nRootChildren = 0;
+    while (stack.length > 0) {
+      const at = stack[stack.length - 1];
+      if (at.next === 0) {
+        number.set(at.id, number.size);
+        lowest.set(at.id, number.size - 1);
+        members.add(at.id);
+      }
+      const step = near.get(at.id)?.[at.next++];
+      if (step !== undefined) {
+        if (step.link === at.by) continue;
+        if (number.has(step.id)) lower(lowest, at.id, number.get(step.id) ?? 0);
+        else if (near.has(step.id)) stack.push({ id: step.id, by: step.link, next: 0 });
+        continue;
+      }
+      stack.pop();
+      const parent = stack[stack.length - 1];
+      if (parent === undefined) continue;
+      const low = lowest.get(at.id) ?? 0;
+      lower(lowest, parent.id, low);
+      const parentNumber = number.get(parent.id) ?? 0;
+      if (low > parentNumber && at.by !== null) bridges.add(at.by);
+      if (parent.id === root) nRootChildren++;
+      else if (low >= parentNumber) articulations.add(parent.id);
+    }
+    if (nRootChildren > 1) articulations.add(root);
+    parts.push(ids.filter((id) => members.has(id)));
+  }
+  parts.sort((a, b) => b.length - a.length);
+  return { parts, bridges, articulations };
+}
+
+function lower(lowest: Map<string, number>, id: string, value: number): void {
+  lowest.set(id, Math.min(lowest.get(id) ?? value, value));
+}
+
+/** The last link that a spanning tree of greatest overlap takes. */
+function weakestOf(ids: readonly string[], links: readonly PlanLink[]): PlanLink | null {
+  const parent = new Map(ids.map((id) => [id, id]));
+  const find = (id: string): string => {
+    let at = id;
+    while (parent.get(at) !== at) {
+      parent.set(at, parent.get(parent.get(at) ?? at) ?? at);
+      at = parent.get(at) ?? at;
+    }
+    return at;
+  };
+  let weakest: PlanLink | null = null;
+  for (const link of byOverlap(links)) {
+    if (!parent.has(link.a) || !parent.has(link.b)) continue;
+    const [a, b] = [find(link.a), find(link.b)];
+    if (a === b) continue;
+    parent.set(a, b);
+    weakest = link;
+  }
+  return weakest;
+}
+
+function gapsOf(links: readonly PlanLink[], partOf: ReadonlyMap<string, number>): PlanLink[] {
+  const best = new Map<string, PlanLink>();
+  for (const link of byOverlap(links)) {
+    const [a, b] = [partOf.get(link.a), partOf.get(link.b)];
+    if (a === undefined || b === undefined || a === b) continue;
+    const key = a < b ? `${a} ${b}` : `${b} ${a}`;
+    if (!best.has(key)) best.set(key, link);
+  }
+  return byOverlap([...best.values()]);
+}
+
+/** Most first; names decide between equals, so that nothing depends on the order of the file. */
+export function byOverlap(links: readonly PlanLink[]): PlanLink[] {
+  return [...links].sort((x, y) => y.overlap - x.overlap || x.a.localeCompare(y.a) || x.b.localeCompare(y.b));
+}

@@ -1,0 +1,59 @@
+/** The figures of a pair of stations: what they share, and how firmly that holds their scans together. */
+import { Card } from '../panels/card.tsx';
+import { percent, squareMetres } from '../panels/figures.ts';
+import { Figure } from '../panels/section.tsx';
+import type { Store } from '../store.ts';
+import { countingOf, counts, networkOf } from './graph.ts';
+import { strengthInWords } from './strength.ts';
+
+export function PairCard({ store }: { store: Store }) {
+  const pair = store.pair.value;
+  const plan = store.loaded.value?.plan;
+  if (pair === null || plan === undefined) return null;
+  const link = store.shownLinks.value.find(({ a, b }) => pair.includes(a) && pair.includes(b));
+  const counting = countingOf(plan);
+  const ids = store.shownStations.value.map(({ id }) => id);
+  const { bridges } = networkOf(ids, store.shownLinks.value, counting);
+  const marking = store.marking.value;
+  return (
+    <Card
+      title={`${pair[0]} – ${pair[1]}`}
+      subtitle={link === undefined ? 'no link' : verdict(counts(link, counting), bridges.has(link))}
+      name="Chosen pair"
+      onClose={() => store.choosePair(null)}
+    >
+      <dl class="figures" data-testid="pair-figures">
+        <Figure
+          name="Overlap"
+          value={link === undefined ? '–' : percent(link.overlap)}
+          hint="The smaller of both shares of seen area that the other sees too"
+        />
+        {marking.kind === 'shown' && (
+          <Figure name="Shared surface" value={squareMetres(marking.areaM2)} hint="Pointed out in the building" />
+        )}
+        <Figure
+          name="Strength"
+          value={link === undefined ? '–' : strengthInWords(link.strength)}
+          hint="How firmly the shared surface holds the two scans: 0 not at all, 1 as a box all around"
+        />
+        {link !== undefined && link.weak_axis !== '' && (
+          <Figure name="Held least" value={link.weak_axis} hint="The motion that the shared surface holds least" />
+        )}
+      </dl>
+      <ul class="chips">
+        {pair.map((id) => (
+          <li key={id}>
+            <button type="button" class="chip chip-strong" onClick={() => store.chooseStation(id)}>
+              Station {id}
+            </button>
+          </li>
+        ))}
+      </ul>
+    </Card>
+  );
+}
+
+function verdict(isCounting: boolean, isBridge: boolean): string {
+  if (!isCounting) return 'too little to register by';
+  return isBridge ? 'a bridge: without it the network falls apart' : 'registers';
+}
