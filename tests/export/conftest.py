@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner_core.export import pictures
+from planner_core.export import maps, pictures, sheet
 from planner_core.export.folder import write_plan_folder
 from planner_core.model import (
     Coverage,
@@ -139,6 +139,14 @@ def _coarse_pictures() -> Iterator[None]:
         patch.setattr(pictures, "OVERSAMPLING", 1)
         patch.setattr(pictures, "CAP_CELLS", 400)
         yield
+
+
+@pytest.fixture
+def thumbnails(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw all pictures small, for tests that want a plan folder and look at none of them."""
+    for module in (sheet, maps, pictures):
+        monkeypatch.setattr(module, "DPI", 20)
+    monkeypatch.setattr(pictures, "CAP_CELLS", 80)
 
 
 @pytest.fixture(scope="session")

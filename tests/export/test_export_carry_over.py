@@ -79,6 +79,7 @@ def test_files_of_people_outlive_overwriting(small: Plan, engine: ScanEngine, fo
     assert [path.name for path in folder.parent.iterdir()] == ["plan"]
 
 
+@pytest.mark.usefixtures("thumbnails")
 def test_files_of_stations_that_are_no_more_go(small: Plan, engine: ScanEngine, plan: Plan, tmp_path: Path) -> None:
     write_plan_folder(plan, tmp_path / "plan", engine=engine)
     (tmp_path / "plan" / "scans" / "mine.txt").write_text("mine")
@@ -141,6 +142,7 @@ def test_other_folder_that_takes_the_name_while_the_export_runs_is_not_replaced(
     assert (folder / "thesis.tex").read_text() == "mine"
 
 
+@pytest.mark.usefixtures("thumbnails")
 def test_file_whose_name_the_new_plan_needs_is_not_replaced(plan: Plan, engine: ScanEngine, folder: Path) -> None:
     (folder / "scans").mkdir()
     (folder / "scans" / "S002.png").write_text("my own picture")

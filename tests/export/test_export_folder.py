@@ -54,6 +54,7 @@ def test_plan_folder_written_twice_has_the_same_bytes(
     assert [name for name in first if first[name] != second[name]] == []
 
 
+@pytest.mark.usefixtures("thumbnails")
 def test_progress_counts_every_file_up_to_the_total(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
     events: list[ProgressEvent] = []
     write_plan_folder(plan, tmp_path / "plan", engine=engine, progress=events.append)
@@ -218,6 +219,7 @@ def test_folder_that_appears_meanwhile_is_not_replaced(tmp_path: Path) -> None:
     assert (tmp_path / "plan" / "file").read_text() == "theirs"
 
 
+@pytest.mark.usefixtures("thumbnails")
 def test_moved_plan_folder_still_reads(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
     write_plan_folder(plan, tmp_path / "plan", engine=engine)
     (tmp_path / "plan").rename(tmp_path / "moved")
@@ -230,6 +232,7 @@ def test_importing_the_writer_loads_no_graphics() -> None:
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.usefixtures("thumbnails")
 def test_station_of_odd_id_unknown_height_and_no_floor_is_written(
     plan: Plan, engine: ScanEngine, tmp_path: Path
 ) -> None:

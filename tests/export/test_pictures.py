@@ -148,6 +148,7 @@ def test_no_window_is_an_error_with_the_remedy_and_not_the_end_of_the_process(mo
         offscreen.window_class()
 
 
+@pytest.mark.usefixtures("thumbnails")
 def test_plan_without_a_window_is_written_and_says_that_pictures_are_left_out(
     plan: Plan, engine: ScanEngine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
