@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from planner_core.errors import RequirementError
+from planner_core.ground.ground_picks import with_ground_picks
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, PlanSettings, Scene, Survey, Visibility
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import ScanEngine
@@ -25,16 +26,17 @@ MAX_INSTRUMENT_HEIGHT_M = 100.0
 
 
 def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = silent) -> Survey:
-    """Find floors and patches of `scene`.
+    """Find floors and patches of `scene`; what the site marks as ground, or unmarks, counts.
 
     Raises
     ------
     RequirementError
-        Settings that make no sense, or that name floors which are not there; see `check_settings`, `planned_floors`.
+        Settings that make no sense, or that name floors which are not there; see `check_settings`, `planned_floors`,
+        `with_ground_picks`.
     """
     check_settings(settings)
     progress(ProgressEvent("survey", 0, 2, "floors"))
-    report = find_floors(scene)
+    report = with_ground_picks(scene, find_floors(scene), settings.site.ground_picks)
     planned_floors(report.floors, settings.requirements.floors)
     progress(ProgressEvent("survey", 1, 2, "patches"))
     patches = make_patches(scene, max_area_m2=settings.max_patch_area_m2)

@@ -9,6 +9,7 @@ robot: {radius: 0.3, step: 0.03, height: 0.6, opens_doors: false}
 start: [1.0, 2.0, 0.0]
 end: [8.0, 2.0, 0.0]
 returns: false
+ground_picks: [{point: [4.0, 2.0, 0.75], is_ground: true, floor: F0}]
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.ground.outlines import LEAST_AREA_M2, area_of_outline_m2, crossing_sides
-from planner_core.model import ROLES, KeepOut, SettledStation, Site
+from planner_core.model import ROLES, GroundPick, KeepOut, SettledStation, Site
 
 #: Key of a list of stations, and the role it gives them.
 _ROLE_OF_KEY = {
@@ -32,10 +33,12 @@ _ROLE_OF_KEY = {
     "kept": "kept",
     "forbidden": "forbidden",
 }
-_SITE_KEYS = ("entrances", "keep_out", "access", *_ROLE_OF_KEY, "robot", "start", "end", "returns")
+_SITE_KEYS = ("entrances", "keep_out", "access", *_ROLE_OF_KEY, "robot", "start", "end", "returns", "ground_picks")
 _LETTER = {"scanned": "fixed", "locked": "locked", "kept": "kept", "forbidden": "forbidden"}
 #: As many as a zone of a requirements file may have.
 _MOST_CORNERS = 10_000
+#: Each takes a look at the whole mesh.
+_MOST_PICKS = 1000
 _Place = tuple[float, float, float]
 
 
@@ -66,6 +69,7 @@ def site_from_mapping(mapping: Mapping[str, Any]) -> Site:
         start_m=None if site.get("start") is None else _place("site.start", site["start"]),
         end_m=None if site.get("end") is None else _place("site.end", site["end"]),
         returns=_yes_or_no("site.returns", site.get("returns"), default=False),
+        ground_picks=tuple(_ground_picks("site.ground_picks", site.get("ground_picks"))),
     )
 
 
@@ -132,6 +136,22 @@ def _stations(key: str, value: Any, role: str) -> tuple[SettledStation, ...]:
             radius_m=_length(f"{title}.radius", told.get("radius", SettledStation.radius_m)) or 0.0,
         )
     return tuple(out)
+
+
+def _ground_picks(key: str, value: Any) -> Iterable[GroundPick]:
+    given = _each(key, value)
+    if len(given) > _MOST_PICKS:
+        raise RequirementError(f"{key}: got {len(given)} of them, expected at most {_MOST_PICKS}; take some out")
+    for number, item in given:
+        title = f"{key}[{number}]"
+        told = _mapping(title, item if isinstance(item, Mapping) else {"point": item}, ("point", "is_ground", "floor"))
+        if "point" not in told:
+            raise RequirementError(f"{title}: got no point, expected [x, y, z] on the surface in the scene frame")
+        yield GroundPick(
+            point_m=_place(title, told["point"]),
+            is_ground=_yes_or_no(f"{title}.is_ground", told.get("is_ground"), default=True),
+            floor=_text(told.get("floor")),
+        )
 
 
 def check_ids(settled: Sequence[SettledStation]) -> None:

@@ -154,7 +154,9 @@ class Scene:
 
 @dataclass(frozen=True)
 class Floor:
-    """Ground that a tripod can stand on, as one level of the plan. Lowest first; `id` is `F0`, `F1` ...
+    """Ground that a tripod can stand on, as one level of the plan. Lowest first; `id` is `F0`, `F1` ... as found.
+
+    Floors that people marked have the numbers behind these, whatever their height.
 
     ground_triangles : (G,) int32, sorted triangle ids. Empty where the storey has no slab: then the ground is the
     plane z = elevation_m inside `bounds_m`, and `origin` is `storey-elevation`.
@@ -169,7 +171,7 @@ class Floor:
     ground_triangles: Int32Array
     bounds_m: FloatArray
     origin: str
-    """`slab`, `surface` or `storey-elevation`: how the ground was found."""
+    """`slab`, `surface` or `storey-elevation`: how the ground was found; `marked`: see `GroundPick`."""
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,7 @@ def find_floors(scene: Scene) -> FloorReport:
     if not grounds:
         warnings.append("no floor found: no level surface with 1.5 m of clear space above it")
     floors = tuple(_floor(columns, index, ground) for index, ground in enumerate(sorted(grounds, key=_height)))
-    return FloorReport(floors, _floor_of_triangle(scene, floors), tuple(warnings))
+    return FloorReport(floors, floor_of_triangles(scene, floors), tuple(warnings))
 
 
 @dataclass(frozen=True)
@@ -443,7 +443,8 @@ def _floor(survey: _Survey, index: int, ground: _Ground) -> Floor:
     )
 
 
-def _floor_of_triangle(scene: Scene, floors: tuple[Floor, ...]) -> Int32Array:
+def floor_of_triangles(scene: Scene, floors: tuple[Floor, ...]) -> Int32Array:
+    """(T,) int32 into floors, lowest first, -1 for none: see `FloorReport`."""
     if not floors:
         return np.full(scene.n_triangles, -1, dtype=np.int32)
     height_m = scene.vertices_m[:, 2][scene.triangles].mean(axis=1)
