@@ -41,6 +41,9 @@ from planner_core.review import changes as c
 from planner_core.review.commit import Committed
 from planner_core.review.store import ReviewStore
 store = ReviewStore(Path(sys.argv[1]))
+store.current()
+print("ready", flush=True)
+sys.stdin.readline()
 for number in range(int(sys.argv[3])):
     outcome = store.commit(0, [c.AddComment(f"{sys.argv[2]} {number}")], sys.argv[2])
     assert isinstance(outcome, Committed)
@@ -63,7 +66,17 @@ def comments(folder: Path) -> set[str]:
 
 def writer(folder: Path, name: str, n_commits: int) -> subprocess.Popen[str]:
     command = [sys.executable, "-c", WRITER, str(folder), name, str(n_commits)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+def begin(*processes: subprocess.Popen[str]) -> None:
+    for process in processes:
+        assert process.stdin is not None
+        process.stdin.write("go\n")
+        process.stdin.flush()
 
 
 def test_what_is_committed_is_on_disk_for_every_other_store(folder: Path) -> None:
@@ -86,6 +99,7 @@ def test_two_stores_of_one_folder_see_each_others_commits(folder: Path) -> None:
 @pytest.mark.parametrize("n_answers", [1, 4, 9])
 def test_a_process_that_is_killed_loses_nothing_that_it_answered(folder: Path, n_answers: int) -> None:
     with writer(folder, "Ana", 10_000) as process:
+        begin(process)
         assert process.stdout is not None
         for _ in range(n_answers):
             process.stdout.readline()
@@ -100,10 +114,11 @@ def test_a_process_that_is_killed_loses_nothing_that_it_answered(folder: Path, n
 
 
 def test_two_processes_that_write_at_once_lose_nothing(folder: Path) -> None:
-    with writer(folder, "Ana", 12) as one, writer(folder, "Ben", 12) as other:
+    with writer(folder, "Ana", 25) as one, writer(folder, "Ben", 25) as other:
+        begin(one, other)
         assert (one.wait(60), other.wait(60)) == (0, 0)
-    assert comments(folder) == {f"{name} {number}" for name in ("Ana", "Ben") for number in range(12)}
-    assert ReviewStore(folder).current().revision == 24
+    assert comments(folder) == {f"{name} {number}" for name in ("Ana", "Ben") for number in range(25)}
+    assert ReviewStore(folder).current().revision == 50
 
 
 def test_threads_of_one_store_lose_nothing(folder: Path) -> None:
