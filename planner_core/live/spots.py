@@ -171,9 +171,12 @@ class Spots:
         if not place_m.shape[0]:
             return None
         _, near = tree.query(plan_m, k=np.arange(1, min(_N_NEAREST, place_m.shape[0]) + 1))
-        places = np.array([self._above(place, height_m) for place in place_m[near]]) - _up(height_m)
-        kept, _ = self._rejected(self._floor(index), places, on_floor[near], height_m)
-        return self._above(places[int(np.argmax(kept))], height_m) if kept.any() else None
+        positions = [self._above(place, height_m) for place in place_m[near]]
+        at_m = np.array(positions)
+        kept, _ = self._rejected(self._floor(index), at_m - _up(height_m), on_floor[near], height_m)
+        # Rounding may have moved one over the rim of what is kept free.
+        kept &= ~self._is_barred(self._site, index, at_m) & ~self._is_barred(site, index, at_m)
+        return positions[int(np.argmax(kept))] if kept.any() else None
 
     def _rejected(
         self, floor: _Floor, place_m: FloatArray, on_floor: BoolArray, height_m: float

@@ -68,11 +68,6 @@ def made(folder: Path, scene: str, settings: PlanSettings) -> tuple[Path, Plan]:
     return out, plan
 
 
-@cache
-def opened(folder: Path) -> LivePlan:
-    return open_live(folder)
-
-
 @pytest.fixture(scope="session")
 def scratch(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("live")
@@ -91,7 +86,7 @@ def house_folder(planned: Callable[[str, PlanSettings], tuple[Path, Plan]]) -> P
 
 @pytest.fixture(scope="session")
 def house(house_folder: Path) -> LivePlan:
-    return opened(house_folder)
+    return open_live(house_folder)
 
 
 @pytest.fixture(scope="session")

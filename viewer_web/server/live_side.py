@@ -59,8 +59,11 @@ class LiveSide:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the opening, if it is under way: it ends at its next step."""
+        """End the opening, at its next step, and let the plan go once the question under way is answered."""
         self._stopping.set()
+        with self._asking:
+            self._plan = None
+            self._state = _document("off", message="the server stops")
 
     def wait(self, timeout_s: float | None = None) -> None:
         """Wait until the plan is opened, or can't be."""
@@ -81,23 +84,28 @@ class LiveSide:
         PlannerError
             As the question raises.
         """
-        plan = self._plan
-        if plan is None:
-            raise NotReadyError(_why_not(self._state))
+        if self._plan is None:
+            raise NotReadyError(_why_not(self._state))  # without waiting for anything
         with self._asking:
-            return question(plan)
+            if self._plan is None:
+                raise NotReadyError(_why_not(self._state))
+            return question(self._plan)
 
     def _open(self) -> None:
         try:
-            self._plan = self._open_plan(self._show)
+            plan = self._open_plan(self._show)
         except _StoppedError:
-            self._set(_document("off", message="the server stops"))
+            return
         except PlannerError as error:
             self._set(_document("failed", message=str(error)))
         except BaseException as error:  # told to the page here, and by Python to whoever reads the server's output
             self._set(_document("failed", message=f"live editing could not start ({type(error).__name__}: {error})"))
             raise
         else:
+            with self._asking:
+                if self._stopping.is_set():
+                    return
+                self._plan = plan
             self._set(_document("ready"))
 
     def _show(self, event: ProgressEvent) -> None:
