@@ -1,4 +1,7 @@
-"""What holds for all tests: none of them reads or changes what `tlsplan tune` has kept for the user who runs them."""
+"""What holds for all tests: they share no cache with the user who runs them, and workers share no work.
+
+`make pytest` deals tests out to its workers one by one unless they are of one group.
+"""
 
 import os
 from collections.abc import Iterator
@@ -15,3 +18,20 @@ def own_cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]
         del os.environ["TLSPLAN_CACHE"]
     else:
         os.environ["TLSPLAN_CACHE"] = before
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep tests that share a fixture of their file on one worker, so that it is set up once, not once a worker.
+
+    A folder's conftest.py comes first, and may name a group for fixtures that its files share.
+    """
+    for item in items:
+        if item.get_closest_marker("xdist_group") is None and _shares_with_its_file(item):
+            item.add_marker(pytest.mark.xdist_group(item.path.stem))
+
+
+def _shares_with_its_file(item: pytest.Item) -> bool:
+    if not isinstance(item, pytest.Function):
+        return False
+    fixtures = item._fixtureinfo.name2fixturedefs.values()  # pytest has no public way to ask for scopes
+    return any(fixture[-1].scope == "module" for fixture in fixtures)

@@ -132,6 +132,13 @@ def make_plan(survey: Survey, engine: ScanEngine) -> Plan:
     )
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep tests of the plan folder on one worker, so that it is written once."""
+    for item in items:
+        if item.path.parent == Path(__file__).parent and "plan_folder" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.xdist_group("plan folder"))
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _coarse_pictures() -> Iterator[None]:
     """Draw coverage pictures without smooth edges: a software renderer takes seconds for each otherwise."""

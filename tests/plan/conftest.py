@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -33,6 +34,13 @@ def built(name: str) -> Scene:
 @cache
 def plan_of(name: str, settings: PlanSettings) -> Plan:
     return make_plan(built(name), settings)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep tests that share plans on one worker, so that each is made once."""
+    for item in items:
+        if item.path.parent == Path(__file__).parent and "planned" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.xdist_group("plans"))
 
 
 @pytest.fixture(scope="session")
