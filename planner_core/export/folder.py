@@ -6,6 +6,7 @@ range images and the best range of every face come from these scans.
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from planner_core.errors import OutputExistsError, PlanFolderError
 from planner_core.export.atomic import recover, staged_folder
 from planner_core.export.carry_over import carry_over, plan_station_names
 from planner_core.export.face_results import face_results, lower_best_range, unseen_range
+from planner_core.export.folder_lock import locked_folder
 from planner_core.export.plan_json import plan_text
 from planner_core.export.report import report_files, write_report
 from planner_core.export.scans import write_scan
@@ -113,11 +115,15 @@ def write_plan_folder(
     def bring_along(staging: Path) -> None:
         if overwrite and folder.is_dir() and any(folder.iterdir()):
             check_output(folder, overwrite=True)  # it may be another folder by now
+            held.enter_context(locked_folder(folder))  # who commits to its review waits, and finds the new plan
             carry_over(folder, staging)
             _check_review(folder)
 
     try:
-        with staged_folder(folder, replace=overwrite, before_install=bring_along) as staging:
+        with (
+            contextlib.ExitStack() as held,
+            staged_folder(folder, replace=overwrite, before_install=bring_along) as staging,
+        ):
             _Writer(plan, scanner, staging, progress, folder).write()
     except OutputExistsError:
         raise
