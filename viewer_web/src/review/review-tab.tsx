@@ -1,6 +1,15 @@
-/** The tab "Review" of the sidebar. */
+/** The tab "Review": comments, verdicts on stations, the sign-off, and who changed what. */
+import '../edit/desk.css';
+import { AuthorField } from './author-field.tsx';
+import { CommentList } from './comment-list.tsx';
+import { LastChanges } from './last-changes.tsx';
+import './review.css';
+import { whyNoEditing } from '../edit/readiness.ts';
+import { OWN_PLAN } from '../load/plan-base.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
+import { SignOffSection } from './sign-off.tsx';
+import { VerdictList } from './verdict-list.tsx';
 
 interface ReviewTabProps {
   readonly store: Store;
@@ -8,6 +17,23 @@ interface ReviewTabProps {
   readonly view: PlanView | null;
 }
 
-export function ReviewTab(_: ReviewTabProps) {
-  return null;
+export function ReviewTab({ store, view }: ReviewTabProps) {
+  const { desk } = store;
+  const review = desk?.review.value ?? null;
+  const refusal = whyNoEditing(store);
+  const isOther = store.planBase.value !== OWN_PLAN;
+  return (
+    <>
+      {refusal !== null && <p class="callout">{refusal}</p>}
+      {desk !== null && review !== null && !isOther && (
+        <>
+          {refusal === null && <AuthorField desk={desk} />}
+          <CommentList store={store} desk={desk} review={review} view={view} />
+          <VerdictList store={store} desk={desk} review={review} />
+          <SignOffSection store={store} desk={desk} review={review} />
+          <LastChanges review={review} />
+        </>
+      )}
+    </>
+  );
 }

@@ -171,6 +171,13 @@ export class PlanView {
     return this.viewport.project(new Vector3(x, y, z + this.liftOf(floorId)));
   }
 
+  /** Come near to a point (local, not lifted) of a floor. */
+  approach(pointM: readonly [number, number, number], floorId: string): void {
+    const [x, y, z] = pointM;
+    const place = new Vector3(x, y, z + this.liftOf(floorId));
+    this.viewport.approach(place, APPROACH_RANGES * this.loaded.plan.scanner.range_max_m);
+  }
+
   dispose(): void {
     for (const end of this.endings) end();
     this.cloud?.dispose();

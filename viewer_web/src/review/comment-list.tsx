@@ -1,0 +1,206 @@
+/** Comments: a new one, and those that are there. Their text is shown as text, whatever is in it. */
+import { useState } from 'preact/hooks';
+import { timeInWords } from '../api/conflict-words.ts';
+import { type Desk, UNNAMED } from '../api/desk.ts';
+import type { Comment, Review } from '../api/documents.ts';
+import { localOf } from '../edit/draft.ts';
+import { canEdit } from '../edit/readiness.ts';
+import { floorAt } from '../edit/review-areas.ts';
+import { Section } from '../panels/section.tsx';
+import type { PlanView } from '../scene/plan-view.ts';
+import type { Store } from '../store.ts';
+import { addComment, editComment, listedComments, removeComment, resolveComment } from './remarks.ts';
+
+interface CommentListProps {
+  readonly store: Store;
+  readonly desk: Desk;
+  readonly review: Review;
+  readonly view: PlanView | null;
+}
+
+export function CommentList({ store, desk, review, view }: CommentListProps) {
+  const comments = listedComments(review);
+  const nOpen = comments.filter(({ resolved }) => !resolved).length;
+  return (
+    <Section title="Comments" aside={comments.length === 0 ? '' : `${nOpen} open`}>
+      {canEdit(store) && <NewComment store={store} desk={desk} />}
+      <ul class="comments" aria-label="Comments">
+        {comments.map((comment) => (
+          <CommentEntry key={comment.id} store={store} desk={desk} comment={comment} view={view} />
+        ))}
+      </ul>
+      {comments.length === 0 && <p class="muted">No comments yet.</p>}
+    </Section>
+  );
+}
+
+function NewComment({ store, desk }: { store: Store; desk: Desk }) {
+  const [text, setText] = useState('');
+  const spot = store.editing.commentSpot.value;
+  const isPinning = store.editing.tool.value === 'comment';
+  const stationId = store.stationId.value;
+  const post = async (): Promise<void> => {
+    const change = addComment(text.trim(), spot?.target ?? null, spot?.positionM ?? null);
+    if (!(await desk.commit('comment', [change]))) return;
+    setText('');
+    store.editing.commentSpot.value = null;
+  };
+  return (
+    <form
+      class="new-comment"
+      onSubmit={(event) => {
+        event.preventDefault();
+        void post();
+      }}
+    >
+      <label class="field">
+        {spot === null ? 'On the plan as a whole' : `On ${spot.title}`}
+        <textarea
+          aria-label="New comment"
+          maxLength={5000}
+          placeholder="What should be looked at?"
+          value={text}
+          onInput={(event) => setText(event.currentTarget.value)}
+        />
+      </label>
+      <div class="buttons">
+        <button type="submit" class="button button-primary button-small" disabled={text.trim() === ''}>
+          Comment
+        </button>
+        <button
+          type="button"
+          class="button button-small"
+          aria-pressed={isPinning}
+          onClick={() => {
+            store.editing.tool.value = isPinning ? 'select' : 'comment';
+          }}
+        >
+          {isPinning ? 'Click a surface …' : 'Pin to a surface'}
+        </button>
+        {stationId !== null && spot?.target !== stationId && (
+          <button type="button" class="button button-small" onClick={() => pinToStation(store, stationId)}>
+            Pin to {stationId}
+          </button>
+        )}
+        {spot !== null && (
+          <button
+            type="button"
+            class="button button-small"
+            onClick={() => {
+              store.editing.commentSpot.value = null;
+            }}
+          >
+            Unpin
+          </button>
+        )}
+      </div>
+    </form>
+  );
+}
+
+function pinToStation(store: Store, id: string): void {
+  store.editing.commentSpot.value = { target: id, positionM: null, title: `station ${id}` };
+}
+
+interface CommentEntryProps {
+  readonly store: Store;
+  readonly desk: Desk;
+  readonly comment: Comment;
+  readonly view: PlanView | null;
+}
+
+function CommentEntry({ store, desk, comment, view }: CommentEntryProps) {
+  const { id, author, time, resolved, text } = comment;
+  const [edited, setEdited] = useState<string | null>(null);
+  const isMine = author === (desk.author.value.trim() || UNNAMED);
+  const mayChange = canEdit(store);
+  const place = placeInWords(store, comment);
+  return (
+    <li class={resolved ? 'comment comment-resolved' : 'comment'} data-comment={id}>
+      <header>
+        <strong>{author}</strong> <time dateTime={time}>{timeInWords(time)}</time>
+        {resolved && <span class="badge badge-good">resolved</span>}
+      </header>
+      {edited === null ? (
+        <p class="comment-text">{text}</p>
+      ) : (
+        <textarea
+          aria-label="Reworded comment"
+          value={edited}
+          onInput={(event) => setEdited(event.currentTarget.value)}
+        />
+      )}
+      <footer>
+        {place !== null && (
+          <button type="button" class="chip" onClick={() => goTo(store, comment, view)}>
+            {place}
+          </button>
+        )}
+        {mayChange && edited === null && (
+          <button
+            type="button"
+            class="chip"
+            onClick={() => void desk.commit(resolved ? 'reopen' : 'resolve', [resolveComment(id, !resolved)])}
+          >
+            {resolved ? 'Reopen' : 'Resolve'}
+          </button>
+        )}
+        {mayChange && isMine && edited === null && (
+          <>
+            <button type="button" class="chip" onClick={() => setEdited(text)}>
+              Reword
+            </button>
+            <button
+              type="button"
+              class="chip"
+              onClick={() => void desk.commit('remove a comment', [removeComment(id)])}
+            >
+              Remove
+            </button>
+          </>
+        )}
+        {edited !== null && (
+          <>
+            <button
+              type="button"
+              class="chip chip-strong"
+              disabled={edited.trim() === ''}
+              onClick={() => {
+                setEdited(null);
+                void desk.commit('reword a comment', [editComment(id, edited.trim())]);
+              }}
+            >
+              Save
+            </button>
+            <button type="button" class="chip" onClick={() => setEdited(null)}>
+              Cancel
+            </button>
+          </>
+        )}
+      </footer>
+    </li>
+  );
+}
+
+/** What it is pinned to; null: the plan. */
+function placeInWords(store: Store, { target, position_m }: Comment): string | null {
+  if (typeof target === 'string') return `Station ${target}`;
+  if (target !== null) {
+    const element = store.loaded.value?.stage.elements.find(({ sceneIndex }) => sceneIndex === target);
+    return element?.name || `Element ${target}`;
+  }
+  return position_m === null ? null : 'Show place';
+}
+
+function goTo(store: Store, { target, position_m }: Comment, view: PlanView | null): void {
+  const stage = store.loaded.value?.stage;
+  if (typeof target === 'string') {
+    store.chooseStation(target);
+    return;
+  }
+  if (position_m === null || stage === undefined || view === null) return;
+  const at = localOf(position_m, stage.offsetM);
+  const floorId = floorAt(stage.floors, at[2]);
+  store.chooseFloor(floorId);
+  view.approach(at, floorId);
+}

@@ -1,0 +1,26 @@
+/** Who changed what, newest first. */
+import { objectInWords, timeInWords } from '../api/conflict-words.ts';
+import type { Review } from '../api/documents.ts';
+import { Section } from '../panels/section.tsx';
+import { lastChanges } from './remarks.ts';
+
+const MOST = 12;
+
+export function LastChanges({ review }: { review: Review }) {
+  const changes = lastChanges(review, MOST);
+  return (
+    <Section title="Last changes" aside={`revision ${review.revision}`}>
+      {changes.length === 0 && <p class="muted">Nobody changed anything yet.</p>}
+      <ul class="last-changes" aria-label="Last changes">
+        {changes.map(({ object, by, at }) => (
+          <li key={object}>
+            <span>{objectInWords(object)}</span>
+            <span class="muted">
+              {by} {timeInWords(at)}
+            </span>
+          </li>
+        ))}
+      </ul>
+    </Section>
+  );
+}

@@ -1,0 +1,56 @@
+/** The changes that remarks are made of, and how they are listed. */
+import type { Change, Comment, Point, Review, Touch } from '../api/documents.ts';
+
+export function addComment(text: string, target: string | number | null, positionM: Point | null): Change {
+  return { kind: 'add_comment', text, target, position_m: positionM };
+}
+export const editComment = (id: string, text: string): Change => ({ kind: 'edit_comment', id, text });
+export const resolveComment = (id: string, resolved: boolean): Change => ({ kind: 'resolve_comment', id, resolved });
+export const removeComment = (id: string): Change => ({ kind: 'remove_comment', id });
+export const setVerdict = (station: string, verdict: 'accepted' | 'rejected', note = ''): Change => ({
+  kind: 'set_verdict',
+  station,
+  verdict,
+  note,
+});
+export const clearVerdict = (station: string): Change => ({ kind: 'clear_verdict', station });
+export const sign = (note: string): Change => ({ kind: 'sign', note });
+export const unsign = (): Change => ({ kind: 'unsign' });
+
+/** Open ones first, newest first. */
+export function listedComments(review: Review): Comment[] {
+  return Object.values(review.comments).sort(
+    (a, b) => Number(a.resolved) - Number(b.resolved) || b.time.localeCompare(a.time) || b.id.localeCompare(a.id),
+  );
+}
+
+export interface LastChange extends Touch {
+  readonly object: string;
+}
+
+/** Who changed what last, newest first. */
+export function lastChanges(review: Review, most: number): LastChange[] {
+  return Object.entries(review.touched)
+    .map(([object, touch]) => ({ object, ...touch }))
+    .sort((a, b) => b.revision - a.revision || a.object.localeCompare(b.object))
+    .slice(0, most);
+}
+
+/** How many objects were changed after the plan was signed; the signature's own revision is the one before. */
+export function changesSinceSignature(review: Review): number {
+  const { sign_off, touched } = review;
+  if (sign_off === null) return 0;
+  return Object.entries(touched).filter(
+    ([object, { revision }]) => object !== 'sign_off' && revision > sign_off.revision,
+  ).length;
+}
+
+/** How many stations are accepted, rejected, and not judged yet. */
+export function countVerdicts(
+  review: Review,
+  stationIds: readonly string[],
+): { readonly accepted: number; readonly rejected: number; readonly open: number } {
+  const counts = { accepted: 0, rejected: 0, open: 0 };
+  for (const id of stationIds) counts[review.verdicts[id]?.verdict ?? 'open']++;
+  return counts;
+}

@@ -1,0 +1,91 @@
+/** The sign-off: who says that the plan, as reviewed, is to be carried out. */
+import { useState } from 'preact/hooks';
+import { timeInWords } from '../api/conflict-words.ts';
+import type { Desk } from '../api/desk.ts';
+import type { Review } from '../api/documents.ts';
+import { canEdit } from '../edit/readiness.ts';
+import { counted } from '../panels/figures.ts';
+import { Section } from '../panels/section.tsx';
+import type { Store } from '../store.ts';
+import { changesSinceSignature, sign, unsign } from './remarks.ts';
+
+interface SignOffProps {
+  readonly store: Store;
+  readonly desk: Desk;
+  readonly review: Review;
+}
+
+export function SignOffSection({ store, desk, review }: SignOffProps) {
+  const signed = review.sign_off;
+  return (
+    <Section title="Sign-off">
+      {signed === null ? (
+        <p class="muted">The plan is not signed off yet.</p>
+      ) : (
+        <Signature desk={desk} review={review} mayTakeBack={canEdit(store)} />
+      )}
+      {canEdit(store) && signed === null && <SignForm desk={desk} />}
+    </Section>
+  );
+}
+
+function SignForm({ desk }: { desk: Desk }) {
+  const [note, setNote] = useState('');
+  const name = desk.author.value.trim();
+  return (
+    <form
+      onSubmit={(event) => {
+        event.preventDefault();
+        void desk.commit('sign off', [sign(note.trim())]);
+      }}
+    >
+      <label class="field">
+        Note
+        <input
+          type="text"
+          maxLength={500}
+          placeholder="May be left empty"
+          value={note}
+          onInput={(event) => setNote(event.currentTarget.value)}
+        />
+      </label>
+      <div class="buttons">
+        <button type="submit" class="button button-primary" disabled={name === ''}>
+          {name === '' ? 'Sign off' : `Sign off as ${name}`}
+        </button>
+      </div>
+      {name === '' && <p class="hint">Enter your name above to sign.</p>}
+    </form>
+  );
+}
+
+function Signature({ desk, review, mayTakeBack }: { desk: Desk; review: Review; mayTakeBack: boolean }) {
+  const signed = review.sign_off;
+  if (signed === null) return null;
+  const nSince = changesSinceSignature(review);
+  const isOtherPlan = signed.plan_sha256 !== desk.session.value?.plan_sha256;
+  return (
+    <div data-testid="signature">
+      <p>
+        <strong>{signed.name}</strong> signed <time dateTime={signed.time}>{timeInWords(signed.time)}</time>
+      </p>
+      {signed.note !== '' && <p class="comment-text">{signed.note}</p>}
+      {isOtherPlan && <p class="note note-warn">It was signed for another plan: this one was made since.</p>}
+      {!isOtherPlan && nSince > 0 && (
+        <p class="note note-warn">{counted(nSince, 'thing')} changed since: sign again if it still holds.</p>
+      )}
+      {!isOtherPlan && nSince === 0 && <p class="note">Nothing was changed since.</p>}
+      {mayTakeBack && (
+        <div class="buttons">
+          <button
+            type="button"
+            class="button button-small"
+            onClick={() => void desk.commit('take the signature back', [unsign()])}
+          >
+            Take the signature back
+          </button>
+        </div>
+      )}
+    </div>
+  );
+}

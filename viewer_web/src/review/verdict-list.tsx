@@ -1,0 +1,107 @@
+/** What reviewers think of each station: accepted, rejected, or not judged yet. */
+import { timeInWords } from '../api/conflict-words.ts';
+import type { Desk } from '../api/desk.ts';
+import type { Review } from '../api/documents.ts';
+import { stationsOf } from '../edit/draft-follower.ts';
+import { canEdit } from '../edit/readiness.ts';
+import { Section } from '../panels/section.tsx';
+import type { Store } from '../store.ts';
+import { clearVerdict, countVerdicts, setVerdict } from './remarks.ts';
+
+interface VerdictListProps {
+  readonly store: Store;
+  readonly desk: Desk;
+  readonly review: Review;
+}
+
+export function VerdictList({ store, desk, review }: VerdictListProps) {
+  const stations = stationsOf(store).filter(({ isRemoved }) => !isRemoved);
+  const counts = countVerdicts(
+    review,
+    stations.map(({ id }) => id),
+  );
+  const open = stations.filter(({ id }) => review.verdicts[id] === undefined);
+  const mayChange = canEdit(store);
+  return (
+    <Section title="Stations" aside={`${counts.accepted} accepted, ${counts.rejected} rejected, ${counts.open} open`}>
+      <ul class="verdicts" aria-label="Verdicts">
+        {stations.map(({ id, order }) => (
+          <li key={id} class="verdict">
+            <button
+              type="button"
+              class={store.stationId.value === id ? 'verdict-station verdict-chosen' : 'verdict-station'}
+              onClick={() => store.chooseStation(id)}
+            >
+              <span class="dot" aria-hidden="true">
+                {order}
+              </span>
+              <span>
+                {id}
+                <small>{wordsOf(review, id)}</small>
+              </span>
+            </button>
+            <span class="verdict-buttons">
+              {(['accepted', 'rejected'] as const).map((verdict) => (
+                <VerdictButton
+                  key={verdict}
+                  id={id}
+                  verdict={verdict}
+                  isSet={review.verdicts[id]?.verdict === verdict}
+                  desk={desk}
+                  isDisabled={!mayChange}
+                />
+              ))}
+            </span>
+          </li>
+        ))}
+      </ul>
+      {mayChange && open.length > 1 && (
+        <div class="buttons">
+          <button
+            type="button"
+            class="button button-small"
+            onClick={() =>
+              void desk.commit(
+                'accept the rest',
+                open.map(({ id }) => setVerdict(id, 'accepted')),
+              )
+            }
+          >
+            Accept the other {open.length}
+          </button>
+        </div>
+      )}
+    </Section>
+  );
+}
+
+function wordsOf(review: Review, id: string): string {
+  const verdict = review.verdicts[id];
+  return verdict === undefined ? '' : `${verdict.verdict} by ${verdict.by} ${timeInWords(verdict.time)}`;
+}
+
+interface VerdictButtonProps {
+  readonly id: string;
+  readonly verdict: 'accepted' | 'rejected';
+  readonly isSet: boolean;
+  readonly desk: Desk;
+  readonly isDisabled: boolean;
+}
+
+function VerdictButton({ id, verdict, isSet, desk, isDisabled }: VerdictButtonProps) {
+  const word = verdict === 'accepted' ? 'Accept' : 'Reject';
+  return (
+    <button
+      type="button"
+      class={`verdict-button verdict-${verdict}`}
+      aria-label={`${word} ${id}`}
+      aria-pressed={isSet}
+      disabled={isDisabled}
+      onClick={() =>
+        void desk.commit(`${word.toLowerCase()} ${id}`, [isSet ? clearVerdict(id) : setVerdict(id, verdict)])
+      }
+    >
+      {verdict === 'accepted' ? '✓' : '✕'}
+    </button>
+  );
+}
