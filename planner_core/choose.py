@@ -149,7 +149,8 @@ def _select(
         given=pool.given if given is None else given,
         start=start,
         device=device_of(engine),
-        progress=progress,
+        # With other given stations, the bound is one of plans that have these.
+        progress=pool.placing(progress, bounds=given is None),
     )
     _settle(progress, "select", found.why_stopped)
     return found
@@ -307,7 +308,7 @@ def _most_covered(
         network=pool.network,
         given=pool.given,
         device=device_of(engine),
-        progress=progress,
+        progress=pool.placing(progress),
     )
     _settle(progress, "select", found.why_stopped)
     return Choice(

@@ -12,7 +12,7 @@ import numpy as np
 
 from planner_core.metrics.coverage import times_seen
 from planner_core.model import BoolArray, Candidates, Int32Array, Int64Array, PlanSettings, Survey, Visibility
-from planner_core.progress import Progress, silent
+from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.register.candidate_links import CandidateLinks, candidate_links, network_of, parts_of
 from planner_core.register.overlap import surface_of_patches
 from planner_core.requirements.demand import Demand, Rows, demand_of, rows_from
@@ -69,6 +69,18 @@ class Pool:
     def take(self, rows: Int64Array) -> Candidates:
         """Some of the candidates, in the order given."""
         return self.candidates.take(rows)
+
+    def placing(self, progress: Progress, *, bounds: bool = True) -> Progress:
+        """Return progress that tells where the best stations so far are; without their bound where that is not ours."""
+
+        def placed(event: ProgressEvent) -> None:
+            if event.best is not None and event.best.chosen:
+                where = self.candidates.position_m[list(event.best.chosen)]
+                best = replace(event.best, positions_m=tuple((x, y, z) for x, y, z in where.tolist()))
+                event = replace(event, best=best if bounds else replace(best, lower_bound=None))
+            progress(event)
+
+        return placed
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,27 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
+class BestSoFar:
+    """The best that a search has found while it goes on.
+
+    lower_bound : no plan on these candidates has fewer stations; None: not known yet. chosen : candidates by number,
+    whichever the search numbers. positions_m : of the stations, local frame; empty: whoever tells knows numbers only.
+    fraction : of the achievable area that is covered; None: not counted.
+    """
+
+    n_stations: int
+    lower_bound: int | None = None
+    chosen: tuple[int, ...] = ()
+    positions_m: tuple[tuple[float, float, float], ...] = ()
+    fraction: float | None = None
+
+
+@dataclass(frozen=True)
 class ProgressEvent:
     """`done` of `total` steps of `stage` are finished; `total` 0 means: not known. `note` is a short remark.
 
     settles_interrupts : a search is over, and so is every interrupt until now: where there was one, `note` says what
-    became of it.
+    became of it. best : what a search has so far, where it tells.
     """
 
     stage: str
@@ -22,6 +38,7 @@ class ProgressEvent:
     total: int
     note: str = ""
     settles_interrupts: bool = False
+    best: BestSoFar | None = None
 
 
 Progress = Callable[[ProgressEvent], None]

@@ -145,7 +145,7 @@ def _better(
         given=wide.given,
         start=chosen,
         device=device_of(engine),
-        progress=progress,
+        progress=wide.placing(progress, bounds=False),
     )
     best = found.chosen if len(found.chosen) < len(chosen) else chosen
     if found.why_stopped == INTERRUPTED:

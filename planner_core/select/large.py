@@ -26,7 +26,7 @@ import numpy as np
 from planner_core.device import Device
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, Int64Array
-from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.lagrange import LagrangeBound, large_bound
@@ -330,7 +330,8 @@ class _Search:
             missing = walks.walk(sets, round_=round_, steps=steps, n_steps=n_steps, n_pinned=len(self._given))
             self._work += 1e-9 * (steps[1] - first) * self._work_of_a_step(core)
             note = f"{len(self._best)} stations, trying {size}; at least {self._bound}"
-            self._progress(ProgressEvent("select", steps[1], n_steps, note))
+            best = BestSoFar(len(self._best), self._bound, tuple(self._best))
+            self._progress(ProgressEvent("select", steps[1], n_steps, note, best=best))
             if (missing == 0).any() or not self._go_on():
                 break
         return self._completed(self._problem, core.whole(sets[int(np.argmin(missing))]))

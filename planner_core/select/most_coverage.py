@@ -31,7 +31,7 @@ import numpy as np
 from planner_core.device import Device
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, Int64Array
-from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant
 from planner_core.select.lagrange import TARGET_UNIT, LagrangeBound, large_bound
@@ -297,7 +297,9 @@ class _Search:
                 for each in sets.tolist():
                     if self._network is None or self._network.faults(each) == 0:
                         self._offer(each)
-                self._progress(ProgressEvent("select", steps[1], n_steps, f"{self._ticks / self._whole:.2%} covered"))
+                share = self._ticks / self._whole
+                best = BestSoFar(len(self._best), chosen=tuple(self._best), fraction=share)
+                self._progress(ProgressEvent("select", steps[1], n_steps, f"{share:.2%} covered", best=best))
                 if not self._go_on():
                     break
             n_steps = min(2 * n_steps, _MOST_STEPS)

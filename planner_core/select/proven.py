@@ -25,7 +25,7 @@ import numpy as np
 from planner_core.device import Device
 from planner_core.errors import RequirementError
 from planner_core.model import Int32Array
-from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.bound import counting_bound
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.check import check_selection
@@ -325,7 +325,7 @@ class _Search:
 
     def _prove(self, event: ProgressEvent) -> None:
         """Pass progress of the proof on, and end it where a limit is reached."""
-        self._progress(event)
+        self._progress(replace(event, best=self._best_so_far()))
         limit_s = self._settings.time_limit_s
         over = limit_s is not None and time.monotonic() - self._began_s >= limit_s
         if self._tree is not None and (over or self._work >= self._settings.work_limit):
@@ -334,6 +334,10 @@ class _Search:
     def _note(self) -> None:
         forced = len(self._reduced.forced)
         self._curve.append(Point(self._work, len(self._best) + forced, self._bound + forced))
+
+    def _best_so_far(self) -> BestSoFar:
+        chosen = self._reduced.whole(self._best)
+        return BestSoFar(len(chosen), self._bound + len(self._reduced.forced), chosen)
 
     # ------------------------------------------------------------------------------------------- the turns
     def _take_from(self, tree: BranchAndBound) -> None:
@@ -368,9 +372,8 @@ class _Search:
                 self._sets, round_=self._round, steps=steps, n_steps=self._n_steps, n_pinned=len(self._pinned)
             )
             self._walk_work += 1e-9 * (steps[1] - first) * self._work_of_a_step()
-            self._progress(
-                ProgressEvent("select", steps[1], self._n_steps, f"{len(self._best)} stations, trying one less")
-            )
+            note = f"{len(self._best)} stations, trying one less"
+            self._progress(ProgressEvent("select", steps[1], self._n_steps, note, best=self._best_so_far()))
             met = np.flatnonzero(missing == 0)
             if met.size:
                 self._best = self._fit([int(c) for c in self._sets[met[0]]])
