@@ -41,7 +41,7 @@ interface Step {
 
 type Direction = 'do' | 'undo' | 'redo';
 
-const LIVE_OFF: LiveState = { state: 'off', message: null };
+const LIVE_OFF: LiveState = { state: 'off', step: null, fraction: null, message: null };
 const MOST_ACTIVITIES = 200;
 const AUTHOR_KEY = 'tlsplan-author';
 export const UNNAMED = 'Unnamed reviewer';

@@ -3,7 +3,7 @@ import type { Change, Review } from '../api/documents.ts';
 import { metres, percent } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
-import { allow, lockStation, moveBack, removeStation, removeZone, restoreStation, unpickGround } from './changes.ts';
+import { allow, moveBack, removeStation, removeZone, restoreStation, unpickGround } from './changes.ts';
 import type { DraftStation } from './draft.ts';
 import { stationsOf } from './draft-follower.ts';
 
@@ -114,7 +114,7 @@ function stationEntries(stations: readonly DraftStation[], review: Review, nameO
 
 /** As the plan has it. */
 function lockBack(station: string): Change {
-  return { ...lockStation(station, true), locked: null };
+  return { kind: 'lock_station', station, locked: null };
 }
 
 function areaEntries(review: Review, nameOf: (floor: string) => string): Entry[] {

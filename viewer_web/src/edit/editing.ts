@@ -1,10 +1,9 @@
 /** What is being edited right now and not yet committed: the tool in hand, an outline half drawn, a station under way. */
 import { type Signal, signal } from '@preact/signals';
-import type { Point } from '../api/documents.ts';
+import type { Point, PreviewHead } from '../api/documents.ts';
 import type { Editor } from './editor.ts';
 import type { GroundMap, Place } from './ground-map.ts';
 import { Latencies } from './preview-loop.ts';
-import type { PreviewHead } from './previews.ts';
 
 export type Tool = 'select' | 'add' | 'forbid' | 'keep_out' | 'priority' | 'ground' | 'comment';
 

@@ -1,6 +1,7 @@
 /** The editor: everything that changes the review with the pointer, and what it draws. Lives as long as the 3D view. */
 import { computed, effect } from '@preact/signals';
 import type { Desk } from '../api/desk.ts';
+import type { GroundHead } from '../api/documents.ts';
 import { sliceOfFloor } from '../floors/cut.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
@@ -11,7 +12,7 @@ import { AreaTools } from './area-tools.ts';
 import { type Arrow, Arrows } from './arrows.ts';
 import { localOf } from './draft.ts';
 import { DraftFollower } from './draft-follower.ts';
-import { type GroundHead, GroundMap } from './ground-map.ts';
+import { GroundMap } from './ground-map.ts';
 import { GroundOverlay } from './ground-overlay.ts';
 import { isLive } from './readiness.ts';
 import { reviewAreas } from './review-areas.ts';

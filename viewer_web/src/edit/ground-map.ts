@@ -4,15 +4,9 @@
  * Cell (column, row) begins at origin + (column, row) * cell; scene frame, metres. The server has the last word on a place: this only
  * keeps a dragged station out of walls while it is under way.
  */
-export const GROUND = { nothing: 0, walkable: 1, admissible: 2, keptOut: 3 } as const;
+import type { GroundHead } from '../api/documents.ts';
 
-export interface GroundHead {
-  readonly floor: string;
-  readonly origin: readonly [number, number];
-  readonly cell_m: number;
-  readonly width: number;
-  readonly height: number;
-}
+export const GROUND = { nothing: 0, walkable: 1, admissible: 2, keptOut: 3 } as const;
 
 export type Place = readonly [number, number];
 

@@ -1,7 +1,8 @@
 import { expect, test } from 'vitest';
 import { ApiClient } from '../api/client.ts';
+import type { PreviewHead } from '../api/documents.ts';
 import { type PatchValues, TIMES_SEEN } from '../heat/layers.ts';
-import { askPreview, type Preview, type PreviewHead, PreviewPaint } from './previews.ts';
+import { askPreview, type Preview, PreviewPaint } from './previews.ts';
 
 const HEAD: PreviewHead = {
   sequence: 1,
@@ -11,7 +12,14 @@ const HEAD: PreviewHead = {
   instrument_height_m: 1.3,
   admissible: true,
   reason: '',
-  coverage: { fraction_of_achievable: 0.9 },
+  coverage: {
+    achievable_area_m2: 100,
+    total_area_m2: 200,
+    covered_area_m2: 90,
+    fraction_of_achievable: 0.9,
+    fraction_of_total: 0.45,
+  },
+  requirements: [],
   floors: [],
   station: { covered_area_m2: 1, own_area_m2: 0.5 },
   links: [],

@@ -1,26 +1,9 @@
 /** Asks the server what one station would see somewhere else, and draws the difference over the draft's own values. */
 import type { ApiClient } from '../api/client.ts';
-import type { DraftLink, Point } from '../api/documents.ts';
+import type { Point, PreviewHead, PreviewQuestion } from '../api/documents.ts';
 import { type PatchDelta, readPatchDelta } from '../api/framing.ts';
 import type { PatchValues } from '../heat/layers.ts';
 import { TIMES_SEEN } from '../heat/layers.ts';
-
-export interface PreviewHead {
-  readonly sequence: number;
-  readonly revision: number;
-  readonly n_patches_changed: number;
-  readonly position: Point;
-  readonly instrument_height_m: number;
-  readonly admissible: boolean;
-  /** Why it is not the place that was asked for; empty where it is. */
-  readonly reason: string;
-  readonly coverage: { readonly fraction_of_achievable: number };
-  readonly floors: readonly { readonly floor: string; readonly fraction_of_achievable: number }[];
-  readonly station: { readonly covered_area_m2: number; readonly own_area_m2: number };
-  readonly links: readonly DraftLink[];
-  readonly n_stations: number;
-  readonly registration: { readonly connected: boolean; readonly n_networks: number };
-}
 
 export interface Preview {
   readonly head: PreviewHead;
@@ -29,7 +12,8 @@ export interface Preview {
   readonly layerId: string;
 }
 
-export interface PreviewQuestion {
+/** Where one station is to stand; the place in the scene frame. */
+export interface Wish {
   readonly stationId: string | null;
   readonly floorId: string;
   readonly positionM: Point;
@@ -39,20 +23,20 @@ export interface PreviewQuestion {
 
 export async function askPreview(
   client: ApiClient,
-  question: PreviewQuestion,
+  wish: Wish,
   sequence: number,
   signal?: AbortSignal,
 ): Promise<Preview> {
-  const body = {
-    station: question.stationId,
-    floor: question.floorId,
-    position: question.positionM,
-    instrument_height_m: question.heightM,
-    layer: question.layerId,
+  const question: PreviewQuestion = {
+    station: wish.stationId,
+    floor: wish.floorId,
+    position: wish.positionM,
+    instrument_height_m: wish.heightM,
+    layer: wish.layerId,
     sequence,
   };
-  const { head, body: numbers } = await client.postFramed<PreviewHead>('live/preview', body, signal);
-  return { head, delta: readPatchDelta(numbers, head.n_patches_changed), layerId: question.layerId };
+  const { head, body } = await client.postFramed<PreviewHead>('live/preview', question, signal);
+  return { head, delta: readPatchDelta(body, head.n_patches_changed), layerId: wish.layerId };
 }
 
 /** The draft's own values by layer, as they were when it was committed. */

@@ -12,7 +12,7 @@ import type { DraftFollower } from './draft-follower.ts';
 import type { UnderWay } from './editing.ts';
 import type { GroundMap } from './ground-map.ts';
 import { PreviewLoop } from './preview-loop.ts';
-import { askPreview, type Preview, PreviewPaint, type PreviewQuestion } from './previews.ts';
+import { askPreview, type Preview, PreviewPaint, type Wish } from './previews.ts';
 import { canEdit, isLive } from './readiness.ts';
 
 /** What the live side has values of while something moves; others keep the plan's. */
@@ -20,7 +20,7 @@ const LIVE_LAYERS = new Set(['times_seen', 'range', 'incidence', 'spacing', 'noi
 
 export class StationMover {
   private readonly paint: PreviewPaint;
-  private readonly loop: PreviewLoop<PreviewQuestion, Preview>;
+  private readonly loop: PreviewLoop<Wish, Preview>;
   private readonly endings: (() => void)[];
   private grabbed: DraftStation | null = null;
   /** Rising over reloads of the page too: the server drops questions older than one it has had. */
@@ -36,7 +36,7 @@ export class StationMover {
   ) {
     this.paint = new PreviewPaint(view);
     this.loop = new PreviewLoop(
-      (question, signal) => askPreview(desk.client, question, this.nextSequence(), signal),
+      (wish, signal) => askPreview(desk.client, wish, this.nextSequence(), signal),
       (preview, askedMs) => this.show(preview, askedMs),
       (error) => desk.warn(error.message),
     );
@@ -71,7 +71,7 @@ export class StationMover {
     this.report();
     try {
       // The place that was asked for last, and not one on the way there.
-      const preview = await askPreview(this.desk.client, this.question(underWay), this.nextSequence());
+      const preview = await askPreview(this.desk.client, this.wish(underWay), this.nextSequence());
       this.show(preview, null);
       await this.commit(underWay, preview);
     } catch (error) {
@@ -146,10 +146,10 @@ export class StationMover {
   private put(underWay: UnderWay): void {
     this.store.editing.underWay.value = underWay;
     this.view.requestFrame();
-    this.loop.put(this.question(underWay));
+    this.loop.put(this.wish(underWay));
   }
 
-  private question({ stationId, floorId, positionM, heightM }: UnderWay): PreviewQuestion {
+  private wish({ stationId, floorId, positionM, heightM }: UnderWay): Wish {
     const shown = this.store.layerId.peek();
     const layerId = LIVE_LAYERS.has(shown) ? shown : 'times_seen';
     return { stationId, floorId, positionM, heightM, layerId };
@@ -170,7 +170,8 @@ export class StationMover {
       desk.warn(`No station can stand there: ${head.reason}.`);
       return;
     }
-    const pose = { position_m: head.position, instrument_height_m: head.instrument_height_m, floor: floorId };
+    const [x, y, z] = head.position;
+    const pose = { position_m: [x, y, z] as const, instrument_height_m: head.instrument_height_m, floor: floorId };
     if (stationId !== null) {
       await desk.commit(`move ${stationId}`, [moveStation(stationId, pose)]);
       return;

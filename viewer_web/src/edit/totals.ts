@@ -1,7 +1,6 @@
 /** The totals of a draft beside those of its plan. */
-import type { DraftFigures } from '../api/documents.ts';
+import type { DraftFigures, PreviewHead } from '../api/documents.ts';
 import type { PlanJson } from '../load/plan-json.ts';
-import type { PreviewHead } from './previews.ts';
 
 export interface Totals {
   readonly nStations: number;

@@ -84,15 +84,15 @@ export class FakeReviewServer {
   private applyOne(author: string, change: Change): Change {
     const { stations, comments } = this.review;
     if (change.kind === 'move_station') {
-      const id = String(change.station);
+      const id = change.station;
       const before = stations[id] ?? EMPTY_EDIT;
-      const position_m = change.position_m as StationEdit['position_m'];
+      const { position_m } = change;
       this.review = { ...this.review, stations: { ...stations, [id]: { ...before, position_m } } };
       return { kind: 'move_station', station: id, position_m: before.position_m };
     }
     if (change.kind === 'add_comment') {
-      const id = String(change.id ?? `C00${Object.keys(comments).length + 1}`);
-      const text = String(change.text);
+      const id = change.id ?? `C00${Object.keys(comments).length + 1}`;
+      const { text } = change;
       const comment: Comment = {
         id,
         text,
@@ -106,7 +106,7 @@ export class FakeReviewServer {
       return { kind: 'remove_comment', id };
     }
     if (change.kind === 'remove_comment') {
-      const { [String(change.id)]: gone, ...kept } = comments;
+      const { [change.id]: gone, ...kept } = comments;
       this.review = { ...this.review, comments: kept };
       return { kind: 'add_comment', id: gone.id, text: gone.text };
     }
@@ -115,7 +115,10 @@ export class FakeReviewServer {
 }
 
 function objectOf(change: Change): string {
-  return change.kind === 'move_station' ? `station:${change.station}` : `comment:${change.id ?? change.text}`;
+  if (change.kind === 'move_station') return `station:${change.station}`;
+  if (change.kind === 'remove_comment') return `comment:${change.id}`;
+  if (change.kind === 'add_comment') return `comment:${change.id ?? change.text}`;
+  throw new Error(`the stand-in knows no ${change.kind}`);
 }
 
 function json(status: number, body: unknown): Response {

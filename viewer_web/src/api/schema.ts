@@ -1,0 +1,775 @@
+/** The documents of docs/viewer-api.md. Generated of openapi.json by `npm run types`: change the models in server/ instead. */
+
+export interface Documents {
+  AddComment: AddComment;
+  AddStation: AddStation;
+  AddZone: AddZone;
+  Allow: Allow;
+  ChangeZone: ChangeZone;
+  Changes: Changes;
+  ClashDocument: ClashDocument;
+  ClearVerdict: ClearVerdict;
+  CommentDocument: CommentDocument;
+  CommittedDocument: CommittedDocument;
+  ConflictDocument: ConflictDocument;
+  CoverageDocument: CoverageDocument;
+  EditComment: EditComment;
+  FiguresOfDraft: FiguresOfDraft;
+  FloorCoverage: FloorCoverage;
+  Forbid: Forbid;
+  ForbiddenPlaceDocument: ForbiddenPlaceDocument;
+  GroundHead: GroundHead;
+  GroundPickDocument: GroundPickDocument;
+  Joined: Joined;
+  LinkDocument: LinkDocument;
+  LiveDocument: LiveDocument;
+  LockStation: LockStation;
+  MoveStation: MoveStation;
+  PickGround: PickGround;
+  PieceDocument: PieceDocument;
+  PreviewHead: PreviewHead;
+  PreviewQuestion: PreviewQuestion;
+  Refusal: Refusal;
+  RemoveComment: RemoveComment;
+  RemoveStation: RemoveStation;
+  RemoveZone: RemoveZone;
+  RequirementFigure: RequirementFigure;
+  ResolveComment: ResolveComment;
+  RestoreStation: RestoreStation;
+  ReviewDocument: ReviewDocument;
+  SessionDocument: SessionDocument;
+  SetHeight: SetHeight;
+  SetVerdict: SetVerdict;
+  Sign: Sign;
+  SignOffDocument: SignOffDocument;
+  StationAreas: StationAreas;
+  StationEditDocument: StationEditDocument;
+  TouchDocument: TouchDocument;
+  UnlockStation: UnlockStation;
+  UnpickGround: UnpickGround;
+  UnseenDocument: UnseenDocument;
+  Unsign: Unsign;
+  VerdictDocument: VerdictDocument;
+  WalkOfDraft: WalkOfDraft;
+  ZoneDocument: ZoneDocument;
+}
+/**
+ * Add a comment. Author and time left out: whoever makes the change, now; they are there to take a removal back.
+ */
+export interface AddComment {
+  kind: 'add_comment';
+  /**
+   * Plain text, 10 000 bytes of UTF-8.
+   */
+  text: string;
+  /**
+   * A station's id, an element's index in the scene, or null: the plan.
+   */
+  target?: string | number | null;
+  position_m?: [number, number, number] | null;
+  id?: string | null;
+  author?: string | null;
+  time?: string | null;
+  resolved?: boolean;
+}
+/**
+ * Add a station. Its id left out: the next free one.
+ */
+export interface AddStation {
+  kind: 'add_station';
+  /**
+   * x, y, z: scene frame, metres.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  position_m: [number, number, number];
+  /**
+   * Id of a floor of the plan, F0 ...
+   */
+  floor: string;
+  instrument_height_m?: number | null;
+  station?: string | null;
+  locked?: boolean | null;
+}
+/**
+ * Add a zone.
+ */
+export interface AddZone {
+  kind: 'add_zone';
+  zone: ZoneDocument;
+}
+/**
+ * An area that somebody drew: `keep_out`, or `priority` with the coverage that is asked of it.
+ */
+export interface ZoneDocument {
+  /**
+   * Empty: the next free one.
+   */
+  id?: string;
+  kind: 'keep_out' | 'priority';
+  /**
+   * Corners x, y of a polygon that does not cross itself.
+   */
+  outline_m: [number, number][];
+  /**
+   * Id of a floor of the plan; empty: all floors.
+   */
+  floor?: string;
+  name?: string;
+  coverage?: number | null;
+}
+/**
+ * Take a forbidden place back.
+ */
+export interface Allow {
+  kind: 'allow';
+  id: string;
+}
+/**
+ * Put another zone in the place of the one of its id.
+ */
+export interface ChangeZone {
+  kind: 'change_zone';
+  zone: ZoneDocument;
+}
+/**
+ * Changes to make together: all of them, or none.
+ */
+export interface Changes {
+  /**
+   * The revision that they were decided on.
+   */
+  base_revision: number;
+  /**
+   * Who makes them: told, not proven.
+   */
+  author: string;
+  changes: (
+    | MoveStation
+    | SetHeight
+    | AddStation
+    | RemoveStation
+    | RestoreStation
+    | LockStation
+    | UnlockStation
+    | Forbid
+    | Allow
+    | AddZone
+    | ChangeZone
+    | RemoveZone
+    | PickGround
+    | UnpickGround
+    | AddComment
+    | EditComment
+    | ResolveComment
+    | RemoveComment
+    | SetVerdict
+    | ClearVerdict
+    | Sign
+    | Unsign
+  )[];
+  /**
+   * Of the plan that they were decided on; null: whichever it is.
+   */
+  plan_sha256?: string | null;
+}
+/**
+ * Set a station's pose. Position null: back where the plan has it. Height left out: as now; null: not known.
+ */
+export interface MoveStation {
+  kind: 'move_station';
+  /**
+   * Id of a station.
+   */
+  station: string;
+  position_m: [number, number, number] | null;
+  instrument_height_m?: number | null;
+  floor?: string | null;
+}
+/**
+ * Raise or lower a station's sensor over the same spot.
+ */
+export interface SetHeight {
+  kind: 'set_height';
+  /**
+   * Id of a station.
+   */
+  station: string;
+  /**
+   * Of the sensor above the ground, metres.
+   */
+  instrument_height_m: number;
+}
+/**
+ * Take a station out.
+ */
+export interface RemoveStation {
+  kind: 'remove_station';
+  /**
+   * Id of a station.
+   */
+  station: string;
+}
+/**
+ * Bring a station of the plan back that was taken out.
+ */
+export interface RestoreStation {
+  kind: 'restore_station';
+  /**
+   * Id of a station.
+   */
+  station: string;
+}
+/**
+ * Have a station in every plan that is made again; null: as the plan has it.
+ */
+export interface LockStation {
+  kind: 'lock_station';
+  /**
+   * Id of a station.
+   */
+  station: string;
+  locked?: boolean | null;
+}
+/**
+ * Let a plan that is made again do without the station.
+ */
+export interface UnlockStation {
+  kind: 'unlock_station';
+  /**
+   * Id of a station.
+   */
+  station: string;
+}
+/**
+ * Keep stations away from a place.
+ */
+export interface Forbid {
+  kind: 'forbid';
+  place: ForbiddenPlaceDocument;
+}
+/**
+ * A place that no station may be near.
+ */
+export interface ForbiddenPlaceDocument {
+  /**
+   * Empty: the next free one.
+   */
+  id?: string;
+  /**
+   * x, y, z: scene frame, metres.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  position_m: [number, number, number];
+  /**
+   * Metres.
+   */
+  radius_m?: number;
+  /**
+   * Id of a floor of the plan; empty: all floors.
+   */
+  floor?: string;
+}
+/**
+ * Take a zone out.
+ */
+export interface RemoveZone {
+  kind: 'remove_zone';
+  id: string;
+}
+/**
+ * Mark, or unmark, the surface at a point as ground.
+ */
+export interface PickGround {
+  kind: 'pick_ground';
+  pick: GroundPickDocument;
+  id?: string | null;
+}
+/**
+ * A surface that somebody marked as ground, or unmarked: the coplanar region around a point on it.
+ */
+export interface GroundPickDocument {
+  /**
+   * x, y, z: scene frame, metres.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  point_m: [number, number, number];
+  is_ground?: boolean;
+  /**
+   * Id of a floor of the plan; empty: all floors.
+   */
+  floor?: string;
+}
+/**
+ * Take a pick back: the surface is again what it was found to be.
+ */
+export interface UnpickGround {
+  kind: 'unpick_ground';
+  id: string;
+}
+/**
+ * Reword a comment: its author may.
+ */
+export interface EditComment {
+  kind: 'edit_comment';
+  id: string;
+  /**
+   * Plain text, 10 000 bytes of UTF-8.
+   */
+  text: string;
+}
+/**
+ * Say that a comment is settled, or that it is not.
+ */
+export interface ResolveComment {
+  kind: 'resolve_comment';
+  id: string;
+  resolved?: boolean;
+}
+/**
+ * Take a comment out: its author may.
+ */
+export interface RemoveComment {
+  kind: 'remove_comment';
+  id: string;
+}
+/**
+ * Accept or reject a station. By and time left out: whoever makes the change, now.
+ */
+export interface SetVerdict {
+  kind: 'set_verdict';
+  /**
+   * Id of a station.
+   */
+  station: string;
+  verdict: 'accepted' | 'rejected';
+  /**
+   * Plain text, 2 000 bytes of UTF-8.
+   */
+  note?: string;
+  by?: string | null;
+  time?: string | null;
+}
+/**
+ * Take a verdict back.
+ */
+export interface ClearVerdict {
+  kind: 'clear_verdict';
+  /**
+   * Id of a station.
+   */
+  station: string;
+}
+/**
+ * Sign the plan off as it stands; `earlier` puts a signature back that was taken back.
+ */
+export interface Sign {
+  kind: 'sign';
+  /**
+   * Plain text, 2 000 bytes of UTF-8.
+   */
+  note?: string;
+  earlier?: SignOffDocument | null;
+}
+/**
+ * Who says that the plan, as reviewed, is to be carried out; a later revision changed something since.
+ */
+export interface SignOffDocument {
+  name: string;
+  /**
+   * UTC.
+   */
+  time: string;
+  plan_sha256: string;
+  revision: number;
+  /**
+   * Plain text, 2 000 bytes of UTF-8.
+   */
+  note: string;
+}
+/**
+ * Take the signature back.
+ */
+export interface Unsign {
+  kind: 'unsign';
+}
+/**
+ * An object that somebody changed meanwhile.
+ */
+export interface ClashDocument {
+  object: string;
+  by: string;
+  at: string;
+}
+/**
+ * A remark, pinned to a station, an element, a place or nothing.
+ */
+export interface CommentDocument {
+  id: string;
+  /**
+   * Plain text, 10 000 bytes of UTF-8.
+   */
+  text: string;
+  author: string;
+  /**
+   * UTC.
+   */
+  time: string;
+  /**
+   * A station's id, an element's index in the scene, or null: the plan.
+   */
+  target: string | number | null;
+  position_m: [number, number, number] | null;
+  resolved: boolean;
+}
+/**
+ * What was kept. undo : changes that take it back, in the order to send them.
+ */
+export interface CommittedDocument {
+  revision: number;
+  undo: (
+    | MoveStation
+    | SetHeight
+    | AddStation
+    | RemoveStation
+    | RestoreStation
+    | LockStation
+    | UnlockStation
+    | Forbid
+    | Allow
+    | AddZone
+    | ChangeZone
+    | RemoveZone
+    | PickGround
+    | UnpickGround
+    | AddComment
+    | EditComment
+    | ResolveComment
+    | RemoveComment
+    | SetVerdict
+    | ClearVerdict
+    | Sign
+    | Unsign
+  )[];
+  review: ReviewDocument;
+}
+/**
+ * Everything that reviewers changed, by id.
+ */
+export interface ReviewDocument {
+  /**
+   * How often something was changed; 0: never.
+   */
+  revision: number;
+  stations: {
+    [k: string]: StationEditDocument;
+  };
+  forbidden: {
+    [k: string]: ForbiddenPlaceDocument;
+  };
+  zones: {
+    [k: string]: ZoneDocument;
+  };
+  ground_picks: {
+    [k: string]: GroundPickDocument;
+  };
+  comments: {
+    [k: string]: CommentDocument;
+  };
+  verdicts: {
+    [k: string]: VerdictDocument;
+  };
+  sign_off: SignOffDocument | null;
+  /**
+   * Last change of every object, also of removed ones: `station:S001`, `zone:Z001`, `forbidden:P001`, `pick:G001`, `comment:C001`, `verdict:S001`, `sign_off`.
+   */
+  touched: {
+    [k: string]: TouchDocument;
+  };
+}
+/**
+ * What was changed of a station; null: as in the plan, which has no such station where it was `added`.
+ */
+export interface StationEditDocument {
+  position_m: [number, number, number] | null;
+  instrument_height_m: number | null;
+  floor: string | null;
+  added: boolean;
+  removed: boolean;
+  locked: boolean | null;
+}
+/**
+ * What a reviewer thinks of a station.
+ */
+export interface VerdictDocument {
+  verdict: 'accepted' | 'rejected';
+  by: string;
+  /**
+   * UTC.
+   */
+  time: string;
+  /**
+   * Plain text, 2 000 bytes of UTF-8.
+   */
+  note: string;
+}
+/**
+ * When an object was last changed, and by whom.
+ */
+export interface TouchDocument {
+  revision: number;
+  by: string;
+  at: string;
+}
+/**
+ * Nothing was changed, because somebody else was first; `review` is as it stands.
+ */
+export interface ConflictDocument {
+  message: string;
+  conflicts: ClashDocument[];
+  review: ReviewDocument;
+}
+/**
+ * Coverage of surface.
+ */
+export interface CoverageDocument {
+  achievable_area_m2: number;
+  total_area_m2: number;
+  covered_area_m2: number;
+  fraction_of_achievable: number;
+  fraction_of_total: number;
+}
+/**
+ * Figures of the draft at a revision of the review; `stations`, `requirements`, `registration` as in plan.json.
+ */
+export interface FiguresOfDraft {
+  revision: number;
+  coverage: CoverageDocument;
+  floors: FloorCoverage[];
+  requirements: {
+    [k: string]: unknown;
+  }[];
+  stations: {
+    [k: string]: unknown;
+  }[];
+  registration: {
+    [k: string]: unknown;
+  };
+  /**
+   * Fraction of achievable after 1, 2, ... stations, the steepest first.
+   */
+  curve: number[];
+  /**
+   * In the order of the curve.
+   */
+  curve_stations: string[];
+  /**
+   * Largest first.
+   */
+  unseen: UnseenDocument[];
+}
+/**
+ * Coverage of a floor.
+ */
+export interface FloorCoverage {
+  achievable_area_m2: number;
+  total_area_m2: number;
+  covered_area_m2: number;
+  fraction_of_achievable: number;
+  fraction_of_total: number;
+  floor: string;
+}
+/**
+ * Surface of one element, in one room, that candidates could see and the draft does not.
+ */
+export interface UnseenDocument {
+  element: number;
+  name: string;
+  kind: string;
+  source_id: string;
+  room: {
+    [k: string]: string;
+  } | null;
+  floor: string;
+  area_m2: number;
+  n_pieces: number;
+  pieces: PieceDocument[];
+}
+/**
+ * Surface that hangs together.
+ */
+export interface PieceDocument {
+  area_m2: number;
+  centroid: number[];
+  /**
+   * Lowest and highest corner.
+   */
+  box: number[][];
+  /**
+   * The one nearest to the centroid.
+   */
+  patch: number;
+}
+/**
+ * The head of a map of the ground. width x height uint8 follow, row by row from the lowest y: 0 nothing to walk on,
+ * 1 walkable, but no tripod can stand, 2 one can, 3 kept free by the review.
+ */
+export interface GroundHead {
+  floor: string;
+  /**
+   * [x, y], low corner of the first cell.
+   */
+  origin: number[];
+  cell_m: number;
+  width: number;
+  height: number;
+}
+/**
+ * How all stations hang together.
+ */
+export interface Joined {
+  connected: boolean;
+  n_networks: number;
+}
+/**
+ * Overlap of two stations, as in plan.json.
+ */
+export interface LinkDocument {
+  a: string;
+  b: string;
+  overlap: number;
+  strength: number | null;
+  weak_axis: string;
+}
+/**
+ * How far the live side is: it answers what moved stations are worth, once the scene is loaded.
+ */
+export interface LiveDocument {
+  state: 'starting' | 'ready' | 'failed' | 'off';
+  /**
+   * What it does while it starts.
+   */
+  step: string | null;
+  /**
+   * Of the start, 0 to 1, as far as it is known.
+   */
+  fraction: number | null;
+  /**
+   * Why it failed or is off, and what helps.
+   */
+  message: string | null;
+}
+/**
+ * The head of a preview. Three arrays follow, an entry a patch that differs from the draft: uint32 patches, rising;
+ * uint16 values of the layer; uint8 times seen, 255 where no candidate can.
+ */
+export interface PreviewHead {
+  sequence: number;
+  revision: number;
+  n_patches_changed: number;
+  /**
+   * Where the station would stand, the sensor's origin.
+   */
+  position: number[];
+  instrument_height_m: number;
+  /**
+   * Whether a tripod can stand there.
+   */
+  admissible: boolean;
+  /**
+   * Why it is not the place asked for, or none can stand there; empty where it is.
+   */
+  reason: string;
+  coverage: CoverageDocument;
+  floors: FloorCoverage[];
+  requirements: RequirementFigure[];
+  station: StationAreas;
+  /**
+   * Of the station.
+   */
+  links: LinkDocument[];
+  n_stations: number;
+  registration: Joined;
+}
+/**
+ * How far a requirement is met.
+ */
+export interface RequirementFigure {
+  name: string;
+  required: number;
+  fraction_of_achievable: number;
+  met: boolean;
+}
+/**
+ * What a station covers, and what it alone covers.
+ */
+export interface StationAreas {
+  covered_area_m2: number;
+  own_area_m2: number;
+}
+/**
+ * A station that is being dragged, raised, or about to be added.
+ */
+export interface PreviewQuestion {
+  /**
+   * Id of the station; null: a new one.
+   */
+  station: string | null;
+  /**
+   * Id of the floor that it is to stand on.
+   */
+  floor: string;
+  /**
+   * [x, y] or [x, y, z]; z, the sensor's, tells grounds above each other apart.
+   */
+  position: number[];
+  instrument_height_m: number;
+  /**
+   * `times_seen` or a layer of the plan.
+   */
+  layer?: string;
+  /**
+   * Grows with every question of a page.
+   */
+  sequence?: number;
+  /**
+   * Names the page. Where given, questions that a newer one of it has overtaken are not answered.
+   */
+  client?: string;
+}
+/**
+ * Why something was not done, in words for people.
+ */
+export interface Refusal {
+  message: string;
+}
+/**
+ * What a page needs to know first.
+ */
+export interface SessionDocument {
+  schema: 'tlsplan/api/1';
+  /**
+   * Of plan.json: another one is another plan.
+   */
+  plan_sha256: string;
+  revision: number;
+  read_only: boolean;
+  live: LiveDocument;
+}
+/**
+ * The walk through the draft's stations, `route` and `field_time` as in plan.json.
+ */
+export interface WalkOfDraft {
+  revision: number;
+  route: {
+    [k: string]: unknown;
+  } | null;
+  field_time: {
+    [k: string]: unknown;
+  } | null;
+}
