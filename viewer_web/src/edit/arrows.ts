@@ -1,5 +1,5 @@
-/** Arrows from where stations stood to where they stand, and crosses where one is gone: lines over the building. */
-import { BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments } from 'three';
+/** Arrows from where stations stood to where they stand, crosses where one is gone, plus signs where one is new. */
+import { BufferAttribute, BufferGeometry, DoubleSide, Mesh, MeshBasicMaterial } from 'three';
 
 type PointM = readonly [number, number, number];
 
@@ -9,57 +9,96 @@ export type Arrow =
   | { readonly kind: 'new' | 'gone'; readonly atM: PointM };
 
 const COLOURS = { moved: '#7a3fa0', new: '#2b8a9b', gone: '#c2453a' } as const;
-/** Length of the two strokes of an arrow's head, at most this share of its shaft. */
-const HEAD_M = 0.3;
-const HEAD_SHARE = 0.4;
-const HEAD_RAD = Math.PI / 7;
-const CROSS_M = 0.22;
+const WIDTH_M = 0.09;
+/** Of an arrow's head, at most this share of the way. */
+const HEAD_M = 0.34;
+const HEAD_SHARE = 0.5;
+const CROSS_M = 0.24;
 
 export class Arrows {
-  readonly lines = (['moved', 'new', 'gone'] as const).map((kind) => {
-    const material = new LineBasicMaterial({ color: COLOURS[kind], depthTest: false, transparent: true });
-    const lines = new LineSegments(new BufferGeometry(), material);
-    lines.frustumCulled = false;
-    lines.renderOrder = 2;
-    lines.name = kind;
-    return lines;
+  readonly meshes = (['moved', 'new', 'gone'] as const).map((kind) => {
+    const look = { color: COLOURS[kind], depthTest: false, transparent: true, opacity: 0.9, side: DoubleSide };
+    const mesh = new Mesh(new BufferGeometry(), new MeshBasicMaterial(look));
+    mesh.frustumCulled = false;
+    mesh.renderOrder = 2;
+    mesh.name = kind;
+    return mesh;
   });
 
   set(arrows: readonly Arrow[]): void {
-    for (const lines of this.lines) {
-      const ends = Float32Array.from(arrows.filter(({ kind }) => kind === lines.name).flatMap(strokesOf));
-      lines.geometry.dispose();
-      lines.geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(ends, 3));
-      lines.visible = ends.length > 0;
+    for (const mesh of this.meshes) {
+      const corners = Float32Array.from(arrows.filter(({ kind }) => kind === mesh.name).flatMap(trianglesOf));
+      mesh.geometry.dispose();
+      mesh.geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(corners, 3));
+      mesh.visible = corners.length > 0;
     }
   }
 
   dispose(): void {
-    for (const lines of this.lines) {
-      lines.geometry.dispose();
-      lines.material.dispose();
+    for (const mesh of this.meshes) {
+      mesh.geometry.dispose();
+      mesh.material.dispose();
     }
   }
 }
 
-/** Ends of the strokes, x y z after each other. */
-export function strokesOf(arrow: Arrow): number[] {
-  if (arrow.kind === 'moved') return [...arrow.fromM, ...arrow.toM, ...headOf(arrow.fromM, arrow.toM)];
+/** Level triangles, nine numbers each. */
+export function trianglesOf(arrow: Arrow): number[] {
+  if (arrow.kind === 'moved') return arrowOf(arrow.fromM, arrow.toM);
   const [x, y, z] = arrow.atM;
   const d = CROSS_M;
-  // A plus for a new one, a cross for one that is gone.
-  if (arrow.kind === 'new') return [x - d, y, z, x + d, y, z, x, y - d, z, x, y + d, z];
-  return [x - d, y - d, z, x + d, y + d, z, x - d, y + d, z, x + d, y - d, z];
+  const strokes: [PointM, PointM][] =
+    arrow.kind === 'new'
+      ? [
+          [
+            [x - d, y, z],
+            [x + d, y, z],
+          ],
+          [
+            [x, y - d, z],
+            [x, y + d, z],
+          ],
+        ]
+      : [
+          [
+            [x - d, y - d, z],
+            [x + d, y + d, z],
+          ],
+          [
+            [x - d, y + d, z],
+            [x + d, y - d, z],
+          ],
+        ];
+  return strokes.flatMap(([from, to]) => barOf(from, to));
 }
 
-function headOf(from: PointM, to: PointM): number[] {
-  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-  const length = Math.hypot(dx, dy);
+function arrowOf(from: PointM, to: PointM): number[] {
+  const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
+  // Straight up or down there is nothing to draw on the level.
   if (length === 0) return [];
-  const size = Math.min(HEAD_M, HEAD_SHARE * length);
-  return [HEAD_RAD, -HEAD_RAD].flatMap((turn) => {
-    const [cos, sin] = [Math.cos(turn), Math.sin(turn)];
-    const back = [-(dx * cos - dy * sin) / length, -(dx * sin + dy * cos) / length];
-    return [...to, to[0] + size * back[0], to[1] + size * back[1], to[2]];
-  });
+  const head = Math.min(HEAD_M, HEAD_SHARE * length);
+  const share = 1 - head / length;
+  const neck: PointM = [from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1]), to[2]];
+  const [sx, sy] = sideOf(from, to, head * 0.45);
+  return [...barOf(from, neck), neck[0] + sx, neck[1] + sy, to[2], neck[0] - sx, neck[1] - sy, to[2], ...to];
+}
+
+function barOf(from: PointM, to: PointM): number[] {
+  const [sx, sy] = sideOf(from, to, WIDTH_M / 2);
+  const [a, b] = [
+    [from[0] + sx, from[1] + sy, from[2]],
+    [from[0] - sx, from[1] - sy, from[2]],
+  ];
+  const [c, d] = [
+    [to[0] + sx, to[1] + sy, to[2]],
+    [to[0] - sx, to[1] - sy, to[2]],
+  ];
+  return [...a, ...b, ...c, ...c, ...b, ...d];
+}
+
+/** Level, square to the way, so long. */
+function sideOf(from: PointM, to: PointM, lengthM: number): [number, number] {
+  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+  const scale = lengthM / Math.hypot(dx, dy);
+  return [-dy * scale, dx * scale];
 }

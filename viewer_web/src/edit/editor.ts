@@ -47,7 +47,7 @@ export class Editor {
     this.endings = [
       view.onPointer(this.areas.consumer),
       view.addOverlay(this.areaOverlay.group),
-      ...this.arrows.lines.map((lines) => view.addOverlay(lines)),
+      ...this.arrows.meshes.map((mesh) => view.addOverlay(mesh)),
       effect(() => this.drawAreas()),
       effect(() => this.drawArrows()),
       effect(() => this.followGround()),
