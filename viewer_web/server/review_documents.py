@@ -403,11 +403,11 @@ _NESTED = {"place": ForbiddenPlace, "zone": Zone, "pick": GroundPick, "earlier":
 def change_of(document: Document) -> Change:
     """Return the change that a document of `ChangeDocument` says; raises `ReviewError` where it breaks a rule."""
     told = document.model_dump(exclude={"kind"}, exclude_unset=True)
+    for name in _NESTED.keys() & told.keys():
+        part: Document | None = getattr(document, name)
+        told[name] = None if part is None else _NESTED[name](**_tuples(part.model_dump()))
     kind: str = getattr(document, "kind")  # noqa: B009 - of the union, which has no type of its own
-    fields = {
-        name: _NESTED[name](**_tuples(value)) if name in _NESTED and value else value for name, value in told.items()
-    }
-    change: Change = KINDS[kind](**_tuples(fields))
+    change: Change = KINDS[kind](**_tuples(told))
     return change
 
 
