@@ -1,0 +1,285 @@
+"""The review over the wire: what is changed, what is answered, and who is told."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from starlette.applications import Starlette
+
+from planner_core.review import changes as c
+from planner_core.review.store import ReviewStore
+from viewer_web.server import create_app, events
+from viewer_web.server.events import EventHub
+from viewer_web.server.session import Session
+
+from .conftest import TOKEN, Ask, send
+
+HERE = [500005.25, 4000005.5, 101.75]
+SQUARE = [[500000.0, 4000000.0], [500002.0, 4000000.0], [500002.0, 4000002.0]]
+
+
+def post(ask: Ask, base: int, *changes: dict[str, Any], author: str = "Ana", status: int = 200) -> dict[str, Any]:
+    body = {"base_revision": base, "author": author, "changes": list(changes)}
+    answer = ask("/api/review/changes", "POST", body=body)
+    assert answer.status_code == status, answer.text
+    return dict(answer.json())
+
+
+def test_session_says_what_is_shown(ask: Ask, plan_folder: Path) -> None:
+    session = ask("/api/session").json()
+    assert session == {
+        "schema": "tlsplan/api/1",
+        "plan_sha256": ReviewStore(plan_folder).plan().sha256,
+        "revision": 0,
+        "read_only": False,
+        "live": {"state": "off", "step": None, "fraction": None, "message": None},
+    }
+
+
+def test_changes_are_on_disk_when_they_are_answered_and_undo_takes_them_back(ask: Ask, plan_folder: Path) -> None:
+    answer = post(
+        ask,
+        0,
+        {"kind": "move_station", "station": "S001", "position_m": HERE, "instrument_height_m": 1.75, "floor": "F1"},
+        {"kind": "add_station", "position_m": HERE, "floor": "F0"},
+        {"kind": "add_zone", "zone": {"kind": "priority", "outline_m": SQUARE, "coverage": 0.98}},
+        {"kind": "forbid", "place": {"position_m": HERE}},
+        {"kind": "pick_ground", "pick": {"point_m": HERE, "is_ground": False}},
+        {"kind": "add_comment", "text": "Out of the doorway.", "target": "S001"},
+        {"kind": "set_verdict", "station": "S003", "verdict": "accepted"},
+        {"kind": "sign"},
+    )
+    assert answer["revision"] == answer["review"]["revision"] == 1
+    assert answer["review"] == ask("/api/review").json()
+    review = ReviewStore(plan_folder).current()
+    assert review.stations["S001"].position_m == tuple(HERE)
+    assert [set(kind) for kind in (review.zones, review.forbidden, review.stations)] == [
+        {"Z001"}, {"P001"}, {"S001", "S004"},
+    ]  # fmt: skip
+    undone = post(ask, 1, *answer["undo"])["review"]
+    assert {key: value for key, value in undone.items() if value and key != "touched"} == {"revision": 2}
+
+
+def test_undo_can_itself_be_undone(ask: Ask) -> None:
+    first = post(ask, 0, {"kind": "move_station", "station": "S001", "position_m": HERE, "instrument_height_m": None})
+    undone = post(ask, 1, *first["undo"])
+    redone = post(ask, 2, *undone["undo"])
+    assert undone["review"]["stations"] == {}
+    assert redone["review"]["stations"] == first["review"]["stations"]
+    assert first["review"]["stations"]["S001"]["instrument_height_m"] is None
+
+
+def test_a_height_that_is_left_out_stays_as_it_is(ask: Ask) -> None:
+    answer = post(ask, 0, {"kind": "move_station", "station": "S001", "position_m": HERE})
+    assert answer["review"]["stations"]["S001"]["instrument_height_m"] == 1.5
+
+
+def test_who_was_second_is_told_who_was_first_and_gets_the_review_as_it_is(ask: Ask) -> None:
+    post(ask, 0, {"kind": "lock_station", "station": "S001"})
+    conflict = post(ask, 0, {"kind": "remove_station", "station": "S001"}, author="Ben", status=409)
+    assert "station S001 was changed meanwhile, last by Ana" in conflict["message"]
+    assert [(clash["object"], clash["by"]) for clash in conflict["conflicts"]] == [("station:S001", "Ana")]
+    assert conflict["review"]["revision"] == 1
+    assert post(ask, 0, {"kind": "lock_station", "station": "S003"}, author="Ben")["revision"] == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"kind": "lock_station", "station": "S009"}, "neither in the plan nor added"),
+        ({"kind": "move_station", "station": "S002", "position_m": HERE}, "scanned already"),
+        ({"kind": "move_station", "station": "S001", "position_m": [1, 2]}, "position_m"),
+        ({"kind": "move_station", "station": "S001", "position_m": ["1", 2, 3]}, "position_m"),
+        ({"kind": "move_station", "station": "S001", "position_m": [1e300, 2, 3]}, "position_m"),
+        ({"kind": "move_station", "station": "S001"}, "position_m"),
+        ({"kind": "lock_station", "station": "S001", "lokked": True}, "lokked"),
+        ({"kind": "fly"}, "kind"),
+        ({}, "kind"),
+        (
+            {"kind": "add_zone", "zone": {"kind": "keep_out", "outline_m": SQUARE, "coverage": 0.5}},
+            "coverage goes with",
+        ),
+        ({"kind": "add_comment", "text": "é" * 9000}, "18000 bytes"),
+        ({"kind": "add_comment", "text": "x" * 10001}, "text"),
+        ({"kind": "add_comment", "text": "x", "target": True}, "target"),
+        ({"kind": "add_comment", "text": "\ud800"}, ""),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_words_and_changes_nothing(
+    ask: Ask, change: dict[str, Any], message: str
+) -> None:
+    refused = post(ask, 0, {"kind": "lock_station", "station": "S001"}, change, status=422)
+    assert message in refused["message"]
+    assert "\n" not in refused["message"]
+    assert ask("/api/review").json()["revision"] == 0
+
+
+def test_markup_in_texts_is_kept_as_the_text_it_is(ask: Ask) -> None:
+    text = "<img src=x onerror=alert(1)> & </script> \"'` ${x}"
+    post(ask, 0, {"kind": "add_comment", "text": text}, author="<b>Ana</b>")
+    answer = ask("/api/review")
+    assert answer.headers["content-type"] == "application/json"
+    comment = answer.json()["comments"]["C001"]
+    assert (comment["text"], comment["author"]) == (text, "<b>Ana</b>")
+
+
+def test_more_changes_than_allowed_are_refused(ask: Ask) -> None:
+    lock = {"kind": "lock_station", "station": "S001"}
+    assert "changes" in post(ask, 0, *[lock] * 1001, status=422)["message"]
+    assert post(ask, 0, *[lock] * 1000)["revision"] == 1
+
+
+def test_a_review_that_did_not_change_is_not_sent_again(ask: Ask) -> None:
+    tag = ask("/api/review").headers["etag"]
+    assert ask("/api/review", headers={"if-none-match": tag}).status_code == 304
+    post(ask, 0, {"kind": "add_comment", "text": "x" * 5000})
+    changed = ask("/api/review", headers={"if-none-match": tag, "accept-encoding": "gzip"})
+    assert changed.status_code == 200
+    assert changed.headers["content-encoding"] == "gzip"
+    assert int(changed.headers["content-length"]) < 2000
+
+
+def test_a_plan_that_is_shown_read_only_is_not_changed(plan_folder: Path, built_app: Path) -> None:
+    app = create_app(plan_folder, token=TOKEN, session=Session(plan_folder, read_only=True), built_app=built_app)
+    body = {"base_revision": 0, "author": "Ana", "changes": [{"kind": "lock_station", "station": "S001"}]}
+    answer = send(app, "/api/review/changes", "POST", body=body)
+    assert answer.status_code == 403
+    assert "--read-only" in answer.json()["message"]
+    assert send(app, "/api/session").json()["read_only"]
+    assert not (plan_folder / "review.usda").exists()
+
+
+def test_a_review_that_can_not_be_read_is_told_and_left_alone(ask: Ask, plan_folder: Path) -> None:
+    (plan_folder / "review.usda").write_text("my notes")
+    for answer in (
+        ask("/api/review"),
+        ask("/api/session"),
+        ask("/api/review/changes", "POST", body={
+            "base_revision": 0, "author": "Ana", "changes": [{"kind": "lock_station", "station": "S001"}],
+        }),
+    ):  # fmt: skip
+        assert answer.status_code == 503
+        assert "move it away" in answer.json()["message"]
+    assert (plan_folder / "review.usda").read_text() == "my notes"
+    assert ask("/plan/plan.json").status_code == 200
+
+
+# ---------------------------------------------------------------------------------------------------- events
+async def heard(app: Starlette, act: Callable[[], None], n_events: int) -> list[tuple[str, dict[str, Any]]]:
+    """Open the stream as a browser does, act once it is open, and return what is told."""
+    told: list[tuple[str, dict[str, Any]]] = []
+    text, opened, done = "", asyncio.Event(), asyncio.Event()
+    scope = {
+        "type": "http", "method": "GET", "path": "/api/events", "raw_path": b"/api/events", "query_string": b"",
+        "headers": [(b"host", b"127.0.0.1:8000"), (b"x-tlsplan-token", TOKEN.encode())],
+        "server": ("127.0.0.1", 8000), "http_version": "1.1", "scheme": "http", "asgi": {"version": "3.0"},
+    }  # fmt: skip
+
+    async def receive() -> dict[str, Any]:
+        await done.wait()
+        return {"type": "http.disconnect"}
+
+    async def take(message: dict[str, Any]) -> None:
+        nonlocal text
+        if message["type"] == "http.response.start":
+            assert message["status"] == 200
+            assert (b"content-type", b"text/event-stream; charset=utf-8") in message["headers"]
+        else:
+            text += message.get("body", b"").decode()
+            opened.set()
+        *whole, text = text.split("\n\n")
+        for event in whole:
+            fields = dict(line.split(": ", 1) for line in event.splitlines() if not line.startswith(":"))
+            if "event" in fields:
+                told.append((fields["event"], json.loads(fields["data"])))
+        if len(told) >= n_events:
+            done.set()
+
+    stream = asyncio.create_task(app(scope, receive, take))
+    await asyncio.wait_for(opened.wait(), 20)
+    await asyncio.to_thread(act)
+    await asyncio.wait_for(done.wait(), 20)
+    await asyncio.wait_for(stream, 20)  # it ends when the page goes
+    return told
+
+
+def test_pages_are_told_of_changes_as_they_are_made(app: Starlette, ask: Ask) -> None:
+    def act() -> None:
+        post(ask, 0, {"kind": "lock_station", "station": "S001"}, {"kind": "add_comment", "text": "x"}, author="Ben")
+
+    told = asyncio.run(heard(app, act, 1))
+    assert told == [("review", {"revision": 1, "author": "Ben", "objects": ["station:S001", "comment:C001"]})]
+
+
+def test_pages_are_told_of_changes_that_another_process_made(
+    app: Starlette, ask: Ask, plan_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(events, "LOOK_S", 0.02)
+    post(ask, 0, {"kind": "lock_station", "station": "S001"})
+
+    def act() -> None:
+        ReviewStore(plan_folder).commit(1, [c.LockStation("S003")], "Carl")
+
+    told = asyncio.run(heard(app, act, 1))
+    assert told == [("review", {"revision": 2, "author": "Carl", "objects": ["station:S003"]})]
+
+
+def streamed(hub: EventHub, act: Callable[[], None], *, limit: int = 100) -> list[bytes]:
+    async def listen() -> list[bytes]:
+        parts = []
+        async for part in hub.stream():
+            if not parts:
+                act()
+            parts.append(part)
+            if len(parts) >= limit:
+                break
+        return parts
+
+    return asyncio.run(asyncio.wait_for(listen(), 20))
+
+
+def test_a_stream_ends_when_the_server_stops_and_none_begins_after() -> None:
+    hub = EventHub()
+    assert streamed(hub, hub.close) == [b"retry: 1000\n\n"]
+    assert hub.n_streams == 0
+    assert not hub.has_room()
+
+
+def test_an_idle_stream_beats_and_looks_around(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(events, "LOOK_S", 0.01)
+    monkeypatch.setattr(events, "BEAT_S", 0.03)
+    looks: list[int] = []
+    parts = streamed(EventHub(lambda: looks.append(1)), lambda: None, limit=3)
+    assert parts[1:] == [b": still here\n\n"] * 2
+    assert len(looks) >= 6
+
+
+def test_a_page_that_reads_too_slowly_is_cut_off() -> None:
+    hub = EventHub()
+
+    def flood() -> None:
+        for number in range(events.MOST_WAITING + 5):
+            hub.publish("run", {"number": number})
+
+    assert len(streamed(hub, flood)) <= 2
+    assert hub.n_streams == 0
+
+
+def test_only_so_many_pages_may_listen(app: Starlette, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(events, "MOST_STREAMS", 0)
+    answer = send(app, "/api/events")
+    assert answer.status_code == 503
+    assert "too many" in answer.json()["message"]
+
+
+def test_events_are_one_line_of_json_each() -> None:
+    hub = EventHub()
+    parts = streamed(hub, lambda: hub.publish("run", {"note": "two\nlines\r\n\u2028é"}), limit=2)
+    name, told = parts[1].decode().removesuffix("\n\n").split("\n")
+    assert name == "event: run"
+    assert json.loads(told.removeprefix("data: ")) == {"note": "two\nlines\r\n\u2028é"}
