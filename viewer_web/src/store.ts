@@ -1,6 +1,7 @@
 /** The one store: what is loaded, what is shown, what is chosen. The panels and the 3D side read the same signals. */
 import { batch, computed, type ReadonlySignal, type Signal, signal } from '@preact/signals';
 import type { Desk } from './api/desk.ts';
+import { type CompareState, createCompareState } from './compare/comparison.ts';
 import { createEditing, type Editing } from './edit/editing.ts';
 import { DEFAULT_CUT_M, type extentsOf, floorBeside, highestCutM, type Slice, slicesOf } from './floors/cut.ts';
 import { type HeatLayer, layersOf, type PatchValues, TIMES_SEEN } from './heat/layers.ts';
@@ -110,6 +111,8 @@ export interface Store {
   /** Folder of the plan that is shown, and of one to compare it with; `OWN_PLAN` is the one the page was started for. */
   readonly planBase: Signal<string>;
   readonly compareBase: Signal<string | null>;
+  /** What became of the other plan. */
+  readonly comparison: Signal<CompareState>;
   /** What the building is painted by: the id of a layer, or `PLAIN`. */
   readonly layerId: Signal<string>;
   readonly extraLayers: Signal<readonly ExtraLayer[]>;
@@ -257,6 +260,7 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     editing: createEditing(),
     planBase: signal(OWN_PLAN),
     compareBase: signal<string | null>(null),
+    comparison: createCompareState(),
     layerId: signal(TIMES_SEEN),
     extraLayers,
     layers: computed(() => {

@@ -36,7 +36,8 @@ export function parseUrlState(hash: string): UrlState {
     tab: params.get('tab') || null,
     pair: pair.length === 2 ? [pair[0], pair[1]] : null,
     planBase: params.get('plan') || null,
-    compareBase: params.get('compare') || null,
+    // Empty: the plan the page was started for.
+    compareBase: params.get('compare'),
     camera: camera.length === 6 && camera.every(Number.isFinite) ? camera : null,
   };
 }

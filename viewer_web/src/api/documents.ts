@@ -41,13 +41,7 @@ export type DraftFigures = Frozen<
 >;
 export type DraftWalk = { readonly revision: number } & Frozen<Pick<PlanJson, 'route' | 'field_time'>>;
 
-export interface RunBest {
-  readonly n_stations: number;
-  readonly lower_bound: number | null;
-  readonly fraction_of_achievable: number | null;
-  readonly stations: readonly Point[];
-}
-
+/** A run of the planner, as docs/viewer-api.md has it. */
 export interface Run {
   readonly id: string;
   readonly title: string;
@@ -60,4 +54,12 @@ export interface Run {
   readonly best: RunBest | null;
   readonly message: string | null;
   readonly plan: string | null;
+  readonly resumed_from?: string | null;
+}
+
+export interface RunBest {
+  readonly n_stations: number;
+  readonly lower_bound: number | null;
+  readonly fraction_of_achievable: number | null;
+  readonly stations: readonly Point[];
 }

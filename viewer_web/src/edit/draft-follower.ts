@@ -7,8 +7,10 @@ import { TIMES_SEEN } from '../heat/layers.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { PlanLink } from '../load/plan-json.ts';
+import type { ShownStation } from '../stations/shown.ts';
 import type { Draft, LayerSource, Store } from '../store.ts';
 import { countEdits, type DraftStation, draftStations, localOf, shownInDraft } from './draft.ts';
+import { floorAt } from './review-areas.ts';
 
 /** Values of layers as the live side has them for one state of the draft. */
 export class DraftLayers {
@@ -79,6 +81,8 @@ export class DraftFollower {
   private draft(): Draft | null {
     const { store, desk, loaded } = this;
     const { underWay, preview, showsPlan } = store.editing;
+    const best = this.bestOfRun();
+    if (best !== null) return { stations: best, links: [] };
     const stations = this.stations.value;
     const moving = underWay.value;
     if (moving === null && (showsPlan.value || !hasEdits(stations))) return null;
@@ -93,6 +97,26 @@ export class DraftFollower {
     const own = preview.value?.links ?? links.filter(({ a, b }) => a === stationId || b === stationId);
     const others = links.filter(({ a, b }) => a !== stationId && b !== stationId);
     return { stations: placed, links: amongShown([...others, ...own], placed) };
+  }
+
+  /** While a run looks on, the best stations it has found so far; null: none does, or nobody looks at runs. */
+  private bestOfRun(): readonly ShownStation[] | null {
+    const { store, desk, loaded } = this;
+    if (store.tab.value !== 'runs') return null;
+    const run = desk.runs.value.find(({ state }) => state === 'running');
+    const places = run?.best?.stations ?? [];
+    if (places.length === 0) return null;
+    const { floors, offsetM } = loaded.stage;
+    return places.map((place, i) => {
+      const positionM = localOf(place, offsetM);
+      return {
+        id: `best ${i + 1}`,
+        floorId: floorAt(floors, positionM[2]),
+        order: i + 1,
+        positionM,
+        marks: ['added'] as const,
+      };
+    });
   }
 
   /** Another key: other values. Null: those of the plan folder. */

@@ -1,5 +1,6 @@
 /** What editing puts over the canvas, and the editor behind it. */
 import { useEffect } from 'preact/hooks';
+import { CompareLayer } from '../compare/compare-layer.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -32,6 +33,7 @@ export function EditLayer({ store, loaded, view }: EditLayerProps) {
   return (
     <>
       <DraftBar store={store} />
+      <CompareLayer store={store} loaded={loaded} view={view} />
       <Messages desk={desk} />
     </>
   );

@@ -31,7 +31,7 @@ export interface RunRequest {
   readonly time_limit_s: number | null;
 }
 
-type NumberField = Exclude<keyof RunForm, 'title' | 'objective' | 'network' | 'floors' | 'fromReview'>;
+export type NumberField = Exclude<keyof RunForm, 'title' | 'objective' | 'network' | 'floors' | 'fromReview'>;
 
 interface FieldRule {
   readonly label: string;
@@ -106,7 +106,8 @@ export function requestOf(form: RunForm): RunRequest {
     title: form.title.trim(),
     requirements: Object.fromEntries(Object.entries(requirements).filter(([, entry]) => entry !== undefined)),
     objective: form.objective,
-    max_stations: value('maxStations'),
+    // Only this objective has a number of stations of its own.
+    max_stations: form.objective === 'coverage' ? value('maxStations') : null,
     from_review: form.fromReview,
     time_limit_s: value('timeLimitS'),
   };

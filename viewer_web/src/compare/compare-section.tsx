@@ -1,0 +1,110 @@
+/** Choosing a plan to compare with, the figures of both side by side, and their curves. */
+import { draftTotals, planTotals, type Totals } from '../edit/totals.ts';
+import { OWN_PLAN } from '../load/plan-base.ts';
+import { Section } from '../panels/section.tsx';
+import type { Store } from '../store.ts';
+import { figureRows, titleOfBase } from './comparison.ts';
+import { CoverageCurve } from './coverage-curve.tsx';
+import type { Curve } from './curve.ts';
+import { DIFFERENCE_LAYER } from './difference.ts';
+import './compare.css';
+
+const NOTHING = '(nothing)';
+
+export function CompareSection({ store }: { store: Store }) {
+  const plan = store.loaded.value?.plan;
+  if (plan === undefined) return null;
+  const runs = store.desk?.runs.value.filter((run) => run.plan !== null) ?? [];
+  const bases = [OWN_PLAN, ...runs.map((run) => run.plan as string)];
+  const comparison = store.comparison.value;
+  const base = store.compareBase.value;
+  const known = base === null || bases.includes(base) ? bases : [...bases, base];
+  return (
+    <Section title="Compare">
+      <label class="field">
+        {titleOfShown(store)} with
+        <select value={base ?? NOTHING} onChange={(event) => compareWith(store, event.currentTarget.value)}>
+          <option value={NOTHING}>nothing</option>
+          {known.map((each) => (
+            <option key={each} value={each}>
+              {nameOf(store, each)}
+            </option>
+          ))}
+        </select>
+      </label>
+      {comparison.kind === 'loading' && <p class="hint">Loading {titleOfBase(comparison.base)} …</p>}
+      {comparison.kind === 'failed' && <p class="note note-warn">{comparison.message}</p>}
+      <Figures store={store} />
+      <CoverageCurve curves={curvesOf(store)} required={plan.requirements.coverage} />
+    </Section>
+  );
+}
+
+function compareWith(store: Store, value: string): void {
+  const base = value === NOTHING ? null : value;
+  store.compareBase.value = base;
+  // Shown at once: whoever asks for the difference wants to see it.
+  if (base !== null) store.layerId.value = DIFFERENCE_LAYER.id;
+}
+
+function nameOf(store: Store, base: string): string {
+  if (base === OWN_PLAN) return 'the plan as it was made';
+  const run = store.desk?.runs.value.find(({ plan }) => plan === base);
+  return run?.title ? `${run.id}: ${run.title}` : titleOfBase(base);
+}
+
+/** What the picture shows, in words. */
+function titleOfShown(store: Store): string {
+  if (store.planBase.value !== OWN_PLAN) return titleOfBase(store.planBase.value);
+  return store.draft.value === null ? 'The plan' : 'The edited plan';
+}
+
+function shownTotals(store: Store): Totals | null {
+  const plan = store.loaded.value?.plan;
+  if (plan === undefined) return null;
+  const figures = store.desk?.figures.value ?? null;
+  return store.draft.value !== null && figures !== null ? draftTotals(plan, figures) : planTotals(plan);
+}
+
+function Figures({ store }: { store: Store }) {
+  const comparison = store.comparison.value;
+  const shown = shownTotals(store);
+  if (comparison.kind !== 'shown' || shown === null) return null;
+  const rows = figureRows(shown, planTotals(comparison.other.plan));
+  return (
+    <table class="comparison" data-testid="comparison">
+      <thead>
+        <tr>
+          <th scope="col" aria-label="Figure" />
+          <th scope="col">{titleOfShown(store)}</th>
+          <th scope="col">{comparison.other.title}</th>
+        </tr>
+      </thead>
+      <tbody>
+        {rows.map(({ name, shown: here, other }) => (
+          <tr key={name}>
+            <th scope="row">{name}</th>
+            <td>{here}</td>
+            <td>{other}</td>
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}
+
+function curvesOf(store: Store): Curve[] {
+  const plan = store.loaded.value?.plan;
+  if (plan === undefined) return [];
+  const own = store.planBase.value === OWN_PLAN ? 'The plan' : titleOfBase(store.planBase.value);
+  const curves: Curve[] = [{ title: own, fractions: plan.coverage_curve, look: 'shown' }];
+  const comparison = store.comparison.value;
+  if (comparison.kind === 'shown' && comparison.other.base !== store.planBase.value) {
+    curves.push({ title: comparison.other.title, fractions: comparison.other.plan.coverage_curve, look: 'other' });
+  }
+  const figures = store.desk?.figures.value ?? null;
+  if (store.draft.value !== null && figures !== null) {
+    curves.push({ title: 'The edited plan', fractions: figures.curve, look: 'draft' });
+  }
+  return curves;
+}

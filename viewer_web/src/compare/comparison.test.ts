@@ -1,0 +1,27 @@
+import { expect, test } from 'vitest';
+import { planTotals } from '../edit/totals.ts';
+import { smallPlan } from '../testing/small-plan.ts';
+import { figureRows, titleOfBase } from './comparison.ts';
+
+test('plans are named by the run that made them', () => {
+  expect(['', 'runs/R002/plan', 'old'].map(titleOfBase)).toEqual(['The plan', 'Run R002', 'old']);
+});
+
+test('figures stand side by side, floor by floor', () => {
+  const plan = smallPlan();
+  const other = { ...planTotals(plan), nStations: 4, floors: planTotals(plan).floors.slice(0, 1) };
+  expect(figureRows(planTotals(plan), other)).toEqual([
+    { name: 'Stations', shown: '3', other: '4' },
+    { name: 'Coverage', shown: '95.0 %', other: '95.0 %' },
+    { name: 'Ground floor', shown: '95.0 %', other: '95.0 %' },
+    { name: 'Upper floor', shown: '95.0 %', other: 'not planned' },
+    { name: 'Links', shown: '1', other: '1' },
+    { name: 'Networks', shown: '3', other: '3' },
+  ]);
+});
+
+test('a floor that only the other plan has is told too', () => {
+  const plan = smallPlan();
+  const shown = { ...planTotals(plan), floors: planTotals(plan).floors.slice(0, 1) };
+  expect(figureRows(shown, planTotals(plan)).map(({ name }) => name)).toContain('Upper floor');
+});

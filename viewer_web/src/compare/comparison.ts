@@ -1,0 +1,70 @@
+/** Another plan to hold the shown one against: its figures, its coverage by patch, its stations. */
+import { type Signal, signal } from '@preact/signals';
+import { fetchBytes } from '../load/fetch-plan.ts';
+import { OWN_PLAN } from '../load/plan-base.ts';
+import { type PlanJson, parsePlan } from '../load/plan-json.ts';
+
+export interface OtherPlan {
+  readonly base: string;
+  readonly title: string;
+  readonly plan: PlanJson;
+  readonly patchSeen: Uint8Array;
+}
+
+export type CompareState =
+  | { readonly kind: 'none' }
+  | { readonly kind: 'loading'; readonly base: string }
+  | { readonly kind: 'failed'; readonly message: string }
+  | { readonly kind: 'shown'; readonly other: OtherPlan };
+
+export const createCompareState = (): Signal<CompareState> => signal<CompareState>({ kind: 'none' });
+
+/** "The plan", "Run R001". */
+export function titleOfBase(base: string): string {
+  if (base === OWN_PLAN) return 'The plan';
+  const run = base.match(/^runs\/([^/]+)\/plan$/);
+  return run === null ? base : `Run ${run[1]}`;
+}
+
+export async function fetchOtherPlan(base: string, signal: AbortSignal): Promise<OtherPlan> {
+  const [planBytes, patchBytes] = await Promise.all(
+    ['plan.json', 'viewer/patches.u8'].map((path) => fetchBytes(base, path, undefined, signal)),
+  );
+  const plan = parsePlan(JSON.parse(new TextDecoder().decode(planBytes)));
+  return { base, title: titleOfBase(base), plan, patchSeen: new Uint8Array(patchBytes) };
+}
+
+export interface FigureRow {
+  readonly name: string;
+  readonly shown: string;
+  readonly other: string;
+}
+
+interface Compared {
+  readonly nStations: number;
+  readonly coverage: number;
+  readonly floors: readonly { readonly id: string; readonly name: string; readonly coverage: number }[];
+  readonly nLinks: number | null;
+  readonly nNetworks: number;
+}
+
+/** Figures side by side, floor by floor where either has several. */
+export function figureRows(shown: Compared, other: Compared): FigureRow[] {
+  const percent = (fraction: number | undefined): string =>
+    fraction === undefined ? 'not planned' : `${(100 * fraction).toFixed(1)} %`;
+  const row = (name: string, read: (of: Compared) => string): FigureRow => ({
+    name,
+    shown: read(shown),
+    other: read(other),
+  });
+  const floors = [...shown.floors, ...other.floors.filter(({ id }) => shown.floors.every((floor) => floor.id !== id))];
+  return [
+    row('Stations', ({ nStations }) => String(nStations)),
+    row('Coverage', ({ coverage }) => percent(coverage)),
+    ...(floors.length > 1 ? floors : []).map(({ id, name }) =>
+      row(name, (of) => percent(of.floors.find((floor) => floor.id === id)?.coverage)),
+    ),
+    row('Links', ({ nLinks }) => (nLinks === null ? '' : String(nLinks))),
+    row('Networks', ({ nNetworks }) => String(nNetworks)),
+  ];
+}

@@ -1,0 +1,119 @@
+/** One run: how far it is, the best it has found, and what can be done with it. */
+import { useState } from 'preact/hooks';
+import { timeInWords } from '../api/conflict-words.ts';
+import type { Desk } from '../api/desk.ts';
+import type { Run } from '../api/documents.ts';
+import { DIFFERENCE_LAYER } from '../compare/difference.ts';
+import type { Store } from '../store.ts';
+import { bestInWords, progressInWords, shareDone } from './run-words.ts';
+
+interface RunCardProps {
+  readonly store: Store;
+  readonly desk: Desk;
+  readonly run: Run;
+  readonly mayChange: boolean;
+}
+
+export function RunCard({ store, desk, run, mayChange }: RunCardProps) {
+  const best = bestInWords(run);
+  const isShown = store.planBase.value === run.plan;
+  return (
+    <li class="run" data-run={run.id} data-state={run.state}>
+      <header>
+        <strong>{run.title || run.id}</strong>
+        <span class={`run-state run-${run.state}`}>{run.state}</span>
+      </header>
+      <p class="muted">
+        {run.id}, {timeInWords(run.created)}
+        {run.resumed_from ? `, from ${run.resumed_from}` : ''}
+        {isShown ? ', shown now' : ''}
+      </p>
+      {run.state === 'running' && <Progress run={run} />}
+      {best !== '' && <p data-testid="run-best">{best}</p>}
+      {run.message !== null && run.message !== '' && (
+        <p class={run.state === 'failed' ? 'note note-warn' : 'note'}>{run.message}</p>
+      )}
+      <RunButtons store={store} desk={desk} run={run} mayChange={mayChange} />
+    </li>
+  );
+}
+
+function Progress({ run }: { run: Run }) {
+  const share = shareDone(run);
+  return (
+    <div role="status">
+      <progress aria-label={`Run ${run.id}`} {...(share === null ? {} : { value: share })} />
+      <p class="muted">{progressInWords(run)}</p>
+    </div>
+  );
+}
+
+function RunButtons({ store, desk, run, mayChange }: RunCardProps) {
+  const { id, plan, state } = run;
+  const [isSure, setIsSure] = useState(false);
+  const post = (what: 'cancel' | 'resume'): void => {
+    desk.client
+      .post(`runs/${id}/${what}`, {})
+      .then(() => desk.refreshRuns())
+      .catch((error: Error) => desk.warn(error.message));
+  };
+  const remove = (): void => {
+    desk.client
+      .delete(`runs/${id}`)
+      .then(() => desk.refreshRuns())
+      .catch((error: Error) => desk.warn(error.message));
+  };
+  const isOver = state !== 'running';
+  return (
+    <div class="buttons">
+      {!isOver && mayChange && (
+        <button
+          type="button"
+          class="button button-small"
+          title="Stops, and keeps the best plan so far"
+          onClick={() => post('cancel')}
+        >
+          Cancel
+        </button>
+      )}
+      {isOver && plan !== null && store.planBase.value !== plan && (
+        <>
+          <a class="button button-small button-primary" href={`#plan=${plan}`}>
+            Open
+          </a>
+          <button
+            type="button"
+            class="button button-small"
+            aria-pressed={store.compareBase.value === plan}
+            onClick={() => {
+              store.compareBase.value = plan;
+              store.layerId.value = DIFFERENCE_LAYER.id;
+            }}
+          >
+            Compare
+          </button>
+        </>
+      )}
+      {isOver && mayChange && run.best !== null && (
+        <button
+          type="button"
+          class="button button-small"
+          title="A new run that begins with the best stations of this one"
+          onClick={() => post('resume')}
+        >
+          Resume
+        </button>
+      )}
+      {isOver && mayChange && store.planBase.value !== plan && (
+        <button
+          type="button"
+          class="button button-small button-quiet"
+          onBlur={() => setIsSure(false)}
+          onClick={() => (isSure ? remove() : setIsSure(true))}
+        >
+          {isSure ? 'Really delete?' : 'Delete'}
+        </button>
+      )}
+    </div>
+  );
+}

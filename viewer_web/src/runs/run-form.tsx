@@ -1,0 +1,194 @@
+/** The form of a run: it begins with what the plan was asked. */
+import { useState } from 'preact/hooks';
+import type { Desk } from '../api/desk.ts';
+import { OWN_PLAN } from '../load/plan-base.ts';
+import { Section } from '../panels/section.tsx';
+import type { Store } from '../store.ts';
+import { FIELD_RULES, faultsOf, formFrom, type NumberField, type RunForm, requestOf } from './run-request.ts';
+
+const MORE: readonly NumberField[] = ['spacingMm', 'rangeM', 'incidenceDeg', 'noiseMm', 'seenFrom', 'timeLimitS'];
+const OBJECTIVES = [
+  ['fewest', 'Fewest stations'],
+  ['coverage', 'Most coverage with so many'],
+  ['time', 'Least time in the field'],
+] as const;
+const NETWORKS = [
+  ['joined', 'One network'],
+  ['loops', 'One network, in loops'],
+  ['none', 'Not asked'],
+] as const;
+
+interface FormProps {
+  readonly store: Store;
+  readonly desk: Desk;
+}
+
+export function RunFormSection({ store, desk }: FormProps) {
+  const plan = store.loaded.value?.plan;
+  const [form, setForm] = useState<RunForm | null>(null);
+  const [isSending, setIsSending] = useState(false);
+  if (plan === undefined) return null;
+  const shown = form ?? formFrom(plan.requirements);
+  const faults = faultsOf(shown);
+  const isRunning = desk.runs.value.some(({ state }) => state === 'running');
+  const set = (changes: Partial<RunForm>): void => setForm({ ...shown, ...changes });
+  const start = async (): Promise<void> => {
+    setIsSending(true);
+    try {
+      await desk.client.post('runs', requestOf(shown));
+      await desk.refreshRuns();
+      set({ title: '' });
+    } catch (error) {
+      desk.warn((error as Error).message);
+    }
+    setIsSending(false);
+  };
+  return (
+    <Section title="Plan again">
+      <form
+        onSubmit={(event) => {
+          event.preventDefault();
+          void start();
+        }}
+      >
+        <MainFields form={shown} set={set} faults={faults} />
+        <details class="more">
+          <summary>More requirements</summary>
+          <div class="fields">
+            {MORE.map((field) => (
+              <NumberInput key={field} form={shown} field={field} set={set} fault={faults[field]} />
+            ))}
+          </div>
+          <FloorChoice store={store} form={shown} set={set} />
+        </details>
+        <ReviewChoice store={store} form={shown} set={set} />
+        <div class="buttons">
+          <button
+            type="submit"
+            class="button button-primary"
+            disabled={Object.keys(faults).length > 0 || isSending || isRunning}
+          >
+            Start
+          </button>
+        </div>
+        {isRunning && <p class="hint">One run at a time: wait for the one that is running, or cancel it.</p>}
+      </form>
+    </Section>
+  );
+}
+
+interface PartProps {
+  readonly form: RunForm;
+  readonly set: (changes: Partial<RunForm>) => void;
+}
+
+function MainFields({ form, set, faults }: PartProps & { faults: Partial<Record<NumberField, string>> }) {
+  return (
+    <>
+      <label class="field">
+        Title
+        <input
+          type="text"
+          maxLength={200}
+          placeholder="What is tried"
+          value={form.title}
+          onInput={(event) => set({ title: event.currentTarget.value })}
+        />
+      </label>
+      <label class="field">
+        Objective
+        <select
+          value={form.objective}
+          onChange={(event) => set({ objective: event.currentTarget.value as RunForm['objective'] })}
+        >
+          {OBJECTIVES.map(([value, words]) => (
+            <option key={value} value={value}>
+              {words}
+            </option>
+          ))}
+        </select>
+      </label>
+      <div class="fields">
+        {form.objective === 'coverage' && (
+          <NumberInput form={form} field="maxStations" set={set} fault={faults.maxStations} />
+        )}
+        <NumberInput form={form} field="coveragePercent" set={set} fault={faults.coveragePercent} />
+        <NumberInput form={form} field="overlapPercent" set={set} fault={faults.overlapPercent} />
+      </div>
+      <label class="field">
+        Stations register as
+        <select
+          value={form.network}
+          onChange={(event) => set({ network: event.currentTarget.value as RunForm['network'] })}
+        >
+          {NETWORKS.map(([value, words]) => (
+            <option key={value} value={value}>
+              {words}
+            </option>
+          ))}
+        </select>
+      </label>
+    </>
+  );
+}
+
+function NumberInput({ form, field, set, fault }: PartProps & { field: NumberField; fault: string | undefined }) {
+  const { label, unit, hint } = FIELD_RULES[field];
+  return (
+    <label class="field" title={hint}>
+      {label}
+      <span class="unit-input">
+        <input
+          type="text"
+          inputMode="decimal"
+          aria-invalid={fault !== undefined}
+          placeholder="any"
+          value={form[field]}
+          onInput={(event) => set({ [field]: event.currentTarget.value })}
+        />
+        {unit}
+      </span>
+      {fault !== undefined && <span class="field-fault">{fault}</span>}
+    </label>
+  );
+}
+
+function FloorChoice({ store, form, set }: PartProps & { store: Store }) {
+  const floors = store.loaded.value?.plan.floors ?? [];
+  if (floors.length < 2) return null;
+  const chosen = form.floors.length === 0 ? floors.map(({ id }) => id) : form.floors;
+  const toggle = (id: string, isOn: boolean): void => {
+    const next = floors.map((floor) => floor.id).filter((each) => (each === id ? isOn : chosen.includes(each)));
+    set({ floors: next.length === floors.length ? [] : next });
+  };
+  return (
+    <fieldset class="choices">
+      <legend>Floors</legend>
+      {floors.map(({ id, name }) => (
+        <label key={id} class="check">
+          <input
+            type="checkbox"
+            checked={chosen.includes(id)}
+            disabled={chosen.length === 1 && chosen[0] === id}
+            onChange={(event) => toggle(id, event.currentTarget.checked)}
+          />
+          {name}
+        </label>
+      ))}
+    </fieldset>
+  );
+}
+
+function ReviewChoice({ store, form, set }: PartProps & { store: Store }) {
+  const isOwn = store.planBase.value === OWN_PLAN;
+  return (
+    <label class="check more" title="Moved, locked and forbidden stations, zones and marked ground count">
+      <input
+        type="checkbox"
+        checked={form.fromReview}
+        onChange={(event) => set({ fromReview: event.currentTarget.checked })}
+      />
+      {isOwn ? 'Keep to the review’s edits' : 'Keep to the edits of the plan’s review'}
+    </label>
+  );
+}
