@@ -23,8 +23,9 @@ from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.scene.patches import patch_triangles
 
+#: A third of the beams: Open3D scans from every candidate.
 COARSE = PlanSettings(
-    scanner=load_scanner("hdl-64e"),
+    scanner=replace(load_scanner("hdl-64e"), n_azimuths=1500),
     requirements=Requirements(coverage=0.9),
     grid_step_m=1.0,
     instrument_heights_m=(1.3,),
