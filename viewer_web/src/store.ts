@@ -3,20 +3,30 @@ import { batch, computed, type ReadonlySignal, type Signal, signal } from '@prea
 import type { Desk } from './api/desk.ts';
 import { type CompareState, createCompareState } from './compare/comparison.ts';
 import { createEditing, type Editing } from './edit/editing.ts';
-import { DEFAULT_CUT_M, type extentsOf, floorBeside, highestCutM, type Slice, slicesOf } from './floors/cut.ts';
+import {
+  DEFAULT_CUT_M,
+  type extentsOf,
+  floorBeside,
+  highestCutM,
+  type Slice,
+  slicesOf,
+  WHOLE_BUILDING,
+} from './floors/cut.ts';
 import { type HeatLayer, layersOf, type PatchValues, TIMES_SEEN } from './heat/layers.ts';
 import type { Spread } from './heat/statistics.ts';
+import type { ThinnedCloud } from './load/cloud-rows.ts';
 import type { LoadedPlan } from './load/fetch-plan.ts';
 import { rampLayersOf } from './load/layers.ts';
 import { OWN_PLAN } from './load/plan-base.ts';
-import type { PlanLink, UnseenSurface } from './load/plan-json.ts';
+import type { PlanLink, PlanRoute, UnseenSurface } from './load/plan-json.ts';
 import type { StageElement } from './load/stage.ts';
 import { type ShownStation, shownStationsOf } from './stations/shown.ts';
 
+export type PageId = 'plan' | 'field';
 export type TabId = 'plan' | 'unseen' | 'network' | 'edit' | 'runs' | 'review';
 /** What the sheet over the canvas shows. */
-export type SheetId = 'graph' | 'matrix';
-export type CloudPaint = 'range' | 'intensity';
+export type SheetId = 'graph' | 'matrix' | 'panorama';
+export type CloudPaint = 'range' | 'incidence' | 'intensity' | 'station';
 /** Two stations, as a link names them. */
 export type Pair = readonly [string, string];
 /** Values of a layer for all patches; null: this source has none, those of the plan folder are shown. */
@@ -68,9 +78,10 @@ export type Phase =
 
 export type CloudState =
   | { readonly kind: 'none' }
-  | { readonly kind: 'loading' }
+  | { readonly kind: 'loading'; readonly n: number; readonly of: number }
   | { readonly kind: 'failed'; readonly message: string }
-  | { readonly kind: 'shown'; readonly nReturns: number };
+  /** Of every cloud each `stride`-th beam of each `stride`-th row. */
+  | { readonly kind: 'shown'; readonly nReturns: number; readonly nStations: number; readonly stride: number };
 
 export type Extents = ReturnType<typeof extentsOf>;
 
@@ -100,6 +111,8 @@ export interface Store {
   readonly cutM: Signal<number>;
   readonly hidesCeilings: Signal<boolean>;
   readonly slices: ReadonlySignal<readonly Slice[]>;
+  /** The whole plan, or what is needed in the field. */
+  readonly page: Signal<PageId>;
   /** Which page of the sidebar. */
   readonly tab: Signal<TabId>;
   /** The page only shows files: nothing that needs the server behind them. */
@@ -140,7 +153,18 @@ export interface Store {
   readonly stationId: Signal<string | null>;
   readonly cloud: Signal<CloudState>;
   readonly cloudPaint: Signal<CloudPaint>;
+  /** The clouds of all stations of the shown floors, not the chosen one's alone. */
+  readonly showClouds: Signal<boolean>;
+  /** End of the colours by range. */
+  readonly cloudFarthestM: Signal<number>;
+  /** The chosen station's, once it is there. */
+  readonly chosenCloud: Signal<(ThinnedCloud & { readonly stationId: string }) | null>;
   readonly picked: Signal<Picked | null>;
+  readonly isWalking: Signal<boolean>;
+  readonly showRoute: Signal<boolean>;
+  /** The walk of a draft; null: the plan's. */
+  readonly draftRoute: Signal<PlanRoute | null>;
+  readonly shownRoute: ReadonlySignal<PlanRoute | null>;
   readonly sheet: Signal<SheetId | null>;
   readonly isSidebarOpen: Signal<boolean>;
   chooseFloor(floorId: string | null): void;
@@ -175,11 +199,14 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
   const pair = signal<Pair | null>(null);
   const unseenFocus = signal<UnseenFocus | null>(null);
   const showsOwn = signal(false);
+  const isWalking = signal(false);
+  const draftRoute = signal<PlanRoute | null>(null);
   const draft = signal<Draft | null>(null);
   const shownStations = computed(() => draft.value?.stations ?? shownStationsOf(loaded.value));
   const slices = computed<readonly Slice[]>(() => {
     const [plan, boxes] = [loaded.value, extents.value];
     if (plan === null || boxes === null) return [];
+    if (isWalking.value) return [WHOLE_BUILDING];
     const view = {
       floorId: floorId.value,
       isSpread: isSpread.value,
@@ -254,6 +281,7 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     cutM,
     hidesCeilings,
     slices,
+    page: signal<PageId>('plan'),
     tab: signal<TabId>('plan'),
     isStatic,
     desk,
@@ -287,7 +315,14 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     stationId,
     cloud: signal<CloudState>({ kind: 'none' }),
     cloudPaint: signal<CloudPaint>('range'),
+    showClouds: signal(false),
+    cloudFarthestM: signal(1),
+    chosenCloud: signal<(ThinnedCloud & { readonly stationId: string }) | null>(null),
     picked,
+    isWalking,
+    showRoute: signal(false),
+    draftRoute,
+    shownRoute: computed(() => draftRoute.value ?? loaded.value?.plan.route ?? null),
     sheet: signal<SheetId | null>(null),
     isSidebarOpen: signal(true),
     chooseFloor,

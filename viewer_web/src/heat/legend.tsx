@@ -1,6 +1,10 @@
 /** What the colours mean: of the layer the building is painted by, or of the clouds where they are shown. */
 import { metres, squareMetres } from '../panels/figures.ts';
 import { DARK, LIGHT } from '../scene/palette.ts';
+import { CloudControl } from '../stations/cloud-control.tsx';
+import { rampBytes } from '../stations/range-ramp.ts';
+import type { ShownStation } from '../stations/shown.ts';
+import { cssColor, stationColor } from '../stations/station-color.ts';
 import type { LayerState, Store } from '../store.ts';
 import { layerColors, themed } from './colors.ts';
 import type { ClassLayer, HeatLayer, RampLayer } from './layers.ts';
@@ -9,7 +13,7 @@ import type { Spread } from './statistics.ts';
 
 export function Legend({ store }: { store: Store }) {
   if (store.marking.value.kind !== 'none') return <MarkLegend store={store} />;
-  if (store.cloud.value.kind === 'shown') return <CloudLegend store={store} />;
+  if (store.cloud.value.kind !== 'none') return <CloudLegend store={store} />;
   return <LayerLegend state={store.layerState.value} isDark={store.isDark.value} />;
 }
 
@@ -134,17 +138,62 @@ export function Swatch({ color }: { color: string }) {
   );
 }
 
+const CLOUD_TITLES = {
+  range: 'Range of the return',
+  incidence: 'Incidence of the beam',
+  intensity: 'Intensity: bright is head-on',
+  station: 'Clouds by station',
+} as const;
+/** More colours than these nobody tells apart. */
+const MOST_STATIONS = 12;
+
 function CloudLegend({ store }: { store: Store }) {
-  const rangeMaxM = store.loaded.value?.plan.scanner.range_max_m ?? 0;
-  const isRange = store.cloudPaint.value === 'range';
+  const paint = store.cloudPaint.value;
+  const cloud = store.cloud.value;
   return (
-    <figure class="legend" aria-label="Legend">
-      <figcaption>{isRange ? 'Range of the return' : 'Incidence: bright is head-on'}</figcaption>
-      <div class={isRange ? 'legend-ramp legend-range' : 'legend-ramp legend-intensity'} />
-      <div class="legend-ends">
-        <span>{isRange ? metres(0, 0) : 'grazing'}</span>
-        <span>{isRange ? metres(rangeMaxM, 0) : 'head-on'}</span>
-      </div>
+    <figure class="legend" aria-label="Legend" data-testid="legend" data-state={cloud.kind}>
+      <figcaption>{CLOUD_TITLES[paint]}</figcaption>
+      {paint === 'station' ? <StationColors store={store} /> : <CloudRamp store={store} />}
+      {store.stationId.value === null && <CloudControl store={store} />}
     </figure>
+  );
+}
+
+function CloudRamp({ store }: { store: Store }) {
+  const paint = store.cloudPaint.value;
+  const ends = {
+    range: [metres(0, 0), quantity(store.cloudFarthestM.value, 'm')],
+    incidence: ['90°, grazing', '0°, head-on'],
+    intensity: ['grazing', 'head-on'],
+    station: [],
+  }[paint];
+  const grey = Uint8Array.from({ length: 768 }, (_, i) => 38 + Math.round((217 * Math.floor(i / 3)) / 255));
+  return (
+    <>
+      <RampBar colors={paint === 'intensity' ? grey : rampBytes()} />
+      <div class="legend-ends">
+        {ends.map((end) => (
+          <span key={end}>{end}</span>
+        ))}
+      </div>
+    </>
+  );
+}
+
+function StationColors({ store }: { store: Store }) {
+  const floorId = store.floorId.value;
+  const isShown = ({ id, floorId: own }: ShownStation): boolean =>
+    store.showClouds.value ? floorId === null || own === floorId : id === store.stationId.value;
+  const stations = store.shownStations.value.filter(isShown);
+  if (stations.length > MOST_STATIONS) return <p class="muted">A colour for each of {stations.length} stations.</p>;
+  return (
+    <ul class="legend-classes">
+      {stations.map(({ id, order }) => (
+        <li key={id}>
+          <Swatch color={cssColor(stationColor(order))} />
+          {id}
+        </li>
+      ))}
+    </ul>
   );
 }

@@ -1,5 +1,7 @@
 import { expect, test } from 'vitest';
-import { cloudPoint, decodeCloud } from './cloud.ts';
+import { cloudPoint } from './cloud.ts';
+import { CloudRows, strideFor, type ThinnedCloud, thinnedBeams } from './cloud-rows.ts';
+import { PlanLoadError } from './plan-load-error.ts';
 import type { StageStation } from './stage.ts';
 
 const STATION: StageStation = {
@@ -27,10 +29,17 @@ function bytes(): ArrayBuffer {
   return buffer;
 }
 
+function read(buffer: ArrayBuffer, station: StageStation, stride = 1, pieceBytes = 1e9): ThinnedCloud {
+  const rows = new CloudRows(station, stride);
+  const all = new Uint8Array(buffer);
+  for (let at = 0; at < all.length; at += pieceBytes) rows.push(all.subarray(at, at + pieceBytes));
+  return rows.finish();
+}
+
 test('cloud points lie where range, elevation and azimuth say', () => {
-  const cloud = decodeCloud(bytes(), STATION);
+  const { cloud, beams } = read(bytes(), STATION);
   expect(cloud.nReturns).toBe(2);
-  const [a, b] = [cloudPoint(cloud, STATION, 0, 1)!, cloudPoint(cloud, STATION, 1, 2)!];
+  const [a, b] = [cloudPoint(cloud, beams, 0, 1)!, cloudPoint(cloud, beams, 1, 2)!];
   const halfStepM = STATION.rangeStepM / 2;
   [0, 2, 0].forEach((x, i) => {
     expect(Math.abs(a[i] - x)).toBeLessThanOrEqual(halfStepM + 1e-9);
@@ -43,17 +52,52 @@ test('cloud points lie where range, elevation and azimuth say', () => {
 
 test('rows begin at their own azimuths', () => {
   const station = { ...STATION, azimuthsRad: Float32Array.of(-Math.PI / 6, Math.PI / 2), azimuthStepRad: Math.PI / 3 };
-  const cloud = decodeCloud(bytes(), station);
+  const { cloud, beams } = read(bytes(), station);
   // Column 1 of row 0 at -30 + 60 degrees, column 2 of row 1 at 90 + 120.
-  const [a, b] = [cloudPoint(cloud, station, 0, 1)!, cloudPoint(cloud, station, 1, 2)!];
+  const [a, b] = [cloudPoint(cloud, beams, 0, 1)!, cloudPoint(cloud, beams, 1, 2)!];
   expect(Math.atan2(a[1], a[0])).toBeCloseTo(Math.PI / 6, 6);
   expect(Math.atan2(b[1], b[0])).toBeCloseTo((-5 * Math.PI) / 6, 6);
 });
 
 test('beams without a return are no points', () => {
-  expect(cloudPoint(decodeCloud(bytes(), STATION), STATION, 0, 0)).toBeNull();
+  const { cloud, beams } = read(bytes(), STATION);
+  expect(cloudPoint(cloud, beams, 0, 0)).toBeNull();
 });
 
 test('a file of another size is told with both sizes', () => {
-  expect(() => decodeCloud(new ArrayBuffer(23), STATION)).toThrow(/23 bytes, expected 24 for 2 x 4/);
+  for (const n of [0, 23, 25]) expect(() => read(new ArrayBuffer(n), STATION)).toThrow(PlanLoadError);
+  expect(() => read(new ArrayBuffer(23), STATION)).toThrow(/23 bytes, expected 24 for 2 x 4/);
+});
+
+test.each([1, 2, 3, 5])('of a cloud every nth row and column is kept, in whatever pieces it comes: %i', (stride) => {
+  const [rows, columns] = [7, 11];
+  const station = { ...STATION, cloudRows: rows, cloudColumns: columns, elevationsRad: new Float32Array(rows) };
+  const all = new Uint8Array(3 * rows * columns).map((_, i) => (i * 37 + 5) % 251);
+  const ranges = new Uint16Array(all.slice(0, 2 * rows * columns).buffer);
+  for (const pieceBytes of [1, 13, 22, 1000]) {
+    const { cloud } = read(all.buffer, station, stride, pieceBytes);
+    const expected: [number, number][] = [];
+    for (let row = 0; row < rows; row += stride) {
+      for (let column = 0; column < columns; column += stride) {
+        const beam = row * columns + column;
+        expected.push([ranges[beam], all[2 * rows * columns + beam]]);
+      }
+    }
+    expect([...cloud.rangeSteps]).toEqual(expected.map(([range]) => range));
+    expect([...cloud.intensity]).toEqual(expected.map(([, intensity]) => intensity));
+  }
+});
+
+test('a thinned cloud keeps its directions', () => {
+  const station = { ...STATION, azimuthsRad: Float32Array.of(0.25, 0.5) };
+  const beams = thinnedBeams(station, 2);
+  expect([beams.rows, beams.columns, beams.azimuthStepRad]).toEqual([1, 2, Math.PI]);
+  expect([...beams.azimuthsRad]).toEqual([0.25]);
+});
+
+test('clouds are thinned no more than the number of points asks', () => {
+  const station = { ...STATION, cloudRows: 1000, cloudColumns: 2000 };
+  expect(strideFor(station, 1, 2_000_000)).toBe(1);
+  expect(strideFor(station, 1, 1_999_999)).toBe(2);
+  expect(strideFor(station, 20, 8_000_000)).toBe(3);
 });

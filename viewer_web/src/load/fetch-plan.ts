@@ -1,6 +1,6 @@
 /** Fetches a plan from the server, telling how far it is. */
 import { REASON } from '../heat/layers.ts';
-import { type Cloud, decodeCloud } from './cloud.ts';
+import { CloudRows, type ThinnedCloud } from './cloud-rows.ts';
 import { findEdges, type StageEdges } from './edges.ts';
 import { decodeValues, type LayersJson, parseLayers } from './layers.ts';
 import { planUrl } from './plan-base.ts';
@@ -37,8 +37,18 @@ export async function fetchPlan(base: string, onStep: OnStep): Promise<LoadedPla
   return { base, plan, stage, patchSeen, layers, edges: findEdges(stage.triangles, stage.elements) };
 }
 
-export async function fetchCloud(base: string, station: StageStation, signal: AbortSignal): Promise<Cloud> {
-  return decodeCloud(await fetchBytes(base, `viewer/${station.cloudUri}`, undefined, signal), station);
+/** The cloud of a station, every nth beam of every nth row. */
+export async function fetchCloud(
+  base: string,
+  station: StageStation,
+  stride: number,
+  signal: AbortSignal,
+): Promise<ThinnedCloud> {
+  const { body } = await request(base, `viewer/${station.cloudUri}`, signal);
+  const rows = new CloudRows(station, stride);
+  const reader = body.getReader();
+  for (let step = await reader.read(); !step.done; step = await reader.read()) rows.push(step.value);
+  return rows.finish();
 }
 
 /** What a station sees, one bit a patch. */
@@ -93,6 +103,12 @@ export async function fetchBytes(
   onShare: (share: number | null) => void = () => undefined,
   signal?: AbortSignal,
 ): Promise<ArrayBuffer> {
+  const { headers, body } = await request(base, path, signal);
+  const total = headers.has('content-encoding') ? 0 : Number(headers.get('content-length') ?? 0);
+  return collect(body, total, onShare);
+}
+
+async function request(base: string, path: string, signal?: AbortSignal) {
   const response = await fetch(planUrl(base, path), signal ? { signal } : {}).catch((error: unknown) => {
     if (signal?.aborted) throw error;
     throw new PlanLoadError(`${path}: the server does not answer. Is \`tlsplan view\` still running?`);
@@ -100,11 +116,11 @@ export async function fetchBytes(
   if (response.status === 404) {
     throw new MissingFileError(`${path}: the server answered 404. The plan folder is not complete; write it again.`);
   }
-  if (!response.ok || response.body === null) {
+  const { body, headers } = response;
+  if (!response.ok || body === null) {
     throw new PlanLoadError(`${path}: the server answered ${response.status}. ${await response.text()}`);
   }
-  const total = response.headers.has('content-encoding') ? 0 : Number(response.headers.get('content-length') ?? 0);
-  return collect(response.body, total, onShare);
+  return { headers, body };
 }
 
 async function collect(body: ReadableStream<Uint8Array>, total: number, onShare: (share: number | null) => void) {

@@ -1,6 +1,7 @@
 /** The whole page: loading and failing in words, then the panels around the canvas. */
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { EditLayer } from '../edit/edit-layer.tsx';
+import { FieldView } from '../field/field-view.tsx';
 import { Legend } from '../heat/legend.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { PairCard } from '../network/pair-card.tsx';
@@ -8,6 +9,7 @@ import { PlanView } from '../scene/plan-view.ts';
 import { Markers } from '../stations/markers.tsx';
 import { StationCard } from '../stations/station-card.tsx';
 import type { Store } from '../store.ts';
+import { WalkPanel } from '../walk/walk-panel.tsx';
 import { listenToKeys } from './keys.ts';
 import { Sheet } from './sheet.tsx';
 import { SurfaceCard } from './surface-card.tsx';
@@ -37,6 +39,7 @@ export function App({ store }: { store: Store }) {
       </main>
     );
   }
+  if (store.page.value === 'field') return <FieldView store={store} loaded={loaded} />;
   return <Workspace store={store} loaded={loaded} />;
 }
 
@@ -83,11 +86,14 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
         {view !== null && <Markers store={store} view={view} />}
         {view !== null && <Toolbar store={store} view={view} />}
         {view !== null && <EditLayer store={store} loaded={loaded} view={view} />}
-        <Legend store={store} />
-        <StationCard store={store} />
+        <div class="corner">
+          <Legend store={store} />
+          {view !== null && <WalkPanel store={store} view={view} />}
+        </div>
+        {!store.isWalking.value && <StationCard store={store} view={view} />}
         <PairCard store={store} />
-        <SurfaceCard store={store} />
-        <Sheet store={store} />
+        <SurfaceCard store={store} view={view} />
+        <Sheet store={store} view={view} />
       </main>
     </div>
   );

@@ -8,6 +8,14 @@ export const squareMetres = (m2: number): string => `${area.format(m2)} m²`;
 export const metres = (m: number, digits = 2): string => `${m.toFixed(digits)} m`;
 export const whole = (n: number): string => count.format(n);
 
+/** "45 s", "3 min", "2 h 05 min". */
+export function duration(seconds: number): string {
+  if (seconds < 90) return `${Math.round(seconds)} s`;
+  const minutes = Math.round(seconds / 60);
+  if (minutes < 60) return `${minutes} min`;
+  return `${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, '0')} min`;
+}
+
 /** "1 station", "2 stations". */
 export const counted = (n: number, noun: string): string => `${whole(n)} ${noun}${n === 1 ? '' : 's'}`;
 

@@ -27,6 +27,7 @@ function act(key: string, store: Store, view: PlanView): boolean {
   else if (key === 'Escape') store.clear();
   else if (key === 'h') view.showAll('side');
   else if (key === 't') view.showAll('top');
+  else if (key === 'w') view.startWalk();
   else return false;
   return true;
 }

@@ -5,14 +5,17 @@ import { Graph } from '../network/graph-view.tsx';
 import { Matrix } from '../network/matrix.tsx';
 import { GraphKey } from '../network/network-tab.tsx';
 import { StrengthLegend } from '../network/strength-legend.tsx';
+import type { PlanView } from '../scene/plan-view.ts';
+import { Panorama } from '../stations/panorama.tsx';
 import type { SheetId, Store } from '../store.ts';
 
 const TITLES: Readonly<Record<SheetId, string>> = {
   graph: 'Links between stations',
   matrix: 'Overlap of each pair',
+  panorama: 'What the station sees',
 };
 
-export function Sheet({ store }: { store: Store }) {
+export function Sheet({ store, view }: { store: Store; view: PlanView | null }) {
   const id = store.sheet.value;
   const closer = useRef<HTMLButtonElement>(null);
   useEffect(() => {
@@ -36,7 +39,7 @@ export function Sheet({ store }: { store: Store }) {
         </button>
       </header>
       <div class="sheet-page">
-        <Network store={store} id={id} />
+        {id === 'panorama' ? <Panorama store={store} view={view} /> : <Network store={store} id={id} />}
       </div>
     </section>
   );

@@ -1,15 +1,20 @@
 /** What was clicked in the building. */
+import type { ElementCoverage } from '../heat/element-coverage.ts';
+import type { PlanView } from '../scene/plan-view.ts';
 import type { Picked, Store } from '../store.ts';
 import { Card } from './card.tsx';
-import { counted, kindInWords } from './figures.ts';
+import { counted, kindInWords, percent, squareMetres } from './figures.ts';
 import { Figure } from './section.tsx';
 
-export function SurfaceCard({ store }: { store: Store }) {
+export function SurfaceCard({ store, view }: { store: Store; view: PlanView | null }) {
   const picked = store.picked.value;
   const floors = store.loaded.value?.plan.floors ?? [];
   if (picked === null) return null;
   const floorName = (id: string): string => floors.find((floor) => floor.id === id)?.name ?? id;
   const { element, groundOf } = picked;
+  // The layer may have changed since the click.
+  const isLayerShown = store.layerState.value.kind === 'shown';
+  const shown = isLayerShown ? (view?.layerAt(picked.patch) ?? null) : null;
   return (
     <Card
       title={element.name || 'Unnamed element'}
@@ -25,6 +30,8 @@ export function SurfaceCard({ store }: { store: Store }) {
           value={seenInWords(picked)}
           hint="The patch under the pointer. Not achievable: no admissible position sees it"
         />
+        {shown !== null && !picked.isSection && <Figure name={shown.title} value={shown.words} />}
+        {view !== null && <Coverage coverage={view.coverageOf(picked.elementIndex)} />}
         <Figure
           name="At"
           value={picked.pointM.map((x) => x.toFixed(2)).join(', ')}
@@ -32,6 +39,22 @@ export function SurfaceCard({ store }: { store: Store }) {
         />
       </dl>
     </Card>
+  );
+}
+
+/** Of the whole element. */
+function Coverage({ coverage: { areaM2, achievableM2, seenM2 } }: { coverage: ElementCoverage }) {
+  return (
+    <>
+      <Figure
+        name="Seen of it"
+        value={
+          achievableM2 > 0 ? `${percent(seenM2 / achievableM2)} of ${squareMetres(achievableM2)}` : 'not achievable'
+        }
+        hint="Of the element’s surface that at least one admissible position sees"
+      />
+      <Figure name="All of its surface" value={squareMetres(areaM2)} hint="Insides and undersides included" />
+    </>
   );
 }
 

@@ -10,6 +10,7 @@ import type { PlanView } from '../scene/plan-view.ts';
 import { StationList } from '../stations/station-list.tsx';
 import type { Store, TabId } from '../store.ts';
 import { UnseenTab } from '../unseen/unseen-tab.tsx';
+import { RouteSection } from '../walk/route-section.tsx';
 import { Summary } from './summary.tsx';
 
 interface Tab {
@@ -89,6 +90,7 @@ function pageOf(id: TabId, { store, loaded, view }: TabsProps): ComponentChildre
     <>
       <Summary plan={loaded.plan} />
       <FloorSelector store={store} />
+      <RouteSection store={store} />
       <StationList store={store} />
     </>
   );

@@ -45,7 +45,27 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
       >
         Links
       </button>
+      <button
+        type="button"
+        class="tool"
+        aria-pressed={store.showClouds.value}
+        title="What all stations of the shown floors scan"
+        onClick={() => {
+          store.showClouds.value = !store.showClouds.value;
+        }}
+      >
+        Clouds
+      </button>
       <span class="gap" />
+      <button
+        type="button"
+        class="tool"
+        aria-pressed={store.isWalking.value}
+        title="Through the building at eye height (W)"
+        onClick={() => (store.isWalking.value ? view.walk.leave() : view.startWalk())}
+      >
+        Walk
+      </button>
       <button type="button" class="tool" title="All of it, from the side (H)" onClick={() => view.showAll('side')}>
         Overview
       </button>

@@ -84,7 +84,7 @@ vec3 rampColor(float value, ivec2 texel) {
 }
 vec3 surfaceColor() {
   vec3 bare = (vNumbers.w & 1) == 1 ? groundColor : plainColor;
-  if (paintMode == 0 && !hasMarks) return bare;
+  if (!hasMarks && (paintMode == 0 || fade > 0.0)) return bare;
   int patchId = vNumbers.x + int(patchCode(vWeights, vEdges, vNumbers.z));
   ivec2 texel = ivec2(patchId % ${TEXTURE_WIDTH}, patchId / ${TEXTURE_WIDTH});
   if (hasMarks) return texelFetch(patchMarks, texel, 0).r == 0u ? mix(bare, plainColor, 0.6) : markColor;

@@ -2,19 +2,26 @@
 import { computed, effect, untracked } from '@preact/signals';
 import { type Object3D, Ray, Vector3 } from 'three';
 import { extentOf, sliceOfFloor, WHOLE_BUILDING } from '../floors/cut.ts';
-import { NOT_ACHIEVABLE, type PatchValues } from '../heat/layers.ts';
+import { coverageOf, type ElementCoverage } from '../heat/element-coverage.ts';
+import { NOT_ACHIEVABLE, type PatchValues, TIMES_SEEN, valuesOf } from '../heat/layers.ts';
 import { MarkFollower } from '../heat/mark-follower.ts';
 import { PatchPaint } from '../heat/patch-paint.ts';
+import { quantity } from '../heat/quantity.ts';
 import { normalOf } from '../load/edges.ts';
-import { fetchCloud, type LoadedPlan } from '../load/fetch-plan.ts';
+import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { patchCode } from '../load/patch-rule.ts';
 import type { PlanLink } from '../load/plan-json.ts';
-import type { StageStation, StageTriangles } from '../load/stage.ts';
+import type { StageTriangles } from '../load/stage.ts';
 import { countingOf, counts } from '../network/graph.ts';
-import { CloudPoints } from '../stations/cloud-points.ts';
+import { CloudSet } from '../stations/cloud-set.ts';
 import { LinkLines, type LinksShown } from '../stations/link-lines.ts';
+import type { Direction } from '../stations/panorama-image.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import type { Pair, Picked, Store, UnseenFocus } from '../store.ts';
+import { segmentsOf } from '../walk/route.ts';
+import { RouteLine } from '../walk/route-line.ts';
+import { WalkMode } from '../walk/walk-mode.ts';
+import { DEFAULT_EYE_HEIGHT_M, type WalkWorld } from '../walk/walker.ts';
 import { Building } from './building.ts';
 import { DARK, LIGHT } from './palette.ts';
 import { PatchPlaces } from './patch-places.ts';
@@ -43,6 +50,7 @@ export class PlanView {
   onMarkers: (places: ReadonlyMap<string, MarkerPlace>) => void = () => undefined;
   /** What the pointer does on the canvas and on markers. */
   readonly pointer: Pointer;
+  readonly walk: WalkMode;
   private readonly viewport: Viewport;
   private readonly building: Building;
   private readonly patchPaint: PatchPaint;
@@ -50,7 +58,8 @@ export class PlanView {
   private readonly picker: SurfacePicker;
   private patchPlaces: PatchPlaces | null = null;
   private readonly links: LinkLines;
-  private cloud: CloudPoints | null = null;
+  private readonly clouds: CloudSet;
+  private readonly route: RouteLine;
   private readonly endings: (() => void)[] = [];
 
   constructor(
@@ -76,15 +85,31 @@ export class PlanView {
       () => this.requestFrame(),
     );
     this.links = new LinkLines();
-    this.viewport.scene.add(this.building.group, this.links.group);
+    this.clouds = new CloudSet(store, loaded, () => this.requestFrame());
+    this.route = new RouteLine();
+    this.walk = new WalkMode(store, {
+      world: this.world(),
+      pointer: this.pointer,
+      groundAt: (x, y) => this.groundAt(x, y),
+      place: (pose) => this.viewport.place(pose),
+      holdCamera: (isHeld) => this.viewport.holdCamera(isHeld),
+      pick: (x, y) => this.store.pick(this.surfaceAt(x, y)),
+      left: () => this.showAll('side'),
+    });
+    this.viewport.scene.add(this.building.group, this.clouds.group, this.links.group, this.route.group);
     this.viewport.onFrame = () => this.onMarkers(this.markerPlaces());
-    this.viewport.onResize = (width, height) => this.links.setResolution(width, height);
+    this.viewport.onResize = (width, height) => {
+      this.links.setResolution(width, height);
+      this.route.setResolution(width, height);
+    };
     this.followTheme();
     this.followFloors();
     this.followLook();
     this.followLinks();
     this.followStation();
     this.followUnseen();
+    this.followRoute();
+    this.followWalk();
     this.followCamera();
   }
 
@@ -134,6 +159,61 @@ export class PlanView {
     this.patchPaint.patch(indices, timesSeen, layerId, values);
   }
 
+  /** Look from a station's sensor in a direction. */
+  lookFrom(stationId: string, { azimuthRad, elevationRad }: Direction): void {
+    const station = this.store.shownStations.peek().find(({ id }) => id === stationId);
+    const position = station && this.drawnPlace(station);
+    if (!position) return;
+    const flat = Math.cos(elevationRad);
+    const ahead = new Vector3(flat * Math.cos(azimuthRad), flat * Math.sin(azimuthRad), Math.sin(elevationRad));
+    this.viewport.flyTo({ position, target: position.clone().add(ahead) });
+  }
+
+  /** Stand where a station stands, the eye at its sensor. */
+  standAt(stationId: string): void {
+    const station = this.store.shownStations.peek().find(({ id }) => id === stationId);
+    const planned = this.loaded.plan.stations.find(({ id }) => id === stationId);
+    if (station === undefined) return;
+    const ahead = this.viewport.heading();
+    this.walk.enter(station.positionM, ahead, planned?.instrument_height_m);
+  }
+
+  /** Walk from the chosen station, from ground that was clicked, or from the station nearest to what is looked at. */
+  startWalk(): void {
+    const { picked, stationId, shownStations } = this.store;
+    const { offsetM } = this.loaded.stage;
+    const at = picked.peek();
+    if (at !== null && at.groundOf !== null) {
+      const [x, y, z] = at.pointM.map((value, k) => value - offsetM[k]);
+      this.walk.enter([x, y, z + DEFAULT_EYE_HEIGHT_M], this.viewport.heading());
+      return;
+    }
+    const shown = shownStations.peek().flatMap((station) => {
+      const place = this.drawnPlace(station);
+      return place === null ? [] : [{ id: station.id, farM: place.distanceTo(this.viewport.target()) }];
+    });
+    const nearest = shown.sort((a, b) => a.farM - b.farM)[0];
+    const from = stationId.peek() ?? nearest?.id;
+    if (from !== undefined) this.standAt(from);
+  }
+
+  /** What the shown layer says of a patch; null: nothing. */
+  layerAt(patch: number): { readonly title: string; readonly words: string } | null {
+    const found = this.patchPaint.valueAt(patch);
+    // How many stations see it stands above it anyway.
+    if (found === null || valuesOf(found.layer) === TIMES_SEEN) return null;
+    const { layer, value } = found;
+    if (layer.kind === 'ramp') return { title: layer.title, words: quantity(value * layer.step, layer.unit) };
+    const name = layer.classes.find((one) => one.value === value)?.label;
+    return name === undefined ? null : { title: layer.title, words: name };
+  }
+
+  /** How much of an element is seen. */
+  coverageOf(elementIndex: number): ElementCoverage {
+    const { elements, triangles } = this.loaded.stage;
+    return coverageOf(elements[elementIndex], triangles, this.patchPaint.timesSeen, this.patchPaint.areas);
+  }
+
   /** How many stations see each patch, as shown now. */
   get timesSeen(): Uint8Array {
     return this.patchPaint.timesSeen;
@@ -180,7 +260,9 @@ export class PlanView {
 
   dispose(): void {
     for (const end of this.endings) end();
-    this.cloud?.dispose();
+    this.walk.dispose();
+    this.clouds.dispose();
+    this.route.dispose();
     this.marks.dispose();
     this.patchPaint.dispose();
     this.pointer.dispose();
@@ -226,10 +308,8 @@ export class PlanView {
     this.endings.push(
       effect(() => {
         this.building.setPicked(pickedElement.value);
+        this.clouds.group.visible = store.marking.value.kind !== 'shown';
         this.building.setFaded(store.cloud.value.kind === 'shown' && store.marking.value.kind !== 'shown');
-        this.cloud?.setPaint(store.cloudPaint.value);
-        const station = store.shownStations.value.find(({ id }) => id === store.stationId.value);
-        if (station !== undefined) this.cloud?.setSlice(sliceOfFloor(store.slices.value, station.floorId));
         this.viewport.requestFrame();
       }),
     );
@@ -262,23 +342,76 @@ export class PlanView {
   }
 
   private followStation(): void {
-    let fetching = new AbortController();
     const chosen = computed(() => this.store.stationId.value);
     this.endings.push(
-      () => fetching.abort(),
       effect(() => {
         const id = chosen.value;
-        fetching.abort();
-        fetching = new AbortController();
         untracked(() => {
-          this.dropCloud();
           const station = this.store.shownStations.value.find((one) => one.id === id);
           if (station !== undefined) this.flyToStation(station);
-          const scanned = this.loaded.stage.stations.find((one) => one.id === id);
-          if (scanned !== undefined) void this.showCloud(scanned, fetching.signal);
         });
       }),
     );
+  }
+
+  private followRoute(): void {
+    const { store } = this;
+    const segments = computed(() => {
+      const route = store.shownRoute.value;
+      const { offsetM, floors } = this.loaded.stage;
+      return route === null ? [] : segmentsOf(route, offsetM, floors);
+    });
+    this.endings.push(
+      effect(() => {
+        const route = store.showRoute.value ? store.shownRoute.value : null;
+        const leg = route?.legs.findIndex(({ to }) => to === store.stationId.value) ?? -1;
+        this.route.update(
+          route === null ? [] : segments.value,
+          store.slices.value,
+          leg < 0 ? null : leg,
+          store.isDark.value,
+        );
+        this.requestFrame();
+      }),
+    );
+  }
+
+  /** A choice that shows something else ends the walk. */
+  private followWalk(): void {
+    const { store } = this;
+    let isFirst = true;
+    this.endings.push(
+      effect(() => {
+        for (const choice of [store.floorId, store.stationId, store.pair, store.unseenFocus]) choice.value;
+        if (!isFirst) untracked(() => this.walk.end());
+        isFirst = false;
+      }),
+      effect(() => this.viewport.setWide(store.isWalking.value)),
+    );
+  }
+
+  /** The building as it is under the feet and in the way of a person. */
+  private world(): WalkWorld {
+    const first = (origin: Vector3, direction: Vector3, farM: number): number | null =>
+      this.picker.firstHit(new Ray(origin, direction), [WHOLE_BUILDING], farM)?.distanceM ?? null;
+    const down = new Vector3(0, 0, -1);
+    return {
+      groundBelow: (x, y, z, depthM) => {
+        const farM = first(new Vector3(x, y, z), down, depthM);
+        return farM === null ? null : z - farM;
+      },
+      freeAhead: ([x, y, z], [dx, dy]) =>
+        first(new Vector3(x, y, z), new Vector3(dx, dy, 0), 2) ?? Number.POSITIVE_INFINITY,
+    };
+  }
+
+  /** What one can stand on under a place of the page. */
+  private groundAt(clientX: number, clientY: number): [number, number, number] | null {
+    const hit = this.picker.firstHit(this.viewport.rayAt(clientX, clientY), this.store.slices.peek());
+    if (hit === null) return null;
+    const [nx, ny, nz] = normalOf(this.loaded.stage.triangles.cornersM, hit.triangle);
+    const isLevel = Math.abs(nz) > 0.8 * Math.hypot(nx, ny, nz);
+    return isLevel ? [hit.pointM.x, hit.pointM.y, hit.pointM.z] : null;
   }
 
   private followUnseen(): void {
@@ -332,27 +465,6 @@ export class PlanView {
     if (asked !== null) this.viewport.place(asked);
   }
 
-  private dropCloud(): void {
-    if (this.cloud !== null) this.viewport.scene.remove(this.cloud.points);
-    this.cloud?.dispose();
-    this.cloud = null;
-    this.store.cloud.value = { kind: 'none' };
-    this.viewport.requestFrame();
-  }
-
-  private async showCloud(station: StageStation, signal: AbortSignal): Promise<void> {
-    this.store.cloud.value = { kind: 'loading' };
-    try {
-      const cloud = await fetchCloud(this.loaded.base, station, signal);
-      if (signal.aborted) return;
-      this.cloud = new CloudPoints(cloud, station, this.loaded.plan.scanner.range_max_m);
-      this.viewport.scene.add(this.cloud.points);
-      this.store.cloud.value = { kind: 'shown', nReturns: cloud.nReturns };
-    } catch (error) {
-      if (!signal.aborted) this.store.cloud.value = { kind: 'failed', message: (error as Error).message };
-    }
-  }
-
   private flyToStation(station: ShownStation): void {
     const place = this.drawnPlace(station);
     if (place !== null) this.viewport.approach(place, APPROACH_RANGES * this.loaded.plan.scanner.range_max_m);
@@ -383,6 +495,7 @@ export class PlanView {
       const at = this.drawnPlace(station);
       const place = at && this.viewport.project(at);
       const cover = at && this.coverOf(at);
+      if (cover && this.store.isWalking.peek()) continue;
       // Behind a wall of its own floor a marker is dimmed; behind another floor it would seem to stand there.
       if (!place || (cover && cover.slice.floorId !== null && cover.slice.floorId !== station.floorId)) continue;
       places.set(station.id, { ...place, isHidden: cover !== null });

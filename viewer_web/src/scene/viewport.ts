@@ -6,6 +6,7 @@ import { type Flight, flightAt, homeView, type View } from './camera.ts';
 import type { Palette } from './palette.ts';
 
 const FIELD_OF_VIEW_DEG = 34;
+const WIDE_FIELD_OF_VIEW_DEG = 62;
 const FLIGHT_MS = 650;
 /** More pixels than this cost time that nobody sees. */
 const MOST_PIXEL_RATIO = 2;
@@ -60,6 +61,12 @@ export class Viewport {
     this.requestFrame();
   }
 
+  /** A narrow view flattens little; inside a room one sees nothing with it. */
+  setWide(isWide: boolean): void {
+    this.camera.fov = isWide ? WIDE_FIELD_OF_VIEW_DEG : FIELD_OF_VIEW_DEG;
+    this.requestFrame();
+  }
+
   /** While something else is dragged, the camera stands still. */
   holdCamera(isHeld: boolean): void {
     this.controls.enabled = !isHeld;
@@ -71,6 +78,17 @@ export class Viewport {
     this.camera.position.set(x, y, z);
     this.controls.target.fromArray(target);
     this.requestFrame();
+  }
+
+  /** Which way the camera looks, counterclockwise from +x. */
+  heading(): number {
+    const ahead = this.controls.target.clone().sub(this.camera.position);
+    return Math.atan2(ahead.y, ahead.x);
+  }
+
+  /** What is looked at. */
+  target(): Vector3 {
+    return this.controls.target.clone();
   }
 
   /** Draw soon; many calls before the next frame draw once. */
@@ -127,7 +145,12 @@ export class Viewport {
     const isCalm = isInstant || window.matchMedia('(prefers-reduced-motion: reduce)').matches;
     this.onFlight();
     const from = { position: this.camera.position.clone(), target: this.controls.target.clone() };
-    this.flight = { from, to, start: performance.now(), durationMs: isCalm ? 0 : FLIGHT_MS };
+    if (isCalm) {
+      // At once, not with the next frame: what comes before it may go on from there.
+      this.place([...to.position.toArray(), ...to.target.toArray()]);
+      return;
+    }
+    this.flight = { from, to, start: performance.now(), durationMs: FLIGHT_MS };
     this.requestFrame();
   }
 

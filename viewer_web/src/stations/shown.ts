@@ -11,6 +11,9 @@ export interface ShownStation {
   /** The sensor's origin, local frame, metres. */
   readonly positionM: readonly [number, number, number];
   readonly marks: readonly StationMark[];
+  /** Area it sees, and that no other sees, where that is not what the plan says. */
+  readonly coveredAreaM2?: number;
+  readonly ownAreaM2?: number;
 }
 
 export function shownStationsOf(loaded: LoadedPlan | null): readonly ShownStation[] {

@@ -1,16 +1,27 @@
-/** The figures of the chosen station. */
+/** All about the chosen station: where it stands, what only it sees, what it registers with, what it takes. */
 import type { PlanJson, PlanLink, PlanStation } from '../load/plan-json.ts';
+import { countingOf, counts } from '../network/graph.ts';
 import { Card } from '../panels/card.tsx';
-import { counted, metres, percent, squareMetres, whole } from '../panels/figures.ts';
+import { counted, duration, metres, percent, squareMetres } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
-import type { CloudPaint, CloudState, Store } from '../store.ts';
+import type { PlanView } from '../scene/plan-view.ts';
+import type { Store } from '../store.ts';
+import { CloudControl } from './cloud-control.tsx';
 
-export function StationCard({ store }: { store: Store }) {
+/** More chips than these are in the tab Network. */
+const MOST_LINKS = 8;
+
+interface StationProps {
+  readonly store: Store;
+  readonly plan: PlanJson;
+  readonly station: PlanStation;
+}
+
+export function StationCard({ store, view }: { store: Store; view: PlanView | null }) {
   const plan = store.loaded.value?.plan;
   const station = plan?.stations.find(({ id }) => id === store.stationId.value);
   if (plan === undefined || station === undefined) return null;
   const floor = plan.floors.find(({ id }) => id === station.floor);
-  const [x, y, z] = station.position;
   return (
     <Card
       title={`Station ${station.id}`}
@@ -18,81 +29,114 @@ export function StationCard({ store }: { store: Store }) {
       name="Chosen station"
       onClose={() => store.chooseStation(null)}
     >
-      <dl class="figures" data-testid="station-figures">
-        <Figure name="x" value={metres(x, 3)} hint="Sensor's origin in the scene's own coordinates" />
-        <Figure name="y" value={metres(y, 3)} hint="Sensor's origin in the scene's own coordinates" />
-        <Figure name="z" value={metres(z, 3)} hint="Sensor's origin in the scene's own coordinates" />
-        <Figure name="Instrument height" value={metres(station.instrument_height_m)} hint="Sensor above the ground" />
-        <Figure name="Sees" value={squareMetres(station.covered_area_m2)} hint="Area this station sees by itself" />
-        <Figure
-          name="Only it sees"
-          value={squareMetres(station.own_area_m2)}
-          hint="Area that no other station of the plan sees"
-        />
-      </dl>
+      <Pose plan={plan} station={station} store={store} />
+      <OwnSurface store={store} plan={plan} station={station} />
       <Links store={store} plan={plan} station={station} />
-      <CloudControl store={store} cloud={store.cloud.value} />
+      <div class="chips">
+        <button
+          type="button"
+          class="chip chip-strong"
+          onClick={() => {
+            store.sheet.value = 'panorama';
+          }}
+        >
+          Panorama
+        </button>
+        <button type="button" class="chip chip-strong" onClick={() => view?.standAt(station.id)}>
+          Stand there
+        </button>
+      </div>
+      <CloudControl store={store} />
     </Card>
   );
 }
 
-function Links({ store, plan, station }: { store: Store; plan: PlanJson; station: PlanStation }) {
-  const { links, threshold } = plan.registration;
-  const own = links
+function Pose({ plan, station }: StationProps) {
+  const [x, y, z] = station.position;
+  const seconds = secondsAt(plan);
+  return (
+    <dl class="figures" data-testid="station-figures">
+      <Figure name="x" value={metres(x, 3)} hint="Sensor's origin in the scene's own coordinates" />
+      <Figure name="y" value={metres(y, 3)} hint="Sensor's origin in the scene's own coordinates" />
+      <Figure name="z" value={metres(z, 3)} hint="Sensor's origin in the scene's own coordinates" />
+      <Figure name="Instrument height" value={metres(station.instrument_height_m)} hint="Sensor above the ground" />
+      <Figure name="Sees" value={squareMetres(station.covered_area_m2)} hint="Area this station sees by itself" />
+      {seconds !== null && (
+        <Figure name="Time" value={duration(seconds)} hint="Setting up and scanning, without the walk" />
+      )}
+      <Figure
+        name="Only it sees"
+        value={squareMetres(station.own_area_m2)}
+        hint="Area that no other station of the plan sees"
+      />
+    </dl>
+  );
+}
+
+/** Set-up and scan of one station; null: it is not known how long a scan takes. */
+function secondsAt({ field_time: time, stations }: PlanJson): number | null {
+  const nScanned = stations.filter(({ fixed }) => !fixed).length;
+  if (!time || time.scanning_s === null || time.set_up_s === null || nScanned === 0) return null;
+  return (time.scanning_s + time.set_up_s) / nScanned;
+}
+
+/** The largest of what would be lost without the station, and a button that points it out. */
+function OwnSurface({ store, plan, station }: StationProps) {
+  const parts = plan.why?.stations.find((one) => one.station === station.id)?.own_parts ?? [];
+  return (
+    <div class="own">
+      {parts.length > 0 && (
+        <ul class="muted">
+          {parts.slice(0, 3).map((part) => (
+            <li key={`${part.name} ${part.room?.name}`}>
+              <span title={part.name}>
+                {[part.name || 'Unnamed element', part.room?.name].filter(Boolean).join(' · ')}
+              </span>
+              <span>{squareMetres(part.area_m2)}</span>
+            </li>
+          ))}
+        </ul>
+      )}
+      <label class="check">
+        <input
+          type="checkbox"
+          checked={store.showsOwn.value}
+          onChange={(event) => {
+            store.showsOwn.value = event.currentTarget.checked;
+          }}
+        />
+        Point out what only it sees
+      </label>
+    </div>
+  );
+}
+
+function Links({ store, plan, station }: StationProps) {
+  const counting = countingOf(plan);
+  const own = store.shownLinks.value
     .filter((link) => link.a === station.id || link.b === station.id)
     .sort((a, b) => b.overlap - a.overlap);
-  const strong = own.filter((link) => link.overlap >= threshold);
+  const strong = own.filter((link) => counts(link, counting));
   const otherEnd = (link: PlanLink): string => (link.a === station.id ? link.b : link.a);
   return (
     <div class="links">
       <h3>
-        {counted(strong.length, 'link')} of at least {percent(threshold, 0)} overlap
+        {counted(strong.length, 'link')} of at least {percent(counting.threshold, 0)} overlap
       </h3>
-      <ul>
-        {own.slice(0, 8).map((link) => (
+      <ul class="chips">
+        {own.slice(0, MOST_LINKS).map((link) => (
           <li key={otherEnd(link)}>
             <button
               type="button"
-              class={link.overlap >= threshold ? 'chip chip-strong' : 'chip'}
-              title={link.overlap >= threshold ? 'Enough to register' : 'Too little to register'}
-              onClick={() => store.chooseStation(otherEnd(link))}
+              class={strong.includes(link) ? 'chip chip-strong' : 'chip'}
+              title={strong.includes(link) ? 'Enough to register; show what is shared' : 'Too little to register'}
+              onClick={() => store.choosePair([station.id, otherEnd(link)])}
             >
               {otherEnd(link)} <span>{percent(link.overlap, 0)}</span>
             </button>
           </li>
         ))}
       </ul>
-    </div>
-  );
-}
-
-function CloudControl({ store, cloud }: { store: Store; cloud: CloudState }) {
-  const paints: CloudPaint[] = ['range', 'intensity'];
-  return (
-    <div class="cloud" data-testid="cloud" data-state={cloud.kind}>
-      {cloud.kind === 'loading' && <p class="muted">Loading its cloud …</p>}
-      {cloud.kind === 'failed' && <p class="note note-warn">{cloud.message}</p>}
-      {cloud.kind === 'shown' && (
-        <>
-          <span class="muted">{whole(cloud.nReturns)} returns, by</span>
-          <div class="segments" role="radiogroup" aria-label="Colour of the cloud">
-            {paints.map((paint) => (
-              // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
-              <button
-                key={paint}
-                type="button"
-                role="radio"
-                aria-checked={store.cloudPaint.value === paint}
-                onClick={() => {
-                  store.cloudPaint.value = paint;
-                }}
-              >
-                {paint === 'range' ? 'Range' : 'Intensity'}
-              </button>
-            ))}
-          </div>
-        </>
-      )}
     </div>
   );
 }

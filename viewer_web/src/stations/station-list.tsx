@@ -1,40 +1,52 @@
-/** All stations of the shown floors in the order to walk. */
-import { useEffect, useRef } from 'preact/hooks';
-import type { PlanStation } from '../load/plan-json.ts';
+/** All stations of the shown floors, in the order to walk or by one of their figures. */
+import { useEffect, useRef, useState } from 'preact/hooks';
+import { countingOf } from '../network/graph.ts';
 import { squareMetres } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
+import { rowsOf, type SortKey, type StationRow, sorted } from './station-order.ts';
+
+const COLUMNS: readonly [SortKey, string, string][] = [
+  ['order', '#', 'In the order to walk'],
+  ['id', 'Station', 'By name'],
+  ['sees', 'sees', 'Area it sees by itself'],
+  ['adds', 'adds', 'Area that no other station sees'],
+  ['links', 'links', 'Stations it registers with'],
+];
 
 export function StationList({ store }: { store: Store }) {
+  const [key, setKey] = useState<SortKey>('order');
   const loaded = store.loaded.value;
   if (loaded === null) return null;
-  const { stations, floors } = loaded.plan;
   const floorId = store.floorId.value;
-  const shown = stations.filter((station) => floorId === null || station.floor === floorId);
-  const nameOf = (id: string): string => floors.find((floor) => floor.id === id)?.name ?? id;
+  const onFloor = store.shownStations.value.filter((station) => floorId === null || station.floorId === floorId);
+  const rows = sorted(rowsOf(onFloor, loaded.plan, store.shownLinks.value, countingOf(loaded.plan)), key);
   return (
-    <Section title="Stations" aside="area seen">
+    <Section title="Stations" aside={String(rows.length)}>
+      <div class="row-station row-heads" role="toolbar" aria-label="Order of the stations">
+        {COLUMNS.map(([one, title, hint]) => (
+          <button key={one} type="button" aria-pressed={key === one} title={hint} onClick={() => setKey(one)}>
+            {title}
+          </button>
+        ))}
+      </div>
       <ul class="rows" aria-label="Stations">
-        {shown.map((station) => (
-          <StationRow
-            key={station.id}
-            store={store}
-            station={station}
-            place={floorId === null ? nameOf(station.floor) : ''}
-          />
+        {rows.map((row) => (
+          <Row key={row.station.id} store={store} row={row} />
         ))}
       </ul>
-      {shown.length === 0 && <p class="muted">No station stands on this floor.</p>}
+      {rows.length === 0 && <p class="muted">No station stands on this floor.</p>}
     </Section>
   );
 }
 
-function StationRow({ store, station, place }: { store: Store; station: PlanStation; place: string }) {
+function Row({ store, row: { station, seesM2, addsM2, nLinks } }: { store: Store; row: StationRow }) {
   const isChosen = store.stationId.value === station.id;
   const row = useRef<HTMLButtonElement>(null);
   useEffect(() => {
     if (isChosen) row.current?.scrollIntoView({ block: 'nearest' });
   }, [isChosen]);
+  const area = (m2: number | null): string => (m2 === null ? '–' : squareMetres(m2));
   return (
     <li>
       <button
@@ -49,8 +61,9 @@ function StationRow({ store, station, place }: { store: Store; station: PlanStat
           {station.order}
         </span>
         <span class="row-name">{station.id}</span>
-        <span class="muted row-place">{place}</span>
-        <span class="row-area">{squareMetres(station.covered_area_m2)}</span>
+        <span>{area(seesM2)}</span>
+        <span>{area(addsM2)}</span>
+        <span>{nLinks}</span>
       </button>
     </li>
   );

@@ -133,7 +133,7 @@ function Pieces({ store, surface, piece }: { store: Store; surface: UnseenSurfac
     <div class="unseen-detail">
       <p>Unseen because: {surface.reason}.</p>
       {n > 1 && (
-        <p class="stepper">
+        <p class="piece-steps">
           <button type="button" class="chip" aria-label="Piece before" onClick={() => step(-1)}>
             ‹
           </button>

@@ -1,0 +1,53 @@
+/** What the clouds are coloured by, and what of them is shown. */
+import { counted, whole } from '../panels/figures.ts';
+import type { CloudPaint, CloudState, Store } from '../store.ts';
+
+const PAINTS: readonly [CloudPaint, string][] = [
+  ['range', 'Range'],
+  ['incidence', 'Incidence'],
+  ['intensity', 'Intensity'],
+  ['station', 'Station'],
+];
+
+export function CloudControl({ store }: { store: Store }) {
+  const cloud = store.cloud.value;
+  if (cloud.kind === 'none') return null;
+  return (
+    <div class="cloud" data-testid="cloud" data-state={cloud.kind}>
+      <p class={cloud.kind === 'failed' ? 'note note-warn' : 'muted'} role="status">
+        {inWords(cloud)}
+      </p>
+      <label class="cloud-paint">
+        <span class="muted">by</span>
+        <select
+          aria-label="Colour of the cloud"
+          value={store.cloudPaint.value}
+          onChange={(event) => {
+            store.cloudPaint.value = event.currentTarget.value as CloudPaint;
+          }}
+        >
+          {PAINTS.map(([paint, label]) => (
+            <option key={paint} value={paint}>
+              {label}
+            </option>
+          ))}
+        </select>
+      </label>
+    </div>
+  );
+}
+
+function inWords(cloud: CloudState): string {
+  if (cloud.kind === 'loading') {
+    return cloud.of === 1 ? 'Loading its cloud …' : `Loading clouds: ${cloud.n} of ${cloud.of} …`;
+  }
+  if (cloud.kind === 'failed') return cloud.message;
+  if (cloud.kind === 'none') return '';
+  const of = cloud.nStations === 1 ? '' : ` of ${counted(cloud.nStations, 'station')}`;
+  return `${whole(cloud.nReturns)} returns${of}${thinnedInWords(cloud.stride)}`;
+}
+
+/** To stay within what a graphics card turns smoothly. */
+function thinnedInWords(stride: number): string {
+  return stride === 1 ? '' : `, one beam in ${stride * stride}`;
+}

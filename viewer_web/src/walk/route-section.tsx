@@ -1,0 +1,72 @@
+/** The walk from station to station: how long, and one stop after the other. */
+import { duration, metres } from '../panels/figures.ts';
+import { Figure, Section } from '../panels/section.tsx';
+import type { Store } from '../store.ts';
+import { type Stop, stopsOf } from './route.ts';
+
+export function RouteSection({ store }: { store: Store }) {
+  const route = store.shownRoute.value;
+  const time = store.loaded.value?.plan.field_time ?? null;
+  if (route === null) {
+    return (
+      <Section title="Walk">
+        <p class="muted">No walk was looked for in this plan.</p>
+      </Section>
+    );
+  }
+  const stops = stopsOf(route);
+  const at = stops.findIndex(({ station }) => station === store.stationId.value);
+  const go = (stop: Stop | undefined): void => {
+    if (stop === undefined) return;
+    store.showRoute.value = true;
+    store.chooseStation(stop.station);
+  };
+  return (
+    <Section title="Walk" aside={metres(route.length_m, 0)}>
+      <dl class="figures">
+        {time !== null && time.total_s !== null && (
+          <Figure name="Time in the field" value={duration(time.total_s)} hint="Walking, setting up and scanning" />
+        )}
+        {route.left_out.length > 0 && (
+          <Figure
+            name="Can’t be walked to"
+            value={route.left_out.join(', ')}
+            hint="No way inside the model leads there"
+          />
+        )}
+      </dl>
+      <label class="check">
+        <input
+          type="checkbox"
+          checked={store.showRoute.value}
+          onChange={(event) => {
+            store.showRoute.value = event.currentTarget.checked;
+          }}
+        />
+        Draw the route
+      </label>
+      <div class="route-steps">
+        <button
+          type="button"
+          class="chip"
+          disabled={at === 0}
+          onClick={() => go(stops[at < 0 ? stops.length - 1 : at - 1])}
+        >
+          ‹ Before
+        </button>
+        <span aria-live="polite">{at < 0 ? `${stops.length} stops` : `stop ${at + 1} of ${stops.length}`}</span>
+        <button type="button" class="chip" disabled={at === stops.length - 1} onClick={() => go(stops[at + 1])}>
+          Next ›
+        </button>
+      </div>
+      {at >= 0 && <p class="note">{inWords(stops[at])}</p>}
+    </Section>
+  );
+}
+
+function inWords({ station, from, lengthM, changesFloor, leg }: Stop): string {
+  if (leg === null) return `The walk begins at ${station}.`;
+  const source = from ?? 'the entrance';
+  if (lengthM === null) return `No way inside the model leads from ${source} to ${station}.`;
+  return `${metres(lengthM, 1)} from ${source} to ${station}${changesFloor ? ', by the stairs' : ''}.`;
+}

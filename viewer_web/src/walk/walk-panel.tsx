@@ -1,0 +1,61 @@
+/** Over the canvas while walking: how to move, buttons for fingers, the height of the eye, the way out. */
+import { metres } from '../panels/figures.ts';
+import type { PlanView } from '../scene/plan-view.ts';
+import type { Store } from '../store.ts';
+import type { Move } from './walk-mode.ts';
+
+const BUTTONS: readonly [Move, string, string][] = [
+  ['turnLeft', '↺', 'Turn left'],
+  ['forward', '↑', 'Go forward'],
+  ['turnRight', '↻', 'Turn right'],
+  ['left', '←', 'Go left'],
+  ['back', '↓', 'Go back'],
+  ['right', '→', 'Go right'],
+];
+
+export function WalkPanel({ store, view }: { store: Store; view: PlanView }) {
+  if (!store.isWalking.value) return null;
+  return (
+    <section class="walk" aria-label="Walk-through">
+      <div class="walk-pad">
+        {BUTTONS.map(([move, sign, name]) => (
+          <button
+            key={move}
+            type="button"
+            class="icon"
+            aria-label={name}
+            onPointerDown={(event) => {
+              event.currentTarget.setPointerCapture(event.pointerId);
+              view.walk.hold(move, true);
+            }}
+            onPointerUp={() => view.walk.hold(move, false)}
+            onPointerCancel={() => view.walk.hold(move, false)}
+          >
+            {sign}
+          </button>
+        ))}
+      </div>
+      <div>
+        <p class="muted">W A S D or arrows to go, drag to look, click ground to go there, Escape to leave.</p>
+        <label class="slider">
+          <span>Eye height</span>
+          <output>{metres(view.walk.eyeHeightM)}</output>
+          <input
+            type="range"
+            aria-label="Height of the eye above the ground"
+            min={0.5}
+            max={3}
+            step={0.05}
+            value={view.walk.eyeHeightM}
+            onInput={(event) => {
+              view.walk.eyeHeightM = event.currentTarget.valueAsNumber;
+            }}
+          />
+        </label>
+        <button type="button" class="chip chip-strong" onClick={() => view.walk.leave()}>
+          Leave the walk
+        </button>
+      </div>
+    </section>
+  );
+}
