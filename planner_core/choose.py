@@ -8,6 +8,7 @@ Input a `Pool` and settings, output a `Choice`. CONTROL FLOW, `choose`:
               time: the same, then a shorter walk                                          route.least_time
               coverage: most of it with so many stations                                   select.most_coverage
               re-planning: stations of the earlier plan first, then as before              select.proven, select.polish
+    going on:    the search begins with stations that are `begun`                select.proven, select.most_coverage
 
 An interrupt ends `proven` once it has a plan, and that plan is the choice. A limit of time is for all steps together.
 """
@@ -78,9 +79,10 @@ def choose(
         Options or an objective that make no sense.
     """
     budget = _Budget(selection_settings(settings), time.monotonic())
+    begun = (*pool.given, *(int(row) for row in places.rows_of("begun")))
     if settings.objective == "coverage":
-        return _most_covered(pool, settings, budget, engine, progress)
-    choice = _fewest(pool, budget, engine, progress)
+        return _most_covered(pool, settings, budget, engine, progress, begun=begun)
+    choice = _fewest(pool, budget, engine, progress, begun=begun)
     try:  # from here on there is a plan, whoever interrupts what
         if pool.kept:
             choice = _replanned(choice, budget, engine, progress)
@@ -121,8 +123,11 @@ def _settle(progress: Progress, stage: str, why_stopped: str) -> None:
 
 
 # ------------------------------------------------------------------------------------------ fewest stations
-def _fewest(pool: Pool, budget: _Budget, engine: ScanEngine, progress: Progress) -> Choice:
-    found = _select(pool, budget.left, engine, progress)
+def _fewest(
+    pool: Pool, budget: _Budget, engine: ScanEngine, progress: Progress, *, begun: tuple[int, ...]
+) -> Choice:
+    meets = len(begun) > len(pool.given) and bool((pool.problem.covered(list(begun)) >= pool.problem.required).all())
+    found = _select(pool, budget.left, engine, progress, start=begun if meets else None)
     return Choice(
         pool,
         found.chosen,
@@ -289,7 +294,13 @@ def _field_s(
 
 
 def _most_covered(
-    pool: Pool, settings: PlanSettings, budget: _Budget, engine: ScanEngine, progress: Progress
+    pool: Pool,
+    settings: PlanSettings,
+    budget: _Budget,
+    engine: ScanEngine,
+    progress: Progress,
+    *,
+    begun: tuple[int, ...],
 ) -> Choice:
     assert settings.max_stations is not None  # `planner_core.plan.check_method` has looked
     # Of the pool's problem, in which stations that nobody can be registered with see nothing, what is asked of all.
@@ -307,6 +318,7 @@ def _most_covered(
         budget.left,
         network=pool.network,
         given=pool.given,
+        start=begun if len(pool.given) < len(begun) <= settings.max_stations else None,
         device=device_of(engine),
         progress=pool.placing(progress),
     )

@@ -214,8 +214,8 @@ def _names(places: Places, rows: Int64Array, site: Site) -> list[str]:
 
     Nor is a number given again that a station of an earlier plan had: it would be taken for that one.
     """
-    told = {each.row: each.place.station.id for each in places.settled}
-    taken = {station.id for station in site.settled if station.role != "forbidden"}
+    told = {each.row: each.place.station.id for each in places.settled if each.place.station.role != "begun"}
+    taken = {station.id for station in site.settled if station.role not in ("begun", "forbidden")}
     free = (name for name in (f"S{number:03d}" for number in count(1)) if name not in taken)
     return [told[int(row)] if int(row) in told else next(free) for row in rows]
 

@@ -273,8 +273,8 @@ def _settled(
 ) -> tuple[list[SettledPlace], tuple[str, ...]]:
     """Places of settled stations, and what is odd about them.
 
-    One that is only kept from an earlier plan is dropped where no other station may stand: in a keep-out, at a
-    forbidden place, or where nobody walks.
+    One that is only kept from an earlier plan, or begun with, is dropped where no other station may stand: in a
+    keep-out, at a forbidden place, or where nobody walks.
     """
     placed, remarks = [], []
     for station in settings.site.settled:
@@ -285,6 +285,9 @@ def _settled(
         reasons = [reason for reason, why in _RULED_OUT_AS.items() if why(site, reach, alone)[0]]
         if reasons and station.role == "kept":
             remarks.append(f"station {station.id} of the earlier plan is dropped: {', '.join(reasons)}")
+            continue
+        if station.role == "begun":
+            placed += [] if reasons else [place]
             continue
         remarks += [f"{station.role} station {station.id} is {reason}" for reason in reasons]
         remarks += place.remarks

@@ -3,7 +3,7 @@
 entrances: [[1.0, 2.0, 0.0]]          # places on the ground: x, y, z
 keep_out: [{name: lab, floor: F0, outline: [[0, 0], [4, 0], [4, 3], [0, 3]]}]
 access: []                            # as keep_out; on their floors nobody goes anywhere else
-fixed: [{id: S001, position: [3.0, 2.0, 1.6], height: 1.6, floor: F0}]      # also `locked`, `kept`
+fixed: [{id: S001, position: [3.0, 2.0, 1.6], height: 1.6, floor: F0}]      # also `locked`, `kept`, `begun`
 forbidden: [{position: [5.0, 1.0, 1.6], radius: 1.0}]
 robot: {radius: 0.3, step: 0.03, height: 0.6, opens_doors: false}
 start: [1.0, 2.0, 0.0]
@@ -31,10 +31,11 @@ _ROLE_OF_KEY = {
     "scanned": "scanned",
     "locked": "locked",
     "kept": "kept",
+    "begun": "begun",
     "forbidden": "forbidden",
 }
 _SITE_KEYS = ("entrances", "keep_out", "access", *_ROLE_OF_KEY, "robot", "start", "end", "returns", "ground_picks")
-_LETTER = {"scanned": "fixed", "locked": "locked", "kept": "kept", "forbidden": "forbidden"}
+_LETTER = {"scanned": "fixed", "locked": "locked", "kept": "kept", "begun": "begun", "forbidden": "forbidden"}
 #: As many as a zone of a requirements file may have.
 _MOST_CORNERS = 10_000
 #: Each takes a look at the whole mesh.
