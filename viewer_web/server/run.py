@@ -65,7 +65,7 @@ def serve(
     named = own_names() if host in WILDCARD_HOSTS else (host,)
     token = new_token()
     session = Session(plan_folder, read_only=read_only)
-    sides = [live_side(session, scene)] if live else []
+    sides = [runs_side(session, scene), *([live_side(session, scene)] if live else [])]
     app = create_app(
         plan_folder,
         token=token,
@@ -125,6 +125,15 @@ def live_side(session: Session, scene: Path | None = None) -> Side:
     side = LiveSide(open_plan, tell=lambda state: session.events.publish("live", state))
     session.live_state = side.state
     return Side(create_live_router(side, session.review, session.plan), side.start, side.stop)
+
+
+def runs_side(session: Session, scene: Path | None = None) -> Side:
+    """Return the runs of a session, not yet watched."""
+    from viewer_web.server.runs import Runs
+    from viewer_web.server.runs_api import create_runs_router
+
+    runs = Runs(session.plan_folder, scene=scene, tell=lambda run: session.events.publish("run", run))
+    return Side(create_runs_router(runs, read_only=session.read_only), runs.watch, runs.stop)
 
 
 def own_names() -> tuple[str, ...]:

@@ -37,6 +37,10 @@ export interface Documents {
   ResolveComment: ResolveComment;
   RestoreStation: RestoreStation;
   ReviewDocument: ReviewDocument;
+  RunBest: RunBest;
+  RunDocument: RunDocument;
+  RunList: RunList;
+  RunRequest: RunRequest;
   SessionDocument: SessionDocument;
   SetHeight: SetHeight;
   SetVerdict: SetVerdict;
@@ -747,6 +751,119 @@ export interface PreviewQuestion {
  */
 export interface Refusal {
   message: string;
+}
+/**
+ * The best stations so far; of a run that has a plan, those of the plan.
+ */
+export interface RunBest {
+  n_stations: number;
+  /**
+   * No plan has fewer stations, as far as is proven.
+   */
+  lower_bound?: number | null;
+  /**
+   * Covered; null: not counted yet.
+   */
+  fraction_of_achievable?: number | null;
+  /**
+   * Scene frame, metres; empty: not told yet.
+   */
+  stations?: [number, number, number][];
+}
+/**
+ * A run, as it stands.
+ */
+export interface RunDocument {
+  id: string;
+  title: string;
+  /**
+   * A cancelled run has a plan where it was cancelled late enough to have one.
+   */
+  state: 'running' | 'finished' | 'cancelled' | 'failed';
+  /**
+   * UTC.
+   */
+  created: string;
+  ended?: string | null;
+  /**
+   * What it does.
+   */
+  stage?: string | null;
+  /**
+   * Steps of `total`, of this stage.
+   */
+  done?: number | null;
+  /**
+   * 0: not known.
+   */
+  total?: number | null;
+  /**
+   * A remark on the stage, for people.
+   */
+  note?: string | null;
+  best?: RunBest | null;
+  /**
+   * Why it failed, or how it ended; what helps.
+   */
+  message?: string | null;
+  /**
+   * Of the finished plan.
+   */
+  warnings?: string[];
+  /**
+   * Its plan folder, below /plan/ of this server.
+   */
+  plan?: string | null;
+  request: RunRequest;
+  /**
+   * The run whose best stations it began with.
+   */
+  resumed_from?: string | null;
+  /**
+   * Of the plan.json that it was asked for on.
+   */
+  plan_sha256: string;
+  /**
+   * Of the review then.
+   */
+  revision: number;
+}
+/**
+ * What is asked of a plan that is made again.
+ */
+export interface RunRequest {
+  /**
+   * One line for people.
+   */
+  title?: string;
+  /**
+   * Entries of a requirements file, docs/formats/requirements.md. Limits (spacing, range, incidence, noise), seen_from and planned_floors that are left out are not asked; anything else that is left out, parts of the building and the site too, stays as in the plan.
+   */
+  requirements?: {
+    [k: string]: unknown;
+  };
+  /**
+   * As --objective.
+   */
+  objective?: 'fewest' | 'coverage' | 'time';
+  /**
+   * With objective coverage, and only there.
+   */
+  max_stations?: number | null;
+  /**
+   * Whether the review counts: its stations are kept where that costs nothing, or locked; zones, forbidden places and ground are taken over. Other objectives than fewest keep no stations.
+   */
+  from_review?: boolean;
+  /**
+   * Of the search; the best plan until then is taken.
+   */
+  time_limit_s?: number | null;
+}
+/**
+ * All runs of the plan folder, the oldest first.
+ */
+export interface RunList {
+  runs: RunDocument[];
 }
 /**
  * What a page needs to know first.

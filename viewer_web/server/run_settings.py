@@ -1,0 +1,102 @@
+"""What a run plans with: the plan's own settings, with what the request asks and what the review decided."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from planner_core.export.plan_json import read_plan_json
+from planner_core.export.plan_settings import settings_of
+from planner_core.ground.site_reading import site_from_mapping
+from planner_core.model import PlanSettings, Requirements, SettledStation
+from planner_core.plan import check_method
+from planner_core.requirements.read import requirements_from
+from planner_core.review.again import settings_with_review
+from planner_core.review.store import ReviewStore
+from viewer_web.server.run_documents import RunRequest
+
+_WHERE = "requirements"
+#: Entries that stay as in the plan where they are not said: there is no such thing as not asking for them.
+_STAYING = {
+    "coverage": "coverage",
+    "overlap": "overlap",
+    "network": "network",
+    "reflectivity": "reflectivity",
+    "link_strength": "min_strength",
+}
+_PARTS = frozenset({"floors", "classes", "zones"})
+
+
+def run_settings(basis: Path, request: RunRequest, *, begun_m: Sequence[Sequence[float]] = ()) -> PlanSettings:
+    """Return the settings of a run.
+
+    Parameters
+    ----------
+    basis
+        Folder with the plan.json and the review.usda that it is asked on.
+    begun_m
+        Stations that the search begins with: (x, y, z), scene frame.
+
+    Raises
+    ------
+    PlanFolderError
+        The plan or its review can't be read, or are of an earlier version.
+    RequirementError, ReviewError
+        What is asked makes no sense.
+    """
+    planned = settings_of(read_plan_json(basis))
+    requirements, site = requirements_from(request.requirements, where=_WHERE)
+    settings = replace(
+        planned,
+        requirements=_following(requirements, request.requirements, planned.requirements),
+        site=site_from_mapping(site) if "site" in _named(request.requirements) else planned.site,
+        objective=request.objective,
+        max_stations=request.max_stations,
+        method="proven",
+        method_options=_options(planned, request.time_limit_s),
+    )
+    if request.from_review:
+        store = ReviewStore(basis)
+        settings = settings_with_review(settings, store.current(), store.plan())
+    if settings.objective != "fewest":  # which keep nothing
+        settings = _with_settled(settings, lambda station: station.role != "kept")
+    settings = _with_settled(settings, lambda station: station.role != "begun", *_begun(begun_m))
+    check_method(settings)
+    return settings
+
+
+def _following(asked: Requirements, entries: Mapping[str, Any], planned: Requirements) -> Requirements:
+    """What is asked, with what is not said as in the plan."""
+    said = _named(entries)
+    staying = {field: getattr(planned, field) for entry, field in _STAYING.items() if entry not in said}
+    return replace(asked, **staying, parts=asked.parts if said & _PARTS else planned.parts)
+
+
+def _named(entries: Mapping[str, Any]) -> set[str]:
+    """Entries that say something, by the names that `requirements_from` takes them for."""
+    return {
+        "_".join(name.casefold().replace("-", " ").replace("_", " ").split())
+        for name, value in entries.items()
+        if value is not None
+    }
+
+
+def _options(planned: PlanSettings, time_limit_s: float | None) -> tuple[tuple[str, str], ...]:
+    """The plan's options of method proven, with the limit of time that is asked."""
+    kept = planned.method_options if planned.method == "proven" else ()
+    limit = () if time_limit_s is None else (("time_limit_s", repr(time_limit_s)),)
+    return (*((name, value) for name, value in kept if name != "time_limit_s"), *limit)
+
+
+def _begun(places_m: Sequence[Sequence[float]]) -> list[SettledStation]:
+    return [
+        SettledStation(f"begun-{number}", (float(x), float(y), float(z)), "begun")
+        for number, (x, y, z) in enumerate(places_m, start=1)
+    ]
+
+
+def _with_settled(
+    settings: PlanSettings, stays: Callable[[SettledStation], bool], *more: SettledStation
+) -> PlanSettings:
+    settled = (*filter(stays, settings.site.settled), *more)
+    return replace(settings, site=replace(settings.site, settled=settled))
