@@ -51,6 +51,7 @@ function applyAddress(store: Store): void {
     store.chooseFloor(plan?.floors.find(({ id }) => id === state.floorId)?.id ?? null);
     store.chooseStation(isStation(state.stationId) ? state.stationId : null);
     store.layerId.value = state.layerId ?? TIMES_SEEN;
+    store.page.value = state.view === 'field' ? 'field' : 'plan';
     store.tab.value = TABS.find(({ id }) => id === state.tab)?.id ?? 'plan';
     store.pair.value = state.pair?.every(isStation) ? state.pair : null;
     store.compareBase.value = state.compareBase === null ? null : planBaseOf(state.compareBase);
@@ -65,6 +66,7 @@ function followAddress(store: Store): void {
       stationId: store.stationId.value,
       layerId: store.layerId.value === TIMES_SEEN ? null : store.layerId.value,
       tab: store.tab.value === 'plan' ? null : store.tab.value,
+      view: store.page.value === 'plan' ? null : store.page.value,
       pair: store.pair.value,
       planBase: store.planBase.value === OWN_PLAN ? null : store.planBase.value,
       compareBase: store.compareBase.value,

@@ -5,6 +5,8 @@ export interface UrlState {
   readonly stationId: string | null;
   readonly layerId: string | null;
   readonly tab: string | null;
+  /** `field`; null: the whole plan. */
+  readonly view: string | null;
   /** Two station ids. */
   readonly pair: readonly [string, string] | null;
   /** Plan folders below that of the page: the one shown, the one compared with. */
@@ -19,6 +21,7 @@ export const NO_STATE: UrlState = {
   stationId: null,
   layerId: null,
   tab: null,
+  view: null,
   pair: null,
   planBase: null,
   compareBase: null,
@@ -34,6 +37,7 @@ export function parseUrlState(hash: string): UrlState {
     stationId: params.get('station') || null,
     layerId: params.get('layer') || null,
     tab: params.get('tab') || null,
+    view: params.get('view') || null,
     pair: pair.length === 2 ? [pair[0], pair[1]] : null,
     planBase: params.get('plan') || null,
     // Empty: the plan the page was started for.
@@ -47,6 +51,7 @@ export function formatUrlState(state: UrlState): string {
   const set = (key: string, value: string | null): void => {
     if (value !== null) params.append(key, value);
   };
+  set('view', state.view);
   set('plan', state.planBase);
   set('compare', state.compareBase);
   set('floor', state.floorId);

@@ -3,6 +3,8 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import { EditLayer } from '../edit/edit-layer.tsx';
 import { FieldView } from '../field/field-view.tsx';
 import { Legend } from '../heat/legend.tsx';
+import { FieldButton } from '../field/field-button.tsx';
+import { FieldView } from '../field/field-view.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { PairCard } from '../network/pair-card.tsx';
 import { PlanView } from '../scene/plan-view.ts';
@@ -40,6 +42,7 @@ export function App({ store }: { store: Store }) {
     );
   }
   if (store.page.value === 'field') return <FieldView store={store} loaded={loaded} />;
+  if (store.page.value === 'field') return <FieldView store={store} loaded={loaded} />;
   return <Workspace store={store} loaded={loaded} />;
 }
 
@@ -75,6 +78,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
               {loaded.plan.scene.file.split(/[\\/]/).pop()}
             </p>
           </div>
+          <FieldButton store={store} />
         </header>
         <Tabs store={store} loaded={loaded} view={view} />
       </nav>

@@ -1,0 +1,18 @@
+/** The way to the field view. */
+import type { Store } from '../store.ts';
+import './field.css';
+
+export function FieldButton({ store }: { store: Store }) {
+  return (
+    <button
+      type="button"
+      class="field-open"
+      title="The next station, how far it is, and what is done: for a tablet on site"
+      onClick={() => {
+        store.page.value = 'field';
+      }}
+    >
+      Field view
+    </button>
+  );
+}

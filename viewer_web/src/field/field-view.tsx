@@ -1,0 +1,147 @@
+/** The field view: where to go next, how far, and what is done. For a tablet in one hand, without a network. */
+import { useMemo, useState } from 'preact/hooks';
+import { hasEdits, stationsOf } from '../edit/draft-follower.ts';
+import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { counted, metres } from '../panels/figures.ts';
+import type { Store } from '../store.ts';
+import { FloorMap } from './floor-map.tsx';
+import './field.css';
+import { readTicks, tickKey, writeTicks } from './ticks.ts';
+import { nextStop, type Stop, walkOf, wayLeft, wayTo } from './walk.ts';
+
+interface FieldViewProps {
+  readonly store: Store;
+  readonly loaded: LoadedPlan;
+}
+
+export function FieldView({ store, loaded }: FieldViewProps) {
+  const stops = useMemo(() => walkOf(loaded.plan), [loaded]);
+  const key = useMemo(() => tickKey(loaded.plan, window.location.pathname), [loaded]);
+  const [done, setDone] = useState(() => readTicks(window.localStorage, key));
+  const [picked, setPicked] = useState<string | null>(null);
+  const next = stops.find(({ stationId }) => stationId === picked) ?? nextStop(stops, done);
+  const tick = (stop: Stop, isDone: boolean): void => {
+    const ticked = new Set(done);
+    if (isDone) ticked.add(stop.stationId);
+    else ticked.delete(stop.stationId);
+    writeTicks(window.localStorage, key, ticked);
+    setDone(ticked);
+    setPicked(null);
+  };
+  const nDone = stops.filter(({ stationId }) => done.has(stationId)).length;
+  return (
+    <main class="field-view">
+      <header class="field-head">
+        <p>
+          <strong data-testid="field-count">
+            {nDone} of {stops.length}
+          </strong>{' '}
+          done
+          {wayLeft(stops, done) > 0 && <span class="muted"> · {metres(wayLeft(stops, done), 0)} to walk</span>}
+        </p>
+        <button
+          type="button"
+          class="field-quiet"
+          onClick={() => {
+            store.page.value = 'plan';
+          }}
+        >
+          The whole plan
+        </button>
+      </header>
+      <progress class="field-progress" value={nDone} max={Math.max(1, stops.length)} aria-label="Stations done" />
+      {hasEdits(stationsOf(store)) && (
+        <p class="field-note">The review moves stations: this is the walk of the plan as it was made.</p>
+      )}
+      {next === null ? <AllDone n={stops.length} /> : <NextStop stop={next} stops={stops} done={done} onTick={tick} />}
+      <FloorMap
+        loaded={loaded}
+        floorId={(next ?? stops.at(-1))?.floorId ?? ''}
+        stops={stops}
+        next={next}
+        done={done}
+        onPick={({ stationId }) => setPicked(stationId)}
+      />
+      <StopList stops={stops} done={done} next={next} onTick={tick} onPick={setPicked} />
+    </main>
+  );
+}
+
+function AllDone({ n }: { n: number }) {
+  return (
+    <section class="field-next" aria-live="polite">
+      <h1>All done</h1>
+      <p>{counted(n, 'station')} scanned.</p>
+    </section>
+  );
+}
+
+interface NextStopProps {
+  readonly stop: Stop;
+  readonly stops: readonly Stop[];
+  readonly done: ReadonlySet<string>;
+  readonly onTick: (stop: Stop, isDone: boolean) => void;
+}
+
+function NextStop({ stop, stops, done, onTick }: NextStopProps) {
+  const wayM = wayTo(stop, stops, done);
+  const isDone = done.has(stop.stationId);
+  return (
+    <section class="field-next" aria-live="polite" aria-label="Next station">
+      <div class="field-number" data-testid="field-number" aria-hidden="true">
+        {stop.order}
+      </div>
+      <div>
+        <h1 data-testid="field-station">{stop.stationId}</h1>
+        <p>{stop.floorName}</p>
+        <p class="field-way" data-testid="field-way">
+          {wayM === null ? 'Way not known' : wayM === 0 ? 'Here' : `${metres(wayM, wayM < 10 ? 1 : 0)} to go`}
+        </p>
+        <p class="muted">
+          Sensor {metres(stop.heightM)} above the ground · x {stop.positionM[0].toFixed(2)}, y{' '}
+          {stop.positionM[1].toFixed(2)}
+        </p>
+      </div>
+      <button type="button" class="field-done" onClick={() => onTick(stop, !isDone)}>
+        {isDone ? 'Not done after all' : 'Done'}
+      </button>
+    </section>
+  );
+}
+
+interface StopListProps {
+  readonly stops: readonly Stop[];
+  readonly done: ReadonlySet<string>;
+  readonly next: Stop | null;
+  readonly onTick: (stop: Stop, isDone: boolean) => void;
+  readonly onPick: (stationId: string) => void;
+}
+
+function StopList({ stops, done, next, onTick, onPick }: StopListProps) {
+  return (
+    <ol class="field-stops" aria-label="Stations in the order of the walk">
+      {stops.map((stop) => (
+        <li key={stop.stationId} class={stop === next ? 'field-stop field-stop-next' : 'field-stop'}>
+          <label>
+            <input
+              type="checkbox"
+              aria-label={`${stop.stationId} done`}
+              checked={done.has(stop.stationId)}
+              onChange={(event) => onTick(stop, event.currentTarget.checked)}
+            />
+          </label>
+          <button type="button" onClick={() => onPick(stop.stationId)}>
+            <span class="dot" aria-hidden="true">
+              {stop.order}
+            </span>
+            <span class="field-stop-name">
+              {stop.stationId}
+              <small>{stop.floorName}</small>
+            </span>
+            <span class="muted">{stop.wayM === null ? '' : metres(stop.wayM, 1)}</span>
+          </button>
+        </li>
+      ))}
+    </ol>
+  );
+}

@@ -1,0 +1,94 @@
+import { expect, test } from 'vitest';
+import type { PlanJson } from '../load/plan-json.ts';
+import { smallPlan } from '../testing/small-plan.ts';
+import { readTicks, tickKey, writeTicks } from './ticks.ts';
+import { nextStop, walkOf, wayLeft, wayTo } from './walk.ts';
+
+const leg = (from: string | null, to: string, length_m: number | null) => ({
+  from,
+  to,
+  length_m,
+  floors: ['F0'],
+  points: [],
+});
+
+function walked(start: boolean): PlanJson {
+  const legs = [leg('S001', 'S003', 4), leg('S003', 'S002', 6)];
+  const order = ['S001', 'S003', 'S002'];
+  const route = {
+    length_m: 10,
+    returns: false,
+    order,
+    left_out: [],
+    legs: start ? [leg(null, 'S001', 3), ...legs] : legs,
+  };
+  return { ...smallPlan(), route };
+}
+
+test('stops come in the order of the walk, each with the way to it', () => {
+  const stops = walkOf(walked(true));
+  expect(stops.map(({ stationId, wayM }) => [stationId, wayM])).toEqual([
+    ['S001', 3],
+    ['S003', 4],
+    ['S002', 6],
+  ]);
+  expect(stops[1].floorName).toBe('Upper floor');
+});
+
+test('a plan without a walk is visited in its order, and ways are not known', () => {
+  const stops = walkOf(smallPlan());
+  expect(stops.map(({ stationId }) => stationId)).toEqual(['S001', 'S002', 'S003']);
+  expect(wayTo(stops[1], stops, new Set(['S001']))).toBeNull();
+  expect(wayLeft(stops, new Set())).toBe(0);
+});
+
+test('stations that the walk leaves out come last', () => {
+  const plan = walked(true);
+  const stops = walkOf({ ...plan, route: { ...plan.route!, order: ['S002', 'S003'], left_out: ['S001'] } });
+  expect(stops.map(({ stationId }) => stationId)).toEqual(['S002', 'S003', 'S001']);
+});
+
+test('the way to the next stop begins where the last scan was', () => {
+  const stops = walkOf(walked(true));
+  const to = (done: string[]) => {
+    const next = nextStop(stops, new Set(done));
+    return next && [next.stationId, wayTo(next, stops, new Set(done))];
+  };
+  expect(to([])).toEqual(['S001', 3]);
+  expect(to(['S001'])).toEqual(['S003', 4]);
+  expect(to(['S001', 'S003'])).toEqual(['S002', 6]);
+  expect(to(['S003'])).toEqual(['S001', 3]);
+  expect(to(['S001', 'S002', 'S003'])).toBeNull();
+  expect([[], ['S001'], ['S001', 'S003', 'S002']].map((done) => wayLeft(stops, new Set(done)))).toEqual([13, 10, 0]);
+});
+
+test('from nowhere the way is not known', () => {
+  const stops = walkOf(walked(false));
+  expect(wayTo(stops[0], stops, new Set())).toBeNull();
+  expect(wayTo(stops[2], stops, new Set(['S001']))).toBe(10);
+});
+
+test('ticks are kept, and belong to one plan', () => {
+  const kept = new Map<string, string>();
+  const storage = {
+    getItem: (key: string) => kept.get(key) ?? null,
+    setItem: (key: string, text: string) => void kept.set(key, text),
+    removeItem: (key: string) => void kept.delete(key),
+  };
+  const plan = smallPlan();
+  const key = tickKey(plan, '/a/');
+  writeTicks(storage, key, new Set(['S002', 'S001']));
+  expect([...readTicks(storage, key)].sort()).toEqual(['S001', 'S002']);
+  const moved = {
+    ...plan,
+    stations: plan.stations.map((station) => ({ ...station, position: [0, 0, 0] as [number, number, number] })),
+  };
+  expect(readTicks(storage, tickKey(moved, '/a/')).size).toBe(0);
+  expect(readTicks(storage, tickKey(plan, '/b/')).size).toBe(0);
+  writeTicks(storage, key, new Set());
+  expect(kept.size).toBe(0);
+  for (const damaged of ['{', '{"a": 1}', 'null']) {
+    kept.set(key, damaged);
+    expect(readTicks(storage, key).size).toBe(0);
+  }
+});

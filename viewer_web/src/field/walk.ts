@@ -1,0 +1,68 @@
+/** The walk of the day: stop after stop, how far to the next, and which are done. */
+import type { PlanJson } from '../load/plan-json.ts';
+
+export interface Stop {
+  readonly stationId: string;
+  /** As it is numbered on the maps. */
+  readonly order: number;
+  readonly floorId: string;
+  readonly floorName: string;
+  readonly heightM: number;
+  /** Scene frame. */
+  readonly positionM: readonly [number, number, number];
+  /** The way from the stop before, or from where the walk begins; null: not known, or no way inside the model. */
+  readonly wayM: number | null;
+  /** Corners of that way on the ground, scene frame. */
+  readonly way: readonly (readonly [number, number, number])[];
+}
+
+/** The stations in the order of the walk; those that can't be walked to come last. */
+export function walkOf(plan: PlanJson): Stop[] {
+  const { route, stations } = plan;
+  const byId = new Map(stations.map((station) => [station.id, station]));
+  const planned = [...stations].sort((a, b) => a.order - b.order).map(({ id }) => id);
+  const inRoute = route?.order.filter((id) => byId.has(id)) ?? [];
+  const ids = [...inRoute, ...planned.filter((id) => !inRoute.includes(id))];
+  return ids.map((id, i): Stop => {
+    const station = byId.get(id)!;
+    const before = i === 0 ? null : ids[i - 1];
+    const leg = route?.legs.find(({ from, to }) => to === id && from === before);
+    return {
+      stationId: id,
+      order: station.order,
+      floorId: station.floor,
+      floorName: plan.floors.find((floor) => floor.id === station.floor)?.name ?? station.floor,
+      heightM: station.instrument_height_m,
+      positionM: station.position,
+      wayM: leg?.length_m ?? null,
+      way: leg?.points ?? [],
+    };
+  });
+}
+
+/** The first stop that is not done; null: all are. */
+export function nextStop(stops: readonly Stop[], done: ReadonlySet<string>): Stop | null {
+  return stops.find(({ stationId }) => !done.has(stationId)) ?? null;
+}
+
+/**
+ * How far it is along the walk to `stop`, from the last stop before it that is done; from where the walk begins where none is.
+ * Null: not known.
+ */
+export function wayTo(stop: Stop, stops: readonly Stop[], done: ReadonlySet<string>): number | null {
+  const at = stops.indexOf(stop);
+  let from = at - 1;
+  while (from >= 0 && !done.has(stops[from].stationId)) from--;
+  const ways = stops.slice(from + 1, at + 1).map(({ wayM }) => wayM);
+  // Where the walk begins is not always told: the first way then is.
+  if (from < 0 && ways[0] === null) return null;
+  return ways.some((way) => way === null) ? null : ways.reduce((sum: number, way) => sum + (way ?? 0), 0);
+}
+
+/** Way that is left, as far as it is known. */
+export function wayLeft(stops: readonly Stop[], done: ReadonlySet<string>): number {
+  const next = nextStop(stops, done);
+  if (next === null) return 0;
+  const rest = stops.slice(stops.indexOf(next) + 1).reduce((sum, { wayM }) => sum + (wayM ?? 0), 0);
+  return rest + (wayTo(next, stops, done) ?? 0);
+}
