@@ -51,6 +51,26 @@ def test_serve_announces_an_address_that_answers_and_stops_on_interrupt(plan_fol
     assert said == ""
 
 
+def test_an_interrupt_ends_the_server_while_pages_listen_to_events(plan_folder: Path, built_app: Path) -> None:
+    command = [sys.executable, "-c", SERVE, str(plan_folder), str(built_app), "127.0.0.1"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            address = urllib.parse.urlsplit(process.stdout.readline().strip())
+            request = urllib.request.Request(
+                f"http://{address.netloc}/api/events",
+                headers={"x-tlsplan-token": address.query.removeprefix("token=")},
+            )
+            with urllib.request.urlopen(request, timeout=20) as answer:
+                assert answer.readline() == b"retry: 1000\n"
+                process.send_signal(2)
+                assert answer.read() == b"\n"  # the stream ends as streams do, not by a broken connection
+            _, said = process.communicate(timeout=20)
+        finally:
+            process.kill()
+    assert process.returncode == 130
+    assert said == ""
+
+
 def own_address() -> str:
     """An address of this machine that is no loopback one; no packet is sent."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
