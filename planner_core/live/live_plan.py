@@ -39,7 +39,7 @@ from planner_core.route.route import ends_of, plan_route
 from planner_core.scan.engine import ScanEngine
 
 #: Standings that are remembered: the draft's, the one without the station that is dragged, and those before them.
-_KEPT_STANDINGS = 6
+_KEPT_STANDINGS = 4
 #: Id of a station that has none yet, as in the previews of a new one.
 NEW_ID = "?"
 

@@ -32,6 +32,8 @@ from planner_core.survey import make_survey, planned_floors
 #: Name of the stage in progress events of this module.
 STAGE = "opening"
 _N_STEPS = 5
+#: plan.json rounds positions to a micrometre.
+_SAME_PLACE_M = 1e-5
 
 
 def open_live(
@@ -139,6 +141,8 @@ def _scanned(
     """Look from all candidates and the plan's stations, as `planner_core.evaluate` does."""
     floors = planned_floors(survey.floors, settings.requirements.floors)
     candidates = find_places(survey, settings, engine, floors=floors, progress=progress).candidates
-    stations = [local_place(row["position"], survey.scene.offset_m) for row in document["stations"]]
-    at = np.concatenate([candidates.position_m, np.array(stations, dtype=np.float64).reshape(-1, 3)])
-    return demand_of(survey, settings, engine, at, progress=progress).times_met
+    stations = [np.array(local_place(row["position"], survey.scene.offset_m)) for row in document["stations"]]
+    # Those that are candidates themselves must not count twice.
+    others = [at for at in stations if not (np.abs(candidates.position_m - at).max(axis=1) < _SAME_PLACE_M).any()]
+    at_m = np.concatenate([candidates.position_m, np.array(others).reshape(-1, 3)])
+    return demand_of(survey, settings, engine, at_m, progress=progress).times_met

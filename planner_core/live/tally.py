@@ -8,14 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner_core.live.looks import Look
 from planner_core.metrics.coverage import floor_of_patch
 from planner_core.model import BoolArray, Coverage, FloatArray, Int32Array, PlanSettings, Survey
 from planner_core.requirements.demand import Demand
 from planner_core.survey import planned_floors, scope_of
+
+#: What figures of a layer are worked out from: float32 as in `Sights`, or float64 where they are sums.
+_Figures: TypeAlias = NDArray[np.floating[Any]]
 
 #: Figures of the layers: the name of each in `Sights`.
 FIGURES = {"range": "range_m", "incidence": "incidence_rad", "noise": "noise_m"}
@@ -86,39 +91,42 @@ class Tally:
         for look in looks:
             for quality, met in enumerate(look.met):
                 self.times_met[quality, met] += 1  # patches are unique in a look
-        self._best: dict[str, FloatArray] = {}
+        self._best: dict[str, _Figures] = {}
 
-    def best(self, layer: str) -> FloatArray:
-        """(P,) float64: what `figure_of` makes a layer's values from; the looks' best, or their sum for spacing."""
+    def best(self, layer: str) -> _Figures:
+        """(P,): what `figure_of` makes a layer's values from; the looks' best, or their sum for spacing."""
         if layer not in self._best:
-            best = np.full(self._n_patches, 0.0 if layer == SPACING else np.inf)
+            sums = layer == SPACING
+            dtype = np.float64 if sums else np.float32
+            best: _Figures = np.full(self._n_patches, 0.0 if sums else np.inf, dtype=dtype)
             for look in self.looks:
                 best[look.patch] = joined(layer, best[look.patch], look)
             self._best[layer] = best
         return self._best[layer]
 
 
-def joined(layer: str, best: FloatArray, look: Look) -> FloatArray:
+def joined(layer: str, best: _Figures, look: Look) -> _Figures:
     """(M,) what `Tally.best` of the look's patches (M,) becomes with the look."""
     if layer == SPACING:
         with np.errstate(divide="ignore"):
             densities = look.sights.spacing_m.astype(np.float64) ** -2.0
         # They add. A patch that is seen along its surface has points, if far apart: it is not one without any.
-        more: FloatArray = best + np.maximum(densities, _LEAST_DENSITY)
+        more: _Figures = best + np.maximum(densities, _LEAST_DENSITY)
         return more
     figures = getattr(look.sights, FIGURES[layer])
     if figures is None:
         return best
-    least: FloatArray = np.fmin(best, figures.astype(np.float64))
+    least: _Figures = np.fmin(best, figures)
     return least
 
 
-def figure_of(layer: str, best: FloatArray) -> FloatArray:
-    """Figures in the layer's unit, inf where there is none: metres; degrees of incidence."""
+def figure_of(layer: str, best: _Figures) -> FloatArray:
+    """(M,) float64, figures in the layer's unit, inf where there is none: metres; degrees of incidence."""
     if layer == SPACING:
         with np.errstate(divide="ignore"):
             return np.asarray(best**-0.5, dtype=np.float64)
-    return np.degrees(best) if layer == "incidence" else best
+    figures = best.astype(np.float64)
+    return np.degrees(figures) if layer == "incidence" else figures
 
 
 @dataclass(frozen=True)
@@ -134,7 +142,7 @@ class Change:
     new: Look
     _before: Tally
 
-    def best(self, layer: str) -> FloatArray:
+    def best(self, layer: str) -> _Figures:
         """(K,) `Tally.best` with the new look."""
         best = self._before.best(layer)[self.patch]
         at = np.searchsorted(self.patch, self.new.patch)

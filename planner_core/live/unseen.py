@@ -10,13 +10,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, Int64Array, Survey, UnseenPiece
+from planner_core.model import BoolArray, Int32Array, Int64Array, Survey, UnseenPiece
 from planner_core.reasons.pieces import connected_pieces
 from planner_core.reasons.surfaces import Surfaces, surfaces_of
 
-#: Surfaces of less are not listed, as in plan.json; more than these are not either, nor pieces of one surface.
+#: Surfaces of less are not listed, as in plan.json.
 MIN_LISTED_M2 = 0.01
-N_SURFACES, N_PIECES = 50, 5
+#: Elements that are looked at, the largest areas first; and pieces told of a surface.
+N_ELEMENTS, N_PIECES = 50, 5
+#: No further element is looked at once there are so many patches, of some 10 microseconds each.
+_ENOUGH_PATCHES = 50_000
 
 
 @dataclass(frozen=True)
@@ -32,28 +35,44 @@ class LeftSurface:
 
 
 def left_surfaces(survey: Survey, left: BoolArray) -> tuple[LeftSurface, ...]:
-    """List the surfaces of patches that are `left`, (P,) bool: the largest `N_SURFACES`."""
-    patches = np.flatnonzero(left).astype(np.int32)
-    surfaces = surfaces_of(survey, patches)
-    key = np.column_stack([surfaces.element, surfaces.room, surfaces.floor])
-    groups, group, _ = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-    group = group.ravel().astype(np.int64)
-    area_m2 = np.bincount(group, weights=surfaces.area_m2, minlength=len(groups))
-    largest = np.argsort(-area_m2, kind="stable")[:N_SURFACES]
-    largest = largest[area_m2[largest] >= MIN_LISTED_M2]
-    # Pieces are only looked for in what is listed: with few stations nearly all of a building is left.
-    listed = np.flatnonzero(np.isin(group, largest))
-    part, group = surfaces.take(listed), group[listed]
+    """List surfaces of patches that are `left`, (P,) bool: of the `N_ELEMENTS` elements of which most is left."""
+    part = surfaces_of(survey, _of_largest(survey, np.flatnonzero(left).astype(np.int32)))
+    key = np.column_stack([part.element, part.room, part.floor])
+    groups, which = np.unique(key, axis=0, return_inverse=True)
+    group = which.ravel().astype(np.int64)
+    area_m2 = np.bincount(group, weights=part.area_m2, minlength=len(groups))
     piece = connected_pieces(survey.scene, survey.patches, part.patch, group)
+    order = np.argsort(group, kind="stable")
+    ends = np.cumsum(np.bincount(group, minlength=len(groups)))
     return tuple(
-        _surface(survey, part, groups[number], float(area_m2[number]), piece, np.flatnonzero(group == number))
-        for number in largest.tolist()
+        _surface(survey, part, groups[number], piece, order[ends[number - 1] if number else 0 : ends[number]])
+        for number in np.argsort(-area_m2, kind="stable").tolist()
+        if area_m2[number] >= MIN_LISTED_M2
     )
 
 
-def _surface(
-    survey: Survey, part: Surfaces, group: Int64Array, area_m2: float, piece: Int64Array, rows: Int64Array
-) -> LeftSurface:
+def _of_largest(survey: Survey, patch: Int32Array) -> Int32Array:
+    """Patches (K,) of the elements and floors of which most area is among patches (N,); `_ENOUGH_PATCHES` or few more.
+
+    With few stations nearly all of a building is left, and nobody reads a list of all of it.
+    """
+    triangle = np.searchsorted(survey.patches.first_patch, patch, side="right") - 1
+    n_floors = len(survey.floors) + 1  # floor -1 is number 0
+    key = (
+        survey.scene.element_of_triangle[triangle].astype(np.int64) * n_floors + survey.floor_of_triangle[triangle] + 1
+    )
+    n_keys = len(survey.scene.elements) * n_floors
+    area_m2 = np.bincount(key, weights=survey.patches.area_m2[patch], minlength=n_keys)
+    largest = np.argsort(-area_m2, kind="stable")[:N_ELEMENTS]
+    before = np.cumsum(np.bincount(key, minlength=n_keys)[largest])
+    n_looked_at = 1 + int(np.searchsorted(before, _ENOUGH_PATCHES))
+    kept = np.zeros(n_keys, dtype=np.bool_)
+    kept[largest[:n_looked_at]] = True
+    of_largest: Int32Array = patch[kept[key]]
+    return of_largest
+
+
+def _surface(survey: Survey, part: Surfaces, group: Int64Array, piece: Int64Array, rows: Int64Array) -> LeftSurface:
     names, of_row = np.unique(piece[rows], return_inverse=True)
     size_m2 = np.bincount(of_row.ravel(), weights=part.area_m2[rows], minlength=names.size)
     largest = np.argsort(-size_m2, kind="stable")[:N_PIECES]
@@ -62,7 +81,7 @@ def _surface(
         element=element,
         room=room,
         floor=survey.floors[floor].id if floor >= 0 else "",
-        area_m2=area_m2,
+        area_m2=float(part.area_m2[rows].sum()),
         n_pieces=int(names.size),
         pieces=tuple(_piece(part.take(rows[of_row.ravel() == number])) for number in largest.tolist()),
     )

@@ -97,3 +97,24 @@ def small() -> PlanSettings:
 @pytest.fixture(scope="session")
 def asking() -> PlanSettings:
     return ASKING
+
+
+@pytest.fixture(scope="session")
+def asking_folder(planned: Callable[[str, PlanSettings], tuple[Path, Plan]]) -> Path:
+    return planned("house", ASKING)[0]
+
+
+@pytest.fixture(scope="session")
+def asking_house(asking_folder: Path) -> LivePlan:
+    return open_live(asking_folder)
+
+
+@pytest.fixture(scope="session")
+def far_folder(planned: Callable[[str, PlanSettings], tuple[Path, Plan]]) -> Path:
+    """The house half a thousand kilometres from the origin."""
+    return planned("georeferenced", SMALL)[0]
+
+
+@pytest.fixture(scope="session")
+def far_house(far_folder: Path) -> LivePlan:
+    return open_live(far_folder)

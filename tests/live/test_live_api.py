@@ -127,13 +127,18 @@ def test_preview_is_framed_and_changes_the_layers_into_those_of_the_moved_statio
     assert len(figures["registration"]["networks"]) == head["registration"]["n_networks"]
 
 
-def test_committing_what_a_preview_answered_needs_no_other_scan(desk: Desk) -> None:
-    head, _ = unframed(desk.client.post("/api/live/preview", json=question(desk, position=[4.2, 3.1])).content)
+@pytest.mark.parametrize("name", ["house", "far_house"])
+def test_committing_what_a_preview_answered_needs_no_other_scan(name: str, request: pytest.FixtureRequest) -> None:
+    folder = request.getfixturevalue({"house": "house_folder", "far_house": "far_folder"}[name])
+    desk = Desk(request.getfixturevalue(name), folder).ready()
+    x, y, _ = desk.plan.stations[0].position_m
+    where = question(desk, position=[x + 0.123456, y - 0.234567])
+    head, _ = unframed(desk.client.post("/api/live/preview", json=where).content)
     before = desk.live.n_scans
     moved = StationEdit(tuple(head["position"]), head["instrument_height_m"], question(desk)["floor"])
     desk.review = replace(desk.review, stations={question(desk)["station"]: moved})
     assert desk.client.get("/api/live/figures").status_code == 200
-    assert desk.live.n_scans == before
+    assert desk.live.n_scans == before > len(desk.plan.stations)
 
 
 def test_removed_and_added_stations_are_in_the_draft(desk: Desk) -> None:

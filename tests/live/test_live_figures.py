@@ -1,17 +1,23 @@
-"""Figures of a draft: those of plan.json for the plan as it is, those of an evaluation for any other stations."""
+"""Figures of a draft: those of plan.json for the plan as it is, and what is lost with a station."""
 
 from __future__ import annotations
 
+import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from planner_core.errors import PlanFolderError
 from planner_core.export.plan_json import plan_document
 from planner_core.live.live_plan import LivePlan
 from planner_core.live.opening import open_live
-from planner_core.model import Plan, PlanSettings
+from planner_core.live.unseen import MIN_LISTED_M2
+from planner_core.model import REASONS, Plan, PlanSettings
+from planner_core.model.unseen import NOT_WORTH
 
 Planned = Callable[[str, PlanSettings], tuple[Path, Plan]]
 
@@ -47,11 +53,71 @@ def assert_figures_are_of(live: LivePlan, document: dict[str, Any]) -> None:
     )
 
 
-@pytest.mark.parametrize("scene", ["house", "georeferenced"])
-def test_figures_of_the_unchanged_plan_are_those_of_plan_json(
-    scene: str, planned: Planned, small: PlanSettings
-) -> None:
-    folder, _ = planned(scene, small)
-    live = open_live(folder)
+@pytest.mark.parametrize("name", ["house", "far_house", "asking_house"])
+def test_figures_of_the_unchanged_plan_are_those_of_plan_json(name: str, request: pytest.FixtureRequest) -> None:
+    live: LivePlan = request.getfixturevalue(name)
     assert len(live.draft.stations) > 3
     assert_figures_are_of(live, live.document)
+
+
+def test_what_is_left_unseen_is_what_the_plan_holds_not_worth_a_station(
+    planned: Planned, asking: PlanSettings, asking_house: LivePlan
+) -> None:
+    _, plan = planned("house", asking)
+    found = asking_house.figures(asking_house.draft).unseen
+    assert plan.why is not None
+    reason = REASONS[NOT_WORTH]
+    expected = [each for each in plan.why.unseen if each.reason == reason and each.area_m2 >= MIN_LISTED_M2]
+    assert len(expected) > 20
+    left = {(each.element, each.room, each.floor): each for each in found}
+    assert len(left) == len(found)
+    assert [each.area_m2 for each in found] == sorted((each.area_m2 for each in found), reverse=True)
+    for surface in expected[:20]:
+        same = left[(surface.element, surface.room, surface.floor)]
+        assert same.area_m2 == pytest.approx(surface.area_m2)
+        assert same.n_pieces == surface.n_pieces
+        assert [piece.patch for piece in same.pieces] == [piece.patch for piece in surface.pieces]
+        np.testing.assert_allclose(same.pieces[0].centroid_m, surface.pieces[0].centroid_m)
+        np.testing.assert_array_equal(same.pieces[0].box_m, surface.pieces[0].box_m)
+
+
+def test_station_taken_away_leaves_what_it_alone_saw(house: LivePlan) -> None:
+    live = house
+    whole = live.figures(live.draft).plan
+    for station in whole.stations[:3]:
+        rest = live.figures(live.draft.without(station.id))
+        lost_m2 = whole.coverage.covered_area_m2 - rest.plan.coverage.covered_area_m2
+        assert 0 < lost_m2 <= station.own_area_m2 + 1e-9  # some of it no candidate sees
+        assert station.id not in {end for link in rest.plan.links for end in (link.a, link.b)}
+        kept = {other.id: other.covered_area_m2 for other in whole.stations if other.id != station.id}
+        assert {other.id: other.covered_area_m2 for other in rest.plan.stations} == pytest.approx(kept)
+
+
+def test_folder_without_what_is_achievable_is_scanned_again(asking_folder: Path, asking_house: LivePlan) -> None:
+    file = asking_folder / "viewer" / "achievable.u8"
+    content = file.read_bytes()
+    file.unlink()
+    try:
+        found = open_live(asking_folder)
+    finally:
+        file.write_bytes(content)
+    close(
+        plan_document(found.figures(found.draft).plan)["requirements"]["results"],
+        plan_document(asking_house.figures(asking_house.draft).plan)["requirements"]["results"],
+    )
+
+
+def test_folders_that_do_not_fit_their_scene_are_refused(planned: Planned, small: PlanSettings, tmp_path: Path) -> None:
+    folder, _ = planned("house", small)
+    short = shutil.copytree(folder, tmp_path / "short")
+    (short / "viewer" / "achievable.u8").write_bytes(b"\0" * 10)
+    with pytest.raises(PlanFolderError, match="10 bytes, expected 1 x"):
+        open_live(short, scene=folder.parent / "house.ifc")
+    other = shutil.copytree(folder, tmp_path / "other")
+    document = json.loads((other / "plan.json").read_text())
+    document["settings"]["n_patches"] += 1
+    (other / "plan.json").write_text(json.dumps(document))
+    with pytest.raises(PlanFolderError, match="another version"):
+        open_live(other, scene=folder.parent / "house.ifc")
+    with pytest.raises(PlanFolderError, match="--scene"):
+        open_live(short, scene=tmp_path / "nothing.ifc")

@@ -31,11 +31,6 @@ EASY = settings(
 share = st.floats(0.0, 1.0, allow_nan=False)
 
 
-@pytest.fixture(scope="session")
-def asking_house(planned: Planned, asking: PlanSettings) -> LivePlan:
-    return open_live(planned("house", asking)[0])
-
-
 @pytest.fixture(params=["plain", "asking"])
 def live(request: pytest.FixtureRequest) -> LivePlan:
     name = {"plain": "house", "asking": "asking_house"}[request.param]

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,14 +15,11 @@ from planner_core.ground.places import KINDS, find_places
 from planner_core.ground.reach import reachability
 from planner_core.live.draft import Draft
 from planner_core.live.live_plan import LivePlan
-from planner_core.live.opening import open_live
 from planner_core.live.spots import ADMISSIBLE, KEPT_OUT, NOTHING, WALKABLE, Spot, Spots
-from planner_core.model import FloatArray, KeepOut, Plan, PlanSettings, SettledStation
+from planner_core.model import FloatArray, KeepOut, PlanSettings, SettledStation
 from planner_core.scan.engine import open_engine
 from planner_core.scene.build import scene_from_arrays
 from planner_core.survey import make_survey
-
-Planned = Callable[[str, PlanSettings], tuple[Path, Plan]]
 
 
 @pytest.fixture(scope="session")
@@ -139,8 +134,8 @@ def test_heights_that_the_tripod_does_not_have_are_refused(house: LivePlan) -> N
     assert house.snap(house.draft, house.draft.stations[0].floor, at, high_m).admissible
 
 
-def test_georeferenced_places_are_few_digits_and_come_back_the_same(planned: Planned, small: PlanSettings) -> None:
-    live = open_live(planned("georeferenced", small)[0])
+def test_georeferenced_places_are_few_digits_and_come_back_the_same(far_house: LivePlan) -> None:
+    live = far_house
     offset_m = live.survey.scene.offset_m
     assert np.abs(offset_m).max() > 1e5
     low, high = live.survey.floors[0].bounds_m
