@@ -2,7 +2,8 @@
 
 Input a `CoverProblem` and the size of a known plan, output a proven lower bound, and plans that turn up on the way.
 
-A node is a set of candidates that are out and one of those that are in. Its bound is `exact_bound`; it is closed where
+A node is a set of candidates that are out and one of those that are in; and of groups of candidates that see much the
+same (groups.py) how many are chosen, at least and at most. Its bound is `exact_bound`; it is closed where
 that reaches the size of the best plan. The node with the least bound in whole stations is looked at next, of equals the
 deepest: the least of all open nodes bounds every plan, whenever one stops.
 """
@@ -11,16 +12,17 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from planner_core.model import FloatArray, Int64Array
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.select.groups import groups_of
 from planner_core.select.network import Network
 from planner_core.select.network_cuts import NetworkCuts
 from planner_core.select.problem import CoverProblem
-from planner_core.select.relaxation import BOUND_UNIT, Bound, Cut, CutMaker, CutProgram, exact_bound
+from planner_core.select.relaxation import BOUND_UNIT, Bound, Branch, Cut, CutMaker, CutProgram, exact_bound
 
 #: Rounds of cuts at a node, and the gain in stations for which another one is worth while.
 _ROUNDS = 100
@@ -31,22 +33,33 @@ _ROOT_WINDOW = 25
 _ROOT_GAIN = 0.01
 #: Cuts are made for another point besides the solution, which follows it in such steps: docs/method/selection.md.
 _ROOT_STEP, _NODE_STEP = 0.1, 0.15
+#: Work of a flow between two candidates, all that goes with it.
+_FLOW_WORK = 500_000
 #: The bound of no node.
 _NOTHING = 2**31
 #: Candidates that are tried before one is branched on.
 _PROBES = 8
+#: And so many groups, of which the solution takes no whole number: this far from a half at most.
+_GROUP_PROBES = 8
+_GROUP_DISTANCE = 0.4
+#: How many of a group are chosen, at least and at most, by its number.
+Counts = dict[int, tuple[int, int]]
 #: Candidates nearer to 0 or 1 are taken for whole.
 _WHOLE = 1e-6
 
 
 @dataclass(frozen=True)
 class _Node:
-    """out, inside : (n,) int64 candidates that are fixed; stations : bound; depth : branches down to here."""
+    """out, inside : (n,) int64 candidates that are fixed; stations : bound; depth : branches down to here.
+
+    counts : how many of some groups are chosen, at least and at most.
+    """
 
     stations: int
     out: Int64Array
     inside: Int64Array
     depth: int = 0
+    counts: Counts = field(default_factory=dict)
 
 
 class BranchAndBound:
@@ -78,7 +91,9 @@ class BranchAndBound:
         self._maker = CutMaker(problem)
         self._network = network
         self._joins = NetworkCuts(network, self._maker.reaches) if network is not None else None
-        self._program = CutProgram(n, slack_price=float(n_stations + 1))
+        self._groups = groups_of(problem)
+        self._group_sizes = self._groups.sum(axis=1)
+        self._program = CutProgram(n, slack_price=float(n_stations + 1), groups=self._groups)
         self._lower, self._upper = np.zeros(n, dtype=np.int64), np.ones(n, dtype=np.int64)
         self._lower[list(given)] = 1
         self._program.set_range(self._lower, self._upper)
@@ -106,9 +121,11 @@ class BranchAndBound:
     @property
     def work(self) -> float:
         """Numbers looked at so far, roughly, in 1e9: the same for the same way through the tree."""
-        n = self.problem.n_candidates
-        n_looks = self._n_looks + (self._joins.n_looks if self._joins is not None else 0)
-        return 1e-9 * (self._program.n_iterations * (20_000 + 50 * n) + n_looks * 6 * self.problem.row.size)
+        n, rows, entries = self.problem.n_candidates, self.problem.n_rows, self.problem.row.size
+        joining = 0
+        if self._joins is not None:
+            joining = self._joins.n_looks * (n * rows // 16 + 20 * rows) + self._joins.n_flows * _FLOW_WORK
+        return 1e-9 * (self._program.n_iterations * (20_000 + 50 * n) + self._n_looks * 6 * entries + joining)
 
     def stop(self) -> None:
         """End what is under way at the next opportunity; for callbacks of progress."""
@@ -116,8 +133,14 @@ class BranchAndBound:
 
     def root(self, *, progress: Progress = silent) -> None:
         """Solve the relaxation itself, and fix candidates that no smaller plan holds, or that each holds."""
+        self._program.add(self._cuts_for(np.zeros(self.problem.n_candidates), joining=False))
+        self._solve_root(progress, joining=False)
+        if self._joins is not None and not (self._stopped or self._proven >= self.n_stations):
+            self._solve_root(progress, joining=True)
+
+    def _solve_root(self, progress: Progress, *, joining: bool) -> None:
+        """Rounds of cuts: first those of coverage alone, which cost little and give most."""
         best, values = 0, [0.0]
-        self._program.add(self._cuts_for(np.zeros(self.problem.n_candidates)))
         for number in range(_ROOT_ROUNDS):
             x, bound = self._solve()
             if self._fix(bound, self._lower, self._upper):
@@ -132,7 +155,7 @@ class BranchAndBound:
             if slow or self._stopped:
                 break
             self._centre = self._centre + _ROOT_STEP * (x - self._centre)
-            if not self._add_cuts(x, self._centre):
+            if not self._add_cuts(x, self._centre, joining=joining):
                 break
 
     def advance(self, *, work: float, progress: Progress = silent) -> None:
@@ -149,26 +172,40 @@ class BranchAndBound:
     def _look_at(self, node: _Node) -> None:
         if node.stations >= self.n_stations:
             return
-        lower, upper = self._lower.copy(), self._upper.copy()
+        lower, upper, counts = self._lower.copy(), self._upper.copy(), dict(node.counts)
         upper[node.out] = 0
         lower[node.inside] = 1
         stations, centre = node.stations, np.clip(self._centre, lower, upper)
-        at: int | None = None
-        while at is None:
-            if not self._possible(lower, upper):
+        branch: Branch | None = None
+        while branch is None:
+            if not self._possible(lower, upper, counts):
                 return
             self._program.set_range(lower, upper)
-            stations, x, centre = self._tighten(stations, centre, lower, upper)
+            self._program.set_counts(counts)
+            stations, x, centre = self._tighten(stations, centre, lower, upper, counts)
             self._note_plan(x)
             if stations >= self.n_stations:
                 return
             if (lower == upper).all():
                 self._end_at(lower, stations)
                 return
-            at = self._branch_at(x, lower, upper)
+            branch = self._branch_at(x, lower, upper, counts)
+        self._put_both(stations, branch, lower, upper, counts, node.depth + 1)
+
+    def _put_both(
+        self, stations: int, branch: Branch, lower: Int64Array, upper: Int64Array, counts: Counts, depth: int
+    ) -> None:
         out, inside = np.flatnonzero(upper < self._upper), np.flatnonzero(lower > self._lower)
-        self._put(_Node(stations, np.append(out, at), inside, node.depth + 1))
-        self._put(_Node(stations, out, np.append(inside, at), node.depth + 1))
+        if branch.group < 0:
+            self._put(_Node(stations, np.append(out, branch.candidate), inside, depth, counts))
+            self._put(_Node(stations, out, np.append(inside, branch.candidate), depth, counts))
+            return
+        for side in (0, 1):
+            self._put(_Node(stations, out, inside, depth, self._on_side(branch, side, counts)))
+
+    def _on_side(self, branch: Branch, side: int, counts: Counts) -> Counts:
+        low, high = counts.get(branch.group, (0, int(self._group_sizes[branch.group])))
+        return {**counts, branch.group: (low, branch.below) if side == 0 else (branch.below + 1, high)}
 
     def _end_at(self, fixed: Int64Array, stations: int) -> None:
         """All is fixed: a plan, or none, or one that meets `least` and not `required`, on which nobody can branch."""
@@ -178,7 +215,7 @@ class BranchAndBound:
             self._given_up = min(self._given_up, stations)
 
     def _tighten(
-        self, stations: int, centre: FloatArray, lower: Int64Array, upper: Int64Array
+        self, stations: int, centre: FloatArray, lower: Int64Array, upper: Int64Array, counts: Counts
     ) -> tuple[int, FloatArray, FloatArray]:
         """Rounds of cuts at a node, fixing what they prove: bound in stations, solution, the point that follows it."""
         best, x = 0, centre
@@ -189,6 +226,8 @@ class BranchAndBound:
             if stations >= self.n_stations:
                 break
             if self._fix(bound, lower, upper):
+                if not self._counts_fit(lower, upper, counts):
+                    return self.n_stations, x, centre
                 self._program.set_range(lower, upper)
             centre = centre + _NODE_STEP * (x - centre)
             # Nothing but cuts tells a whole point that is no plan from a plan: then they are worth while anyway.
@@ -197,48 +236,104 @@ class BranchAndBound:
                 break
         return stations, x, centre
 
-    def _possible(self, lower: Int64Array, upper: Int64Array) -> bool:
+    def _possible(self, lower: Int64Array, upper: Int64Array, counts: Counts) -> bool:
         """Whether a plan may lie in between; takes out of `upper` what cannot be joined with those that are in."""
-        if (lower > upper).any():
+        if not self._counts_fit(lower, upper, counts):
             return False
         if self._joins is not None:
             keep = self._joins.reachable(lower, upper)
             if keep is None:
                 return False
             upper[~keep] = 0
-        return self._maker.reaches(upper > 0)
+        return self._counts_fit(lower, upper, counts) and self._maker.reaches(upper > 0)
 
-    def _branch_at(self, x: FloatArray, lower: Int64Array, upper: Int64Array) -> int | None:
-        """Candidate whose two branches promise most: the product of what the bound gains in either.
+    def _counts_fit(self, lower: Int64Array, upper: Int64Array, counts: Counts) -> bool:
+        """Whether candidates can be chosen in between, in such numbers; fixes those of groups that leave no choice.
 
-        None where it turned out that some can be fixed: they are, in `lower` and `upper`.
+        Groups hold each other or share nobody: their numbers fit if, small groups first, each holds at least what
+        those in it ask for, and allows no more than they do.
         """
+        if (lower > upper).any():
+            return False
+        low, high = lower.copy(), upper.copy()  # a group's numbers are those of one member, the others have none
+        for group in sorted(counts):
+            at = self._groups[group]
+            least, most = max(counts[group][0], int(low[at].sum())), min(counts[group][1], int(high[at].sum()))
+            if least > most:
+                return False
+            first = int(np.argmax(at))
+            low[at], high[at] = 0, 0
+            low[first], high[first] = least, most
+            if int(lower[at].sum()) == most:
+                upper[at & (lower == 0)] = 0
+            if int(upper[at].sum()) == least:
+                lower[at & (upper == 1)] = 1
+        return True
+
+    def _branch_at(self, x: FloatArray, lower: Int64Array, upper: Int64Array, counts: Counts) -> Branch | None:
+        """Branch whose two sides promise most: the product of what the bound gains on either.
+
+        None where it turned out that some can be fixed: they are, in `lower`, `upper` and `counts`.
+        """
+        branches = self._branches(x, lower, upper, counts)
+        if len(branches) == 1:
+            return branches[0]
+        values, proofs = self._program.probe(branches, lower, upper, enough=float(self.n_stations - 1))
+        if self._prove_probes(branches, proofs, lower, upper, counts):
+            return None
+        gain = np.maximum(values - float(x.sum()), 1e-4)
+        return branches[int(np.argmax(gain[:, 0] * gain[:, 1]))]
+
+    def _branches(self, x: FloatArray, lower: Int64Array, upper: Int64Array, counts: Counts) -> list[Branch]:
+        """Branches that are worth a trial: at least one, and one alone needs none."""
         distance = np.where(lower < upper, np.abs(x - 0.5), 1.0)
         likely = np.argsort(distance, kind="stable")[:_PROBES]
         likely = likely[distance[likely] < 0.5 - _WHOLE]
-        if likely.size < 2:
-            return int(np.argmin(distance))
-        values, proofs = self._program.probe(likely, lower, upper, enough=float(self.n_stations - 1))
-        if self._prove_probes(likely, proofs, lower, upper):
-            return None
-        gain = np.maximum(values - float(x.sum()), 1e-4)
-        return int(likely[np.argmax(gain[:, 0] * gain[:, 1])])
+        branches = [Branch(candidate=int(i)) for i in likely] + self._group_branches(x)
+        return branches or [Branch(candidate=int(np.argmin(distance)))]
+
+    def _group_branches(self, x: FloatArray) -> list[Branch]:
+        """Groups of which x takes about a half more than a whole number; of those with the same x the largest."""
+        taken = self._groups @ x
+        distance = np.abs(taken - np.floor(taken) - 0.5)
+        found: dict[int, Branch] = {}
+        order = np.lexsort((-self._group_sizes, distance))
+        for group in order[distance[order] < _GROUP_DISTANCE].tolist():
+            key = round(float(taken[group]) * 2**20)
+            if key not in found:
+                found[key] = Branch(group=group, below=int(np.floor(taken[group])))
+            if len(found) == _GROUP_PROBES:
+                break
+        return list(found.values())
 
     def _prove_probes(
-        self, at: Int64Array, proofs: dict[tuple[int, int], FloatArray], lower: Int64Array, upper: Int64Array
+        self,
+        branches: list[Branch],
+        proofs: dict[tuple[int, int], FloatArray],
+        lower: Int64Array,
+        upper: Int64Array,
+        counts: Counts,
     ) -> bool:
-        """Whether prices of probes prove that candidates are in, or out; then they are from here on."""
+        """Whether prices of probes prove that a side of a branch holds nothing; then only the other one is left."""
         fixed = False
-        for (number, value), price in proofs.items():
-            low, high = lower.copy(), upper.copy()
-            low[at[number]] = high[at[number]] = value
-            if (low <= high).all() and self._bound(price, low, high).stations >= self.n_stations:
+        for (number, side), price in proofs.items():
+            branch, low, high = branches[number], lower.copy(), upper.copy()
+            right, most = self._program.right, self._program.most
+            if branch.group < 0:
+                low[branch.candidate] = high[branch.candidate] = side
+                if low[branch.candidate] < lower[branch.candidate] or high[branch.candidate] > upper[branch.candidate]:
+                    continue
+            else:
+                right, most = self._program.sides(branch.group, *self._on_side(branch, side, counts)[branch.group])
+            if (low <= high).all() and self._bound(price, low, high, right, most).stations >= self.n_stations:
                 fixed = True
-                # If its other value was ruled out as well, they now contradict each other: nothing is possible here.
-                if value:
-                    upper[at[number]] = 0
+                # If its other side was ruled out as well, they now contradict each other: nothing is possible here.
+                if branch.group >= 0:
+                    counts[branch.group] = self._on_side(branch, 1 - side, counts)[branch.group]
+                elif side:
+                    upper[branch.candidate] = 0
                 else:
-                    lower[at[number]] = 1
+                    lower[branch.candidate] = 1
         return fixed
 
     def _note_plan(self, x: FloatArray) -> None:
@@ -262,20 +357,29 @@ class BranchAndBound:
         lower, upper = self._lower if lower is None else lower, self._upper if upper is None else upper
         return x, self._bound(price, lower, upper)
 
-    def _bound(self, price: FloatArray, lower: Int64Array, upper: Int64Array) -> Bound:
-        return exact_bound(self._program.cuts, self._program.right, price, lower, upper)
+    def _bound(
+        self,
+        price: FloatArray,
+        lower: Int64Array,
+        upper: Int64Array,
+        right: Int64Array | None = None,
+        most: Int64Array | None = None,
+    ) -> Bound:
+        program = self._program
+        right, most = program.right if right is None else right, program.most if most is None else most
+        return exact_bound(program.cuts, right, price, lower, upper, most)
 
-    def _add_cuts(self, x: FloatArray, centre: FloatArray) -> bool:
+    def _add_cuts(self, x: FloatArray, centre: FloatArray, *, joining: bool = True) -> bool:
         """Whether the solution violates any cut: if not, those of the other point would not raise the bound either."""
         self._program.drop_idle()
-        own, more = self._cuts_for(x), self._cuts_for(centre)
+        own, more = self._cuts_for(x, joining=joining), self._cuts_for(centre, joining=joining)
         if own or more:
             self._program.add(own + more)
         return bool(own)
 
-    def _cuts_for(self, x: FloatArray) -> list[Cut]:
+    def _cuts_for(self, x: FloatArray, *, joining: bool) -> list[Cut]:
         self._n_looks += 1
-        return self._maker.violated(x) + (self._joins.violated(x) if self._joins is not None else [])
+        return self._maker.violated(x) + (self._joins.violated(x) if self._joins is not None and joining else [])
 
     def _fix(self, bound: Bound, lower: Int64Array, upper: Int64Array) -> bool:
         """Fix candidates with which, or without which, no plan in between is smaller than the best; whether any."""

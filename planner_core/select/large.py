@@ -16,7 +16,6 @@ are saved. Work is counted, not timed; same problem and same settings give the s
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -25,24 +24,16 @@ import numpy as np
 
 from planner_core.device import Device
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, Int64Array
+from planner_core.model import Int64Array
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.lagrange import LagrangeBound, large_bound
-from planner_core.select.network import Network
+from planner_core.select.limits import INTERRUPTED, PROVEN, Limits
+from planner_core.select.network import Network, network_within
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
-from planner_core.select.proven import (
-    INTERRUPTED,
-    PROVEN,
-    TIME_OVER,
-    WORK_DONE,
-    Point,
-    ProvenSelection,
-    SelectionSettings,
-    select,
-)
+from planner_core.select.proven import Point, ProvenSelection, SelectionSettings, select
 from planner_core.select.relaxation import BOUND_UNIT
 from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, open_walks
 
@@ -116,22 +107,7 @@ def core_problem(
         starts=np.concatenate([[0], np.cumsum(size[keep])]).astype(np.int64),
         row=problem.row[np.repeat(keep, size)],
     )
-    return Core(restricted, np.flatnonzero(keep), None if network is None else _links_within(network, keep))
-
-
-def _links_within(network: Network, keep: BoolArray) -> Network:
-    if keep.all():
-        return network
-    number = np.cumsum(keep) - 1
-    owner = np.repeat(np.arange(network.n_candidates), np.diff(network.starts))
-    kept = keep[owner] & keep[network.neighbour]
-    n_links = np.bincount(number[owner[kept]], minlength=int(keep.sum()))
-    return Network(
-        starts=np.concatenate([[0], np.cumsum(n_links)]).astype(np.int64),
-        neighbour=number[network.neighbour[kept]].astype(np.int32),
-        part=network.part[keep],
-        loops=network.loops,
-    )
+    return Core(restricted, np.flatnonzero(keep), None if network is None else network_within(network, keep))
 
 
 def select_large(
@@ -166,7 +142,7 @@ def select_large(
     try:
         search.run()
     except KeyboardInterrupt:
-        search.why_stopped = INTERRUPTED
+        search.limits.why_stopped = INTERRUPTED
     result = search.result()
     check_selection(problem, result.chosen, given=given, network=network)
     return result
@@ -208,12 +184,11 @@ class _Search:
     ) -> None:
         self._problem, self._settings, self._network, self._given = problem, settings, network, given
         self._device, self._host, self._progress = device, host, progress
-        self._began_s = time.monotonic()
+        self.limits = Limits(work_limit=settings.work_limit, time_limit_s=settings.time_limit_s)
         self._work = 0.0
         self._best: list[int] = []
         self._bound = self._n_greedy = 0
         self._curve: list[Point] = []
-        self.why_stopped = PROVEN
 
     # ------------------------------------------------------------------------------------------ the flow
     def begin(self, start: Sequence[int] | None) -> None:
@@ -252,7 +227,7 @@ class _Search:
         return ProvenSelection(
             chosen=tuple(self._best),
             lower_bound=self._bound,
-            why_stopped=PROVEN if self._bound >= len(self._best) else self.why_stopped,
+            why_stopped=PROVEN if self._bound >= len(self._best) else self.limits.why_stopped,
             work=self._work,
             n_greedy=self._n_greedy,
             curve=tuple(self._curve),
@@ -263,14 +238,7 @@ class _Search:
         """Whether there is anything left to prove, and leave to do so."""
         if self._bound >= len(self._best):
             return False
-        limit_s = self._settings.time_limit_s
-        if limit_s is not None and time.monotonic() - self._began_s >= limit_s:
-            self.why_stopped = TIME_OVER
-        elif self._work >= self._settings.work_limit:
-            self.why_stopped = WORK_DONE
-        else:
-            return True
-        return False
+        return not self.limits.reached(self._work)
 
     def _note(self) -> None:
         self._curve.append(Point(self._work, len(self._best), self._bound))
@@ -307,7 +275,7 @@ class _Search:
             aimed = max(1, less or (len(self._best) - self._bound) // 2)
             size = max(len(self._best) - aimed, self._bound, len(self._given) + 1)
             if size >= len(self._best):
-                self.why_stopped = EXHAUSTED
+                self.limits.why_stopped = EXHAUSTED
                 return
             round_ += 1
             reached = self._walk(core, walks, size, round_=round_, n_steps=n_steps)

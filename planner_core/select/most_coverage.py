@@ -22,7 +22,6 @@ makes less possible: the bound holds with it, too.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -35,10 +34,11 @@ from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant
 from planner_core.select.lagrange import TARGET_UNIT, LagrangeBound, large_bound
+from planner_core.select.limits import INTERRUPTED, PROVEN, Limits
 from planner_core.select.network import Network
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
-from planner_core.select.proven import INTERRUPTED, PROVEN, TIME_OVER, WORK_DONE, SelectionSettings
+from planner_core.select.proven import SelectionSettings
 from planner_core.select.relaxation import BOUND_UNIT
 from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, open_walks
 
@@ -122,7 +122,7 @@ def most_coverage(
     try:
         search.run()
     except KeyboardInterrupt:
-        search.why_stopped = INTERRUPTED
+        search.limits.why_stopped = INTERRUPTED
     return search.result()
 
 
@@ -248,12 +248,11 @@ class _Search:
         self._n = min(n_stations, problem.n_candidates)
         self._asked = n_stations
         self._settings, self._device, self._host, self._progress = settings, device, host, progress
-        self._began_s = time.monotonic()
+        self.limits = Limits(work_limit=settings.work_limit, time_limit_s=settings.time_limit_s)
         self._whole = self._bound = _whole(problem)
         self._best: list[int] = []
         self._ticks = -1
         self._work = 0.0
-        self.why_stopped = PROVEN
 
     # ------------------------------------------------------------------------------------------ the flow
     def begin(self, start: Sequence[int] | None) -> None:
@@ -287,7 +286,7 @@ class _Search:
             round_ += 1
             whole_set = fill(self._problem, self._best, self._n, network=self._network, fully=True)
             if len(whole_set) <= len(self._given):
-                self.why_stopped = NOBODY_JOINS
+                self.limits.why_stopped = NOBODY_JOINS
                 return
             sets = np.array([whole_set] * self._settings.n_walks, dtype=np.int32)
             for first in range(0, n_steps, STEPS_A_LOOK):
@@ -309,7 +308,7 @@ class _Search:
         met = _requiring(self._problem, self._ticks)
         chosen = drop_redundant(met, self._best, given=self._given, network=self._network)
         check_selection(met, chosen, given=self._given, network=self._network)
-        why = PROVEN if self._ticks >= self._bound else self.why_stopped
+        why = PROVEN if self._ticks >= self._bound else self.limits.why_stopped
         return MostCoverage(self._asked, tuple(chosen), self._ticks, self._bound, self._whole, why, self._work)
 
     # ------------------------------------------------------------------------------------------- the turns
@@ -347,14 +346,7 @@ class _Search:
         """Whether there is anything left to prove, and leave to do so."""
         if self._ticks >= self._bound:
             return False
-        limit_s = self._settings.time_limit_s
-        if limit_s is not None and time.monotonic() - self._began_s >= limit_s:
-            self.why_stopped = TIME_OVER
-        elif self._work >= self._settings.work_limit:
-            self.why_stopped = WORK_DONE
-        else:
-            return True
-        return False
+        return not self.limits.reached(self._work)
 
     def _work_of_a_step(self) -> float:
         rows = self._problem.row.size / self._problem.n_candidates

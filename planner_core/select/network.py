@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planner_core.model import Int32Array, Int64Array
+from planner_core.model import BoolArray, Int32Array, Int64Array
 
 
 @dataclass(frozen=True)
@@ -84,6 +84,22 @@ class Network:
     def _is_avoidable(self, a: int, b: int, parts: Int32Array, n_of_part: Int64Array) -> bool:
         n_chosen = int(n_of_part[np.searchsorted(parts, self.part[a])])
         return n_chosen > 2 and (min(a, b), max(a, b)) not in self.bridges
+
+
+def network_within(network: Network, keep: BoolArray) -> Network:
+    """The links among some candidates, (N,) bool, numbered anew; parts keep their numbers."""
+    if keep.all():
+        return network
+    number = np.cumsum(keep) - 1
+    owner = np.repeat(np.arange(network.n_candidates), np.diff(network.starts))
+    kept = keep[owner] & keep[network.neighbour]
+    n_links = np.bincount(number[owner[kept]], minlength=int(keep.sum()))
+    return Network(
+        starts=np.concatenate([[0], np.cumsum(n_links)]).astype(np.int64),
+        neighbour=number[network.neighbour[kept]].astype(np.int32),
+        part=network.part[keep],
+        loops=network.loops,
+    )
 
 
 def _components_and_bridges(linked: list[list[int]]) -> tuple[int, list[tuple[int, int]]]:

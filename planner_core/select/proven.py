@@ -6,8 +6,9 @@ arithmetic, and whether both are the same. CONTROL FLOW, `select`:
 1. leave out what cannot matter                                          reductions.py
 2. greedy selection, joined where a network is asked for                  greedy.py, network_start.py
 3. one station less, annealed, as long as that succeeds                   swap_walks.py
-4. the linear relaxation by cutting planes                                relaxation.py
-5. in turns: branch and bound to raise the bound, longer annealing for one station less      branching.py
+4. where parts of the network hardly see the same: a proof by such blocks  blocks.py
+5. with what is left: the linear relaxation by cutting planes, without the network, then with it; in turns branch and
+   bound to raise the bound, and longer annealing for one station less     relaxation.py, branching.py
 6. look at the result again by other means                                check.py
 
 It stops when bound and stations meet, or when the work allowed is done; work is counted, not timed, so that same
@@ -16,7 +17,6 @@ problem and same settings give the same result on any machine. A limit of time m
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -26,20 +26,20 @@ from planner_core.device import Device
 from planner_core.errors import RequirementError
 from planner_core.model import Int32Array
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
+from planner_core.select.blocks import BlockProof, blocks_of
 from planner_core.select.bound import counting_bound
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.limits import INTERRUPTED, PROVEN, Limits
 from planner_core.select.network import Network
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
 from planner_core.select.reductions import Reduced, reduce_problem
 from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, open_walks
 
-PROVEN = "proven"
-WORK_DONE = "work limit"
-TIME_OVER = "time limit"
-INTERRUPTED = "interrupted"
+__all__ = ["INTERRUPTED", "PROVEN", "ROUNDING", "Point", "ProvenSelection", "SelectionSettings", "select"]
+
 #: No smaller set meets `required`; one that meets `least` was not ruled out, and nothing is left to look at.
 ROUNDING = "rounding of areas"
 
@@ -50,6 +50,8 @@ _FIRST_STEPS_A_CANDIDATE = 10
 _STEPS_BEFORE_BOUND = 80
 #: From then on the proof gets so many times the work of annealing: what annealing has not found by then it rarely does.
 _PROOF_SHARE = 3.0
+#: A proof by blocks gets so much of all work at most.
+_BLOCK_SHARE = 0.8
 #: The proof's turn lasts at least so long, in units of work.
 _LEAST_TURN = 0.1
 _MAX_STEPS = 2**28
@@ -166,11 +168,11 @@ def select(
     try:
         search.run()
     except KeyboardInterrupt:
-        search.why_stopped = INTERRUPTED
+        search.limits.why_stopped = INTERRUPTED
     try:
         return _checked(problem, search, network, given, start)
     except KeyboardInterrupt:  # the first one, or that of somebody in a hurry: what there is is ready in a moment
-        search.why_stopped = INTERRUPTED
+        search.limits.why_stopped = INTERRUPTED
         return _checked(problem, search, network, given, start)
 
 
@@ -232,17 +234,17 @@ class _Search:
         self._reduced, self._problem, self._settings, self._network = reduced, reduced.problem, settings, network
         self._pinned = reduced.pinned
         self._device, self._host, self._progress = device, host, progress
-        self._began_s = time.monotonic()
+        self.limits = Limits(work_limit=settings.work_limit, time_limit_s=settings.time_limit_s)
         self._walks: Walks | None = None
         self._walk_work = 0.0
         self._round, self._n_steps = 0, _FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates
         self._sets: Int32Array = np.zeros((0, 0), dtype=np.int32)
         self._tree: BranchAndBound | None = None
+        self._blocks: BlockProof | None = None
         self._best: list[int] = []
         self._bound = 0
         self._n_greedy = 0
         self._curve: list[Point] = []
-        self.why_stopped = PROVEN
 
     @property
     def n_candidates(self) -> int:
@@ -265,8 +267,51 @@ class _Search:
         long = _STEPS_BEFORE_BOUND * self._problem.n_candidates
         while (self._n_steps <= long or not self._settings.prove) and self._can_anneal() and self._go_on():
             self._anneal()
-        if not self._go_on() or not self._settings.prove:
+        if self._go_on() and self._settings.prove:
+            self._prove_by_blocks()
+        if self._go_on() and self._settings.prove:
+            self._prove_as_one()
+
+    def _prove_by_blocks(self) -> None:
+        """Prove what hardly see the same apart, where there are such blocks."""
+        blocks = [] if self._network is None else blocks_of(self._problem, self._network, self._pinned)
+        if not blocks:
             return
+        self._blocks = proof = BlockProof(self._problem, blocks, n_stations=len(self._best), find=self._find)
+        while self._go_on() and not proof.finished and proof.work < _BLOCK_SHARE * self._settings.work_limit:
+            proof.advance(work=_LEAST_TURN, progress=self._tell_of_blocks)
+            self._take_from(proof)
+
+    def _find(
+        self,
+        problem: CoverProblem,
+        network: Network,
+        pinned: tuple[int, ...],
+        start: tuple[int, ...] | None,
+        work: float,
+    ) -> tuple[tuple[int, ...], float]:
+        """Few candidates of a block; see `planner_core.select.blocks.Find`."""
+        found = select(
+            problem,
+            replace(self._settings, work_limit=work, time_limit_s=self.limits.left_s, prove=False),
+            network=network,
+            given=pinned,
+            start=start,
+            device=self._device,
+            host=self._host,
+            progress=self._tell_of_blocks,
+        )
+        if found.why_stopped == INTERRUPTED:
+            raise KeyboardInterrupt
+        return found.chosen, found.work
+
+    def _tell_of_blocks(self, event: ProgressEvent) -> None:
+        """Tell of the whole instead of a block."""
+        note = f"{len(self._best)} stations, at least {self._bound}, block by block"
+        self._prove(replace(event, done=0, total=0, note=note))
+
+    def _prove_as_one(self) -> None:
+        """Branch and bound on the whole, in turns with longer annealing."""
         self._tree = tree = BranchAndBound(
             self._problem,
             n_stations=len(self._best),
@@ -278,7 +323,7 @@ class _Search:
         self._take_from(tree)
         while self._go_on():
             if tree.finished:
-                self.why_stopped = ROUNDING
+                self.limits.why_stopped = ROUNDING
                 return
             if self._proof_due(tree) > 0 or not self._anneal():
                 tree.n_stations = len(self._best)
@@ -290,8 +335,9 @@ class _Search:
 
     def result(self) -> ProvenSelection:
         """What was found so far."""
-        if self._tree is not None:
-            self._take_from(self._tree)
+        for proof in (self._tree, self._blocks):
+            if proof is not None:
+                self._take_from(proof)
         forced = len(self._reduced.forced)
         last = self._curve[-1]
         if (last.stations, last.bound) != (len(self._best) + forced, self._bound + forced):
@@ -299,7 +345,7 @@ class _Search:
         return ProvenSelection(
             chosen=self._reduced.whole(self._best),
             lower_bound=self._bound + forced,
-            why_stopped=PROVEN if self._bound >= len(self._best) else self.why_stopped,
+            why_stopped=PROVEN if self._bound >= len(self._best) else self.limits.why_stopped,
             work=self._work,
             n_greedy=self._n_greedy + forced,
             curve=tuple(self._curve),
@@ -308,28 +354,21 @@ class _Search:
     # ------------------------------------------------------------------------------------------- limits
     @property
     def _work(self) -> float:
-        return self._walk_work + (self._tree.work if self._tree is not None else 0.0)
+        proofs = (proof.work for proof in (self._tree, self._blocks) if proof is not None)
+        return self._walk_work + sum(proofs)
 
     def _go_on(self) -> bool:
         """Whether there is anything left to prove, and leave to do so."""
         if self._bound >= len(self._best):
             return False
-        limit_s = self._settings.time_limit_s
-        if limit_s is not None and time.monotonic() - self._began_s >= limit_s:
-            self.why_stopped = TIME_OVER
-        elif self._work >= self._settings.work_limit:
-            self.why_stopped = WORK_DONE
-        else:
-            return True
-        return False
+        return not self.limits.reached(self._work)
 
     def _prove(self, event: ProgressEvent) -> None:
         """Pass progress of the proof on, and end it where a limit is reached."""
         self._progress(replace(event, best=self._best_so_far()))
-        limit_s = self._settings.time_limit_s
-        over = limit_s is not None and time.monotonic() - self._began_s >= limit_s
-        if self._tree is not None and (over or self._work >= self._settings.work_limit):
-            self._tree.stop()
+        for proof in (self._tree, self._blocks):
+            if proof is not None and self.limits.reached(self._work):
+                proof.stop()
 
     def _note(self) -> None:
         forced = len(self._reduced.forced)
@@ -340,7 +379,7 @@ class _Search:
         return BestSoFar(len(chosen), self._bound + len(self._reduced.forced), chosen)
 
     # ------------------------------------------------------------------------------------------- the turns
-    def _take_from(self, tree: BranchAndBound) -> None:
+    def _take_from(self, tree: BranchAndBound | BlockProof) -> None:
         """Keep what the proof found."""
         before = len(self._best), self._bound
         if tree.best is not None and len(tree.best) < len(self._best):

@@ -34,11 +34,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.model import BoolArray, FloatArray, Int64Array, UInt8Array
 from planner_core.select.problem import CoverProblem
 
 #: 1, in coefficients and right sides of cuts. Rounding up costs a bound of n stations n * 2^-23 at most.
@@ -48,6 +49,8 @@ PRICE_UNIT = 2**20
 BOUND_UNIT = CUT_UNIT * PRICE_UNIT
 #: Quotients below 2^24 in float64 are good to 2^-28.
 _QUOTIENT_SLACK = 2.0**-20
+#: `most` of cuts that bound on one side alone.
+NO_MOST = 2**62
 #: A target is met by x, for the solver, from here on.
 _VIOLATION = 1e-6
 #: A row of the linear program that had no price for so many solutions is left out.
@@ -63,6 +66,15 @@ class Cut:
 
     coefficient: Int64Array
     right: int = CUT_UNIT
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One candidate, or how many of a group are chosen: `below` or fewer on one side, more on the other."""
+
+    candidate: int = -1
+    group: int = -1
+    below: int = 0
 
 
 @dataclass(frozen=True)
@@ -175,10 +187,26 @@ class CutMaker:
     def reaches(self, allowed: BoolArray) -> bool:
         """Whether all allowed candidates together reach `least` of every target."""
         problem = self.problem
-        cover = np.bincount(problem.row[allowed[self._owner]], minlength=problem.n_rows)
-        seen = cover >= problem.seen_from[:, None]
+        if (problem.seen_from == 1).all():
+            seen_by = np.bitwise_or.reduce(self._bits[allowed], axis=0)  # of nobody: nothing
+            seen = np.unpackbits(seen_by, count=problem.n_rows).astype(bool)[None]
+        else:
+            cover = np.bincount(problem.row[allowed[self._owner]], minlength=problem.n_rows)
+            seen = cover >= problem.seen_from[:, None]
         covered = (problem.counts_for * np.where(seen, problem.ticks, 0)).sum(axis=1)
         return bool((covered >= problem.least).all())
+
+    @cached_property
+    def _bits(self) -> UInt8Array:
+        """(N, ceil(R / 8)) uint8: rows of each candidate, as bits."""
+        bits = np.zeros((self.problem.n_candidates, -(-self.problem.n_rows // 8)), dtype=np.uint8)
+        sees = np.zeros(self.problem.n_rows, dtype=bool)
+        for candidate in range(self.problem.n_candidates):
+            rows = self.problem.rows_of(candidate)
+            sees[rows] = True
+            bits[candidate] = np.packbits(sees)
+            sees[rows] = False
+        return bits
 
     def _unit(self, seen_from: int) -> int:
         """A multiple of 1 .. seen_from, by which ticks can be divided; `seen_from` itself where that is too large."""
@@ -212,7 +240,14 @@ def _independent_targets(problem: CoverProblem) -> list[int]:
     return sorted(kept)
 
 
-def exact_bound(cuts: Int64Array, right: Int64Array, price: FloatArray, lower: Int64Array, upper: Int64Array) -> Bound:
+def exact_bound(
+    cuts: Int64Array,
+    right: Int64Array,
+    price: FloatArray,
+    lower: Int64Array,
+    upper: Int64Array,
+    most: Int64Array | None = None,
+) -> Bound:
     """Lower bound of sum x over lower <= x <= upper and the cuts, for any prices; see the head of this module.
 
     Parameters
@@ -220,17 +255,22 @@ def exact_bound(cuts: Int64Array, right: Int64Array, price: FloatArray, lower: I
     cuts, right
         (C, N) and (C,) int64, in 1 / CUT_UNIT.
     price
-        (C,); negative ones count as 0. Their sum must be below 2^18.
+        (C,); negative ones count as 0, but for cuts that have a `most`. Their sum must be below 2^18.
     lower, upper
         (N,) 0 or 1.
+    most
+        (C,) int64, in 1 / CUT_UNIT: what each sum of a cut is at most, too; `NO_MOST` where that is not known. A
+        negative price -p is p for the cut turned round: -A_c x >= -most.
     """
-    whole = np.floor(np.clip(price, 0.0, 2.0**18) * PRICE_UNIT).astype(np.int64)
+    least_price = np.zeros(price.size) if most is None else np.where(most < NO_MOST, -(2.0**18), 0.0)
+    whole = np.trunc(np.clip(price, least_price, 2.0**18) * PRICE_UNIT).astype(np.int64)
     used = np.flatnonzero(whole)
-    if int(whole.sum()) >= 2**38:
-        raise ValueError(f"prices: got a sum of {whole.sum() / PRICE_UNIT:g}, expected less than {2**18}")
+    if int(np.abs(whole).sum()) >= 2**38:
+        raise ValueError(f"prices: got a sum of {np.abs(whole).sum() / PRICE_UNIT:g}, expected less than {2**18}")
     margin = BOUND_UNIT - whole[used] @ cuts[used]
     at_best = np.where(margin < 0, upper, lower) * margin
-    paid = sum(p * b for p, b in zip(whole[used].tolist(), right[used].tolist(), strict=True))
+    sides = right if most is None else np.where(whole < 0, most, right)
+    paid = sum(p * b for p, b in zip(whole[used].tolist(), sides[used].tolist(), strict=True))
     return Bound(paid + sum(at_best[at_best != 0].tolist()), margin)
 
 
@@ -238,18 +278,26 @@ class CutProgram:
     """A linear program in HiGHS: least sum of x within bounds and cuts. It is solved from where it was solved last.
 
     A slack that serves all cuts, at a price of more stations than any plan needs, keeps it solvable.
+
+    groups : (G, N) bool, candidates whose number can be bounded, see `set_counts`. cuts, right, most : (C, N), (C,),
+    (C,) what it holds now, as `exact_bound` takes it.
     """
 
-    def __init__(self, n_candidates: int, *, slack_price: float) -> None:
+    def __init__(self, n_candidates: int, *, slack_price: float, groups: BoolArray | None = None) -> None:
         import highspy
 
         self.n_candidates = n_candidates
+        self.groups: BoolArray = np.zeros((0, n_candidates), dtype=bool) if groups is None else groups
         self.cuts: Int64Array = np.zeros((0, n_candidates), dtype=np.int64)
         self.right: Int64Array = np.zeros(0, dtype=np.int64)
+        self.most: Int64Array = np.zeros(0, dtype=np.int64)
         self.n_iterations = 0
+        self._group = np.zeros(0, dtype=np.int64)  # of each row of the program, -1: it is a cut
+        self._counts: dict[int, tuple[int, int]] = {}
         self._idle = np.zeros(0, dtype=np.int64)
         self._infinity = highspy.kHighsInf
         self._optimal = highspy.HighsModelStatus.kOptimal
+        self._infeasible = highspy.HighsModelStatus.kInfeasible
         self._highs: Any = highspy.Highs()  # type: ignore[no-untyped-call]
         for name, value in (("output_flag", False), ("threads", 1), ("parallel", "off"), ("random_seed", 0)):
             self._highs.setOptionValue(name, value)
@@ -264,15 +312,50 @@ class CutProgram:
             at = np.append(np.flatnonzero(cut.coefficient), self.n_candidates).astype(np.int32)
             value = np.append(cut.coefficient[at[:-1]] / CUT_UNIT, 1.0)
             self._highs.addRow(cut.right / CUT_UNIT, self._infinity, at.size, at, value)
-        rows = np.array([cut.coefficient for cut in cuts], dtype=np.int64).reshape(-1, self.n_candidates)
-        self.cuts = np.concatenate([self.cuts, rows])
-        self.right = np.append(self.right, np.array([cut.right for cut in cuts], dtype=np.int64))
-        self._idle = np.append(self._idle, np.zeros(len(cuts), dtype=np.int64))
+        n = len(cuts)
+        self._keep_rows(
+            np.array([cut.coefficient for cut in cuts], dtype=np.int64).reshape(-1, self.n_candidates),
+            np.array([cut.right for cut in cuts], dtype=np.int64),
+            np.full(n, NO_MOST, dtype=np.int64),
+            np.full(n, -1, dtype=np.int64),
+        )
+
+    def _keep_rows(self, cuts: Int64Array, right: Int64Array, most: Int64Array, group: Int64Array) -> None:
+        self.cuts = np.concatenate([self.cuts, cuts])
+        self.right, self.most = np.append(self.right, right), np.append(self.most, most)
+        self._group = np.append(self._group, group)
+        self._idle = np.append(self._idle, np.zeros(group.size, dtype=np.int64))
 
     def set_range(self, lower: Int64Array, upper: Int64Array) -> None:
         """Let every x_i lie in lower_i .. upper_i."""
         at = np.arange(self.n_candidates, dtype=np.int32)
         self._highs.changeColsBounds(at.size, at, lower.astype(np.float64), upper.astype(np.float64))
+
+    def set_counts(self, counts: dict[int, tuple[int, int]]) -> None:
+        """Let x of groups add up to least .. most, by number of the group; of all others to anything."""
+        self._counts = dict(counts)
+        for group in sorted(set(counts) - set(self._group.tolist())):
+            at = np.flatnonzero(self.groups[group]).astype(np.int32)
+            self._highs.addRow(0.0, float(at.size), at.size, at, np.ones(at.size))
+            coefficient = np.where(self.groups[group], CUT_UNIT, 0).astype(np.int64)
+            most = np.array([at.size * CUT_UNIT], dtype=np.int64)
+            self._keep_rows(coefficient[None], np.zeros(1, dtype=np.int64), most, np.array([group]))
+        for row in np.flatnonzero(self._group >= 0).tolist():
+            group = int(self._group[row])
+            least, most_ = counts.get(group, (0, int(self.groups[group].sum())))
+            if (least * CUT_UNIT, most_ * CUT_UNIT) != (self.right[row], self.most[row]):
+                self.right[row], self.most[row] = least * CUT_UNIT, most_ * CUT_UNIT
+                self._highs.changeRowBounds(row, float(least), float(most_))
+
+    def sides(self, group: int, least: int, most: int) -> tuple[Int64Array, Int64Array]:
+        """`right` and `most` with another count of a group."""
+        row = self._row_of(group)
+        right, sides = self.right.copy(), self.most.copy()
+        right[row], sides[row] = least * CUT_UNIT, most * CUT_UNIT
+        return right, sides
+
+    def _row_of(self, group: int) -> int:
+        return int(np.flatnonzero(self._group == group)[0])
 
     def solve(self) -> tuple[FloatArray, FloatArray]:
         """X (N,) in [0, 1] and prices (C,) of the cuts; nothing is claimed of them, see `exact_bound`."""
@@ -283,41 +366,60 @@ class CutProgram:
         self.n_iterations += max(int(self._highs.getInfo().simplex_iteration_count), 0)
         found: Any = self._highs.getSolution()
         x = np.clip(np.array(found.col_value[:-1], dtype=np.float64), 0.0, 1.0)
-        price = np.maximum(np.array(found.row_dual, dtype=np.float64), 0.0)
-        self._idle = np.where(price > 0, 0, self._idle + 1)
+        price = np.array(found.row_dual, dtype=np.float64)
+        price = np.where(self._group < 0, np.maximum(price, 0.0), price)
+        self._idle = np.where(price != 0, 0, self._idle + 1)
         return x, price
 
     def probe(
-        self, at: Int64Array, lower: Int64Array, upper: Int64Array, *, enough: float
+        self, branches: list[Branch], lower: Int64Array, upper: Int64Array, *, enough: float
     ) -> tuple[FloatArray, dict[tuple[int, int], FloatArray]]:
-        """(n, 2): about how much the least sum is if x is 0 and if it is 1, for each of the candidates `at`.
+        """(n, 2): about how much the least sum is on either side of each branch: `below` or less, or more.
 
-        After some iterations from the last solution, which is kept: a guide for branching. For (number in `at`, 0 or
-        1) where it is more than `enough`, also prices of the cuts: they may prove it, see `exact_bound`.
+        After some iterations from the last solution, which is kept: a guide for branching. For (number in `branches`,
+        0 or 1) where it is more than `enough`, also prices of the cuts: they may prove it, see `exact_bound`.
         """
         solver = self._highs
+        self.set_counts(
+            {**{b.group: (0, int(self.groups[b.group].sum())) for b in branches if b.group >= 0}, **self._counts}
+        )
         basis = solver.getBasis()
-        values = np.empty((at.size, 2))
+        values = np.empty((len(branches), 2))
         prices: dict[tuple[int, int], FloatArray] = {}
         solver.setOptionValue("simplex_iteration_limit", _PROBE_ITERATIONS)
-        for number, candidate in enumerate(at.tolist()):
-            for value in (0, 1):
-                solver.changeColBounds(candidate, float(value), float(value))
+        for number, branch in enumerate(branches):
+            for side in (0, 1):
+                self._change(branch, side, lower, upper)
                 solver.run()
-                values[number, value] = solver.getObjectiveValue()
-                if values[number, value] > enough:
-                    prices[number, value] = np.array(solver.getSolution().row_dual, dtype=np.float64)
+                values[number, side] = solver.getObjectiveValue()
+                if solver.getModelStatus() == self._infeasible:
+                    values[number, side] = enough + 1.0
+                elif values[number, side] > enough:
+                    prices[number, side] = np.array(solver.getSolution().row_dual, dtype=np.float64)
                 self.n_iterations += max(int(solver.getInfo().simplex_iteration_count), 0)
-                solver.changeColBounds(candidate, float(lower[candidate]), float(upper[candidate]))
+                self._change(branch, None, lower, upper)
                 solver.setBasis(basis)
         solver.setOptionValue("simplex_iteration_limit", _NO_LIMIT)
         return values, prices
 
+    def _change(self, branch: Branch, side: int | None, lower: Int64Array, upper: Int64Array) -> None:
+        """Go to a side of a branch, or back."""
+        if branch.group < 0:
+            low, high = (int(lower[branch.candidate]), int(upper[branch.candidate])) if side is None else (side, side)
+            self._highs.changeColBounds(branch.candidate, float(low), float(high))
+            return
+        row = self._row_of(branch.group)
+        low, high = int(self.right[row]) // CUT_UNIT, int(self.most[row]) // CUT_UNIT
+        if side is not None:
+            low, high = (low, branch.below) if side == 0 else (branch.below + 1, high)
+        self._highs.changeRowBounds(row, float(low), float(high))
+
     def drop_idle(self) -> None:
-        """Leave out cuts that had no price for long."""
-        idle = np.flatnonzero(self._idle >= _IDLE_SOLUTIONS).astype(np.int32)
+        """Leave out cuts that had no price for long, and groups whose number nobody bounds."""
+        bounded = np.isin(self._group, list(self._counts))
+        idle = np.flatnonzero((self._idle >= _IDLE_SOLUTIONS) & ~bounded).astype(np.int32)
         if idle.size:
             self._highs.deleteRows(idle.size, idle)
             self.cuts = np.delete(self.cuts, idle, axis=0)
-            self.right = np.delete(self.right, idle)
-            self._idle = np.delete(self._idle, idle)
+            self.right, self.most = np.delete(self.right, idle), np.delete(self.most, idle)
+            self._group, self._idle = np.delete(self._group, idle), np.delete(self._idle, idle)

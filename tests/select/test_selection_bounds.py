@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 
 from planner_core.select.bound import counting_bound, lower_bound
 from planner_core.select.branching import BranchAndBound
+from planner_core.select.groups import groups_of
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import (
     BOUND_UNIT,
     CUT_UNIT,
+    NO_MOST,
     Cut,
     CutMaker,
     CutProgram,
@@ -217,8 +219,8 @@ def test_probes_that_prove_something_fix_candidates_without_losing_the_optimum(m
     fixed = []
     prove = BranchAndBound._prove_probes
 
-    def noted(self, at, proofs, lower, upper):
-        found = prove(self, at, proofs, lower, upper)
+    def noted(self, *asked):
+        found = prove(self, *asked)
         fixed.append(found)
         return found
 
@@ -266,7 +268,7 @@ def test_relaxation_by_cuts_reaches_the_linear_relaxation_at_least():
         assert tree.lower_bound >= np.ceil(relaxed.fun - 1e-3), f"seed {seed}"
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(SEEDS, st.integers(1, 3))
 def test_branch_and_bound_finds_the_optimum_from_a_bad_plan_and_never_passes_it(seed, seen_from):
     problem = tangle(seed, seen_from=seen_from)
@@ -280,6 +282,96 @@ def test_branch_and_bound_finds_the_optimum_from_a_bad_plan_and_never_passes_it(
         assert tree.lower_bound <= optimum, f"seed {seed}"
     assert tree.lower_bound == optimum == tree.n_stations
     assert tree.best is not None and (problem.covered(list(tree.best)) >= problem.required).all()
+
+
+@settings(max_examples=10, deadline=None)
+@given(SEEDS, st.integers(1, 2))
+def test_tree_that_branches_on_groups_alone_ends_at_the_optimum(seed, seen_from):
+    problem = tangle(seed, seen_from=seen_from)
+    optimum = int(smallest_solutions(problem)[0].sum())
+    tree = BranchAndBound(problem, n_stations=problem.n_candidates + 1)
+    tree.root()
+    # Single candidates only where there is no other way: all numbers of groups are whole.
+    every = tree._branches
+
+    def groups_first(x, lower, upper, counts):
+        found = every(x, lower, upper, counts)
+        groups = [branch for branch in found if branch.group >= 0]
+        taken.extend(groups)
+        return groups or found
+
+    taken = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tree, "_branches", groups_first)
+        while not tree.finished:
+            tree.advance(work=1e-4)
+            assert tree.lower_bound <= optimum, f"seed {seed}"
+    assert tree.lower_bound == optimum == tree.n_stations
+    assert taken or tree.n_nodes < 3
+
+
+@settings(max_examples=60, deadline=None)
+@given(SEEDS)
+def test_counts_of_groups_fit_exactly_where_some_choice_has_them(seed):
+    rng = np.random.default_rng(seed)
+    tree = BranchAndBound(tangle(seed, n=8), n_stations=9)
+    lower = (rng.random(8) < 0.2).astype(np.int64)
+    upper = np.maximum(lower, rng.random(8) < 0.8).astype(np.int64)
+    counts = {}
+    for group in rng.choice(len(tree._groups), 3, replace=False).tolist():
+        low = int(rng.integers(0, tree._groups[group].sum() + 1))
+        counts[group] = (low, low + int(rng.integers(0, 2)))
+    choices = np.array(list(itertools.product((0, 1), repeat=8)))
+    fit = (choices >= lower).all(axis=1) & (choices <= upper).all(axis=1)
+    for group, (low, high) in counts.items():
+        n = choices[:, tree._groups[group]].sum(axis=1)
+        fit &= (n >= low) & (n <= high)
+    then_lower, then_upper = lower.copy(), upper.copy()
+    assert tree._counts_fit(then_lower, then_upper, counts) == bool(fit.any()), f"seed {seed}"
+    if fit.any():  # what is fixed is so in every choice that has the counts
+        assert (choices[fit] >= then_lower).all() and (choices[fit] <= then_upper).all(), f"seed {seed}"
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS)
+def test_groups_hold_each_other_or_share_nobody(seed):
+    problem = random_problem(seed, n=9)
+    groups = groups_of(problem)
+    assert len(groups) == 7
+    assert ((groups.sum(axis=1) > 1) & (groups.sum(axis=1) < 9)).all()
+    for a, b in itertools.combinations(groups, 2):
+        shared = a & b
+        assert not shared.any() or (shared == a).all() or (shared == b).all()
+
+
+def test_first_group_is_of_those_who_see_most_nearly_the_same():
+    sees = np.array([[1, 1, 1, 0, 0], [0, 0, 0, 1, 1], [1, 1, 0, 0, 0], [0, 0, 0, 0, 1]], dtype=bool)
+    problem = replace(
+        random_problem(0, n=4, r=5),
+        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]),
+        row=np.nonzero(sees)[1],
+    )
+    assert groups_of(problem).astype(int).tolist() == [[1, 0, 1, 0], [0, 1, 0, 1]]
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS)
+def test_bound_with_sums_bounded_above_holds_for_any_prices(seed):
+    problem = random_problem(seed)
+    rng = np.random.default_rng(seed)
+    n = problem.n_candidates
+    sums = rng.random((3, n)) < 0.5
+    least = rng.integers(0, 2, 3)
+    most = least + rng.integers(0, 3, 3)
+    made = CutMaker(problem).violated(np.zeros(n))
+    cuts = np.concatenate([[cut.coefficient for cut in made], sums * CUT_UNIT]).astype(np.int64)
+    right = np.append([cut.right for cut in made], least * CUT_UNIT)
+    sides = np.append([NO_MOST] * len(made), most * CUT_UNIT).astype(np.int64)
+    lower, upper = np.zeros(n, dtype=np.int64), np.ones(n, dtype=np.int64)
+    fit = [x for x in every_solution(problem) if (sums @ x >= least).all() and (sums @ x <= most).all()]
+    for price in rng.normal(0.0, 1.5, (8, len(cuts))):
+        bound = exact_bound(cuts, right, price, lower, upper, sides)
+        assert all(bound.stations <= int(x.sum()) for x in fit), f"seed {seed}"
 
 
 @settings(max_examples=20, deadline=None)

@@ -1,0 +1,168 @@
+"""Proof by blocks against exhaustive search: bounds never pass the optimum and meet it, plans hang together."""
+
+import itertools
+from dataclasses import replace
+
+import networkx as nx
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner_core.select import proven
+from planner_core.select.blocks import BlockProof, blocks_of
+from planner_core.select.check import check_selection
+from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.network import Network
+from planner_core.select.network_start import joined
+from planner_core.select.problem import CoverProblem
+from planner_core.select.proven import SelectionSettings, select
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def flats(seed, *, n=4, r=30, n_flats=2, n_targets=1, shared=0, share=0.85, loops=False):
+    """Flats of n candidates and r rows each; `shared` rows that all candidates of all flats see."""
+    rng = np.random.default_rng(seed)
+    sees = np.zeros((n_flats * n, n_flats * r + shared), dtype=bool)
+    graph = nx.empty_graph(n_flats * n)
+    for flat in range(n_flats):
+        own = slice(flat * n, flat * n + n)
+        sees[own, flat * r : flat * r + r] = rng.random((n, r)) < 0.4
+        graph.add_edges_from((flat * n + int(rng.integers(i)), flat * n + i) for i in range(1, n))
+    sees[:, n_flats * r :] = True
+    ticks = rng.integers(50, 100, sees.shape[1])
+    ticks[n_flats * r :] = 1
+    counts_for = np.ones((n_targets, ticks.size), dtype=bool)
+    counts_for[1:] = rng.random((n_targets - 1, ticks.size)) < 0.5
+    least = (share * (counts_for & sees.any(axis=0)) @ ticks).astype(np.int64)
+    problem = CoverProblem(
+        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
+        row=np.nonzero(sees)[1].astype(np.int64),
+        ticks=ticks.astype(np.int64),
+        counts_for=counts_for,
+        required=least,
+        least=least,
+    )
+    rows = [sorted(graph[i]) for i in range(len(graph))]
+    network = Network(
+        starts=np.cumsum([0] + [len(row) for row in rows]).astype(np.int64),
+        neighbour=np.array([j for row in rows for j in row], dtype=np.int32),
+        part=np.repeat(np.arange(n_flats), n).astype(np.int32),
+        loops=loops,
+    )
+    return problem, network
+
+
+def smallest(problem, network, *, pinned=()):
+    for size in range(problem.n_candidates + 1):
+        for chosen in itertools.combinations(range(problem.n_candidates), size):
+            meets = (problem.covered(list(chosen)) >= problem.least).all()
+            if set(pinned) <= set(chosen) and meets and network.faults(chosen) == 0:
+                return size
+    raise AssertionError("no set meets all")
+
+
+def find(problem, network, pinned, start, work):
+    """Greedy selection alone: worse sets leave more to the proof."""
+    chosen = joined(problem, network, select_greedy(problem, given=pinned).chosen)
+    chosen = drop_redundant(problem, chosen, given=pinned, network=network)
+    return tuple(chosen if start is None or len(chosen) < len(start) else start), work
+
+
+def proof_of(problem, network, *, pinned=(), n_stations=None):
+    blocks = blocks_of(problem, network, pinned)
+    return BlockProof(problem, blocks, n_stations=n_stations or problem.n_candidates, find=find)
+
+
+@settings(max_examples=15, deadline=None)
+@given(SEEDS, st.integers(2, 3), st.integers(1, 2), st.integers(0, 2), st.sampled_from([0.6, 0.8, 0.95]))
+def test_proof_by_blocks_ends_at_the_smallest_set_and_never_passes_it(seed, n_flats, n_targets, shared, share):
+    n = 10 // n_flats
+    problem, network = flats(seed, n=n, n_flats=n_flats, n_targets=n_targets, shared=shared, share=share)
+    optimum = smallest(problem, network)
+    proof = proof_of(problem, network)
+    while not proof.finished:
+        proof.advance(work=1e-6)
+        assert proof.lower_bound <= optimum, f"seed {seed}"
+    # Rows that two blocks see may leave a bound short of the optimum: they count twice.
+    assert proof.n_stations == problem.n_candidates or proof.best is not None
+    assert proof.lower_bound == min(optimum, problem.n_candidates) or shared, f"seed {seed}"
+    if proof.best is not None:
+        check_selection(problem, proof.best, network=network)
+
+
+@settings(max_examples=10, deadline=None)
+@given(SEEDS, st.booleans())
+def test_given_candidates_and_loops_hold_within_blocks(seed, loops):
+    problem, network = flats(seed, n=5, loops=loops)
+    pinned = tuple(np.random.default_rng(seed).choice(10, 2, replace=False).tolist())
+    optimum = smallest(problem, network, pinned=pinned)
+    proof = proof_of(problem, network, pinned=pinned, n_stations=11)
+    while not proof.finished:
+        proof.advance(work=1e-6)
+    assert proof.lower_bound == optimum == len(proof.best), f"seed {seed}"
+    check_selection(problem, proof.best, given=pinned, network=network)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_selection_of_flats_is_proven_by_blocks(seed, monkeypatch):
+    def never(self):
+        raise AssertionError("blocks leave nothing to be proven as one")
+
+    monkeypatch.setattr(proven._Search, "_prove_as_one", never)
+    problem, network = flats(seed, n=5)
+    found = select(problem, SelectionSettings(work_limit=5.0, n_walks=1), network=network)
+    assert found.proven
+    assert len(found.chosen) == smallest(problem, network), f"seed {seed}"
+
+
+def test_blocks_see_what_their_candidates_see():
+    problem, network = flats(1, n=4, r=30, shared=1)
+    blocks = blocks_of(problem, network, pinned=(5,))
+    assert [block.candidate.tolist() for block in blocks] == [[0, 1, 2, 3], [4, 5, 6, 7]]
+    assert [block.pinned for block in blocks] == [(), (1,)]
+    for block in blocks:
+        for chosen in itertools.combinations(range(4), 2):
+            whole = [int(block.candidate[c]) for c in chosen]
+            assert block.problem.covered(list(chosen)).tolist() == problem.covered(whole).tolist()
+        assert block.ticks.tolist() == problem.covered(block.candidate.tolist()).tolist()
+        assert block.network.n_candidates == 4
+
+
+def test_parts_that_see_much_of_the_same_are_one_block():
+    problem, network = flats(1, shared=1)
+    assert len(blocks_of(problem, network)) == 2
+    ticks = problem.ticks.copy()
+    ticks[-1] = ticks.sum()
+    assert blocks_of(replace(problem, ticks=ticks), network) == []
+
+
+def test_shared_rows_that_need_two_looks_leave_one_block():
+    problem, network = flats(1, shared=1)
+    assert blocks_of(replace(problem, seen_from=np.array([2])), network) == []
+    apart, network = flats(1)
+    assert len(blocks_of(replace(apart, seen_from=np.array([2])), network)) == 2
+
+
+def test_many_small_parts_are_merged_to_a_few_blocks():
+    problem, network = flats(3, n=2, n_flats=9)
+    blocks = blocks_of(problem, network)
+    assert len(blocks) == 6
+    assert sorted(np.concatenate([block.candidate for block in blocks]).tolist()) == list(range(18))
+
+
+def test_interrupted_proof_by_blocks_keeps_a_bound_that_holds(monkeypatch):
+    problem, network = flats(4, n=5)
+    proof = proof_of(problem, network)
+
+    def interrupt(node, progress):
+        raise KeyboardInterrupt
+
+    proof.advance(work=1e-6)
+    before = proof.lower_bound
+    monkeypatch.setattr(proof, "_look_at", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        proof.advance(work=1.0)
+    assert proof.lower_bound == before <= smallest(problem, network)
+    assert not proof.finished
