@@ -140,6 +140,13 @@ def test_region_ends_where_the_ground_bends_up_a_ramp() -> None:
     assert region_of(scene, np.array([3.5, 0.5, 0.225])) == {4, 5, 6, 7}
 
 
+def test_region_ends_where_a_ramp_of_one_degree_has_left_its_plane() -> None:
+    """No edge of it bends by as much as two degrees; the plane of the level part is left by a centimetre at once."""
+    rise_m = np.tan(np.deg2rad(1.2))
+    scene = strip([0.0] * 11 + [k * rise_m for k in range(1, 4)])
+    assert region_of(scene, np.array([9.5, 0.5, 0.0])) == set(range(20))
+
+
 def test_surfaces_that_touch_in_a_corner_or_not_at_all_are_apart() -> None:
     squares = [(0, 0), (1, 1), (0, 2.5)]
     points = np.array([(x + i, y + j, 0.0) for x, y in squares for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))])
@@ -262,6 +269,8 @@ def test_named_floor_gets_the_region_however_far_and_others_lose_it(hall: Scene)
 def test_ground_that_is_marked_again_stays_with_its_floor(hall: Scene) -> None:
     found = find_floors(hall)
     new = GroundPick(point(1, 6, 3.5))
+    named = with_ground_picks(hall, found, [replace(new, floor="F0"), new])
+    assert [f.id for f in named.floors] == ["F0"]
     first = with_ground_picks(hall, found, [new])
     again = with_ground_picks(hall, found, [new, new, GroundPick(point(4, 6, 0.0))])
     assert [f.id for f in first.floors] == [f.id for f in again.floors]
