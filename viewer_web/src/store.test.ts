@@ -1,5 +1,6 @@
 import { expect, test } from 'vitest';
 import type { LoadedPlan } from './load/fetch-plan.ts';
+import type { UnseenSurface } from './load/plan-json.ts';
 import { createStore, type Store } from './store.ts';
 import { smallPlan } from './testing/small-plan.ts';
 
@@ -20,7 +21,10 @@ function storeWithPlan(): Store {
     order,
     positionM: [0, 0, 0],
   }));
-  store.loaded.value = { plan, stage: { floors, stations: stageStations } } as unknown as LoadedPlan;
+  store.loaded.value = {
+    plan,
+    stage: { floors, stations: stageStations, offsetM: [0, 0, 0] },
+  } as unknown as LoadedPlan;
   const whole = { minM: [0, 0, 0] as [number, number, number], maxM: [10, 8, 5.6] as [number, number, number] };
   store.extents.value = { whole, grounds: new Map() };
   return store;
@@ -70,4 +74,75 @@ test('slices follow the chosen floor', () => {
   expect(store.slices.value.map((slice) => slice.floorId)).toEqual([null]);
   store.chooseFloor('F1');
   expect(store.slices.value.map((slice) => slice.floorId)).toEqual(['F1']);
+});
+
+const SURFACE = {
+  floor: 'F1',
+  pieces: [
+    {
+      area_m2: 1,
+      centroid: [0, 0, 5],
+      box: [
+        [0, 0, 5],
+        [1, 1, 5.2],
+      ],
+      patch: 7,
+    },
+  ],
+} as unknown as UnseenSurface;
+
+test('one thing is chosen at a time', () => {
+  const store = storeWithPlan();
+  store.chooseStation('S001');
+  store.choosePair(['S001', 'S002']);
+  expect([store.stationId.value, store.pair.value]).toEqual([null, ['S001', 'S002']]);
+  expect(store.floorId.value).toBe('F0');
+  store.lookAtUnseen({ surface: SURFACE, piece: 0 });
+  expect([store.pair.value, store.unseenFocus.value?.piece]).toEqual([null, 0]);
+  store.chooseStation('S003');
+  expect(store.unseenFocus.value).toBeNull();
+  store.clear();
+  expect([store.stationId.value, store.floorId.value]).toEqual([null, 'F1']);
+});
+
+test('a pair of two floors shows all floors', () => {
+  const store = storeWithPlan();
+  store.chooseFloor('F0');
+  store.choosePair(['S002', 'S003']);
+  expect(store.floorId.value).toBeNull();
+});
+
+test('looking at an unseen piece opens its floor and raises the cut above the piece', () => {
+  const store = storeWithPlan();
+  store.lookAtUnseen({ surface: SURFACE, piece: 0 });
+  expect(store.floorId.value).toBe('F1');
+  expect(store.cutM.value).toBeGreaterThan(2.4);
+  expect(store.slices.value[0].topM).toBeGreaterThan(5.2);
+});
+
+test('stations and links of a draft go before those of the plan', () => {
+  const store = storeWithPlan();
+  expect(store.shownStations.value).toHaveLength(3);
+  expect(store.shownLinks.value).toHaveLength(2);
+  store.draft.value = { stations: store.shownStations.value.slice(0, 1), links: [] };
+  expect(store.shownStations.value).toHaveLength(1);
+  expect(store.shownLinks.value).toEqual([]);
+  store.draft.value = null;
+  expect(store.shownStations.value).toHaveLength(3);
+});
+
+test('while walking nothing is cut', () => {
+  const store = storeWithPlan();
+  store.chooseFloor('F0');
+  store.isWalking.value = true;
+  expect(store.slices.value).toMatchObject([{ floorId: null, liftM: 0 }]);
+});
+
+test('layers of others stand beside those of the plan', () => {
+  const store = storeWithPlan();
+  const ids = (): string[] => store.layers.value.map(({ id }) => id);
+  expect(ids()).toEqual(['times_seen', 'seen']);
+  const layer = { kind: 'classes' as const, id: 'difference', title: 'Difference', classes: [] };
+  store.extraLayers.value = [{ layer, values: new Uint8Array(3) }];
+  expect(ids()).toEqual(['times_seen', 'seen', 'difference']);
 });

@@ -46,8 +46,14 @@ export class Viewport {
     this.controls.addEventListener('start', () => {
       this.flight = null;
     });
+    let before: readonly number[] = [];
+    this.controls.addEventListener('start', () => {
+      before = this.pose();
+    });
     this.controls.addEventListener('end', () => {
-      this.onMovedByHand([...this.camera.position.toArray(), ...this.controls.target.toArray()]);
+      const pose = this.pose();
+      // A click begins and ends a movement too.
+      if (pose.some((value, i) => Math.abs(value - before[i]) > 1e-6)) this.onMovedByHand(pose);
     });
     this.resizing = new ResizeObserver(() => this.resize());
     this.resizing.observe(canvas.parentElement ?? canvas);
@@ -152,6 +158,10 @@ export class Viewport {
     }
     this.flight = { from, to, start: performance.now(), durationMs: FLIGHT_MS };
     this.requestFrame();
+  }
+
+  private pose(): readonly number[] {
+    return [...this.camera.position.toArray(), ...this.controls.target.toArray()];
   }
 
   private draw(now: number): void {

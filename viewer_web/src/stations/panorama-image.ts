@@ -51,10 +51,11 @@ export class BeamFinder {
     const { columns, azimuthsRad, azimuthStepRad } = this.beams;
     const row = this.rowAt(elevationRad);
     const turns = (azimuthRad - azimuthsRad[row]) / (2 * Math.PI);
-    const column = Math.round(((turns - Math.floor(turns)) * 2 * Math.PI) / azimuthStepRad);
-    const isFull = columns * azimuthStepRad > 2 * Math.PI - 1.5 * azimuthStepRad;
-    if (column < columns) return row * columns + column;
-    return isFull ? row * columns : -1;
+    const beyondRad = (turns - Math.floor(turns)) * 2 * Math.PI;
+    // A little before the first beam is a whole turn beyond it.
+    const isFirst = 2 * Math.PI - beyondRad < azimuthStepRad / 2;
+    const column = isFirst ? 0 : Math.round(beyondRad / azimuthStepRad);
+    return column < columns ? row * columns + column : -1;
   }
 
   private rowAt(elevationRad: number): number {

@@ -1,0 +1,131 @@
+import { expect, test } from 'vitest';
+import type { StageTriangles } from '../load/stage.ts';
+import { classColors, layerColors, rampColors } from './colors.ts';
+import { coverageOf } from './element-coverage.ts';
+import { layersOf, NOT_ACHIEVABLE, type RampLayer, TIMES_SEEN_LAYER, valuesOf } from './layers.ts';
+import { isSeen, markedArea, ownMarks, sharedMarks } from './marks.ts';
+import { quantity } from './quantity.ts';
+import { patchAreas, roundUp, spreadOf, triangleArea } from './statistics.ts';
+
+const RANGE: RampLayer = {
+  kind: 'ramp',
+  id: 'range',
+  title: 'Best range',
+  unit: 'm',
+  step: 0.001,
+  none: 65535,
+  better: 'low',
+};
+const rgb = (colors: Uint8Array, value: number): number[] => [...colors.subarray(3 * value, 3 * value + 3)];
+const luminance = ([r, g, b]: number[]): number => 0.2126 * r + 0.7152 * g + 0.0722 * b;
+
+test('a value without a class of its own has the colour of the class below, and grey has its own', () => {
+  const colors = classColors(TIMES_SEEN_LAYER, false);
+  expect(rgb(colors, 9)).toEqual(rgb(colors, 4));
+  expect(rgb(colors, 254)).toEqual(rgb(colors, 4));
+  expect(rgb(colors, NOT_ACHIEVABLE)).not.toEqual(rgb(colors, 4));
+  expect(new Set([0, 1, 2, 3, 4, 255].map((value) => rgb(colors, value).join())).size).toBe(6);
+});
+
+test('dark pages have another grey and the same colours of what is seen', () => {
+  const [light, dark] = [classColors(TIMES_SEEN_LAYER, false), classColors(TIMES_SEEN_LAYER, true)];
+  expect(rgb(dark, 1)).toEqual(rgb(light, 1));
+  expect(rgb(dark, NOT_ACHIEVABLE)).not.toEqual(rgb(light, NOT_ACHIEVABLE));
+});
+
+test('ramps get darker all the way from good to bad', () => {
+  const low = rampColors('low');
+  // Channels are whole numbers: up to half a step each.
+  const slack = 0.5;
+  for (let i = 1; i < 256; i++) {
+    expect(luminance(rgb(low, i))).toBeLessThanOrEqual(luminance(rgb(low, i - 1)) + slack);
+  }
+  expect(luminance(rgb(low, 0)) - luminance(rgb(low, 255))).toBeGreaterThan(150);
+  expect(rgb(rampColors('high'), 255)).toEqual(rgb(low, 0));
+  expect(layerColors(RANGE, true)).toEqual(low);
+});
+
+test('seen or not shows the values of how many stations see a patch', () => {
+  const layers = layersOf([RANGE], ['covered', 'occluded'], []);
+  expect(layers.map(({ id }) => id)).toEqual(['times_seen', 'seen', 'range', 'reason']);
+  expect(layers.map(valuesOf)).toEqual(['times_seen', 'times_seen', 'range', 'reason']);
+  expect(layersOf([], [], []).map(({ id }) => id)).toEqual(['times_seen', 'seen']);
+});
+
+test('areas of triangles are those of the cross product', () => {
+  for (const [a, b, c] of [
+    [9, 16, 25],
+    [1, 1, 1],
+    [2, 2, 4],
+  ]) {
+    const expected = Math.sqrt(Math.max(0, 4 * a * b - (c - a - b) ** 2)) / 4;
+    expect(triangleArea([a, b, c], 0)).toBeCloseTo(expected, 12);
+  }
+});
+
+/** A right triangle of 6 m² in four patches, one of 2 m² in one. */
+const TRIANGLES = {
+  count: 2,
+  squaredEdgesM2: Float32Array.of(9, 25, 16, 4, 8, 4),
+  firstPatch: Int32Array.of(1, 0),
+  patchDepth: Uint8Array.of(2, 0),
+} as unknown as StageTriangles;
+
+test('patches have equal parts of their triangle', () => {
+  const areas = patchAreas(TRIANGLES, 5);
+  [2, 1.5, 1.5, 1.5, 1.5].forEach((area, patch) => {
+    expect(areas[patch]).toBeCloseTo(area, 6);
+  });
+});
+
+test('a spread counts surface, not patches, and leaves out what has no value', () => {
+  const spread = spreadOf(Uint16Array.of(1000, 2000, 3000, 9000), RANGE, Float32Array.of(6, 2, 1, 1));
+  expect(spread.median).toBeCloseTo(1);
+  expect(spread.mostly).toBeCloseTo(9);
+  expect(spread).toMatchObject({ low: 0, high: 9 });
+  const none = spreadOf(Uint16Array.of(65535, 65535), RANGE, Float32Array.of(1, 1));
+  expect(none).toMatchObject({ median: null, mostly: null });
+  expect(none.high).toBeGreaterThan(0);
+});
+
+test.each([
+  [0.0413, 0.05],
+  [1, 1],
+  [1.01, 1.2],
+  [4.63, 5],
+  [97, 100],
+  [0, 1],
+])('%f rounds up to %f', (value, expected) => {
+  expect(roundUp(value)).toBeCloseTo(expected, 9);
+});
+
+test.each([
+  [0.0061, 'm', undefined, '6.1 mm'],
+  [0.00004, 'm', undefined, '0.04 mm'],
+  [4.632, 'm', undefined, '4.63 m'],
+  [12.345, 'm', undefined, '12.3 m'],
+  [0, 'm', 5, '0 m'],
+  [0.025, 'm', 0.05, '25 mm'],
+  [36.6, 'deg', undefined, '37°'],
+  [250, 'ms', undefined, '250 ms'],
+])('%f %s (beside %s) is written %s', (value, unit, beside, words) => {
+  expect(quantity(value, unit, beside ?? value)).toBe(words);
+});
+
+test('marks are those of the bits, little endian in each byte', () => {
+  const [a, b] = [Uint8Array.of(0b0000_0101, 0b1), Uint8Array.of(0b0000_0110, 0b1)];
+  expect([0, 1, 2, 8, 9].map((patch) => isSeen(a, patch))).toEqual([true, false, true, true, false]);
+  expect([...sharedMarks(a, b, 10)]).toEqual([0, 0, 1, 0, 0, 0, 0, 0, 1, 0]);
+  const marks = ownMarks(a, Uint8Array.of(1, 1, 2, 0, 0, 0, 0, 0, 1, 255));
+  expect([...marks]).toEqual([1, 0, 0, 0, 0, 0, 0, 0, 1, 0]);
+  expect(markedArea(marks, new Float32Array(10).fill(0.5))).toBe(1);
+});
+
+test('the coverage of an element is that of its own patches', () => {
+  const areas = patchAreas(TRIANGLES, 5);
+  const element = { sceneIndex: 0, name: '', kind: '', floorId: '', firstTriangle: 0, nTriangles: 1 };
+  const coverage = coverageOf(element, TRIANGLES, Uint8Array.of(9, 0, 1, 2, NOT_ACHIEVABLE), areas);
+  expect(coverage.areaM2).toBeCloseTo(6);
+  expect(coverage.achievableM2).toBeCloseTo(4.5);
+  expect(coverage.seenM2).toBeCloseTo(3);
+});

@@ -1,0 +1,121 @@
+import { type Ray, Vector3 } from 'three';
+import { expect, test } from 'vitest';
+import { patchCode, patchCorners, squaredEdges } from '../load/patch-rule.ts';
+import type { StageElement, StageTriangles } from '../load/stage.ts';
+import { PatchPlaces } from './patch-places.ts';
+import { viewOf } from './viewpoint.ts';
+
+/** Triangles by their corners, patches numbered in the order of `firstPatch`. */
+function triangles(corners: number[][], depth: number[], firstPatch: number[]): StageTriangles {
+  const cornersM = Float32Array.from(corners.flat());
+  return {
+    count: corners.length,
+    cornersM,
+    squaredEdgesM2: Float32Array.from(corners.flatMap((_, t) => squaredEdges(cornersM, 9 * t))),
+    element: new Int32Array(corners.length),
+    firstPatch: Int32Array.from(firstPatch),
+    patchDepth: Uint8Array.from(depth),
+    groundOf: new Uint8Array(corners.length),
+  };
+}
+const FLAT = [0, 0, 0, 4, 0, 0, 0, 3, 0];
+const UPRIGHT = [0, 0, 0, 0, 2, 0, 0, 0, 2];
+const TRIANGLES = triangles([FLAT, UPRIGHT], [5, 3], [8, 0]);
+const ELEMENT: StageElement = {
+  sceneIndex: 0,
+  name: '',
+  kind: '',
+  floorId: '',
+  firstTriangle: 0,
+  nTriangles: 2,
+};
+
+test('the middle of every patch has the code of that patch', () => {
+  for (const [t, depth] of [
+    [0, 5],
+    [1, 3],
+  ]) {
+    const [q01, q12, q20] = TRIANGLES.squaredEdgesM2.subarray(3 * t, 3 * t + 3);
+    for (let code = 0; code < 2 ** depth; code++) {
+      const c = patchCorners(TRIANGLES.cornersM, 9 * t, [q01, q12, q20], depth, code);
+      const middle = [0, 1, 2].map((k) => (c[k] + c[3 + k] + c[6 + k]) / 3);
+      // Weights of these two right triangles are coordinates over lengths.
+      const [w1, w2] = t === 0 ? [middle[0] / 4, middle[1] / 3] : [middle[1] / 2, middle[2] / 2];
+      expect(patchCode([1 - w1 - w2, w1, w2], [q01, q12, q20], depth)).toBe(code);
+    }
+  }
+});
+
+test('patches are found on their triangle, whatever order the triangles are numbered in', () => {
+  const places = new PatchPlaces(TRIANGLES);
+  expect([0, 7, 8, 39].map((patch) => places.triangleOf(patch))).toEqual([1, 1, 0, 0]);
+  expect([40, 1000].map((patch) => places.triangleOf(patch))).toEqual([-1, -1]);
+  expect(places.placeOf(40)).toBeNull();
+  expect(places.placeOf(20)?.normal.toArray()).toEqual([0, 0, 1]);
+  expect(places.placeOf(3)?.normal.toArray()).toEqual([1, 0, 0]);
+});
+
+test('of an element the patches in a box are found that are asked for', () => {
+  const places = new PatchPlaces(TRIANGLES);
+  const all = places.patchesIn(
+    ELEMENT,
+    [
+      [-1, -1, -1],
+      [9, 9, 9],
+    ],
+    () => true,
+  );
+  expect(all.sort((a, b) => a - b)).toEqual([...Array(40).keys()]);
+  const upright = places.patchesIn(
+    ELEMENT,
+    [
+      [-1, -1, 0.01],
+      [9, 9, 9],
+    ],
+    () => true,
+  );
+  expect(upright.every((patch) => patch < 8)).toBe(true);
+  expect(upright.length).toBe(8);
+  expect(
+    places.patchesIn(
+      ELEMENT,
+      [
+        [-1, -1, -1],
+        [9, 9, 9],
+      ],
+      (patch) => patch === 11,
+    ),
+  ).toEqual([11]);
+});
+
+const AT = new Vector3(0, 0, 0);
+const UP = new Vector3(0, 0, 1);
+
+test('a surface is looked at from the side that is free, at the wished distance', () => {
+  const belowIsFree = (ray: Ray): number => (ray.direction.z > 0 ? 0.05 : Number.POSITIVE_INFINITY);
+  const view = viewOf(AT, UP, 4, belowIsFree);
+  expect(view.position.z).toBeLessThan(0);
+  const free = viewOf(AT, UP, 4, () => Number.POSITIVE_INFINITY);
+  expect(free.position.z).toBeGreaterThan(0);
+  expect(free.position.length()).toBeCloseTo(view.position.length());
+  expect(free.target.toArray()).toEqual([0, 0, 0]);
+});
+
+test('the camera stops short of what is in the way', () => {
+  const view = viewOf(AT, UP, 2, () => 3);
+  expect(view.position.length()).toBeLessThan(3);
+  expect(view.position.length()).toBeGreaterThan(2);
+});
+
+test('what no side shows is looked at from outside and above', () => {
+  const view = viewOf(AT, UP, 4, () => 0.1);
+  expect(view.position.length()).toBeGreaterThan(4);
+  expect(view.position.z).toBeGreaterThan(0);
+});
+
+test('larger pieces are looked at from further off, within reason', () => {
+  const far = (size: number): number => viewOf(AT, UP, size, () => Number.POSITIVE_INFINITY).position.length();
+  expect(far(8)).toBeGreaterThan(far(3));
+  expect(far(0.1)).toBeGreaterThan(2);
+  expect(far(1000)).toBeLessThan(100);
+});
