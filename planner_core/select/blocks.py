@@ -29,6 +29,7 @@ from planner_core.select.branching import BranchAndBound
 from planner_core.select.network import Network, network_within
 from planner_core.select.polish import polish
 from planner_core.select.problem import CoverProblem
+from planner_core.select.relaxation import independent_targets
 
 #: Blocks that share more than this part of what the lesser one sees are one; the smallest are merged beyond so many.
 _SHARED = 0.02
@@ -53,6 +54,18 @@ class Block:
     candidate: Int64Array
     pinned: tuple[int, ...]
     ticks: Int64Array
+
+    def of_targets(self, which: Sequence[int]) -> Block:
+        """The block with some of the targets."""
+        at = list(which)
+        problem = replace(
+            self.problem,
+            counts_for=self.problem.counts_for[at],
+            required=self.problem.required[at],
+            least=self.problem.least[at],
+            seen_from=self.problem.seen_from[at],
+        )
+        return replace(self, problem=problem, ticks=self.ticks[at])
 
     def asked(self, demand: Int64Array) -> CoverProblem:
         """The problem of covering (K,) ticks."""
@@ -165,14 +178,17 @@ class BlockProof:
         self.best: tuple[int, ...] | None = None
         self.n_nodes = 0
         self._done = 0.0  # work of looking for sets, and of proofs that are over
-        self._problem, self._blocks, self._find = problem, list(blocks), find
+        asked = independent_targets(problem)
+        self._problem, self._find = problem, find
+        self._least = problem.least[asked]
+        self._blocks = [block.of_targets(asked) for block in blocks]
         self._known = [_Known() for _ in blocks]
         self._trees: dict[tuple[int, bytes], BranchAndBound] = {}
         self._open: list[tuple[int, int, int, _Node]] = []
         self._given_up = 2**31
         self._number = 0
         self._stopped = False
-        high = np.array([block.ticks for block in blocks])
+        high = np.array([block.ticks for block in self._blocks])
         self._put(_Node(np.zeros_like(high), high))
 
     @property
@@ -225,7 +241,7 @@ class BlockProof:
 
     def _split(self, node: _Node, covered: Int64Array) -> list[_Node]:
         """Two nodes, in one of which a block covers more of a target that `covered`, (B, K), misses; or none."""
-        missing = self._problem.least - covered.sum(axis=0)
+        missing = self._least - covered.sum(axis=0)
         target = int(np.argmax(missing))
         if missing[target] <= 0:
             return []
@@ -240,7 +256,7 @@ class BlockProof:
 
     def _tightened(self, low: Int64Array, high: Int64Array, depth: int) -> _Node | None:
         """Ask of each block what all others leave; None where nobody can cover that."""
-        low = np.maximum(low, self._problem.least - (high.sum(axis=0) - high))
+        low = np.maximum(low, self._least - (high.sum(axis=0) - high))
         return None if (low > high).any() else _Node(low, high, depth + 1)
 
     def _give_up(self, node: _Node) -> list[_Node]:

@@ -6,10 +6,10 @@ arithmetic, and whether both are the same. CONTROL FLOW, `select`:
 1. leave out what cannot matter                                          reductions.py
 2. greedy selection, joined where a network is asked for                  greedy.py, network_start.py
 3. one station less, annealed, as long as that succeeds                   swap_walks.py
-4. where parts of the network hardly see the same: a proof by such blocks  blocks.py
-5. with what is left: the linear relaxation by cutting planes, without the network, then with it; in turns branch and
-   bound to raise the bound, and longer annealing for one station less     relaxation.py, branching.py
-6. look at the result again by other means                                check.py
+4. the linear relaxation by cutting planes, without the network, then with it                 relaxation.py
+5. where parts of the network hardly see the same: a proof by such blocks  blocks.py
+6. in turns: branch and bound to raise the bound, longer annealing for one station less     branching.py
+7. look at the result again by other means                                check.py
 
 It stops when bound and stations meet, or when the work allowed is done; work is counted, not timed, so that same
 problem and same settings give the same result on any machine. A limit of time may be set besides; then they may not.
@@ -66,7 +66,7 @@ class SelectionSettings:
     if not, all of the work goes into fewer stations.
     """
 
-    work_limit: float = 60.0
+    work_limit: float = 150.0
     time_limit_s: float | None = None
     seed: int = 0
     n_walks: int = 4
@@ -267,10 +267,21 @@ class _Search:
         long = _STEPS_BEFORE_BOUND * self._problem.n_candidates
         while (self._n_steps <= long or not self._settings.prove) and self._can_anneal() and self._go_on():
             self._anneal()
-        if self._go_on() and self._settings.prove:
+        if not self._go_on() or not self._settings.prove:
+            return
+        self._tree = tree = BranchAndBound(
+            self._problem,
+            n_stations=len(self._best),
+            lower_bound=self._bound,
+            network=self._network,
+            given=self._pinned,
+        )
+        tree.root(progress=self._prove)
+        self._take_from(tree)
+        if self._go_on():
             self._prove_by_blocks()
-        if self._go_on() and self._settings.prove:
-            self._prove_as_one()
+        if self._go_on():
+            self._prove_as_one(tree)
 
     def _prove_by_blocks(self) -> None:
         """Prove what hardly see the same apart, where there are such blocks."""
@@ -310,17 +321,8 @@ class _Search:
         note = f"{len(self._best)} stations, at least {self._bound}, block by block"
         self._prove(replace(event, done=0, total=0, note=note))
 
-    def _prove_as_one(self) -> None:
+    def _prove_as_one(self, tree: BranchAndBound) -> None:
         """Branch and bound on the whole, in turns with longer annealing."""
-        self._tree = tree = BranchAndBound(
-            self._problem,
-            n_stations=len(self._best),
-            lower_bound=self._bound,
-            network=self._network,
-            given=self._pinned,
-        )
-        tree.root(progress=self._prove)
-        self._take_from(tree)
         while self._go_on():
             if tree.finished:
                 self.limits.why_stopped = ROUNDING

@@ -124,7 +124,7 @@ class CutMaker:
         self._weight = np.where(self._counted, problem.ticks, 0).astype(np.float64)
         self._all_ticks = int(problem.ticks.sum())
         self._owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
-        self._targets = _independent_targets(problem)
+        self._targets = independent_targets(problem)
 
     def violated(self, x: FloatArray) -> list[Cut]:
         """Cuts, one a target that x in [0, 1]^N does not meet."""
@@ -223,7 +223,7 @@ class CutMaker:
         return total
 
 
-def _independent_targets(problem: CoverProblem) -> list[int]:
+def independent_targets(problem: CoverProblem) -> list[int]:
     """Targets that others do not imply: those of disjoint parts of it, asked for as often, that add up to as much."""
     # Few rows first, of equals those that ask for less: what is left in the end has no twin.
     kept = np.lexsort((problem.least, problem.counts_for.sum(axis=1))).tolist()

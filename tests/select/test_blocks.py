@@ -107,7 +107,7 @@ def test_given_candidates_and_loops_hold_within_blocks(seed, loops):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_selection_of_flats_is_proven_by_blocks(seed, monkeypatch):
-    def never(self):
+    def never(self, tree):
         raise AssertionError("blocks leave nothing to be proven as one")
 
     monkeypatch.setattr(proven._Search, "_prove_as_one", never)

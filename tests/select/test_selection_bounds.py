@@ -20,8 +20,8 @@ from planner_core.select.relaxation import (
     Cut,
     CutMaker,
     CutProgram,
-    _independent_targets,
     exact_bound,
+    independent_targets,
 )
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -185,17 +185,17 @@ def test_targets_that_others_add_up_to_make_no_cuts():
     least[0] = least[1] + least[2]
     once = np.ones(4, dtype=np.int64)
     problem = replace(problem, counts_for=counts_for, least=least, required=least, seen_from=once)
-    assert _independent_targets(problem) == [1, 2]
+    assert independent_targets(problem) == [1, 2]
     assert len(CutMaker(problem).violated(np.zeros(8))) == 2
     # A tick more, or a second look, and the whole asks for something of its own.
-    assert _independent_targets(replace(problem, least=least + np.array([1, 0, 0, 0]))) == [0, 1, 2]
-    assert _independent_targets(replace(problem, seen_from=once + np.array([1, 0, 0, 0]))) == [0, 1, 2]
-    assert _independent_targets(replace(problem, seen_from=once + np.array([0, 1, 1, 1]))) == [1, 2]
+    assert independent_targets(replace(problem, least=least + np.array([1, 0, 0, 0]))) == [0, 1, 2]
+    assert independent_targets(replace(problem, seen_from=once + np.array([1, 0, 0, 0]))) == [0, 1, 2]
+    assert independent_targets(replace(problem, seen_from=once + np.array([0, 1, 1, 1]))) == [1, 2]
     # Parts that overlap do not add up.
     overlapping = np.array([np.ones(16, dtype=bool), np.arange(16) < 10, np.arange(16) > 5])
     ask = np.array([30, 15, 15])
     apart = replace(problem, counts_for=overlapping, least=ask, required=ask, seen_from=once[:3])
-    assert _independent_targets(apart) == [0, 1, 2]
+    assert independent_targets(apart) == [0, 1, 2]
 
 
 @settings(max_examples=30, deadline=None)
@@ -208,7 +208,7 @@ def test_targets_left_out_of_cuts_are_met_wherever_the_others_are(seed, most_loo
     least = rng.integers(0, 40, 3)
     seen_from = rng.integers(1, most_looks + 1, 3)
     problem = replace(problem, counts_for=counts_for, least=least, required=least, seen_from=seen_from)
-    kept = _independent_targets(problem)
+    kept = independent_targets(problem)
     for bits in itertools.product((0, 1), repeat=8):
         covered = problem.covered([i for i in range(8) if bits[i]])
         if (covered[kept] >= least[kept]).all():
