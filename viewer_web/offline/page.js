@@ -1,0 +1,106 @@
+/**
+ * Part of the page of an exported plan: has the browser keep the plan on the device, and says how far it is.
+ *
+ * A classic script, so that it runs, and can say what to do, where the folder is opened without a web server.
+ * `data-offline` of the root element: keeping, ready, failed, unavailable.
+ */
+(() => {
+  const SHOWN_MS = 6000;
+  const bar = document.createElement('div');
+  let hiding = 0;
+
+  function say(text, { action, stays = false } = {}) {
+    clearTimeout(hiding);
+    bar.textContent = text;
+    bar.setAttribute('role', 'status');
+    Object.assign(bar.style, {
+      position: 'fixed',
+      top: '0.5rem',
+      left: '50%',
+      transform: 'translateX(-50%)',
+      zIndex: '1000',
+      maxWidth: '90vw',
+      padding: '0.5rem 1rem',
+      borderRadius: '0.5rem',
+      background: '#1d2733',
+      color: '#fff',
+      font: '0.95rem/1.4 system-ui, sans-serif',
+    });
+    if (action) {
+      const button = document.createElement('button');
+      button.textContent = action.label;
+      Object.assign(button.style, { marginLeft: '1rem', font: 'inherit', padding: '0.25rem 0.75rem' });
+      button.addEventListener('click', action.act);
+      bar.append(button);
+    }
+    document.body.append(bar);
+    if (!stays) hiding = setTimeout(() => bar.remove(), SHOWN_MS);
+  }
+
+  function state(word) {
+    document.documentElement.dataset.offline = word;
+  }
+
+  if (location.protocol === 'file:') {
+    state('unavailable');
+    say(
+      'A browser shows this plan only from a web server. In this folder run: python3 -m http.server 8000, then open ' +
+        'http://localhost:8000/ - or put the folder on any web host.',
+      { stays: true },
+    );
+    return;
+  }
+  if (!('serviceWorker' in navigator)) {
+    state('unavailable'); // plain http, or a private window: everything but working without network is there
+    return;
+  }
+
+  let reloads = false;
+  navigator.serviceWorker.addEventListener('controllerchange', () => {
+    if (reloads) location.reload();
+  });
+  navigator.serviceWorker.addEventListener('message', ({ data }) => {
+    if (data?.kept && document.documentElement.dataset.offline === 'keeping' && data.kept < data.files) {
+      say(`Keeping the plan on this device: ${data.kept} of ${data.files} files`);
+    }
+  });
+
+  function offer(worker) {
+    const act = () => {
+      reloads = true;
+      worker.postMessage('take over');
+    };
+    say('There is a newer plan.', { action: { label: 'Show it', act }, stays: true });
+  }
+
+  function follow(worker, isFirst) {
+    worker.addEventListener('statechange', () => {
+      if (worker.state === 'installed' && !isFirst) offer(worker);
+      if (worker.state === 'activated' && isFirst) {
+        state('ready');
+        say('The plan is on this device now and opens without network.');
+      }
+      if (worker.state === 'redundant' && isFirst) {
+        state('failed');
+        say('This device could not keep the plan: it needs the network. Is there space left?');
+      }
+    });
+  }
+
+  async function keep() {
+    const isFirst = navigator.serviceWorker.controller === null;
+    state(isFirst ? 'keeping' : 'ready');
+    const registration = await navigator.serviceWorker.register('worker.js', { updateViaCache: 'none' });
+    if (registration.active && !registration.installing) state('ready'); // a reload past the worker
+    if (registration.waiting) offer(registration.waiting);
+    if (registration.installing) follow(registration.installing, isFirst);
+    registration.addEventListener('updatefound', () => {
+      if (registration.installing) follow(registration.installing, registration.active === null);
+    });
+  }
+
+  keep().catch((error) => {
+    state('failed');
+    say(`This plan needs the network: it could not be kept on this device (${error.message}).`);
+  });
+})();
