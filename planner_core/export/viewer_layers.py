@@ -123,17 +123,6 @@ def seen_bytes(patch: Int32Array, n_patches: int) -> bytes:
     return np.packbits(seen, bitorder="little").tobytes()
 
 
-def read_seen(content: bytes, n_patches: int) -> Int32Array:
-    """Sorted patches of `seen_bytes`."""
-    bits = np.unpackbits(np.frombuffer(content, dtype=np.uint8), count=n_patches, bitorder="little")
-    return np.flatnonzero(bits).astype(np.int32)
-
-
-def achievable_of_bytes(content: bytes, n_patches: int) -> UInt8Array:
-    """(Q, P) uint8 of `viewer/achievable.u8`: candidates that meet each quality on each patch, at most 255."""
-    return np.frombuffer(content, dtype=np.uint8).reshape(-1, n_patches)
-
-
 def layer_file_names(plan: Plan) -> tuple[str, ...]:
     """Names of all that `layer_files` makes, below the plan folder."""
     return (

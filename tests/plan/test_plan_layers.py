@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner_core.export.viewer_layers import achievable_of_bytes, layer_files, read_seen
+from planner_core.export.viewer_layers import layer_files
 from planner_core.ground.places import find_places
 from planner_core.metrics.levels import times_meeting
 from planner_core.model import REASONS, Asked, PartRequirement, Plan, PlanSettings, Requirements
@@ -42,7 +42,7 @@ def test_achievable_layer_counts_the_candidates_that_meet_each_quality(
 ) -> None:
     places = find_places(plan.survey, asking, engine, floors=(0,))
     sights = sights_from(plan.survey, asking, engine, places.candidates.position_m)
-    found = achievable_of_bytes(files["viewer/achievable.u8"], plan.survey.patches.n_patches)
+    found = np.frombuffer(files["viewer/achievable.u8"], dtype=np.uint8).reshape(2, -1)
     assert plan.qualities == LIMITS
     walls = np.array(["wall" in f"{element.name} {element.kind}".casefold() for element in plan.survey.scene.elements])
     walls = walls[plan.survey.scene.element_of_triangle[plan.survey.patches.triangle_of_patch]]
@@ -67,7 +67,8 @@ def test_bits_hold_what_a_station_sees_at_all_not_only_what_meets_the_limits(
 ) -> None:
     positions_m = np.stack([station.position_m for station in plan.stations])
     seen = engine.visible_patches(plan.survey.template, positions_m)
-    bits = [read_seen(files[f"viewer/seen/{s.id}.bits"], seen.n_patches) for s in plan.stations]
+    packed = [np.frombuffer(files[f"viewer/seen/{s.id}.bits"], dtype=np.uint8) for s in plan.stations]
+    bits = [np.flatnonzero(np.unpackbits(row, bitorder="little")) for row in packed]
     for row, patch in enumerate(bits):
         np.testing.assert_array_equal(patch, seen.row(row))
     assert sum(patch.size for patch in bits) > plan.times_seen.sum() > 0
