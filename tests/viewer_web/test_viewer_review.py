@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 from starlette.applications import Starlette
 
@@ -167,6 +168,24 @@ def test_a_review_that_can_not_be_read_is_told_and_left_alone(ask: Ask, plan_fol
         assert "move it away" in answer.json()["message"]
     assert (plan_folder / "review.usda").read_text() == "my notes"
     assert ask("/plan/plan.json").status_code == 200
+
+
+def test_a_fault_of_ours_is_told_in_words(app: Starlette, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(session: Session) -> None:
+        raise ZeroDivisionError("by a bug")
+
+    monkeypatch.setattr(Session, "review", broken)
+
+    async def exchange() -> httpx.Response:
+        transport = httpx.ASGITransport(app=app, raise_app_exceptions=False)
+        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8000") as client:
+            return await client.get("/api/review", headers={"x-tlsplan-token": TOKEN})
+
+    answer = asyncio.run(exchange())
+    assert answer.status_code == 500
+    assert "ZeroDivisionError" in answer.json()["message"]
+    assert "by a bug" not in answer.text
+    assert answer.headers["x-content-type-options"] == "nosniff"
 
 
 # ---------------------------------------------------------------------------------------------------- events

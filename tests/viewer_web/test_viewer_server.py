@@ -13,7 +13,7 @@ from starlette.responses import PlainTextResponse
 from starlette.types import Message
 
 from planner_core.errors import MissingPackageError, PlanFolderError
-from viewer_web.server import create_app
+from viewer_web.server import create_app, files
 from viewer_web.server.files import find_file
 from viewer_web.server.guard import RequestGuard
 
@@ -221,8 +221,24 @@ def test_head_gives_the_headers_of_get_without_a_body(ask) -> None:
 def test_unchanged_files_are_not_sent_again_and_changed_ones_are(ask, plan_folder: Path) -> None:
     tag = ask("/plan/plan.json").headers["etag"]
     assert ask("/plan/plan.json", headers={"if-none-match": tag}).status_code == 304
-    os.utime(plan_folder / "plan.json", ns=(1, 1))
+    (plan_folder / "plan.json").write_text("{}")
     assert ask("/plan/plan.json", headers={"if-none-match": tag}).status_code == 200
+
+
+def test_files_that_were_written_again_with_the_same_content_are_not_sent_again(ask, plan_folder: Path) -> None:
+    tag = ask("/plan/viewer/clouds/S001.u16").headers["etag"]
+    os.utime(plan_folder / "viewer" / "clouds" / "S001.u16", ns=(1, 1))
+    assert ask("/plan/viewer/clouds/S001.u16", headers={"if-none-match": tag}).status_code == 304
+
+
+def test_files_that_are_too_large_to_be_hashed_are_told_apart_by_their_times(
+    ask, plan_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(files, "LARGEST_HASHED_BYTES", 100)
+    tag = ask("/plan/viewer/clouds/S001.u16").headers["etag"]
+    assert ask("/plan/viewer/clouds/S001.u16", headers={"if-none-match": tag}).status_code == 304
+    os.utime(plan_folder / "viewer" / "clouds" / "S001.u16", ns=(1, 1))
+    assert ask("/plan/viewer/clouds/S001.u16", headers={"if-none-match": tag}).status_code == 200
 
 
 def test_scripts_are_compressed_where_the_browser_takes_it(ask, built_app: Path) -> None:

@@ -44,6 +44,10 @@ def refusals(*statuses: int) -> dict[int | str, dict[str, Any]]:
     }
 
 
+UNCHANGED: dict[int | str, dict[str, Any]] = {304: {"description": "The browser has it already."}}
+"""For OpenAPI: what `json_answer` may say besides."""
+
+
 def refuse(status: int, message: str) -> JSONResponse:
     """Say no, in words."""
     return JSONResponse({"message": message}, status_code=status)
@@ -69,6 +73,11 @@ def answer_errors(app: FastAPI) -> None:
         status = 422 if isinstance(error, ReviewError | RequirementError) else 503
         return refuse(status, str(error))
 
+    async def of_nobody(request: Request, error: Exception) -> Response:
+        return refuse(
+            500, f"the server failed at this ({type(error).__name__}), its terminal says more; reload the page"
+        )
+
     async def of_validation(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
         return refuse(422, _first_problem(error))
@@ -79,6 +88,7 @@ def answer_errors(app: FastAPI) -> None:
 
     app.add_exception_handler(PlannerError, of_library)
     app.add_exception_handler(PlanFolderError, of_library)
+    app.add_exception_handler(Exception, of_nobody)
     app.add_exception_handler(RequestValidationError, of_validation)
     app.add_exception_handler(StarletteHTTPException, of_http)
 

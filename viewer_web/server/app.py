@@ -80,12 +80,12 @@ def create_app(
         raise MissingPackageError(f"{built_app}: the viewer is not built. Run `make viewer`, or install the wheel.")
     api = create_api(session or Session(plan_folder), routers)
 
-    async def send_plan(request: Request) -> Response:
+    def send_plan(request: Request) -> Response:
         path = request.path_params["path"]
         within = path[found.end() :] if (found := _RUN.match(path)) else path
         return _send(request, plan_folder, path) if within.split("/", 1)[0] in PLAN_ENTRIES else _not_found()
 
-    async def send_app(request: Request) -> Response:
+    def send_app(request: Request) -> Response:
         return _send(request, built_app, request.path_params["path"] or "index.html")
 
     async def send_api(scope: Scope, receive: Receive, send: Send) -> None:

@@ -1,6 +1,7 @@
-"""Files under one folder as HTTP responses: confined, revalidated by ETag, with byte ranges, text compressed."""
+"""Files under one folder as HTTP responses: confined, ETag by content, with byte ranges, text compressed."""
 
 import gzip
+import hashlib
 import re
 from functools import lru_cache
 from pathlib import Path
@@ -24,6 +25,8 @@ MEDIA_TYPES = {
 COMPRESSED_SUFFIXES = frozenset({".css", ".csv", ".html", ".js", ".json", ".svg"})
 # Below, the headers cost more than is gained; above, compressing would hold up the first byte and fill the cache.
 COMPRESSED_BYTES = range(1024, 8 * 1024 * 1024)
+# Hashing holds up the first byte of the first answer by a millisecond a megabyte; what is larger has its time and size.
+LARGEST_HASHED_BYTES = 64 * 1024 * 1024
 # No empty, hidden or parent segment, no backslash, no drive or stream colon, no control character.
 SEGMENT = re.compile(r"[^./\\:\x00-\x1f\x7f][^/\\:\x00-\x1f\x7f]*")
 
@@ -51,7 +54,8 @@ def find_file(root: Path, relative: str) -> Path | None:
 def send_file(file: Path, request: Request) -> Response:
     """Return `file` as the answer to a GET or HEAD: 304 where the browser has it, 206 for a range, else 200."""
     found = file.stat()
-    tag = f"{found.st_mtime_ns:x}-{found.st_size:x}-{found.st_ino:x}"
+    stamp = f"{found.st_mtime_ns:x}-{found.st_size:x}-{found.st_ino:x}"
+    tag = _digest(file, stamp) if found.st_size <= LARGEST_HASHED_BYTES else stamp
     is_packed = _is_packed(file, found.st_size, request)
     headers = {
         "etag": f'"{tag}-gzip"' if is_packed else f'"{tag}"',
@@ -82,6 +86,13 @@ def etag_matches(request: Request, tag: str) -> bool:
 def packed(content: bytes) -> bytes:
     """`content` compressed: the same bytes always."""
     return gzip.compress(content, compresslevel=6, mtime=0)
+
+
+@lru_cache(maxsize=4096)
+def _digest(file: Path, stamp: str) -> str:
+    """Hash of the content; `stamp` only makes the cache forget a file that changed."""
+    with file.open("rb") as content:
+        return hashlib.file_digest(content, "sha256").hexdigest()[:32]
 
 
 @lru_cache(maxsize=32)

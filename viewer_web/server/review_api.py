@@ -7,7 +7,7 @@ from fastapi.responses import JSONResponse, Response, StreamingResponse
 from pydantic import BaseModel, Field
 
 from planner_core.review.commit import Conflict
-from viewer_web.server.answers import PREFIX, json_answer, refusals, refuse
+from viewer_web.server.answers import PREFIX, UNCHANGED, json_answer, refusals, refuse
 from viewer_web.server.review_documents import (
     Changes,
     CommittedDocument,
@@ -46,7 +46,12 @@ def review_router(session: Session) -> APIRouter:
     """Return the routes under /api that need no live side."""
     router = APIRouter(prefix=PREFIX, tags=["review"])
 
-    @router.get("/session", response_model=SessionDocument, responses=refusals(503), summary="What is shown here")
+    @router.get(
+        "/session",
+        response_model=SessionDocument,
+        responses={**refusals(503), **UNCHANGED},
+        summary="What is shown here",
+    )
     def get_session(request: Request) -> Response:
         """Which plan, which revision of its review, whether it may be changed, and how far the live side is."""
         return json_answer(
@@ -60,7 +65,9 @@ def review_router(session: Session) -> APIRouter:
             request,
         )
 
-    @router.get("/review", response_model=ReviewDocument, responses=refusals(503), summary="The review")
+    @router.get(
+        "/review", response_model=ReviewDocument, responses={**refusals(503), **UNCHANGED}, summary="The review"
+    )
     def get_review(request: Request) -> Response:
         """Everything that reviewers changed, as it is on disk. The ETag is of its content."""
         return json_answer(review_document(session.review()), request)
