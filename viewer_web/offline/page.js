@@ -15,7 +15,7 @@
     bar.setAttribute('role', 'status');
     Object.assign(bar.style, {
       position: 'fixed',
-      top: '0.5rem',
+      bottom: '1rem',
       left: '50%',
       transform: 'translateX(-50%)',
       zIndex: '1000',
