@@ -6,6 +6,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -172,6 +173,24 @@ def test_settings_of_every_scanner_of_ours_are_read_back(plan: Plan) -> None:
 
 def test_scan_mode_left_to_auto_is_read_as_the_one_that_was_used(plan: Plan) -> None:
     assert settings_of(document_of(plan, replace(plan.settings, scan_mode="auto"))).scan_mode == "beams"
+
+
+def test_document_of_picks_noise_and_a_marked_floor_matches_the_schema(plan: Plan, tmp_path: Path) -> None:
+    schema = json.loads((Path(__file__).parents[2] / "docs" / "formats" / "plan.schema.json").read_text())
+    noisy = replace(plan.settings.scanner, range_noise=((1.0, 0.5, 0.001),), ranging_accuracy=(0.001, 1e-5))
+    picks = (GroundPick((1.0, 2.0, 3.0), is_ground=False, floor="F0"),)
+    told = replace(plan.settings, scanner=noisy, site=Site(ground_picks=picks))
+    floors = tuple(replace(floor, origin="marked") for floor in plan.survey.floors)
+    source = replace(plan.survey.scene.source, path=tmp_path / "scene.ifc", told_up_axis="Y", told_metres_per_unit=0.01)
+    source.path.write_bytes(b"ISO-10303-21;")
+    survey = replace(plan.survey, floors=floors, scene=replace(plan.survey.scene, source=source))
+    document = json.loads(plan_text(replace(plan, settings=told, survey=survey), tmp_path / "plan"))
+    assert document["source"] == {"path": "../scene.ifc"}
+    jsonschema.Draft202012Validator(schema).validate(document)
+    site, of_scene = schema["properties"]["site"]["properties"], schema["properties"]["scene"]["properties"]
+    assert set(document["site"]["ground_picks"][0]) == set(site["ground_picks"]["items"]["properties"])
+    assert set(document["scene"]["load_options"]) == set(of_scene["load_options"]["properties"])
+    assert set(document["scanner"]) == set(schema["properties"]["scanner"]["properties"])
 
 
 # ----------------------------------------------------------------------------------------- what is refused
