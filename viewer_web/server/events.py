@@ -21,13 +21,29 @@ BEAT_S = 15.0
 _END = None
 
 
+class _Stream:
+    """What one page has not read yet. It lives in its event loop."""
+
+    def __init__(self) -> None:
+        self.loop = asyncio.get_running_loop()
+        self.queue: asyncio.Queue[bytes | None] = asyncio.Queue(MOST_WAITING)
+        self.is_behind = False
+
+    def put(self, event: bytes | None) -> None:
+        """Add an event; where there is no room, remember that one is missing."""
+        if self.queue.full():
+            self.is_behind = True
+        else:
+            self.queue.put_nowait(event)
+
+
 class EventHub:
     """Hands events to all open streams. `look` is called once in `LOOK_S` while there is one, in a thread."""
 
     def __init__(self, look: Callable[[], None] = lambda: None) -> None:
         self._look = look
         self._lock = threading.Lock()
-        self._streams: dict[asyncio.Queue[bytes | None], asyncio.AbstractEventLoop] = {}
+        self._streams: set[_Stream] = set()
         self._is_closed = False
 
     @property
@@ -51,15 +67,15 @@ class EventHub:
 
     async def stream(self) -> AsyncIterator[bytes]:
         """Yield events as they come, until the page goes, the server stops, or the page falls too far behind."""
-        queue: asyncio.Queue[bytes | None] = asyncio.Queue()
+        stream = _Stream()
         with self._lock:
-            self._streams[queue] = asyncio.get_running_loop()
+            self._streams.add(stream)
         try:
             yield b"retry: 1000\n\n"
             idle_s = 0.0
-            while not self._is_closed and queue.qsize() < MOST_WAITING:
+            while not (self._is_closed or stream.is_behind):
                 try:
-                    event = await asyncio.wait_for(queue.get(), LOOK_S)
+                    event = await asyncio.wait_for(stream.queue.get(), LOOK_S)
                 except TimeoutError:
                     await asyncio.to_thread(self._look)
                     idle_s += LOOK_S
@@ -73,11 +89,11 @@ class EventHub:
                 idle_s = 0.0
         finally:
             with self._lock:
-                self._streams.pop(queue, None)
+                self._streams.discard(stream)
 
     def _hand_out(self, event: bytes | None) -> None:
         with self._lock:
-            streams = list(self._streams.items())
-        for queue, loop in streams:
-            if not loop.is_closed():
-                loop.call_soon_threadsafe(queue.put_nowait, event)
+            streams = list(self._streams)
+        for stream in streams:
+            if not stream.loop.is_closed():
+                stream.loop.call_soon_threadsafe(stream.put, event)
