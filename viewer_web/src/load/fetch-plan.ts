@@ -1,12 +1,15 @@
 /** Fetches a plan from the server, telling how far it is. */
+
+import type { SerializedBVH } from 'three-mesh-bvh';
 import { REASON } from '../heat/layers.ts';
 import { CloudRows, type ThinnedCloud } from './cloud-rows.ts';
-import { findEdges, type StageEdges } from './edges.ts';
+import type { StageEdges } from './edges.ts';
 import { decodeValues, type LayersJson, parseLayers } from './layers.ts';
 import { planUrl } from './plan-base.ts';
 import { type PlanJson, parsePlan } from './plan-json.ts';
 import { MissingFileError, PlanLoadError } from './plan-load-error.ts';
-import { readStage, type Stage, type StageStation } from './stage.ts';
+import { prepareBeside } from './prepare-beside.ts';
+import type { Stage, StageStation } from './stage.ts';
 
 export interface LoadedPlan {
   /** The plan's folder, see `planUrl`. */
@@ -14,6 +17,8 @@ export interface LoadedPlan {
   readonly plan: PlanJson;
   readonly stage: Stage;
   readonly edges: StageEdges;
+  /** Its triangles, for rays. */
+  readonly tree: SerializedBVH;
   /** One byte a patch: stations that see it; 255: not achievable. */
   readonly patchSeen: Uint8Array;
   /** Null: an older version made the plan, and it says nothing of ranges, incidences and reasons by patch. */
@@ -30,11 +35,10 @@ export async function fetchPlan(base: string, onStep: OnStep): Promise<LoadedPla
   const patchBytes = await fetchBytes(base, 'viewer/patches.u8', (share) => onStep('Loading the coverage', share));
   const layers = await fetchLayers(base);
   onStep('Preparing the building', null);
-  await nextFrame();
-  const stage = readStage(stageBytes);
+  const prepared = await prepareBeside(stageBytes);
   const patchSeen = new Uint8Array(patchBytes);
-  checkPatches(stage, patchSeen.length);
-  return { base, plan, stage, patchSeen, layers, edges: findEdges(stage.triangles, stage.elements) };
+  checkPatches(prepared.stage, patchSeen.length);
+  return { base, plan, patchSeen, layers, ...prepared };
 }
 
 /** The cloud of a station, every nth beam of every nth row. */
@@ -147,9 +151,4 @@ function parseJson(path: string, bytes: ArrayBuffer): unknown {
   } catch (error) {
     throw new PlanLoadError(`${path}: not JSON (${(error as Error).message}). Write the plan again.`);
   }
-}
-
-/** Let the page draw before work that blocks it. */
-export function nextFrame(): Promise<void> {
-  return new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
 }

@@ -1,6 +1,6 @@
 /** Which surface lies under the pointer: a ray against the merged triangles, through the slices that are drawn. */
 import { type BufferGeometry, DoubleSide, Ray, Vector3 } from 'three';
-import { MeshBVH } from 'three-mesh-bvh';
+import { MeshBVH, type SerializedBVH } from 'three-mesh-bvh';
 import { FLAT_COS, type Slice } from '../floors/cut.ts';
 
 /** Layers of ceilings and roofs that a ray is followed through. */
@@ -17,9 +17,8 @@ export interface SurfaceHit {
 export class SurfacePicker {
   private readonly bvh: MeshBVH;
 
-  /** `indirect`: the triangles keep their order, since their number is their address. */
-  constructor(geometry: BufferGeometry) {
-    this.bvh = new MeshBVH(geometry, { indirect: true });
+  constructor(geometry: BufferGeometry, tree: SerializedBVH) {
+    this.bvh = MeshBVH.deserialize(tree, geometry, { setIndex: false });
   }
 
   /** The first surface that `ray` meets in any slice, as drawn; null: none. */
