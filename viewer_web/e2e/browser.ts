@@ -27,6 +27,7 @@ export interface Look {
   readonly width?: number;
   readonly height?: number;
   readonly colorScheme?: 'light' | 'dark';
+  readonly hasTouch?: boolean;
 }
 
 export class ViewerPage {
@@ -77,7 +78,7 @@ export class ViewerPage {
   async canvasPixels(): Promise<Pixels> {
     const style = await this.page.evaluateHandle(() => {
       const sheet = new CSSStyleSheet();
-      sheet.replaceSync('.toolbar, .markers, .legend, .card { visibility: hidden }');
+      sheet.replaceSync('.toolbar, .markers, .corner, .corner *, .card { visibility: hidden }');
       document.adoptedStyleSheets = [sheet];
       return sheet;
     });

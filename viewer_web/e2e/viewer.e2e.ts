@@ -140,7 +140,7 @@ test('a click on a marker shows the figures of plan.json and the cloud', async (
   });
   const links = plan.registration.links.filter(({ a, b }) => a === station.id || b === station.id);
   const strong = links.filter(({ overlap }) => overlap >= plan.registration.threshold);
-  expect(await viewer.page.locator('.chip-strong').count()).toBe(Math.min(8, strong.length));
+  expect(await viewer.page.locator('.links .chip-strong').count()).toBe(Math.min(8, strong.length));
   expect(await marker(station.id).getAttribute('aria-pressed')).toBe('true');
   expect(hash()).toBe(`#floor=${station.floor}&station=${station.id}`);
 
@@ -154,7 +154,7 @@ test('a click on a marker shows the figures of plan.json and the cloud', async (
   expect(after.share((rgb) => Math.max(...rgb) - Math.min(...rgb) > 70)).toBeGreaterThan(0.01);
   await viewer.screenshot('4-station');
 
-  await viewer.page.getByRole('radio', { name: 'Intensity' }).click();
+  await viewer.page.getByLabel('Colour of the cloud').selectOption('intensity');
   await viewer.settle();
   expect((await viewer.canvasPixels()).share((rgb) => Math.max(...rgb) - Math.min(...rgb) > 70)).toBeLessThan(0.005);
   await viewer.screenshot('4-station-intensity');
@@ -250,7 +250,7 @@ test('plain painting takes the coverage colours away', async () => {
   await viewer.open();
   const isTeal = ([r, g, b]: readonly number[]): boolean => b > r + 60 && g > r + 40;
   expect((await viewer.canvasPixels()).share(isTeal)).toBeGreaterThan(0.03);
-  await viewer.page.getByRole('radio', { name: 'Plain' }).click();
+  await viewer.page.getByLabel('Colour of the building').selectOption('plain');
   await viewer.settle();
   expect((await viewer.canvasPixels()).share(isTeal)).toBe(0);
   await viewer.screenshot('6-plain');
@@ -272,7 +272,7 @@ test.each([
   await viewer.page.close();
   viewer = await ViewerPage.create(browser, address, look);
   await viewer.open();
-  const controls = viewer.page.locator('button:visible, input:visible, canvas');
+  const controls = viewer.page.locator('button:visible, input:visible, select:visible, canvas');
   const nameless = await controls.evaluateAll((all) =>
     all
       .filter(
@@ -282,7 +282,7 @@ test.each([
   );
   expect(nameless).toEqual([]);
   const tooWide = await viewer.page.evaluate(() =>
-    [...document.querySelectorAll('.toolbar > *, .legend, .sidebar')]
+    [...document.querySelectorAll('.toolbar > *, .corner > *, .sidebar, .tabs button')]
       .filter((one) => one.getBoundingClientRect().right > window.innerWidth || one.getBoundingClientRect().left < 0)
       .map((one) => one.className),
   );

@@ -5,7 +5,7 @@ import type { Building } from '../scene/building.ts';
 import type { Palette } from '../scene/palette.ts';
 import type { LayerSource, Store } from '../store.ts';
 import { layerColors } from './colors.ts';
-import { type HeatLayer, type PatchValues, TIMES_SEEN, valuesOf } from './layers.ts';
+import { type HeatLayer, type PatchValues, PLAIN, TIMES_SEEN, valuesOf } from './layers.ts';
 import { patchAreas, type Spread, spreadOf } from './statistics.ts';
 
 export class PatchPaint {
@@ -93,7 +93,7 @@ export class PatchPaint {
         this.source = source;
         this.setValues(TIMES_SEEN, seen);
       }
-      if (layer === null) this.hide();
+      if (layer === null) this.hideAll(store.layerId.value);
       else if (valuesOf(layer) === TIMES_SEEN) this.show(layer, this.timesSeen);
       else {
         store.layerState.value = { kind: 'loading', layer };
@@ -111,6 +111,13 @@ export class PatchPaint {
 
   private fetch(id: string, signal: AbortSignal): Promise<PatchValues> {
     return fetchPatchValues(this.loaded, id, signal);
+  }
+
+  private hideAll(layerId: string): void {
+    this.hide();
+    if (layerId === PLAIN) return;
+    const message = `This plan has no layer "${layerId}": an older version made it. Plan again to see it.`;
+    this.store.layerState.value = { kind: 'failed', message };
   }
 
   private hide(): void {

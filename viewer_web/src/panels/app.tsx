@@ -1,10 +1,9 @@
 /** The whole page: loading and failing in words, then the panels around the canvas. */
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { EditLayer } from '../edit/edit-layer.tsx';
-import { FieldView } from '../field/field-view.tsx';
-import { Legend } from '../heat/legend.tsx';
 import { FieldButton } from '../field/field-button.tsx';
 import { FieldView } from '../field/field-view.tsx';
+import { Legend } from '../heat/legend.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { PairCard } from '../network/pair-card.tsx';
 import { PlanView } from '../scene/plan-view.ts';
@@ -41,7 +40,6 @@ export function App({ store }: { store: Store }) {
       </main>
     );
   }
-  if (store.page.value === 'field') return <FieldView store={store} loaded={loaded} />;
   if (store.page.value === 'field') return <FieldView store={store} loaded={loaded} />;
   return <Workspace store={store} loaded={loaded} />;
 }

@@ -22,7 +22,7 @@ export function SurfaceCard({ store, view }: { store: Store; view: PlanView | nu
       name="Clicked surface"
       onClose={() => store.pick(null)}
     >
-      <dl class="figures" data-testid="surface-figures">
+      <dl class="figures" data-testid="surface-figures" data-patch={picked.patch}>
         {groundOf !== null && <Figure name="Ground of" value={floorName(groundOf)} />}
         {groundOf === null && element.floorId !== '' && <Figure name="Floor" value={floorName(element.floorId)} />}
         <Figure

@@ -3,6 +3,9 @@ import { PLAIN } from '../heat/layers.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 
+/** No floor's id is empty. */
+const ALL_FLOORS = '';
+
 export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
   return (
     <div class="toolbar" role="toolbar" aria-label="View">
@@ -18,6 +21,21 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
         ☰
       </button>
       <label class="tool tool-select">
+        <span class="muted">Floor</span>
+        <select
+          aria-label="Floor that is shown"
+          value={store.floorId.value ?? ALL_FLOORS}
+          onChange={({ currentTarget: { value } }) => store.chooseFloor(value === ALL_FLOORS ? null : value)}
+        >
+          <option value={ALL_FLOORS}>All floors</option>
+          {[...(store.loaded.value?.stage.floors ?? [])].reverse().map(({ id, name }) => (
+            <option key={id} value={id}>
+              {name}
+            </option>
+          ))}
+        </select>
+      </label>
+      <label class="tool tool-select">
         <span class="muted">Colour</span>
         <select
           aria-label="Colour of the building"
@@ -32,6 +50,9 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
             </option>
           ))}
           <option value={PLAIN}>Plain</option>
+          {store.loaded.value?.layers === null && (
+            <option disabled>Ranges and reasons: plan again, an older version made this</option>
+          )}
         </select>
       </label>
       <button

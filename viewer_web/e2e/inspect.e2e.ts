@@ -1,0 +1,307 @@
+/** Inspection in a real browser: layers, unseen surface, stations, clouds, panoramas, the walk, and views in the address. */
+import type { Browser } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test } from 'vitest';
+import { quantity } from '../src/heat/quantity.ts';
+import { launchBrowser, ViewerPage } from './browser.ts';
+import { PlanFiles } from './plan-files.ts';
+
+const address = inject('address');
+const files = new PlanFiles(inject('planFolder'));
+const { plan } = files;
+const floors = [...plan.floors].sort((a, b) => a.elevation_m - b.elevation_m);
+const ground = floors[0];
+const stationsOf = (floorId: string) => plan.stations.filter(({ floor }) => floor === floorId);
+
+let browser: Browser;
+let viewer: ViewerPage;
+beforeAll(async () => {
+  browser = await launchBrowser();
+});
+afterAll(() => browser.close());
+beforeEach(async () => {
+  viewer = await ViewerPage.create(browser, address, { width: 1280, height: 800 });
+});
+afterEach(async () => {
+  await viewer.page.close();
+  expect(viewer.faults).toEqual([]);
+});
+
+const hash = (): string => new URL(viewer.page.url()).hash;
+const legend = () => viewer.page.getByTestId('legend');
+const isPurple = ([r, g, b]: readonly number[]): boolean => b > g + 40 && r > g + 25;
+const areaIn = (text: string | null): number => Number(/([\d.,]+) m²/.exec(text ?? '')?.[1].replace(',', ''));
+
+async function figures(testId: string): Promise<Record<string, string>> {
+  const rows = viewer.page.getByTestId(testId).locator('.figure');
+  return Object.fromEntries(
+    await rows.evaluateAll((all) =>
+      all.map((row) => [row.querySelector('dt')?.textContent ?? '', row.querySelector('dd')?.textContent ?? '']),
+    ),
+  );
+}
+
+async function choose(layerId: string): Promise<void> {
+  await viewer.page.getByLabel('Colour of the building').selectOption(layerId);
+  await viewer.page.locator('[data-testid=legend][data-state=shown]').waitFor();
+  await viewer.settle();
+}
+
+test('every layer has a legend and a picture of its own', async () => {
+  await viewer.open(`#floor=${ground.id}`);
+  let before = await viewer.canvasPixels();
+  const ids = ['seen', ...files.layers.layers.map(({ id }) => id), 'reason'];
+  expect(ids).toEqual(expect.arrayContaining(['range', 'incidence', 'spacing']));
+  for (const id of ids) {
+    await choose(id);
+    const title = await viewer.page.locator(`option[value="${id}"]`).textContent();
+    expect(await legend().textContent()).toContain(title);
+    const after = await viewer.canvasPixels();
+    expect(before.shareChanged(after), id).toBeGreaterThan(0.01);
+    before = after;
+    await viewer.screenshot(`i-layer-${id}`);
+  }
+  expect(hash()).toContain('layer=reason');
+});
+
+test('a clicked surface tells the figures of its patch as the files have them', async () => {
+  await viewer.open(`#floor=${ground.id}&layer=${files.layers.layers[0].id}`);
+  await viewer.page.keyboard.press('t');
+  await viewer.settle();
+  let nCompared = 0;
+  for (let i = 0; i < 5; i++) {
+    for (let j = 0; j < 4; j++) {
+      const [x, y] = [500 + 100 * i, 180 + 110 * j];
+      const isBare = await viewer.page.evaluate(
+        ([x, y]) => document.elementFromPoint(x, y)?.tagName === 'CANVAS',
+        [x, y],
+      );
+      if (!isBare) continue;
+      await viewer.page.mouse.click(x, y);
+      const card = viewer.page.getByTestId('surface-figures');
+      if ((await card.count()) === 0) continue;
+      const patch = Number(await card.getAttribute('data-patch'));
+      const shown = await figures('surface-figures');
+      const [layer] = files.layers.layers;
+      const value = files.values(layer.file)[patch];
+      if (shown['Seen here'] === 'cut open') continue;
+      expect(shown[layer.title]).toBe(value === layer.none ? undefined : quantity(value * layer.step, layer.unit));
+      const seen = files.bytes('patches.u8')[patch];
+      expect(shown['Seen here']).toMatch(
+        seen === 255 ? /not achievable/ : seen === 0 ? /no station/ : new RegExp(`by ${seen} station`),
+      );
+      expect(shown['Seen of it']).toBeDefined();
+      nCompared++;
+    }
+  }
+  expect(nCompared).toBeGreaterThan(5);
+  await viewer.screenshot('i-clicked');
+});
+
+test('the unseen list is sorted by size, tells why, and flies to a piece that it points out', async () => {
+  await viewer.open('#tab=unseen');
+  const { page } = viewer;
+  const rows = page.locator('.unseen > button');
+  const areas = (await rows.locator('.row-area').allTextContents()).map(areaIn);
+  expect(areas.length).toBeGreaterThan(3);
+  expect([...areas].sort((a, b) => b - a)).toEqual(areas);
+  const largest = Math.max(...plan.why!.unseen_surfaces.map(({ area_m2 }) => area_m2));
+  expect(areas[0]).toBeCloseTo(largest, 0);
+
+  await page.getByRole('button', { name: /not worth a station/ }).click();
+  const surface = plan
+    .why!.unseen_surfaces.filter(({ reason }) => reason === 'not worth a station')
+    .sort((a, b) => b.area_m2 - a.area_m2)[0];
+  const before = await viewer.canvasPixels();
+  await rows.first().click();
+  await page.locator('[data-testid=legend][data-state=shown]').waitFor();
+  await viewer.settle();
+  const after = await viewer.canvasPixels();
+  expect(before.share(isPurple)).toBeLessThan(0.001);
+  expect(after.share(isPurple)).toBeGreaterThan(0.005);
+  expect(await legend().textContent()).toContain('not worth a station');
+  // Patches of a box: those of the piece, and hardly any other.
+  expect(areaIn(await legend().textContent())).toBeGreaterThan(0.95 * surface.pieces[0].area_m2 - 0.05);
+  expect(areaIn(await legend().textContent())).toBeLessThan(1.5 * surface.pieces[0].area_m2 + 0.1);
+  await viewer.screenshot('i-unseen');
+  await page.keyboard.press('Escape');
+  await viewer.settle();
+  expect((await viewer.canvasPixels()).share(isPurple)).toBeLessThan(0.001);
+});
+
+test('the list of stations sorts by what each adds, and its card points that out', async () => {
+  await viewer.open(`#floor=${ground.id}`);
+  const { page } = viewer;
+  await page.getByRole('button', { name: 'adds', exact: true }).click();
+  const shown = await page.locator('li [data-station]').evaluateAll((all) => all.map((one) => one.dataset.station));
+  const byOwn = [...stationsOf(ground.id)].sort((a, b) => b.own_area_m2 - a.own_area_m2 || a.order - b.order);
+  expect(shown).toEqual(byOwn.map(({ id }) => id));
+  await page.locator('li [data-station]').first().click();
+  await page.locator('[data-testid=cloud][data-state=shown]').waitFor();
+  await page.getByText('Point out what only it sees').click();
+  await page.locator('[data-testid=legend][data-state=shown]').waitFor();
+  await viewer.settle();
+  const area = areaIn(await legend().textContent());
+  expect(Math.abs(area - byOwn[0].own_area_m2)).toBeLessThan(0.1 + 0.02 * byOwn[0].own_area_m2);
+  expect((await viewer.canvasPixels()).share(isPurple)).toBeGreaterThan(0.002);
+  await viewer.screenshot('i-own-surface');
+});
+
+test('clouds of a floor show together, by station, and go when they are hidden', async () => {
+  await viewer.open(`#floor=${ground.id}`);
+  const { page } = viewer;
+  const before = await viewer.canvasPixels();
+  const toggle = page.getByRole('button', { name: 'Clouds', exact: true });
+  await toggle.click();
+  await page.locator('[data-testid=cloud][data-state=shown]').waitFor();
+  await page.getByLabel('Colour of the cloud').selectOption('station');
+  await viewer.settle();
+  expect(await page.getByTestId('cloud').textContent()).toContain(`of ${stationsOf(ground.id).length} station`);
+  expect(before.shareChanged(await viewer.canvasPixels())).toBeGreaterThan(0.1);
+  await viewer.screenshot('i-clouds');
+  await toggle.click();
+  await viewer.settle();
+  expect(await page.getByTestId('cloud').count()).toBe(0);
+  expect(before.shareChanged(await viewer.canvasPixels())).toBeLessThan(0.002);
+});
+
+test('a panorama shows the range image, reads ranges and looks there', async () => {
+  const station = stationsOf(ground.id)[0];
+  await viewer.open(`#floor=${ground.id}&station=${station.id}`);
+  const { page } = viewer;
+  await page.locator('[data-testid=cloud][data-state=shown]').waitFor();
+  await page.getByRole('button', { name: 'Panorama' }).click();
+  const picture = page.getByRole('img', { name: `All around station ${station.id}` });
+  const drawn = await picture.evaluate((canvas: HTMLCanvasElement) => {
+    const { data } = canvas.getContext('2d')!.getImageData(0, 0, canvas.width, canvas.height);
+    let n = 0;
+    for (let i = 3; i < data.length; i += 4) if (data[i] > 0) n++;
+    return n / (canvas.width * canvas.height);
+  });
+  const bytes = files.bytes(`clouds/${station.id}.u16`);
+  const ranges = new Uint16Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + (2 * bytes.length) / 3));
+  const returned = ranges.filter((steps) => steps > 0).length / ranges.length;
+  expect(Math.abs(drawn - returned)).toBeLessThan(0.1);
+  const box = (await picture.boundingBox())!;
+  const said: string[] = [];
+  for (let i = 1; i < 12; i++) {
+    await page.mouse.move(box.x + (i / 12) * box.width, box.y + 0.7 * box.height);
+    said.push((await page.locator('.panorama p').textContent()) ?? '');
+  }
+  expect(
+    said.some((words) => /^[\d.]+ m away, incidence \d+°$/.test(words)),
+    said.join(),
+  ).toBe(true);
+  await viewer.screenshot('i-panorama');
+  await page.mouse.click(box.x + 0.5 * box.width, box.y + 0.7 * box.height);
+  await viewer.settle();
+  expect(await picture.count()).toBe(0);
+});
+
+const cameraOf = (): number[] => (new URLSearchParams(hash().slice(1)).get('camera') ?? '').split(',').map(Number);
+
+test('the building is walked at eye height with keys, and left with Escape', async () => {
+  const station = stationsOf(ground.id)[0];
+  await viewer.open(`#floor=${ground.id}&station=${station.id}`);
+  const { page } = viewer;
+  await page.getByRole('button', { name: 'Stand there' }).click();
+  await viewer.settle();
+  const start = cameraOf();
+  await page.keyboard.down('ArrowLeft');
+  await page.waitForFunction((before) => decodeURIComponent(location.hash) !== before, hash());
+  await page.keyboard.up('ArrowLeft');
+  await viewer.settle();
+  const turnedTo = cameraOf();
+  expect(turnedTo.slice(0, 3)).toEqual(start.slice(0, 3));
+  expect(Math.hypot(turnedTo[3] - start[3], turnedTo[4] - start[4])).toBeGreaterThan(0.01);
+  // Some direction is free.
+  let farM = 0;
+  for (const key of ['w', 's', 'a', 'd']) {
+    await page.keyboard.down(key);
+    await page.waitForTimeout(600);
+    await page.keyboard.up(key);
+    const at = cameraOf();
+    farM = Math.max(farM, Math.hypot(at[0] - start[0], at[1] - start[1]));
+    // On the ground all the while: no higher or lower than a step.
+    expect(Math.abs(at[2] - start[2])).toBeLessThan(0.7);
+  }
+  expect(farM).toBeGreaterThan(0.1);
+  await viewer.screenshot('i-walk');
+  await page.keyboard.press('Escape');
+  await viewer.settle();
+  expect(await page.getByRole('region', { name: 'Walk-through' }).count()).toBe(0);
+});
+
+test('the route is drawn and stepped through from stop to stop', async () => {
+  await viewer.open(`#floor=${ground.id}`);
+  const { page } = viewer;
+  const before = await viewer.canvasPixels();
+  await page.getByText('Draw the route').click();
+  await viewer.settle();
+  expect(before.shareChanged(await viewer.canvasPixels())).toBeGreaterThan(0.002);
+  for (const id of plan.route!.order.slice(0, 3)) {
+    await page.getByRole('button', { name: 'Next ›' }).click();
+    expect(await page.getByRole('heading', { name: `Station ${id}` }).count()).toBe(1);
+  }
+  expect(await page.locator('.route-steps').textContent()).toContain(`stop 3 of ${plan.route!.order.length}`);
+  await viewer.screenshot('i-route');
+});
+
+test('ceilings and roofs are hidden, and walls stay in their full height', async () => {
+  await viewer.open();
+  await viewer.page.getByText('Open and spread the floors').click();
+  await viewer.settle();
+  const closed = await viewer.canvasPixels();
+  await viewer.page.getByText('Hide ceilings and roofs').click();
+  await viewer.settle();
+  const open = await viewer.canvasPixels();
+  expect(closed.shareChanged(open)).toBeGreaterThan(0.05);
+  await viewer.screenshot('i-no-ceilings');
+});
+
+test('a view in the address shows the same picture to somebody else', async () => {
+  await viewer.open(`#floor=${ground.id}`);
+  const { page } = viewer;
+  await choose('range');
+  await page.mouse.move(900, 420);
+  await page.mouse.down();
+  await page.mouse.move(1010, 460, { steps: 4 });
+  await page.mouse.up();
+  await page.mouse.wheel(0, -300);
+  await page.waitForFunction(() => location.hash.includes('camera='));
+  await viewer.settle();
+  const mine = await viewer.canvasPixels();
+  const theirs = await ViewerPage.create(browser, address, { width: 1280, height: 800 });
+  await theirs.open(hash());
+  await theirs.page.locator('[data-testid=legend][data-state=shown]').waitFor();
+  await theirs.settle();
+  expect(mine.shareChanged(await theirs.canvasPixels())).toBeLessThan(0.02);
+  await theirs.page.close();
+});
+
+test('a plan of an older version is shown, and says what it lacks', async () => {
+  await viewer.page.route('**/plan/viewer/layers.json', (route) => route.fulfill({ status: 404 }));
+  await viewer.open(`#floor=${ground.id}&layer=range`);
+  expect(await legend().textContent()).toMatch(/no layer "range".*older version.*Plan again/);
+  await viewer.page.getByLabel('Colour of the building').selectOption('times_seen');
+  await viewer.page.locator('[data-testid=legend][data-state=shown]').waitFor();
+  expect(viewer.faults.splice(0)).toEqual([expect.stringContaining('404')]);
+});
+
+test('on a tablet fingers walk and choose', async () => {
+  await viewer.page.close();
+  viewer = await ViewerPage.create(browser, address, { width: 820, height: 1180, hasTouch: true });
+  await viewer.open(`#floor=${ground.id}`);
+  const { page } = viewer;
+  await page.locator('.marker:not([hidden])').first().tap();
+  await page.getByRole('button', { name: 'Stand there' }).tap();
+  await viewer.settle();
+  const before = hash();
+  const turn = (await page.getByRole('button', { name: 'Turn left' }).boundingBox())!;
+  await page.mouse.move(turn.x + 10, turn.y + 10);
+  await page.mouse.down();
+  await page.waitForFunction((old) => location.hash !== old, before);
+  await page.mouse.up();
+  await viewer.screenshot('i-tablet');
+  await page.getByRole('button', { name: 'Leave the walk' }).tap();
+  expect(await page.getByRole('button', { name: 'Leave the walk' }).count()).toBe(0);
+});

@@ -1,0 +1,116 @@
+/** The review of overlap in a real browser, against the figures and files of the plan. */
+import type { Browser } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test } from 'vitest';
+import { countingOf, networkOf } from '../src/network/graph.ts';
+import { launchBrowser, ViewerPage } from './browser.ts';
+import { PlanFiles } from './plan-files.ts';
+
+const address = inject('address');
+const files = new PlanFiles(inject('planFolder'));
+const { plan } = files;
+const { registration } = plan;
+const ids = plan.stations.map(({ id }) => id);
+const report = networkOf(ids, registration.links, countingOf(plan));
+
+let browser: Browser;
+let viewer: ViewerPage;
+beforeAll(async () => {
+  browser = await launchBrowser();
+});
+afterAll(() => browser.close());
+beforeEach(async () => {
+  viewer = await ViewerPage.create(browser, address, { width: 1280, height: 800 });
+});
+afterEach(async () => {
+  await viewer.page.close();
+  expect(viewer.faults).toEqual([]);
+});
+
+async function figures(testId: string): Promise<Record<string, string>> {
+  const rows = viewer.page.getByTestId(testId).locator('.figure');
+  return Object.fromEntries(
+    await rows.evaluateAll((all) =>
+      all.map((row) => [row.querySelector('dt')?.textContent ?? '', row.querySelector('dd')?.textContent ?? '']),
+    ),
+  );
+}
+
+test('what the browser finds of the network is what the planner found', () => {
+  const sorted = (lists: readonly (readonly string[])[]): string[] => lists.map((list) => list.join(' ')).sort();
+  expect(sorted(report.parts)).toEqual(sorted(registration.networks.map(({ stations }) => stations)));
+  expect(sorted([...report.bridges].map(({ a, b }) => [a, b]))).toEqual(
+    sorted(registration.networks.flatMap(({ bridges }) => bridges)),
+  );
+  expect([...report.articulations].sort()).toEqual(registration.networks.flatMap((one) => one.articulations).sort());
+});
+
+test('the tab tells networks, bridges and the weakest link', async () => {
+  await viewer.open('#tab=network');
+  const shown = await figures('network-figures');
+  expect(shown.Networks).toContain(report.parts.length === 1 ? 'one: all register' : `${report.parts.length} apart`);
+  expect(shown['Links that count']).toBe(String(report.counting.length));
+  expect(shown.Bridges).toBe(String(report.bridges.size));
+  const weakest = report.weakest;
+  if (weakest !== null) {
+    expect(shown['Weakest link']).toContain(`${weakest.a} – ${weakest.b}`);
+    await viewer.page.getByTestId('network-figures').getByRole('button').click();
+    expect(await viewer.page.getByRole('heading', { name: `${weakest.a} – ${weakest.b}` }).count()).toBe(1);
+  }
+  expect(await viewer.page.locator('.graph-node').count()).toBe(ids.length);
+  await viewer.screenshot('n-graph');
+});
+
+test('a pair points out what both see, and tells how much', async () => {
+  const link = [...registration.links].sort((x, y) => y.overlap - x.overlap)[0];
+  await viewer.open('#tab=network');
+  const { page } = viewer;
+  await page
+    .locator('.row-link')
+    .filter({ hasText: `${link.a} – ${link.b}` })
+    .first()
+    .click();
+  await page.locator('[data-testid=legend][data-state=shown]').waitFor();
+  await viewer.settle();
+  const shown = await figures('pair-figures');
+  expect(shown.Overlap).toBe(`${(100 * link.overlap).toFixed(1)} %`);
+  const covered = [link.a, link.b].map((id) => plan.stations.find((one) => one.id === id)!.covered_area_m2);
+  // Overlap is the smaller of both shares: what is shared over what the one sees that sees more.
+  const shared = link.overlap * Math.max(...covered);
+  expect(Math.abs(Number(shown['Shared surface'].replace(' m²', '')) - shared)).toBeLessThan(0.1 + 0.05 * shared);
+  const purple = (await viewer.canvasPixels()).share(([r, g, b]) => b > g + 40 && r > g + 25);
+  expect(purple).toBeGreaterThan(0.01);
+  expect(new URLSearchParams(new URL(page.url()).hash.slice(1)).getAll('pair')).toEqual([link.a, link.b]);
+  await viewer.screenshot('n-pair');
+});
+
+test('the matrix is read and chosen from by pointer and by keys', async () => {
+  await viewer.page.emulateMedia({ colorScheme: 'dark' });
+  await viewer.open('#tab=network');
+  const { page } = viewer;
+  await page.getByRole('radio', { name: 'Matrix' }).click();
+  await page.getByRole('button', { name: 'Enlarge' }).click();
+  const matrix = page.locator('.sheet').getByRole('application');
+  const words = page.locator('.sheet .matrix-words');
+  const link = registration.links[0];
+  const [row, column] = [link.a, link.b].map((id) => ids.indexOf(id));
+  await matrix.focus();
+  for (let i = 0; i < row; i++) await page.keyboard.press('ArrowDown');
+  for (let i = 0; i < column; i++) await page.keyboard.press('ArrowRight');
+  expect(await words.textContent()).toContain(`${link.a} – ${link.b}: ${(100 * link.overlap).toFixed(0)} % overlap`);
+  await viewer.screenshot('n-matrix');
+  await page.keyboard.press('Enter');
+  expect(await page.getByRole('heading', { name: `${link.a} – ${link.b}` }).count()).toBe(1);
+  await page.locator('.sheet').getByRole('button', { name: 'Close' }).click();
+  await viewer.settle();
+  await viewer.screenshot('n-pair-dark');
+});
+
+test('links are drawn in 3D while the network is looked at', async () => {
+  await viewer.open();
+  const without = await viewer.canvasPixels();
+  await viewer.page.getByRole('tab', { name: 'Network' }).click();
+  await viewer.settle();
+  expect(without.shareChanged(await viewer.canvasPixels())).toBeGreaterThan(0.0005);
+  await viewer.page.locator('.graph-node').first().click();
+  expect(await viewer.page.getByRole('heading', { name: `Station ${ids[0]}` }).count()).toBeLessThanOrEqual(1);
+});
