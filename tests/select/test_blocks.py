@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from selection_instances import network_of, problem_of
 
 from planner_core.select import proven
 from planner_core.select.blocks import BlockProof, blocks_of
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.network import Network
 from planner_core.select.network_start import joined
-from planner_core.select.problem import CoverProblem
 from planner_core.select.proven import SelectionSettings, select
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -36,21 +35,8 @@ def flats(seed, *, n=4, r=30, n_flats=2, n_targets=1, shared=0, share=0.85, loop
     counts_for = np.ones((n_targets, ticks.size), dtype=bool)
     counts_for[1:] = rng.random((n_targets - 1, ticks.size)) < 0.5
     least = (share * (counts_for & sees.any(axis=0)) @ ticks).astype(np.int64)
-    problem = CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=ticks.astype(np.int64),
-        counts_for=counts_for,
-        required=least,
-        least=least,
-    )
-    rows = [sorted(graph[i]) for i in range(len(graph))]
-    network = Network(
-        starts=np.cumsum([0] + [len(row) for row in rows]).astype(np.int64),
-        neighbour=np.array([j for row in rows for j in row], dtype=np.int32),
-        part=np.repeat(np.arange(n_flats), n).astype(np.int32),
-        loops=loops,
-    )
+    problem = problem_of(sees, ticks, counts_for, least)
+    network = network_of(graph, loops=loops)
     return problem, network
 
 

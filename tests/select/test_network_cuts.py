@@ -7,28 +7,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from selection_instances import network_of, problem_of
 
 from planner_core.select.branching import BranchAndBound
-from planner_core.select.network import Network
 from planner_core.select.network_cuts import NetworkCuts
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import CUT_UNIT, CutMaker, CutProgram
 
 SEEDS = st.integers(0, 2**32 - 1)
-
-
-def as_network(graph, *, loops=False):
-    n = graph.number_of_nodes()
-    part = np.zeros(n, dtype=np.int32)
-    for number, nodes in enumerate(nx.connected_components(graph)):
-        part[list(nodes)] = number
-    rows = [sorted(graph[i]) for i in range(n)]
-    return Network(
-        starts=np.cumsum([0] + [len(r) for r in rows]).astype(np.int64),
-        neighbour=np.array([j for r in rows for j in r], dtype=np.int32),
-        part=part,
-        loops=loops,
-    )
 
 
 def sparse_graph(rng, n, *, n_parts, more=0.4):
@@ -42,18 +28,10 @@ def sparse_graph(rng, n, *, n_parts, more=0.4):
     return graph
 
 
-def problem_of(rng, n, *, seen_from=1, share=0.8, r=40):
+def random_problem(rng, n, *, seen_from=1, share=0.8, r=40):
     sees, ticks = rng.random((n, r)) < 0.2 * seen_from, rng.integers(1, 20, r)
     least = np.array([int(share * ticks[sees.sum(axis=0) >= seen_from].sum())])
-    return CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=ticks.astype(np.int64),
-        counts_for=np.ones((1, r), dtype=bool),
-        required=least,
-        least=least,
-        seen_from=np.array([seen_from]),
-    )
+    return problem_of(sees, ticks, np.ones((1, r), dtype=bool), least, seen_from=[seen_from])
 
 
 def is_joined(graph, chosen):
@@ -96,8 +74,8 @@ def points(rng, n):
 @given(SEEDS, st.integers(1, 2), st.sampled_from([0.3, 0.6, 0.9]), st.booleans())
 def test_network_cuts_hold_for_every_solution_that_hangs_together(seed, n_parts, share, loops):
     rng = np.random.default_rng(seed)
-    graph, problem = sparse_graph(rng, 9, n_parts=n_parts, more=0.8), problem_of(rng, 9, share=share)
-    cuts = NetworkCuts(as_network(graph, loops=loops), CutMaker(problem).reaches)
+    graph, problem = sparse_graph(rng, 9, n_parts=n_parts, more=0.8), random_problem(rng, 9, share=share)
+    cuts = NetworkCuts(network_of(graph, loops=loops), CutMaker(problem).reaches)
     found = solutions(problem, graph, loops=loops)
     for x in [x for _ in range(5) for x in points(rng, 9)]:
         for cut in cuts.violated(x):
@@ -111,9 +89,9 @@ def test_all_kinds_of_cuts_turn_up_in_such_checks():
         rng = np.random.default_rng(seed)
         graph, problem = (
             sparse_graph(rng, 9, n_parts=1, more=0.8),
-            problem_of(rng, 9, share=float(rng.choice([0.2, 0.6]))),
+            random_problem(rng, 9, share=float(rng.choice([0.2, 0.6]))),
         )
-        cuts = NetworkCuts(as_network(graph, loops=True), CutMaker(problem).reaches)
+        cuts = NetworkCuts(network_of(graph, loops=True), CutMaker(problem).reaches)
         for cut in [cut for x in points(rng, 9) for cut in cuts.violated(x)]:
             kinds.add((cut.right / CUT_UNIT, cut.coefficient.max() / CUT_UNIT))
     assert kinds == {(1, 1), (0, 1), (-1, 1), (-2, 1), (-1, 0.5), (0, 0.5)}
@@ -123,8 +101,8 @@ def test_all_kinds_of_cuts_turn_up_in_such_checks():
 @given(SEEDS, st.integers(1, 3), st.booleans())
 def test_whole_points_are_cut_off_exactly_where_they_do_not_hang_together(seed, n_parts, loops):
     rng = np.random.default_rng(seed)
-    graph, problem = sparse_graph(rng, 14, n_parts=n_parts, more=0.8), problem_of(rng, 14, share=0.5)
-    cuts = NetworkCuts(as_network(graph, loops=loops), CutMaker(problem).reaches)
+    graph, problem = sparse_graph(rng, 14, n_parts=n_parts, more=0.8), random_problem(rng, 14, share=0.5)
+    cuts = NetworkCuts(network_of(graph, loops=loops), CutMaker(problem).reaches)
     x = (rng.random(14) < rng.choice([0.3, 0.7])).astype(float)
     chosen = np.flatnonzero(x).tolist()
     found = cuts.violated(x)
@@ -137,7 +115,7 @@ def test_whole_points_are_cut_off_exactly_where_they_do_not_hang_together(seed, 
 def test_flows_find_a_cut_that_no_piece_shows():
     # Two stations of 1 and two ways between them, 0.2 each: everything hangs together at 1e-6, nothing at 0.4.
     graph = nx.Graph([(0, 2), (2, 1), (0, 3), (3, 1)])
-    cuts = NetworkCuts(as_network(graph), lambda allowed: bool(allowed[[0, 1]].all()))
+    cuts = NetworkCuts(network_of(graph), lambda allowed: bool(allowed[[0, 1]].all()))
     x = np.array([1.0, 1.0, 0.2, 0.2])
     (by_flow,) = cuts._by_flow(x, np.ones(4, dtype=bool))
     assert by_flow.coefficient.tolist() == [0, 0, 2**24, 2**24]
@@ -151,7 +129,7 @@ def test_least_cut_between_two_candidates_is_that_of_networkx(seed):
 
     rng = np.random.default_rng(seed)
     graph = sparse_graph(rng, 12, n_parts=1)
-    network = as_network(graph)
+    network = network_of(graph)
     x = np.round(rng.random(12), 2) + 0.01
     split = nx.DiGraph()
     for i in range(12):
@@ -172,9 +150,9 @@ def test_least_cut_between_two_candidates_is_that_of_networkx(seed):
 def test_tree_with_network_ends_at_the_smallest_set_that_hangs_together(seed, n_parts, seen_from, loops):
     rng = np.random.default_rng(seed)
     graph = sparse_graph(rng, 9, n_parts=n_parts, more=0.8 if loops else 0.4)
-    problem = problem_of(rng, 9, seen_from=seen_from, share=0.85)
+    problem = random_problem(rng, 9, seen_from=seen_from, share=0.85)
     optimum = int(solutions(problem, graph, loops=loops).sum(axis=1).min())
-    tree = BranchAndBound(problem, n_stations=10, network=as_network(graph, loops=loops))
+    tree = BranchAndBound(problem, n_stations=10, network=network_of(graph, loops=loops))
     tree.root()
     assert tree.lower_bound <= optimum, f"seed {seed}"
     while not tree.finished:
@@ -189,11 +167,11 @@ def test_tree_with_network_ends_at_the_smallest_set_that_hangs_together(seed, n_
 @given(SEEDS)
 def test_given_candidates_are_in_every_plan_of_the_tree(seed):
     rng = np.random.default_rng(seed)
-    graph, problem = sparse_graph(rng, 9, n_parts=1), problem_of(rng, 9, share=0.7)
+    graph, problem = sparse_graph(rng, 9, n_parts=1), random_problem(rng, 9, share=0.7)
     fixed = rng.choice(9, 2, replace=False).tolist()
     found = solutions(problem, graph)
     optimum = int(found[found[:, fixed].all(axis=1)].sum(axis=1).min())
-    tree = BranchAndBound(problem, n_stations=10, network=as_network(graph), given=fixed)
+    tree = BranchAndBound(problem, n_stations=10, network=network_of(graph), given=fixed)
     tree.root()
     while not tree.finished:
         tree.advance(work=1e-4)
@@ -214,7 +192,7 @@ def test_joining_raises_the_bound_where_coverage_alone_is_cheap():
     )
     alone, joined = (
         BranchAndBound(problem, n_stations=8),
-        BranchAndBound(problem, n_stations=8, network=as_network(graph)),
+        BranchAndBound(problem, n_stations=8, network=network_of(graph)),
     )
     alone.root()
     joined.root()
@@ -230,8 +208,8 @@ def test_nonsense_of_the_solver_leaves_the_bound_with_network_valid(monkeypatch)
     monkeypatch.setattr(CutProgram, "solve", nonsense)
     for seed in range(15):
         of_seed = np.random.default_rng(seed)
-        graph, problem = sparse_graph(of_seed, 9, n_parts=1), problem_of(of_seed, 9)
-        tree = BranchAndBound(problem, n_stations=9, network=as_network(graph))
+        graph, problem = sparse_graph(of_seed, 9, n_parts=1), random_problem(of_seed, 9)
+        tree = BranchAndBound(problem, n_stations=9, network=network_of(graph))
         tree.root()
         tree.advance(work=1e-3)
         assert tree.lower_bound <= solutions(problem, graph).sum(axis=1).min(), f"seed {seed}"
@@ -239,9 +217,9 @@ def test_nonsense_of_the_solver_leaves_the_bound_with_network_valid(monkeypatch)
 
 def test_cuts_of_networks_are_the_same_on_a_second_run():
     rng = np.random.default_rng(3)
-    graph, problem = sparse_graph(rng, 40, n_parts=2), problem_of(rng, 40, r=120)
+    graph, problem = sparse_graph(rng, 40, n_parts=2), random_problem(rng, 40, r=120)
     x = rng.random(40) * (rng.random(40) < 0.6)
-    runs = [NetworkCuts(as_network(graph), CutMaker(problem).reaches).violated(x) for _ in range(2)]
+    runs = [NetworkCuts(network_of(graph), CutMaker(problem).reaches).violated(x) for _ in range(2)]
     assert len(runs[0]) > 0
     for first, second in zip(*runs, strict=True):
         assert (first.coefficient == second.coefficient).all()
@@ -251,7 +229,7 @@ def test_cuts_of_networks_are_the_same_on_a_second_run():
 @pytest.mark.parametrize("inside", [[0, 6], [2]])
 def test_only_what_can_be_joined_with_those_that_are_in_stays_allowed(inside):
     graph = nx.path_graph(7)
-    cuts = NetworkCuts(as_network(graph), lambda allowed: True)
+    cuts = NetworkCuts(network_of(graph), lambda allowed: True)
     lower, upper = np.zeros(7, dtype=np.int64), np.ones(7, dtype=np.int64)
     lower[inside], upper[4] = 1, 0
     keep = cuts.reachable(lower, upper)

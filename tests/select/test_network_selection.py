@@ -7,55 +7,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from selection_instances import hangs_together, network_of, problem_of, random_network
 
 from planner_core.errors import RequirementError
 from planner_core.model import Visibility
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.network import Network
 from planner_core.select.network_start import joined
-from planner_core.select.problem import CoverProblem, Target, cover_problem
+from planner_core.select.problem import Target, cover_problem
 from planner_core.select.proven import SelectionSettings, select
 from planner_core.select.reductions import reduce_problem
 
 SEEDS = st.integers(0, 2**32 - 1)
 QUICK = SelectionSettings(work_limit=0.1, n_walks=1)
-
-
-def random_network(seed, n, *, share=0.3, loops=False):
-    rng = np.random.default_rng(seed)
-    graph = nx.Graph()
-    graph.add_nodes_from(range(n))
-    graph.add_edges_from(pair for pair in itertools.combinations(range(n), 2) if rng.random() < share)
-    return network_of(graph, loops=loops)
-
-
-def network_of(graph, *, loops=False):
-    n = graph.number_of_nodes()
-    part = np.empty(n, dtype=np.int32)
-    for number, nodes in enumerate(nx.connected_components(graph)):
-        part[list(nodes)] = number
-    rows = [sorted(graph[c]) for c in range(n)]
-    return Network(
-        starts=np.cumsum([0, *(len(row) for row in rows)]).astype(np.int64),
-        neighbour=np.array([c for row in rows for c in row], dtype=np.int32),
-        part=part,
-        loops=loops,
-    )
-
-
-def problem_of(sees, ticks, counts_for, required, *, slack=0, seen_from=None):
-    sees = np.asarray(sees, dtype=bool)
-    required = np.asarray(required, dtype=np.int64)
-    return CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=np.asarray(ticks, dtype=np.int64),
-        counts_for=np.asarray(counts_for, dtype=bool),
-        required=required,
-        least=np.maximum(required - slack, 0),
-        **({} if seen_from is None else {"seen_from": np.asarray(seen_from, dtype=np.int64)}),
-    )
 
 
 def random_problem(seed, *, n=8, r=14, seen_from=(1, 1)):
@@ -77,23 +41,6 @@ def meets(problem, chosen, required):
         >= required[k]
         for k, m in enumerate(problem.seen_from)
     )
-
-
-def hangs_together(network, chosen):
-    """Oracle, by networkx and from the definition."""
-    if network is None:
-        return True
-    whole, inside = nx.Graph(), set(chosen)
-    whole.add_nodes_from(range(network.n_candidates))
-    whole.add_edges_from((a, int(b)) for a in range(network.n_candidates) for b in network.neighbours(a))
-    spared = {frozenset(link) for link in nx.bridges(whole)}
-    for part in {int(network.part[c]) for c in chosen}:
-        graph = whole.subgraph(c for c in inside if network.part[c] == part)
-        if not nx.is_connected(graph):
-            return False
-        if network.loops and len(graph) > 2 and any(frozenset(link) not in spared for link in nx.bridges(graph)):
-            return False
-    return True
 
 
 def fewest(problem, required, network=None, given=()):

@@ -1,48 +1,16 @@
 """Networks of chosen candidates against networkx, and walks that look for one: kernel against host, both against it."""
 
-import itertools
-
 import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from selection_instances import graph_of, network_of, problem_of, random_network
 
-from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
 from planner_core.select.swap_walks import HostWalks, Terrain, open_walks
 
 SEEDS = st.integers(0, 2**32 - 1)
-
-
-def network_of(links, n, *, loops=False):
-    """From pairs (a, b)."""
-    graph = nx.Graph()
-    graph.add_nodes_from(range(n))
-    graph.add_edges_from(links)
-    part = np.empty(n, dtype=np.int32)
-    for number, nodes in enumerate(nx.connected_components(graph)):
-        part[list(nodes)] = number
-    rows = [sorted(graph[c]) for c in range(n)]
-    return Network(
-        starts=np.cumsum([0, *(len(row) for row in rows)]).astype(np.int64),
-        neighbour=np.array([c for row in rows for c in row], dtype=np.int32),
-        part=part,
-        loops=loops,
-    )
-
-
-def random_network(seed, n, *, share=0.2, loops=False):
-    rng = np.random.default_rng(seed)
-    return network_of([pair for pair in itertools.combinations(range(n), 2) if rng.random() < share], n, loops=loops)
-
-
-def graph_of(network, chosen):
-    graph = nx.Graph()
-    graph.add_nodes_from(chosen)
-    inside = set(chosen)
-    graph.add_edges_from((a, int(b)) for a in chosen for b in network.neighbours(a) if int(b) in inside)
-    return graph
 
 
 def faults_by_networkx(network, chosen):
@@ -58,21 +26,13 @@ def faults_by_networkx(network, chosen):
     return faults
 
 
-def problem_of(seed, *, n=40, r=120, seen_from=(1, 1)):
+def random_problem(seed, *, n=40, r=120, seen_from=(1, 1)):
     rng = np.random.default_rng(seed)
     sees = rng.random((n, r)) < 0.15
     ticks, counts_for = rng.integers(0, 10**9, r), rng.random((len(seen_from), r)) < 0.6
     enough = sees.sum(axis=0) >= np.array(seen_from)[:, None]
     required = ((counts_for & enough) * ticks).sum(axis=1) * 8 // 10
-    return CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=ticks.astype(np.int64),
-        counts_for=counts_for & enough,
-        required=required,
-        least=required,
-        seen_from=np.array(seen_from, dtype=np.int64),
-    )
+    return problem_of(sees, ticks, counts_for & enough, required, seen_from=seen_from)
 
 
 def first_sets(n, size, n_walks=3):
@@ -107,7 +67,7 @@ def test_faults_of_a_set_are_what_networkx_counts(seed, share, loops, size):
 @pytest.mark.parametrize(("share", "loops"), [(None, False), (0.08, False), (0.08, True), (0.0, True), (0.6, True)])
 @pytest.mark.parametrize(("size", "n_pinned"), [(10, 0), (35, 3)])
 def test_device_and_host_walk_the_same_way_with_looks_and_links(seen_from, share, loops, size, n_pinned):
-    problem = problem_of(7, seen_from=seen_from)
+    problem = random_problem(7, seen_from=seen_from)
     network = None if share is None else random_network(5, 40, share=share, loops=loops)
     terrain = Terrain(problem, seed=2**63 + 5, network=network)
     ours, theirs = first_sets(40, size), first_sets(40, size)
@@ -126,7 +86,7 @@ def test_device_and_host_walk_the_same_way_with_looks_and_links(seen_from, share
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans())
 def test_what_a_long_walk_says_is_missing_is_missing(seed, loops):
-    problem = problem_of(seed, n=20, r=30, seen_from=(2, 1))
+    problem = random_problem(seed, n=20, r=30, seen_from=(2, 1))
     terrain = Terrain(problem, seed=seed, network=random_network(seed, 20, share=0.15, loops=loops))
     sets = first_sets(20, 9)
     missing = open_walks(terrain).walk(sets, round_=0, steps=(0, 3000), n_steps=3000)
@@ -135,7 +95,7 @@ def test_what_a_long_walk_says_is_missing_is_missing(seed, loops):
 
 
 def test_a_set_of_pinned_candidates_alone_is_refused():
-    terrain = Terrain(problem_of(1), seed=1)
+    terrain = Terrain(random_problem(1), seed=1)
     for walks in (open_walks(terrain), HostWalks(terrain)):
         with pytest.raises(ValueError, match="pinned"):
             walks.walk(first_sets(40, 3), round_=0, steps=(0, 5), n_steps=5, n_pinned=3)
@@ -154,8 +114,9 @@ def test_walks_join_what_coverage_alone_leaves_apart():
         required=np.array([30]),
         least=np.array([30]),
     )
-    links = [(0, 3), (1, 3), (3, 4), (4, 2), (0, 5), (5, 6), (6, 1), (7, 8), (7, 0), (8, 1)]
-    terrain = Terrain(problem, seed=4, network=network_of(links, n))
+    graph = nx.empty_graph(n)
+    graph.add_edges_from([(0, 3), (1, 3), (3, 4), (4, 2), (0, 5), (5, 6), (6, 1), (7, 8), (7, 0), (8, 1)])
+    terrain = Terrain(problem, seed=4, network=network_of(graph))
     sets = np.array([[0, 1, 2, 7, 8]] * 4, dtype=np.int32)
     missing = open_walks(terrain).walk(sets, round_=0, steps=(0, 2000), n_steps=2000)
     assert missing.min() == 0

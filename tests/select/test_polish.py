@@ -1,45 +1,15 @@
 """Polishing of a set: never worse, always the same, and what it is for."""
 
-import itertools
-
-import networkx as nx
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from selection_instances import problem_of, random_network
 
 from planner_core.select.check import check_selection
-from planner_core.select.network import Network
 from planner_core.select.network_start import joined
 from planner_core.select.polish import polish
-from planner_core.select.problem import CoverProblem
 
 SEEDS = st.integers(0, 2**32 - 1)
-
-
-def random_network(seed, n, *, loops):
-    rng = np.random.default_rng(seed)
-    graph = nx.Graph()
-    graph.add_nodes_from(range(n))
-    graph.add_edges_from(pair for pair in itertools.combinations(range(n), 2) if rng.random() < 0.3)
-    part = np.empty(n, dtype=np.int32)
-    for number, nodes in enumerate(nx.connected_components(graph)):
-        part[list(nodes)] = number
-    rows = [sorted(graph[c]) for c in range(n)]
-    starts = np.cumsum([0, *(len(row) for row in rows)]).astype(np.int64)
-    return Network(starts, np.array([c for row in rows for c in row], dtype=np.int32), part, loops)
-
-
-def problem_of(sees, ticks, counts_for, required, seen_from):
-    sees, required = np.asarray(sees, dtype=bool), np.asarray(required, dtype=np.int64)
-    return CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=np.asarray(ticks, dtype=np.int64),
-        counts_for=np.asarray(counts_for, dtype=bool),
-        required=required,
-        least=required,
-        seen_from=np.asarray(seen_from, dtype=np.int64),
-    )
 
 
 def case(seed, *, with_network, n=14, r=40):
@@ -50,9 +20,9 @@ def case(seed, *, with_network, n=14, r=40):
     counts_for &= sees.sum(axis=0) >= seen_from[:, None]
     order = [int(c) for c in rng.permutation(n)]
     network = random_network(seed, n, loops=bool(seed % 3 == 0)) if with_network else None
-    everything = problem_of(sees, ticks, counts_for, [0, 0], seen_from)
+    everything = problem_of(sees, ticks, counts_for, [0, 0], seen_from=seen_from)
     chosen = order[:6] if network is None else joined(everything, network, order[:5])
-    problem = problem_of(sees, ticks, counts_for, everything.covered(chosen) * 9 // 10, seen_from)
+    problem = problem_of(sees, ticks, counts_for, everything.covered(chosen) * 9 // 10, seen_from=seen_from)
     return problem, chosen, network, chosen[:1], [int(c) for c in rng.permutation(n)[:4]]
 
 
@@ -79,7 +49,7 @@ def test_polished_set_is_as_large_meets_all_and_no_single_exchange_is_better(see
 
 def test_a_station_of_the_earlier_plan_comes_back_though_another_covers_more():
     # 0 or 1 with 2 meet the target; 1 sees more, 0 is to be kept.
-    problem = problem_of([[1, 0, 0], [1, 1, 0], [0, 0, 1]], [4, 1, 4], [[1, 1, 1]], [8], [1])
+    problem = problem_of([[1, 0, 0], [1, 1, 0], [0, 0, 1]], [4, 1, 4], [[1, 1, 1]], [8])
     assert polish(problem, [1, 2], keep=[0]) == (0, 2)
     assert polish(problem, [0, 2]) == (1, 2)
     assert polish(problem, [0, 2], given=[0]) == (0, 2)

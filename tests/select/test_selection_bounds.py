@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from selection_instances import problem_of
 
 from planner_core.select.bound import counting_bound, lower_bound
 from planner_core.select.branching import BranchAndBound
@@ -39,15 +40,7 @@ def random_problem(seed, *, n=8, r=16, large=False, most_looks=1):
         for k, m in zip(counts_for, seen_from, strict=True)
     ]
     required = np.array([w * int(rng.integers(50, 100)) // 100 for w in whole], dtype=np.int64)
-    return CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=ticks.astype(np.int64),
-        counts_for=counts_for,
-        required=required,
-        least=required,
-        seen_from=seen_from,
-    )
+    return problem_of(sees, ticks, counts_for, required, seen_from=seen_from)
 
 
 def tangle(seed, *, n=12, r=60, seen_from=1):
@@ -55,15 +48,7 @@ def tangle(seed, *, n=12, r=60, seen_from=1):
     rng = np.random.default_rng(seed)
     sees, ticks = rng.random((n, r)) < 0.25 * seen_from, rng.integers(1, 20, r)
     least = np.array([int(0.9 * ticks[sees.sum(axis=0) >= seen_from].sum())])
-    return CoverProblem(
-        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
-        row=np.nonzero(sees)[1].astype(np.int64),
-        ticks=ticks.astype(np.int64),
-        counts_for=np.ones((1, r), dtype=bool),
-        required=least,
-        least=least,
-        seen_from=np.array([seen_from]),
-    )
+    return problem_of(sees, ticks, np.ones((1, r), dtype=bool), least, seen_from=[seen_from])
 
 
 def smallest_solutions(problem):
