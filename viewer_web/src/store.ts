@@ -23,7 +23,6 @@ import type { StageElement } from './load/stage.ts';
 import { type ShownStation, shownStationsOf } from './stations/shown.ts';
 
 export type PageId = 'plan' | 'field';
-export type PageId = 'plan' | 'field';
 export type TabId = 'plan' | 'unseen' | 'network' | 'edit' | 'runs' | 'review';
 /** What the sheet over the canvas shows. */
 export type SheetId = 'graph' | 'matrix' | 'panorama';
@@ -112,8 +111,6 @@ export interface Store {
   readonly cutM: Signal<number>;
   readonly hidesCeilings: Signal<boolean>;
   readonly slices: ReadonlySignal<readonly Slice[]>;
-  /** The whole plan, or what is needed in the field. */
-  readonly page: Signal<PageId>;
   /** The whole plan, or what is needed in the field. */
   readonly page: Signal<PageId>;
   /** Which page of the sidebar. */
@@ -284,7 +281,6 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     cutM,
     hidesCeilings,
     slices,
-    page: signal<PageId>('plan'),
     page: signal<PageId>('plan'),
     tab: signal<TabId>('plan'),
     isStatic,

@@ -8,7 +8,7 @@ import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { PlanLink } from '../load/plan-json.ts';
 import type { ShownStation } from '../stations/shown.ts';
-import type { Draft, LayerSource, Store } from '../store.ts';
+import type { Draft, LayerSource, StationSource, Store } from '../store.ts';
 import { countEdits, type DraftStation, draftStations, localOf, shownInDraft } from './draft.ts';
 import { floorAt } from './review-areas.ts';
 
@@ -67,6 +67,7 @@ export class DraftFollower {
         const layers = isWanted ? new DraftLayers((path) => desk.client.bytes(path)) : null;
         this.layers.value = layers;
         store.layerSource.value = layers?.source ?? null;
+        store.stationSource.value = isWanted ? this.stationSource() : null;
       }),
     ];
   }
@@ -75,6 +76,23 @@ export class DraftFollower {
     for (const end of this.endings) end();
     this.store.draft.value = null;
     this.store.layerSource.value = null;
+    this.store.stationSource.value = null;
+  }
+
+  /** What stations see that are not where the plan has them; the plan folder has the others. */
+  private stationSource(): StationSource {
+    const fetchOf = (id: string, what: string): Promise<ArrayBuffer> | null => {
+      const station = this.stations.peek().find((one) => one.id === id);
+      const isChanged = station !== undefined && (station.isAdded || station.movedFromM !== null);
+      return isChanged ? this.desk.client.bytes(`live/stations/${encodeURIComponent(id)}/${what}`) : null;
+    };
+    return {
+      seen: async (id) => {
+        const bytes = await fetchOf(id, 'seen');
+        return bytes === null ? null : new Uint8Array(bytes);
+      },
+      cloud: async (id) => fetchOf(id, 'cloud'),
+    };
   }
 
   /** Null: the plan as it is. */
@@ -88,7 +106,8 @@ export class DraftFollower {
     if (moving === null && (showsPlan.value || !hasEdits(stations))) return null;
     const { offsetM } = loaded.stage;
     const links = desk.figures.value?.registration.links ?? loaded.plan.registration.links;
-    const shown = shownInDraft(stations, offsetM);
+    const figures = new Map(desk.figures.value?.stations.map((station) => [station.id, station]));
+    const shown = shownInDraft(stations, offsetM).map((station) => withAreas(station, figures.get(station.id)));
     if (moving === null) return { stations: shown, links: amongShown(links, shown) };
     const { stationId } = moving;
     const placed = shown.map((station) =>
@@ -128,6 +147,16 @@ export class DraftFollower {
     if (!hasEdits(stations) && store.tab.value !== 'edit') return null;
     return JSON.stringify(stations.map(({ id, positionM, isRemoved }) => [id, positionM, isRemoved]));
   }
+}
+
+interface Areas {
+  readonly covered_area_m2: number;
+  readonly own_area_m2: number;
+}
+
+function withAreas(station: ShownStation, areas: Areas | undefined): ShownStation {
+  if (areas === undefined) return station;
+  return { ...station, coveredAreaM2: areas.covered_area_m2, ownAreaM2: areas.own_area_m2 };
 }
 
 function amongShown(links: readonly (DraftLink | PlanLink)[], shown: readonly { readonly id: string }[]): PlanLink[] {

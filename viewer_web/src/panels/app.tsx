@@ -92,7 +92,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
           <Legend store={store} />
           {view !== null && <WalkPanel store={store} view={view} />}
         </div>
-        {!store.isWalking.value && <StationCard store={store} view={view} />}
+        {!store.isWalking.value && store.tab.value !== 'edit' && <StationCard store={store} view={view} />}
         <PairCard store={store} />
         <SurfaceCard store={store} view={view} />
         <Sheet store={store} view={view} />

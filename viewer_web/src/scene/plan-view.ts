@@ -348,7 +348,8 @@ export class PlanView {
         const id = chosen.value;
         untracked(() => {
           const station = this.store.shownStations.value.find((one) => one.id === id);
-          if (station !== undefined) this.flyToStation(station);
+          // While editing the view stays: the next thing is often to drag the station in it.
+          if (station !== undefined && this.store.tab.value !== 'edit') this.flyToStation(station);
         });
       }),
     );

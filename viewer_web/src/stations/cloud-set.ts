@@ -61,9 +61,13 @@ export class CloudSet {
     const { store } = this;
     const floors = new Set(store.slices.value.map(({ floorId }) => floorId));
     const isOnShownFloor = ({ floorId }: ShownStation): boolean => floors.has(null) || floors.has(floorId);
+    // A cloud would stand in front of the coverage that editing is about.
+    const isEditing = store.tab.value === 'edit';
     const stations = store.showClouds.value
       ? store.shownStations.value.filter(isOnShownFloor)
-      : store.shownStations.value.filter(({ id }) => id === store.stationId.value && !store.isWalking.value);
+      : store.shownStations.value.filter(
+          ({ id }) => id === store.stationId.value && !store.isWalking.value && !isEditing,
+        );
     const source = store.stationSource.value;
     return stations.flatMap((station) => {
       const beams = this.beamsOf(station);
