@@ -19,7 +19,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e bench bench-patch-mode bench-genetic bench-selection bench-selection-large bench-planning plan-scenes soak kernel-check wheel test-wheel docs lock clean
+.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e bench bench-patch-mode bench-genetic bench-selection bench-selection-large bench-planning bench-live plan-scenes soak kernel-check wheel test-wheel docs lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -76,6 +76,9 @@ bench-selection-large: $(DEV) ## selection of large problems: time, memory, stat
 
 bench-planning: $(DEV) ## the whole planner against its rivals on every scene; writes docs/benchmarks; goes on where it was interrupted
 	$(BIN)/python tests/benchmarks/bench_planning.py --write docs/benchmarks/planning.md
+
+bench-live: $(DEV) ## how fast a dragged station is answered; writes docs/benchmarks
+	$(BIN)/python tests/benchmarks/bench_live.py --write docs/benchmarks/live.md
 
 plan-scenes: $(DEV) ## every synthetic scene through `tlsplan plan`; writes docs/benchmarks; goes on where it was interrupted
 	$(BIN)/python tests/scenes_synthetic/plan_all_scenes.py --write docs/benchmarks/scenes.md

@@ -19,6 +19,8 @@ from planner_core.progress import Progress, ProgressEvent
 _Answer = TypeVar("_Answer")
 #: Pages hear of progress at most this often.
 _TELL_S = 0.5
+#: A server that stops waits so long for the opening to end.
+_STOP_S = 5.0
 
 
 class NotReadyError(PlannerError):
@@ -64,6 +66,8 @@ class LiveSide:
         with self._asking:
             self._plan = None
             self._state = _document("off", message="the server stops")
+        # Python ends badly under a thread that is inside a library.
+        self.wait(_STOP_S)
 
     def wait(self, timeout_s: float | None = None) -> None:
         """Wait until the plan is opened, or can't be."""
