@@ -78,6 +78,31 @@ def test_proof_by_blocks_ends_at_the_smallest_set_and_never_passes_it(seed, n_fl
         check_selection(problem, proof.best, network=network)
 
 
+@settings(max_examples=12, deadline=None)
+@given(SEEDS, st.integers(1, 2), st.integers(0, 2))
+def test_every_smaller_plan_lies_in_a_node_that_is_open(seed, n_targets, shared):
+    problem, network = flats(seed, n=4, n_targets=n_targets, shared=shared)
+    plans = [
+        chosen
+        for size in range(9)
+        for chosen in itertools.combinations(range(8), size)
+        if (problem.covered(list(chosen)) >= problem.least).all() and network.faults(chosen) == 0
+    ]
+    proof = proof_of(problem, network, n_stations=9)
+    while not proof.finished:
+        proof.advance(work=1e-6)
+        for plan in plans:
+            ticks = np.array(
+                [
+                    block.problem.covered([at for at, c in enumerate(block.candidate.tolist()) if c in plan])
+                    for block in proof._blocks
+                ]
+            )
+            nodes = [node for _, _, _, node in proof._open]
+            inside = any((node.low <= ticks).all() and (ticks <= node.high).all() for node in nodes)
+            assert inside or len(plan) >= min(proof.n_stations, proof._given_up), f"seed {seed}: {plan}"
+
+
 @settings(max_examples=10, deadline=None)
 @given(SEEDS, st.booleans())
 def test_given_candidates_and_loops_hold_within_blocks(seed, loops):

@@ -357,6 +357,15 @@ def test_bound_with_sums_bounded_above_holds_for_any_prices(seed):
     for price in rng.normal(0.0, 1.5, (8, len(cuts))):
         bound = exact_bound(cuts, right, price, lower, upper, sides)
         assert all(bound.stations <= int(x.sum()) for x in fit), f"seed {seed}"
+        # By the definition: a negative price of a cut alone counts for nothing, that of a sum is one of `most`.
+        whole = [Fraction(int(p * 2**20), 2**20) for p in price]
+        whole = [p if p > 0 or side < NO_MOST else Fraction(0) for p, side in zip(whole, sides.tolist(), strict=True)]
+        paid = [p * (r if p > 0 else m) for p, r, m in zip(whole, right.tolist(), sides.tolist(), strict=True)]
+        value = sum(paid, Fraction(0)) / CUT_UNIT
+        for i in range(n):
+            margin = 1 - sum((p * int(c[i]) for p, c in zip(whole, cuts, strict=True)), Fraction(0)) / CUT_UNIT
+            value += min(margin, Fraction(0))
+        assert Fraction(bound.scaled, BOUND_UNIT) == value, f"seed {seed}"
 
 
 @settings(max_examples=20, deadline=None)
