@@ -71,6 +71,26 @@ def test_an_interrupt_ends_the_server_while_pages_listen_to_events(plan_folder: 
     assert said == ""
 
 
+def test_a_body_that_is_longer_than_it_says_is_not_read_on(plan_folder: Path, built_app: Path) -> None:
+    command = [sys.executable, "-c", SERVE, str(plan_folder), str(built_app), "127.0.0.1"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            address = urllib.parse.urlsplit(process.stdout.readline().strip())
+            with socket.create_connection((address.hostname, address.port), timeout=20) as line:
+                line.sendall(
+                    f"POST /api/review/changes HTTP/1.1\r\nhost: {address.netloc}\r\ncontent-length: 4\r\n"
+                    f"content-type: application/json\r\nx-tlsplan-token: {address.query[6:]}\r\n\r\nnull".encode()
+                    + b"x" * 100_000
+                )
+                answer = b""
+                while part := line.recv(65536):
+                    answer += part
+        finally:
+            process.kill()
+    assert answer.startswith(b"HTTP/1.1 422")  # of the four bytes: null is JSON, and no document
+    assert b"valid dictionary" in answer
+
+
 def own_address() -> str:
     """An address of this machine that is no loopback one; no packet is sent."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:

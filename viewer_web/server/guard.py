@@ -81,7 +81,7 @@ class RequestGuard:
 
         answer = self._refusal(scope) or self._admission(scope)
         if answer is None:
-            await self._app(scope, _limited(receive), send_guarded)
+            await self._app(scope, receive, send_guarded)
         else:
             await answer(scope, receive, send_guarded)
 
@@ -158,6 +158,7 @@ def _needs_token(scope: Scope) -> bool:
 
 
 def _body_refusal(scope: Scope, headers: Headers) -> Response | None:
+    """Go by the length that is said: h11 hands on no more than that."""
     if "transfer-encoding" in headers:
         return _refuse(scope, 413, "a body of unknown length is not taken; say its length")
     length = headers.get("content-length", "0")
@@ -170,19 +171,6 @@ def _body_refusal(scope: Scope, headers: Headers) -> Response | None:
     if headers.get("content-type", "").partition(";")[0].strip().lower() != "application/json":
         return _refuse(scope, 415, "the body is not said to be application/json")
     return None
-
-
-def _limited(receive: Receive) -> Receive:
-    """Hand on no more of a body than may be said, whatever its length was said to be."""
-    n_bytes = 0
-
-    async def receive_limited() -> Message:
-        nonlocal n_bytes
-        message = await receive()
-        n_bytes += len(message.get("body", b""))
-        return {"type": "http.disconnect"} if n_bytes > LARGEST_BODY_BYTES else message
-
-    return receive_limited
 
 
 def _refuse(scope: Scope, status: int, reason: str, headers: dict[str, str] | None = None) -> Response:
