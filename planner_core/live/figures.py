@@ -10,7 +10,6 @@ import math
 from collections.abc import Sequence
 
 from planner_core.live.draft import DraftStation
-from planner_core.live.looks import Look, rows_of
 from planner_core.live.tally import Parts
 from planner_core.metrics.coverage import (
     coverage_of,
@@ -19,7 +18,7 @@ from planner_core.metrics.coverage import (
 )
 from planner_core.model import Link, Plan, PlanSettings, Registration, Station, Survey
 from planner_core.register.network_report import registration_report
-from planner_core.requirements.demand import Demand
+from planner_core.requirements.demand import Demand, Rows
 from planner_core.requirements.figures import coverage_curve, part_results, rows_of_quality, times_met
 from planner_core.scan.engine import ScanEngine
 
@@ -31,15 +30,14 @@ def plan_of(
     demand: Demand,
     parts: Parts,
     stations: Sequence[DraftStation],
-    looks: Sequence[Look],
+    rows: Rows,
     links: tuple[Link, ...],
 ) -> Plan:
-    """Compute what `planner_core.results.describe_plan` does of stations that see `looks`, without reasons and route.
+    """Compute what `planner_core.results.describe_plan` does of stations that see `rows`, without reasons and route.
 
     Stations are visited, and counted for the curve, in the draft's order.
     """
     area_m2, asked = survey.patches.area_m2, settings.requirements
-    rows = rows_of(tuple(looks), demand.n_patches, len(demand.qualities))
     n_met = times_met(demand, rows)[0]
     seen = n_met >= asked.seen_from
     achievable = demand.times_met[0] >= asked.seen_from

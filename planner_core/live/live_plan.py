@@ -40,8 +40,8 @@ from planner_core.scan.engine import ScanEngine
 
 #: Standings that are remembered: the draft's, the one without the station that is dragged, and those before them.
 _KEPT_STANDINGS = 4
-#: Id of a station that has none yet, as in the previews of a new one.
-NEW_ID = "?"
+#: Id of a station that has none yet, as in the previews of a new one; no other has it.
+NEW_ID = ""
 
 
 @dataclass(frozen=True)
@@ -113,18 +113,17 @@ class LivePlan:
     def figures(self, draft: Draft) -> DraftFigures:
         """Compute what plan.json says of a plan, for a draft."""
         standing = self._standing(draft)
-        looks = standing.tally.looks
+        rows = rows_of(standing.tally.looks, self._demand.n_patches, len(self._demand.qualities))
         plan = plan_of(
-            self.survey, self.settings, self._engine, self._demand, self._parts, draft.stations, looks, standing.links
+            self.survey, self.settings, self._engine, self._demand, self._parts, draft.stations, rows, standing.links
         )
-        rows = rows_of_quality(self._demand, rows_of(looks, self._demand.n_patches, len(self._demand.qualities)))
         seen_from = self.settings.requirements.seen_from
         counted, seen = self._parts.overall.counted, plan.times_seen >= seen_from
         # As in a plan's reasons: from off the grid, stations see what no candidate could.
         in_scope = counted | (seen & self._parts.overall.patches)
         return DraftFigures(
             plan=plan,
-            curve=steepest_curve(rows, draft.ids, self._area_m2, in_scope, seen_from),
+            curve=steepest_curve(rows_of_quality(self._demand, rows), draft.ids, self._area_m2, in_scope, seen_from),
             unseen=left_surfaces(self.survey, counted & ~seen),
         )
 
@@ -250,7 +249,9 @@ class LivePlan:
         if known is not None:
             self._standings.move_to_end(draft.stations)
             return known
-        looks = [self._looker.look(station.position_m) for station in draft.stations]
+        # Those of other drafts are held anyway, also where they are too many for the looker to remember.
+        held = {look.position_m: look for standing in self._standings.values() for look in standing.tally.looks}
+        looks = [held.get(station.position_m) or self._looker.look(station.position_m) for station in draft.stations]
         tally = Tally(looks, n_patches=self._demand.n_patches, n_qualities=len(self._demand.qualities))
         found = Standing(
             draft=draft,

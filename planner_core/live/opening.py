@@ -31,7 +31,7 @@ from planner_core.survey import make_survey, planned_floors
 
 #: Name of the stage in progress events of this module.
 STAGE = "opening"
-_N_STEPS = 5
+_N_STEPS = 6
 #: plan.json rounds positions to a micrometre.
 _SAME_PLACE_M = 1e-5
 
@@ -78,7 +78,9 @@ def open_live(
     live = LivePlan(document, sha256, survey, settings, caster, demand, reach)
     progress(ProgressEvent(STAGE, 4, _N_STEPS, "looking from the stations"))
     live.figures(live.draft)
-    for floor in survey.floors:
+    progress(ProgressEvent(STAGE, 5, _N_STEPS, "finding where tripods can stand"))
+    for number, floor in enumerate(survey.floors):
+        progress(ProgressEvent("ground", number, len(survey.floors), floor.name))
         live.ground(live.draft, floor.id)
     progress(ProgressEvent(STAGE, _N_STEPS, _N_STEPS))
     return live

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 from planner_core.errors import RequirementError
 from planner_core.live.draft import Draft, DraftStation
 from planner_core.live.live_plan import LivePlan
+from planner_core.live.looks import Looker
 from planner_core.live.opening import open_live
 from planner_core.live.preview import Preview
 from planner_core.model import Asked, Plan, PlanSettings
@@ -155,6 +157,28 @@ def test_draft_without_stations_covers_nothing(house: LivePlan) -> None:
     preview = house.preview(Draft(()), None, "F0", somewhere(house, 0, 0.5, 0.5), 1.5)
     assert preview.overall.covered_area_m2 > 0
     assert preview.links == ()
+
+
+def test_walk_through_a_draft_leaves_out_what_is_scanned(house: LivePlan) -> None:
+    stations = house.draft.stations
+    whole = house.walk(house.draft)
+    assert sorted(whole.route.order.tolist()) == list(range(len(stations)))
+    done = Draft((replace(stations[0], fixed=True), *stations[1:]))
+    rest = house.walk(done)
+    assert 0 not in {end for leg in rest.route.legs for end in (leg.a, leg.b)}
+    assert rest.field_time.set_up_s == whole.field_time.set_up_s * (len(stations) - 1) / len(stations)
+    nobody = house.walk(Draft(()))
+    assert nobody.route.length_m == 0
+    assert nobody.field_time.total_s in (0.0, None)
+
+
+def test_looks_of_a_draft_are_held_where_few_can_be_remembered(house_folder: Path) -> None:
+    live = open_live(house_folder)
+    live._looker = Looker(live.survey, live.settings, live._engine, live._demand.qualities, kept_bytes=1)
+    station = live.draft.stations[0]
+    for x in (0.2, 0.3):
+        live.preview(live.draft, station.id, "F0", somewhere(live, 0, x, 0.5), 1.5)
+    assert live.n_scans == 2
 
 
 # ------------------------------------------------------------------------------------------- against other code

@@ -43,6 +43,16 @@ def test_every_candidate_of_a_plan_is_a_spot(
         np.testing.assert_allclose(spot.position_m, at, atol=1e-4)
 
 
+@pytest.mark.parametrize("name", ["house", "far_house"])
+def test_every_station_of_a_plan_stands_at_a_spot(name: str, request: pytest.FixtureRequest) -> None:
+    live: LivePlan = request.getfixturevalue(name)
+    for station in live.draft.stations:
+        assert station.instrument_height_m is not None
+        spot = live.snap(live.draft, station.floor, station.position_m, station.instrument_height_m)
+        assert (spot.admissible, spot.reason) == (True, "")
+        np.testing.assert_allclose(spot.position_m, station.position_m, atol=1e-4)
+
+
 def test_dragged_stations_stay_where_tripods_can_stand(house: LivePlan) -> None:
     survey, settings = house.survey, house.settings
     engine = open_engine(survey.scene, survey.patches)
