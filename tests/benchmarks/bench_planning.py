@@ -44,6 +44,8 @@ from planner_core.select.proven import ProvenSelection, select
 from planner_core.survey import make_survey, planned_floors
 
 T = TypeVar("T")
+#: What the planner was when a row was measured, for readers of the page: change it with the planner.
+STATE = "proof by blocks and groups"
 
 
 @dataclass
@@ -233,6 +235,7 @@ def measure(case: Case) -> dict[str, Any] | None:
     problem = on.whole
     found = {**rivals(on), **ours(on)}
     return {
+        "state": STATE,
         "group": case.group,
         "scene": case.scene,
         "told": case.told,
@@ -312,7 +315,7 @@ def main() -> int:
     known = run(options.record, options.only, minutes)
     if options.write is not None:
         left = [case.key for case in cases() if case.key not in known["rows"]]
-        options.write.write_text(page(known, left), encoding="utf-8")
+        options.write.write_text(page(known, left, state=STATE), encoding="utf-8")
     return 1 if any(row["broken"] for row in known["rows"].values()) else 0
 
 

@@ -15,18 +15,14 @@ CPU time of the process, so of all its threads. Every set is looked at by `check
 
 from __future__ import annotations
 
-import argparse
-import os
-import platform
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
+from selection_report import machine, options_of, publish, timed
 
 import scenes_synthetic
 from planner_core.candidates.grid import find_candidates
@@ -47,8 +43,6 @@ from planner_core.survey import make_survey, planned_floors, scope_of, visible_f
 REPOSITORY = Path(__file__).resolve().parents[2]
 IFC_FOLDER = REPOSITORY.parent / "shared" / "data" / "ifc"
 RANGE_MAX_M, HEIGHT_M, COVERAGE = 5.0, 1.5, 0.95
-
-T = TypeVar("T")
 
 
 @dataclass
@@ -116,13 +110,6 @@ def tasks(device: Device, *, quick: bool) -> list[Task]:
     return [*found, task("basement", synthetic("basement"), device, grid_m=0.5)]
 
 
-def timed(call: Callable[[], T]) -> tuple[T, float]:
-    """What it returns, and its CPU time in seconds."""
-    begin = time.process_time()
-    result = call()
-    return result, time.process_time() - begin
-
-
 def measure(on: Task, device: Device, *, work: float) -> Row:
     problem = on.problem
     greedy, greedy_s = timed(lambda: select_greedy(problem).chosen)
@@ -149,8 +136,7 @@ def report(device: Device, *, quick: bool, work: float) -> str:
         "Written by `tests/benchmarks/bench_selection.py`, which says what is measured and how. The method: "
         "[selection](../method/selection.md).",
         "",
-        f"{device.label}, {os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}, NumPy "
-        f"{np.__version__}, HiGHS {version('highspy')}. At most {work:g} units of work, about seconds.",
+        f"{machine(device)}, HiGHS {version('highspy')}. At most {work:g} units of work, about seconds.",
         "",
         "| scene, grid | candidates | rows | greedy | genetic | ours | bound before | bound | gap | |",
         "|---|---|---|---|---|---|---|---|---|---|",
@@ -177,15 +163,8 @@ def report(device: Device, *, quick: bool, work: float) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--write", type=Path, help="write the report here besides printing it")
-    parser.add_argument("--quick", action="store_true", help="one small problem: does it run?")
-    parser.add_argument("--work", type=float, default=60.0, help="limit of work, about seconds")
-    options = parser.parse_args()
-    text = report(open_device(), quick=options.quick, work=options.work)
-    print(text)
-    if options.write is not None:
-        options.write.write_text(text, encoding="utf-8")
+    options = options_of(__doc__, work=60.0)
+    publish(report(open_device(), quick=options.quick, work=options.work), options.write)
 
 
 if __name__ == "__main__":

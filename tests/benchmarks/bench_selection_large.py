@@ -15,17 +15,13 @@ CPU time of the process, so of all its threads. Sets are checked by `check_selec
 
 from __future__ import annotations
 
-import argparse
-import os
-import platform
 import resource
 import sys
-import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from scipy.spatial import cKDTree
+from selection_report import machine, options_of, publish, timed
 
 from planner_core.device import Device, open_device
 from planner_core.model import BoolArray, FloatArray, Int64Array, Visibility
@@ -124,15 +120,9 @@ def problem_of(seen: list[np.ndarray], area_m2: FloatArray, parts: list[BoolArra
 
 
 def measure(name: str, problem: CoverProblem, device: Device, *, work: float) -> Row:
-    begin = time.process_time()
-    n_greedy = len(select_greedy(problem).chosen)
-    greedy_s = time.process_time() - begin
-    begin = time.process_time()
-    bound = large_bound(problem, n_stations=n_greedy, work_limit=work)
-    bound_s = time.process_time() - begin
-    begin = time.process_time()
-    found = select_large(problem, SelectionSettings(work_limit=work), device=device)
-    found_s = time.process_time() - begin
+    n_greedy, greedy_s = timed(lambda: len(select_greedy(problem).chosen))
+    bound, bound_s = timed(lambda: large_bound(problem, n_stations=n_greedy, work_limit=work))
+    found, found_s = timed(lambda: select_large(problem, SelectionSettings(work_limit=work), device=device))
     print(f"{name}: {len(found.chosen)} of {n_greedy}, bound {bound.value:.2f}, {found_s:.1f} s", file=sys.stderr)
     points = [max(1, len(found.chosen) * part // 4) for part in (1, 2, 3)]
     curve = coverage_by_stations(problem, points, SelectionSettings(work_limit=work / 4), device=device)
@@ -153,8 +143,7 @@ def report(device: Device, *, quick: bool, work: float) -> str:
         "Written by `tests/benchmarks/bench_selection_large.py`, which says what is measured and how. The method: "
         "[large selections](../method/selection-large.md).",
         "",
-        f"{device.label}, {os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}, NumPy "
-        f"{np.__version__}. At most {work:g} units of work a set; {memory_gib:.1f} GiB of memory at most, for all.",
+        f"{machine(device)}. At most {work:g} units of work a set; {memory_gib:.1f} GiB of memory at most, for all.",
         "",
         "| problem | candidates | rows | entries | greedy | ours | bound | gap | relaxation | |",
         "|---|---|---|---|---|---|---|---|---|---|",
@@ -182,15 +171,8 @@ def report(device: Device, *, quick: bool, work: float) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--write", type=Path, help="write the report here besides printing it")
-    parser.add_argument("--quick", action="store_true", help="small problems: does it run?")
-    parser.add_argument("--work", type=float, default=16.0, help="limit of work, about seconds")
-    options = parser.parse_args()
-    text = report(open_device(), quick=options.quick, work=options.work)
-    print(text)
-    if options.write is not None:
-        options.write.write_text(text, encoding="utf-8")
+    options = options_of(__doc__, work=16.0)
+    publish(report(open_device(), quick=options.quick, work=options.work), options.write)
 
 
 if __name__ == "__main__":

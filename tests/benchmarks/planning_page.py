@@ -37,8 +37,8 @@ CPU times are of the process, of all its threads, on a machine that others used,
 """
 
 
-def page(known: dict[str, Any], left: Sequence[str]) -> str:
-    """Return the page. known : the record. left : names of rows that it lacks."""
+def page(known: dict[str, Any], left: Sequence[str], *, state: str) -> str:
+    """Return the page. known : the record. left : names of rows that it lacks. state : what the planner is now."""
     rows: dict[str, Row] = known["rows"]
     puzzles = [row for row in rows.values() if row["group"] == "puzzle"]
     others = [row for row in rows.values() if row["group"] != "puzzle"]
@@ -47,6 +47,7 @@ def page(known: dict[str, Any], left: Sequence[str]) -> str:
     parts = [
         HEAD.format(machine=known["machine"], engine="; ".join(engines)),
         *_summary(others),
+        *_older(rows, state),
         *_broken(rows),
         "## Stations",
         *_stations(others),
@@ -89,10 +90,23 @@ def _summary(rows: Sequence[Row]) -> list[str]:
     if higher:
         lines.append(
             f"- In {len(higher)} rows the bound of cover is above that of joined, after no more work; it holds for "
-            f"joined, too, and with it the gap is at most one station in {closer} of them. The planner does not use "
-            "it yet."
+            f"joined, too, and with it the gap is at most one station in {closer} of them."
         )
     return [*lines, ""]
+
+
+def _older(rows: dict[str, Row], state: str) -> list[str]:
+    """Which rows an earlier planner made."""
+    new = [key for key, row in rows.items() if row.get("state") == state]
+    if len(new) == len(rows):
+        return []
+    made = f"all but {', '.join(new)}" if new else "all of them"
+    return [
+        "## State of the rows",
+        f"The planner is now of this state: {state}. {len(rows) - len(new)} of {len(rows)} rows are of an earlier one "
+        f"({made}): their bounds are those of branching on single candidates of the whole alone.",
+        "",
+    ]
 
 
 def _broken(rows: dict[str, Row]) -> list[str]:
