@@ -4,7 +4,9 @@ const area = new Intl.NumberFormat('en', { maximumFractionDigits: 1, minimumFrac
 const count = new Intl.NumberFormat('en');
 
 export const percent = (fraction: number, digits = 1): string => `${(100 * fraction).toFixed(digits)} %`;
-export const squareMetres = (m2: number): string => `${area.format(m2)} m²`;
+/** Square decimetres are told where there is nothing else to tell. */
+export const squareMetres = (m2: number): string =>
+  m2 > 0 && m2 < 0.05 ? `${m2.toFixed(2)} m²` : `${area.format(m2)} m²`;
 export const metres = (m: number, digits = 2): string => `${m.toFixed(digits)} m`;
 export const whole = (n: number): string => count.format(n);
 

@@ -1,5 +1,5 @@
 /**
- * The building in three.js: one merged geometry, drawn once a slice, coloured patch by patch.
+ * The building in three.js: one merged list of triangles, drawn once a slice in pieces, coloured patch by patch.
  *
  * Vertices are only positions: what belongs to a triangle is looked up in textures by gl_VertexID / 3, and the patch under
  * a fragment follows from its barycentric weights (load/patch-rule.ts). So walls of two triangles still show where they are
@@ -7,8 +7,7 @@
  */
 import {
   BackSide,
-  BufferAttribute,
-  BufferGeometry,
+  type BufferGeometry,
   Color,
   DataTexture,
   DoubleSide,
@@ -29,6 +28,7 @@ import { FLAT_COS, type Slice } from '../floors/cut.ts';
 import type { PatchValues } from '../heat/layers.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { PATCH_CODE_GLSL } from '../load/patch-rule.ts';
+import { type Chunk, lineChunks, reaches, surfaceChunks } from './chunks.ts';
 import type { Palette } from './palette.ts';
 import { PatchTexture, TEXTURE_WIDTH, textureOf } from './patch-values.ts';
 
@@ -38,13 +38,15 @@ const PAINT_MODES = { plain: 0, classes: 1, ramp: 2 } as const;
 const SURFACE_VERTEX = /* glsl */ `
 uniform highp sampler2D triangleShape;   // squared edges 01, 12, 20; depth + 64 * (is ground) + 128 * (body side + 1)
 uniform highp isampler2D triangleNumbers; // first patch, element
+uniform int firstTriangle; // of the piece that is drawn
 out vec3 vLocal;
 out vec3 vWeights;
 flat out vec3 vEdges;
 flat out ivec4 vNumbers; // first patch, element, depth, flags
 void main() {
-  int triangle = gl_VertexID / 3;
-  int corner = gl_VertexID - 3 * triangle;
+  int inPiece = gl_VertexID / 3;
+  int corner = gl_VertexID - 3 * inPiece;
+  int triangle = firstTriangle + inPiece;
   ivec2 texel = ivec2(triangle % ${TEXTURE_WIDTH}, triangle / ${TEXTURE_WIDTH});
   vec4 shape = texelFetch(triangleShape, texel, 0);
   int flags = int(shape.w);
@@ -155,8 +157,8 @@ export type Paint =
 
 export class Building {
   readonly group = new Group();
-  readonly geometry: BufferGeometry;
-  private readonly lines: BufferGeometry;
+  private readonly surfaces: readonly Chunk[];
+  private readonly lines: readonly Chunk[];
   private readonly textures: DataTexture[];
   private readonly colors = new DataTexture(new Uint8Array(4 * 256), 256, 1, RGBAFormat, UnsignedByteType);
   private readonly seen: PatchTexture;
@@ -172,9 +174,8 @@ export class Building {
 
   constructor({ stage, edges, patchSeen }: LoadedPlan) {
     const { triangles } = stage;
-    this.geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(triangles.cornersM, 3));
-    this.geometry.computeBoundingSphere();
-    this.lines = new BufferGeometry().setAttribute('position', new BufferAttribute(edges.linesM, 3));
+    this.surfaces = surfaceChunks(triangles.cornersM, stage.elements);
+    this.lines = lineChunks(edges.linesM);
     const shape = new Float32Array(4 * triangles.count);
     const numbers = new Int32Array(2 * triangles.count);
     for (let t = 0; t < triangles.count; t++) {
@@ -302,6 +303,7 @@ export class Building {
               slice: limits,
               isBack: { value: side === BackSide },
               isGhost: { value: false },
+              firstTriangle: { value: 0 },
             },
             side,
             polygonOffset: true,
@@ -320,18 +322,30 @@ export class Building {
         glslVersion: GLSL3,
         vertexShader: SURFACE_VERTEX,
         fragmentShader: SURFACE_FRAGMENT,
-        uniforms: { ...this.uniforms, slice: limits, isBack: { value: false }, isGhost: { value: true } },
+        uniforms: {
+          ...this.uniforms,
+          slice: limits,
+          isBack: { value: false },
+          isGhost: { value: true },
+          firstTriangle: { value: 0 },
+        },
         side: DoubleSide,
         transparent: true,
         depthFunc: GreaterDepth,
         depthWrite: false,
       });
       this.materials.push(...surfaces, line, ghost);
-      const meshes = [...surfaces, ghost].map((surface) => new Mesh(this.geometry, surface));
-      const ghostMesh = meshes[meshes.length - 1];
-      ghostMesh.visible = this.uniforms.hasMarks.value;
-      this.ghosts.push(ghostMesh);
-      for (const object of [...meshes, new LineSegments(this.lines, line)]) {
+      const meshes = this.surfaces
+        .filter((chunk) => reaches(chunk, slice))
+        .flatMap((chunk) => [...surfaces, ghost].map((material) => pieceOf(chunk, material)));
+      for (const mesh of meshes.filter(({ material }) => material === ghost)) {
+        mesh.visible = this.uniforms.hasMarks.value;
+        this.ghosts.push(mesh);
+      }
+      const lines = this.lines
+        .filter((chunk) => reaches(chunk, slice))
+        .map(({ geometry }) => new LineSegments(geometry, line));
+      for (const object of [...meshes, ...lines]) {
         object.position.z = slice.liftM;
         this.group.add(object);
       }
@@ -340,8 +354,7 @@ export class Building {
 
   dispose(): void {
     this.disposeSlices();
-    this.geometry.dispose();
-    this.lines.dispose();
+    for (const { geometry } of [...this.surfaces, ...this.lines]) geometry.dispose();
     for (const texture of this.textures) texture.dispose();
     for (const texture of new Set([this.seen, this.values, this.marks])) texture.dispose();
   }
@@ -358,6 +371,16 @@ export class Building {
     this.materials = [];
     this.ghosts = [];
   }
+}
+
+/** A piece with a material that others share: what is its own is set right before it is drawn. */
+function pieceOf({ geometry, firstTriangle }: Chunk, material: ShaderMaterial): Mesh<BufferGeometry, ShaderMaterial> {
+  const mesh = new Mesh(geometry, material);
+  mesh.onBeforeRender = () => {
+    material.uniforms.firstTriangle.value = firstTriangle;
+    material.uniformsNeedUpdate = true;
+  };
+  return mesh;
 }
 
 /** The shaders write what is on screen, so colours pass as they are written, not as linear light. */

@@ -1,5 +1,5 @@
 /** Which surface lies under the pointer: a ray against the merged triangles, through the slices that are drawn. */
-import { type BufferGeometry, DoubleSide, Ray, Vector3 } from 'three';
+import { BufferAttribute, BufferGeometry, DoubleSide, Ray, Vector3 } from 'three';
 import { MeshBVH, type SerializedBVH } from 'three-mesh-bvh';
 import { FLAT_COS, type Slice } from '../floors/cut.ts';
 
@@ -17,7 +17,9 @@ export interface SurfaceHit {
 export class SurfacePicker {
   private readonly bvh: MeshBVH;
 
-  constructor(geometry: BufferGeometry, tree: SerializedBVH) {
+  /** `cornersM`: the merged triangles; `tree`: theirs, see load/prepare-stage.ts. */
+  constructor(cornersM: Float32Array, tree: SerializedBVH) {
+    const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(cornersM, 3));
     this.bvh = MeshBVH.deserialize(tree, geometry, { setIndex: false });
   }
 

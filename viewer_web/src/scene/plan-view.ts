@@ -75,7 +75,7 @@ export class PlanView {
     this.viewport = new Viewport(canvas);
     this.building = new Building(loaded);
     this.patchPaint = new PatchPaint(store, loaded, this.building, () => this.requestFrame());
-    this.picker = new SurfacePicker(this.building.geometry, loaded.tree);
+    this.picker = new SurfacePicker(loaded.stage.triangles.cornersM, loaded.tree);
     this.marks = new MarkFollower(
       store,
       loaded,

@@ -1,0 +1,53 @@
+import { expect, test } from 'vitest';
+import { WHOLE_BUILDING } from '../floors/cut.ts';
+import type { StageElement } from '../load/stage.ts';
+import { lineChunks, reaches, surfaceChunks } from './chunks.ts';
+
+/** Elements of so many triangles each, one above the other. */
+function storeys(sizes: readonly number[]): { cornersM: Float32Array; elements: StageElement[] } {
+  const total = sizes.reduce((sum, n) => sum + n, 0);
+  const cornersM = new Float32Array(9 * total);
+  let first = 0;
+  const elements = sizes.map((nTriangles, storey) => {
+    for (let i = 9 * first + 2; i < 9 * (first + nTriangles); i += 3) cornersM[i] = 3 * storey + (i % 2);
+    const element = { sceneIndex: storey, name: '', kind: '', floorId: '', firstTriangle: first, nTriangles };
+    first += nTriangles;
+    return element;
+  });
+  return { cornersM, elements };
+}
+
+test('pieces hold every triangle once, in order, and know their heights', () => {
+  const { cornersM, elements } = storeys([40_000, 10, 90_000, 5, 33_000, 1]);
+  const chunks = surfaceChunks(cornersM, elements);
+  expect(chunks.length).toBeGreaterThan(2);
+  let next = 0;
+  for (const { geometry, firstTriangle, lowestM, highestM } of chunks) {
+    expect(firstTriangle).toBe(next);
+    const own = geometry.getAttribute('position').array as Float32Array;
+    expect(own.buffer).toBe(cornersM.buffer);
+    next += own.length / 9;
+    const heights = own.filter((_, i) => i % 3 === 2);
+    expect([lowestM, highestM]).toEqual([
+      heights.reduce((a, b) => Math.min(a, b)),
+      heights.reduce((a, b) => Math.max(a, b)),
+    ]);
+  }
+  expect(next).toBe(163_016);
+});
+
+test('a slice draws the pieces it reaches', () => {
+  const { cornersM, elements } = storeys([40_000, 40_000, 40_000]);
+  const chunks = surfaceChunks(cornersM, elements);
+  const slice = { ...WHOLE_BUILDING, bottomM: 2.9, topM: 4.5 };
+  expect(chunks.map((chunk) => reaches(chunk, slice))).toEqual([false, true, false]);
+  expect(chunks.every((chunk) => reaches(chunk, WHOLE_BUILDING))).toBe(true);
+});
+
+test('lines come in pieces of whole lines, and none of no lines', () => {
+  const chunks = lineChunks(new Float32Array(6 * 150_000));
+  const lengths = chunks.map(({ geometry }) => geometry.getAttribute('position').array.length);
+  expect(lengths.every((n) => n % 6 === 0)).toBe(true);
+  expect(lengths.reduce((a, b) => a + b)).toBe(6 * 150_000);
+  expect(lineChunks(new Float32Array(0))).toEqual([]);
+});

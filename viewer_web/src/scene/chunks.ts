@@ -1,0 +1,60 @@
+/**
+ * The building in pieces of some ten thousand triangles: what a slice does not reach or the camera does not see is not drawn.
+ *
+ * Elements come storey by storey, so that a run of them spans few heights. Each piece has a geometry of its own, since where a
+ * shader's vertex numbers begin is not the same everywhere when a part of one is drawn.
+ */
+import { BufferAttribute, BufferGeometry } from 'three';
+import type { Slice } from '../floors/cut.ts';
+import type { StageElement } from '../load/stage.ts';
+
+/** Fewer make more calls than a driver likes, more make pieces that always reach into every slice. */
+const TRIANGLES_A_CHUNK = 32_768;
+const LINES_A_CHUNK = 65_536;
+
+export interface Chunk {
+  readonly geometry: BufferGeometry;
+  /** Of the merged list. */
+  readonly firstTriangle: number;
+  readonly lowestM: number;
+  readonly highestM: number;
+}
+
+/** Pieces of whole elements; only an element that is larger than that is more than a piece should be. */
+export function surfaceChunks(cornersM: Float32Array, elements: readonly StageElement[]): Chunk[] {
+  const chunks: Chunk[] = [];
+  let [first, n] = [0, 0];
+  for (const { firstTriangle, nTriangles } of elements) {
+    n = firstTriangle + nTriangles - first;
+    if (n < TRIANGLES_A_CHUNK) continue;
+    chunks.push(chunkOf(cornersM, 9 * first, 9 * n, first));
+    [first, n] = [first + n, 0];
+  }
+  if (n > 0) chunks.push(chunkOf(cornersM, 9 * first, 9 * n, first));
+  return chunks;
+}
+
+export function lineChunks(linesM: Float32Array): Chunk[] {
+  const chunks: Chunk[] = [];
+  for (let at = 0; at < linesM.length; at += 6 * LINES_A_CHUNK) {
+    chunks.push(chunkOf(linesM, at, Math.min(6 * LINES_A_CHUNK, linesM.length - at), 0));
+  }
+  return chunks;
+}
+
+/** Whether any of a piece can be in a slice. */
+export function reaches({ lowestM, highestM }: Chunk, { bottomM, topM }: Slice): boolean {
+  return lowestM <= topM && highestM >= bottomM;
+}
+
+function chunkOf(values: Float32Array, from: number, n: number, firstTriangle: number): Chunk {
+  const own = values.subarray(from, from + n);
+  let [lowestM, highestM] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
+  for (let i = 2; i < own.length; i += 3) {
+    lowestM = Math.min(lowestM, own[i]);
+    highestM = Math.max(highestM, own[i]);
+  }
+  const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(own, 3));
+  geometry.computeBoundingSphere();
+  return { geometry, firstTriangle, lowestM, highestM };
+}
