@@ -19,7 +19,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e bench bench-patch-mode bench-genetic bench-selection bench-selection-large bench-planning bench-live plan-scenes soak kernel-check wheel test-wheel docs lock clean
+.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e bench bench-patch-mode bench-genetic bench-selection bench-selection-large bench-planning bench-live plan-scenes soak kernel-check wheel test-wheel docs api-types lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -102,6 +102,10 @@ test-wheel: wheel ## install the wheel into an empty environment without node, a
 docs: $(DEV) ## regenerate the command line reference
 	$(BIN)/python -m tlsplan.reference docs/reference/cli.md
 	$(BIN)/python -m tlsplan.commands.scanners docs/reference/scanners.md
+
+api-types: $(DEV) $(NODE) ## regenerate the description of the viewer's interface, and the types made from it
+	$(BIN)/python -m viewer_web.server.openapi $(WEB)/src/api/openapi.json
+	cd $(WEB) && npx biome format --write src/api/openapi.json && npm run --silent types
 
 lock: $(RUNTIME) ## resolve the pinned dependencies anew
 	$(PIP) install --quiet uv

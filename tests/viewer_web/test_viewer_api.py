@@ -52,6 +52,4 @@ def test_every_answer_is_one_that_the_document_describes(api_schema: Any, mode: 
 
 
 def test_the_document_in_the_viewers_sources_is_that_of_the_server() -> None:
-    assert json.loads(COMMITTED.read_text(encoding="utf-8")) == json.loads(openapi_text()), (
-        "run `python -m viewer_web.server.openapi viewer_web/src/api/openapi.json`, then `npm run types` in viewer_web"
-    )
+    assert json.loads(COMMITTED.read_text(encoding="utf-8")) == json.loads(openapi_text()), "run `make api-types`"

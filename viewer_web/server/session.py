@@ -49,7 +49,7 @@ class Session:
         self.events.publish("review", document)
 
     def look(self) -> None:
-        """Tell all pages where another process, or a program that edits USD, changed the review on disk."""
+        """Tell all pages where another process changed the review on disk."""
         try:
             review = self.store.current()
         except PlannerError:
