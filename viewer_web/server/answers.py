@@ -25,7 +25,7 @@ class Refusal(BaseModel):
 
 
 def refusals(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """Describe error answers for OpenAPI; 401, 403, 414 and 421 can come from every route."""
+    """Describe error answers for OpenAPI; some can come from every route."""
     told = {
         400: "The body is no JSON.",
         401: "The token is missing: open the address that `tlsplan view` printed.",
@@ -37,11 +37,11 @@ def refusals(*statuses: int) -> dict[int | str, dict[str, Any]]:
         415: "The body is not said to be JSON.",
         421: "This host name is not served.",
         422: "What is asked makes no sense; the message says what would.",
+        500: "A fault of the server; its terminal says more.",
         503: "The plan folder, or something in it, can't be read or written; or too many ask at once.",
     }
-    return {
-        status: {"model": Refusal, "description": told[status]} for status in sorted({401, 403, 414, 421, *statuses})
-    }
+    everywhere = {401, 403, 414, 421, 500}
+    return {status: {"model": Refusal, "description": told[status]} for status in sorted({*everywhere, *statuses})}
 
 
 UNCHANGED: dict[int | str, dict[str, Any]] = {304: {"description": "The browser has it already."}}

@@ -135,9 +135,9 @@ class SignOffDocument(Document):
 class TouchDocument(Document):
     """When an object was last changed, and by whom."""
 
-    revision: Whole
-    by: str
-    at: str
+    revision: Annotated[Whole, Field(description="The revision that the change made.", examples=[7])]
+    by: Annotated[str, Field(examples=["Ben"])]
+    at: Annotated[str, Field(description="UTC.", examples=["2026-11-21T16:45:00Z"])]
 
 
 class ReviewDocument(Document):
@@ -383,9 +383,9 @@ class CommittedDocument(Document):
 class ClashDocument(Document):
     """An object that somebody changed meanwhile."""
 
-    object: str
-    by: str
-    at: str
+    object: Annotated[str, Field(description="As in `touched` of a review.", examples=["station:S003"])]
+    by: Annotated[str, Field(description="Who changed it last.", examples=["Ben"])]
+    at: Annotated[str, Field(description="When, UTC.", examples=["2026-11-21T16:45:00Z"])]
 
 
 class ConflictDocument(Document):

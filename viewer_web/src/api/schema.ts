@@ -406,8 +406,17 @@ export interface Unsign {
  * An object that somebody changed meanwhile.
  */
 export interface ClashDocument {
+  /**
+   * As in `touched` of a review.
+   */
   object: string;
+  /**
+   * Who changed it last.
+   */
   by: string;
+  /**
+   * When, UTC.
+   */
   at: string;
 }
 /**
@@ -526,8 +535,14 @@ export interface VerdictDocument {
  * When an object was last changed, and by whom.
  */
 export interface TouchDocument {
+  /**
+   * The revision that the change made.
+   */
   revision: number;
   by: string;
+  /**
+   * UTC.
+   */
   at: string;
 }
 /**
