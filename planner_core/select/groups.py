@@ -13,7 +13,7 @@ from planner_core.model import BoolArray, Int64Array
 from planner_core.select.problem import CoverProblem
 
 #: Distances between all candidates are held at once: beyond so many there are no groups.
-MOST_CANDIDATES = 4000
+MOST_CANDIDATES = 2500
 
 
 def groups_of(problem: CoverProblem) -> BoolArray:
