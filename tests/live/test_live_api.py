@@ -13,7 +13,12 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
+import schemathesis
 from fastapi import APIRouter, FastAPI
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from schemathesis import GenerationMode
+from schemathesis.checks import CHECKS, load_all_checks
 
 from planner_core.errors import PlanFolderError
 from planner_core.live.live_plan import LivePlan
@@ -24,6 +29,8 @@ from planner_core.review.plan_facts import plan_under_review
 from viewer_web.server.answers import answer_errors
 from viewer_web.server.live_api import create_live_router
 from viewer_web.server.live_side import LiveSide
+
+load_all_checks()
 
 
 class Client:
@@ -44,11 +51,15 @@ class Client:
             return await client.request(method, path, **more)
 
 
-def client_of(router: APIRouter) -> Client:
-    app = FastAPI()
+def app_of(router: APIRouter) -> FastAPI:
+    app = FastAPI(separate_input_output_schemas=False)
     answer_errors(app)
     app.include_router(router)
-    return Client(app)
+    return app
+
+
+def client_of(router: APIRouter) -> Client:
+    return Client(app_of(router))
 
 
 class Desk:
@@ -57,7 +68,8 @@ class Desk:
     def __init__(self, live: LivePlan, folder: Path) -> None:
         self.live, self.review, self.plan = live, Review(revision=7), plan_under_review(folder)
         self.side = LiveSide(lambda progress: live)
-        self.client = client_of(create_live_router(self.side, lambda: self.review, lambda: self.plan))
+        self.app = app_of(create_live_router(self.side, lambda: self.review, lambda: self.plan))
+        self.client = Client(self.app)
 
     def ready(self) -> Desk:
         self.side.start()
@@ -239,6 +251,50 @@ def test_names_that_are_not_there_are_not_found(desk: Desk, path: str) -> None:
     answer = desk.client.get(f"/api/live/{path}")
     assert answer.status_code == 404
     assert "expected" in answer.json()["message"]
+
+
+@pytest.mark.parametrize("mode", [GenerationMode.POSITIVE, GenerationMode.NEGATIVE])
+def test_every_answer_is_one_that_the_document_describes(desk: Desk, mode: GenerationMode) -> None:
+    schema = schemathesis.openapi.from_asgi("/openapi.json", desk.app)
+    # Of the right form, and yet no station, floor or layer of this plan: refused then.
+    excluded = CHECKS.get_by_names(["positive_data_acceptance"])
+    n_operations = 0
+    for found in schema.exclude(path_regex="/(walk|figures)$").get_all_operations():
+        operation = found.ok()
+        if mode is GenerationMode.NEGATIVE and not operation.body:
+            continue  # nothing in it can be wrong
+        n_operations += 1
+
+        @settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+        @given(case=operation.as_strategy(generation_mode=mode))
+        def check(case: schemathesis.Case) -> None:
+            case.call_and_validate(base_url="http://127.0.0.1", excluded_checks=excluded)
+
+        check()
+    assert n_operations == (5 if mode is GenerationMode.POSITIVE else 1)
+
+
+@settings(max_examples=20, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(
+    station=st.none() | st.sampled_from(["S001", "S002", "S999"]),
+    floor=st.sampled_from(["F0", "F1", "F7"]),
+    position=st.lists(st.floats(-1e7, 1e7) | st.floats(-20.0, 20.0), min_size=2, max_size=3),
+    height=st.floats(0.0, 100.0) | st.floats(1.2, 1.8),
+    layer=st.sampled_from(["times_seen", "range", "spacing", "noise"]),
+)
+def test_previews_of_any_place_and_height_are_answered(
+    desk: Desk, station: str | None, floor: str, position: list[float], height: float, layer: str
+) -> None:
+    asked = question(desk, station=station, floor=floor, position=position, instrument_height_m=height, layer=layer)
+    answer = desk.client.post("/api/live/preview", json=asked)
+    assert answer.status_code in (200, 422)
+    if answer.status_code == 422:
+        is_far = max(map(abs, position[:2])) > 5e4  # beyond what the scanner's numbers reach
+        assert station == "S999" or floor == "F7" or layer == "noise" or is_far
+        return
+    head, body = unframed(answer.content)
+    assert len(body) == 7 * head["n_patches_changed"]
+    assert head["admissible"] or head["reason"]
 
 
 def test_questions_that_a_newer_one_of_the_page_overtook_are_not_answered(desk: Desk) -> None:

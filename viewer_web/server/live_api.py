@@ -81,7 +81,11 @@ def create_live_router(
     @router.post(
         "/preview",
         response_class=Response,
-        responses={200: _framed(PreviewHead), 204: {"description": "A newer question of the page came."}, **_REFUSED},
+        responses={
+            200: _framed(PreviewHead),
+            204: {"description": "A newer question of the page came."},
+            **refusals(400, 413, 415, 422, 503),
+        },
         summary="What a station would be worth elsewhere",
     )
     def preview(question: PreviewQuestion) -> Response:
