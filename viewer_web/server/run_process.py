@@ -226,7 +226,11 @@ def main(arguments: list[str] | None = None) -> int:
         os.set_inheritable(told.turn, False)
         tell_turn(told.turn, told.folder.name, os.getpid())
     os.nice(_NICENESS)
-    return run(told.folder, told.scene)
+    try:
+        return run(told.folder, told.scene)
+    finally:
+        if told.turn is not None:
+            os.close(told.turn)  # the next one need not wait until all of this process is gone
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -43,6 +44,8 @@ from viewer_web.server.run_turn import holder_of_turn, last_run, take_turn, tell
 
 PLAN_FILE = "plan.json"
 _WATCH_S = 0.5
+#: A run that has told how it ended gives its turn back right then.
+_LEAVES_WITHIN_S = 5.0
 _OUTPUT_TAIL_BYTES = 4096
 _STOPPED = "`tlsplan view` was ended"
 
@@ -168,7 +171,7 @@ class Runs:
         """
         folder = self._folder(run)
         with self._lock:
-            if self._going() == run:
+            if self._going_on() == run:
                 raise RunBusyError(f"run {run}: is going on, expected one that has ended; cancel it first")
             try:
                 gone = folder.with_name(f".deleted-{secrets.token_hex(4)}")
@@ -236,6 +239,18 @@ class Runs:
         child = self._child
         return child[0] if child is not None and child[1].poll() is None else None
 
+    def _going_on(self) -> str | None:
+        """Return the run that has its turn, but for one that has ended: that one is waited for."""
+        until_s = time.monotonic() + _LEAVES_WITHIN_S
+        while (going := self._going()) and time.monotonic() < until_s:
+            try:
+                if read_run(self._runs / going).state == "running":
+                    return going
+            except PlannerError:  # it is only just being made
+                return going
+            time.sleep(0.02)
+        return going
+
     def _resumable(self, run: str) -> RunDocument:
         document = self.get(run)
         if document.state == "running":
@@ -251,7 +266,7 @@ class Runs:
         resumed_from: str | None,
     ) -> RunDocument:
         self._runs.mkdir(exist_ok=True)
-        turn = None if self._going() is not None else take_turn(self._runs)
+        turn = None if self._going_on() is not None else take_turn(self._runs)
         if turn is None:
             raise RunBusyError(
                 f"run {self._going() or 'of another page'}: is going on, expected none; cancel it, or wait for its end"

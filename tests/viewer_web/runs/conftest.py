@@ -1,0 +1,73 @@
+"""A hall with columns and a coarse plan of it, to plan again from; made once, and copied by tests that change it."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import scenes_synthetic
+from planner_core.export import maps, pictures, sheet
+from planner_core.export.folder import write_plan_folder
+from planner_core.model import PartRequirement, PlanSettings, Requirements
+from planner_core.plan import make_plan
+from planner_core.scan.scanners import load_scanner
+from planner_core.scene.load import load_scene
+
+PART = PartRequirement(name="upper half", coverage=0.5, heights_m=(1.0, 4.0))
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep all of them on one worker: they share the plan."""
+    for item in items:
+        if item.path.parent == Path(__file__).parent:
+            item.add_marker(pytest.mark.xdist_group("runs"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def small_pictures() -> object:
+    """Draw what is drawn in this process small: nobody looks at it."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (sheet, maps, pictures):
+            patch.setattr(module, "DPI", 20)
+        patch.setattr(pictures, "CAP_CELLS", 80)
+        patch.setattr(pictures, "OVERSAMPLING", 1)
+        yield
+
+
+@pytest.fixture(scope="session")
+def hall(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder `plan`, and the scene `hall.ply` beside it."""
+    root = tmp_path_factory.mktemp("hall")
+    scene = scenes_synthetic.write(scenes_synthetic.build("column-hall"), root / "hall.ply")
+    settings = PlanSettings(
+        scanner=load_scanner("hdl-64e"),
+        requirements=Requirements(coverage=0.9, network="none", parts=(PART,)),
+        grid_step_m=1.0,
+        instrument_heights_m=(1.3,),
+        max_patch_area_m2=0.25,
+        special_places=False,
+    )
+    write_plan_folder(make_plan(load_scene(scene), settings), root / "plan")
+    return root
+
+
+@pytest.fixture
+def own_hall(hall: Path, tmp_path: Path) -> Path:
+    """A copy that a test may change: its plan folder."""
+    shutil.copytree(hall, tmp_path / "copy")
+    return tmp_path / "copy" / "plan"
+
+
+@pytest.fixture
+def until() -> Callable[[Callable[[], bool]], None]:
+    """Wait until something holds; its test times out where it never does."""
+
+    def wait(holds: Callable[[], bool]) -> None:
+        while not holds():
+            time.sleep(0.1)
+
+    return wait

@@ -1,0 +1,148 @@
+"""The work of a run, in this process: what it tells, what it writes, and what signals mean to it."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner_core.export.plan_json import read_plan_json
+from planner_core.export.plan_settings import settings_of
+from planner_core.progress import BestSoFar, ProgressEvent
+from viewer_web.server import run_process
+from viewer_web.server.run_documents import RunDocument, RunRequest
+from viewer_web.server.run_files import BASIS, LOG, read_run, write_begun, write_run
+from viewer_web.server.run_process import Interrupts, Telling
+from viewer_web.server.run_settings import run_settings
+
+
+@pytest.fixture(autouse=True)
+def own_signals() -> Iterator[None]:
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def make_run(hall: Path, folder: Path, request: RunRequest) -> Path:
+    (folder / BASIS).mkdir(parents=True)
+    shutil.copy(hall / "plan" / "plan.json", folder / BASIS)
+    write_begun(folder, [])
+    document = RunDocument(
+        id="R001",
+        title="t",
+        state="running",
+        created="2026-11-21T16:30:00Z",
+        request=request,
+        plan_sha256="",
+        revision=0,
+    )
+    write_run(folder, document, keep=False)
+    return folder
+
+
+def test_a_run_writes_the_plan_that_was_asked_for_and_tells_its_figures(hall: Path, tmp_path: Path) -> None:
+    request = RunRequest(requirements={"coverage": "70 %"}, time_limit_s=0.5)
+    folder = make_run(hall, tmp_path / "R001", request)
+    assert run_process.run(folder, hall / "hall.ply") == 0
+    told, plan = read_run(folder), read_plan_json(folder / "plan")
+    assert (told.state, told.plan, told.stage, told.message) == ("finished", "runs/R001/plan", None, None)
+    assert settings_of(plan) == run_settings(hall / "plan", request)
+    assert told.best is not None
+    assert told.best.n_stations == len(plan["stations"])
+    assert told.best.lower_bound == plan["optimality"]["lower_bound"]
+    assert told.best.fraction_of_achievable == pytest.approx(plan["coverage"]["fraction_of_achievable"], abs=1e-6)
+    assert np.allclose(told.best.stations, [station["position"] for station in plan["stations"]], atol=1e-5)
+    lines = [json.loads(line) for line in (folder / LOG).read_text().splitlines()]
+    assert {"load", "candidates", "scan", "select", "export"} <= {line.get("stage") for line in lines}
+    assert lines[-1]["state"] == "finished"
+
+
+def test_what_can_not_be_planned_fails_in_the_words_of_the_library(hall: Path, tmp_path: Path) -> None:
+    folder = make_run(hall, tmp_path / "R001", RunRequest(requirements={"planned_floors": ["attic"]}))
+    assert run_process.run(folder, hall / "hall.ply") == 3
+    told = read_run(folder)
+    assert (told.state, told.plan) == ("failed", None)
+    assert "attic" in str(told.message)
+
+
+def test_a_full_disk_and_little_memory_are_told_in_words(
+    hall: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number, (error, word) in enumerate(
+        [(OSError(28, "No space left", "f.bin"), "No space"), (MemoryError(), "mem")]
+    ):
+        folder = make_run(hall, tmp_path / f"R{number}", RunRequest())
+
+        def fail(*_: object, error: BaseException = error) -> None:
+            raise error
+
+        monkeypatch.setattr(run_process, "plan_run", fail)
+        assert run_process.run(folder, hall / "hall.ply") > 0
+        assert (read_run(folder).state, word in str(read_run(folder).message)) == ("failed", True)
+
+
+def test_the_best_so_far_is_told_in_the_scene_frame_and_keeps_its_bound(hall: Path, tmp_path: Path) -> None:
+    telling = Telling(make_run(hall, tmp_path / "R001", RunRequest()), Interrupts())
+    telling.offset_m = np.array([500_000.0, 4_000_000.0, 100.0])
+    places = ((1.5, 2.0, 1.25), (3.0, 4.0, 1.25))
+    telling.show(ProgressEvent("select", 1, 2, "x", best=BestSoFar(5, 3, (1, 2), places)))
+    telling.show(ProgressEvent("refine", 1, 2))
+    best = read_run(telling.folder).best
+    assert best is not None
+    assert best.stations == [[500_001.5, 4_000_002.0, 101.25], [500_003.0, 4_000_004.0, 101.25]]
+    telling.show(ProgressEvent("select", 1, 2, best=BestSoFar(2, None, (1, 2), places)))
+    told = read_run(telling.folder)
+    assert (told.stage, told.best and (told.best.n_stations, told.best.lower_bound)) == ("select", (2, 2))
+
+
+def test_before_there_is_a_plan_an_interrupt_ends_all_at_once() -> None:
+    interrupts = Interrupts()
+    interrupts.install()
+    interrupts.follow(ProgressEvent("scan", 1, 10))
+    with pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.mark.parametrize("stage", ["select", "bound", "prove", "refine", "least time"])
+def test_with_a_plan_an_interrupt_ends_the_search_that_goes_on(stage: str) -> None:
+    interrupts = Interrupts()
+    interrupts.install()
+    interrupts.follow(ProgressEvent("select", 0, 0, settles_interrupts=True))
+    interrupts.follow(ProgressEvent(stage, 1, 10))
+    with pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_between_searches_an_interrupt_waits_for_the_next_and_after_the_last_for_none() -> None:
+    interrupts = Interrupts()
+    interrupts.install()
+    interrupts.follow(ProgressEvent("select", 0, 0, settles_interrupts=True))
+    interrupts.follow(ProgressEvent("scan", 1, 10))
+    os.kill(os.getpid(), signal.SIGINT)
+    interrupts.follow(ProgressEvent("route", 1, 10))
+    with pytest.raises(KeyboardInterrupt):
+        interrupts.follow(ProgressEvent("refine", 0, 2))
+    interrupts.spare()
+    os.kill(os.getpid(), signal.SIGINT)
+    interrupts.follow(ProgressEvent("export", 1, 10))
+
+
+def test_who_wants_no_plan_gets_none_at_any_time() -> None:
+    interrupts = Interrupts()
+    interrupts.install()
+    interrupts.follow(ProgressEvent("select", 0, 0, settles_interrupts=True))
+    with pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGTERM)
+    with pytest.raises(KeyboardInterrupt):
+        interrupts.follow(ProgressEvent("select", 0, 0, settles_interrupts=True))
+    with pytest.raises(KeyboardInterrupt):
+        interrupts.spare()
+    interrupts.close()
+    os.kill(os.getpid(), signal.SIGTERM)

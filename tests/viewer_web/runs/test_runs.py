@@ -1,0 +1,165 @@
+"""Runs as processes: begun, watched, killed, found again, resumed, cancelled, deleted."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from planner_core.errors import PlanFolderError, RequirementError
+from planner_core.export.plan_json import read_plan_json
+from viewer_web.server import runs as runs_module
+from viewer_web.server.run_documents import RunDocument, RunRequest
+from viewer_web.server.run_files import read_begun
+from viewer_web.server.run_turn import holder_of_turn
+from viewer_web.server.runs import RunBusyError, RunNotFoundError, Runs
+
+Until = Callable[[Callable[[], bool]], None]
+#: Goes on for minutes: the most that three stations cover is not soon proven.
+LONG = RunRequest(title="three", objective="coverage", max_stations=3)
+
+
+@pytest.fixture
+def runs(own_hall: Path) -> Iterator[Runs]:
+    found = Runs(own_hall)
+    yield found
+    found.stop()
+    if (holder := holder_of_turn(own_hall / "runs")) is not None and holder.pid is not None:
+        os.kill(holder.pid, signal.SIGKILL)
+
+
+def is_searching(runs: Runs, run: str) -> bool:
+    document = runs.get(run)
+    assert document.state == "running", document.message
+    return document.best is not None
+
+
+def test_a_run_outlives_its_server_and_goes_on_where_a_killed_one_was(
+    own_hall: Path, runs: Runs, until: Until, tmp_path: Path
+) -> None:
+    plan_bytes = (own_hall / "plan.json").read_bytes()
+    first = runs.start(LONG)
+    assert (first.id, first.state, first.title) == ("R001", "running", "three")
+    with pytest.raises(RunBusyError, match="R001"):
+        runs.start(RunRequest())
+    with pytest.raises(RunBusyError, match="R001"):
+        runs.resume("R001")
+    until(lambda: is_searching(runs, "R001"))
+    best = runs.get("R001").best
+    assert best is not None
+    assert len(best.stations) == 3
+
+    other = Runs(own_hall)  # as after the server was killed
+    assert other.get("R001").state == "running"
+    with pytest.raises(RunBusyError, match="R001"):
+        other.start(RunRequest())
+    with pytest.raises(RunBusyError, match="cancel"):
+        other.delete("R001")
+    holder = holder_of_turn(own_hall / "runs")
+    assert holder is not None
+    assert holder.pid is not None
+    os.kill(holder.pid, signal.SIGKILL)
+    until(lambda: other.get("R001").state != "running")
+    gone = other.get("R001")
+    assert (gone.state, gone.plan, gone.best) == ("failed", None, best)
+    assert "memory" in str(gone.message)
+
+    again = other.resume("R001")
+    assert (again.id, again.resumed_from, again.request) == ("R002", "R001", LONG)
+    assert read_begun(own_hall / "runs" / "R002") == tuple(map(tuple, best.stations))
+    until(lambda: is_searching(other, "R002"))
+    better = other.get("R002").best
+    assert better is not None
+    assert better.fraction_of_achievable >= best.fraction_of_achievable
+    runs.cancel("R002", why="it is late")  # by the one that did not begin it
+    until(lambda: runs.get("R002").state != "running")
+    ended = runs.get("R002")
+    assert (ended.state, ended.plan) == ("cancelled", "runs/R002/plan")
+    assert "because it is late" in str(ended.message)
+    plan = read_plan_json(own_hall / "runs/R002/plan")
+    assert len(plan["stations"]) <= 3
+    assert plan["optimality"]["why_stopped"] == "interrupted"
+
+    runs.delete("R002")
+    assert [run.id for run in runs.all()] == ["R001"]
+    assert (own_hall / "plan.json").read_bytes() == plan_bytes
+
+
+def test_a_run_that_is_cancelled_at_once_has_no_plan_and_its_number_is_not_given_again(
+    runs: Runs, own_hall: Path, until: Until
+) -> None:
+    told: list[dict[str, Any]] = []
+    watching = Runs(own_hall, tell=told.append)
+    watching.watch()
+    runs.start(LONG)
+    runs.cancel("R001")
+    until(lambda: bool(told) and told[-1]["state"] != "running")
+    watching.stop()
+    assert (told[-1]["id"], told[-1]["state"], told[-1]["plan"]) == ("R001", "cancelled", None)
+    assert "before it had a plan" in told[-1]["message"]
+    with pytest.raises(RunBusyError, match="cancelled already"):
+        runs.cancel("R001")
+    runs.delete("R001")
+    with pytest.raises(RunNotFoundError, match="R001"):
+        runs.get("R001")
+    assert runs.start(LONG).id == "R002"
+    runs.stop()
+    until(lambda: runs.get("R002").state == "cancelled")
+    assert not list((own_hall / "runs").glob(".*-*"))
+
+
+def test_what_can_not_be_run_leaves_nothing_behind(runs: Runs, own_hall: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(RequirementError, match="covverage"):
+        runs.start(RunRequest(requirements={"covverage": 1}))
+    usage = shutil.disk_usage(own_hall)._replace(free=1000)
+    with monkeypatch.context() as patch, pytest.raises(PlanFolderError, match="MB left"):
+        patch.setattr(runs_module.shutil, "disk_usage", lambda _: usage)
+        runs.start(RunRequest())
+    with monkeypatch.context() as patch, pytest.raises(PlanFolderError, match="not started"):
+        patch.setattr(runs_module.subprocess, "Popen", _fails)
+        runs.start(RunRequest())
+    (own_hall.parent / "hall.ply").unlink()
+    with pytest.raises(PlanFolderError, match="--scene"):
+        runs.start(RunRequest())
+    assert runs.all() == []
+    assert [path.name for path in (own_hall / "runs").iterdir()] == [".turn"]
+
+
+def _fails(*_: object, **__: object) -> None:
+    raise OSError(12, "Cannot allocate memory")
+
+
+def test_what_is_no_run_is_not_taken_for_one(runs: Runs, own_hall: Path) -> None:
+    (own_hall / "runs" / "R003").mkdir(parents=True)
+    (own_hall / "runs" / "R003" / "run.json").write_text("{}")
+    (own_hall / "runs" / "notes").mkdir()
+    assert runs.all() == []
+    with pytest.raises(PlanFolderError, match="delete"):
+        runs.get("R003")
+    for name in ("..", "R003/../R003", "notes", "R004", ""):
+        with pytest.raises(RunNotFoundError):
+            runs.get(name)
+    runs.delete("R003")
+    assert (own_hall / "runs" / "notes").is_dir()
+
+
+def test_a_document_reads_back_as_it_was_written(runs: Runs, own_hall: Path) -> None:
+    folder = own_hall / "runs" / "R001"
+    folder.mkdir(parents=True)
+    document = RunDocument(
+        id="R001",
+        title="Café",
+        state="finished",
+        created="2026-11-21T16:30:00Z",
+        request=LONG,
+        plan_sha256="ab",
+        revision=3,
+    )
+    runs_module.write_run(folder, document, keep=True)
+    assert runs.get("R001") == document
+    assert [path.name for path in folder.iterdir()] == ["run.json"]
