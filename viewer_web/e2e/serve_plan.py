@@ -1,6 +1,7 @@
 """Plans the synthetic house, serves it as `tlsplan view` does, and prints the address and the plan folder, one a line.
 
-`python serve_plan.py FOLDER` writes the plan to FOLDER and serves it until interrupted; a plan that is there is kept.
+`python serve_plan.py FOLDER [SCENE]` writes the plan to FOLDER, the house beside it, and serves it until interrupted; a plan
+that is there is kept. SCENE: the scene file, where a plan was copied away from it.
 """
 
 import sys
@@ -11,6 +12,7 @@ from planner_core.export.folder import write_plan_folder
 from planner_core.model import PlanSettings
 from planner_core.plan import make_plan
 from planner_core.scan.scanners import load_scanner
+from planner_core.scene.load import load_scene
 from viewer_web.server import serve
 
 # Coarse: the tests look at the viewer, not at how good the plan is.
@@ -22,16 +24,17 @@ def main() -> None:
     """Plan, write, serve."""
     folder = Path(sys.argv[1])
     if not (folder / "plan.json").is_file():
+        scene = scenes_synthetic.write(scenes_synthetic.build("house"), folder.parent / "house.ifc")
         settings = PlanSettings(
             scanner=load_scanner("hdl-64e"), grid_step_m=GRID_STEP_M, instrument_heights_m=(INSTRUMENT_HEIGHT_M,)
         )
-        write_plan_folder(make_plan(scenes_synthetic.build("house").scene, settings), folder)
+        write_plan_folder(make_plan(load_scene(scene), settings), folder)
 
     def announce(address: str) -> None:
         sys.stdout.write(f"{address}\n{folder}\n")
         sys.stdout.flush()
 
-    serve(folder, on_ready=announce)
+    serve(folder, on_ready=announce, scene=Path(sys.argv[2]) if len(sys.argv) > 2 else None)
 
 
 if __name__ == "__main__":

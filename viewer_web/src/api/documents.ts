@@ -41,25 +41,7 @@ export type DraftFigures = Frozen<
 >;
 export type DraftWalk = { readonly revision: number } & Frozen<Pick<PlanJson, 'route' | 'field_time'>>;
 
-/** A run of the planner, as docs/viewer-api.md has it. */
-export interface Run {
-  readonly id: string;
-  readonly title: string;
-  readonly state: 'running' | 'finished' | 'cancelled' | 'failed';
-  readonly created: string;
-  readonly stage: string | null;
-  readonly done: number | null;
-  readonly total: number | null;
-  readonly note: string | null;
-  readonly best: RunBest | null;
-  readonly message: string | null;
-  readonly plan: string | null;
-  readonly resumed_from?: string | null;
-}
-
-export interface RunBest {
-  readonly n_stations: number;
-  readonly lower_bound: number | null;
-  readonly fraction_of_achievable: number | null;
-  readonly stations: readonly Point[];
-}
+export type RunBest = Frozen<Required<schema.RunBest>>;
+/** As the server sends it. */
+export type Run = Frozen<Required<Omit<schema.RunDocument, 'best'>>> & { readonly best: RunBest | null };
+export type RunRequest = Frozen<Required<schema.RunRequest>>;

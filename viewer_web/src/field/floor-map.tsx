@@ -1,5 +1,7 @@
-/** A map of one floor: its ground, the way to the next station, and the stations with their numbers. */
+/** A map of one floor: its ground and walls, the way to the next station, and the stations with their numbers. */
+import { useMemo } from 'preact/hooks';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { sectionLines } from './section-lines.ts';
 import type { Stop } from './walk.ts';
 
 /** More triangles are too many for a drawing; the map then has no ground. */
@@ -16,7 +18,8 @@ interface FloorMapProps {
 }
 
 export function FloorMap({ loaded, floorId, stops, next, done, onPick }: FloorMapProps) {
-  const ground = groundOf(loaded, floorId);
+  const ground = useMemo(() => groundOf(loaded, floorId), [loaded, floorId]);
+  const walls = useMemo(() => wallsOf(loaded, floorId), [loaded, floorId]);
   const here = stops.filter((stop) => stop.floorId === floorId);
   const box = boxOf([...ground.points, ...here.map(({ positionM }) => positionM)]);
   const dot = Math.max(box.width, box.height) / 34;
@@ -31,6 +34,7 @@ export function FloorMap({ loaded, floorId, stops, next, done, onPick }: FloorMa
       aria-label="Map of the floor"
     >
       <path class="map-ground" d={ground.path} />
+      <path class="map-walls" d={walls} stroke-width={dot / 9} />
       {here.slice(1).map((stop) => (
         <polyline key={stop.stationId} class="map-walk" points={flat(stop.way)} stroke-width={dot / 5} />
       ))}
@@ -71,6 +75,16 @@ function lookOf(stop: Stop, next: Stop | null, done: ReadonlySet<string>): strin
 
 const flat = (points: readonly (readonly [number, number, number])[]): string =>
   points.map(([x, y]) => `${x.toFixed(2)},${(-y).toFixed(2)}`).join(' ');
+
+function wallsOf({ stage }: LoadedPlan, floorId: string): string {
+  const lines = sectionLines(stage, floorId);
+  const parts: string[] = [];
+  for (let i = 0; i < lines.length; i += 4) {
+    const [x1, y1, x2, y2] = lines.slice(i, i + 4);
+    parts.push(`M${x1.toFixed(3)},${(-y1).toFixed(3)}L${x2.toFixed(3)},${(-y2).toFixed(3)}`);
+  }
+  return parts.join('');
+}
 
 type Flat = readonly [number, number, ...number[]];
 

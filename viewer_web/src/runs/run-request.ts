@@ -1,4 +1,5 @@
 /** What is asked of a run: the fields of the form, and the request they make (entries as in docs/formats/requirements.md). */
+import type { RunRequest } from '../api/documents.ts';
 
 export type Objective = 'fewest' | 'coverage' | 'time';
 export type NetworkKind = 'joined' | 'loops' | 'none';
@@ -20,15 +21,6 @@ export interface RunForm {
   readonly floors: readonly string[];
   readonly fromReview: boolean;
   readonly timeLimitS: string;
-}
-
-export interface RunRequest {
-  readonly title: string;
-  readonly requirements: Readonly<Record<string, unknown>>;
-  readonly objective: Objective;
-  readonly max_stations: number | null;
-  readonly from_review: boolean;
-  readonly time_limit_s: number | null;
 }
 
 export type NumberField = Exclude<keyof RunForm, 'title' | 'objective' | 'network' | 'floors' | 'fromReview'>;

@@ -14,6 +14,12 @@ const run = (changes: Partial<Run> = {}): Run => ({
   best: null,
   message: null,
   plan: null,
+  ended: null,
+  warnings: [],
+  request: { title: '', requirements: {}, objective: 'fewest' },
+  resumed_from: null,
+  plan_sha256: '0',
+  revision: 0,
   ...changes,
 });
 const best = (changes: Partial<RunBest> = {}): RunBest => ({

@@ -1,0 +1,61 @@
+/** The real server, in a process of its own, on a plan folder or on a copy of one that a test may change. */
+import { spawn } from 'node:child_process';
+import { cpSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join, resolve } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const REPOSITORY = fileURLToPath(new URL('../../', import.meta.url));
+
+export interface PlanServer {
+  readonly address: string;
+  readonly folder: string;
+  /** Ends it; `SIGKILL` as a machine that loses power would. */
+  stop(signal?: NodeJS.Signals): Promise<void>;
+}
+
+/** Serve a plan folder, planning it first where there is none; `TLSPLAN_PYTHON` names the interpreter. */
+export async function servePlan(folder: string, scene?: string): Promise<PlanServer> {
+  const python = process.env.TLSPLAN_PYTHON ?? `${REPOSITORY}.venv/bin/python`;
+  const args = ['viewer_web/e2e/serve_plan.py', folder, ...(scene === undefined ? [] : [scene])];
+  const server = spawn(python, args, { cwd: REPOSITORY, stdio: ['ignore', 'pipe', 'inherit'] });
+  const ended = new Promise<void>((done) => server.on('exit', () => done()));
+  const address = await new Promise<string>((resolveAddress, reject) => {
+    let said = '';
+    server.stdout.on('data', (chunk: Buffer) => {
+      said += chunk.toString();
+      if (said.split('\n').length > 2) resolveAddress(said.split('\n')[0]);
+    });
+    server.on('exit', (code) => reject(new Error(`serve_plan.py ended with ${code} before it served`)));
+    server.on('error', reject);
+  });
+  return {
+    address,
+    folder,
+    stop: (signal = 'SIGTERM') => {
+      server.kill(signal);
+      return ended;
+    },
+  };
+}
+
+/** Serve a copy of a plan folder: what tests change there, others do not see. */
+export async function serveCopy(planFolder: string): Promise<PlanServer> {
+  const own = mkdtempSync(join(tmpdir(), 'tlsplan-e2e-copy-'));
+  const folder = join(own, 'plan');
+  cpSync(planFolder, folder, { recursive: true });
+  const server = await servePlan(folder, sceneOf(planFolder));
+  return {
+    ...server,
+    stop: async (signal) => {
+      await server.stop(signal);
+      if (signal !== 'SIGKILL') rmSync(own, { recursive: true, force: true });
+    },
+  };
+}
+
+/** Where the plan says that its scene is. */
+export function sceneOf(planFolder: string): string {
+  const { source } = JSON.parse(readFileSync(join(planFolder, 'plan.json'), 'utf8')) as { source: { path: string } };
+  return resolve(planFolder, source.path);
+}
