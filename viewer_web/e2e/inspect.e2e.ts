@@ -147,6 +147,8 @@ test('the list of stations sorts by what each adds, and its card points that out
 });
 
 test('clouds of a floor show together, by station, and go when they are hidden', async () => {
+  // Software draws points slowly: a small picture of them does.
+  await viewer.page.setViewportSize({ width: 900, height: 560 });
   await viewer.open(`#floor=${ground.id}`);
   const { page } = viewer;
   const before = await viewer.canvasPixels();
@@ -162,7 +164,7 @@ test('clouds of a floor show together, by station, and go when they are hidden',
   await viewer.settle();
   expect(await page.getByTestId('cloud').count()).toBe(0);
   expect(before.shareChanged(await viewer.canvasPixels())).toBeLessThan(0.002);
-});
+}, 240_000);
 
 test('a panorama shows the range image, reads ranges and looks there', async () => {
   const station = stationsOf(ground.id)[0];
@@ -207,7 +209,7 @@ test('the building is walked at eye height with keys, and left with Escape', asy
   await viewer.settle();
   const start = cameraOf();
   await page.keyboard.down('ArrowLeft');
-  await page.waitForFunction((before) => decodeURIComponent(location.hash) !== before, hash());
+  await page.waitForFunction((before) => location.hash !== before, hash());
   await page.keyboard.up('ArrowLeft');
   await viewer.settle();
   const turnedTo = cameraOf();
@@ -217,7 +219,8 @@ test('the building is walked at eye height with keys, and left with Escape', asy
   let farM = 0;
   for (const key of ['w', 's', 'a', 'd']) {
     await page.keyboard.down(key);
-    await page.waitForTimeout(600);
+    // Frames are few where software draws them.
+    await page.waitForTimeout(2500);
     await page.keyboard.up(key);
     const at = cameraOf();
     farM = Math.max(farM, Math.hypot(at[0] - start[0], at[1] - start[1]));

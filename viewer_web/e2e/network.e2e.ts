@@ -93,6 +93,8 @@ test('the matrix is read and chosen from by pointer and by keys', async () => {
   const words = page.locator('.sheet .matrix-words');
   const link = registration.links[0];
   const [row, column] = [link.a, link.b].map((id) => ids.indexOf(id));
+  // The sheet takes the focus when it opens.
+  await page.waitForFunction(() => document.activeElement?.getAttribute('aria-label') === 'Close');
   await matrix.focus();
   for (let i = 0; i < row; i++) await page.keyboard.press('ArrowDown');
   for (let i = 0; i < column; i++) await page.keyboard.press('ArrowRight');

@@ -59,7 +59,7 @@ export function formatUrlState(state: UrlState): string {
   set('layer', state.layerId);
   set('tab', state.tab);
   for (const id of state.pair ?? []) set('pair', id);
-  set('camera', state.camera === null ? null : state.camera.map((x) => +x.toFixed(2)).join(','));
+  set('camera', state.camera === null ? null : state.camera.map((x) => +x.toFixed(3)).join(','));
   const text = params.toString().replaceAll('%2F', '/').replaceAll('%2C', ',');
   return text === '' ? '' : `#${text}`;
 }
