@@ -204,6 +204,21 @@ def test_browsers_that_have_a_layer_are_told_so_until_a_station_moves(desk: Desk
     assert desk.client.get("/api/live/layers/times_seen", headers=tag).status_code == 200
 
 
+def test_clouds_of_stations_that_stay_and_maps_of_ground_are_not_sent_again(desk: Desk) -> None:
+    gone, stays = desk.plan.stations[:2]
+    paths = [f"stations/{stays.id}/cloud", f"stations/{stays.id}/seen", "ground/F0"]
+    tags = {path: {"if-none-match": desk.client.get(f"/api/live/{path}").headers["etag"]} for path in paths}
+    assert len({tag["if-none-match"] for tag in tags.values()}) == len(paths)
+    desk.review = Review(stations={gone.id: StationEdit(removed=True)})
+    for path, tag in tags.items():
+        assert desk.client.get(f"/api/live/{path}", headers=tag).status_code == 304
+    x, y, z = stays.position_m
+    moved = StationEdit((x + 0.1, y, z), stays.instrument_height_m, stays.floor)
+    desk.review = Review(stations={stays.id: moved}, forbidden={"P1": ForbiddenPlace("P1", (x, y, 0.0), 0.2, "F0")})
+    for path, tag in tags.items():
+        assert desk.client.get(f"/api/live/{path}", headers=tag).status_code == 200
+
+
 def test_files_of_the_plan_are_what_the_routes_give_of_the_unchanged_draft(desk: Desk, house_folder: Path) -> None:
     viewer = house_folder / "viewer"
     assert desk.client.get("/api/live/layers/times_seen").content == (viewer / "patches.u8").read_bytes()

@@ -16,6 +16,7 @@ from planner_core.live.draft import Draft, DraftStation
 from planner_core.live.live_plan import LivePlan
 from planner_core.live.looks import Looker
 from planner_core.live.opening import open_live
+from planner_core.live.pairs import PairFinder
 from planner_core.live.preview import Preview
 from planner_core.model import Asked, Plan, PlanSettings
 from planner_core.register.overlap import overlap_links, surface_of_patches
@@ -190,6 +191,19 @@ def test_links_are_those_of_a_plan_bit_by_bit(house: LivePlan) -> None:
     expected = overlap_links(seen, survey.patches.area_m2, house.draft.ids, surface)
     assert len(expected) > 3
     assert house.figures(house.draft).plan.links == expected
+
+
+def test_links_are_the_same_from_either_end(house: LivePlan) -> None:
+    survey = house.survey
+    engine = open_engine(survey.scene, survey.patches)
+    looker = Looker(survey, house.settings, engine, (Asked(),))
+    stations = [(each.id, looker.look(each.position_m)) for each in house.draft.stations]
+    none_known = np.zeros(survey.patches.n_patches, dtype=bool)
+    forth = PairFinder(survey, survey.patches.area_m2, none_known, min_overlap=0.05).links(stations)
+    back = PairFinder(survey, survey.patches.area_m2, none_known, min_overlap=0.05).links(stations[::-1])
+    figures = {frozenset((link.a, link.b)): (link.overlap, link.strength, link.weak_axis) for link in forth}
+    assert figures == {frozenset((link.a, link.b)): (link.overlap, link.strength, link.weak_axis) for link in back}
+    assert forth == house.figures(house.draft).plan.links
 
 
 def test_layers_are_the_best_of_all_stations(asking_house: LivePlan) -> None:

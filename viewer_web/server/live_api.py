@@ -114,7 +114,7 @@ def create_live_router(
             found = live.ground(draft, floor)
             return framed(ground_head(live, found), found.values.tobytes())
 
-        return desk.cached(request, f"ground {floor}", answer)
+        return desk.cached(request, f"ground {floor}", answer, of=lambda draft: (draft.keep_out, draft.forbidden))
 
     @router.get(
         "/layers/{layer}",
@@ -132,7 +132,7 @@ def create_live_router(
                 raise _NotThereError(f"layer: got {layer!r}, expected {', '.join((TIMES_SEEN, *live.layers))}")
             return live.layer(draft, layer).astype("<u2").tobytes()
 
-        return desk.cached(request, f"layer {layer}", answer)
+        return desk.cached(request, f"layer {layer}", answer, of=lambda draft: draft.stations)
 
     @router.get(
         "/stations/{station:path}/seen",
@@ -142,7 +142,12 @@ def create_live_router(
     )
     def seen(request: Request, station: str) -> Response:
         """A bit a patch, the lowest of a byte first, as viewer/seen."""
-        return desk.cached(request, f"seen {station}", lambda live, draft: live.seen(_in(draft, station), station))
+        return desk.cached(
+            request,
+            f"seen {station}",
+            lambda live, draft: live.seen(draft, station),
+            of=lambda draft: _in(draft, station).station(station).position_m,
+        )
 
     @router.get(
         "/stations/{station:path}/cloud",
@@ -152,7 +157,12 @@ def create_live_router(
     )
     def cloud(request: Request, station: str) -> Response:
         """As viewer/clouds: uint16 ranges, then uint8 intensities."""
-        return desk.cached(request, f"cloud {station}", lambda live, draft: live.cloud(_in(draft, station), station))
+        return desk.cached(
+            request,
+            f"cloud {station}",
+            lambda live, draft: live.cloud(draft, station),
+            of=lambda draft: _in(draft, station).station(station).position_m,
+        )
 
     return router
 
@@ -197,12 +207,19 @@ class _Desk:
             lambda live, draft, revision: json_answer(question(live, draft, revision).model_dump(), request)
         )
 
-    def cached(self, request: Request, name: str, question: Callable[[LivePlan, Draft], bytes]) -> Response:
-        """Answer by bytes; 304 where the browser has those of this very draft."""
+    def cached(
+        self,
+        request: Request,
+        name: str,
+        question: Callable[[LivePlan, Draft], bytes],
+        *,
+        of: Callable[[Draft], object],
+    ) -> Response:
+        """Answer by bytes; 304 where the browser has them already. `of` is all of the draft that they depend on."""
 
         def answer(live: LivePlan, draft: Draft, revision: int) -> Response:
             del revision
-            tag = f'"{hashlib.sha256(repr((live.plan_sha256, name, draft)).encode()).hexdigest()[:32]}"'
+            tag = f'"{hashlib.sha256(repr((live.plan_sha256, name, of(draft))).encode()).hexdigest()[:32]}"'
             headers = {"etag": tag, "cache-control": "no-cache"}
             if etag_matches(request, tag):
                 return Response(status_code=304, headers=headers)
