@@ -156,8 +156,8 @@ forbid_option = click.option(
 )  # fmt: skip
 method_option = click.option(
     "--method", type=click.Choice(["proven", "greedy", "paper"]), default="proven", show_default=True,
-    help="How stations are chosen. proven: few, as one network, with a bound on how few there can be, in a minute or "
-    "two; greedy: one after the other, in seconds, joined or not; paper: the pipeline of the method paper.",
+    help="How stations are chosen. proven: few, as one network, with a bound on how few there can be, in a few "
+    "minutes; greedy: one after the other, in seconds, joined or not; paper: the pipeline of the method paper.",
 )  # fmt: skip
 time_limit_option = click.option(
     "--time-limit", "time_limit_s", type=click.FloatRange(min=0), default=None, metavar="SECONDS",

@@ -9,7 +9,7 @@ import click
 
 from ..options import MethodOptions, apply, engine_options, output_options, overwrite_option, problem_options
 
-#: Of the search for fewer stations; `plan` has six times as much.
+#: Of the search for fewer stations; `plan` has fifteen times as much.
 _WORK_LIMIT = 10.0
 
 
