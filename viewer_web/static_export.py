@@ -25,7 +25,7 @@ SCHEMA = "tlsplan/web/1"
 MARKER = "export.json"
 WORKER = "worker.js"
 PAGE_SCRIPT = "offline.js"
-_BUILT_APP = Path(__file__).resolve().parent / "dist"
+BUILT_APP = Path(__file__).resolve().parent / "dist"
 _OFFLINE = Path(__file__).resolve().parent / "offline"
 _MANIFEST = "manifest.webmanifest"
 #: What of a plan the viewer shows, or links to. Scans and layers for USD programs are handed over with the plan folder.
@@ -66,7 +66,7 @@ def export_viewer(
     folder: Path,
     *,
     overwrite: bool = False,
-    built_app: Path = _BUILT_APP,
+    built_app: Path | None = None,
     progress: Progress = silent,
 ) -> Exported:
     """Write the folder; it appears whole or not at all.
@@ -78,7 +78,7 @@ def export_viewer(
     folder
         A free name, or, with `overwrite`, an earlier export.
     built_app
-        The folder that `npm run build` wrote.
+        The folder that `npm run build` wrote; None: the one of this installation.
 
     Raises
     ------
@@ -90,10 +90,11 @@ def export_viewer(
         The application is not built.
     """
     document = read_plan_json(plan_folder)
-    page = _page_of(built_app)
+    built = built_app or BUILT_APP
+    page = _page_of(built)
     _check_output(folder, overwrite=overwrite)
-    title = str(document["scene"]["file"]).replace("\\", "/").rpartition("/")[2]
-    files = {**dict(_app_files(built_app)), **dict(_plan_files(plan_folder))}
+    title = str((document.get("scene") or {}).get("file") or plan_folder.name).replace("\\", "/").rpartition("/")[2]
+    files = {**dict(_app_files(built)), **dict(_plan_files(plan_folder))}
     texts = {"index.html": _static_page(page, title), _MANIFEST: _manifest(title), PAGE_SCRIPT: _offline("page.js")}
     try:
         with staged_folder(folder, replace=overwrite) as staging:

@@ -39,7 +39,6 @@ from viewer_web.server.run_files import (
     write_begun,
     write_run,
 )
-from viewer_web.server.run_settings import run_settings
 from viewer_web.server.run_turn import holder_of_turn, last_run, take_turn, tell_turn
 
 PLAN_FILE = "plan.json"
@@ -115,6 +114,8 @@ class Runs:
         PlanFolderError
             The plan, its review or its scene can't be read, or the folder can't be written.
         """
+        from viewer_web.server.run_settings import run_settings  # the planner: a server that plans nothing needs none
+
         with self._lock:
             earlier = None if resumed_from is None else self._resumable(resumed_from)
             basis = self._plan_folder if earlier is None else self._folder(earlier.id) / BASIS
