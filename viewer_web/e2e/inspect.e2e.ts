@@ -154,7 +154,7 @@ test('clouds of a floor show together, by station, and go when they are hidden',
   const before = await viewer.canvasPixels();
   const toggle = page.getByRole('button', { name: 'Clouds', exact: true });
   await toggle.click();
-  await page.locator('[data-testid=cloud][data-state=shown]').waitFor();
+  await page.locator('[data-testid=cloud][data-state=shown]').waitFor({ timeout: 180_000 });
   await page.getByLabel('Colour of the cloud').selectOption('station');
   await viewer.settle();
   expect(await page.getByTestId('cloud').textContent()).toContain(`of ${stationsOf(ground.id).length} station`);

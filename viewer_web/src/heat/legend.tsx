@@ -120,7 +120,7 @@ export function RampBar({ colors }: { colors: Uint8Array }) {
       class="legend-ramp"
       viewBox="0 0 32 1"
       preserveAspectRatio="none"
-      shapeRendering="crispEdges"
+      shape-rendering="crispEdges"
       aria-hidden="true"
     >
       {steps.map((at, i) => (

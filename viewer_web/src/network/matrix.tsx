@@ -57,8 +57,7 @@ export function Matrix({ store, counting }: MatrixProps) {
       <svg
         role="application"
         aria-label="Matrix of overlap and strength of all pairs of stations. Arrow keys move, Enter chooses a pair."
-        // biome-ignore lint/a11y/noNoninteractiveTabindex: the arrow keys move over its cells
-        tabIndex={0}
+        tabindex={0}
         viewBox={`${-rim} ${-rim} ${n + rim} ${n + rim}`}
         onPointerMove={(event) => setCursor(cellOf(event))}
         onPointerLeave={() => setCursor(null)}

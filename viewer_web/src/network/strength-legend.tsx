@@ -7,7 +7,7 @@ export function StrengthLegend({ isDark }: { isDark: boolean }) {
   return (
     <div class="strength-legend">
       <span class="muted">weak {weak}</span>
-      <svg viewBox="0 0 24 1" preserveAspectRatio="none" shapeRendering="crispEdges" aria-hidden="true">
+      <svg viewBox="0 0 24 1" preserveAspectRatio="none" shape-rendering="crispEdges" aria-hidden="true">
         {steps.map((i) => (
           <rect key={i} x={i} width="1.1" height="1" fill={strengthColor(weak * (strong / weak) ** (i / 23), isDark)} />
         ))}
