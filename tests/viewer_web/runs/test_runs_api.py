@@ -10,6 +10,11 @@ from typing import Any
 
 import httpx
 import pytest
+import schemathesis
+from hypothesis import HealthCheck, given, settings
+from schemathesis import GenerationMode
+from schemathesis.checks import load_all_checks
+from starlette.applications import Starlette
 
 from planner_core.errors import PlanFolderError
 from viewer_web.server import create_app
@@ -17,6 +22,7 @@ from viewer_web.server.run_documents import RunDocument, RunRequest
 from viewer_web.server.runs import RunBusyError, RunNotFoundError, Runs
 from viewer_web.server.runs_api import create_runs_router
 
+load_all_checks()
 TOKEN = "token"
 Ask = Callable[..., httpx.Response]
 RUN = RunDocument(
@@ -64,15 +70,22 @@ class Recorded(Runs):
 
 
 @pytest.fixture
-def asking(hall: Path, tmp_path: Path) -> Callable[..., Ask]:
+def serving(hall: Path, tmp_path: Path) -> Callable[..., Starlette]:
     built = tmp_path / "dist"
     built.mkdir()
     (built / "index.html").write_text("viewer")
 
+    def make(runs: Runs, *, read_only: bool = False) -> Starlette:
+        router = create_runs_router(runs, read_only=read_only)
+        return create_app(hall / "plan", token=TOKEN, routers=[router], built_app=built)
+
+    return make
+
+
+@pytest.fixture
+def asking(serving: Callable[..., Starlette]) -> Callable[..., Ask]:
     def make(runs: Runs, *, read_only: bool = False) -> Ask:
-        app = create_app(
-            hall / "plan", token=TOKEN, routers=[create_runs_router(runs, read_only=read_only)], built_app=built
-        )
+        app = serving(runs, read_only=read_only)
 
         def ask(method: str, path: str, **more: Any) -> httpx.Response:
             async def exchange() -> httpx.Response:
@@ -166,3 +179,30 @@ def test_who_may_only_read_sees_runs_and_begins_none(asking: Callable[..., Ask])
         assert (answer.status_code, "--read-only" in answer.json()["message"]) == (403, True)
     assert ask("POST", "runs", json={}).status_code == 403
     assert runs.asked == [("get", "R001")]
+
+
+@pytest.mark.parametrize("answer", [RUN, RunBusyError("busy")])
+@pytest.mark.parametrize("mode", [GenerationMode.POSITIVE, GenerationMode.NEGATIVE])
+def test_every_answer_is_one_that_the_document_describes(
+    serving: Callable[..., Starlette], answer: RunDocument | Exception, mode: GenerationMode
+) -> None:
+    told = {"x-tlsplan-token": TOKEN, "host": "127.0.0.1:8000"}
+    schema = schemathesis.openapi.from_asgi("/api/openapi.json", serving(Recorded(answer)), headers=told)
+    excluded = schemathesis.checks.CHECKS.get_by_names(["positive_data_acceptance"])
+    asked = set()
+    for found in schema.include(path_regex="^/api/runs").get_all_operations():
+        operation = found.ok()
+        can_be_wrong = bool(operation.body) or mode is GenerationMode.POSITIVE
+        can_be_busy = operation.method != "get" or answer is RUN
+        if not (can_be_wrong and can_be_busy):
+            continue
+        asked.add((operation.method, operation.path))
+
+        @settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+        @given(case=operation.as_strategy(generation_mode=mode))
+        def check(case: schemathesis.Case) -> None:
+            case.call_and_validate(base_url="http://127.0.0.1:8000", headers=told, excluded_checks=excluded)
+
+        check()
+    n_all = 6 if answer is RUN else 4
+    assert len(asked) == (n_all if mode is GenerationMode.POSITIVE else 1)
