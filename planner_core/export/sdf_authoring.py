@@ -56,8 +56,14 @@ def over(layer: Layer, path: str) -> PrimSpec:
 
 
 def put(prim: PrimSpec, name: str, type_name: Any, value: Any, *, uniform: bool = False) -> Any:
-    """Set attribute `name` of `prim`; our own (`tlsplan:`) attributes are marked custom. Returns the attribute spec."""
+    """Set attribute `name` of `prim`; our own (`tlsplan:`) attributes are marked custom. Returns the attribute spec.
+
+    One that is there and of another type, as in a layer that somebody edited, is replaced.
+    """
     attribute = prim.attributes.get(name)
+    if attribute is not None and attribute.typeName != type_name:
+        prim.RemoveProperty(attribute)
+        attribute = None
     if attribute is None:
         variability = Sdf.VariabilityUniform if uniform else Sdf.VariabilityVarying
         attribute = Sdf.AttributeSpec(prim, name, type_name, variability, name.startswith("tlsplan:"))

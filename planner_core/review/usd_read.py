@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 from planner_core.errors import PlanFolderError, ReviewError
-from planner_core.export.sdf_authoring import Layer
+from planner_core.export.sdf_authoring import Layer, Tf
 from planner_core.export.station_marks import prim_names_of_ids
 from planner_core.model.review import (
     Comment,
@@ -74,16 +74,12 @@ class _Reader:
     def _read(self, prim: Any, read_one: Callable[[Any], _Read]) -> _Read:
         try:
             return read_one(prim)
-        except (
-            ReviewError,
-            TypeError,
-            ValueError,
-            AttributeError,
-            IndexError,
-        ) as error:  # of hands that wrote other types
+        # Attributes that somebody wrote by hand may be of any type.
+        except (ReviewError, TypeError, ValueError, AttributeError, IndexError, Tf.ErrorException) as error:
+            problem = " ".join(str(error).split())
             raise PlanFolderError(
-                f"{self._told}: {prim.path}: {error}; nothing is written over it: repair it, or move the file away to "
-                "begin a new review"
+                f"{self._told}: {prim.path}: {problem}; nothing is written over it: repair it, or move the file away "
+                "to begin a new review"
             ) from error
 
     def _ours(self, path: str) -> Iterator[Any]:

@@ -13,11 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from planner_core.errors import PlanFolderError
 from planner_core.export.palette import STATION
 from planner_core.export.sdf_authoring import (
     TYPES,
     Layer,
     Sdf,
+    Tf,
     define,
     int_array,
     over,
@@ -65,12 +67,19 @@ def review_text(review: Review, plan: PlanUnderReview, onto: str = "", *, told: 
     Raises
     ------
     PlanFolderError
-        `onto` is no USD.
+        `onto` is no USD, or holds what can't be written beside.
     """
     layer = usd.layer_of(onto or empty_review(), told)
-    with Sdf.ChangeBlock():
-        _Writer(layer, plan).write(review)
-    return str(layer.ExportToString())
+    try:
+        with Sdf.ChangeBlock():
+            _Writer(layer, plan).write(review)
+        return str(layer.ExportToString())
+    except Tf.ErrorException as error:  # say, a relationship of the name of an attribute
+        problem = str(error).strip().splitlines()[-1].strip()
+        raise PlanFolderError(
+            f"{told}: what is in it is in the way of the review ({problem[:300]}), expected the layer of a plan, and "
+            "nothing is written over it; repair it, or move it away to begin a new review"
+        ) from error
 
 
 @dataclass(frozen=True)

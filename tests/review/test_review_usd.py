@@ -271,3 +271,39 @@ def test_a_height_that_is_not_known_stays_so(plan: PlanUnderReview) -> None:
     layer.ImportFromString(text)
     assert math.isnan(layer.GetAttributeAtPath("/Plan/Stations/S001.tlsplan:instrumentHeight").default)
     assert read_review(text, plan).stations["S001"].instrument_height_m is None
+
+
+def test_opinions_of_another_type_or_kind_are_replaced_or_told(plan: PlanUnderReview) -> None:
+    review = reviewed(*ALL_KINDS)
+    wrong = review_text(review, plan).replace("custom string tlsplan:review:author", "custom int tlsplan:review:author")
+    wrong = re.sub(r'(int tlsplan:review:author) = ".*"', r"\1 = 1", wrong)
+    assert read_review(review_text(review, plan, wrong), plan) == review
+    related = below("rel tlsplan:review:revision", "Plan", "Review")
+    with pytest.raises(PlanFolderError, match="in the way of the review"):
+        review_text(review, plan, related)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    edits=st.lists(
+        st.tuples(st.integers(0, 10_000), st.sampled_from(["", "x", "-1", '"', "nan", "None", "[", "int", "string"])),
+        min_size=1, max_size=4,
+    )
+)  # fmt: skip
+def test_a_layer_that_somebody_spoiled_is_a_review_or_is_told(edits: list[tuple[int, str]]) -> None:
+    plan = make_plan()
+    words = re.split(r"(\W)", review_text(reviewed(*ALL_KINDS), plan))
+    for place, word in edits:
+        words[place % len(words)] = word
+    text = "".join(words)
+    try:
+        review = read_review(text, plan)
+    except PlanFolderError as error:
+        assert "\n" not in str(error)
+    else:
+        try:
+            again = review_text(review, plan, text)
+        except PlanFolderError as error:
+            assert "\n" not in str(error)
+        else:
+            assert read_review(again, plan) == review
