@@ -66,6 +66,13 @@ def create_live_router(
     """
     router = APIRouter(prefix=f"{PREFIX}/live", tags=["live"])
     desk = _Desk(side, get_review, get_plan)
+    _add_figures(router, desk)
+    _add_files(router, desk)
+    return router
+
+
+def _add_figures(router: APIRouter, desk: _Desk) -> None:
+    """Add what is worked out of the draft, or of one station put elsewhere."""
     latest = _Latest()
 
     @router.get("/figures", response_model=FiguresOfDraft, responses=_REFUSED, summary="Figures of the draft")
@@ -98,6 +105,10 @@ def create_live_router(
             return _preview(live, draft, question, revision)
 
         return desk.answer(answer)
+
+
+def _add_files(router: APIRouter, desk: _Desk) -> None:
+    """Add what the plan folder holds as files, for the draft."""
 
     @router.get(
         "/ground/{floor}",
@@ -163,8 +174,6 @@ def create_live_router(
             lambda live, draft: live.cloud(draft, station),
             of=lambda draft: _in(draft, station).station(station).position_m,
         )
-
-    return router
 
 
 def framed(head: BaseModel, arrays: bytes) -> bytes:
