@@ -47,6 +47,14 @@ ASKING = replace(
 )
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep these tests on one worker: another one would make the same plans again."""
+    folder = Path(__file__).parent
+    for item in items:
+        if folder in item.path.parents:
+            item.add_marker(pytest.mark.xdist_group("live"))
+
+
 @cache
 def made(folder: Path, scene: str, settings: PlanSettings) -> tuple[Path, Plan]:
     """Plan a synthetic scene and write what live editing reads of a plan folder: scans and pictures take long."""
