@@ -17,6 +17,8 @@ from viewer_web.server import create_app, files
 from viewer_web.server.files import find_file
 from viewer_web.server.guard import RequestGuard
 
+from .conftest import send
+
 SERVED = ["/", "/plan/plan.json", "/plan/viewer/clouds/S001.u16", "/plan/report/index.html"]
 
 
@@ -279,3 +281,22 @@ def test_further_host_names_can_be_allowed(plan_folder: Path, built_app: Path) -
 
     assert asyncio.run(status("survey-pc:8000")) == 200
     assert asyncio.run(status("other-pc:8000")) == 421
+
+
+@pytest.mark.parametrize(
+    ("host", "origin", "expected"),
+    [
+        ("plans.example", "https://plans.example", 200),
+        ("plans.example", "http://plans.example", 200),
+        ("plans.example:8443", "https://plans.example:8443", 200),
+        ("plans.example", "https://plans.example:8443", 403),
+        ("plans.example", "https://other.example", 403),
+        ("localhost", "https://localhost", 403),
+    ],
+)
+def test_a_proxy_with_tls_may_stand_before_names_that_were_allowed(
+    plan_folder: Path, built_app: Path, host: str, origin: str, expected: int
+) -> None:
+    app = create_app(plan_folder, token="secret", allowed_hosts=["plans.example", "localhost"], built_app=built_app)
+    headers = {"host": host, "origin": origin}
+    assert send(app, "/api/session", headers=headers, token="secret").status_code == expected

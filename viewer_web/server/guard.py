@@ -61,7 +61,8 @@ class RequestGuard:
     def __init__(self, app: ASGIApp, *, token: str, allowed_hosts: Iterable[str] = ()) -> None:
         self._app = app
         self._token = token
-        self._allowed_hosts = LOOPBACK_NAMES | {host.strip("[]").lower() for host in allowed_hosts}
+        self._told_hosts = {host.strip("[]").lower() for host in allowed_hosts} - LOOPBACK_NAMES
+        self._allowed_hosts = LOOPBACK_NAMES | self._told_hosts
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request, itself where it must be refused."""
@@ -94,7 +95,7 @@ class RequestGuard:
                 "this host name is not served here; open the address that `tlsplan view` printed, or start it with "
                 "--allow-host and this name",
             )
-        if not _same_origin(headers):
+        if not (self._is_own_page(headers) and _is_asked_from_here(headers)):
             return _refuse(scope, 403, "another site may not read the plan")
         methods = ("GET", "POST", "DELETE") if _is_api(scope) else ("GET", "HEAD")
         if scope["method"] not in methods:
@@ -131,6 +132,13 @@ class RequestGuard:
         server = scope.get("server")
         return name in self._allowed_hosts or (server is not None and _is_same_address(name, server[0]))
 
+    def _is_own_page(self, headers: Headers) -> bool:
+        """Whether Origin is ours, where it is sent; for names that were told also by TLS, which a proxy ends."""
+        origin, host = headers.get("origin"), headers.get("host", "")
+        if origin is None or origin == f"http://{host}":
+            return True
+        return origin == f"https://{host}" and urlsplit(f"//{host}").hostname in self._told_hosts
+
 
 def _is_same_address(name: str, local: str) -> bool:
     try:
@@ -139,10 +147,7 @@ def _is_same_address(name: str, local: str) -> bool:
         return False
 
 
-def _same_origin(headers: Headers) -> bool:
-    origin = headers.get("origin")
-    if origin is not None and origin != f"http://{headers.get('host', '')}":
-        return False
+def _is_asked_from_here(headers: Headers) -> bool:
     if headers.get("sec-fetch-site", "same-origin") in ("same-origin", "none"):
         return True
     return headers.get("sec-fetch-mode") == "navigate" and headers.get("sec-fetch-dest") == "document"
