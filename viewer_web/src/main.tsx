@@ -55,8 +55,10 @@ function applyAddress(store: Store): void {
     store.tab.value = TABS.find(({ id }) => id === state.tab)?.id ?? 'plan';
     store.pair.value = state.pair?.every(isStation) ? state.pair : null;
     store.compareBase.value = state.compareBase === null ? null : planBaseOf(state.compareBase);
-    store.camera.value = state.camera;
   });
+  // After the choices: each sends the camera to a place of its own.
+  store.startsWalking.value = state.isWalking;
+  store.camera.value = state.camera;
 }
 
 function followAddress(store: Store): void {
@@ -71,6 +73,7 @@ function followAddress(store: Store): void {
       planBase: store.planBase.value === OWN_PLAN ? null : store.planBase.value,
       compareBase: store.compareBase.value,
       camera: store.camera.value,
+      isWalking: store.isWalking.value,
     });
     if (state !== window.location.hash) window.history.replaceState(null, '', state || window.location.pathname);
   });

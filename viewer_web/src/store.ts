@@ -161,6 +161,8 @@ export interface Store {
   readonly chosenCloud: Signal<(ThinnedCloud & { readonly stationId: string }) | null>;
   readonly picked: Signal<Picked | null>;
   readonly isWalking: Signal<boolean>;
+  /** The address asks for a walk from where it puts the camera. */
+  readonly startsWalking: Signal<boolean>;
   readonly showRoute: Signal<boolean>;
   /** The walk of a draft; null: the plan's. */
   readonly draftRoute: Signal<PlanRoute | null>;
@@ -200,6 +202,7 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
   const unseenFocus = signal<UnseenFocus | null>(null);
   const showsOwn = signal(false);
   const isWalking = signal(false);
+  const sheet = signal<SheetId | null>(null);
   const draftRoute = signal<PlanRoute | null>(null);
   const draft = signal<Draft | null>(null);
   const shownStations = computed(() => draft.value?.stations ?? shownStationsOf(loaded.value));
@@ -320,10 +323,11 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     chosenCloud: signal<(ThinnedCloud & { readonly stationId: string }) | null>(null),
     picked,
     isWalking,
+    startsWalking: signal(false),
     showRoute: signal(false),
     draftRoute,
     shownRoute: computed(() => draftRoute.value ?? loaded.value?.plan.route ?? null),
-    sheet: signal<SheetId | null>(null),
+    sheet,
     isSidebarOpen: signal(true),
     chooseFloor,
     stepFloor: (step) => chooseFloor(floorBeside(floorId.value, step, loaded.value?.stage.floors ?? [])),
@@ -336,6 +340,10 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     },
     clear: () =>
       batch(() => {
+        if (sheet.value !== null) {
+          sheet.value = null;
+          return;
+        }
         const isNothingChosen = [picked, stationId, pair, unseenFocus].every(({ value }) => value === null);
         if (isNothingChosen) floorId.value = null;
         letGo();

@@ -9,6 +9,7 @@ test.each([
   { layerId: 'range', tab: 'network', pair: ['S,1', 'S&2'] as const },
   { planBase: 'runs/R001/plan', compareBase: 'runs/R002/plan' },
   { camera: [1.25, -2, 3, 0, 0.5, 1e4] },
+  { camera: [1, 2, 3, 2, 2, 3], isWalking: true },
 ])('a view written to the address is read back: %o', (part) => {
   const state = { ...NO_STATE, ...part };
   expect(parseUrlState(formatUrlState(state))).toEqual(state);

@@ -14,6 +14,8 @@ export interface UrlState {
   readonly compareBase: string | null;
   /** Camera: position and target, local metres. */
   readonly camera: readonly number[] | null;
+  /** The camera is a person walking. */
+  readonly isWalking: boolean;
 }
 
 export const NO_STATE: UrlState = {
@@ -26,6 +28,7 @@ export const NO_STATE: UrlState = {
   planBase: null,
   compareBase: null,
   camera: null,
+  isWalking: false,
 };
 
 export function parseUrlState(hash: string): UrlState {
@@ -43,6 +46,7 @@ export function parseUrlState(hash: string): UrlState {
     // Empty: the plan the page was started for.
     compareBase: params.get('compare'),
     camera: camera.length === 6 && camera.every(Number.isFinite) ? camera : null,
+    isWalking: params.get('walk') === '1',
   };
 }
 
@@ -60,6 +64,7 @@ export function formatUrlState(state: UrlState): string {
   set('tab', state.tab);
   for (const id of state.pair ?? []) set('pair', id);
   set('camera', state.camera === null ? null : state.camera.map((x) => +x.toFixed(3)).join(','));
+  set('walk', state.isWalking ? '1' : null);
   const text = params.toString().replaceAll('%2F', '/').replaceAll('%2C', ',');
   return text === '' ? '' : `#${text}`;
 }

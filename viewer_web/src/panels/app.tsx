@@ -5,6 +5,7 @@ import { FieldButton } from '../field/field-button.tsx';
 import { FieldView } from '../field/field-view.tsx';
 import { Legend } from '../heat/legend.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { OWN_PLAN } from '../load/plan-base.ts';
 import { PairCard } from '../network/pair-card.tsx';
 import { PlanView } from '../scene/plan-view.ts';
 import { Markers } from '../stations/markers.tsx';
@@ -28,6 +29,18 @@ export function App({ store }: { store: Store }) {
         <button type="button" class="tool" onClick={() => window.location.reload()}>
           Try again
         </button>
+        {store.planBase.value !== OWN_PLAN && (
+          <button
+            type="button"
+            class="link"
+            onClick={() => {
+              window.location.hash = '';
+              window.location.reload();
+            }}
+          >
+            Show the plan that the page was opened for
+          </button>
+        )}
       </main>
     );
   }

@@ -455,15 +455,24 @@ export class PlanView {
 
   /** The address says where the camera was left by hand; the choice of a floor or station overrules it. */
   private followCamera(): void {
-    const { camera } = this.store;
+    const { camera, startsWalking } = this.store;
+    let own: readonly number[] | null = null;
     this.viewport.onMovedByHand = (pose) => {
+      own = pose;
       camera.value = pose;
     };
     this.viewport.onFlight = () => {
       camera.value = null;
     };
-    const asked = camera.peek();
-    if (asked !== null) this.viewport.place(asked);
+    this.endings.push(
+      effect(() => {
+        const asked = camera.value;
+        if (asked === null || asked === own || this.store.isWalking.peek()) return;
+        if (startsWalking.peek()) this.walk.enterAt(asked);
+        else this.viewport.place(asked);
+        startsWalking.value = false;
+      }),
+    );
   }
 
   private flyToStation(station: ShownStation): void {

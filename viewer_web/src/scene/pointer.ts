@@ -126,8 +126,9 @@ function swallowClick(): void {
     event.stopPropagation();
     event.preventDefault();
   };
-  window.addEventListener('click', stop, { capture: true, once: true });
-  setTimeout(() => window.removeEventListener('click', stop, { capture: true }));
+  const over = new AbortController();
+  window.addEventListener('click', stop, { capture: true, once: true, signal: over.signal });
+  setTimeout(() => over.abort());
 }
 
 function placeOf(event: PointerEvent, stationId: string | null): PointerPlace {

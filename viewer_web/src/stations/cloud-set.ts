@@ -91,30 +91,35 @@ export class CloudSet {
     for (const key of [...this.shown.keys()]) if (!keys.has(key)) this.drop(key);
     this.failure.value = null;
     this.version.value++;
-    void this.loadNext();
+    this.loadNext();
   }
 
   /** A few at a time, in the order wanted; each that is done begins the next. */
-  private async loadNext(): Promise<void> {
-    const next = this.wanted.peek().find(({ key }) => !this.shown.has(key) && !this.loading.has(key));
-    if (next === undefined || this.loading.size >= MOST_AT_ONCE || this.failure.peek() !== null) return;
-    const stopping = new AbortController();
-    this.loading.set(next.key, stopping);
-    void this.loadNext();
+  private loadNext(): void {
+    while (this.loading.size < MOST_AT_ONCE && this.failure.peek() === null) {
+      const next = this.wanted.peek().find(({ key }) => !this.shown.has(key) && !this.loading.has(key));
+      if (next === undefined) return;
+      const stopping = new AbortController();
+      this.loading.set(next.key, stopping);
+      void this.load(next, stopping);
+    }
+  }
+
+  private async load(wanted: Wanted, stopping: AbortController): Promise<void> {
     try {
-      const thinned = await this.fetch(next, stopping.signal);
+      const thinned = await this.fetch(wanted, stopping.signal);
       if (stopping.signal.aborted) return;
-      const points = new CloudPoints(thinned, next.station);
-      this.shown.set(next.key, points);
+      const points = new CloudPoints(thinned, wanted.station);
+      this.shown.set(wanted.key, points);
       this.group.add(points.points);
     } catch (error) {
       if (!stopping.signal.aborted) this.failure.value = (error as Error).message;
     } finally {
-      if (this.loading.get(next.key) === stopping) this.loading.delete(next.key);
+      if (this.loading.get(wanted.key) === stopping) this.loading.delete(wanted.key);
     }
     if (stopping.signal.aborted) return;
     this.version.value++;
-    void this.loadNext();
+    this.loadNext();
   }
 
   private async fetch({ station, stride }: Wanted, signal: AbortSignal): Promise<ThinnedCloud> {

@@ -15,6 +15,8 @@ import {
 
 /** Of heading a pixel of a drag: a drag over half a screen turns about a quarter. */
 const RAD_A_PIXEL = 0.004;
+/** No eye is higher above the ground. */
+const TALLEST_M = 5;
 /** After a pause of the page nobody has gone far. */
 const LONGEST_STEP_S = 0.1;
 
@@ -77,6 +79,15 @@ export class WalkMode {
     window.addEventListener('blur', () => this.pressed.clear(), { signal: ended });
     this.stopPointer = this.stage.pointer.add(this.dragToLook());
     this.show({ eyeM, headingRad, pitchRad: 0, eyeHeightM });
+  }
+
+  /** Begin where a camera is: position and target. */
+  enterAt([x, y, z, ...target]: readonly number[]): void {
+    const [dx, dy, dz] = [target[0] - x, target[1] - y, target[2] - z];
+    const ground = this.stage.world.groundBelow(x, y, z, TALLEST_M);
+    this.enter([x, y, z], Math.atan2(dy, dx), ground === null ? undefined : z - ground);
+    const pose = this.pose.peek();
+    if (pose !== null) this.show(turned(pose, 0, Math.atan2(dz, Math.hypot(dx, dy))));
   }
 
   /** Go back to the camera around the building. */
