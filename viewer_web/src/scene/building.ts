@@ -350,6 +350,10 @@ export class Building {
         this.group.add(object);
       }
     }
+    // What no slice reaches gives its graphics memory back; it is filled again when a slice does.
+    for (const chunk of [...this.surfaces, ...this.lines]) {
+      if (!slices.some((slice) => reaches(chunk, slice))) chunk.geometry.dispose();
+    }
   }
 
   dispose(): void {

@@ -3,7 +3,10 @@ import { BufferAttribute, BufferGeometry, DoubleSide, Ray, Vector3 } from 'three
 import { MeshBVH, type SerializedBVH } from 'three-mesh-bvh';
 import { FLAT_COS, type Slice } from '../floors/cut.ts';
 
-/** Layers of ceilings and roofs that a ray is followed through. */
+/** Whether a ray goes on behind a triangle. */
+export type IsPassed = (triangle: number) => boolean;
+
+/** Layers of ceilings, roofs and doors that a ray is followed through. */
 const MOST_PASSED = 50;
 
 export interface SurfaceHit {
@@ -24,17 +27,22 @@ export class SurfacePicker {
   }
 
   /** The first surface that `ray` meets in any slice, as drawn; null: none. */
-  firstHit(ray: Ray, slices: readonly Slice[], farM = Number.POSITIVE_INFINITY): SurfaceHit | null {
+  firstHit(
+    ray: Ray,
+    slices: readonly Slice[],
+    farM = Number.POSITIVE_INFINITY,
+    isPassed: IsPassed = () => false,
+  ): SurfaceHit | null {
     let best: SurfaceHit | null = null;
     for (const slice of slices) {
       const lowered = new Ray(ray.origin.clone().setZ(ray.origin.z - slice.liftM), ray.direction);
-      const hit = this.firstInSlice(lowered, slice, best?.distanceM ?? farM);
+      const hit = this.firstInSlice(lowered, slice, best?.distanceM ?? farM, isPassed);
       if (hit !== null) best = hit;
     }
     return best;
   }
 
-  private firstInSlice(ray: Ray, slice: Slice, farM: number): SurfaceHit | null {
+  private firstInSlice(ray: Ray, slice: Slice, farM: number, isPassed: IsPassed): SurfaceHit | null {
     // Start where the ray enters the slice, and from there on look past nothing: what it meets before is cut away.
     const up = ray.direction.z;
     const toBottom = (slice.bottomM - ray.origin.z) / up;
@@ -44,17 +52,17 @@ export class SurfacePicker {
     const near = isLevel ? 0 : Math.max(0, Math.min(toBottom, toTop));
     const far = isLevel ? farM : Math.min(farM, Math.max(toBottom, toTop));
     if (!(near < far)) return null;
-    return this.firstDrawn(ray, slice, near, far);
+    return this.firstDrawn(ray, slice, near, far, isPassed);
   }
 
-  /** Past ceilings that are not drawn. */
-  private firstDrawn(ray: Ray, slice: Slice, near: number, far: number): SurfaceHit | null {
+  /** Past ceilings that are not drawn, and past what the caller passes. */
+  private firstDrawn(ray: Ray, slice: Slice, near: number, far: number, isPassed: IsPassed): SurfaceHit | null {
     let from = near;
     for (let nPassed = 0; nPassed < MOST_PASSED; nPassed++) {
       const hit = this.bvh.raycastFirst(ray, DoubleSide, from, far);
       if (hit?.faceIndex === null || hit?.faceIndex === undefined) return null;
       const isHidden = hit.point.z > slice.ceilingM && Math.abs(hit.face?.normal.z ?? 0) > FLAT_COS;
-      if (!isHidden) {
+      if (!isHidden && !isPassed(hit.faceIndex)) {
         return { triangle: hit.faceIndex, pointM: new Vector3().copy(hit.point), distanceM: hit.distance, slice };
       }
       from = hit.distance + 1e-4;

@@ -393,8 +393,11 @@ export class PlanView {
 
   /** The building as it is under the feet and in the way of a person. */
   private world(): WalkWorld {
+    const { elements, triangles } = this.loaded.stage;
+    // Closed in the model, and opened by who walks.
+    const isDoor = (triangle: number): boolean => /door/i.test(elements[triangles.element[triangle]].kind);
     const first = (origin: Vector3, direction: Vector3, farM: number): number | null =>
-      this.picker.firstHit(new Ray(origin, direction), [WHOLE_BUILDING], farM)?.distanceM ?? null;
+      this.picker.firstHit(new Ray(origin, direction), [WHOLE_BUILDING], farM, isDoor)?.distanceM ?? null;
     const down = new Vector3(0, 0, -1);
     return {
       groundBelow: (x, y, z, depthM) => {
