@@ -75,6 +75,7 @@ class RunDocument(BaseModel):
         Literal["running", "finished", "cancelled", "failed"],
         Field(description="A cancelled run has a plan where it was cancelled late enough to have one."),
     ]
+    cancelling: Annotated[bool, Field(description="It goes on, but somebody asked it to end.")] = False
     created: Annotated[str, Field(description="UTC.", examples=["2026-11-21T16:30:00Z"])]
     ended: str | None = None
     stage: Annotated[str | None, Field(description="What it does.")] = None

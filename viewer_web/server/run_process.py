@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.errors import PlannerError
+from planner_core.errors import PlanFolderError, PlannerError
 from planner_core.export.folder import write_plan_folder
 from planner_core.export.plan_json import read_plan_json
 from planner_core.export.plan_settings import load_options_of
@@ -152,7 +152,7 @@ def in_scene(places_m: Sequence[Sequence[float] | FloatArray], offset_m: FloatAr
 
 def plan_run(folder: Path, scene: Path, telling: Telling, interrupts: Interrupts) -> Plan:
     """Plan as the run asks, and write the plan's folder."""
-    basis = folder / BASIS
+    basis, place = folder / BASIS, folder.stat().st_ino
     settings = run_settings(basis, telling.run.request, begun_m=read_begun(folder))
     loaded = load_scene(scene, options=load_options_of(read_plan_json(basis)), progress=telling.show)
     telling.offset_m = loaded.offset_m
@@ -161,6 +161,8 @@ def plan_run(folder: Path, scene: Path, telling: Telling, interrupts: Interrupts
     plan = plan_survey(survey, settings, engine, progress=telling.show)
     interrupts.spare()
     write_plan_folder(plan, folder / PLAN, engine=engine, progress=telling.show)
+    if folder.stat().st_ino != place:  # files that were just being written may have stayed behind
+        raise PlanFolderError("the plan around this run was replaced while it was going on; resume the run")
     return plan
 
 

@@ -99,7 +99,9 @@ class Runs:
         document = read_run(folder)
         if document.state == "running" and going != run:
             document = self._ended_without_a_word(folder, document)
-        return document
+        if document.state != "running":
+            return document
+        return document.model_copy(update={"cancelling": (folder / CANCEL).exists()})
 
     # ------------------------------------------------------------------------------------------ changing
     def start(self, request: RunRequest, *, resumed_from: str | None = None) -> RunDocument:
@@ -158,7 +160,9 @@ class Runs:
             marker.write(why)
         with contextlib.suppress(ProcessLookupError):  # it has ended meanwhile
             os.kill(pid, signal.SIGTERM if discard else signal.SIGINT)
-        return self.get(run)
+        document = self.get(run)
+        self._tell(document.model_dump())
+        return document
 
     def delete(self, run: str) -> None:
         """Remove a run and all of its files.

@@ -796,6 +796,10 @@ export interface RunDocument {
    */
   state: 'running' | 'finished' | 'cancelled' | 'failed';
   /**
+   * It goes on, but somebody asked it to end.
+   */
+  cancelling?: boolean;
+  /**
    * UTC.
    */
   created: string;
