@@ -12,7 +12,7 @@ import { App } from './panels/app.tsx';
 import { TABS } from './panels/tabs.tsx';
 import './style.css';
 import { createStore, type Store } from './store.ts';
-import { formatUrlState, parseUrlState } from './url-state.ts';
+import { formatUrlState, parseUrlState, type UrlState } from './url-state.ts';
 
 async function start(): Promise<void> {
   const mode = document.querySelector<HTMLMetaElement>('meta[name="tlsplan-mode"]')?.content;
@@ -61,21 +61,38 @@ function applyAddress(store: Store): void {
   store.camera.value = state.camera;
 }
 
+function stateOf(store: Store): UrlState {
+  return {
+    floorId: store.floorId.value,
+    stationId: store.stationId.value,
+    layerId: store.layerId.value === TIMES_SEEN ? null : store.layerId.value,
+    tab: store.tab.value === 'plan' ? null : store.tab.value,
+    view: store.page.value === 'plan' ? null : store.page.value,
+    pair: store.pair.value,
+    planBase: store.planBase.value === OWN_PLAN ? null : store.planBase.value,
+    compareBase: store.compareBase.value,
+    camera: store.camera.value,
+    isWalking: store.isWalking.value,
+  };
+}
+
+/** Browsers refuse to be told a new address with every picture of a walk. */
+const CAMERA_PAUSE_MS = 300;
+
 function followAddress(store: Store): void {
-  effect(() => {
-    const state = formatUrlState({
-      floorId: store.floorId.value,
-      stationId: store.stationId.value,
-      layerId: store.layerId.value === TIMES_SEEN ? null : store.layerId.value,
-      tab: store.tab.value === 'plan' ? null : store.tab.value,
-      view: store.page.value === 'plan' ? null : store.page.value,
-      pair: store.pair.value,
-      planBase: store.planBase.value === OWN_PLAN ? null : store.planBase.value,
-      compareBase: store.compareBase.value,
-      camera: store.camera.value,
-      isWalking: store.isWalking.value,
-    });
+  let [last, pending] = ['', 0];
+  const write = (): void => {
+    window.clearTimeout(pending);
+    pending = 0;
+    const state = formatUrlState(stateOf(store));
     if (state !== window.location.hash) window.history.replaceState(null, '', state || window.location.pathname);
+  };
+  effect(() => {
+    const choices = formatUrlState({ ...stateOf(store), camera: null });
+    const isCameraAlone = choices === last && store.camera.value !== null;
+    last = choices;
+    if (!isCameraAlone) write();
+    else if (pending === 0) pending = window.setTimeout(write, CAMERA_PAUSE_MS);
   });
   window.addEventListener('hashchange', () => {
     // Another plan is another page: everything of the first goes with it.

@@ -1,4 +1,5 @@
 import { expect, test } from 'vitest';
+import { DEFAULT_CUT_M } from './floors/cut.ts';
 import type { LoadedPlan } from './load/fetch-plan.ts';
 import type { UnseenSurface } from './load/plan-json.ts';
 import { createStore, type Store } from './store.ts';
@@ -118,6 +119,12 @@ test('looking at an unseen piece opens its floor and raises the cut above the pi
   expect(store.floorId.value).toBe('F1');
   expect(store.cutM.value).toBeGreaterThan(2.4);
   expect(store.slices.value[0].topM).toBeGreaterThan(5.2);
+  store.clear();
+  expect(store.cutM.value).toBe(DEFAULT_CUT_M);
+  store.lookAtUnseen({ surface: SURFACE, piece: 0 });
+  store.cutM.value = 2;
+  store.chooseStation('S001');
+  expect(store.cutM.value).toBe(2);
 });
 
 test('stations and links of a draft go before those of the plan', () => {

@@ -219,8 +219,21 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     return slicesOf(view, plan.stage.floors, boxes.whole);
   });
 
+  /** The cut as it was before a piece above it was looked at, and as it was raised for that. */
+  let cutBefore: { readonly chosenM: number; readonly raisedM: number } | null = null;
+  const raiseCut = (toM: number): void => {
+    if (toM <= cutM.value) return;
+    cutBefore = { chosenM: cutM.value, raisedM: toM };
+    cutM.value = toM;
+  };
+  const lowerCut = (): void => {
+    // Whoever moved the slider meanwhile wants it there.
+    if (cutBefore !== null && cutM.value === cutBefore.raisedM) cutM.value = cutBefore.chosenM;
+    cutBefore = null;
+  };
   /** One thing is chosen at a time: a station, a pair of them, an unseen piece, or a surface. */
   const letGo = (): void => {
+    lowerCut();
     stationId.value = null;
     showsOwn.value = false;
     pair.value = null;
@@ -233,6 +246,7 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
       const station = shownStations.value.find(({ id }) => id === stationId.value);
       if (id !== null && station !== undefined && station.floorId !== id) stationId.value = null;
       picked.value = null;
+      if (unseenFocus.value !== null) lowerCut();
       unseenFocus.value = null;
     });
   const chooseStation = (id: string | null): void =>
@@ -263,7 +277,7 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
       // What lies above the cut is not drawn.
       else if (piece !== undefined) {
         const topM = piece.box[1][2] - (loaded.value?.stage.offsetM[2] ?? 0) - floor.elevationM;
-        cutM.value = Math.max(cutM.value, Math.min(topM + CUT_ABOVE_M, highestCutM(floor)));
+        raiseCut(Math.min(topM + CUT_ABOVE_M, highestCutM(floor)));
       }
     });
   const stepStation = (step: number): void => {

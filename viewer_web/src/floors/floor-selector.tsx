@@ -4,7 +4,7 @@ import { counted, metres, percent } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import { Meter } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
-import { highestCutM, LOWEST_CUT_M } from './cut.ts';
+import { DEFAULT_CUT_M, highestCutM, LOWEST_CUT_M } from './cut.ts';
 
 export function FloorSelector({ store }: { store: Store }) {
   const loaded = store.loaded.value;
@@ -98,8 +98,9 @@ function CutControl({ store }: { store: Store }) {
           checked={store.hidesCeilings.value}
           onChange={(event) => {
             store.hidesCeilings.value = event.currentTarget.checked;
-            // Below a low cut there are no ceilings to hide: show the walls in their full height.
+            // Below a low cut there are no ceilings to hide: show the walls in their full height, and only for as long.
             if (event.currentTarget.checked) store.cutM.value = Math.max(store.cutM.value, highest);
+            else if (store.cutM.value >= highest) store.cutM.value = DEFAULT_CUT_M;
           }}
         />
         Hide ceilings and roofs
