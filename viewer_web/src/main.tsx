@@ -1,9 +1,9 @@
 /** Starts the viewer: loads the plan the server gives, and keeps the address and the view in step. */
-import { batch, effect } from '@preact/signals';
+import { batch, effect, type Signal } from '@preact/signals';
 import { render } from 'preact';
 import { ApiClient } from './api/client.ts';
 import { Desk } from './api/desk.ts';
-import { extentsOf } from './floors/cut.ts';
+import { DEFAULT_CUT_M, extentsOf } from './floors/cut.ts';
 import { TIMES_SEEN } from './heat/layers.ts';
 import { fetchPlan } from './load/fetch-plan.ts';
 import { OWN_PLAN, planBaseOf } from './load/plan-base.ts';
@@ -12,7 +12,7 @@ import { App } from './panels/app.tsx';
 import { TABS } from './panels/tabs.tsx';
 import './style.css';
 import { createStore, type Store } from './store.ts';
-import { formatUrlState, parseUrlState, type UrlState } from './url-state.ts';
+import { formatUrlState, parseUrlState, SHOWN, type Shown, type UrlState } from './url-state.ts';
 
 async function start(): Promise<void> {
   const mode = document.querySelector<HTMLMetaElement>('meta[name="tlsplan-mode"]')?.content;
@@ -54,11 +54,26 @@ function applyAddress(store: Store): void {
     store.page.value = state.view === 'field' ? 'field' : 'plan';
     store.tab.value = TABS.find(({ id }) => id === state.tab)?.id ?? 'plan';
     store.pair.value = state.pair?.every(isStation) ? state.pair : null;
+    store.cutM.value = state.cutM ?? DEFAULT_CUT_M;
+    for (const one of SHOWN) showing(store)[one].value = state.shows.includes(one) === SHOWN_AT[one];
     store.compareBase.value = state.compareBase === null ? null : planBaseOf(state.compareBase);
   });
   // After the choices: each sends the camera to a place of its own.
   store.startsWalking.value = state.isWalking;
   store.camera.value = state.camera;
+}
+
+/** The switches that an address names, and at what they stand where it does. */
+const SHOWN_AT: Readonly<Record<Shown, boolean>> = { links: true, clouds: true, route: true, whole: false, open: true };
+
+function showing(store: Store): Readonly<Record<Shown, Signal<boolean>>> {
+  return {
+    links: store.showLinks,
+    clouds: store.showClouds,
+    route: store.showRoute,
+    whole: store.isSpread,
+    open: store.hidesCeilings,
+  };
 }
 
 function stateOf(store: Store): UrlState {
@@ -73,6 +88,8 @@ function stateOf(store: Store): UrlState {
     compareBase: store.compareBase.value,
     camera: store.camera.value,
     isWalking: store.isWalking.value,
+    cutM: store.cutM.value === DEFAULT_CUT_M ? null : store.cutM.value,
+    shows: SHOWN.filter((one) => showing(store)[one].value === SHOWN_AT[one]),
   };
 }
 

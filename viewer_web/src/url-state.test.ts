@@ -10,13 +10,26 @@ test.each([
   { planBase: 'runs/R001/plan', compareBase: 'runs/R002/plan' },
   { camera: [1.25, -2, 3, 0, 0.5, 1e4] },
   { camera: [1, 2, 3, 2, 2, 3], isWalking: true },
+  { cutM: 2.35, shows: ['links', 'route', 'open'] as const },
 ])('a view written to the address is read back: %o', (part) => {
   const state = { ...NO_STATE, ...part };
   expect(parseUrlState(formatUrlState(state))).toEqual(state);
 });
 
 test('an address that says nothing or nonsense is the default view', () => {
-  for (const hash of ['', '#', '#floor=', '#%%%', '#a=b', '#pair=S001', '#camera=1,2,3', '#camera=1,2,3,4,5,x']) {
+  for (const hash of [
+    '',
+    '#',
+    '#floor=',
+    '#%%%',
+    '#a=b',
+    '#pair=S001',
+    '#camera=1,2,3',
+    '#camera=1,2,3,4,5,x',
+    '#cut=x',
+    '#cut=-1',
+    '#show=all',
+  ]) {
     expect(parseUrlState(hash), hash).toEqual(NO_STATE);
   }
 });

@@ -16,7 +16,15 @@ export interface UrlState {
   readonly camera: readonly number[] | null;
   /** The camera is a person walking. */
   readonly isWalking: boolean;
+  /** Height of the cut, metres; null: the usual one. */
+  readonly cutM: number | null;
+  /** What is drawn besides, or differently from what is usual. */
+  readonly shows: readonly Shown[];
 }
+
+/** `whole`: floors are not lifted apart; `open`: without ceilings. */
+export const SHOWN = ['links', 'clouds', 'route', 'whole', 'open'] as const;
+export type Shown = (typeof SHOWN)[number];
 
 export const NO_STATE: UrlState = {
   floorId: null,
@@ -29,6 +37,8 @@ export const NO_STATE: UrlState = {
   compareBase: null,
   camera: null,
   isWalking: false,
+  cutM: null,
+  shows: [],
 };
 
 export function parseUrlState(hash: string): UrlState {
@@ -47,6 +57,8 @@ export function parseUrlState(hash: string): UrlState {
     compareBase: params.get('compare'),
     camera: camera.length === 6 && camera.every(Number.isFinite) ? camera : null,
     isWalking: params.get('walk') === '1',
+    cutM: Number(params.get('cut')) > 0 ? Number(params.get('cut')) : null,
+    shows: SHOWN.filter((one) => (params.get('show') ?? '').split(',').includes(one)),
   };
 }
 
@@ -64,6 +76,8 @@ export function formatUrlState(state: UrlState): string {
   set('tab', state.tab);
   for (const id of state.pair ?? []) set('pair', id);
   set('camera', state.camera === null ? null : state.camera.map((x) => +x.toFixed(3)).join(','));
+  set('cut', state.cutM === null ? null : String(+state.cutM.toFixed(2)));
+  set('show', state.shows.length === 0 ? null : state.shows.join(','));
   set('walk', state.isWalking ? '1' : null);
   const text = params.toString().replaceAll('%2F', '/').replaceAll('%2C', ',');
   return text === '' ? '' : `#${text}`;
