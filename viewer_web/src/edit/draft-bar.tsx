@@ -1,13 +1,18 @@
 /** The strip of totals over the canvas: what the edited plan is worth beside the plan as it was made. */
+import { useEffect, useRef } from 'preact/hooks';
 import { percent } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { countEdits, editsInWords } from './draft.ts';
 import { hasEdits, stationsOf } from './draft-follower.ts';
+import type { Editing } from './editing.ts';
+import type { Latencies } from './preview-loop.ts';
 import { canEdit, isLive } from './readiness.ts';
 import { draftTotals, planTotals, previewTotals, signedCount, signedPoints, type Totals } from './totals.ts';
 
 export function DraftBar({ store }: { store: Store }) {
   const { desk, editing, loaded } = store;
+  const bar = useRef<HTMLElement>(null);
+  useEffect(() => keepBelowToolbar(bar.current));
   const plan = loaded.value?.plan;
   if (desk === null || plan === undefined) return null;
   const stations = stationsOf(store);
@@ -18,17 +23,31 @@ export function DraftBar({ store }: { store: Store }) {
   const showsPlan = editing.showsPlan.value && !isMoving;
   const totals = showsPlan ? planTotals(plan) : totalsNow(store);
   return (
-    <section
-      class="draft-bar"
-      aria-label="Edited plan"
-      data-testid="draft-bar"
-      data-latencies={editing.measuredMs.value.map((ms) => ms.toFixed(1)).join(' ')}
-    >
+    <section class="draft-bar" aria-label="Edited plan" data-testid="draft-bar" {...measured(editing)}>
       {isEdited && <ShownChoice store={store} words={editsInWords(countEdits(stations))} />}
       <TotalsList totals={totals} planned={planTotals(plan)} isLive={isLive(store)} />
       {canEdit(store) && <UndoButtons store={store} />}
     </section>
   );
+}
+
+/** The toolbar takes one row or two, by the width of the page. Returns what stops watching it. */
+function keepBelowToolbar(bar: HTMLElement | null): (() => void) | undefined {
+  const toolbar = bar?.parentElement?.querySelector<HTMLElement>('.toolbar');
+  if (!bar || !toolbar) return undefined;
+  const place = (): void => {
+    bar.style.top = `${toolbar.offsetTop + toolbar.offsetHeight + 10}px`;
+  };
+  const watching = new ResizeObserver(place);
+  watching.observe(toolbar);
+  place();
+  return () => watching.disconnect();
+}
+
+/** For the record of tests: how long previews took so far, in milliseconds. */
+function measured({ nDrags, answerTimes, drawTimes }: Editing) {
+  const words = ({ ms }: Latencies): string => ms.map((each) => each.toFixed(1)).join(' ');
+  return nDrags.value === 0 ? {} : { 'data-answered-ms': words(answerTimes), 'data-drawn-ms': words(drawTimes) };
 }
 
 /** Of what is shown: a preview, the draft, or the plan where the draft's are not known. */

@@ -42,9 +42,11 @@ export interface Editing {
   /** Of the floor that is shown; null: not known (yet). */
   readonly ground: Signal<GroundMap | null>;
   readonly commentSpot: Signal<CommentSpot | null>;
-  readonly latencies: Latencies;
-  /** Of the last drag, for the page's own report. */
-  readonly measuredMs: Signal<readonly number[]>;
+  /** From the movement of the pointer until the server's answer was there, and until it was drawn. */
+  readonly answerTimes: Latencies;
+  readonly drawTimes: Latencies;
+  /** Counts drags: the times are written down when one ends. */
+  readonly nDrags: Signal<number>;
 }
 
 export function createEditing(): Editing {
@@ -62,7 +64,8 @@ export function createEditing(): Editing {
     marksGround: signal(true),
     ground: signal<GroundMap | null>(null),
     commentSpot: signal<CommentSpot | null>(null),
-    latencies: new Latencies(),
-    measuredMs: signal<readonly number[]>([]),
+    answerTimes: new Latencies(),
+    drawTimes: new Latencies(),
+    nDrags: signal(0),
   };
 }

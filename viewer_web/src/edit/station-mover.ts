@@ -18,11 +18,16 @@ import { canEdit, isLive } from './readiness.ts';
 /** What the live side has values of while something moves; others keep the plan's. */
 const LIVE_LAYERS = new Set(['times_seen', 'range', 'incidence', 'spacing', 'noise']);
 
+/** Frames that take longer lag behind the pointer; a quarter of the pixels across still shows what is seen. */
+const SLOW_FRAME_MS = 70;
+const LEAST_DETAIL = 0.25;
+
 export class StationMover {
   private readonly paint: PreviewPaint;
   private readonly loop: PreviewLoop<Wish, Preview>;
   private readonly endings: (() => void)[];
   private grabbed: DraftStation | null = null;
+  private detail = 1;
   /** Rising over reloads of the page too: the server drops questions older than one it has had. */
   private sequence = Date.now();
 
@@ -68,7 +73,7 @@ export class StationMover {
     this.grabbed = null;
     if (underWay === null) return;
     this.loop.stop();
-    this.report();
+    this.store.editing.nDrags.value++;
     try {
       // The place that was asked for last, and not one on the way there.
       const preview = await askPreview(this.desk.client, this.wish(underWay), this.nextSequence());
@@ -160,8 +165,21 @@ export class StationMover {
     const layers = this.follower.layers.peek();
     if (layers !== null) this.paint.show(preview, layers.valuesOf);
     if (askedMs === null) return;
-    // After the frame that draws it, which was asked for before this one.
-    requestAnimationFrame(() => this.store.editing.latencies.add(performance.now() - askedMs));
+    this.store.editing.answerTimes.add(performance.now() - askedMs);
+    // The frame that draws it was asked for before this one; when the next one begins, it is on the screen.
+    requestAnimationFrame((begun) => {
+      requestAnimationFrame(() => {
+        this.store.editing.drawTimes.add(performance.now() - askedMs);
+        this.drawFaster(performance.now() - begun);
+      });
+    });
+  }
+
+  /** On a machine that draws slowly a picture in time is worth more than a sharp one, until the pointer lets go. */
+  private drawFaster(frameMs: number): void {
+    if (frameMs < SLOW_FRAME_MS || this.detail <= LEAST_DETAIL || this.store.editing.underWay.peek() === null) return;
+    this.detail /= 2;
+    this.view.setDetail(this.detail);
   }
 
   private async commit({ stationId, floorId }: UnderWay, { head }: Preview): Promise<void> {
@@ -188,11 +206,11 @@ export class StationMover {
       this.store.editing.underWay.value = null;
       this.store.editing.preview.value = null;
     });
+    if (this.detail < 1) {
+      this.detail = 1;
+      this.view.setDetail(1);
+    }
     this.view.requestFrame();
-  }
-
-  private report(): void {
-    this.store.editing.measuredMs.value = [...this.store.editing.latencies.ms];
   }
 
   private nextSequence(): number {

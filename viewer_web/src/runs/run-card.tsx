@@ -71,9 +71,10 @@ function RunButtons({ store, desk, run, mayChange }: RunCardProps) {
           type="button"
           class="button button-small"
           title="Stops, and keeps the best plan so far"
+          disabled={run.cancelling}
           onClick={() => post('cancel')}
         >
-          Cancel
+          {run.cancelling ? 'Stopping …' : 'Cancel'}
         </button>
       )}
       {isOver && plan !== null && store.planBase.value !== plan && (

@@ -52,7 +52,7 @@ export function RunFormSection({ store, desk }: FormProps) {
         }}
       >
         <MainFields form={shown} set={set} faults={faults} />
-        <details class="more">
+        <details class="run-more">
           <summary>More requirements</summary>
           <div class="fields">
             {MORE.map((field) => (
@@ -182,7 +182,7 @@ function FloorChoice({ store, form, set }: PartProps & { store: Store }) {
 function ReviewChoice({ store, form, set }: PartProps & { store: Store }) {
   const isOwn = store.planBase.value === OWN_PLAN;
   return (
-    <label class="check more" title="Moved, locked and forbidden stations, zones and marked ground count">
+    <label class="check run-more" title="Moved, locked and forbidden stations, zones and marked ground count">
       <input
         type="checkbox"
         checked={form.fromReview}

@@ -15,6 +15,7 @@ const run = (changes: Partial<Run> = {}): Run => ({
   message: null,
   plan: null,
   ended: null,
+  cancelling: false,
   warnings: [],
   request: { title: '', requirements: {}, objective: 'fewest' },
   resumed_from: null,

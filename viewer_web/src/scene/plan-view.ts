@@ -251,6 +251,11 @@ export class PlanView {
     return this.viewport.project(new Vector3(x, y, z + this.liftOf(floorId)));
   }
 
+  /** Draw a share of the pixels across and down, 1 for all. */
+  setDetail(share: number): void {
+    this.viewport.setDetail(share);
+  }
+
   /** Come near to a point (local, not lifted) of a floor. */
   approach(pointM: readonly [number, number, number], floorId: string): void {
     const [x, y, z] = pointM;

@@ -67,6 +67,12 @@ export class Viewport {
     this.requestFrame();
   }
 
+  /** Draw a share of the pixels across and down: for pictures that keep changing on machines that draw slowly. */
+  setDetail(share: number): void {
+    this.renderer.setPixelRatio(share * Math.min(MOST_PIXEL_RATIO, window.devicePixelRatio));
+    this.requestFrame();
+  }
+
   /** A narrow view flattens little; inside a room one sees nothing with it. */
   setWide(isWide: boolean): void {
     this.camera.fov = isWide ? WIDE_FIELD_OF_VIEW_DEG : FIELD_OF_VIEW_DEG;

@@ -1,0 +1,254 @@
+/** Editing in a real browser: a station dragged over its ground, zones drawn, everything taken back. */
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import type { Browser, Locator } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test, vi } from 'vitest';
+import type { Review } from '../src/api/documents.ts';
+import { readFramed } from '../src/api/framing.ts';
+import { GROUND, GroundMap as Ground, type GroundMap } from '../src/edit/ground-map.ts';
+import { type PlanJson, parsePlan } from '../src/load/plan-json.ts';
+import { launchBrowser, ViewerPage } from './browser.ts';
+import { type PlanServer, serveCopy } from './plan-server.ts';
+
+// Every step waits for the server's figures: on a busy machine with software rendering that takes its time.
+vi.setConfig({ testTimeout: 300_000, hookTimeout: 300_000 });
+
+const RESULTS = fileURLToPath(new URL('../test-results/', import.meta.url));
+const planFolder = inject('planFolder');
+const plan: PlanJson = parsePlan(JSON.parse(readFileSync(join(planFolder, 'plan.json'), 'utf8')));
+const floor = [...plan.floors].sort((a, b) => a.elevation_m - b.elevation_m)[0];
+const stations = plan.stations.filter((station) => station.floor === floor.id);
+
+let browser: Browser;
+let server: PlanServer;
+let viewer: ViewerPage;
+beforeAll(async () => {
+  browser = await launchBrowser();
+  server = await serveCopy(planFolder);
+});
+afterAll(async () => {
+  await browser.close();
+  await server.stop();
+});
+beforeEach(async () => {
+  viewer = await ViewerPage.create(browser, server.address, { width: 960, height: 600 });
+  await viewer.open(`#floor=${floor.id}&tab=edit`);
+  await viewer.page.getByTestId('live-note').waitFor({ state: 'detached', timeout: 80_000 });
+  await viewer.page.getByTestId('totals').waitFor();
+  await viewer.page.keyboard.press('t');
+  await viewer.settle();
+});
+afterEach(async () => {
+  await takeAllBack();
+  await viewer.page.close();
+  expect(viewer.faults).toEqual([]);
+});
+
+async function review(): Promise<Review> {
+  return viewer.page.evaluate(async () => (await fetch('api/review')).json());
+}
+const marker = (id: string): Locator => viewer.page.locator(`.marker[data-station="${id}"]`);
+const changes = (): Locator => viewer.page.getByRole('list', { name: 'Changes' }).locator('li');
+const tool = (name: string): Promise<void> => viewer.page.getByRole('radio', { name, exact: true }).click();
+
+async function centreOf(id: string): Promise<{ x: number; y: number }> {
+  const box = (await marker(id).boundingBox())!;
+  return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+}
+
+async function drag(id: string, dx: number, dy: number, steps = 6): Promise<void> {
+  const { x, y } = await centreOf(id);
+  await viewer.page.mouse.move(x, y);
+  await viewer.page.mouse.down();
+  for (let i = 1; i <= steps; i++) {
+    await viewer.page.mouse.move(x + (dx * i) / steps, y + (dy * i) / steps);
+    await viewer.settle();
+  }
+}
+
+/** Wait until the review is at another revision than `revision`. */
+async function changedFrom(revision: number): Promise<Review> {
+  await expect.poll(async () => (await review()).revision, { timeout: 40_000 }).not.toBe(revision);
+  return review();
+}
+
+async function ground(): Promise<GroundMap> {
+  const bytes = await viewer.page.evaluate(async (id) => {
+    const answer = await fetch(`api/live/ground/${id}`);
+    return [...new Uint8Array(await answer.arrayBuffer())];
+  }, floor.id);
+  const { head, body } = readFramed<GroundMap['head']>(Uint8Array.from(bytes).buffer);
+  return new Ground(head, new Uint8Array(body));
+}
+
+async function takeAllBack(): Promise<void> {
+  for (let n = await changes().count(); n > 0; n = await changes().count()) {
+    await changes().first().getByRole('button').last().click();
+    await expect.poll(() => changes().count(), { timeout: 40_000 }).toBeLessThan(n);
+  }
+}
+
+test('a dragged station shows what it would be worth, is kept, and goes back and forth', async () => {
+  const before = await viewer.page.getByTestId('totals').textContent();
+  const { revision } = await review();
+  const [{ id }] = stations;
+  const start = await centreOf(id);
+  await drag(id, 70, 40, 20);
+  await expect.poll(() => viewer.page.getByTestId('totals').textContent(), { timeout: 40_000 }).not.toBe(before);
+  await viewer.screenshot('edit-1-dragging');
+  await viewer.page.mouse.up();
+  const edited = await changedFrom(revision);
+  expect(edited.stations[id].position_m).not.toEqual(stations[0].position);
+  await viewer.page.getByText(`${id} moved`).waitFor();
+  await viewer.settle();
+  const moved = await centreOf(id);
+  expect(Math.hypot(moved.x - start.x, moved.y - start.y)).toBeGreaterThan(15);
+  await viewer.screenshot('edit-2-moved');
+  expect(await marker(id).getAttribute('class')).toContain('marker-moved');
+
+  await viewer.page.keyboard.press('Control+z');
+  await expect.poll(async () => (await review()).stations[id]?.position_m ?? null, { timeout: 40_000 }).toBeNull();
+  await expect.poll(() => viewer.page.getByTestId('totals').textContent(), { timeout: 40_000 }).toBe(before);
+  await viewer.page.keyboard.press('Control+Shift+z');
+  await expect
+    .poll(async () => (await review()).stations[id]?.position_m, { timeout: 40_000 })
+    .toEqual(edited.stations[id].position_m);
+  await writeLatencies();
+});
+
+/** For the record: nothing is asserted about time. */
+async function writeLatencies(): Promise<void> {
+  const bar = viewer.page.getByTestId('draft-bar');
+  const summary: Record<string, { n: number; median_ms: number; p95_ms: number; ms: number[] }> = {};
+  for (const what of ['answered', 'drawn']) {
+    const ms = ((await bar.getAttribute(`data-${what}-ms`)) ?? '').split(' ').filter(Boolean).map(Number);
+    const sorted = [...ms].sort((a, b) => a - b);
+    const at = (q: number): number => sorted[Math.max(0, Math.ceil(q * sorted.length) - 1)];
+    summary[what] = { n: ms.length, median_ms: at(0.5), p95_ms: at(0.95), ms };
+    process.stdout.write(`previews ${what}: ${ms.length}, median ${at(0.5)} ms, 95 % within ${at(0.95)} ms\n`);
+  }
+  mkdirSync(RESULTS, { recursive: true });
+  writeFileSync(join(RESULTS, 'latency.json'), `${JSON.stringify(summary)}\n`);
+}
+
+test('a station dragged out of the building stops where a tripod can stand', async () => {
+  const { revision } = await review();
+  const [{ id }] = stations;
+  await drag(id, -420, -240, 4);
+  await viewer.page.mouse.up();
+  const { position_m } = (await changedFrom(revision)).stations[id];
+  expect((await ground()).at([position_m![0], position_m![1]])).toBe(GROUND.admissible);
+});
+
+test('a station is locked, removed and brought back', async () => {
+  const { id } = stations[1];
+  await viewer.page.getByRole('button', { name: `Station ${id}`, exact: true }).click();
+  await viewer.page.getByRole('button', { name: 'Lock', exact: true }).click();
+  await expect.poll(async () => (await review()).stations[id]?.locked).toBe(true);
+  await viewer.page.getByRole('button', { name: 'Remove', exact: true }).click();
+  await expect.poll(() => marker(id).count()).toBe(0);
+  expect((await review()).stations[id].removed).toBe(true);
+  await viewer.page.getByRole('button', { name: `Restore: ${id} removed` }).click();
+  await expect.poll(() => marker(id).count()).toBe(1);
+});
+
+test('a station is added where the ground is clicked', async () => {
+  const { revision } = await review();
+  await tool('Add station');
+  const { x, y } = await centreOf(stations[0].id);
+  await viewer.page.mouse.click(x + 45, y + 45);
+  const added = Object.entries((await changedFrom(revision)).stations).filter(([, edit]) => edit.added);
+  expect(added).toHaveLength(1);
+  const [[id, { position_m }]] = added;
+  expect((await ground()).at([position_m![0], position_m![1]])).toBe(GROUND.admissible);
+  await expect.poll(() => marker(id).count()).toBe(1);
+  await expect.poll(() => viewer.page.getByTestId('totals').textContent()).toContain(`${plan.stations.length + 1}`);
+  await viewer.screenshot('edit-3-added');
+  await tool('Move');
+});
+
+test('zones are drawn corner by corner, and keep stations out', async () => {
+  const { revision } = await review();
+  await tool('Keep-out');
+  await viewer.page.getByRole('textbox', { name: 'Name', exact: true }).fill('Wet floor');
+  const { x, y } = await centreOf(stations[0].id);
+  const corners = [
+    [-40, -40],
+    [40, -40],
+    [40, 40],
+    [-40, 40],
+  ];
+  for (const [dx, dy] of corners) await viewer.page.mouse.click(x + dx, y + dy + (dx > 0 ? 1 : 0));
+  await viewer.page.getByText('4 corners').waitFor();
+  await viewer.screenshot('edit-4-drawing');
+  await viewer.page.keyboard.press('Enter');
+  const [zone] = Object.values((await changedFrom(revision)).zones);
+  expect(zone).toMatchObject({ kind: 'keep_out', name: 'Wet floor', floor: floor.id });
+  expect(zone.outline_m).toHaveLength(4);
+  const [first] = stations;
+  const { head, values } = await ground();
+  const map = new Ground(head, values);
+  expect(map.at([first.position[0], first.position[1]])).toBe(GROUND.keptOut);
+  await viewer.page.getByText('Wet floor').waitFor();
+  await viewer.screenshot('edit-5-zone');
+});
+
+test('a priority zone asks for its share, and an outline that crosses itself is not taken', async () => {
+  const { revision } = await review();
+  await tool('Priority');
+  const { x, y } = await centreOf(stations[2 % stations.length].id);
+  const at = (dx: number, dy: number): Promise<void> => viewer.page.mouse.click(x + dx, y + dy);
+  await at(-30, -30);
+  await at(30, 30);
+  await at(30, -30);
+  await at(-30, 34);
+  await viewer.page.getByText('The outline crosses itself').waitFor();
+  expect(await viewer.page.getByRole('button', { name: 'Finish' }).isDisabled()).toBe(true);
+  await viewer.page.keyboard.press('Backspace');
+  await viewer.page.getByText('3 corners').waitFor();
+  await viewer.page.getByRole('button', { name: 'Finish' }).click();
+  const [zone] = Object.values((await changedFrom(revision)).zones);
+  expect(zone).toMatchObject({ kind: 'priority', coverage: 0.98 });
+});
+
+test('places are forbidden, and ground is marked and unmarked', async () => {
+  let { revision } = await review();
+  const { x, y } = await centreOf(stations[0].id);
+  await tool('Forbid place');
+  await viewer.page.mouse.click(x + 40, y + 40);
+  const forbidden = await changedFrom(revision);
+  expect(Object.values(forbidden.forbidden)[0]).toMatchObject({ radius_m: 0.5, floor: floor.id });
+  revision = forbidden.revision;
+  await tool('Ground');
+  await viewer.page.getByRole('radio', { name: 'Is no ground' }).click();
+  await viewer.page.mouse.click(x - 45, y + 25);
+  const picked = await changedFrom(revision);
+  expect(Object.values(picked.ground_picks)[0]).toMatchObject({ is_ground: false, floor: floor.id });
+  expect(await changes().count()).toBe(2);
+  await viewer.settle();
+  await viewer.screenshot('edit-6-marked');
+  await viewer.page.getByRole('button', { name: 'Reset to the plan' }).click();
+  await expect.poll(() => changes().count()).toBe(0);
+});
+
+test('the edited plan is set beside the plan as it was made', async () => {
+  const { revision } = await review();
+  await drag(stations[0].id, 60, 30, 4);
+  await viewer.page.mouse.up();
+  await changedFrom(revision);
+  await viewer.page.getByRole('radio', { name: 'As planned' }).click();
+  await viewer.settle();
+  expect(await marker(stations[0].id).getAttribute('class')).not.toContain('marker-moved');
+  await viewer.page.getByRole('radio', { name: /^Edited/ }).click();
+  await viewer.page.getByRole('tab', { name: 'Runs' }).click();
+  await viewer.page.getByLabel('The edited plan with').selectOption('');
+  await viewer.page.getByTestId('comparison').waitFor();
+  await viewer.settle();
+  const rows = viewer.page.getByTestId('comparison').locator('tbody tr');
+  expect(await rows.first().textContent()).toContain(String(plan.stations.length));
+  await expect.poll(() => viewer.page.locator('.legend').textContent()).toContain('gained');
+  await viewer.screenshot('edit-7-compared');
+  await viewer.page.getByLabel('The edited plan with').selectOption('(nothing)');
+  await viewer.page.getByRole('tab', { name: 'Edit' }).click();
+});

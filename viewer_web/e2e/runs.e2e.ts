@@ -1,0 +1,97 @@
+/** Planning again from a real browser: the form, a run's progress, its plan opened, compared and deleted. */
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import type { Browser, Locator } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test, vi } from 'vitest';
+import type { Run } from '../src/api/documents.ts';
+import { type PlanJson, parsePlan } from '../src/load/plan-json.ts';
+import { launchBrowser, ViewerPage } from './browser.ts';
+import { type PlanServer, serveCopy } from './plan-server.ts';
+
+// A run is a real one: it loads the scene, scans and chooses, on a machine that may be busy.
+vi.setConfig({ testTimeout: 600_000, hookTimeout: 300_000 });
+const RUN_MS = 540_000;
+
+const planFolder = inject('planFolder');
+const plan: PlanJson = parsePlan(JSON.parse(readFileSync(join(planFolder, 'plan.json'), 'utf8')));
+
+let browser: Browser;
+let server: PlanServer;
+let viewer: ViewerPage;
+beforeAll(async () => {
+  browser = await launchBrowser();
+  server = await serveCopy(planFolder);
+});
+afterAll(async () => {
+  await browser.close();
+  await server.stop();
+});
+beforeEach(async () => {
+  viewer = await ViewerPage.create(browser, server.address, { width: 900, height: 700 });
+  await viewer.open('#tab=runs');
+});
+afterEach(async () => {
+  await viewer.page.close();
+  expect(viewer.faults).toEqual([]);
+});
+
+const runs = (): Promise<Run[]> => viewer.page.evaluate(async () => (await (await fetch('api/runs')).json()).runs);
+const card = (id: string): Locator => viewer.page.locator(`[data-run="${id}"]`);
+
+test('a form that makes no sense is told so before anything starts', async () => {
+  const coverage = viewer.page.getByRole('textbox', { name: /^Coverage/ });
+  expect(await coverage.inputValue()).toBe(String(100 * plan.requirements.coverage));
+  await coverage.fill('120');
+  await viewer.page.getByText('Coverage: 1 to 100 %').waitFor();
+  expect(await viewer.page.getByRole('button', { name: 'Start' }).isDisabled()).toBe(true);
+});
+
+test('a run is started, watched, opened, compared and deleted', async () => {
+  const { page } = viewer;
+  await page.getByRole('textbox', { name: 'Title' }).fill('Ground floor, less of it');
+  await page.getByRole('textbox', { name: /^Coverage/ }).fill('70');
+  await page.getByText('More requirements').click();
+  await page.getByRole('checkbox', { name: 'Upper floor' }).uncheck();
+  await page.getByRole('textbox', { name: /^Time limit/ }).fill('5');
+  await page.getByRole('button', { name: 'Start' }).click();
+  await expect.poll(() => page.locator('[data-run]').count(), { timeout: 60_000 }).toBe(1);
+  const [{ id }] = await runs();
+  await viewer.screenshot('runs-1-running');
+  await expect.poll(() => card(id).getAttribute('data-state'), { timeout: RUN_MS }).toBe('finished');
+  expect(await card(id).getByTestId('run-best').textContent()).toMatch(/\d+ stations?/);
+  await viewer.screenshot('runs-2-finished');
+
+  await card(id).getByRole('button', { name: 'Compare' }).click();
+  await page.getByTestId('comparison').waitFor();
+  await expect.poll(() => page.locator('.legend').textContent(), { timeout: 60_000 }).toContain('lost');
+  await viewer.screenshot('runs-3-compared');
+
+  await card(id).getByRole('link', { name: 'Open' }).click();
+  await page.waitForURL(/plan=runs/);
+  await page.locator('.marker:not([hidden])').first().waitFor({ timeout: 120_000 });
+  const [run] = await runs();
+  expect(await page.locator('.marker').count()).toBe(run.best?.n_stations);
+  await page.getByRole('tab', { name: 'Edit' }).click();
+  await page.getByText('This is the plan of a run').waitFor();
+  await page.getByRole('tab', { name: 'Runs' }).click();
+  await viewer.screenshot('runs-4-opened');
+  await page.getByRole('link', { name: 'Back to the plan' }).click();
+  await expect.poll(() => page.locator('.marker').count(), { timeout: 120_000 }).toBe(plan.stations.length);
+  await card(id).getByRole('button', { name: 'Delete' }).click();
+  await card(id).getByRole('button', { name: 'Really delete?' }).click();
+  await expect.poll(() => page.locator('[data-run]').count(), { timeout: 60_000 }).toBe(0);
+});
+
+test('a run that is cancelled says how it ended', async () => {
+  const { page } = viewer;
+  await page.getByRole('textbox', { name: 'Title' }).fill('Never mind');
+  await page.getByRole('button', { name: 'Start' }).click();
+  await expect.poll(() => page.locator('[data-run]').count(), { timeout: 60_000 }).toBe(1);
+  const [{ id }] = await runs();
+  expect(await page.getByRole('button', { name: 'Start' }).isDisabled()).toBe(true);
+  await card(id).getByRole('button', { name: 'Cancel' }).click();
+  await expect.poll(() => card(id).getAttribute('data-state'), { timeout: RUN_MS }).toBe('cancelled');
+  await card(id).getByRole('button', { name: 'Delete' }).click();
+  await card(id).getByRole('button', { name: 'Really delete?' }).click();
+  await expect.poll(() => page.locator('[data-run]').count(), { timeout: 60_000 }).toBe(0);
+});
