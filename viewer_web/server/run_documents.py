@@ -1,11 +1,21 @@
 """The documents of /api/runs: what a run is asked for, and how it stands; the same are its files on disk."""
 
+import json
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, StrictBool
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StrictBool
 
 MOST_TITLE_CHARACTERS = 200
 _Point = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
+def _plain(value: dict[str, Any]) -> dict[str, Any]:
+    """Refuse what Python reads as JSON and nobody else: NaN, half characters, brackets without end."""
+    try:
+        json.dumps(value, ensure_ascii=False, allow_nan=False).encode()
+    except (ValueError, RecursionError) as error:
+        raise ValueError("numbers must be finite, texts Unicode, lists inside each other few") from error
+    return value
 
 
 class RunRequest(BaseModel):
@@ -37,6 +47,7 @@ class RunRequest(BaseModel):
             "incidence, noise), seen_from and planned_floors that are left out are not asked; anything else that is "
             "left out, parts of the building and the site too, stays as in the plan."
         ),
+        AfterValidator(_plain),
     ] = Field(default_factory=dict)
     objective: Annotated[Literal["fewest", "coverage", "time"], Field(description="As --objective.")] = "fewest"
     max_stations: Annotated[

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -163,11 +162,22 @@ def test_what_is_no_request_is_refused_before_anything_is_done(asking: Callable[
     assert runs.asked == []
 
 
-def test_numbers_that_json_has_not_are_refused(asking: Callable[..., Ask]) -> None:
+@pytest.mark.parametrize(
+    "body",
+    [
+        '{"time_limit_s": Infinity}',
+        '{"requirements": {"spacing": NaN}}',
+        '{"requirements": {"site": {"keep_out": [{"name": "\\ud800"}]}}}',
+        '{"title": "\\udfff"}',
+        '{"requirements": {"site": ' + "[" * 20_000 + "]" * 20_000 + "}}",
+    ],
+)
+def test_what_only_some_take_for_json_is_refused(asking: Callable[..., Ask], body: str) -> None:
     runs = Recorded(RUN)
-    body = json.dumps({"time_limit_s": float("inf")}).encode()
-    answer = asking(runs)("POST", "runs", content=body, headers={"content-type": "application/json"})
-    assert (answer.status_code, runs.asked) == (422, [])
+    answer = asking(runs)("POST", "runs", content=body.encode(), headers={"content-type": "application/json"})
+    assert answer.status_code in (400, 422)
+    assert answer.json()["message"]
+    assert runs.asked == []
 
 
 def test_who_may_only_read_sees_runs_and_begins_none(asking: Callable[..., Ask]) -> None:
