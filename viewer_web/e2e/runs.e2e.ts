@@ -63,7 +63,9 @@ test('a run is started, watched, opened, compared and deleted', async () => {
 
   await card(id).getByRole('button', { name: 'Compare' }).click();
   await page.getByTestId('comparison').waitFor();
-  await expect.poll(() => page.locator('.legend').textContent(), { timeout: 60_000 }).toContain('lost');
+  await expect
+    .poll(() => page.locator('.legend').textContent(), { timeout: 60_000 })
+    .toContain(`seen only by Run ${id}`);
   await viewer.screenshot('runs-3-compared');
 
   await card(id).getByRole('link', { name: 'Open' }).click();

@@ -6,10 +6,11 @@ import { localOf } from '../edit/draft.ts';
 import { sliceOfFloor } from '../floors/cut.ts';
 import { TIMES_SEEN } from '../heat/layers.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { OWN_PLAN } from '../load/plan-base.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { fetchOtherPlan } from './comparison.ts';
-import { DIFFERENCE_LAYER, differenceOf, type StationChange, stationChanges } from './difference.ts';
+import { DIFFERENCE_ID, differenceLayer, differenceOf, type StationChange, stationChanges } from './difference.ts';
 
 interface CompareLayerProps {
   readonly store: Store;
@@ -86,7 +87,8 @@ class CompareFollower {
       const seen = (await source?.(TIMES_SEEN)) ?? loaded.patchSeen;
       if (signal.aborted) return;
       const values = differenceOf(seen as Uint8Array, comparison.other.patchSeen);
-      const layer = { ...DIFFERENCE_LAYER, title: `Against ${comparison.other.title.toLowerCase()}` };
+      const { title, base } = comparison.other;
+      const layer = differenceLayer(title, base === OWN_PLAN);
       store.extraLayers.value = [...this.otherLayers(), { layer, values }];
     } catch (error) {
       if (!signal.aborted) store.comparison.value = { kind: 'failed', message: (error as Error).message };
@@ -96,13 +98,13 @@ class CompareFollower {
   private dropLayer(): void {
     const { store } = this;
     if (store.extraLayers.peek().length > 0) store.extraLayers.value = this.otherLayers();
-    if (store.layerId.peek() === DIFFERENCE_LAYER.id && store.compareBase.peek() === null) {
+    if (store.layerId.peek() === DIFFERENCE_ID && store.compareBase.peek() === null) {
       store.layerId.value = TIMES_SEEN;
     }
   }
 
   private otherLayers() {
-    return this.store.extraLayers.peek().filter(({ layer }) => layer.id !== DIFFERENCE_LAYER.id);
+    return this.store.extraLayers.peek().filter(({ layer }) => layer.id !== DIFFERENCE_ID);
   }
 
   private drawArrows(): void {
@@ -110,7 +112,7 @@ class CompareFollower {
     const comparison = store.comparison.value;
     const slices = store.slices.value;
     const stations = store.shownStations.value;
-    const isDrawn = comparison.kind === 'shown' && store.layerId.value === DIFFERENCE_LAYER.id;
+    const isDrawn = comparison.kind === 'shown' && store.layerId.value === DIFFERENCE_ID;
     const others = !isDrawn
       ? []
       : comparison.other.plan.stations.map(({ position, floor }) => ({

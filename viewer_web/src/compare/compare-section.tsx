@@ -6,7 +6,7 @@ import type { Store } from '../store.ts';
 import { figureRows, titleOfBase } from './comparison.ts';
 import { CoverageCurve } from './coverage-curve.tsx';
 import type { Curve } from './curve.ts';
-import { DIFFERENCE_LAYER } from './difference.ts';
+import { DIFFERENCE_ID } from './difference.ts';
 import './compare.css';
 
 const NOTHING = '(nothing)';
@@ -44,7 +44,7 @@ function compareWith(store: Store, value: string): void {
   const base = value === NOTHING ? null : value;
   store.compareBase.value = base;
   // Shown at once: whoever asks for the difference wants to see it.
-  if (base !== null) store.layerId.value = DIFFERENCE_LAYER.id;
+  if (base !== null) store.layerId.value = DIFFERENCE_ID;
 }
 
 function nameOf(store: Store, base: string): string {

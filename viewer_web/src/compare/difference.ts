@@ -3,18 +3,23 @@ import { type ClassLayer, NOT_ACHIEVABLE } from '../heat/layers.ts';
 
 export const DIFFERENCE = { none: 0, both: 1, lost: 2, gained: 3 } as const;
 
-export const DIFFERENCE_LAYER: ClassLayer = {
-  kind: 'classes',
-  id: 'difference',
-  title: 'Against the other plan',
-  classes: [
-    { value: DIFFERENCE.gained, label: 'gained', color: '#2b8a9b' },
-    { value: DIFFERENCE.lost, label: 'lost', color: '#c2453a' },
-    { value: DIFFERENCE.both, label: 'seen in both', color: { light: '#dfe5e6', dark: '#8c979c' } },
-    { value: DIFFERENCE.none, label: 'in neither', color: '#e8b23a' },
-    { value: NOT_ACHIEVABLE, label: 'not achievable', color: { light: '#c6cacc', dark: '#6d757a' } },
-  ],
-};
+export const DIFFERENCE_ID = 'difference';
+
+/** The layer against a plan of this title; what is gained against the plan as it was made is only here of two others. */
+export function differenceLayer(other: string, isAsMade: boolean): ClassLayer {
+  return {
+    kind: 'classes',
+    id: DIFFERENCE_ID,
+    title: `Against ${isAsMade ? 'the plan as made' : other}`,
+    classes: [
+      { value: DIFFERENCE.gained, label: isAsMade ? 'gained' : 'seen only here', color: '#2b8a9b' },
+      { value: DIFFERENCE.lost, label: isAsMade ? 'lost' : `seen only by ${other}`, color: '#c2453a' },
+      { value: DIFFERENCE.both, label: 'seen by both', color: { light: '#dfe5e6', dark: '#8c979c' } },
+      { value: DIFFERENCE.none, label: 'by neither', color: '#e8b23a' },
+      { value: NOT_ACHIEVABLE, label: 'not achievable', color: { light: '#c6cacc', dark: '#6d757a' } },
+    ],
+  };
+}
 
 /** One class a patch: what `shown` gained and lost against `other`; both as viewer/patches.u8. */
 export function differenceOf(shown: Uint8Array, other: Uint8Array): Uint8Array {

@@ -50,6 +50,12 @@ function measured({ nDrags, answerTimes, drawTimes }: Editing) {
   return nDrags.value === 0 ? {} : { 'data-answered-ms': words(answerTimes), 'data-drawn-ms': words(drawTimes) };
 }
 
+/** The figures are of an older revision: those of this one are being computed. */
+function isStale({ desk, editing }: Store): boolean {
+  const [figures, review] = [desk?.figures.value ?? null, desk?.review.value ?? null];
+  return editing.preview.value === null && figures !== null && review !== null && figures.revision < review.revision;
+}
+
 /** Of what is shown: a preview, the draft, or the plan where the draft's are not known. */
 function totalsNow(store: Store): Totals | null {
   const plan = store.loaded.value?.plan;

@@ -3,7 +3,7 @@ import { useState } from 'preact/hooks';
 import { timeInWords } from '../api/conflict-words.ts';
 import type { Desk } from '../api/desk.ts';
 import type { Run } from '../api/documents.ts';
-import { DIFFERENCE_LAYER } from '../compare/difference.ts';
+import { DIFFERENCE_ID } from '../compare/difference.ts';
 import type { Store } from '../store.ts';
 import { bestInWords, progressInWords, shareDone } from './run-words.ts';
 
@@ -88,7 +88,7 @@ function RunButtons({ store, desk, run, mayChange }: RunCardProps) {
             aria-pressed={store.compareBase.value === plan}
             onClick={() => {
               store.compareBase.value = plan;
-              store.layerId.value = DIFFERENCE_LAYER.id;
+              store.layerId.value = DIFFERENCE_ID;
             }}
           >
             Compare
