@@ -52,6 +52,8 @@ export class ViewerPage {
   /** A page that has not gone anywhere yet. Flights of the camera are off, so that a click ends where it shows. */
   static async create(browser: Browser, address: string, { width = 1000, height = 680, ...look }: Look = {}) {
     const page = await browser.newPage({ viewport: { width, height }, reducedMotion: 'reduce', ...look });
+    // Software draws pictures slowly, and a click waits for them.
+    page.setDefaultTimeout(80_000);
     return new ViewerPage(page, address);
   }
 
