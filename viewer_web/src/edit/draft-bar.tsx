@@ -23,7 +23,13 @@ export function DraftBar({ store }: { store: Store }) {
   const showsPlan = editing.showsPlan.value && !isMoving;
   const totals = showsPlan ? planTotals(plan) : totalsNow(store);
   return (
-    <section class="draft-bar" aria-label="Edited plan" data-testid="draft-bar" {...measured(editing)}>
+    <section
+      ref={bar}
+      class={isStale(store) ? 'draft-bar draft-bar-stale' : 'draft-bar'}
+      aria-label="Edited plan"
+      data-testid="draft-bar"
+      {...measured(editing)}
+    >
       {isEdited && <ShownChoice store={store} words={editsInWords(countEdits(stations))} />}
       <TotalsList totals={totals} planned={planTotals(plan)} isLive={isLive(store)} />
       {canEdit(store) && <UndoButtons store={store} />}
