@@ -132,7 +132,12 @@ def runs_side(session: Session, scene: Path | None = None) -> Side:
     from viewer_web.server.runs import Runs
     from viewer_web.server.runs_api import create_runs_router
 
-    runs = Runs(session.plan_folder, scene=scene, tell=lambda run: session.events.publish("run", run))
+    runs = Runs(
+        session.plan_folder,
+        scene=scene,
+        read_only=session.read_only,
+        tell=lambda run: session.events.publish("run", run),
+    )
     return Side(create_runs_router(runs, read_only=session.read_only), runs.watch, runs.stop)
 
 

@@ -66,6 +66,8 @@ class Runs:
         The folder that is shown.
     scene
         The scene file; None: looked for where the plan says.
+    read_only
+        Nothing is written: what became of a run whose process is gone is only told.
     tell
         Gets the document of every run that changed while `watch` is on.
     """
@@ -75,9 +77,11 @@ class Runs:
         plan_folder: Path,
         *,
         scene: Path | None = None,
+        read_only: bool = False,
         tell: Callable[[Mapping[str, Any]], None] = lambda _: None,
     ) -> None:
         self._plan_folder, self._scene, self._tell = plan_folder, scene, tell
+        self._read_only = read_only
         self._lock = threading.Lock()
         self._child: tuple[str, subprocess.Popen[bytes]] | None = None
         self._stopping = threading.Event()
@@ -366,8 +370,9 @@ class Runs:
             )
         gone = {"state": state, "message": message, "ended": now(), "plan": f"{RUNS}/{document.id}/{PLAN}"}
         ended = document.model_copy(update=gone if has_plan else {**gone, "plan": None})
-        with contextlib.suppress(OSError):  # found out again the next time
-            write_run(folder, ended, keep=True)
+        if not self._read_only:
+            with contextlib.suppress(OSError):  # found out again the next time
+                write_run(folder, ended, keep=True)
         return ended
 
 

@@ -148,6 +148,23 @@ def test_what_is_no_run_is_not_taken_for_one(runs: Runs, own_hall: Path) -> None
     assert (own_hall / "runs" / "notes").is_dir()
 
 
+def test_a_server_that_only_reads_tells_of_dead_runs_and_writes_nothing(own_hall: Path) -> None:
+    folder = own_hall / "runs" / "R001"
+    folder.mkdir(parents=True)
+    document = RunDocument(
+        id="R001", title="t", state="running", created="2026-11-21T16:30:00Z", request=LONG, plan_sha256="", revision=0
+    )
+    runs_module.write_run(folder, document, keep=False)
+    before = (folder / "run.json").read_bytes()
+    (folder / "output.txt").write_text("Traceback\nOSError: [Errno 28] No space left on device\n")
+    told = Runs(own_hall, read_only=True).get("R001")
+    assert (told.state, "No space left" in str(told.message)) == ("failed", True)
+    assert (folder / "run.json").read_bytes() == before
+    (folder / "cancel").touch()
+    assert Runs(own_hall).get("R001").state == "cancelled"
+    assert (folder / "run.json").read_bytes() != before
+
+
 def test_a_document_reads_back_as_it_was_written(runs: Runs, own_hall: Path) -> None:
     folder = own_hall / "runs" / "R001"
     folder.mkdir(parents=True)
