@@ -110,6 +110,14 @@ test('a newer export of the same address is offered, and shown where somebody ta
   expect(viewer.faults).toEqual([]);
 });
 
+test('an upload that still goes on is shown, and not kept', async () => {
+  writeFileSync(join(root, 'clients/house/plan/stations.csv'), 'of another export');
+  await viewer.open();
+  await viewer.page.locator('html[data-offline=failed]').waitFor({ state: 'attached' });
+  await server.stop();
+  await expect(viewer.open()).rejects.toThrow('ERR_CONNECTION_REFUSED');
+});
+
 test('what is opened as a file says how it is opened', async () => {
   await viewer.page.goto(`file://${join(root, 'clients/house/index.html')}`);
   await viewer.page.getByRole('status').waitFor();
