@@ -1,9 +1,10 @@
 /** Choosing a plan to compare with, the figures of both side by side, and their curves. */
+import { batch } from '@preact/signals';
 import { draftTotals, planTotals, type Totals } from '../edit/totals.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
-import { figureRows, titleOfBase } from './comparison.ts';
+import { figureRows, steepestCurve, titleOfBase } from './comparison.ts';
 import { CoverageCurve } from './coverage-curve.tsx';
 import type { Curve } from './curve.ts';
 import { DIFFERENCE_ID } from './difference.ts';
@@ -42,15 +43,23 @@ export function CompareSection({ store }: { store: Store }) {
 
 function compareWith(store: Store, value: string): void {
   const base = value === NOTHING ? null : value;
-  store.compareBase.value = base;
-  // Shown at once: whoever asks for the difference wants to see it.
-  if (base !== null) store.layerId.value = DIFFERENCE_ID;
+  if (base === null) store.compareBase.value = null;
+  else showDifference(store, base);
 }
 
 function nameOf(store: Store, base: string): string {
   if (base === OWN_PLAN) return 'the plan as it was made';
   const run = store.desk?.runs.value.find(({ plan }) => plan === base);
   return run?.title ? `${run.id}: ${run.title}` : titleOfBase(base);
+}
+
+/** Compare with another plan, and show the difference at once: a chosen station's cloud would stand before it. */
+export function showDifference(store: Store, base: string): void {
+  batch(() => {
+    store.chooseStation(null);
+    store.compareBase.value = base;
+    store.layerId.value = DIFFERENCE_ID;
+  });
 }
 
 /** What the picture shows, in words. */
@@ -97,10 +106,10 @@ function curvesOf(store: Store): Curve[] {
   const plan = store.loaded.value?.plan;
   if (plan === undefined) return [];
   const own = store.planBase.value === OWN_PLAN ? 'The plan' : titleOfBase(store.planBase.value);
-  const curves: Curve[] = [{ title: own, fractions: plan.coverage_curve, look: 'shown' }];
+  const curves: Curve[] = [{ title: own, fractions: steepestCurve(plan), look: 'shown' }];
   const comparison = store.comparison.value;
   if (comparison.kind === 'shown' && comparison.other.base !== store.planBase.value) {
-    curves.push({ title: comparison.other.title, fractions: comparison.other.plan.coverage_curve, look: 'other' });
+    curves.push({ title: comparison.other.title, fractions: steepestCurve(comparison.other.plan), look: 'other' });
   }
   const figures = store.desk?.figures.value ?? null;
   if (store.draft.value !== null && figures !== null) {

@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
 import { planTotals } from '../edit/totals.ts';
 import { smallPlan } from '../testing/small-plan.ts';
-import { figureRows, titleOfBase } from './comparison.ts';
+import { figureRows, steepestCurve, titleOfBase } from './comparison.ts';
 
 test('plans are named by the run that made them', () => {
   expect(['', 'runs/R002/plan', 'old'].map(titleOfBase)).toEqual(['The plan', 'Run R002', 'old']);
@@ -24,4 +24,16 @@ test('a floor that only the other plan has is told too', () => {
   const plan = smallPlan();
   const shown = { ...planTotals(plan), floors: planTotals(plan).floors.slice(0, 1) };
   expect(figureRows(shown, planTotals(plan)).map(({ name }) => name)).toContain('Upper floor');
+});
+
+test('curves begin with the station that adds most, where the plan says which that is', () => {
+  const plan = { ...smallPlan(), coverage_curve: [0.2, 0.9] };
+  expect(steepestCurve(plan)).toEqual([0.2, 0.9]);
+  const step = (station: string, fraction_of_achievable: number) => ({
+    station,
+    covered_area_m2: 1,
+    fraction_of_achievable,
+  });
+  const why = { stations: [], curve: [step('S002', 0.7), step('S001', 0.9)], unseen_surfaces: [] };
+  expect(steepestCurve({ ...plan, why })).toEqual([0.7, 0.9]);
 });

@@ -34,6 +34,11 @@ export async function fetchOtherPlan(base: string, signal: AbortSignal): Promise
   return { base, title: titleOfBase(base), plan, patchSeen: new Uint8Array(patchBytes) };
 }
 
+/** Coverage by number of stations, the station that adds most first, as far as the plan says it so. */
+export function steepestCurve({ why, coverage_curve }: PlanJson): readonly (number | null)[] {
+  return why === null ? coverage_curve : why.curve.map(({ fraction_of_achievable }) => fraction_of_achievable);
+}
+
 export interface FigureRow {
   readonly name: string;
   readonly shown: string;

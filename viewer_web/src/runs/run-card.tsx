@@ -3,7 +3,7 @@ import { useState } from 'preact/hooks';
 import { timeInWords } from '../api/conflict-words.ts';
 import type { Desk } from '../api/desk.ts';
 import type { Run } from '../api/documents.ts';
-import { DIFFERENCE_ID } from '../compare/difference.ts';
+import { showDifference } from '../compare/compare-section.tsx';
 import type { Store } from '../store.ts';
 import { bestInWords, progressInWords, shareDone } from './run-words.ts';
 
@@ -86,10 +86,7 @@ function RunButtons({ store, desk, run, mayChange }: RunCardProps) {
             type="button"
             class="button button-small"
             aria-pressed={store.compareBase.value === plan}
-            onClick={() => {
-              store.compareBase.value = plan;
-              store.layerId.value = DIFFERENCE_ID;
-            }}
+            onClick={() => showDifference(store, plan)}
           >
             Compare
           </button>

@@ -1,0 +1,57 @@
+import { expect, test } from 'vitest';
+import { ApiClient } from '../api/client.ts';
+import { Desk } from '../api/desk.ts';
+import type { LiveState } from '../api/documents.ts';
+import { createStore, type Store } from '../store.ts';
+import { FakeReviewServer } from '../testing/fake-review-server.ts';
+import { canEdit, isLive, whyNoEditing, whyNotLive } from './readiness.ts';
+
+async function storeOn(server: FakeReviewServer | null): Promise<Store> {
+  const fetcher = server?.fetch ?? (async () => new Response('not found', { status: 404 }));
+  const desk = new Desk(new ApiClient(fetcher), { listen: () => () => undefined });
+  await desk.open();
+  return createStore({ desk });
+}
+const live = (changes: Partial<LiveState>): LiveState => ({
+  state: 'ready',
+  step: null,
+  fraction: null,
+  message: null,
+  ...changes,
+});
+
+test('a server that takes changes refuses nothing', async () => {
+  const store = await storeOn(new FakeReviewServer());
+  expect([canEdit(store), whyNoEditing(store)]).toEqual([true, null]);
+});
+
+test('without a server, with a file server, and read-only, it is said how to get one that takes changes', async () => {
+  expect(whyNoEditing(createStore({ isStatic: true }))).toMatch(/copy to look at.*tlsplan view/);
+  expect(whyNoEditing(await storeOn(null))).toMatch(/only shows files.*tlsplan view/);
+  const store = await storeOn(new FakeReviewServer());
+  const session = store.desk!.session;
+  session.value = { ...session.value!, read_only: true };
+  expect(whyNoEditing(store)).toMatch(/--read-only.*without/);
+  expect(canEdit(store)).toBe(false);
+});
+
+test('the plan of a run is not edited', async () => {
+  const store = await storeOn(new FakeReviewServer());
+  store.planBase.value = 'runs/R001/plan';
+  expect(canEdit(store)).toBe(false);
+  expect(whyNoEditing(store)).toMatch(/plan of a run/);
+});
+
+test('while the live side is not ready, it is said how far it is or how to have it', async () => {
+  const store = await storeOn(new FakeReviewServer());
+  const state = store.desk!.live;
+  state.value = live({ state: 'starting', step: 'loading house.ifc', fraction: 0.4 });
+  expect(whyNotLive(store)).toMatch(/loading house\.ifc, 40 %/);
+  state.value = live({ state: 'failed', message: 'house.ifc: not found. Pass --scene.' });
+  expect(whyNotLive(store)).toMatch(/not found\. Pass --scene\. Stations can't be moved/);
+  state.value = live({ state: 'off' });
+  expect(whyNotLive(store)).toMatch(/--scene building\.ifc/);
+  expect(isLive(store)).toBe(false);
+  state.value = live({});
+  expect([whyNotLive(store), isLive(store)]).toEqual([null, true]);
+});
