@@ -18,8 +18,8 @@ from planner_core.reasons.surfaces import Surfaces, surfaces_of
 MIN_LISTED_M2 = 0.01
 #: Elements that are looked at, the largest areas first; and pieces told of a surface.
 N_ELEMENTS, N_PIECES = 50, 5
-#: No further element is looked at once there are so many patches, of some 10 microseconds each.
-_ENOUGH_PATCHES = 50_000
+#: No further element is looked at once there are so many patches, of some 25 microseconds each.
+_ENOUGH_PATCHES = 20_000
 
 
 @dataclass(frozen=True)
