@@ -48,12 +48,17 @@ function applyAddress(store: Store): void {
   const plan = store.loaded.value?.plan;
   const isStation = (id: string | null): boolean => plan?.stations.some((station) => station.id === id) ?? false;
   batch(() => {
-    store.chooseFloor(plan?.floors.find(({ id }) => id === state.floorId)?.id ?? null);
+    const floorId = plan?.floors.find(({ id }) => id === state.floorId)?.id ?? null;
+    store.chooseFloor(floorId);
     store.chooseStation(isStation(state.stationId) ? state.stationId : null);
+    if (state.pair?.every(isStation)) {
+      // It opens its floor, as a station does, unless the address names another.
+      store.choosePair(state.pair);
+      if (floorId !== null) store.chooseFloor(floorId);
+    }
     store.layerId.value = state.layerId ?? TIMES_SEEN;
     store.page.value = state.view === 'field' ? 'field' : 'plan';
     store.tab.value = TABS.find(({ id }) => id === state.tab)?.id ?? 'plan';
-    store.pair.value = state.pair?.every(isStation) ? state.pair : null;
     store.cutM.value = state.cutM ?? DEFAULT_CUT_M;
     for (const one of SHOWN) showing(store)[one].value = state.shows.includes(one) === SHOWN_AT[one];
     store.compareBase.value = state.compareBase === null ? null : planBaseOf(state.compareBase);

@@ -20,73 +20,31 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
       >
         ☰
       </button>
-      <label class="tool tool-select">
-        <span class="muted">Floor</span>
-        <select
-          aria-label="Floor that is shown"
-          value={store.floorId.value ?? ALL_FLOORS}
-          onChange={({ currentTarget: { value } }) => store.chooseFloor(value === ALL_FLOORS ? null : value)}
-        >
-          <option value={ALL_FLOORS}>All floors</option>
-          {[...(store.loaded.value?.stage.floors ?? [])].reverse().map(({ id, name }) => (
-            <option key={id} value={id}>
-              {name}
-            </option>
-          ))}
-        </select>
-      </label>
-      <label class="tool tool-select">
-        <span class="muted">Colour</span>
-        <select
-          aria-label="Colour of the building"
-          value={store.layerId.value}
-          onChange={(event) => {
-            store.layerId.value = event.currentTarget.value;
-          }}
-        >
-          {store.layers.value.map(({ id, title }) => (
-            <option key={id} value={id}>
-              {title}
-            </option>
-          ))}
-          <option value={PLAIN}>Plain</option>
-          {store.loaded.value?.layers === null && (
-            <option disabled>Ranges and reasons: plan again, an older version made this</option>
-          )}
-        </select>
-      </label>
-      <button
-        type="button"
-        class="tool"
-        aria-pressed={store.showLinks.value}
-        title="Lines between stations that overlap enough to be registered"
+      <FloorSelect store={store} />
+      <LayerSelect store={store} />
+      <Toggle
+        name="Links"
+        hint="Lines between stations that overlap enough to be registered"
+        isOn={store.showLinks.value}
         onClick={() => {
           store.showLinks.value = !store.showLinks.value;
         }}
-      >
-        Links
-      </button>
-      <button
-        type="button"
-        class="tool"
-        aria-pressed={store.showClouds.value}
-        title="What all stations of the shown floors scan"
+      />
+      <Toggle
+        name="Clouds"
+        hint="What all stations of the shown floors scan"
+        isOn={store.showClouds.value}
         onClick={() => {
           store.showClouds.value = !store.showClouds.value;
         }}
-      >
-        Clouds
-      </button>
+      />
       <span class="gap" />
-      <button
-        type="button"
-        class="tool"
-        aria-pressed={store.isWalking.value}
-        title="Through the building at eye height (W)"
+      <Toggle
+        name="Walk"
+        hint="Through the building at eye height (W)"
+        isOn={store.isWalking.value}
         onClick={() => (store.isWalking.value ? view.walk.leave() : view.startWalk())}
-      >
-        Walk
-      </button>
+      />
       <button type="button" class="tool" title="All of it, from the side (H)" onClick={() => view.showAll('side')}>
         Overview
       </button>
@@ -94,5 +52,65 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
         From above
       </button>
     </div>
+  );
+}
+
+function FloorSelect({ store }: { store: Store }) {
+  return (
+    <label class="tool tool-select">
+      <span class="muted">Floor</span>
+      <select
+        aria-label="Floor that is shown"
+        value={store.floorId.value ?? ALL_FLOORS}
+        onChange={({ currentTarget: { value } }) => store.chooseFloor(value === ALL_FLOORS ? null : value)}
+      >
+        <option value={ALL_FLOORS}>All floors</option>
+        {[...(store.loaded.value?.stage.floors ?? [])].reverse().map(({ id, name }) => (
+          <option key={id} value={id}>
+            {name}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+function LayerSelect({ store }: { store: Store }) {
+  return (
+    <label class="tool tool-select">
+      <span class="muted">Colour</span>
+      <select
+        aria-label="Colour of the building"
+        value={store.layerId.value}
+        onChange={(event) => {
+          store.layerId.value = event.currentTarget.value;
+        }}
+      >
+        {store.layers.value.map(({ id, title }) => (
+          <option key={id} value={id}>
+            {title}
+          </option>
+        ))}
+        <option value={PLAIN}>Plain</option>
+        {store.loaded.value?.layers === null && (
+          <option disabled>Ranges and reasons: plan again, an older version made this</option>
+        )}
+      </select>
+    </label>
+  );
+}
+
+interface ToggleProps {
+  readonly name: string;
+  readonly hint: string;
+  readonly isOn: boolean;
+  readonly onClick: () => void;
+}
+
+function Toggle({ name, hint, isOn, onClick }: ToggleProps) {
+  return (
+    <button type="button" class="tool" aria-pressed={isOn} title={hint} onClick={onClick}>
+      {name}
+    </button>
   );
 }

@@ -21,7 +21,8 @@ import type { Pair, Picked, Store, UnseenFocus } from '../store.ts';
 import { segmentsOf } from '../walk/route.ts';
 import { RouteLine } from '../walk/route-line.ts';
 import { WalkMode } from '../walk/walk-mode.ts';
-import { DEFAULT_EYE_HEIGHT_M, type WalkWorld } from '../walk/walker.ts';
+import { walkWorld } from '../walk/walk-world.ts';
+import { DEFAULT_EYE_HEIGHT_M } from '../walk/walker.ts';
 import { Building } from './building.ts';
 import { DARK, LIGHT } from './palette.ts';
 import { PatchPlaces } from './patch-places.ts';
@@ -88,7 +89,7 @@ export class PlanView {
     this.clouds = new CloudSet(store, loaded, () => this.requestFrame());
     this.route = new RouteLine();
     this.walk = new WalkMode(store, {
-      world: this.world(),
+      world: walkWorld(this.picker, loaded.stage),
       pointer: this.pointer,
       groundAt: (x, y) => this.groundAt(x, y),
       place: (pose) => this.viewport.place(pose),
@@ -394,24 +395,6 @@ export class PlanView {
       }),
       effect(() => this.viewport.setWide(store.isWalking.value)),
     );
-  }
-
-  /** The building as it is under the feet and in the way of a person. */
-  private world(): WalkWorld {
-    const { elements, triangles } = this.loaded.stage;
-    // Closed in the model, and opened by who walks.
-    const isDoor = (triangle: number): boolean => /door/i.test(elements[triangles.element[triangle]].kind);
-    const first = (origin: Vector3, direction: Vector3, farM: number): number | null =>
-      this.picker.firstHit(new Ray(origin, direction), [WHOLE_BUILDING], farM, isDoor)?.distanceM ?? null;
-    const down = new Vector3(0, 0, -1);
-    return {
-      groundBelow: (x, y, z, depthM) => {
-        const farM = first(new Vector3(x, y, z), down, depthM);
-        return farM === null ? null : z - farM;
-      },
-      freeAhead: ([x, y, z], [dx, dy]) =>
-        first(new Vector3(x, y, z), new Vector3(dx, dy, 0), 2) ?? Number.POSITIVE_INFINITY,
-    };
   }
 
   /** What one can stand on under a place of the page. */

@@ -1,0 +1,164 @@
+/** Shaders and materials of the building: of its surfaces, of what shows through them, and of its lines. */
+import { BackSide, DoubleSide, FrontSide, GLSL3, GreaterDepth, type IUniform, ShaderMaterial } from 'three';
+import { FLAT_COS, type Slice } from '../floors/cut.ts';
+import { PATCH_CODE_GLSL } from '../load/patch-rule.ts';
+import { TEXTURE_WIDTH } from './patch-values.ts';
+
+const SURFACE_VERTEX = /* glsl */ `
+uniform highp sampler2D triangleShape;   // squared edges 01, 12, 20; depth + 64 * (is ground) + 128 * (body side + 1)
+uniform highp isampler2D triangleNumbers; // first patch, element
+uniform int firstTriangle; // of the piece that is drawn
+out vec3 vLocal;
+out vec3 vWeights;
+flat out vec3 vEdges;
+flat out ivec4 vNumbers; // first patch, element, depth, flags
+void main() {
+  int inPiece = gl_VertexID / 3;
+  int corner = gl_VertexID - 3 * inPiece;
+  int triangle = firstTriangle + inPiece;
+  ivec2 texel = ivec2(triangle % ${TEXTURE_WIDTH}, triangle / ${TEXTURE_WIDTH});
+  vec4 shape = texelFetch(triangleShape, texel, 0);
+  int flags = int(shape.w);
+  vEdges = shape.xyz;
+  vNumbers = ivec4(texelFetch(triangleNumbers, texel, 0).xy, flags & 63, flags >> 6);
+  vWeights = vec3(corner == 0, corner == 1, corner == 2);
+  vLocal = position;
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+}
+`;
+
+const SURFACE_FRAGMENT = /* glsl */ `
+precision highp float;
+precision highp int;
+uniform highp usampler2D patchSeen, patchValues, patchMarks;
+uniform sampler2D colors; // 256 texels: of each class, or along the ramp
+uniform vec3 slice; // lowest, highest, and the height above which nothing flat is drawn
+uniform int paintMode; // 0 plain, 1 classes, 2 ramp
+uniform bool hasMarks;
+uniform bool isGhost; // the pass that draws nothing but marked patches, through whatever hides them
+uniform float rampLow, rampHigh, rampNone;
+uniform bool isBack; // not gl_FrontFacing: three turns it round where it draws back faces
+uniform float fade;
+uniform int pickedElement;
+uniform vec3 plainColor, groundColor, sectionColor, unseenColor, notAchievableColor, pickedColor, markColor, backgroundColor;
+in vec3 vLocal;
+in vec3 vWeights;
+flat in vec3 vEdges;
+flat in ivec4 vNumbers;
+out vec4 fragColor;
+${PATCH_CODE_GLSL}
+vec3 classColor(int value) { return texelFetch(colors, ivec2(min(value, 255), 0), 0).rgb; }
+vec3 rampColor(float value, ivec2 texel) {
+  if (value == rampNone) return texelFetch(patchSeen, texel, 0).r == 0u ? unseenColor : notAchievableColor;
+  float t = clamp((value - rampLow) / (rampHigh - rampLow), 0.0, 1.0);
+  return classColor(int(t * 255.0 + 0.5));
+}
+vec3 surfaceColor() {
+  vec3 bare = (vNumbers.w & 1) == 1 ? groundColor : plainColor;
+  if (!hasMarks && (paintMode == 0 || fade > 0.0)) return bare;
+  int patchId = vNumbers.x + int(patchCode(vWeights, vEdges, vNumbers.z));
+  ivec2 texel = ivec2(patchId % ${TEXTURE_WIDTH}, patchId / ${TEXTURE_WIDTH});
+  if (hasMarks) return texelFetch(patchMarks, texel, 0).r == 0u ? mix(bare, plainColor, 0.6) : markColor;
+  int value = int(texelFetch(patchValues, texel, 0).r);
+  return paintMode == 1 ? classColor(value) : rampColor(float(value), texel);
+}
+bool isMarked() {
+  int patchId = vNumbers.x + int(patchCode(vWeights, vEdges, vNumbers.z));
+  return texelFetch(patchMarks, ivec2(patchId % ${TEXTURE_WIDTH}, patchId / ${TEXTURE_WIDTH}), 0).r != 0u;
+}
+void main() {
+  // Flat shading from the geometry itself; sign-free, since a surface's two sides look alike.
+  vec3 normal = abs(normalize(cross(dFdx(vLocal), dFdy(vLocal))));
+  if (vLocal.z < slice.x || vLocal.z > slice.y || (vLocal.z > slice.z && normal.z > ${FLAT_COS})) discard;
+  if (isGhost) {
+    if (!isMarked()) discard;
+    fragColor = vec4(markColor, 0.3);
+    return;
+  }
+  float light = 0.74 + 0.26 * normal.z - 0.10 * normal.x + 0.02 * normal.y;
+  int bodySide = (vNumbers.w >> 1) - 1;
+  bool isSection = bodySide != 0 && (bodySide > 0) == isBack;
+  vec3 color;
+  if (isSection) {
+    color = hasMarks && isMarked() ? mix(sectionColor, markColor, 0.6) : sectionColor;
+  } else {
+    color = surfaceColor();
+    if (vNumbers.y == pickedElement) color = mix(color, pickedColor, 0.45);
+    color *= light;
+  }
+  fragColor = vec4(mix(color, backgroundColor, fade), 1.0);
+}
+`;
+
+const LINE_VERTEX = /* glsl */ `
+out float vHeight;
+void main() {
+  vHeight = position.z;
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+}
+`;
+const LINE_FRAGMENT = /* glsl */ `
+precision highp float;
+uniform vec3 slice;
+uniform vec3 lineColor;
+uniform float opacity;
+in float vHeight;
+out vec4 fragColor;
+void main() {
+  if (vHeight < slice.x || vHeight > slice.y) discard;
+  fragColor = vec4(lineColor, opacity);
+}
+`;
+
+type Uniforms = Readonly<Record<string, IUniform>>;
+
+export interface SliceMaterials {
+  /** Front faces, back faces. */
+  readonly surfaces: readonly ShaderMaterial[];
+  /** Marked patches once more, through what hides them. */
+  readonly ghost: ShaderMaterial;
+  readonly line: ShaderMaterial;
+}
+
+/** Materials that draw a slice; uniforms of the building are shared by all slices. */
+export function sliceMaterials(slice: Slice, building: Uniforms, lines: Uniforms): SliceMaterials {
+  const heights = [slice.bottomM, slice.topM, slice.ceilingM].map((z) => Math.min(1e9, Math.max(-1e9, z)));
+  const limits = { value: heights };
+  const surface = (isBack: boolean, isGhost: boolean): ShaderMaterial =>
+    new ShaderMaterial({
+      glslVersion: GLSL3,
+      vertexShader: SURFACE_VERTEX,
+      fragmentShader: SURFACE_FRAGMENT,
+      uniforms: {
+        ...building,
+        slice: limits,
+        isBack: { value: isBack },
+        isGhost: { value: isGhost },
+        firstTriangle: { value: 0 },
+      },
+    });
+  // Lines lie in the surfaces they outline, so surfaces step back; front faces further than back faces: where two bodies
+  // touch, the section of one must win over the face of the other.
+  const surfaces = [FrontSide, BackSide].map((side, i) =>
+    Object.assign(surface(side === BackSide, false), {
+      side,
+      polygonOffset: true,
+      polygonOffsetFactor: 1,
+      polygonOffsetUnits: 3 - 2 * i,
+    }),
+  );
+  const ghost = Object.assign(surface(false, true), {
+    side: DoubleSide,
+    transparent: true,
+    depthFunc: GreaterDepth,
+    depthWrite: false,
+  });
+  const line = new ShaderMaterial({
+    glslVersion: GLSL3,
+    vertexShader: LINE_VERTEX,
+    fragmentShader: LINE_FRAGMENT,
+    uniforms: { ...lines, slice: limits },
+    transparent: true,
+  });
+  return { surfaces, ghost, line };
+}
