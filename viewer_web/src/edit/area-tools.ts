@@ -8,6 +8,7 @@ import type { PlanView } from '../scene/plan-view.ts';
 import type { PointerConsumer, PointerPlace } from '../scene/pointer.ts';
 import type { Picked, Store } from '../store.ts';
 import { addZone, forbid, pickGround } from './changes.ts';
+import { isSteep } from './coplanar-region.ts';
 import { sceneOf } from './draft.ts';
 import type { Place } from './ground-map.ts';
 import { faultOf, NEAREST_CORNERS_M } from './outline.ts';
@@ -125,6 +126,10 @@ export class AreaTools {
   }
 
   private async pickGround(picked: Picked): Promise<void> {
+    if (isSteep(this.loaded.stage.triangles.cornersM, picked.triangle)) {
+      this.desk.warn('This surface is too steep to stand on. Click on one that is level.');
+      return;
+    }
     const isGround = this.store.editing.marksGround.peek();
     const label = isGround ? 'mark ground' : 'unmark ground';
     await this.desk.commit(label, [pickGround(picked.pointM, isGround, this.store.floorId.peek() ?? '')]);

@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { coplanarRegion } from './coplanar-region.ts';
+import { coplanarRegion, isSteep } from './coplanar-region.ts';
 
 /** A rectangle as two triangles, from its lowest corner. */
 function rectangle(x: number, y: number, z: number, width: number, depth: number, tiltRad = 0): number[] {
@@ -43,4 +43,27 @@ test('touching at a corner is not joining', () => {
 
 test('a triangle without area has no region', () => {
   expect(coplanarRegion(new Float32Array(9), 0)).toEqual([]);
+});
+
+test('an uneven floor has one region, whichever triangle is clicked', () => {
+  // Strips that rise and fall by 4 mm: a plane through one of them alone leaves the floor after two.
+  const strip = (i: number): number[] => {
+    const [z0, z1] = [0.004 * (i % 2), 0.004 * ((i + 1) % 2)];
+    const [a, b, c, d] = [
+      [i, 0, z0],
+      [i + 1, 0, z1],
+      [i + 1, 4, z1],
+      [i, 4, z0],
+    ];
+    return [...a, ...b, ...c, ...a, ...c, ...d];
+  };
+  const cornersM = mesh(...Array.from({ length: 8 }, (_, i) => strip(i)));
+  for (let clicked = 0; clicked < 16; clicked++) expect(coplanarRegion(cornersM, clicked)).toHaveLength(16);
+});
+
+test('walls and ramps are too steep to stand on', () => {
+  const cornersM = mesh(rectangle(0, 0, 0, 2, 2), rectangle(0, 0, 0, 2, 2, 0.16), rectangle(0, 0, 0, 2, 2, 0.19));
+  expect([0, 2, 4].map((triangle) => isSteep(cornersM, triangle))).toEqual([false, false, true]);
+  expect(isSteep(Float32Array.of(0, 0, 0, 1, 0, 0, 1, 0, 1), 0)).toBe(true);
+  expect(isSteep(new Float32Array(9), 0)).toBe(true);
 });

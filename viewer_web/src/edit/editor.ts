@@ -5,6 +5,7 @@ import type { GroundHead } from '../api/documents.ts';
 import { sliceOfFloor } from '../floors/cut.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
+import { Pins } from '../review/pins.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { type Area, AreaOverlay } from './area-overlay.ts';
@@ -15,7 +16,7 @@ import { DraftFollower } from './draft-follower.ts';
 import { GroundMap } from './ground-map.ts';
 import { GroundOverlay } from './ground-overlay.ts';
 import { isLive } from './readiness.ts';
-import { reviewAreas } from './review-areas.ts';
+import { floorAt, reviewAreas } from './review-areas.ts';
 import { StationMover } from './station-mover.ts';
 
 export class Editor {
@@ -24,6 +25,7 @@ export class Editor {
   readonly areas: AreaTools;
   private readonly areaOverlay = new AreaOverlay();
   private readonly arrows = new Arrows();
+  private readonly pins = new Pins();
   private groundOverlay: GroundOverlay | null = null;
   private readonly grounds = new Map<string, Promise<GroundMap>>();
   private readonly endings: (() => void)[];
@@ -49,7 +51,9 @@ export class Editor {
       view.addOverlay(this.areaOverlay.group),
       ...this.arrows.meshes.map((mesh) => view.addOverlay(mesh)),
       effect(() => this.drawAreas()),
+      view.addOverlay(this.pins.points),
       effect(() => this.drawArrows()),
+      effect(() => this.drawPins()),
       effect(() => this.followGround()),
       effect(() => this.drawGround()),
       () => this.dropGround(),
@@ -62,6 +66,7 @@ export class Editor {
     this.follower.dispose();
     this.areaOverlay.dispose();
     this.arrows.dispose();
+    this.pins.dispose();
   }
 
   /** The ground of a floor as the review leaves it; asked for once for each state of what it keeps free. */
@@ -168,6 +173,24 @@ export class Editor {
       return fromM ? [{ kind: 'moved', fromM, toM }] : [];
     });
     this.arrows.set(arrows);
+    this.view.requestFrame();
+  }
+
+  /** Where comments that are not resolved are pinned to a place; those of stations are told in the list. */
+  private drawPins(): void {
+    const { store, desk, loaded } = this;
+    const { floors, offsetM } = loaded.stage;
+    const slices = store.slices.value;
+    const isShown = store.tab.value === 'review' && store.planBase.value === OWN_PLAN;
+    const comments = isShown ? Object.values(desk.review.value?.comments ?? {}) : [];
+    this.pins.set(
+      comments.flatMap(({ position_m, resolved }) => {
+        if (resolved || position_m === null) return [];
+        const [x, y, z] = localOf(position_m, offsetM);
+        const slice = sliceOfFloor(slices, floorAt(floors, z));
+        return slice === undefined ? [] : [[x, y, z + slice.liftM] as const];
+      }),
+    );
     this.view.requestFrame();
   }
 }
