@@ -38,19 +38,20 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
           store.showClouds.value = !store.showClouds.value;
         }}
       />
-      <span class="gap" />
-      <Toggle
-        name="Walk"
-        hint="Through the building at eye height (W)"
-        isOn={store.isWalking.value}
-        onClick={() => (store.isWalking.value ? view.walk.leave() : view.startWalk())}
-      />
-      <button type="button" class="tool" title="All of it, from the side (H)" onClick={() => view.showAll('side')}>
-        Overview
-      </button>
-      <button type="button" class="tool" title="From above (T)" onClick={() => view.showAll('top')}>
-        From above
-      </button>
+      <div class="toolbar-end">
+        <Toggle
+          name="Walk"
+          hint="Through the building at eye height (W)"
+          isOn={store.isWalking.value}
+          onClick={() => (store.isWalking.value ? view.walk.leave() : view.startWalk())}
+        />
+        <button type="button" class="tool" title="All of it, from the side (H)" onClick={() => view.showAll('side')}>
+          Overview
+        </button>
+        <button type="button" class="tool" title="From above (T)" onClick={() => view.showAll('top')}>
+          From above
+        </button>
+      </div>
     </div>
   );
 }
