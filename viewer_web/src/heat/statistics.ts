@@ -11,6 +11,9 @@ export interface Spread {
   readonly mostly: number | null;
 }
 
+/** The colours run up to what this share of the surface keeps: the rest would leave no contrast to it. */
+const MOSTLY = 0.95;
+
 /** Area of each patch: the 2^depth patches of a triangle have equal parts of it. */
 export function patchAreas(triangles: StageTriangles, nPatches: number): Float32Array {
   const areas = new Float32Array(nPatches);
@@ -28,7 +31,7 @@ export function triangleArea(squaredEdges: ArrayLike<number>, at: number): numbe
   return Math.sqrt(Math.max(0, 2 * (a * b + b * c + c * a) - (a * a + b * b + c * c))) / 4;
 }
 
-/** Colours run from 0 to a round number that hardly any surface is above. */
+/** Colours run from 0 to the round number above what most of the surface keeps. */
 export function spreadOf(values: PatchValues, layer: RampLayer, areas: Float32Array): Spread {
   const areaOfValue = new Float64Array(65536);
   let total = 0;
@@ -46,8 +49,8 @@ export function spreadOf(values: PatchValues, layer: RampLayer, areas: Float32Ar
     }
     return 65535 * layer.step;
   };
-  const high = layer.unit === 'deg' ? 90 : roundUp(Math.max(layer.step, quantile(0.98)));
-  return { low: 0, high, median: quantile(0.5), mostly: quantile(0.95) };
+  const high = layer.unit === 'deg' ? 90 : roundUp(Math.max(layer.step, quantile(MOSTLY)));
+  return { low: 0, high, median: quantile(0.5), mostly: quantile(MOSTLY) };
 }
 
 /** The next number of one digit, or 1.2, 1.5, 2.5, times a power of ten. */
