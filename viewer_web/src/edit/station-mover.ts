@@ -20,6 +20,8 @@ const LIVE_LAYERS = new Set(['times_seen', 'range', 'incidence', 'spacing', 'noi
 
 /** Frames that take longer lag behind the pointer; a quarter of the pixels across still shows what is seen. */
 const SLOW_FRAME_MS = 70;
+/** Where frames are so quick, four times the pixels are not slow either. */
+const FAST_FRAME_MS = 15;
 const LEAST_DETAIL = 0.25;
 
 export class StationMover {
@@ -149,6 +151,8 @@ export class StationMover {
   }
 
   private put(underWay: UnderWay): void {
+    const isFirst = this.store.editing.underWay.peek() === null;
+    if (isFirst && this.detail < 1) this.view.setDetail(this.detail);
     this.store.editing.underWay.value = underWay;
     this.view.requestFrame();
     this.loop.put(this.wish(underWay));
@@ -170,15 +174,20 @@ export class StationMover {
     requestAnimationFrame((begun) => {
       requestAnimationFrame(() => {
         this.store.editing.drawTimes.add(performance.now() - askedMs);
-        this.drawFaster(performance.now() - begun);
+        this.adjustDetail(performance.now() - begun);
       });
     });
   }
 
-  /** On a machine that draws slowly a picture in time is worth more than a sharp one, until the pointer lets go. */
-  private drawFaster(frameMs: number): void {
-    if (frameMs < SLOW_FRAME_MS || this.detail <= LEAST_DETAIL || this.store.editing.underWay.peek() === null) return;
-    this.detail /= 2;
+  /**
+   * On a machine that draws slowly a picture in time is worth more than a sharp one, until the pointer lets go. What was found
+   * out is kept for the next drag.
+   */
+  private adjustDetail(frameMs: number): void {
+    if (this.store.editing.underWay.peek() === null) return;
+    if (frameMs > SLOW_FRAME_MS && this.detail > LEAST_DETAIL) this.detail /= 2;
+    else if (frameMs < FAST_FRAME_MS && this.detail < 1) this.detail *= 2;
+    else return;
     this.view.setDetail(this.detail);
   }
 
@@ -206,10 +215,7 @@ export class StationMover {
       this.store.editing.underWay.value = null;
       this.store.editing.preview.value = null;
     });
-    if (this.detail < 1) {
-      this.detail = 1;
-      this.view.setDetail(1);
-    }
+    if (this.detail < 1) this.view.setDetail(1);
     this.view.requestFrame();
   }
 
