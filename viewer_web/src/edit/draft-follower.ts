@@ -1,12 +1,12 @@
 /** Keeps what is shown in step with the review: stations and links of the draft, and the values its stations give the patches. */
 import { computed, effect, type ReadonlySignal, signal } from '@preact/signals';
 import type { Desk } from '../api/desk.ts';
-import type { DraftLink } from '../api/documents.ts';
+import type { DraftLink, DraftWalk } from '../api/documents.ts';
 import type { PatchValues } from '../heat/layers.ts';
 import { TIMES_SEEN } from '../heat/layers.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
-import type { PlanLink } from '../load/plan-json.ts';
+import type { PlanLink, PlanRoute } from '../load/plan-json.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import type { Draft, LayerSource, StationSource, Store } from '../store.ts';
 import { countEdits, type DraftStation, draftStations, localOf, shownInDraft } from './draft.ts';
@@ -58,9 +58,14 @@ export class DraftFollower {
     this.stations = computed(() => stationsOf(store));
     const draft = computed(() => this.draft());
     const layersKey = computed(() => this.layersKey());
+    const routeKey = computed(() => (store.showRoute.value && hasEdits(this.stations.value) ? layersKey.value : null));
     this.endings = [
       effect(() => {
         store.draft.value = draft.value;
+      }),
+      effect(() => {
+        store.draftRoute.value = null;
+        if (routeKey.value !== null) void this.fetchRoute(routeKey);
       }),
       effect(() => {
         const isWanted = layersKey.value !== null;
@@ -77,6 +82,18 @@ export class DraftFollower {
     this.store.draft.value = null;
     this.store.layerSource.value = null;
     this.store.stationSource.value = null;
+    this.store.draftRoute.value = null;
+  }
+
+  /** The walk through the draft's stations: asked for only where it is looked at, as finding it takes a second and more. */
+  private async fetchRoute(routeKey: ReadonlySignal<string | null>): Promise<void> {
+    const key = routeKey.peek();
+    try {
+      const { route } = await this.desk.client.json<DraftWalk>('live/walk');
+      if (routeKey.peek() === key) this.store.draftRoute.value = route as PlanRoute | null;
+    } catch (error) {
+      this.desk.warn((error as Error).message);
+    }
   }
 
   /** What stations see that are not where the plan has them; the plan folder has the others. */
