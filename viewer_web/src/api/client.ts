@@ -10,7 +10,7 @@ export type CommitOutcome =
   | { readonly kind: 'committed'; readonly answer: Committed }
   | { readonly kind: 'conflict'; readonly answer: ConflictAnswer };
 
-const NO_ANSWER = 'The server does not answer. Is `tlsplan view` still running? Nothing you did since is kept on it.';
+const NO_ANSWER = 'The server does not answer. Is `tlsplan view` still running? What you change now is not kept.';
 const NO_TOKEN = 'The server was started anew: open the address that `tlsplan view` printed.';
 
 export class ApiClient {

@@ -76,6 +76,11 @@ function AllDone({ n }: { n: number }) {
   );
 }
 
+function wayInWords(wayM: number | null, isFirst: boolean): string {
+  if (wayM === null) return isFirst ? 'The walk begins here' : 'Way not known';
+  return wayM === 0 ? 'Here' : `${metres(wayM, wayM < 10 ? 1 : 0)} to go`;
+}
+
 interface NextStopProps {
   readonly stop: Stop;
   readonly stops: readonly Stop[];
@@ -95,7 +100,7 @@ function NextStop({ stop, stops, done, onTick }: NextStopProps) {
         <h1 data-testid="field-station">{stop.stationId}</h1>
         <p>{stop.floorName}</p>
         <p class="field-way" data-testid="field-way">
-          {wayM === null ? 'Way not known' : wayM === 0 ? 'Here' : `${metres(wayM, wayM < 10 ? 1 : 0)} to go`}
+          {wayInWords(wayM, stop === stops[0])}
         </p>
         <p class="muted">
           Sensor {metres(stop.heightM)} above the ground · x {stop.positionM[0].toFixed(2)}, y{' '}
