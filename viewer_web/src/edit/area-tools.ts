@@ -1,5 +1,5 @@
 /** Tools that mark places: zones corner by corner, forbidden places, ground, and where a comment is pinned. */
-import { batch } from '@preact/signals';
+import { batch, untracked } from '@preact/signals';
 import type { Desk } from '../api/desk.ts';
 import type { ZoneKind } from '../api/documents.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
@@ -12,7 +12,7 @@ import { isSteep } from './coplanar-region.ts';
 import { sceneOf } from './draft.ts';
 import type { Place } from './ground-map.ts';
 import { faultOf, NEAREST_CORNERS_M } from './outline.ts';
-import { canEdit } from './readiness.ts';
+import { toolInHand } from './readiness.ts';
 import { floorAt } from './review-areas.ts';
 
 /** A click so near to the first corner closes the outline. */
@@ -29,7 +29,8 @@ export class AreaTools {
 
   readonly consumer: PointerConsumer = {
     onClick: (place) => {
-      if (this.store.editing.tool.peek() === 'select' || !canEdit(this.store)) return false;
+      const tool = untracked(() => toolInHand(this.store));
+      if (tool === null || tool === 'select') return false;
       this.click(place);
       return true;
     },

@@ -4,7 +4,7 @@ import { Desk } from '../api/desk.ts';
 import type { LiveState } from '../api/documents.ts';
 import { createStore, type Store } from '../store.ts';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
-import { canEdit, isLive, whyNoEditing, whyNotLive } from './readiness.ts';
+import { canEdit, isLive, toolInHand, whyNoEditing, whyNotLive } from './readiness.ts';
 
 async function storeOn(server: FakeReviewServer | null): Promise<Store> {
   const fetcher = server?.fetch ?? (async () => new Response('not found', { status: 404 }));
@@ -54,4 +54,21 @@ test('while the live side is not ready, it is said how far it is or how to have 
   expect(isLive(store)).toBe(false);
   state.value = live({});
   expect([whyNotLive(store), isLive(store)]).toEqual([null, true]);
+});
+
+test('tools work on their own tab only: elsewhere a drag or a click changes nothing', async () => {
+  const store = await storeOn(new FakeReviewServer());
+  const inHand = (tab: Store['tab']['value'], tool: Store['editing']['tool']['value']) => {
+    store.tab.value = tab;
+    store.editing.tool.value = tool;
+    return toolInHand(store);
+  };
+  expect(inHand('plan', 'keep_out')).toBeNull();
+  expect(inHand('plan', 'select')).toBeNull();
+  expect(inHand('edit', 'keep_out')).toBe('keep_out');
+  expect(inHand('edit', 'comment')).toBe('select');
+  expect(inHand('review', 'comment')).toBe('comment');
+  expect(inHand('review', 'add')).toBeNull();
+  store.planBase.value = 'runs/R001/plan';
+  expect(inHand('edit', 'select')).toBeNull();
 });

@@ -1,6 +1,7 @@
 /** What can be done right now, and in words what to do where something can't. */
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { Store } from '../store.ts';
+import type { Tool } from './editing.ts';
 
 /** The live side computes. */
 export function isLive(store: Store): boolean {
@@ -42,4 +43,12 @@ export function whyNotLive(store: Store): string | null {
   const said = live.message ? `${live.message.replace(/[.\s]+$/, '')}. ` : '';
   if (live.state === 'failed') return `${said}Stations can't be moved until that is mended and the server restarted.`;
   return `${said}To move stations, start the server with the scene: tlsplan view plan/ --scene building.ifc`;
+}
+
+/** The tool that the pointer works with on the tab that is shown; null: it only looks around. */
+export function toolInHand(store: Store): Tool | null {
+  if (!canEdit(store)) return null;
+  const tool = store.editing.tool.value;
+  if (store.tab.value === 'edit') return tool === 'comment' ? 'select' : tool;
+  return store.tab.value === 'review' && tool === 'comment' ? tool : null;
 }

@@ -1,5 +1,5 @@
 /** Moves, raises and adds stations: places while the pointer moves, the server's answer as it comes, and a commit at the end. */
-import { batch, effect } from '@preact/signals';
+import { batch, effect, untracked } from '@preact/signals';
 import type { Desk } from '../api/desk.ts';
 import type { Point } from '../api/documents.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
@@ -13,7 +13,7 @@ import type { UnderWay } from './editing.ts';
 import type { GroundMap } from './ground-map.ts';
 import { PreviewLoop } from './preview-loop.ts';
 import { askPreview, type Preview, PreviewPaint, type Wish } from './previews.ts';
-import { canEdit, isLive } from './readiness.ts';
+import { isLive, toolInHand } from './readiness.ts';
 
 /** What the live side has values of while something moves; others keep the plan's. */
 const LIVE_LAYERS = new Set(['times_seen', 'range', 'incidence', 'spacing', 'noise']);
@@ -122,7 +122,7 @@ export class StationMover {
 
   private grab({ stationId }: PointerPlace): boolean {
     const { store } = this;
-    if (stationId === null || store.editing.tool.peek() !== 'select' || !canEdit(store) || !isLive(store)) return false;
+    if (stationId === null || untracked(() => toolInHand(store)) !== 'select' || !isLive(store)) return false;
     if (store.editing.underWay.peek() !== null) return false;
     const station = this.follower.stations.peek().find(({ id }) => id === stationId);
     if (station === undefined || station.isFixed) return false;
