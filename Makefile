@@ -19,7 +19,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e bench bench-patch-mode bench-genetic bench-selection bench-selection-large bench-planning bench-live plan-scenes soak kernel-check wheel test-wheel docs api-types lock clean
+.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large bench-planning bench-live plan-scenes soak kernel-check wheel test-wheel docs api-types lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -58,6 +58,24 @@ pytest: $(DEV) $(VIEWER) system-tests ## the Python tests
 
 web: $(NODE) $(VIEWER) $(DEV) system-tests ## the checks and tests of the viewer, those in a real browser included
 	cd $(WEB) && npm run --silent lint && npm run --silent typecheck && npm run --silent test && npm run --silent e2e
+
+# Plans of whole scenes: made once, in minutes, and kept. The duplex is not part of the repository.
+SCENES := $(OUT)/e2e-scenes
+DUPLEX := $(wildcard ../shared/data/ifc/duplex.ifc)
+SCENE_PLANS := $(SCENES)/school/plan.json $(if $(DUPLEX),$(SCENES)/duplex/plan.json)
+
+e2e-scenes: $(NODE) $(VIEWER) $(DEV) system-tests $(SCENE_PLANS) ## the viewer in a real browser on a duplex and on a synthetic school; not part of `make test`
+	$(if $(DUPLEX),,@echo "e2e-scenes: no ../shared/data/ifc/duplex.ifc, so the school alone")
+	cd $(WEB) && TLSPLAN_E2E_SCENES="$(abspath $(SCENES))" npx vitest run --config e2e/scenes.config.ts
+
+$(SCENES)/school.ifc: | $(RUNTIME)
+	mkdir -p $(SCENES) && $(BIN)/tlsplan scene school -o $@ --quiet
+
+$(SCENES)/school/plan.json: $(SCENES)/school.ifc | $(RUNTIME)
+	$(BIN)/tlsplan plan $< -o $(@D) --overwrite --scanner rtc360:40mm --floor F1 --grid 2.5 --height 1.6 --patch-area 0.25 --method greedy
+
+$(SCENES)/duplex/plan.json: $(DUPLEX) | $(RUNTIME)
+	$(BIN)/tlsplan plan $< -o $(@D) --overwrite --scanner rtc360:40mm --grid 0.8 --height 1.6 --set work_limit=10
 
 bench: $(DEV) ## scan engine against Open3D; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_scan.py --write docs/benchmarks/scan.md

@@ -1,0 +1,12 @@
+/** The browser tests on real scenes: `make e2e-scenes`. */
+import { defineConfig } from 'vitest/config';
+
+export default defineConfig({
+  test: {
+    root: import.meta.dirname,
+    include: ['scenes.e2e.ts'],
+    // Large plans, drawn in software, on a machine that may be busy: no test here is about time.
+    testTimeout: 600_000,
+    hookTimeout: 300_000,
+  },
+});
