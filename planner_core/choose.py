@@ -123,9 +123,7 @@ def _settle(progress: Progress, stage: str, why_stopped: str) -> None:
 
 
 # ------------------------------------------------------------------------------------------ fewest stations
-def _fewest(
-    pool: Pool, budget: _Budget, engine: ScanEngine, progress: Progress, *, begun: tuple[int, ...]
-) -> Choice:
+def _fewest(pool: Pool, budget: _Budget, engine: ScanEngine, progress: Progress, *, begun: tuple[int, ...]) -> Choice:
     meets = len(begun) > len(pool.given) and bool((pool.problem.covered(list(begun)) >= pool.problem.required).all())
     found = _select(pool, budget.left, engine, progress, start=begun if meets else None)
     return Choice(

@@ -8,8 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 #: What `SettledStation.role` may be. `scanned`: its scan exists; `locked`: it must be in the plan; `kept`: it was in an
-#: earlier plan and stays where that costs nothing; `begun`: it is of a set that the search begins with, such as the best
-#: one of a search that was cut short, and nothing keeps it; `forbidden`: no station within `SettledStation.radius_m`.
+#: earlier plan and stays where that costs nothing; `begun`: it is of a set that the search begins with, such as the
+#: best one of a search that was cut short, and nothing keeps it; `forbidden`: no station within
+#: `SettledStation.radius_m` of it.
 ROLES = ("scanned", "locked", "kept", "begun", "forbidden")
 
 

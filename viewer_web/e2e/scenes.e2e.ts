@@ -169,6 +169,9 @@ describe.each(names)('%s', (name) => {
     await viewer.page.getByTestId('totals').waitFor();
     await viewer.page.keyboard.press('t');
     await viewer.settle();
+    await viewer.page.mouse.move(800, 440);
+    await viewer.page.mouse.wheel(0, -350);
+    await viewer.settle();
   }
   const totals = (): Promise<string | null> => viewer.page.getByTestId('totals').textContent();
 

@@ -1,7 +1,7 @@
 """Plans the synthetic house, serves it as `tlsplan view` does, and prints the address and the plan folder, one a line.
 
-`python serve_plan.py FOLDER [SCENE]` writes the plan to FOLDER, the house beside it, and serves it until interrupted; a plan
-that is there is kept. SCENE: the scene file, where a plan was copied away from it.
+`python serve_plan.py FOLDER [SCENE]` writes the plan to FOLDER, the house beside it, and serves it until interrupted; a
+plan that is there is kept. SCENE: the scene file, where a plan was copied away from it.
 """
 
 import sys
