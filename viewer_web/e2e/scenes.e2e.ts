@@ -199,8 +199,10 @@ describe.each(names)('%s', (name) => {
     const { id, x, y } = await stationToDrag();
     await page.mouse.move(x, y);
     await page.mouse.down();
-    for (let i = 1; i <= 12; i++) {
-      await page.mouse.move(x + 6 * i, y + 3 * i);
+    // Walls may stop it in one direction or another: all around, further out each time.
+    for (let i = 1; i <= 36 && (i <= 12 || (await totals()) === before); i++) {
+      const [reach, angle] = [7 * Math.min(i, 12), 0.5 + 2.1 * Math.floor((i - 1) / 12)];
+      await page.mouse.move(x + reach * Math.cos(angle), y + reach * Math.sin(angle));
       await viewer.settle();
     }
     await expect.poll(totals, SLOW).not.toBe(before);
@@ -234,7 +236,16 @@ describe.each(names)('%s', (name) => {
     const { x, y } = await stationToDrag();
     await page.getByRole('radio', { name: 'Ground', exact: true }).click();
     await page.getByRole('radio', { name: 'Is no ground' }).click();
-    await page.mouse.click(x + 30, y + 14);
+    // What stands around a station may be furniture.
+    const around = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [
+      26 * Math.cos((i * Math.PI) / 4),
+      26 * Math.sin((i * Math.PI) / 4),
+    ]);
+    for (const [dx, dy] of around) {
+      await page.mouse.click(x + dx, y + dy);
+      await page.waitForTimeout(3000);
+      if ((await review()).revision !== revision) break;
+    }
     const picked = await changedFrom(revision);
     expect(Object.values(picked.ground_picks)).toMatchObject([{ is_ground: false, floor: floor.id }]);
     await viewer.settle();
@@ -249,6 +260,7 @@ describe.each(names)('%s', (name) => {
     const card = page.locator('[data-run]').first();
     await page.getByRole('textbox', { name: 'Title' }).fill('Less of it');
     await page.getByRole('textbox', { name: /^Coverage/ }).fill('80');
+    await page.getByText('More requirements').click();
     await page.getByRole('textbox', { name: /^Time limit/ }).fill('20');
     await page.getByRole('button', { name: 'Start' }).click();
     await card.waitFor();
