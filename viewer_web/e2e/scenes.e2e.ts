@@ -91,6 +91,11 @@ describe.each(names)('%s', (name) => {
       const start = performance.now();
       await fresh.open();
       loads.push(performance.now() - start);
+      figures.transferred_bytes = await fresh.page.evaluate(() =>
+        performance
+          .getEntriesByType('resource')
+          .reduce((sum, entry) => sum + (entry as PerformanceResourceTiming).transferSize, 0),
+      );
       await fresh.page.close();
     }
     figures.load_ms = loads;
@@ -267,6 +272,7 @@ describe.each(names)('%s', (name) => {
     await expect
       .poll(async () => (await runs())[0].best?.n_stations ?? (await runs())[0].message, { timeout: 500_000 })
       .toBeTruthy();
+    await card.scrollIntoViewIfNeeded();
     await viewer.settle();
     await shot('7-running');
     await expect.poll(() => card.getAttribute('data-state'), { timeout: 500_000 }).toBe('finished');
