@@ -92,7 +92,7 @@ def finish(plan: Plan, folder: Path | None, *, as_json: bool, quiet: bool) -> No
     """Print what a plan is worth: plan.json's document, or the summary and where the folder is, or nothing."""
     from planner_core.export.plan_json import plan_document
 
-    document = plan_document(plan)
+    document = plan_document(plan, folder)
     if as_json:
         output.as_json(document)
     elif not quiet:

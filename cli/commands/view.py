@@ -34,6 +34,7 @@ def command(
     The address that is printed holds a token: who has it can read the plan and change its review.
     """
     from planner_core.export.plan_json import read_plan_json
+    from planner_core.export.plan_settings import find_scene
     from viewer_web.server import serve
 
     from .. import output
@@ -43,7 +44,9 @@ def command(
         if not no_browser:
             click.launch(address)
 
-    read_plan_json(plan)  # a broken plan is told here, not by an empty page
+    document = read_plan_json(plan)  # a broken plan is told here, not by an empty page
+    if scene is not None:
+        find_scene(plan, document, told=scene)  # so is the wrong building
     try:
         serve(
             plan,

@@ -4,7 +4,7 @@
 in the review          in the plan that is made again
 =====================  ===============================================================================================
 locked station         is in it
-other station          *kept*: stays where that costs nothing, wherever it was moved to
+other station          *kept*: stays where that can be, wherever it was moved to
 rejected station       is not kept, and no station comes within half a metre of it
 station taken out      is not kept; its place may be chosen again, `forbid` it where it must not be
 forbidden place        no station within its radius
@@ -61,7 +61,10 @@ def _site(site: Site, review: Review, plan: PlanUnderReview) -> Site:
         site,
         settled=(*before, *_settled(review, plan), *_forbidden(review, plan)),
         keep_out=(*site.keep_out, *keep_outs),
-        ground_picks=(*site.ground_picks, *(pick for _, pick in sorted(review.ground_picks.items()))),
+        ground_picks=(
+            *site.ground_picks,
+            *(pick for _, pick in sorted(review.ground_picks.items(), key=lambda item: (len(item[0]), item[0]))),
+        ),
     )
 
 

@@ -118,6 +118,11 @@ class Telling:
             self._written_s = now_s
             write_run(self.folder, self.run, keep=False)
 
+    def chosen(self, plan: Plan) -> None:
+        """Tell what the plan is worth, before its folder is written, which takes longer than planning may."""
+        self.run = self.run.model_copy(update={"best": best_of(plan), "warnings": list(plan.warnings)})
+        write_run(self.folder, self.run, keep=False)
+
     def end(self, state: str, message: str | None, **more: Any) -> None:
         """Tell how it ended."""
         shown = {"state": state, "message": message, "ended": now(), "stage": None, "done": None, "total": None}
@@ -150,6 +155,16 @@ def in_scene(places_m: Sequence[Sequence[float] | FloatArray], offset_m: FloatAr
     return places
 
 
+def best_of(plan: Plan) -> RunBest:
+    """What runs tell of a plan that was chosen."""
+    return RunBest(
+        n_stations=len(plan.stations),
+        lower_bound=plan.lower_bound or None,
+        fraction_of_achievable=plan.coverage.fraction_of_achievable,
+        stations=in_scene([station.position_m for station in plan.stations], plan.survey.scene.offset_m),
+    )
+
+
 def plan_run(folder: Path, scene: Path, telling: Telling, interrupts: Interrupts) -> Plan:
     """Plan as the run asks, and write the plan's folder."""
     basis, place = folder / BASIS, folder.stat().st_ino
@@ -160,6 +175,7 @@ def plan_run(folder: Path, scene: Path, telling: Telling, interrupts: Interrupts
     engine = open_engine(survey.scene, survey.patches)
     plan = plan_survey(survey, settings, engine, progress=telling.show)
     interrupts.spare()
+    telling.chosen(plan)
     write_plan_folder(plan, folder / PLAN, engine=engine, progress=telling.show)
     if folder.stat().st_ino != place:  # files that were just being written may have stayed behind
         raise PlanFolderError("the plan around this run was replaced while it was going on; resume the run")
@@ -196,16 +212,10 @@ def run(folder: Path, scene: Path) -> int:
 
 def _tell_plan(telling: Telling, plan: Plan) -> None:
     is_cut_short = plan.why_stopped == INTERRUPTED
-    best = RunBest(
-        n_stations=len(plan.stations),
-        lower_bound=plan.lower_bound or None,
-        fraction_of_achievable=plan.coverage.fraction_of_achievable,
-        stations=in_scene([station.position_m for station in plan.stations], plan.survey.scene.offset_m),
-    )
     telling.end(
         "cancelled" if is_cut_short else "finished",
         f"it was cancelled{_why(telling.folder)}: this is the best plan until then" if is_cut_short else None,
-        best=best,
+        best=best_of(plan),
         warnings=list(plan.warnings),
         plan=f"{RUNS}/{telling.run.id}/{PLAN}",
     )

@@ -110,7 +110,7 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
       <button
         type="button"
         class="button button-small"
-        title="No station may stand within half a metre of here when the plan is made again"
+        title="No station may stand here, or within the radius, when the plan is made again"
         onClick={() =>
           void desk.commit('forbid a place', [
             forbid(station.positionM, store.editing.forbidRadiusM.peek(), station.floorId),

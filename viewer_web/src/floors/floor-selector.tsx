@@ -22,8 +22,17 @@ export function FloorSelector({ store }: { store: Store }) {
             store={store}
             id={floor.id}
             name={floor.name}
-            detail={detailOf(floor, stations.filter((station) => station.floor === floor.id).length)}
-            fraction={loaded.plan.coverage.floors.find((figures) => figures.floor === floor.id)?.fraction_of_achievable}
+            detail={detailOf(
+              floor,
+              isPlanned(floor, loaded.plan.requirements.floors)
+                ? counted(stations.filter((station) => station.floor === floor.id).length, 'station')
+                : 'not asked for',
+            )}
+            fraction={
+              isPlanned(floor, loaded.plan.requirements.floors)
+                ? loaded.plan.coverage.floors.find((figures) => figures.floor === floor.id)?.fraction_of_achievable
+                : undefined
+            }
           />
         ))}
       </div>
@@ -32,9 +41,15 @@ export function FloorSelector({ store }: { store: Store }) {
   );
 }
 
-function detailOf(floor: PlanFloor, nStations: number): string {
+function detailOf(floor: PlanFloor, what: string): string {
   const sign = floor.elevation_m < 0 ? '−' : '+';
-  return `${sign}${metres(Math.abs(floor.elevation_m))} · ${counted(nStations, 'station')}`;
+  return `${sign}${metres(Math.abs(floor.elevation_m))} · ${what}`;
+}
+
+/** Whether a floor is among those asked for, by id or name; none told: all are. */
+export function isPlanned({ id, name }: { id: string; name: string }, asked: readonly string[] = []): boolean {
+  const names = asked.map((each) => each.toLowerCase());
+  return names.length === 0 || names.includes(id.toLowerCase()) || names.includes(name.toLowerCase());
 }
 
 interface FloorRowProps {

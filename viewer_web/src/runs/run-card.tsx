@@ -4,6 +4,7 @@ import { timeInWords } from '../api/conflict-words.ts';
 import type { Desk } from '../api/desk.ts';
 import type { Run } from '../api/documents.ts';
 import { showDifference } from '../compare/compare-section.tsx';
+import { counted } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { bestInWords, progressInWords, shareDone } from './run-words.ts';
 
@@ -33,8 +34,24 @@ export function RunCard({ store, desk, run, mayChange }: RunCardProps) {
       {run.message !== null && run.message !== '' && (
         <p class={run.state === 'failed' ? 'note note-warn' : 'note'}>{run.message}</p>
       )}
+      <Remarks lines={run.warnings ?? []} />
       <RunButtons store={store} desk={desk} run={run} mayChange={mayChange} />
     </li>
+  );
+}
+
+/** What the plan that was found has to be read with, such as how few stations it would take from scratch. */
+function Remarks({ lines }: { lines: readonly string[] }) {
+  if (lines.length === 0) return null;
+  return (
+    <details>
+      <summary>{counted(lines.length, 'remark')} on its plan</summary>
+      <ul class="muted">
+        {lines.map((line) => (
+          <li key={line}>{line}</li>
+        ))}
+      </ul>
+    </details>
   );
 }
 
