@@ -255,6 +255,21 @@ def test_scripts_are_compressed_where_the_browser_takes_it(ask, built_app: Path)
     assert "immutable" in plain.headers["cache-control"]
 
 
+@pytest.mark.parametrize(
+    ("name", "is_packed"),
+    [("stage.usdc", True), ("patches.u8", True), ("seen/S001.bits", True), ("clouds/S002.u16", False)],
+)
+def test_what_a_page_reads_whole_is_compressed_and_clouds_are_not(
+    ask, plan_folder: Path, name: str, is_packed: bool
+) -> None:
+    file = plan_folder / "viewer" / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_bytes(bytes(4096))
+    answer = ask(f"/plan/viewer/{name}", headers={"accept-encoding": "gzip"})
+    assert answer.content == bytes(4096)
+    assert ("content-encoding" in answer.headers) == is_packed
+
+
 def test_a_replaced_plan_folder_shows_without_a_restart(ask, plan_folder: Path, tmp_path: Path) -> None:
     plan_folder.rename(tmp_path / "old")
     assert ask("/plan/plan.json").status_code == 404
