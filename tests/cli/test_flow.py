@@ -265,6 +265,18 @@ def test_view_of_a_broken_plan_says_so(planned: tuple[Path, dict[str, Any]], tmp
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.parametrize("is_there", [False, True])
+def test_view_of_another_building_says_so_before_it_serves(
+    is_there: bool, planned: tuple[Path, dict[str, Any]], tmp_path: Path
+) -> None:
+    scene = tmp_path / "other.ifc"
+    if is_there:
+        scene.write_text("another building")
+    done = run("view", planned[0], "--scene", scene, "--no-browser")
+    assert done.returncode == 3
+    assert done.stderr.count("\n") == 1 and "other.ifc" in done.stderr
+
+
 def test_view_serves_the_plan_on_loopback_until_interrupted(planned: tuple[Path, dict[str, Any]]) -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "tlsplan", "view", str(planned[0]), "--no-browser", "--no-live"],
