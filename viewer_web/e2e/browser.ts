@@ -71,6 +71,16 @@ export class ViewerPage {
     );
   }
 
+  /** Figures of a card by their names. */
+  async figures(testId: string): Promise<Record<string, string>> {
+    const rows = this.page.getByTestId(testId).locator('.figure');
+    return Object.fromEntries(
+      await rows.evaluateAll((all) =>
+        all.map((row) => [row.querySelector('dt')?.textContent ?? '', row.querySelector('dd')?.textContent ?? '']),
+      ),
+    );
+  }
+
   async screenshot(name: string): Promise<void> {
     mkdirSync(SCREENSHOTS, { recursive: true });
     await this.page.screenshot({ path: `${SCREENSHOTS}${name}.png` });

@@ -1,5 +1,5 @@
 /** Editing in a real browser: a station dragged over its ground, zones drawn, everything taken back. */
-import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { mkdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import type { Browser, Locator } from 'playwright-core';
@@ -7,8 +7,8 @@ import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test, vi } 
 import type { Review } from '../src/api/documents.ts';
 import { readFramed } from '../src/api/framing.ts';
 import { GROUND, GroundMap as Ground, type GroundMap } from '../src/edit/ground-map.ts';
-import { type PlanJson, parsePlan } from '../src/load/plan-json.ts';
 import { launchBrowser, ViewerPage } from './browser.ts';
+import { PlanFiles } from './plan-files.ts';
 import { type PlanServer, serveCopy } from './plan-server.ts';
 
 // Every step waits for the server's figures: on a busy machine with software rendering that takes its time.
@@ -16,7 +16,7 @@ vi.setConfig({ testTimeout: 300_000, hookTimeout: 300_000 });
 
 const RESULTS = fileURLToPath(new URL('../test-results/', import.meta.url));
 const planFolder = inject('planFolder');
-const plan: PlanJson = parsePlan(JSON.parse(readFileSync(join(planFolder, 'plan.json'), 'utf8')));
+const { plan } = new PlanFiles(planFolder);
 const floor = [...plan.floors].sort((a, b) => a.elevation_m - b.elevation_m)[0];
 const stations = plan.stations.filter((station) => station.floor === floor.id);
 

@@ -31,15 +31,6 @@ const legend = () => viewer.page.getByTestId('legend');
 const isPurple = ([r, g, b]: readonly number[]): boolean => b > g + 40 && r > g + 25;
 const areaIn = (text: string | null): number => Number(/([\d.,]+) m²/.exec(text ?? '')?.[1].replace(',', ''));
 
-async function figures(testId: string): Promise<Record<string, string>> {
-  const rows = viewer.page.getByTestId(testId).locator('.figure');
-  return Object.fromEntries(
-    await rows.evaluateAll((all) =>
-      all.map((row) => [row.querySelector('dt')?.textContent ?? '', row.querySelector('dd')?.textContent ?? '']),
-    ),
-  );
-}
-
 async function choose(layerId: string): Promise<void> {
   await viewer.page.getByLabel('Colour of the building').selectOption(layerId);
   await viewer.page.locator('[data-testid=legend][data-state=shown]').waitFor();
@@ -81,7 +72,7 @@ test('a clicked surface tells the figures of its patch as the files have them', 
       const card = viewer.page.getByTestId('surface-figures');
       if ((await card.count()) === 0) continue;
       const patch = Number(await card.getAttribute('data-patch'));
-      const shown = await figures('surface-figures');
+      const shown = await viewer.figures('surface-figures');
       const [layer] = files.layers.layers;
       const value = files.values(layer.file)[patch];
       if (shown['Seen here'] === 'cut open') continue;

@@ -26,15 +26,6 @@ afterEach(async () => {
   expect(viewer.faults).toEqual([]);
 });
 
-async function figures(testId: string): Promise<Record<string, string>> {
-  const rows = viewer.page.getByTestId(testId).locator('.figure');
-  return Object.fromEntries(
-    await rows.evaluateAll((all) =>
-      all.map((row) => [row.querySelector('dt')?.textContent ?? '', row.querySelector('dd')?.textContent ?? '']),
-    ),
-  );
-}
-
 test('what the browser finds of the network is what the planner found', () => {
   const sorted = (lists: readonly (readonly string[])[]): string[] => lists.map((list) => list.join(' ')).sort();
   expect(sorted(report.parts)).toEqual(sorted(registration.networks.map(({ stations }) => stations)));
@@ -46,7 +37,7 @@ test('what the browser finds of the network is what the planner found', () => {
 
 test('the tab tells networks, bridges and the weakest link', async () => {
   await viewer.open('#tab=network');
-  const shown = await figures('network-figures');
+  const shown = await viewer.figures('network-figures');
   expect(shown.Networks).toContain(report.parts.length === 1 ? 'one: all register' : `${report.parts.length} apart`);
   expect(shown['Links that count']).toBe(String(report.counting.length));
   expect(shown.Bridges).toBe(String(report.bridges.size));
@@ -71,7 +62,7 @@ test('a pair points out what both see, and tells how much', async () => {
     .click();
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
   await viewer.settle();
-  const shown = await figures('pair-figures');
+  const shown = await viewer.figures('pair-figures');
   expect(shown.Overlap).toBe(`${(100 * link.overlap).toFixed(1)} %`);
   const covered = [link.a, link.b].map((id) => plan.stations.find((one) => one.id === id)!.covered_area_m2);
   // Overlap is the smaller of both shares: what is shared over what the one sees that sees more.

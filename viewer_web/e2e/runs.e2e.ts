@@ -1,11 +1,9 @@
 /** Planning again from a real browser: the form, a run's progress, its plan opened, compared and deleted. */
-import { readFileSync } from 'node:fs';
-import { join } from 'node:path';
 import type { Browser, Locator } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test, vi } from 'vitest';
 import type { Run } from '../src/api/documents.ts';
-import { type PlanJson, parsePlan } from '../src/load/plan-json.ts';
 import { launchBrowser, ViewerPage } from './browser.ts';
+import { PlanFiles } from './plan-files.ts';
 import { type PlanServer, serveCopy } from './plan-server.ts';
 
 // A run is a real one: it loads the scene, scans and chooses, on a machine that may be busy.
@@ -13,7 +11,7 @@ vi.setConfig({ testTimeout: 600_000, hookTimeout: 300_000 });
 const RUN_MS = 540_000;
 
 const planFolder = inject('planFolder');
-const plan: PlanJson = parsePlan(JSON.parse(readFileSync(join(planFolder, 'plan.json'), 'utf8')));
+const { plan } = new PlanFiles(planFolder);
 
 let browser: Browser;
 let server: PlanServer;

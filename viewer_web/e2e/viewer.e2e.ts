@@ -35,16 +35,6 @@ const checkedFloor = (): Promise<string | null> =>
 const hash = (): string => new URL(viewer.page.url()).hash;
 const marker = (id: string) => viewer.page.locator(`.marker[data-station="${id}"]`);
 
-/** Figures of a card by their names. */
-async function figures(testId: string): Promise<Record<string, string>> {
-  const rows = viewer.page.getByTestId(testId).locator('.figure');
-  return Object.fromEntries(
-    await rows.evaluateAll((all) =>
-      all.map((row) => [row.querySelector('dt')?.textContent ?? '', row.querySelector('dd')?.textContent ?? '']),
-    ),
-  );
-}
-
 /** Click bare canvas and read what the picked surface is; null where nothing is picked or something covers the canvas. */
 async function pickAt(x: number, y: number): Promise<Record<string, string> | null> {
   const close = viewer.page.getByRole('button', { name: 'Close' });
@@ -53,7 +43,7 @@ async function pickAt(x: number, y: number): Promise<Record<string, string> | nu
   if (!isBare) return null;
   await viewer.page.mouse.click(x, y);
   const isPicked = (await viewer.page.getByTestId('surface-figures').count()) > 0;
-  return isPicked ? figures('surface-figures') : null;
+  return isPicked ? viewer.figures('surface-figures') : null;
 }
 
 async function centreOf(id: string): Promise<{ x: number; y: number }> {
@@ -130,7 +120,7 @@ test('a click on a marker shows the figures of plan.json and the cloud', async (
   await viewer.page.locator('[data-testid=cloud][data-state=shown]').waitFor();
   await viewer.settle();
   const [x, y, z] = station.position.map((value) => `${value.toFixed(3)} m`);
-  expect(await figures('station-figures')).toMatchObject({
+  expect(await viewer.figures('station-figures')).toMatchObject({
     x,
     y,
     z,
@@ -161,7 +151,7 @@ test('a click on a marker shows the figures of plan.json and the cloud', async (
 });
 
 async function groundPicked(): Promise<string | undefined> {
-  return (await figures('surface-figures'))['Ground of'];
+  return (await viewer.figures('surface-figures'))['Ground of'];
 }
 
 test('a click on ground picks its floor', async () => {
