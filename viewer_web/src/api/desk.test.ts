@@ -9,15 +9,17 @@ const move = (x: number, station = 'S001'): Change => ({ kind: 'move_station', s
 
 async function openDesk(server = new FakeReviewServer()) {
   const heard: { review?: (event: { revision: number; author: string; objects: string[] }) => void } = {};
-  const listen = ((_: string, handlers: typeof heard) => {
+  const line: { onOpen?: () => void } = {};
+  const listen = ((_: string, handlers: typeof heard, options: typeof line) => {
     Object.assign(heard, handlers);
+    Object.assign(line, options);
     return () => undefined;
   }) as unknown as typeof listenToEvents;
   const desk = new Desk(new ApiClient(server.fetch), { listen });
   await desk.open();
   desk.setAuthor('Ada');
   const placeOf = (id = 'S001'): Point | null | undefined => desk.review.value?.stations[id]?.position_m;
-  return { server, desk, heard, placeOf };
+  return { server, desk, heard, line, placeOf };
 }
 
 test('changes are taken back and made again in the order they were made', async () => {
@@ -96,6 +98,17 @@ test("what others change is fetched when it is told, and one's own is not fetche
   await desk.commit('again', [move(3, 'S002')]);
   expect(server.asked.slice(nAsked)).toEqual(['POST api/review/changes']);
   expect(desk.activities.value.map(({ author }) => author)).toEqual(['Grace', 'Ada']);
+});
+
+test('what happened before the line was there is asked for once it is', async () => {
+  const { server, desk, line, placeOf } = await openDesk();
+  server.changeAs('Grace', move(7));
+  server.live = { state: 'ready', step: null, fraction: null, message: null };
+  expect(desk.live.value.state).not.toBe('ready');
+  line.onOpen?.();
+  await desk.commit('in turn', [move(2, 'S002')]);
+  expect(desk.live.value.state).toBe('ready');
+  expect(placeOf()).toEqual([7, 0, 1.3]);
 });
 
 test('a server that is gone is told of, and nothing is taken for done', async () => {

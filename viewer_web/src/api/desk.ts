@@ -107,9 +107,10 @@ export class Desk {
         run: (run) => this.hearRun(run),
       },
       {
-        onOpen: (isAgain) => {
+        // The first time too: what happened between the session's answer and this line was told to nobody.
+        onOpen: () => {
           this.line.value = 'open';
-          if (isAgain) void this.reload().catch((error: Error) => this.warn(error.message));
+          void this.inTurn(() => this.askAgain());
         },
         onBreak: () => {
           this.line.value = 'broken';
@@ -183,6 +184,16 @@ export class Desk {
       this.review.value = review;
     });
     void this.refreshFigures();
+  }
+
+  private async askAgain(): Promise<boolean> {
+    try {
+      await this.reload();
+      return true;
+    } catch (error) {
+      this.warn((error as Error).message);
+      return false;
+    }
   }
 
   private inTurn(act: () => Promise<boolean>): Promise<boolean> {

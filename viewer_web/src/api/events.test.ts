@@ -31,7 +31,7 @@ function listening() {
         waits.push({ ms, then });
         return () => waits.splice(0);
       },
-      onOpen: (isAgain) => log.push(isAgain ? 'again' : 'open'),
+      onOpen: () => log.push('open'),
       onBreak: () => log.push('broken'),
     },
   );
@@ -55,7 +55,7 @@ test('a broken line is tried again, each time later, until it is there', () => {
   }
   expect(waits.map(({ ms }) => ms)).toEqual([500, 1000, 2000, 4000, 8000, 15000, 15000, 15000]);
   sources[8].tell('open');
-  expect(log.at(-1)).toBe('again');
+  expect(log.at(-1)).toBe('open');
   sources[8].tell('error');
   expect(waits.at(-1)?.ms).toBe(500);
   expect(sources.map(({ isClosed }) => isClosed)).not.toContain(false);

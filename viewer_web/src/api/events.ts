@@ -18,8 +18,8 @@ const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 15_000;
 
 interface ListenOptions {
-  /** Called when the line is there again after a break: what happened meanwhile was not told. */
-  readonly onOpen?: (isAgain: boolean) => void;
+  /** Called when the line is there, again after every break: what happened before was not told. */
+  readonly onOpen?: () => void;
   readonly onBreak?: () => void;
   readonly open?: (address: string) => Source;
   readonly wait?: (ms: number, then: () => void) => () => void;
@@ -38,14 +38,12 @@ export function listenToEvents(
 ): () => void {
   let source: Source | null = null;
   let waitMs = FIRST_WAIT_MS;
-  let wasOpen = false;
   let stopWaiting: () => void = () => undefined;
   const connect = (): void => {
     const opened = open(address);
     source = opened;
     opened.addEventListener('open', () => {
-      onOpen(wasOpen);
-      wasOpen = true;
+      onOpen();
       waitMs = FIRST_WAIT_MS;
     });
     for (const [name, handler] of Object.entries(handlers)) {

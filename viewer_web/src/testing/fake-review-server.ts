@@ -1,5 +1,5 @@
 /** A stand-in for the review's part of the server: comments and moves of stations, revisions and conflicts. */
-import type { Change, Comment, Review, StationEdit, Touch } from '../api/documents.ts';
+import type { Change, Comment, LiveState, Review, StationEdit, Touch } from '../api/documents.ts';
 
 export const EMPTY_REVIEW: Review = {
   revision: 0,
@@ -33,6 +33,7 @@ export class FakeReviewServer {
   /** Requests in the order they came, as "METHOD path". */
   readonly asked: string[] = [];
   isGone = false;
+  live: LiveState = { state: 'off', step: null, fraction: null, message: 'no scene' };
 
   readonly fetch = async (address: string, options?: RequestInit): Promise<Response> => {
     this.asked.push(`${options?.method ?? 'GET'} ${address}`);
@@ -54,7 +55,7 @@ export class FakeReviewServer {
       plan_sha256: '0'.repeat(64),
       revision: this.review.revision,
       read_only: false,
-      live: { state: 'off', message: 'no scene' },
+      live: this.live,
     };
   }
 
