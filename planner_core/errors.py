@@ -46,3 +46,11 @@ class DeviceMemoryError(DeviceError, MemoryError):
 
 class MissingPackageError(PlannerError, ImportError):
     """An optional package or system library is missing; the message says how to get it."""
+
+
+class CoordinatesError(PlannerError, ValueError):
+    """The site's coordinates can't be made out: unknown CRS, control points that fix nothing, a bad number."""
+
+
+class HandoverError(PlannerError, ValueError):
+    """A plan can't be handed over in a format: a missing scene, something that the format can't hold, a full disk."""

@@ -1,77 +1,188 @@
-"""`tlsplan export`: a plan for others, in the format that they read."""
+"""`tlsplan export`: a plan for others, in the formats that they read."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..options import apply, output_options, overwrite_option
 
 if TYPE_CHECKING:
+    from planner_core.coordinates.request import FrameRequest
+    from planner_core.handover.formats import Written
+    from planner_core.handover.options import Options
     from planner_core.progress import Progress
 
+WEB = "web"
+_WEB_TITLE = "the viewer and the plan as a folder for any static web host; works offline, read-only"
 
-@dataclass(frozen=True)
-class Written:
-    """What an export wrote. remarks : one line each, for the user."""
+#: Options of formats: one line each, named as the field of `planner_core.handover.options.Options` that it sets.
+#: Where it is not given, the field's own default holds.
+FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
+    "columns": click.option("--columns", metavar="NAME", default=None, help="Column set of station lists. [PENZD]"),
+    "instrument": click.option(
+        "--instrument", type=click.Choice(["ground", "sensor"]), default=None,
+        help="Whose height a format with one height only holds: the ground point's or the sensor's. [ground]",
+    ),
+    "floors": click.option(
+        "--floor", "floors", multiple=True, metavar="ID|NAME", help="Only this floor; may be repeated. [all]"
+    ),
+    "paper": click.option("--paper", type=click.Choice(["A4", "A3"]), default=None, help="Size of sheets. [A3]"),
+    "noise": click.option(
+        "--noise", is_flag=True, default=None, help="Clouds have the scanner's own range noise and dropouts."
+    ),
+    "seed": click.option("--seed", type=click.IntRange(min=0), default=None, help="Of the noise. [0]"),
+    "max_points": click.option(
+        "--max-points", type=click.IntRange(min=1), default=None, help="A cloud has no more points than these. [all]"
+    ),
+}  # fmt: skip
 
-    n_files: int
-    n_bytes: int
-    remarks: tuple[str, ...] = ()
+_COORDINATE_OPTIONS = (
+    click.option("--crs", default="", metavar="EPSG:CODE|WKT", help="The site's coordinate reference system."),
+    click.option("--vertical-crs", default="", metavar="EPSG:CODE|WKT", help="The system of its heights."),
+    click.option("--origin", default=None, metavar="E,N,H", help="Where the scene's origin is on the site, metres."),
+    click.option("--rotation", default=None, type=float, metavar="DEGREES",
+                 help="Turn of the scene on the grid, counter-clockwise, with --origin. [0]"),
+    click.option("--scale", default=None, type=float, help="Of the grid in plan, with --origin. [1]"),
+)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Format:
-    """A format of `tlsplan export`. write : plan folder, output, whether to replace it, progress."""
-
-    title: str
-    write: Callable[[Path, Path, bool, Progress], Written]
-
-
-def _web(plan: Path, folder: Path, overwrite: bool, progress: Progress) -> Written:
-    from viewer_web.static_export import export_viewer
-
-    exported = export_viewer(plan, folder, overwrite=overwrite, progress=progress)
-    return Written(exported.n_files, exported.n_bytes, exported.remarks)
-
-
-#: By the name that --format takes.
-FORMATS: dict[str, Format] = {
-    "web": Format("the viewer and the plan as a folder for any static web host; works offline, read-only", _web),
-}
+def _format_options(function: Any) -> Any:
+    for option in reversed((*FORMAT_OPTIONS.values(), *_COORDINATE_OPTIONS)):
+        function = option(function)
+    return function
 
 
 def _list(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     if not wanted or ctx.resilient_parsing:
         return
+    from planner_core.handover.formats import FORMATS
+
     from ..output import table
 
-    table(("format", "what it is"), [(name, each.title) for name, each in FORMATS.items()])
+    rows = [(each.name, each.title, "the scene" if each.needs_scene else "", each.verified_with)
+            for each in FORMATS.values()]  # fmt: skip
+    table(("format", "what it is", "needs besides", "verified with"), [(WEB, _WEB_TITLE, "", "browsers"), *rows])
     ctx.exit()
 
 
-@click.command("export", epilog="Example:  tlsplan export plan/ --format web -o for-the-client/")
+def _names(_: click.Context, __: click.Parameter, text: str) -> tuple[str, ...]:
+    from planner_core.handover.formats import ALL, FORMATS
+
+    names = tuple(name.strip() for name in text.split(","))
+    for name in names:
+        if name not in (WEB, ALL, *FORMATS):
+            raise click.BadParameter(f"{name!r} is not one of {', '.join((WEB, *FORMATS, ALL))}.")
+    if WEB in names and len(names) > 1:
+        raise click.BadParameter(f"{WEB} is a folder of its own: ask for it alone.")
+    return names
+
+
+@click.command("export", epilog="Example:  tlsplan export plan/ --format csv -o stations.csv")
 @click.argument("plan", type=click.Path(path_type=Path))
-@click.option("--format", "name", type=click.Choice(list(FORMATS)), required=True, help="See --list.")
+@click.option("--format", "names", required=True, callback=_names, metavar="NAME[,NAME...]|all",
+              help="See --list. Several, and all: into one folder, under their standard names.")  # fmt: skip
 @click.option("-o", "--output", "target", type=click.Path(path_type=Path), required=True, metavar="PATH",
               help="What to write.")  # fmt: skip
+@click.option("--scene", type=click.Path(path_type=Path), default=None, metavar="FILE",
+              help="The scene file of the plan. [default: looked for where it was, and beside the plan]")  # fmt: skip
 @click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list,
               help="List the formats, and exit.")  # fmt: skip
+@_format_options
 @apply(overwrite_option, output_options)
-def command(plan: Path, name: str, target: Path, overwrite: bool, as_json: bool, quiet: bool) -> None:
-    """Write the plan folder PLAN in another format, to hand it over."""
+def command(
+    plan: Path,
+    names: tuple[str, ...],
+    target: Path,
+    scene: Path | None,
+    overwrite: bool,
+    as_json: bool,
+    quiet: bool,
+    **told: Any,
+) -> None:
+    """Write the plan folder PLAN in other formats, to hand it over."""
     from .. import output
     from ..progress import ProgressReporter
 
+    options, frame = _options(names, told), _frame_request(told)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        written = FORMATS[name].write(plan, target, overwrite, reporter.show)
+        if names == (WEB,):
+            written = _web(plan, target, overwrite, reporter.show)
+        else:
+            written = _hand_over(names, plan, target, options, overwrite, scene, frame, reporter.show)
         reporter.warn(written.remarks)
     if as_json:
-        document = {"format": name, "path": str(target), "n_files": written.n_files, "n_bytes": written.n_bytes}
-        output.as_json({**document, "warnings": list(written.remarks)})
+        document = {"format": ",".join(names), "path": str(target)}
+        sizes = {"n_files": written.n_files, "n_bytes": written.n_bytes}
+        output.as_json({**document, **sizes, "warnings": list(written.remarks)})
     elif not quiet:
-        output.say(f"{target}: {written.n_bytes / 1e6:.1f} MB in {written.n_files} files")
+        output.say(f"{target}: {_size(written.n_bytes)} in {written.n_files} file{'s' if written.n_files > 1 else ''}")
+
+
+def _size(n_bytes: int) -> str:
+    return f"{n_bytes / 1e6:.1f} MB" if n_bytes >= 100_000 else f"{n_bytes / 1e3:.1f} kB"
+
+
+def _hand_over(
+    names: tuple[str, ...],
+    plan: Path,
+    target: Path,
+    options: Options,
+    overwrite: bool,
+    scene: Path | None,
+    frame: FrameRequest,
+    progress: Progress,
+) -> Written:
+    from planner_core.handover.formats import ALL, hand_over, hand_over_pack
+
+    said: dict[str, Any] = {"overwrite": overwrite, "scene": scene, "frame": frame, "progress": progress}
+    if len(names) == 1 and names[0] != ALL:
+        return hand_over(names[0], plan, target, options, **said)
+    return hand_over_pack(names, plan, target, options, **said)
+
+
+def _web(plan: Path, folder: Path, overwrite: bool, progress: Progress) -> Written:
+    from planner_core.handover.formats import Written
+    from viewer_web.static_export import export_viewer
+
+    exported = export_viewer(plan, folder, overwrite=overwrite, progress=progress)
+    return Written(folder, exported.n_files, exported.n_bytes, exported.remarks)
+
+
+def _options(names: tuple[str, ...], told: dict[str, Any]) -> Options:
+    """Return what is told of formats; refuses what none of the chosen formats takes."""
+    from planner_core.handover.formats import formats_named
+    from planner_core.handover.options import Options
+
+    given = {name: told[name] for name in FORMAT_OPTIONS if told[name] not in (None, ())}
+    taken = {field for each in formats_named([n for n in names if n != WEB]) for field in each.options}
+    for name in given:
+        if name not in taken:
+            option = "--floor" if name == "floors" else f"--{name.replace('_', '-')}"
+            raise click.UsageError(f"{option}: no chosen format takes it ({', '.join(names)}).")
+    return Options(**given)
+
+
+def _frame_request(told: dict[str, Any]) -> FrameRequest:
+    from planner_core.coordinates.request import FrameRequest
+    from planner_core.errors import RequirementError
+
+    from ..inputs import numbers
+
+    origin, rotation, scale = told["origin"], told["rotation"], told["scale"]
+    if origin is None and (rotation is not None or scale is not None):
+        raise RequirementError("--rotation, --scale: got them without --origin, expected it; add --origin E,N,H")
+    if origin is None:
+        return FrameRequest(crs=told["crs"], vertical_crs=told["vertical_crs"])
+    east, north, height = numbers(origin, "--origin", "E,N,H", (3,))
+    return FrameRequest(
+        crs=told["crs"],
+        vertical_crs=told["vertical_crs"],
+        origin_m=(east, north, height),
+        rotation_rad=math.radians(rotation or 0.0),
+        scale=1.0 if scale is None else scale,
+    )

@@ -176,4 +176,4 @@ def test_the_command_tells_the_size_and_lists_the_formats(
     assert document["n_bytes"] == sum((tmp_path / "web" / name).stat().st_size for name in kept(tmp_path / "web"))
     listed = call(export_command.command, ["--list"])
     assert (listed.exit_code, "web" in listed.output) == (0, True)
-    assert call(export_command.command, [str(plan_folder), "--format", "pdf", "-o", "x"]).exit_code == 2
+    assert call(export_command.command, [str(plan_folder), "--format", "no-such", "-o", "x"]).exit_code == 2

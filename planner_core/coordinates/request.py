@@ -1,0 +1,29 @@
+"""What a user says of the site's coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class FrameRequest:
+    """How the site's coordinates come about. Nothing told: what the plan's scene file says, else scene coordinates.
+
+    origin_m : E, N, H of the scene's origin. rotation_rad : of the scene against the grid, counter-clockwise seen from
+    above. control_points : CSV, see `planner_core.coordinates.control_points`; instead of an origin.
+    """
+
+    crs: str = ""
+    """`EPSG:25832` or WKT; empty: a local system, or the scene file's."""
+    vertical_crs: str = ""
+    origin_m: tuple[float, float, float] | None = None
+    rotation_rad: float = 0.0
+    scale: float = 1.0
+    control_points: Path | None = None
+    parameters: int = 4
+    """Of the transformation that control points give: 4 (and a height shift) or 7."""
+    fixed_scale: bool = False
+    """Control points give no scale: it stays 1."""
+    scene_coordinates: bool = False
+    """Scene coordinates, whatever the scene file says."""

@@ -1,0 +1,250 @@
+"""The registry of formats, and what all of them share: a free target, files that appear whole, a record of what is in.
+
+A writer gets a `PlanSource`, a path to write to (a file that is not there, or an empty folder) and `Options`. It never
+looks at the target, replaces, renames or prints; it returns remarks, one line each, for the user.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import importlib
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from planner_core.coordinates.request import FrameRequest
+from planner_core.errors import HandoverError, OutputExistsError, RequirementError
+from planner_core.export.atomic import staged_file, staged_folder
+from planner_core.handover.options import Options
+from planner_core.handover.source import PlanSource, open_plan
+from planner_core.progress import Progress, ProgressEvent, silent
+
+STAGE = "export"
+ALL = "all"
+"""In place of a name: every format, each under its standard name."""
+RECORD = "handover.json"
+"""In every folder that is written here: what it is, so that only such folders are replaced."""
+SCHEMA = "tlsplan/handover/1"
+
+Writer: TypeAlias = Callable[[PlanSource, Path, Options, Progress], tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format that a plan is handed over in.
+
+    file_name : its standard name in a pack, suffix and all; without a suffix it is a folder. needs_scene : it is made
+    from the scene file besides. options : fields of `Options` that it takes. verified_with : programs that read it in
+    tests, and versions. example : the command line.
+    """
+
+    name: str
+    title: str
+    file_name: str
+    write: Writer
+    needs_scene: bool = False
+    options: tuple[str, ...] = ()
+    verified_with: str = ""
+    in_pack: bool = True
+    """Whether `all` holds it."""
+
+    @property
+    def is_folder(self) -> bool:
+        """Whether it is a folder of files."""
+        return not Path(self.file_name).suffix
+
+    @property
+    def example(self) -> str:
+        """How it is called."""
+        return f"tlsplan export plan/ --format {self.name} -o {self.file_name}{'/' if self.is_folder else ''}"
+
+
+@dataclass(frozen=True)
+class Written:
+    """What was written. remarks : one line each, for the user."""
+
+    path: Path
+    n_files: int
+    n_bytes: int
+    remarks: tuple[str, ...] = ()
+
+
+def _lazy(module: str, function: str) -> Writer:
+    """Return a writer whose module is imported when it first writes: most need packages of their own."""
+
+    def write(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
+        writer: Writer = getattr(importlib.import_module(module), function)
+        return writer(plan, path, options, progress)
+
+    return write
+
+
+_FORMATS = (
+    Format(
+        name="csv",
+        title="stations as a CSV for controllers and total stations",
+        file_name="stations.csv",
+        write=_lazy("planner_core.handover.csv_profiles", "write_csv"),
+        options=("columns", "instrument", "floors"),
+        verified_with="Python's csv",
+    ),
+)
+
+FORMATS: dict[str, Format] = {each.name: each for each in _FORMATS}
+"""By the name that `tlsplan export --format` takes; in the order in which they are listed."""
+
+
+def formats_named(names: Sequence[str]) -> tuple[Format, ...]:
+    """Return the formats of these names, `all` for every one, each once.
+
+    Raises
+    ------
+    RequirementError
+        There is none of a name.
+    """
+    wanted: dict[str, Format] = {}
+    for name in names:
+        if name == ALL:
+            wanted.update((each.name, each) for each in _FORMATS if each.in_pack)
+        elif name in FORMATS:
+            wanted[name] = FORMATS[name]
+        else:
+            raise RequirementError(f"format: got {name!r}, expected one of {', '.join((*FORMATS, ALL))}; see --list")
+    return tuple(wanted.values())
+
+
+def hand_over(
+    name: str,
+    plan: Path | PlanSource,
+    target: Path,
+    options: Options = Options(),  # noqa: B008 - frozen
+    *,
+    overwrite: bool = False,
+    scene: Path | None = None,
+    frame: FrameRequest | None = None,
+    progress: Progress = silent,
+) -> Written:
+    """Write a plan in one format; it appears whole or not at all.
+
+    Parameters
+    ----------
+    name
+        Of `FORMATS`.
+    plan
+        The plan folder; or the plan, once opened, with `scene` and `frame` as told then.
+    target
+        The file or the folder to write; folders above are made.
+    overwrite
+        Replace a file, or a folder that was written here before.
+
+    Raises
+    ------
+    OutputExistsError
+        The target is there, and is not to be replaced.
+    HandoverError, PlanFolderError, CoordinatesError, SceneError
+        What it is written from is not there or does not do; or the target can't be written.
+    """
+    (chosen,) = formats_named([name])
+    opened = plan if isinstance(plan, PlanSource) else open_plan(plan, scene=scene, frame=frame)
+    with _target_guarded(target):
+        if chosen.is_folder:
+            _check_folder(target, overwrite=overwrite)
+            with staged_folder(target, replace=overwrite) as staging:
+                remarks = chosen.write(opened, staging, options, progress)
+                _record(opened, (chosen,), staging)
+        else:
+            _check_file(target, overwrite=overwrite)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with staged_file(target) as staging:
+                remarks = chosen.write(opened, staging, options, progress)
+                _check_file(target, overwrite=overwrite)  # minutes may have gone by
+    return Written(target, *_size(target), (*opened.frame.warnings, *remarks))
+
+
+def hand_over_pack(
+    names: Sequence[str],
+    plan: Path | PlanSource,
+    target: Path,
+    options: Options = Options(),  # noqa: B008 - frozen
+    *,
+    overwrite: bool = False,
+    scene: Path | None = None,
+    frame: FrameRequest | None = None,
+    progress: Progress = silent,
+) -> Written:
+    """Write a plan in several formats into one folder, each under its standard name; as `hand_over`."""
+    chosen = formats_named(names)
+    opened = plan if isinstance(plan, PlanSource) else open_plan(plan, scene=scene, frame=frame)
+    remarks = list(opened.frame.warnings)
+    with _target_guarded(target):
+        _check_folder(target, overwrite=overwrite)
+        with staged_folder(target, replace=overwrite) as staging:
+            for n_done, each in enumerate(chosen):
+                progress(ProgressEvent(STAGE, n_done, len(chosen), each.name))
+                path = staging / each.file_name
+                if each.is_folder:
+                    path.mkdir()
+                remarks += [f"{each.name}: {remark}" for remark in each.write(opened, path, options, progress)]
+            _record(opened, chosen, staging)
+    return Written(target, *_size(target), tuple(remarks))
+
+
+# ------------------------------------------------------------------------------------------------ targets
+@contextlib.contextmanager
+def _target_guarded(target: Path) -> Iterator[None]:
+    try:
+        yield
+    except OutputExistsError:
+        raise
+    except OSError as error:
+        raise HandoverError(
+            f"{target}: can't be written ({error.strerror or error}), nothing was changed; check the free space and "
+            "the permissions"
+        ) from error
+
+
+def _check_file(target: Path, *, overwrite: bool) -> None:
+    if target.is_symlink():
+        raise OutputExistsError(f"{target}: is a link, expected a file of its own; name what it leads to")
+    if target.is_dir():
+        raise OutputExistsError(f"{target}: is a folder, expected a file to write; name a file in it")
+    if target.exists() and not (overwrite and target.is_file()):
+        raise OutputExistsError(f"{target}: exists, expected a free name; give another or pass --overwrite")
+
+
+def _check_folder(target: Path, *, overwrite: bool) -> None:
+    if target.is_symlink() or (target.exists() and not target.is_dir()):
+        raise OutputExistsError(f"{target}: is no folder, expected one to write; give another name")
+    if not target.is_dir() or not any(target.iterdir()):
+        return
+    if not (target / RECORD).is_file():
+        raise OutputExistsError(
+            f"{target}: holds files that were not handed over from a plan; give another name or empty it yourself"
+        )
+    if not overwrite:
+        raise OutputExistsError(f"{target}: exists, expected a free name; give another or pass --overwrite")
+
+
+def _size(target: Path) -> tuple[int, int]:
+    """Files and bytes."""
+    files = [target] if target.is_file() else [path for path in target.rglob("*") if path.is_file()]
+    return len(files), sum(path.stat().st_size for path in files)
+
+
+def _record(plan: PlanSource, formats: Sequence[Format], staging: Path) -> None:
+    """Write down what the folder holds: of which plan, in which coordinates."""
+    frame = plan.frame
+    document: dict[str, Any] = {
+        "schema": SCHEMA,
+        "plan": plan.title,
+        "plan_sha256": hashlib.sha256((plan.folder / "plan.json").read_bytes()).hexdigest(),
+        "coordinates": frame.crs_line,
+        "crs": frame.crs,
+        "vertical_crs": frame.vertical_crs,
+        "scene_to_site": [[float(value) for value in row] for row in frame.matrix],
+        "formats": {each.name: each.file_name for each in formats},
+    }
+    (staging / RECORD).write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
