@@ -20,10 +20,47 @@ if TYPE_CHECKING:
 WEB = "web"
 _WEB_TITLE = "the viewer and the plan as a folder for any static web host; works offline, read-only"
 
+
+def _ids(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip()) if text else ()
+
+
+def _metres(_: click.Context, option: click.Parameter, text: str | None) -> tuple[float, ...] | None:
+    from ..inputs import numbers
+
+    return None if text is None else tuple(numbers(text, option.opts[0], "E,N,H", (3,)))
+
+
 #: Options of formats: one line each, named as the field of `planner_core.handover.options.Options` that it sets.
 #: Where it is not given, the field's own default holds.
 FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
-    "columns": click.option("--columns", metavar="NAME", default=None, help="Column set of station lists. [PENZD]"),
+    "columns": click.option(
+        "--columns", metavar="LETTERS|NAME", default=None,
+        help="Column set of station lists, such as PNEZD, or a program's by name, such as trimble-access. [PENZD]",
+    ),
+    "separator": click.option(
+        "--separator", type=click.Choice(["comma", "semicolon", "tab", "space"]), default=None,
+        help="Between columns of station lists. [the column set's own]",
+    ),
+    "decimals": click.option(
+        "--decimals", type=click.IntRange(0, 6), default=None, help="Of metres in station lists. [4, which is 0.1 mm]"
+    ),
+    "subtract": click.option(
+        "--subtract", metavar="E,N,H", default=None, callback=_metres,
+        help="Metres taken off all coordinates of CSV and GSI, for programs that can't hold large ones. [0,0,0]",
+    ),
+    "gsi_unit": click.option(
+        "--gsi-unit", type=click.Choice(["mm", "0.1mm"]), default=None,
+        help="Last digit of GSI. [mm of GSI-8, 0.1mm of GSI-16]",
+    ),
+    "geojson_crs": click.option(
+        "--geojson-crs", type=click.Choice(["wgs84", "local"]), default=None,
+        help="GeoJSON as longitude and latitude, or in the site's own coordinates, which few programs expect. [wgs84]",
+    ),
+    "kml_heights": click.option(
+        "--kml-heights", type=click.Choice(["relative", "absolute"]), default=None,
+        help="KML above the lowest floor, put on the ground, or as if above the sea. [relative]",
+    ),
     "instrument": click.option(
         "--instrument", type=click.Choice(["ground", "sensor"]), default=None,
         help="Whose height a format with one height only holds: the ground point's or the sensor's. [ground]",
@@ -37,7 +74,11 @@ FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
     ),
     "seed": click.option("--seed", type=click.IntRange(min=0), default=None, help="Of the noise. [0]"),
     "max_points": click.option(
-        "--max-points", type=click.IntRange(min=1), default=None, help="A cloud has no more points than these. [all]"
+        "--max-points", type=click.IntRange(min=1), default=None,
+        help="The cloud of a station has no more points than these: beams are thinned evenly. [all]",
+    ),
+    "stations": click.option(
+        "--stations", default=None, callback=_ids, metavar="ID[,ID...]", help="Clouds of these stations only. [all]"
     ),
 }  # fmt: skip
 

@@ -88,8 +88,25 @@ _FORMATS = (
         title="stations as a CSV for controllers and total stations",
         file_name="stations.csv",
         write=_lazy("planner_core.handover.csv_profiles", "write_csv"),
-        options=("columns", "instrument", "floors"),
-        verified_with="Python's csv",
+        options=("columns", "separator", "decimals", "instrument", "subtract", "floors"),
+        verified_with="Python's csv, tlsplan evaluate",
+    ),
+    Format(
+        name="gsi8",
+        title="stations as Leica GSI-8, 8 digits to the millimetre",
+        file_name="stations-8.gsi",
+        write=_lazy("planner_core.handover.gsi", "write_gsi8"),
+        options=("instrument", "gsi_unit", "subtract", "floors"),
+        verified_with="a parser of the format description; geocompy 1.0",
+        in_pack=False,
+    ),
+    Format(
+        name="gsi16",
+        title="stations as Leica GSI-16, to 0.1 mm",
+        file_name="stations-16.gsi",
+        write=_lazy("planner_core.handover.gsi", "write_gsi16"),
+        options=("instrument", "gsi_unit", "subtract", "floors"),
+        verified_with="a parser of the format description; geocompy 1.0",
     ),
 )
 

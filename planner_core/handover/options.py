@@ -24,4 +24,18 @@ class Options:
     """Range noise and dropouts by the scanner's own figures."""
     seed: int = 0
     max_points: int | None = None
-    """A cloud holds no more points than these; None: all."""
+    """The cloud of a station holds no more points than these; None: all."""
+    stations: tuple[str, ...] = ()
+    """Ids of the stations whose clouds are wanted; empty: all."""
+    separator: str = ""
+    """Of columns: `comma`, `semicolon`, `tab` or `space`; empty: the column set's own."""
+    decimals: int | None = None
+    """Of lengths in station lists; None: the column set's own."""
+    subtract: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Metres taken off every easting, northing and height, for programs that can't hold large ones."""
+    gsi_unit: str = ""
+    """Last digit of GSI words: `mm` or `0.1mm`; empty: mm of GSI-8 and 0.1 mm of GSI-16."""
+    geojson_crs: str = "wgs84"
+    """`wgs84`: longitude and latitude; `local`: the site's own coordinates, which few programs expect."""
+    kml_heights: str = "relative"
+    """`relative`: above the lowest floor, which is put on the ground; `absolute`: as they are, as if above the sea."""
