@@ -194,6 +194,11 @@ def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
             f"--max-stations: got it with --objective {choosing.objective}, which has no such limit; add --objective "
             "coverage"
         )
+    if choosing.max_stations is None and choosing.objective == "coverage":
+        raise RequirementError(
+            "--objective coverage: got no number of stations, expected how many it may take at most; add e.g. "
+            "--max-stations 10"
+        )
     options = [("search", search)] if search is not None else []
     options += [("time_limit_s", repr(time_limit_s))] if time_limit_s is not None else []
     for text in choosing.assignments:

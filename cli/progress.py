@@ -75,6 +75,7 @@ class ProgressReporter:
         """Draw one event; raises KeyboardInterrupt where a Ctrl-C got lost inside a package."""
         if event.settles_interrupts:
             settle_interrupts()
+            raise_if_interrupted()  # who asked the process to end gets no plan, and is told of none
             if event.note:
                 self.warn([event.note])
         raise_if_interrupted()

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+if TYPE_CHECKING:
+    from viewer_web.server.runs import LeftRun
 
 
 @click.command("view", epilog="Example:  tlsplan view plan/")
@@ -33,8 +37,10 @@ def command(
 
     The address that is printed holds a token: who has it can read the plan and change its review.
     """
+    from planner_core.errors import PlanFolderError
     from planner_core.export.plan_json import read_plan_json
     from planner_core.export.plan_settings import find_scene
+    from planner_core.review.store import ReviewStore
     from viewer_web.server import serve
 
     from .. import output
@@ -48,6 +54,11 @@ def command(
     if scene is not None:
         find_scene(plan, document, told=scene)  # so is the wrong building
     try:
+        ReviewStore(plan).current()
+    except PlanFolderError as error:  # the plan can be looked at without
+        click.echo(f"warning: {error}", err=True)
+    left: list[LeftRun] = []
+    try:
         serve(
             plan,
             host=host,
@@ -57,6 +68,15 @@ def command(
             scene=scene,
             read_only=read_only,
             live=not no_live,
+            on_left=left.append,
         )
     except KeyboardInterrupt:
         output.say("stopped")
+        for run in left:
+            output.say(_left_in_words(run))
+
+
+def _left_in_words(left: LeftRun) -> str:
+    if left.is_ending:
+        return f"run {left.run} was asked to end: where it has stations by now, it still writes its plan to {left.plan}"
+    return f"run {left.run} goes on, and writes its plan to {left.plan}; start `tlsplan view` again to see or cancel it"

@@ -80,8 +80,8 @@ def _check_parent(folder: Path) -> None:
         )
     if not os.access(parent, os.R_OK | os.W_OK | os.X_OK):
         raise PlanFolderError(
-            f"{folder}: can't be written, {parent} gives no permission to, expected a writable folder; "
-            "give another path or change the permissions"
+            f"{folder}: can't be written, as nothing may be written into {parent}, expected a folder of yours; "
+            "give another path, or change the permissions"
         )
 
 

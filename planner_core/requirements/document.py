@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planner_core.errors import RequirementError
+from planner_core.requirements.quantities import shown
 
 if TYPE_CHECKING:
     import yaml
@@ -43,7 +44,7 @@ def read_document(path: Path) -> dict[str, Any]:
     except ValueError as error:  # whole numbers of thousands of digits
         raise _refused(path, "a number that is too long to be one", "a plain file") from error
     if not isinstance(found, dict) or not found:
-        got = "nothing" if not found else f"a {type(found).__name__}"
+        got = "nothing" if not found else shown(found)
         raise _refused(path, got, "entries such as `coverage: 95 %`")
     _check_depth(found, path)
     return found

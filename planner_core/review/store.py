@@ -22,6 +22,7 @@ from planner_core.model.review import PlanUnderReview, Review
 from planner_core.review.changes import Change, Signature
 from planner_core.review.commit import Committed, Conflict, commit
 from planner_core.review.plan_facts import plan_under_review
+from planner_core.review.usd import damaged
 from planner_core.review.usd_read import read_review
 from planner_core.review.usd_write import review_text
 
@@ -115,15 +116,18 @@ class ReviewStore:
         try:
             if self._file.stat().st_size > MOST_REVIEW_BYTES:
                 raise PlanFolderError(
-                    f"{self._file}: is larger than {MOST_REVIEW_BYTES >> 20} MiB, expected a review; move it away"
+                    f"{self._file}: is larger than {MOST_REVIEW_BYTES >> 20} MiB, expected a review; rename it to "
+                    "begin a new one: nothing is deleted"
                 )
             return self._file.read_text(encoding="utf-8")
         except FileNotFoundError:
             return ""
-        except (OSError, UnicodeDecodeError) as error:
+        except UnicodeDecodeError as error:
+            raise damaged(str(self._file), f"byte {error.start + 1} is no text") from error
+        except OSError as error:
             raise PlanFolderError(
-                f"{self._file}: can't be read ({error}), expected the review layer of the plan, and nothing is "
-                "written over it; repair it, or move it away to begin a new review"
+                f"{self._file}: can't be read ({error.strerror or error}), expected the review of the plan; check its "
+                "permissions, or rename it to begin a new review: nothing is deleted"
             ) from error
 
     def _write(self, review: Review, plan: PlanUnderReview) -> None:

@@ -6,6 +6,7 @@ A station's edit is an opinion on its own prim, so that every USD viewer shows i
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from planner_core.errors import PlanFolderError
@@ -25,6 +26,9 @@ LOCKED = f"{PREFIX}locked"
 STALE = f"{PREFIX}stale"
 """Marks what the review hides because it shows the plan before the change: clouds, links, routes."""
 
+# What the parser says: its place in the text, then the words, then a prim, as far as there is one.
+_AT = re.compile(r":(\d+):\d+: (.*?)(?: in <[^>]*>)?$", re.DOTALL)
+
 TRANSFORM, ORDER = "xformOp:transform", "xformOpOrder"
 HEIGHT, FLOOR = "tlsplan:instrumentHeight", "tlsplan:floorId"
 FIGURES = ("tlsplan:coveredArea", "tlsplan:ownArea")
@@ -42,17 +46,38 @@ def layer_of(text: str, told: str) -> Layer:
     try:
         read = layer.ImportFromString(text)
     except Tf.ErrorException as error:
-        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-        raise _no_layer(told, lines[-1] if lines else "") from error
+        raise _no_layer(told, _problem(text, error)) from error
     if not read:
         raise _no_layer(told, "")
     return layer
 
 
+def _problem(text: str, error: Tf.ErrorException) -> str:
+    """Return what the parser complains of, for people: in which line, and without the names of its own insides."""
+    if not text.startswith("#usda"):
+        return "it does not begin with #usda"
+    told = [_AT.match(each.commentary.strip()) for each in error.args]
+    places = [found for found in told if found is not None]
+    if not places:
+        return ""
+    line, words = places[-1][1], " ".join(places[-1][2].split())
+    expected, _, rest = words.rpartition(" at '")
+    if rest == "'":
+        return f"line {line}: it breaks off"
+    if expected.startswith("parse error matching"):  # what follows are names of the parser's own
+        return f"line {line}: '{rest[:80]} is not understood"
+    return f"line {line}: {words[:200]}"
+
+
 def _no_layer(told: str, problem: str) -> PlanFolderError:
+    return damaged(told, problem or "it can't be read as USD")
+
+
+def damaged(told: str, problem: str) -> PlanFolderError:
+    """Return the error of a review that can't be read: which file, what is wrong with it, and the way out."""
     return PlanFolderError(
-        f"{told}: can't be read as USD ({problem[:300]}), expected the review layer of a plan, and nothing is written "
-        "over it; repair it, or move it away to begin a new review"
+        f"{told}: the review is damaged ({problem}), expected a layer as tlsplan writes it; repair it, or rename it to "
+        "begin a new review: nothing is deleted, and nothing written over it"
     )
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, TypeVar
 
-from planner_core.errors import PlanFolderError, ReviewError
+from planner_core.errors import ReviewError
 from planner_core.export.sdf_authoring import Layer, Tf
 from planner_core.export.station_marks import prim_names_of_ids
 from planner_core.model.review import (
@@ -77,10 +77,7 @@ class _Reader:
         # Attributes that somebody wrote by hand may be of any type.
         except (ReviewError, TypeError, ValueError, AttributeError, IndexError, Tf.ErrorException) as error:
             problem = " ".join(str(error).split())
-            raise PlanFolderError(
-                f"{self._told}: {prim.path}: {problem}; nothing is written over it: repair it, or move the file away "
-                "to begin a new review"
-            ) from error
+            raise usd.damaged(self._told, f"{prim.path}: {problem}") from error
 
     def _ours(self, path: str) -> Iterator[Any]:
         """Prims below `path` that bear one of our attributes; others are somebody else's."""

@@ -78,7 +78,7 @@ def review_text(review: Review, plan: PlanUnderReview, onto: str = "", *, told: 
         problem = str(error).strip().splitlines()[-1].strip()
         raise PlanFolderError(
             f"{told}: what is in it is in the way of the review ({problem[:300]}), expected the layer of a plan, and "
-            "nothing is written over it; repair it, or move it away to begin a new review"
+            "nothing is written over it; repair it, or rename it to begin a new review"
         ) from error
 
 

@@ -29,7 +29,7 @@ def shown(value: object) -> str:
     try:
         text = repr(value)
     except ValueError:  # a whole number of more digits than Python writes
-        text = f"a {type(value).__name__}"
+        text = "a number of thousands of digits"
     return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + " ..."
 
 
@@ -52,7 +52,7 @@ def json_object(text: str, where: str) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:  # whole numbers of thousands of digits; a thousand brackets
         raise bad(where, "numbers or brackets beyond what JSON readers take", "a JSON object") from error
     if not isinstance(spec, dict):
-        raise bad(where, f"a {type(spec).__name__}", "a JSON object")
+        raise bad(where, shown(spec), "a JSON object")
     return spec
 
 

@@ -133,7 +133,7 @@ def _open(path: Path) -> _Document:
             f"{path.name}: its JSON can't be read ({error}): cut off or damaged; export it again."
         ) from error
     if not isinstance(tree, dict):
-        raise SceneError(f"{path.name}: its JSON is a {type(tree).__name__}, expected an object; export it again.")
+        raise SceneError(f"{path.name}: its JSON is no object, expected one; export it again.")
     root = JsonObject(path.name, "", tree)
     version = root.object("asset").text("version") if root.has("asset") else ""
     if not version.startswith("2."):

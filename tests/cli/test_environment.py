@@ -1,6 +1,7 @@
 """Signals that get lost, caches that can't be written, closed streams."""
 
 import contextlib
+import io
 import os
 import signal
 import subprocess
@@ -64,3 +65,30 @@ def test_usage_errors_are_one_line_that_names_the_help(arguments: list[str]) -> 
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert f"tlsplan {arguments[0]} --help" in done.stderr
+
+
+def test_who_asks_the_process_to_end_is_not_told_of_a_plan_that_will_not_come(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    note = ProgressEvent("select", 0, 0, "the best plan so far is taken", settles_interrupts=True)
+    stream = io.StringIO()
+    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr(environment, "_interrupted", False)
+    monkeypatch.setattr(environment, "_asked_to_end", False)
+    try:
+        environment.prepare(debug=True)
+        with ProgressReporter(quiet=True, stream=stream) as reporter:
+            with contextlib.suppress(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGINT)
+            reporter.show(note)
+            assert "best plan so far" in stream.getvalue()
+        stream.truncate(0)
+        with ProgressReporter(quiet=True, stream=stream) as reporter:
+            with contextlib.suppress(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGTERM)
+            with pytest.raises(KeyboardInterrupt):
+                reporter.show(note)
+            assert "best plan so far" not in stream.getvalue()
+    finally:
+        signal.signal(signal.SIGINT, before[0])
+        signal.signal(signal.SIGTERM, before[1])

@@ -85,6 +85,7 @@ def test_who_asks_the_process_to_end_gets_no_plan(comb_file: Path, tmp_path: Pat
     process.send_signal(signal.SIGTERM)
     _, said = process.communicate(timeout=300)
     assert process.returncode == 130, said
+    assert "best plan so far" not in said
     assert [path.name for path in tmp_path.iterdir()] == ["asked.yaml"]
 
 

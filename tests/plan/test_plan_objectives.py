@@ -145,6 +145,7 @@ def test_options_of_one_method_are_refused_with_another(small: PlanSettings) -> 
         (MethodOptions(method="greedy", search="sa"), "--search"),
         (MethodOptions(method="paper", time_limit_s=3.0), "--time-limit"),
         (MethodOptions(max_stations=3), "--max-stations"),
+        (MethodOptions(objective="coverage"), "--objective coverage: .*add e.g. --max-stations 10"),
         (MethodOptions(method="greedy", assignments=("work_limit=1",)), "--set"),
         (MethodOptions(assignments=("work_limit",)), "NAME=VALUE"),
         (MethodOptions(assignments=("work_limits=1",)), "work_limit"),

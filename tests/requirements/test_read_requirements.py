@@ -194,7 +194,7 @@ def test_names_are_text_as_written(tmp_path: Path) -> None:
         ("coverage: !!python/object/apply:os.getcwd []", "line 1: a tag"),
         ("coverage: [1, 2", "line 1: "),
         ("coverage: 95 %\n--- \ncoverage: 90 %", "got .*document"),
-        ("- coverage", "got a list"),
+        ("- coverage", r"got \['coverage'\], expected entries"),
         ("", "got nothing"),
         ("{}", "got nothing"),
         ("coverage: \x00", "characters that are not text"),

@@ -145,7 +145,7 @@ def test_a_review_that_can_not_be_read_is_told_and_never_written_over(
     store = ReviewStore(folder)
     with pytest.raises(PlanFolderError, match=r"review\.usda"):
         store.current()
-    with pytest.raises(PlanFolderError, match=r"review\.usda.*move it away"):
+    with pytest.raises(PlanFolderError, match=r"review\.usda.*rename it to begin a new[^:]*: nothing is deleted"):
         store.commit(0, [c.LockStation("S001")], "Ana")
     assert (folder / "review.usda").read_bytes() == content
 

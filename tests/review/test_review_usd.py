@@ -168,8 +168,10 @@ over "Plan" { over "Stations" {
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("not usda", "can't be read as USD"),
-        ("#usda 1.0\nover", "can't be read as USD"),
+        ("not usda", "does not begin with #usda"),
+        ('#usda 1.0\n(\n    "What', "(line 3: it breaks off)"),
+        ("#usda 1.0\nunder", "(line 2: 'under' is not understood)"),
+        ('#usda 1.0\ndef "A" { int a = "x" }', "(line 2: Error parsing"),
         (below_review('string tlsplan:review:schema = "tlsplan/review/9"'), "version"),
         (below_review("int64 tlsplan:review:revision = -1"), "revision is -1"),
         (below_review('string tlsplan:review:revision = "1"'), "revision is '1'"),
@@ -188,7 +190,7 @@ def test_a_layer_that_can_not_be_read_is_told_with_its_prim_and_a_way_out(
         read_review(text, plan, told="plan/review.usda")
     assert message in str(refused.value)
     assert str(refused.value).startswith("plan/review.usda: ")
-    assert "move" in str(refused.value)
+    assert "or rename it to begin a new review: nothing is deleted" in str(refused.value)
     assert "\n" not in str(refused.value)
 
 

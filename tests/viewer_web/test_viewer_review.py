@@ -165,9 +165,23 @@ def test_a_review_that_can_not_be_read_is_told_and_left_alone(ask: Ask, plan_fol
         }),
     ):  # fmt: skip
         assert answer.status_code == 503
-        assert "move it away" in answer.json()["message"]
+        assert "damaged (it does not begin with #usda)" in answer.json()["message"]
     assert (plan_folder / "review.usda").read_text() == "my notes"
     assert ask("/plan/plan.json").status_code == 200
+
+
+def test_pages_are_told_when_a_review_can_be_read_again(plan_folder: Path) -> None:
+    session, told = Session(plan_folder), []
+    session.events.publish = lambda name, document: told.append((name, document["revision"]))  # type: ignore[method-assign, assignment]
+    session.look()
+    (plan_folder / "review.usda").write_text("my notes")
+    session.look()
+    session.look()
+    assert told == []
+    (plan_folder / "review.usda").rename(plan_folder / "notes.txt")
+    session.look()
+    session.look()
+    assert told == [("review", 0)]
 
 
 def test_a_fault_of_ours_is_told_in_words(app: Starlette, monkeypatch: pytest.MonkeyPatch) -> None:

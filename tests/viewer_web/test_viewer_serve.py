@@ -135,7 +135,7 @@ def test_own_names_are_the_host_name_in_its_usual_spellings(monkeypatch: pytest.
 def test_serve_refuses_a_port_in_use(plan_folder: Path, built_app: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
-        with pytest.raises(RequirementError, match=f"port {port}.*another port"):
+        with pytest.raises(RequirementError, match=f"port {port}: Address already in use. Choose another port"):
             serve(plan_folder, port=port, on_ready=lambda _: None, built_app=built_app)
 
 

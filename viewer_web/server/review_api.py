@@ -117,7 +117,8 @@ def review_router(session: Session) -> APIRouter:
         """Server-sent events, while the connection is open.
 
         `review` {revision, author, objects}: somebody changed the review. `live` {state, step, fraction, message}: how
-        far the live side is. `run` {a document of /api/runs/...}: what became of a run.
+        far the live side is. `run` {a document of /api/runs/...}: what became of a run. `run_deleted` {id}: somebody
+        deleted a run.
         """
         if not session.events.has_room():
             return refuse(503, "too many pages listen already; close some of them and reload")

@@ -17,6 +17,7 @@ from viewer_web.server.token import QUERY, new_token
 
 if TYPE_CHECKING:
     from planner_core.live.live_plan import LivePlan
+    from viewer_web.server.runs import LeftRun
 
 WILDCARD_HOSTS = frozenset({"", "0.0.0.0", "::"})
 LARGEST_REQUEST_HEAD_BYTES = 16 * 1024
@@ -34,6 +35,7 @@ def serve(
     scene: Path | None = None,
     read_only: bool = False,
     live: bool = True,
+    on_left: Callable[["LeftRun"], None] = lambda _: None,
 ) -> None:
     """Serve `plan_folder` on `host` and `port` until interrupted (Ctrl-C raises KeyboardInterrupt here).
 
@@ -54,6 +56,8 @@ def serve(
         Whether the review may not be changed, and no run started.
     live : bool
         Whether the live side is opened, in the background, once requests are answered.
+    on_left : callable
+        Gets the run that goes on when the server stops, if there is one.
 
     Raises
     ------
@@ -65,7 +69,7 @@ def serve(
     named = own_names() if host in WILDCARD_HOSTS else (host,)
     token = new_token()
     session = Session(plan_folder, read_only=read_only)
-    sides = [runs_side(session, scene), *([live_side(session, scene)] if live else [])]
+    sides = [runs_side(session, scene, on_left=on_left), *([live_side(session, scene)] if live else [])]
     app = create_app(
         plan_folder,
         token=token,
@@ -127,8 +131,10 @@ def live_side(session: Session, scene: Path | None = None) -> Side:
     return Side(create_live_router(side, session.review, session.plan), side.start, side.stop)
 
 
-def runs_side(session: Session, scene: Path | None = None) -> Side:
-    """Return the runs of a session, not yet watched."""
+def runs_side(
+    session: Session, scene: Path | None = None, *, on_left: Callable[["LeftRun"], None] = lambda _: None
+) -> Side:
+    """Return the runs of a session, not yet watched; `on_left` as in `serve`."""
     from viewer_web.server.runs import Runs
     from viewer_web.server.runs_api import create_runs_router
 
@@ -137,8 +143,14 @@ def runs_side(session: Session, scene: Path | None = None) -> Side:
         scene=scene,
         read_only=session.read_only,
         tell=lambda run: session.events.publish("run", run),
+        tell_deleted=lambda run: session.events.publish("run_deleted", {"id": run}),
     )
-    return Side(create_runs_router(runs, read_only=session.read_only), runs.watch, runs.stop)
+
+    def stop() -> None:
+        if (left := runs.stop()) is not None:
+            on_left(left)
+
+    return Side(create_runs_router(runs, read_only=session.read_only), runs.watch, stop)
 
 
 def own_names() -> tuple[str, ...]:
@@ -156,7 +168,8 @@ def _listen(host: str, port: int) -> socket.socket:
     try:
         return socket.create_server((host, port), family=family)
     except (OSError, OverflowError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
+        words: str = getattr(error, "strerror", None) or str(error)
+        reason = words.partition(" (while ")[0]  # Python adds the address, which is told already
         raise RequirementError(
             f"can't listen on {host} port {port}: {reason}. Choose another port, or 0 for any free one."
         ) from error

@@ -109,3 +109,4 @@ class RunList(BaseModel):
     """All runs of the plan folder, the oldest first."""
 
     runs: list[RunDocument]
+    obstacle: Annotated[str | None, Field(description="Why no run can be started, as where the scene is missing.")]

@@ -15,6 +15,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -57,6 +58,15 @@ class RunBusyError(PlannerError):
     """What is asked can't be done while a run is going, or while it is not."""
 
 
+@dataclass(frozen=True)
+class LeftRun:
+    """A run that goes on when its server stops. is_ending : it was asked to end, and writes the best plan it has."""
+
+    run: str
+    is_ending: bool
+    plan: Path
+
+
 class Runs:
     """The runs of one plan folder. May be used by several threads, and by several servers.
 
@@ -70,6 +80,8 @@ class Runs:
         Nothing is written: what became of a run whose process is gone is only told.
     tell
         Gets the document of every run that changed while `watch` is on.
+    tell_deleted
+        Gets the name of every run that was deleted meanwhile.
     """
 
     def __init__(
@@ -79,8 +91,11 @@ class Runs:
         scene: Path | None = None,
         read_only: bool = False,
         tell: Callable[[Mapping[str, Any]], None] = lambda _: None,
+        tell_deleted: Callable[[str], None] = lambda _: None,
     ) -> None:
-        self._plan_folder, self._scene, self._tell = plan_folder, scene, tell
+        self._plan_folder, self._scene = plan_folder, scene
+        self._tell, self._tell_deleted = tell, tell_deleted
+        self._scene_found: tuple[Path, object] | None = None
         self._read_only = read_only
         self._lock = threading.Lock()
         self._child: tuple[str, subprocess.Popen[bytes]] | None = None
@@ -106,6 +121,17 @@ class Runs:
         if document.state != "running":
             return document
         return document.model_copy(update={"cancelling": (folder / CANCEL).exists()})
+
+    def obstacle(self) -> str | None:
+        """Say why no run can be started: the scene that was planned is not there; None: nothing is known of."""
+        if self._scene_found is not None and _stamp(self._scene_found[0]) == self._scene_found[1]:
+            return None  # reading a large scene takes a while
+        try:
+            scene = find_scene(self._plan_folder, read_plan_json(self._plan_folder), self._scene)
+        except PlannerError as error:
+            return str(error)
+        self._scene_found = scene, _stamp(scene)
+        return None
 
     # ------------------------------------------------------------------------------------------ changing
     def start(self, request: RunRequest, *, resumed_from: str | None = None) -> RunDocument:
@@ -198,20 +224,32 @@ class Runs:
         self._watcher = threading.Thread(target=self._watch, name="runs", daemon=True)
         self._watcher.start()
 
-    def stop(self) -> None:
-        """Stop watching, and cancel the run that was started here: it writes its best plan so far by itself."""
+    def stop(self) -> LeftRun | None:
+        """Stop watching, and cancel the run that was started here: it writes its best plan so far by itself.
+
+        Returns the run that goes on, this one or another server's; None: there is none.
+        """
         self._stopping.set()
         child = self._child
         if child is not None and child[1].poll() is None:
             with contextlib.suppress(PlannerError):  # it ended by itself
                 self.cancel(child[0], why=_STOPPED)
+        try:
+            left = self.get(self._going() or "")
+        except PlannerError:
+            return None
+        return LeftRun(left.id, left.cancelling, self._runs / left.id / PLAN) if left.state == "running" else None
 
     def _watch(self) -> None:
         known: dict[str, tuple[object, bool]] = {}
         is_first = True
         while True:
             going = self._going()
-            for run in map(run_id, run_numbers(self._runs)):
+            there = [run_id(number) for number in run_numbers(self._runs)]
+            for run in sorted(known.keys() - set(there)):
+                del known[run]
+                self._tell_deleted(run)
+            for run in there:
                 stamp, before = _stamp(self._runs / run / DOCUMENT), known.get(run)
                 if before is not None and before[0] == stamp and not (before[1] and going != run):
                     continue

@@ -31,8 +31,8 @@ def create_runs_router(runs: Runs, *, read_only: bool = False) -> APIRouter:
 
     @router.get("", response_model=RunList, responses=refusals(503), summary="All runs")
     def get_runs(request: Request) -> Response:
-        """The runs of this plan folder, the oldest first, as they stand."""
-        return json_answer({"runs": [run.model_dump() for run in runs.all()]}, request)
+        """The runs of this plan folder, the oldest first, as they stand, and what is in the way of another one."""
+        return json_answer({"runs": [run.model_dump() for run in runs.all()], "obstacle": runs.obstacle()}, request)
 
     @router.post(
         "",

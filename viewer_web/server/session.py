@@ -10,6 +10,8 @@ from planner_core.model import PlanUnderReview, Review
 from planner_core.review.store import ReviewStore
 from viewer_web.server.events import EventHub
 
+#: In place of a revision: pages are told as soon as there is one again.
+_UNREADABLE = -1
 LIVE_OFF: Mapping[str, Any] = {"state": "off", "step": None, "fraction": None, "message": None}
 
 
@@ -52,8 +54,10 @@ class Session:
         """Tell all pages where another process changed the review on disk."""
         try:
             review = self.store.current()
-        except PlannerError:
-            return  # whoever asks for the review is told
+        except PlannerError:  # whoever asks for the review is told
+            with self._told:
+                self._told_revision = _UNREADABLE
+            return
         with self._told:
             known, self._told_revision = self._told_revision, review.revision
         if known is not None and known != review.revision:

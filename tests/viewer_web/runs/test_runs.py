@@ -17,7 +17,7 @@ from viewer_web.server import runs as runs_module
 from viewer_web.server.run_documents import RunDocument, RunRequest
 from viewer_web.server.run_files import read_begun
 from viewer_web.server.run_turn import holder_of_turn
-from viewer_web.server.runs import RunBusyError, RunNotFoundError, Runs
+from viewer_web.server.runs import LeftRun, RunBusyError, RunNotFoundError, Runs
 
 Until = Callable[[Callable[[], bool]], None]
 #: Goes on for minutes: the most that three stations cover is not soon proven.
@@ -94,21 +94,26 @@ def test_a_run_that_is_cancelled_at_once_has_no_plan_and_its_number_is_not_given
     runs: Runs, own_hall: Path, until: Until
 ) -> None:
     told: list[dict[str, Any]] = []
-    watching = Runs(own_hall, tell=told.append)
+    deleted: list[str] = []
+    watching = Runs(own_hall, tell=told.append, tell_deleted=deleted.append)
     watching.watch()
     runs.start(LONG)
     runs.cancel("R001")
     until(lambda: bool(told) and told[-1]["state"] != "running")
-    watching.stop()
+    assert deleted == []
     assert (told[-1]["id"], told[-1]["state"], told[-1]["plan"]) == ("R001", "cancelled", None)
     assert "before it had a plan" in told[-1]["message"]
     with pytest.raises(RunBusyError, match="cancelled already"):
         runs.cancel("R001")
     runs.delete("R001")
+    until(lambda: deleted == ["R001"])
+    assert watching.stop() is None
     with pytest.raises(RunNotFoundError, match="R001"):
         runs.get("R001")
     assert runs.start(LONG).id == "R002"
-    runs.stop()
+    plan = own_hall.absolute() / "runs/R002/plan"
+    assert Runs(own_hall).stop() == LeftRun("R002", is_ending=False, plan=plan)  # another server's
+    assert runs.stop() == LeftRun("R002", is_ending=True, plan=plan)
     until(lambda: runs.get("R002").state == "cancelled")
     assert not list((own_hall / "runs").glob(".*-*"))
 
@@ -128,6 +133,18 @@ def test_what_can_not_be_run_leaves_nothing_behind(runs: Runs, own_hall: Path, m
         runs.start(RunRequest())
     assert runs.all() == []
     assert [path.name for path in (own_hall / "runs").iterdir()] == [".turn"]
+
+
+def test_what_is_in_the_way_of_a_run_is_told_while_it_is(own_hall: Path, tmp_path: Path) -> None:
+    runs, scene = Runs(own_hall), own_hall.parent / "hall.ply"
+    assert runs.obstacle() is None
+    away = scene.rename(tmp_path / "away.ply")
+    assert "hall.ply is not found" in str(runs.obstacle())
+    assert Runs(own_hall, scene=away).obstacle() is None
+    scene.write_bytes(b"another building")
+    assert "has changed" in str(runs.obstacle())
+    away.replace(scene)
+    assert runs.obstacle() is None
 
 
 def _fails(*_: object, **__: object) -> None:

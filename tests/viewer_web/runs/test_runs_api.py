@@ -49,6 +49,9 @@ class Recorded(Runs):
             raise self._answer
         return self._answer
 
+    def obstacle(self) -> str | None:
+        return "no scene"
+
     def all(self) -> list[RunDocument]:
         return [self._told("all")]
 
@@ -105,7 +108,7 @@ def test_each_route_asks_the_runs_and_answers_with_the_run(asking: Callable[...,
     runs = Recorded(RUN)
     ask = asking(runs)
     body = {"title": "x", "objective": "coverage", "max_stations": 4, "from_review": True, "time_limit_s": 2.5}
-    assert ask("GET", "runs").json() == {"runs": [RUN.model_dump()]}
+    assert ask("GET", "runs").json() == {"runs": [RUN.model_dump()], "obstacle": "no scene"}
     answers = [
         ask("POST", "runs", json=body),
         ask("GET", "runs/R001"),

@@ -883,6 +883,10 @@ export interface RunRequest {
  */
 export interface RunList {
   runs: RunDocument[];
+  /**
+   * Why no run can be started, as where the scene is missing.
+   */
+  obstacle: string | null;
 }
 /**
  * What a page needs to know first.

@@ -1,0 +1,79 @@
+"""What `tlsplan view` says at its start and at its end; the plan is looked at only, so it is no whole one."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+from tlsplan.main import cli
+
+from viewer_web import server
+from viewer_web.server.runs import LeftRun
+
+PLAN: dict[str, Any] = {
+    "schema": "tlsplan/plan/1",
+    "scene": {"n_elements": 0, "offset": [0.0, 0.0, 0.0]},
+    "floors": [],
+    "stations": [],
+    "registration": {"links": []},
+}
+View = Callable[..., Result]
+
+
+@pytest.fixture
+def plan_folder(tmp_path: Path) -> Path:
+    (tmp_path / "plan").mkdir()
+    (tmp_path / "plan" / "plan.json").write_text(json.dumps(PLAN))
+    return tmp_path / "plan"
+
+
+@pytest.fixture
+def view(plan_folder: Path, monkeypatch: pytest.MonkeyPatch) -> View:
+    """Run the command on a server that is ended at once, with these runs still going."""
+
+    def run(*left: LeftRun) -> Result:
+        def ended(
+            *_: object, on_ready: Callable[[str], None], on_left: Callable[[LeftRun], None], **__: object
+        ) -> None:
+            on_ready("http://127.0.0.1:1/?token=x")
+            for each in left:
+                on_left(each)
+            signal.raise_signal(signal.SIGINT)
+
+        monkeypatch.setattr(server, "serve", ended)
+        return CliRunner().invoke(cli, ["view", str(plan_folder), "--no-browser"])
+
+    return run
+
+
+def test_a_damaged_review_is_told_in_one_line_and_the_plan_is_shown_all_the_same(view: View, plan_folder: Path) -> None:
+    (plan_folder / "review.usda").write_text("#usda 1.0\n(\n")
+    done = view()
+    assert done.exit_code == 0
+    [line] = done.stderr.splitlines()
+    assert line.startswith(f"warning: {plan_folder / 'review.usda'}: the review is damaged (line 3: it breaks off)")
+    assert "rename it" in line and "nothing is deleted" in line
+    assert "is shown at http://127.0.0.1:1/" in done.stdout
+
+
+def test_a_sound_review_is_not_spoken_of(view: View, plan_folder: Path) -> None:
+    (plan_folder / "review.usda").write_text("#usda 1.0\n")
+    done = view()
+    assert done.stderr == ""
+    assert done.stdout.splitlines()[1:] == ["stopped"]
+
+
+def test_a_run_that_was_asked_to_end_is_told_with_where_its_plan_will_be(view: View, tmp_path: Path) -> None:
+    *_, stopped, said = view(LeftRun("R002", is_ending=True, plan=tmp_path / "R002")).stdout.splitlines()
+    assert stopped == "stopped"
+    assert said.startswith("run R002 was asked to end") and said.endswith(f"writes its plan to {tmp_path / 'R002'}")
+
+
+def test_a_run_of_another_server_is_told_to_go_on(view: View, tmp_path: Path) -> None:
+    *_, said = view(LeftRun("R007", is_ending=False, plan=tmp_path / "R007")).stdout.splitlines()
+    assert said.startswith("run R007 goes on") and "start `tlsplan view` again" in said
