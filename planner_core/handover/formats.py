@@ -82,6 +82,9 @@ def _lazy(module: str, function: str) -> Writer:
     return write
 
 
+CLOUD_OPTIONS = ("stations", "floors", "noise", "seed", "max_points")
+"""Of all formats of clouds. None of them is in a pack: clouds are large, and are asked for by name."""
+
 _FORMATS = (
     Format(
         name="csv",
@@ -107,6 +110,96 @@ _FORMATS = (
         write=_lazy("planner_core.handover.gsi", "write_gsi16"),
         options=("instrument", "gsi_unit", "subtract", "floors"),
         verified_with="a parser of the format description; geocompy 1.0",
+    ),
+    Format(
+        name="e57",
+        title="simulated scans of all stations, each with its pose, in one file",
+        file_name="clouds.e57",
+        write=_lazy("planner_core.handover.clouds.e57", "write_e57"),
+        needs_scene=True,
+        options=CLOUD_OPTIONS,
+        verified_with="e57 (Rust), pye57",
+        in_pack=False,
+    ),
+    Format(
+        name="e57-split",
+        title="the same, one file a station",
+        file_name="e57",
+        write=_lazy("planner_core.handover.clouds.e57", "write_e57_split"),
+        needs_scene=True,
+        options=CLOUD_OPTIONS,
+        verified_with="e57 (Rust), pye57",
+        in_pack=False,
+    ),
+    Format(
+        name="las",
+        title="simulated clouds of all stations as LAS 1.4",
+        file_name="clouds.las",
+        write=_lazy("planner_core.handover.clouds.las", "write_las"),
+        needs_scene=True,
+        options=CLOUD_OPTIONS,
+        verified_with="laspy, byte by byte by the specification",
+        in_pack=False,
+    ),
+    Format(
+        name="las-split",
+        title="the same, one file a station",
+        file_name="las",
+        write=_lazy("planner_core.handover.clouds.las", "write_las_split"),
+        needs_scene=True,
+        options=CLOUD_OPTIONS,
+        verified_with="laspy, byte by byte by the specification",
+        in_pack=False,
+    ),
+    Format(
+        name="laz",
+        title="simulated clouds of all stations as LAZ (LAS 1.4, compressed)",
+        file_name="clouds.laz",
+        write=_lazy("planner_core.handover.clouds.las", "write_laz"),
+        needs_scene=True,
+        options=CLOUD_OPTIONS,
+        verified_with="laspy with lazrs",
+        in_pack=False,
+    ),
+    Format(
+        name="laz-split",
+        title="the same, one file a station",
+        file_name="laz",
+        write=_lazy("planner_core.handover.clouds.las", "write_laz_split"),
+        needs_scene=True,
+        options=CLOUD_OPTIONS,
+        verified_with="laspy with lazrs",
+        in_pack=False,
+    ),
+    Format(
+        name="ply",
+        title="simulated clouds of all stations as PLY",
+        file_name="clouds.ply",
+        write=_lazy("planner_core.handover.clouds.ply", "write_ply"),
+        needs_scene=True,
+        options=CLOUD_OPTIONS,
+        verified_with="Open3D, trimesh",
+        in_pack=False,
+    ),
+    Format(
+        name="ply-split",
+        title="the same, one file a station",
+        file_name="ply",
+        write=_lazy("planner_core.handover.clouds.ply", "write_ply_split"),
+        needs_scene=True,
+        options=CLOUD_OPTIONS,
+        verified_with="Open3D, trimesh",
+        in_pack=False,
+    ),
+    Format(
+        name="exr",
+        title="simulated range images, an OpenEXR and a preview a station",
+        file_name="exr",
+        write=_lazy("planner_core.handover.clouds.exr", "write_exr"),
+        needs_scene=True,
+        options=CLOUD_OPTIONS,
+        verified_with="OpenEXR",
+        in_pack=False,
     ),
 )
 

@@ -1,1 +1,1 @@
-"""Clouds of the stations, simulated beam by beam, in the formats of point-cloud programs."""
+"""Clouds: what the scanner would bring home from each station, simulated beam by beam, for point-cloud tools."""
