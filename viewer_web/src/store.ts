@@ -96,6 +96,8 @@ export interface Picked {
   readonly groundOf: string | null;
   /** Stations that see the patch under the pointer; null: not achievable, or not a surface but a cut. */
   readonly timesSeen: number | null;
+  /** Whether the plan is of this surface at all. */
+  readonly isAsked: boolean;
   /** The inside of a body that the cut opens. */
   readonly isSection: boolean;
   /** Scene coordinates, metres. */

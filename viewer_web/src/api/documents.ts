@@ -1,5 +1,5 @@
 /** The documents that the server and the viewer exchange, as nobody may change them; positions are in the scene frame, metres. */
-import type { PlanJson, PlanLink } from '../load/plan-json.ts';
+import type { PlanJson, PlanLink, RequirementResult } from '../load/plan-json.ts';
 import type * as schema from './schema.ts';
 
 type Frozen<T> = T extends object ? { readonly [Key in keyof T]: Frozen<T[Key]> } : T;
@@ -34,7 +34,8 @@ export type DraftLink = Frozen<schema.LinkDocument>;
 
 /** Figures of the draft; what the interface calls "as in plan.json" has the types of that. */
 export type DraftFigures = Frozen<
-  Omit<schema.FiguresOfDraft, 'stations' | 'registration'> & {
+  Omit<schema.FiguresOfDraft, 'stations' | 'requirements' | 'registration'> & {
+    requirements: RequirementResult[];
     stations: PlanJson['stations'];
     registration: Omit<PlanJson['registration'], 'links'> & { links: PlanLink[] };
   }

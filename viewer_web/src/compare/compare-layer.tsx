@@ -2,15 +2,16 @@
 import { effect, untracked } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { Arrows } from '../edit/arrows.ts';
-import { localOf } from '../edit/draft.ts';
 import { sliceOfFloor } from '../floors/cut.ts';
-import { TIMES_SEEN } from '../heat/layers.ts';
+import { NOT_ASKED, TIMES_SEEN } from '../heat/layers.ts';
+import { withinScope } from '../heat/scope.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { fetchOtherPlan } from './comparison.ts';
-import { DIFFERENCE_ID, differenceLayer, differenceOf, type StationChange, stationChanges } from './difference.ts';
+import { DIFFERENCE_ID, differenceLayer, differenceOf, type StationChange } from './difference.ts';
+import { changesShown } from './station-changes.ts';
 
 interface CompareLayerProps {
   readonly store: Store;
@@ -86,9 +87,9 @@ class CompareFollower {
     try {
       const seen = (await source?.(TIMES_SEEN)) ?? loaded.patchSeen;
       if (signal.aborted) return;
-      const values = differenceOf(seen as Uint8Array, comparison.other.patchSeen);
+      const values = differenceOf(withinScope(seen as Uint8Array, loaded.scope), comparison.other.patchSeen);
       const { title, base } = comparison.other;
-      const layer = differenceLayer(title, base === OWN_PLAN);
+      const layer = differenceLayer(title, base === OWN_PLAN, values.includes(NOT_ASKED));
       store.extraLayers.value = [...this.otherLayers(), { layer, values }];
     } catch (error) {
       if (!signal.aborted) store.comparison.value = { kind: 'failed', message: (error as Error).message };
@@ -108,18 +109,9 @@ class CompareFollower {
   }
 
   private drawArrows(): void {
-    const { store, loaded } = this;
-    const comparison = store.comparison.value;
+    const { store } = this;
     const slices = store.slices.value;
-    const stations = store.shownStations.value;
-    const isDrawn = comparison.kind === 'shown' && store.layerId.value === DIFFERENCE_ID;
-    const others = !isDrawn
-      ? []
-      : comparison.other.plan.stations.map(({ position, floor }) => ({
-          positionM: localOf(position, loaded.stage.offsetM),
-          floorId: floor,
-        }));
-    const changes = isDrawn ? stationChanges(stations, others) : [];
+    const changes = store.layerId.value === DIFFERENCE_ID ? changesShown(store) : [];
     this.arrows.set(
       changes.flatMap((change) => {
         const slice = sliceOfFloor(slices, change.floorId);

@@ -8,6 +8,7 @@ import { figureRows, steepestCurve, titleOfBase } from './comparison.ts';
 import { CoverageCurve } from './coverage-curve.tsx';
 import type { Curve } from './curve.ts';
 import { DIFFERENCE_ID } from './difference.ts';
+import { floorsInWords } from './floors-compared.ts';
 import './compare.css';
 
 const NOTHING = '(nothing)';
@@ -81,25 +82,36 @@ function Figures({ store }: { store: Store }) {
   if (comparison.kind !== 'shown' || shown === null) return null;
   const rows = figureRows(shown, planTotals(comparison.other.plan));
   return (
-    <table class="comparison" data-testid="comparison">
-      <thead>
-        <tr>
-          <th scope="col" aria-label="Figure" />
-          <th scope="col">{titleOfShown(store)}</th>
-          <th scope="col">{comparison.other.title}</th>
-        </tr>
-      </thead>
-      <tbody>
-        {rows.map(({ name, shown: here, other }) => (
-          <tr key={name}>
-            <th scope="row">{name}</th>
-            <td>{here}</td>
-            <td>{other}</td>
+    <>
+      <FloorsNote store={store} />
+      <table class="comparison" data-testid="comparison">
+        <thead>
+          <tr>
+            <th scope="col" aria-label="Figure" />
+            <th scope="col">{titleOfShown(store)}</th>
+            <th scope="col">{comparison.other.title}</th>
           </tr>
-        ))}
-      </tbody>
-    </table>
+        </thead>
+        <tbody>
+          {rows.map(({ name, shown: here, other }) => (
+            <tr key={name}>
+              <th scope="row">{name}</th>
+              <td>{here}</td>
+              <td>{other}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </>
   );
+}
+
+/** Said where the two are not of the same floors. */
+function FloorsNote({ store }: { store: Store }) {
+  const [plan, comparison] = [store.loaded.value?.plan, store.comparison.value];
+  if (plan === undefined || comparison.kind !== 'shown') return null;
+  const words = floorsInWords({ title: titleOfShown(store), plan }, comparison.other);
+  return words === null ? null : <p class="note note-warn">{words}</p>;
 }
 
 function curvesOf(store: Store): Curve[] {

@@ -10,20 +10,32 @@ test('plans are named by the run that made them', () => {
 test('figures stand side by side, floor by floor', () => {
   const plan = smallPlan();
   const other = { ...planTotals(plan), nStations: 4, floors: planTotals(plan).floors.slice(0, 1) };
-  expect(figureRows(planTotals(plan), other)).toEqual([
+  expect(figureRows(planTotals(plan), { ...other, floors: planTotals(plan).floors })).toEqual([
     { name: 'Stations', shown: '3', other: '4' },
     { name: 'Coverage', shown: '95.0 %', other: '95.0 %' },
     { name: 'Ground floor', shown: '95.0 %', other: '95.0 %' },
-    { name: 'Upper floor', shown: '95.0 %', other: 'not planned' },
+    { name: 'Upper floor', shown: '95.0 %', other: '95.0 %' },
     { name: 'Links', shown: '1', other: '1' },
     { name: 'Networks', shown: '3', other: '3' },
+  ]);
+});
+
+test('of plans of different floors nothing is set beside that is not of the same floor', () => {
+  const plan = smallPlan();
+  const other = { ...planTotals(plan), nStations: 2, floors: planTotals(plan).floors.slice(0, 1) };
+  expect(figureRows(planTotals(plan), other).slice(0, 5)).toEqual([
+    { name: 'Stations', shown: '3', other: '2' },
+    { name: '– Ground floor', shown: '2', other: '2' },
+    { name: '– Upper floor', shown: '1', other: 'not planned' },
+    { name: 'Coverage, Ground floor', shown: '95.0 %', other: '95.0 %' },
+    { name: 'Coverage, Upper floor', shown: '95.0 %', other: 'not planned' },
   ]);
 });
 
 test('a floor that only the other plan has is told too', () => {
   const plan = smallPlan();
   const shown = { ...planTotals(plan), floors: planTotals(plan).floors.slice(0, 1) };
-  expect(figureRows(shown, planTotals(plan)).map(({ name }) => name)).toContain('Upper floor');
+  expect(figureRows(shown, planTotals(plan)).map(({ name }) => name)).toContain('Coverage, Upper floor');
 });
 
 test('curves begin with the station that adds most, where the plan says which that is', () => {

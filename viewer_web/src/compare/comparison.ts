@@ -1,6 +1,8 @@
 /** Another plan to hold the shown one against: its figures, its coverage by patch, its stations. */
 import { type Signal, signal } from '@preact/signals';
-import { fetchBytes } from '../load/fetch-plan.ts';
+import type { FloorTotal, Totals } from '../edit/totals.ts';
+import { withinScope } from '../heat/scope.ts';
+import { fetchBytes, fetchScope } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { type PlanJson, parsePlan } from '../load/plan-json.ts';
 
@@ -8,6 +10,7 @@ export interface OtherPlan {
   readonly base: string;
   readonly title: string;
   readonly plan: PlanJson;
+  /** As `LoadedPlan.patchSeen`. */
   readonly patchSeen: Uint8Array;
 }
 
@@ -31,7 +34,8 @@ export async function fetchOtherPlan(base: string, signal: AbortSignal): Promise
     ['plan.json', 'viewer/patches.u8'].map((path) => fetchBytes(base, path, undefined, signal)),
   );
   const plan = parsePlan(JSON.parse(new TextDecoder().decode(planBytes)));
-  return { base, title: titleOfBase(base), plan, patchSeen: new Uint8Array(patchBytes) };
+  const scope = await fetchScope(base, plan, patchBytes.byteLength, signal);
+  return { base, title: titleOfBase(base), plan, patchSeen: withinScope(new Uint8Array(patchBytes), scope) };
 }
 
 /** Coverage by number of stations, the station that adds most first, as far as the plan says it so. */
@@ -48,12 +52,12 @@ export interface FigureRow {
 interface Compared {
   readonly nStations: number;
   readonly coverage: number;
-  readonly floors: readonly { readonly id: string; readonly name: string; readonly coverage: number }[];
+  readonly floors: Totals['floors'];
   readonly nLinks: number | null;
   readonly nNetworks: number;
 }
 
-/** Figures side by side, floor by floor where either has several. */
+/** Figures side by side, floor by floor where either has several; of plans of different floors none of all together. */
 export function figureRows(shown: Compared, other: Compared): FigureRow[] {
   const percent = (fraction: number | undefined): string =>
     fraction === undefined ? 'not planned' : `${(100 * fraction).toFixed(1)} %`;
@@ -63,11 +67,15 @@ export function figureRows(shown: Compared, other: Compared): FigureRow[] {
     other: read(other),
   });
   const floors = [...shown.floors, ...other.floors.filter(({ id }) => shown.floors.every((floor) => floor.id !== id))];
+  const isSame = [shown, other].every((each) => each.floors.length === floors.length);
+  const on = (of: Compared, id: string): FloorTotal | undefined => of.floors.find((floor) => floor.id === id);
+  const stations = (n: number | null | undefined): string => (n === undefined ? 'not planned' : String(n ?? ''));
   return [
     row('Stations', ({ nStations }) => String(nStations)),
-    row('Coverage', ({ coverage }) => percent(coverage)),
+    ...(isSame ? [] : floors).map(({ id, name }) => row(`– ${name}`, (of) => stations(on(of, id)?.nStations))),
+    ...(isSame ? [row('Coverage', ({ coverage }) => percent(coverage))] : []),
     ...(floors.length > 1 ? floors : []).map(({ id, name }) =>
-      row(name, (of) => percent(of.floors.find((floor) => floor.id === id)?.coverage)),
+      row(isSame ? name : `Coverage, ${name}`, (of) => percent(on(of, id)?.coverage)),
     ),
     row('Links', ({ nLinks }) => (nLinks === null ? '' : String(nLinks))),
     row('Networks', ({ nNetworks }) => String(nNetworks)),

@@ -1,12 +1,22 @@
 import { expect, test } from 'vitest';
-import { NOT_ACHIEVABLE } from '../heat/layers.ts';
-import { DIFFERENCE, differenceOf, stationChanges } from './difference.ts';
+import { NOT_ACHIEVABLE, NOT_ASKED } from '../heat/layers.ts';
+import { DIFFERENCE, differenceLayer, differenceOf, stationChanges } from './difference.ts';
 
 test('a patch is gained, lost, seen in both, in neither, or not achievable', () => {
   const shown = Uint8Array.of(2, 0, 1, 0, NOT_ACHIEVABLE, NOT_ACHIEVABLE, 3);
   const other = Uint8Array.of(0, 1, 4, 0, NOT_ACHIEVABLE, 2, NOT_ACHIEVABLE);
   const { none, both, lost, gained } = DIFFERENCE;
   expect([...differenceOf(shown, other)]).toEqual([gained, lost, both, none, NOT_ACHIEVABLE, lost, gained]);
+});
+
+test('what either plan was not asked for is not compared', () => {
+  const shown = Uint8Array.of(NOT_ASKED, 0, NOT_ASKED, 2);
+  const other = Uint8Array.of(3, NOT_ASKED, NOT_ASKED, 2);
+  expect([...differenceOf(shown, other)]).toEqual([NOT_ASKED, NOT_ASKED, NOT_ASKED, DIFFERENCE.both]);
+  const labels = (isOfSomeFloors: boolean) =>
+    differenceLayer('Run R001', false, isOfSomeFloors).classes.map(({ label }) => label);
+  expect(labels(true)).toContain('not asked for in both');
+  expect(labels(false)).not.toContain('not asked for in both');
 });
 
 test('plans of different surfaces are not compared', () => {

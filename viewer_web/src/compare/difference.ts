@@ -1,12 +1,16 @@
 /** Two plans, patch by patch: what one sees and the other does not. */
-import { type ClassLayer, NOT_ACHIEVABLE } from '../heat/layers.ts';
+import { type ClassLayer, NOT_ACHIEVABLE, NOT_ASKED, NOT_ASKED_CLASS } from '../heat/layers.ts';
 
 export const DIFFERENCE = { none: 0, both: 1, lost: 2, gained: 3 } as const;
 
 export const DIFFERENCE_ID = 'difference';
 
-/** The layer against a plan of this title; what is gained against the plan as it was made is only here of two others. */
-export function differenceLayer(other: string, isAsMade: boolean): ClassLayer {
+/**
+ * The layer against a plan of this title; what is gained against the plan as it was made is only here of two others.
+ * `isOfSomeFloors`: one of them is not of all that the other is of.
+ */
+export function differenceLayer(other: string, isAsMade: boolean, isOfSomeFloors: boolean): ClassLayer {
+  const notCompared = { ...NOT_ASKED_CLASS, label: 'not asked for in both' };
   return {
     kind: 'classes',
     id: DIFFERENCE_ID,
@@ -16,18 +20,20 @@ export function differenceLayer(other: string, isAsMade: boolean): ClassLayer {
       { value: DIFFERENCE.lost, label: isAsMade ? 'lost' : `seen only by ${other}`, color: '#c2453a' },
       { value: DIFFERENCE.both, label: 'seen by both', color: { light: '#dfe5e6', dark: '#8c979c' } },
       { value: DIFFERENCE.none, label: 'by neither', color: '#e8b23a' },
+      ...(isOfSomeFloors ? [notCompared] : []),
       { value: NOT_ACHIEVABLE, label: 'not achievable', color: { light: '#c6cacc', dark: '#6d757a' } },
     ],
   };
 }
 
-/** One class a patch: what `shown` gained and lost against `other`; both as viewer/patches.u8. */
+/** One class a patch: what `shown` gained and lost against `other`; both as `times_seen`, `NOT_ASKED` where either was not asked. */
 export function differenceOf(shown: Uint8Array, other: Uint8Array): Uint8Array {
   if (shown.length !== other.length) {
     throw new RangeError(`${shown.length} patches against ${other.length}: the plans are of different surfaces`);
   }
   const sees = (byte: number): boolean => byte !== 0 && byte !== NOT_ACHIEVABLE;
   return shown.map((byte, i) => {
+    if (byte === NOT_ASKED || other[i] === NOT_ASKED) return NOT_ASKED;
     if (sees(byte)) return sees(other[i]) ? DIFFERENCE.both : DIFFERENCE.gained;
     if (sees(other[i])) return DIFFERENCE.lost;
     return byte === NOT_ACHIEVABLE && other[i] === NOT_ACHIEVABLE ? NOT_ACHIEVABLE : DIFFERENCE.none;

@@ -8,7 +8,7 @@ export type Arrow =
   | { readonly kind: 'moved'; readonly fromM: PointM; readonly toM: PointM }
   | { readonly kind: 'new' | 'gone'; readonly atM: PointM };
 
-const COLOURS = { moved: '#7a3fa0', new: '#2b8a9b', gone: '#c2453a' } as const;
+export const ARROW_COLOURS = { moved: '#7a3fa0', new: '#2b8a9b', gone: '#c2453a' } as const;
 const WIDTH_M = 0.09;
 /** Of an arrow's head, at most this share of the way. */
 const HEAD_M = 0.34;
@@ -17,7 +17,7 @@ const CROSS_M = 0.24;
 
 export class Arrows {
   readonly meshes = (['moved', 'new', 'gone'] as const).map((kind) => {
-    const look = { color: COLOURS[kind], depthTest: false, transparent: true, opacity: 0.9, side: DoubleSide };
+    const look = { color: ARROW_COLOURS[kind], depthTest: false, transparent: true, opacity: 0.9, side: DoubleSide };
     const mesh = new Mesh(new BufferGeometry(), new MeshBasicMaterial(look));
     mesh.frustumCulled = false;
     mesh.renderOrder = 2;

@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest';
 import { smallPlan } from '../testing/small-plan.ts';
-import { countingLinks, planTotals, signedCount, signedPoints } from './totals.ts';
+import { countingLinks, missedOf, planTotals, signedCount, signedPoints } from './totals.ts';
 
 test('links count from the threshold and the least strength on', () => {
   const links = [
@@ -16,9 +16,28 @@ test("the plan's totals are its own figures", () => {
   const totals = planTotals(smallPlan());
   expect([totals.nStations, totals.coverage, totals.nLinks]).toEqual([3, 0.95, 1]);
   expect(totals.floors).toEqual([
-    { id: 'F0', name: 'Ground floor', coverage: 0.95 },
-    { id: 'F1', name: 'Upper floor', coverage: 0.95 },
+    { id: 'F0', name: 'Ground floor', coverage: 0.95, nStations: 2 },
+    { id: 'F1', name: 'Upper floor', coverage: 0.95, nStations: 1 },
   ]);
+});
+
+test('floors that the plan is not of have no total', () => {
+  const plan = smallPlan();
+  for (const asked of ['F1', 'upper FLOOR']) {
+    const some = { ...plan, requirements: { ...plan.requirements, floors: [asked] } };
+    expect(planTotals(some).floors.map(({ id }) => id)).toEqual(['F1']);
+  }
+});
+
+test('what is missed is told part by part, and of older plans as a whole', () => {
+  const plan = smallPlan();
+  const result = (name: string, met: boolean) => ({ name, required: 0.95, fraction_of_achievable: 0.9, met });
+  const results = [result('Ground floor', false), result('Stairs', true), result('overall', true)];
+  const told = planTotals({ ...plan, requirements: { ...plan.requirements, results } });
+  expect(missedOf(told.requirements)).toEqual([{ name: 'Ground floor', required: 0.95, coverage: 0.9, isMet: false }]);
+  expect(missedOf(planTotals(plan).requirements)).toEqual([]);
+  const asked = { ...plan.requirements, coverage: 0.96 };
+  expect(missedOf(planTotals({ ...plan, requirements: asked }).requirements)).toMatchObject([{ name: 'overall' }]);
 });
 
 test('differences are written with their sign, and left out where there is none', () => {

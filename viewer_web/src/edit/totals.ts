@@ -1,12 +1,32 @@
 /** The totals of a draft beside those of its plan. */
 import type { DraftFigures, PreviewHead } from '../api/documents.ts';
-import type { PlanJson } from '../load/plan-json.ts';
+import { isPlanned } from '../floors/floor-selector.tsx';
+import type { PlanJson, RequirementResult } from '../load/plan-json.ts';
+
+export interface FloorTotal {
+  readonly id: string;
+  readonly name: string;
+  readonly coverage: number;
+  /** Null while a station is on its way. */
+  readonly nStations: number | null;
+}
+
+/** One part of what was asked: fractions of its achievable area. */
+export interface Met {
+  readonly name: string;
+  readonly required: number;
+  readonly coverage: number;
+  readonly isMet: boolean;
+}
 
 export interface Totals {
   readonly nStations: number;
   /** Fractions of the achievable area. */
   readonly coverage: number;
-  readonly floors: readonly { readonly id: string; readonly name: string; readonly coverage: number }[];
+  /** Those that the plan is of. */
+  readonly floors: readonly FloorTotal[];
+  /** What was asked, part by part, that of all last. */
+  readonly requirements: readonly Met[];
   /** Links that count; null while a station is on its way. */
   readonly nLinks: number | null;
   readonly nNetworks: number;
@@ -17,7 +37,8 @@ export function planTotals(plan: PlanJson): Totals {
   return {
     nStations: stations.length,
     coverage: coverage.fraction_of_achievable,
-    floors: coverage.floors.map((floor) => named(plan, floor.floor, floor.fraction_of_achievable)),
+    floors: floorTotals(plan, coverage.floors, stations),
+    requirements: metOf(plan.requirements.results ?? [overall(plan)]),
     nLinks: countingLinks(registration.links, registration.threshold, registration.min_strength ?? 0),
     nNetworks: registration.networks.length || (registration.connected ? 1 : stations.length),
   };
@@ -29,7 +50,8 @@ export function draftTotals(plan: PlanJson, figures: DraftFigures): Totals {
   return {
     nStations: figures.stations.length,
     coverage: figures.coverage.fraction_of_achievable,
-    floors: figures.floors.map((floor) => named(plan, floor.floor, floor.fraction_of_achievable)),
+    floors: floorTotals(plan, figures.floors, figures.stations),
+    requirements: metOf(figures.requirements),
     nLinks: countingLinks(registration.links, threshold, plan.registration.min_strength ?? 0),
     nNetworks: registration.networks.length,
   };
@@ -40,7 +62,8 @@ export function previewTotals(plan: PlanJson, head: PreviewHead): Totals {
   return {
     nStations: head.n_stations,
     coverage: head.coverage.fraction_of_achievable,
-    floors: head.floors.map((floor) => named(plan, floor.floor, floor.fraction_of_achievable)),
+    floors: floorTotals(plan, head.floors, null),
+    requirements: metOf(head.requirements),
     nLinks: null,
     nNetworks: head.registration.n_networks,
   };
@@ -55,8 +78,38 @@ export function countingLinks(
   return links.filter(({ overlap, strength }) => overlap >= threshold && (strength ?? 1) >= minStrength).length;
 }
 
-function named(plan: PlanJson, id: string, coverage: number): { id: string; name: string; coverage: number } {
-  return { id, name: plan.floors.find((floor) => floor.id === id)?.name ?? id, coverage };
+/** What misses its coverage. */
+export function missedOf(requirements: readonly Met[]): readonly Met[] {
+  return requirements.filter(({ isMet }) => !isMet);
+}
+
+type StationsByFloor = readonly { readonly floor: string }[];
+type Figures = readonly { readonly floor: string; readonly fraction_of_achievable: number }[];
+
+function floorTotals(plan: PlanJson, figures: Figures, stations: StationsByFloor | null): FloorTotal[] {
+  return figures.flatMap(({ floor: id, fraction_of_achievable: coverage }) => {
+    const name = plan.floors.find((floor) => floor.id === id)?.name ?? id;
+    if (!isPlanned({ id, name }, plan.requirements.floors)) return [];
+    const nStations = stations?.filter(({ floor }) => floor === id).length ?? null;
+    return [{ id, name, coverage, nStations }];
+  });
+}
+
+function metOf(results: readonly RequirementResult[]): Met[] {
+  return results.map(({ name, required, fraction_of_achievable, met }) => ({
+    name,
+    required,
+    coverage: fraction_of_achievable,
+    isMet: met,
+  }));
+}
+
+/** As plan.json names what is asked of everything together. */
+export const OVERALL = 'overall';
+
+/** Of plans that do not say it part by part. */
+function overall({ coverage: { fraction_of_achievable }, requirements: { coverage: required } }: PlanJson) {
+  return { name: OVERALL, required, fraction_of_achievable, met: fraction_of_achievable >= required };
 }
 
 /** "+2", "−1"; empty where nothing changed. */

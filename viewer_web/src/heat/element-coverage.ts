@@ -1,6 +1,6 @@
 /** How much of one element is seen. */
 import type { StageElement, StageTriangles } from '../load/stage.ts';
-import { NOT_ACHIEVABLE } from './layers.ts';
+import { NOT_ACHIEVABLE, NOT_ASKED } from './layers.ts';
 
 export interface ElementCoverage {
   readonly areaM2: number;
@@ -18,7 +18,7 @@ export function coverageOf(
   for (let t = firstTriangle; t < firstTriangle + nTriangles; t++) {
     for (let patch = firstPatch[t]; patch < firstPatch[t] + 2 ** patchDepth[t]; patch++) {
       areaM2 += areasM2[patch];
-      if (timesSeen[patch] === NOT_ACHIEVABLE) continue;
+      if (timesSeen[patch] === NOT_ACHIEVABLE || timesSeen[patch] === NOT_ASKED) continue;
       achievableM2 += areasM2[patch];
       if (timesSeen[patch] > 0) seenM2 += areasM2[patch];
     }

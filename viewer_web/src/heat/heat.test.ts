@@ -2,9 +2,19 @@ import { expect, test } from 'vitest';
 import type { StageTriangles } from '../load/stage.ts';
 import { classColors, layerColors, rampColors } from './colors.ts';
 import { coverageOf } from './element-coverage.ts';
-import { layersOf, NOT_ACHIEVABLE, type RampLayer, TIMES_SEEN_LAYER, valuesOf } from './layers.ts';
+import {
+  type ClassLayer,
+  layersOf,
+  legendClasses,
+  NOT_ACHIEVABLE,
+  NOT_ASKED,
+  type RampLayer,
+  TIMES_SEEN_LAYER,
+  valuesOf,
+} from './layers.ts';
 import { isSeen, markedArea, ownMarks, sharedMarks } from './marks.ts';
 import { quantity } from './quantity.ts';
+import { withinScope, withinScopeAt } from './scope.ts';
 import { patchAreas, roundUp, spreadOf, triangleArea } from './statistics.ts';
 
 const RANGE: RampLayer = {
@@ -22,9 +32,29 @@ const luminance = ([r, g, b]: number[]): number => 0.2126 * r + 0.7152 * g + 0.0
 test('a value without a class of its own has the colour of the class below, and grey has its own', () => {
   const colors = classColors(TIMES_SEEN_LAYER, false);
   expect(rgb(colors, 9)).toEqual(rgb(colors, 4));
-  expect(rgb(colors, 254)).toEqual(rgb(colors, 4));
+  expect(rgb(colors, 253)).toEqual(rgb(colors, 4));
   expect(rgb(colors, NOT_ACHIEVABLE)).not.toEqual(rgb(colors, 4));
   expect(new Set([0, 1, 2, 3, 4, 255].map((value) => rgb(colors, value).join())).size).toBe(6);
+});
+
+test('what nobody asked for is neither seen nor unseen, whatever is known of it', () => {
+  const reasons = Uint8Array.of(0, 1, 255, 255, 255, 9, 0);
+  const scoped = withinScope(Uint8Array.of(2, 0, 0, 3, NOT_ACHIEVABLE, NOT_ACHIEVABLE, 254), reasons);
+  expect([...scoped]).toEqual([2, 0, NOT_ASKED, NOT_ASKED, NOT_ASKED, NOT_ACHIEVABLE, 253]);
+  expect(withinScope(scoped, reasons)).toEqual(scoped);
+  expect([...withinScope(scoped, null)]).toEqual([...scoped]);
+  expect(Array.from(withinScopeAt([6, 2], [1, 1], reasons))).toEqual([1, NOT_ASKED]);
+  const colors = classColors(TIMES_SEEN_LAYER, false);
+  const others = [0, 1, 253, NOT_ACHIEVABLE].map((value) => rgb(colors, value).join());
+  expect(others).not.toContain(rgb(colors, NOT_ASKED).join());
+});
+
+test('legends tell of what nobody asked for only where a plan is of some floors', () => {
+  for (const layer of [TIMES_SEEN_LAYER, layersOf([], ['covered'], []).at(-1) as ClassLayer]) {
+    const labels = (isOfSomeFloors: boolean) => legendClasses(layer, isOfSomeFloors).map(({ label }) => label);
+    expect(labels(true)).toContain('not asked for');
+    expect(labels(true).filter((label) => label !== 'not asked for')).toEqual(labels(false));
+  }
 });
 
 test('dark pages have another grey and the same colours of what is seen', () => {
@@ -79,11 +109,24 @@ test('patches have equal parts of their triangle', () => {
 });
 
 test('a spread counts surface, not patches, and leaves out what has no value', () => {
-  const spread = spreadOf(Uint16Array.of(1000, 2000, 3000, 9000), RANGE, Float32Array.of(6, 2, 1, 1));
+  const spread = spreadOf(
+    Uint16Array.of(1000, 2000, 3000, 9000),
+    RANGE,
+    Float32Array.of(6, 2, 1, 1),
+    new Uint8Array(4),
+  );
   expect(spread.median).toBeCloseTo(1);
   expect(spread.mostly).toBeCloseTo(9);
   expect(spread).toMatchObject({ low: 0, high: 9 });
-  const none = spreadOf(Uint16Array.of(65535, 65535), RANGE, Float32Array.of(1, 1));
+  const some = spreadOf(
+    Uint16Array.of(1000, 2000, 3000, 9000),
+    RANGE,
+    Float32Array.of(6, 2, 1, 1),
+    Uint8Array.of(NOT_ASKED, 1, 1, NOT_ASKED),
+  );
+  expect(some.median).toBeCloseTo(2);
+  expect(some.mostly).toBeCloseTo(3);
+  const none = spreadOf(Uint16Array.of(65535, 65535), RANGE, Float32Array.of(1, 1), new Uint8Array(2));
   expect(none).toMatchObject({ median: null, mostly: null });
   expect(none.high).toBeGreaterThan(0);
 });
@@ -128,4 +171,6 @@ test('the coverage of an element is that of its own patches', () => {
   expect(coverage.areaM2).toBeCloseTo(6);
   expect(coverage.achievableM2).toBeCloseTo(4.5);
   expect(coverage.seenM2).toBeCloseTo(3);
+  const some = coverageOf(element, TRIANGLES, Uint8Array.of(9, 0, 1, 2, NOT_ASKED), areas);
+  expect([some.achievableM2, some.seenM2]).toEqual([coverage.achievableM2, coverage.seenM2]);
 });

@@ -40,10 +40,15 @@ export const TIMES_SEEN = 'times_seen';
 export const PLAIN = 'plain';
 /** Value of `times_seen` where no admissible position sees the patch. */
 export const NOT_ACHIEVABLE = 255;
+/** Value of `times_seen`, in the viewer alone, where nobody asked for the patch, see heat/scope.ts. */
+export const NOT_ASKED = 254;
 
 const UNSEEN = '#e8833a';
 const SEEN = ['#a9d9d3', '#62b6b7', '#2b8a9b', '#17607a'] as const;
 const GREY: ThemedColor = { light: '#c6cacc', dark: '#6d757a' };
+/** Paler than what can't be seen: nothing was tried there. */
+export const PALE: ThemedColor = { light: '#eef0f1', dark: '#42494e' };
+export const NOT_ASKED_CLASS: HeatClass = { value: NOT_ASKED, label: 'not asked for', color: PALE };
 
 /** Of viewer/patches.u8: how many stations see it. */
 export const TIMES_SEEN_LAYER: ClassLayer = {
@@ -56,6 +61,7 @@ export const TIMES_SEEN_LAYER: ClassLayer = {
     { value: 3, label: '3', color: SEEN[2] },
     { value: 4, label: '4+', color: SEEN[3] },
     { value: 0, label: 'unseen', color: UNSEEN },
+    NOT_ASKED_CLASS,
     { value: NOT_ACHIEVABLE, label: 'not achievable', color: GREY },
   ],
 };
@@ -68,13 +74,14 @@ const SEEN_LAYER: ClassLayer = {
   classes: [
     { value: 1, label: 'seen', color: SEEN[1] },
     { value: 0, label: 'unseen', color: UNSEEN },
+    NOT_ASKED_CLASS,
     { value: NOT_ACHIEVABLE, label: 'not achievable', color: GREY },
   ],
 };
 
 export const REASON = 'reason';
 /** Value of `reason` where nobody asked for the patch. */
-const OUT_OF_SCOPE = 255;
+export const OUT_OF_SCOPE = 255;
 /** By reason: what a further station would mend is warm, what the scanner can't do is cool, what nobody can is grey. */
 const REASON_COLORS: Readonly<Record<string, ThemedColor>> = {
   covered: { light: '#dfe9e6', dark: '#54635f' },
@@ -101,7 +108,7 @@ function reasonLayer(reasons: readonly string[]): ClassLayer {
     kind: 'classes',
     id: REASON,
     title: 'Why unseen',
-    classes: [...ofReason, { value: OUT_OF_SCOPE, label: 'not asked for', color: GREY }],
+    classes: [...ofReason, { ...NOT_ASKED_CLASS, value: OUT_OF_SCOPE }],
   };
 }
 
@@ -113,6 +120,11 @@ export function layersOf(
 ): readonly HeatLayer[] {
   const why = reasons.length > 0 ? [reasonLayer(reasons)] : [];
   return [TIMES_SEEN_LAYER, SEEN_LAYER, ...ramps, ...why, ...extra];
+}
+
+/** The classes that a legend tells of: what nobody asked for only where the plan is of some floors. */
+export function legendClasses({ classes }: ClassLayer, isOfSomeFloors: boolean): readonly HeatClass[] {
+  return isOfSomeFloors ? classes : classes.filter(({ label }) => label !== NOT_ASKED_CLASS.label);
 }
 
 /** Id of the values that a layer shows. */

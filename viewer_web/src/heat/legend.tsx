@@ -1,4 +1,6 @@
 /** What the colours mean: of the layer the building is painted by, or of the clouds where they are shown. */
+import { ChangesLegend } from '../compare/changes-legend.tsx';
+import { DIFFERENCE_ID } from '../compare/difference.ts';
 import { metres, squareMetres } from '../panels/figures.ts';
 import { DARK, LIGHT } from '../scene/palette.ts';
 import { CloudControl } from '../stations/cloud-control.tsx';
@@ -7,14 +9,14 @@ import type { ShownStation } from '../stations/shown.ts';
 import { cssColor, stationColor } from '../stations/station-color.ts';
 import type { LayerState, Store } from '../store.ts';
 import { layerColors, themed } from './colors.ts';
-import type { ClassLayer, HeatLayer, RampLayer } from './layers.ts';
+import { type ClassLayer, type HeatLayer, legendClasses, NOT_ASKED_CLASS, type RampLayer } from './layers.ts';
 import { quantity } from './quantity.ts';
 import type { Spread } from './statistics.ts';
 
 export function Legend({ store }: { store: Store }) {
   if (store.marking.value.kind !== 'none') return <MarkLegend store={store} />;
   if (store.cloud.value.kind !== 'none') return <CloudLegend store={store} />;
-  return <LayerLegend state={store.layerState.value} isDark={store.isDark.value} />;
+  return <LayerLegend store={store} state={store.layerState.value} isDark={store.isDark.value} />;
 }
 
 /** What is pointed out, and how much it is. */
@@ -44,8 +46,17 @@ function MarkLegend({ store }: { store: Store }) {
   );
 }
 
-function LayerLegend({ state, isDark }: { state: LayerState; isDark: boolean }) {
+interface ColorsProps {
+  readonly layer: HeatLayer;
+  readonly spread: Spread | null;
+  readonly isDark: boolean;
+  /** The plan is not of all floors. */
+  readonly isOfSomeFloors: boolean;
+}
+
+function LayerLegend({ store, state, isDark }: { store: Store; state: LayerState; isDark: boolean }) {
   if (state.kind === 'none') return null;
+  const isOfSomeFloors = store.loaded.value !== null && store.loaded.value.scope !== null;
   return (
     <figure class="legend" aria-label="Legend" data-testid="legend" data-state={state.kind}>
       {state.kind === 'failed' ? (
@@ -54,22 +65,30 @@ function LayerLegend({ state, isDark }: { state: LayerState; isDark: boolean }) 
         <>
           <figcaption>{state.layer.title}</figcaption>
           {state.kind === 'loading' && <p class="muted">Loading …</p>}
-          {state.kind === 'shown' && <Colors layer={state.layer} spread={state.spread} isDark={isDark} />}
+          {state.kind === 'shown' && <Colors {...state} isDark={isDark} isOfSomeFloors={isOfSomeFloors} />}
+          {state.kind === 'shown' && state.layer.id === DIFFERENCE_ID && <ChangesLegend store={store} />}
         </>
       )}
     </figure>
   );
 }
 
-function Colors({ layer, spread, isDark }: { layer: HeatLayer; spread: Spread | null; isDark: boolean }) {
-  if (layer.kind === 'classes') return <Classes layer={layer} isDark={isDark} />;
-  return spread === null ? null : <Ramp layer={layer} spread={spread} isDark={isDark} />;
+function Colors({ layer, spread, ...how }: ColorsProps) {
+  if (layer.kind === 'classes') return <Classes layer={layer} {...how} />;
+  return spread === null ? null : <Ramp layer={layer} spread={spread} {...how} />;
 }
 
-function Classes({ layer, isDark }: { layer: ClassLayer; isDark: boolean }) {
+interface ClassesProps {
+  readonly layer: ClassLayer;
+  readonly isDark: boolean;
+  readonly isOfSomeFloors: boolean;
+}
+
+function Classes({ layer, isDark, isOfSomeFloors }: ClassesProps) {
+  const classes = legendClasses(layer, isOfSomeFloors);
   return (
-    <ul class={layer.classes.length > 7 ? 'legend-classes legend-columns' : 'legend-classes'}>
-      {layer.classes.map(({ value, label, color }) => (
+    <ul class={classes.length > 7 ? 'legend-classes legend-columns' : 'legend-classes'}>
+      {classes.map(({ value, label, color }) => (
         <li key={value}>
           <Swatch color={themed(color, isDark)} />
           {label}
@@ -81,7 +100,14 @@ function Classes({ layer, isDark }: { layer: ClassLayer; isDark: boolean }) {
 
 const UNSEEN = '#e8833a';
 
-function Ramp({ layer, spread, isDark }: { layer: RampLayer; spread: Spread; isDark: boolean }) {
+interface RampProps {
+  readonly layer: RampLayer;
+  readonly spread: Spread;
+  readonly isDark: boolean;
+  readonly isOfSomeFloors: boolean;
+}
+
+function Ramp({ layer, spread, isDark, isOfSomeFloors }: RampProps) {
   const { low, high, median, mostly } = spread;
   return (
     <>
@@ -107,6 +133,12 @@ function Ramp({ layer, spread, isDark }: { layer: RampLayer; spread: Spread; isD
           <i class="swatch swatch-none" />
           not achievable, or not known
         </li>
+        {isOfSomeFloors && (
+          <li>
+            <Swatch color={themed(NOT_ASKED_CLASS.color, isDark)} />
+            {NOT_ASKED_CLASS.label}
+          </li>
+        )}
       </ul>
     </>
   );

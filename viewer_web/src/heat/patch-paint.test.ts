@@ -4,8 +4,9 @@ import type { Building, Paint } from '../scene/building.ts';
 import { LIGHT } from '../scene/palette.ts';
 import { createStore, type LayerSource, type Store } from '../store.ts';
 import { smallPlan } from '../testing/small-plan.ts';
-import { type PatchValues, TIMES_SEEN } from './layers.ts';
+import { NOT_ASKED, type PatchValues, TIMES_SEEN } from './layers.ts';
 import { PatchPaint } from './patch-paint.ts';
+import { withinScope } from './scope.ts';
 
 /** What the building was told last, in place of a graphics card. */
 class FakeBuilding {
@@ -34,7 +35,7 @@ const FILES: Record<string, ArrayLike<number>> = {
 };
 afterEach(() => vi.unstubAllGlobals());
 
-function setUp(): { store: Store; building: FakeBuilding; paint: PatchPaint } {
+function setUp(scope: Uint8Array | null = null): { store: Store; building: FakeBuilding; paint: PatchPaint } {
   vi.stubGlobal(
     'fetch',
     async (address: string) => new Response(FILES[address] as never, { status: FILES[address] ? 200 : 404 }),
@@ -42,7 +43,8 @@ function setUp(): { store: Store; building: FakeBuilding; paint: PatchPaint } {
   const loaded = {
     base: '',
     plan: smallPlan(),
-    patchSeen: Uint8Array.of(1, 2, 0),
+    patchSeen: withinScope(Uint8Array.of(1, 2, 0), scope),
+    scope,
     layers: {
       schema: 'tlsplan/layers/1',
       n_patches: 3,
@@ -65,6 +67,22 @@ function setUp(): { store: Store; building: FakeBuilding; paint: PatchPaint } {
   paint.setPalette(LIGHT);
   return { store, building, paint };
 }
+
+test('what nobody asked for stays so, also in values of the draft and of a preview', async () => {
+  const { store, building, paint } = setUp(Uint8Array.of(0, 255, 1));
+  await shownBy(store);
+  expect([...paint.timesSeen]).toEqual([1, NOT_ASKED, 0]);
+  paint.setValues(TIMES_SEEN, Uint8Array.of(2, 2, 2));
+  expect(building.timesSeen).toEqual([2, NOT_ASKED, 2]);
+  paint.patch([1, 2], [3, 3], TIMES_SEEN, null);
+  expect([...paint.timesSeen]).toEqual([2, NOT_ASKED, 3]);
+  expect(building.patches.at(-1)).toEqual([[1, 2], [NOT_ASKED, 3], null]);
+  store.layerId.value = 'range';
+  await vi.waitFor(() => expect(building.values).not.toBeNull());
+  expect(paint.valueAt(1)).toBeNull();
+  expect(paint.valueAt(0)?.value).toBe(1000);
+});
+
 const shownBy = (store: Store) => vi.waitFor(() => expect(store.layerState.value.kind).toBe('shown'));
 
 test('the layer that the store names is fetched and painted', async () => {

@@ -5,7 +5,8 @@ import type { Building } from '../scene/building.ts';
 import type { Palette } from '../scene/palette.ts';
 import type { LayerSource, Store } from '../store.ts';
 import { layerColors } from './colors.ts';
-import { type HeatLayer, type PatchValues, PLAIN, TIMES_SEEN, valuesOf } from './layers.ts';
+import { type HeatLayer, NOT_ASKED, type PatchValues, PLAIN, TIMES_SEEN, valuesOf } from './layers.ts';
+import { withinScope, withinScopeAt } from './scope.ts';
 import { patchAreas, type Spread, spreadOf } from './statistics.ts';
 
 export class PatchPaint {
@@ -43,7 +44,8 @@ export class PatchPaint {
   /** New values of all patches; those of a layer that is not shown are left for the store's `layerSource` to give later. */
   setValues(id: string, values: PatchValues): void {
     if (id === TIMES_SEEN) {
-      this.timesSeen = Uint8Array.from(values);
+      // A copy: changes of single patches are written into it.
+      this.timesSeen = withinScope(Uint8Array.from(values), this.loaded.scope);
       this.building.setTimesSeen(this.timesSeen);
     }
     if (this.shown !== null && valuesOf(this.shown.layer) === id) this.show(this.shown.layer, values);
@@ -58,11 +60,12 @@ export class PatchPaint {
     values: ArrayLike<number> | null,
   ): void {
     const isShown = this.shown !== null && valuesOf(this.shown.layer) === id && id !== TIMES_SEEN;
+    const seen = timesSeen && withinScopeAt(indices, timesSeen, this.loaded.scope);
     for (let i = 0; i < indices.length; i++) {
-      if (timesSeen !== null) this.timesSeen[indices[i]] = timesSeen[i];
+      if (seen !== null) this.timesSeen[indices[i]] = seen[i];
       if (isShown && values !== null && this.shown !== null) this.shown.values[indices[i]] = values[i];
     }
-    this.building.patch(indices, timesSeen, isShown ? values : null);
+    this.building.patch(indices, seen, isShown ? values : null);
     this.requestFrame();
   }
 
@@ -71,7 +74,8 @@ export class PatchPaint {
     if (this.shown === null) return null;
     const { layer, values } = this.shown;
     const value = valuesOf(layer) === TIMES_SEEN ? this.timesSeen[patch] : values[patch];
-    return layer.kind === 'ramp' && value === layer.none ? null : { layer, value };
+    const hasNone = layer.kind === 'ramp' && (value === layer.none || this.timesSeen[patch] === NOT_ASKED);
+    return hasNone ? null : { layer, value };
   }
 
   dispose(): void {
@@ -132,7 +136,7 @@ export class PatchPaint {
     // A copy: changes of single patches are written into it.
     this.shown = { layer, values: isSeen ? this.timesSeen : values.slice() };
     this.building.setValues(isSeen ? null : values);
-    const spread = layer.kind === 'ramp' ? spreadOf(values, layer, this.areas) : null;
+    const spread = layer.kind === 'ramp' ? spreadOf(values, layer, this.areas, this.timesSeen) : null;
     this.spread = spread;
     this.store.layerState.value = { kind: 'shown', layer, spread };
     this.paint();

@@ -1,6 +1,6 @@
 /** Over how much surface a layer's values spread: what the ends of its legend are, and what its middle. */
 import type { StageTriangles } from '../load/stage.ts';
-import type { PatchValues, RampLayer } from './layers.ts';
+import { NOT_ASKED, type PatchValues, type RampLayer } from './layers.ts';
 
 export interface Spread {
   /** Ends of the colours, in the layer's unit. */
@@ -31,12 +31,12 @@ export function triangleArea(squaredEdges: ArrayLike<number>, at: number): numbe
   return Math.sqrt(Math.max(0, 2 * (a * b + b * c + c * a) - (a * a + b * b + c * c))) / 4;
 }
 
-/** Colours run from 0 to the round number above what most of the surface keeps. */
-export function spreadOf(values: PatchValues, layer: RampLayer, areas: Float32Array): Spread {
+/** Colours run from 0 to the round number above what most of the surface keeps; what nobody asked for does not count. */
+export function spreadOf(values: PatchValues, layer: RampLayer, areas: Float32Array, timesSeen: Uint8Array): Spread {
   const areaOfValue = new Float64Array(65536);
   let total = 0;
   for (let patch = 0; patch < values.length; patch++) {
-    if (values[patch] === layer.none) continue;
+    if (values[patch] === layer.none || timesSeen[patch] === NOT_ASKED) continue;
     areaOfValue[values[patch]] += areas[patch];
     total += areas[patch];
   }

@@ -2,6 +2,7 @@
 
 import type { SerializedBVH } from 'three-mesh-bvh';
 import { REASON } from '../heat/layers.ts';
+import { withinScope } from '../heat/scope.ts';
 import { CloudRows, type ThinnedCloud } from './cloud-rows.ts';
 import type { StageEdges } from './edges.ts';
 import { decodeValues, type LayersJson, parseLayers } from './layers.ts';
@@ -19,8 +20,10 @@ export interface LoadedPlan {
   readonly edges: StageEdges;
   /** Its triangles, for rays. */
   readonly tree: SerializedBVH;
-  /** One byte a patch: stations that see it; 255: not achievable. */
+  /** One byte a patch: stations that see it; 255: not achievable; 254: not asked for. */
   readonly patchSeen: Uint8Array;
+  /** Reason of each patch, where it tells what was asked for; null: all of the building was. See heat/scope.ts. */
+  readonly scope: Uint8Array | null;
   /** Null: an older version made the plan, and it says nothing of ranges, incidences and reasons by patch. */
   readonly layers: LayersJson | null;
 }
@@ -36,9 +39,27 @@ export async function fetchPlan(base: string, onStep: OnStep): Promise<LoadedPla
   const layers = await fetchLayers(base);
   onStep('Preparing the building', null);
   const prepared = await prepareBeside(stageBytes);
-  const patchSeen = new Uint8Array(patchBytes);
-  checkPatches(prepared.stage, patchSeen.length);
-  return { base, plan, patchSeen, layers, ...prepared };
+  checkPatches(prepared.stage, patchBytes.byteLength);
+  const scope = await fetchScope(base, plan, patchBytes.byteLength);
+  const patchSeen = withinScope(new Uint8Array(patchBytes), scope);
+  return { base, plan, patchSeen, scope, layers, ...prepared };
+}
+
+/** The reasons of patches, where the plan is of some floors; null: it is of all, or too old to tell. */
+export async function fetchScope(
+  base: string,
+  { requirements: { floors } }: PlanJson,
+  nPatches: number,
+  signal?: AbortSignal,
+): Promise<Uint8Array | null> {
+  if (!floors?.length) return null;
+  try {
+    const bytes = await fetchBytes(base, 'viewer/reason.u8', undefined, signal);
+    return decodeValues('reason.u8', bytes, nPatches, 1) as Uint8Array;
+  } catch (error) {
+    if (error instanceof MissingFileError) return null;
+    throw error;
+  }
 }
 
 /** The cloud of a station, every nth beam of every nth row. */

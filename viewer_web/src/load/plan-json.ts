@@ -81,6 +81,14 @@ const Route = v.object({
 const limit = v.nullable(v.number());
 const Asked = v.object({ spacing_m: limit, range_m: limit, incidence_rad: limit, noise_m: limit });
 
+/** How far one part of what was asked is met: a floor, a class, a zone, or all of it. */
+const RequirementResult = v.object({
+  name: v.string(),
+  required: fraction,
+  fraction_of_achievable: fraction,
+  met: v.boolean(),
+});
+
 const seconds = v.nullable(v.number());
 
 const PlanJson = v.object({
@@ -100,6 +108,7 @@ const PlanJson = v.object({
     network: v.optional(v.string()),
     floors: v.optional(v.array(v.string())),
     asked: v.optional(Asked),
+    results: v.optional(v.array(RequirementResult)),
   }),
   floors: v.array(
     v.object({ id: v.string(), name: v.string(), elevation_m: v.number(), ground_area_m2: v.nullable(v.number()) }),
@@ -148,6 +157,7 @@ const PlanJson = v.object({
 export type PlanJson = v.InferOutput<typeof PlanJson>;
 export type PlanStation = PlanJson['stations'][number];
 export type PlanFloor = PlanJson['floors'][number];
+export type RequirementResult = v.InferOutput<typeof RequirementResult>;
 export type PlanLink = v.InferOutput<typeof Link>;
 export type PlanNetwork = v.InferOutput<typeof Network>;
 export type UnseenSurface = v.InferOutput<typeof UnseenSurface>;

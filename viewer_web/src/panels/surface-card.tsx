@@ -58,8 +58,9 @@ function Coverage({ coverage: { areaM2, achievableM2, seenM2 } }: { coverage: El
   );
 }
 
-function seenInWords({ isSection, timesSeen }: Picked): string {
+function seenInWords({ isSection, isAsked, timesSeen }: Picked): string {
   if (isSection) return 'cut open';
+  if (!isAsked) return 'not asked for';
   if (timesSeen === null) return 'not achievable';
   return timesSeen === 0 ? 'by no station' : `by ${counted(timesSeen, 'station')}`;
 }

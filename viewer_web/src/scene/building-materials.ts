@@ -1,6 +1,7 @@
 /** Shaders and materials of the building: of its surfaces, of what shows through them, and of its lines. */
 import { BackSide, DoubleSide, FrontSide, GLSL3, GreaterDepth, type IUniform, ShaderMaterial } from 'three';
 import { FLAT_COS, type Slice } from '../floors/cut.ts';
+import { NOT_ASKED } from '../heat/layers.ts';
 import { PATCH_CODE_GLSL } from '../load/patch-rule.ts';
 import { TEXTURE_WIDTH } from './patch-values.ts';
 
@@ -40,7 +41,7 @@ uniform float rampLow, rampHigh, rampNone;
 uniform bool isBack; // not gl_FrontFacing: three turns it round where it draws back faces
 uniform float fade;
 uniform int pickedElement;
-uniform vec3 plainColor, groundColor, sectionColor, unseenColor, notAchievableColor, pickedColor, markColor, backgroundColor;
+uniform vec3 plainColor, groundColor, sectionColor, unseenColor, notAchievableColor, notAskedColor, pickedColor, markColor, backgroundColor;
 in vec3 vLocal;
 in vec3 vWeights;
 flat in vec3 vEdges;
@@ -49,7 +50,9 @@ out vec4 fragColor;
 ${PATCH_CODE_GLSL}
 vec3 classColor(int value) { return texelFetch(colors, ivec2(min(value, 255), 0), 0).rgb; }
 vec3 rampColor(float value, ivec2 texel) {
-  if (value == rampNone) return texelFetch(patchSeen, texel, 0).r == 0u ? unseenColor : notAchievableColor;
+  uint seen = texelFetch(patchSeen, texel, 0).r;
+  if (seen == ${NOT_ASKED}u) return notAskedColor;
+  if (value == rampNone) return seen == 0u ? unseenColor : notAchievableColor;
   float t = clamp((value - rampLow) / (rampHigh - rampLow), 0.0, 1.0);
   return classColor(int(t * 255.0 + 0.5));
 }

@@ -98,6 +98,7 @@ export class Building {
       sectionColor: { value: new Color() },
       unseenColor: { value: new Color() },
       notAchievableColor: { value: new Color() },
+      notAskedColor: { value: new Color() },
       pickedColor: { value: new Color() },
       markColor: { value: new Color() },
       backgroundColor: { value: new Color() },
@@ -111,6 +112,7 @@ export class Building {
     setColor(u.sectionColor.value, palette.section);
     setColor(u.unseenColor.value, palette.unseen);
     setColor(u.notAchievableColor.value, palette.notAchievable);
+    setColor(u.notAskedColor.value, palette.notAsked);
     setColor(u.pickedColor.value, palette.picked);
     setColor(u.backgroundColor.value, palette.background);
     setColor(u.markColor.value, palette.mark);

@@ -12,6 +12,7 @@ export interface Palette {
   readonly line: string;
   readonly unseen: string;
   readonly notAchievable: string;
+  readonly notAsked: string;
   readonly picked: string;
   /** Patches that are pointed out. */
   readonly mark: string;
@@ -34,6 +35,7 @@ export const LIGHT: Palette = {
   section: '#3c474e',
   line: '#2a3338',
   notAchievable: '#c6cacc',
+  notAsked: '#eef0f1',
   link: '#7a3fa0',
   isDark: false,
 };
@@ -47,6 +49,7 @@ export const DARK: Palette = {
   section: '#06090b',
   line: '#05080a',
   notAchievable: '#6d757a',
+  notAsked: '#42494e',
   link: '#c79be6',
   isDark: true,
 };

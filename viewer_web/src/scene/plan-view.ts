@@ -3,7 +3,7 @@ import { computed, effect, untracked } from '@preact/signals';
 import { type Object3D, Ray, Vector3 } from 'three';
 import { extentOf, sliceOfFloor, WHOLE_BUILDING } from '../floors/cut.ts';
 import { coverageOf, type ElementCoverage } from '../heat/element-coverage.ts';
-import { NOT_ACHIEVABLE, type PatchValues, TIMES_SEEN, valuesOf } from '../heat/layers.ts';
+import { NOT_ACHIEVABLE, NOT_ASKED, type PatchValues, TIMES_SEEN, valuesOf } from '../heat/layers.ts';
 import { MarkFollower } from '../heat/mark-follower.ts';
 import { PatchPaint } from '../heat/patch-paint.ts';
 import { quantity } from '../heat/quantity.ts';
@@ -537,7 +537,8 @@ export class PlanView {
       triangle: hit.triangle,
       patch,
       groundOf: floors.find(({ index }) => index + 1 === triangles.groundOf[hit.triangle])?.id ?? null,
-      timesSeen: seen === NOT_ACHIEVABLE || isSection ? null : seen,
+      timesSeen: seen === NOT_ACHIEVABLE || seen === NOT_ASKED || isSection ? null : seen,
+      isAsked: seen !== NOT_ASKED,
       isSection,
       pointM: [hit.pointM.x + offsetM[0], hit.pointM.y + offsetM[1], hit.pointM.z + offsetM[2]],
     };
