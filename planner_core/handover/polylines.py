@@ -89,7 +89,8 @@ def split_at(edges: Int64Array, cuts: Int64Array, places_m: FloatArray) -> tuple
 def chains(edges: Int64Array, places_m: FloatArray) -> Iterator[tuple[list[int], bool]]:
     """Walk edges (K, 2) as few chains of nodes as they make; True: the chain is closed, its first node not repeated.
 
-    Each edge is walked once. What goes on behind a node is settled before: see `_onward`.
+    Each edge is walked once, and a closed chain passes each of its nodes once. What goes on behind a node is settled
+    before: see `_onward`.
     """
     onward = _onward(edges, places_m)
     walked = np.zeros(len(edges), dtype=np.bool_)
@@ -106,7 +107,22 @@ def chains(edges: Int64Array, places_m: FloatArray) -> Iterator[tuple[list[int],
             if following is None or walked[following[0]]:
                 break
             edge, end = following
-        yield (chain[:-1], True) if closed else (chain, False)
+        if closed:
+            yield from ((loop, True) for loop in _simple_loops(chain[:-1]))
+        else:
+            yield chain, False
+
+
+def _simple_loops(chain: list[int]) -> Iterator[list[int]]:
+    """Part a closed chain that comes by a node again into loops that pass each of their nodes once."""
+    open_part: list[int] = []
+    for node in chain:
+        if node in open_part:
+            start = open_part.index(node)
+            yield open_part[start:]
+            del open_part[start:]
+        open_part.append(node)
+    yield open_part
 
 
 def _onward(edges: Int64Array, places_m: FloatArray) -> dict[tuple[int, int], tuple[int, int]]:
