@@ -181,7 +181,8 @@ class _E57:
     def _buffers(self, capacity: int) -> tuple[dict[str, Any], Any]:
         """Arrays that the writer takes points from, again and again."""
         lib = self._lib
-        names = (*(f"cartesian{axis}" for axis in "XYZ"), "cartesianInvalidState", "intensity", "rowIndex", "columnIndex")
+        names = [f"cartesian{axis}" for axis in ("X", "Y", "Z", "InvalidState")]
+        names += ["intensity", "rowIndex", "columnIndex"]
         # Of the types with 32 bits or more it knows NumPy's `longlong` alone on every system.
         arrays: dict[str, Any] = {name: np.zeros(capacity, dtype=np.longlong) for name in names}
         buffers = lib.VectorSourceDestBuffer()
