@@ -54,3 +54,7 @@ class CoordinatesError(PlannerError, ValueError):
 
 class HandoverError(PlannerError, ValueError):
     """A plan can't be handed over in a format: a missing scene, something that the format can't hold, a full disk."""
+
+
+class CrsNeededError(HandoverError):
+    """A format holds longitude and latitude, and the plan's coordinates have no CRS: a pack goes without it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,6 +36,28 @@ def chosen_stations(plan: PlanSource, options: Options) -> tuple[FieldStation, .
     """Return the stations of these floors, in visiting order; those of no known floor only where all are wanted."""
     ids = {floor.id for floor in chosen_floors(plan, options)}
     return tuple(station for station in plan.stations if not options.floors or station.floor_id in ids)
+
+
+@dataclass(frozen=True)
+class FloorStations:
+    """Stations of one floor, in visiting order. id, name : empty for those of a floor that the plan does not have."""
+
+    id: str
+    name: str
+    stations: tuple[FieldStation, ...]
+
+
+def stations_by_floor(plan: PlanSource, options: Options) -> tuple[FloorStations, ...]:
+    """Return the chosen stations floor by floor, lowest first, floors without stations left out; raises as above."""
+    chosen = chosen_stations(plan, options)
+    floors = [(floor.id, floor.name) for floor in chosen_floors(plan, options)]
+    known = {floor_id for floor_id, _ in floors}
+    groups = [
+        FloorStations(floor_id, name, tuple(each for each in chosen if each.floor_id == floor_id))
+        for floor_id, name in floors
+    ]
+    groups.append(FloorStations("", "", tuple(each for each in chosen if each.floor_id not in known)))
+    return tuple(group for group in groups if group.stations)
 
 
 def require_ground(stations: tuple[FieldStation, ...], what: str) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import HandoverError, OutputExistsError, RequirementError
+from planner_core.errors import CrsNeededError, HandoverError, OutputExistsError, RequirementError
 from planner_core.export.atomic import staged_file, staged_folder
 from planner_core.handover.options import Options
 from planner_core.handover.source import PlanSource, open_plan
@@ -110,6 +110,30 @@ _FORMATS = (
         write=_lazy("planner_core.handover.gsi", "write_gsi16"),
         options=("instrument", "gsi_unit", "subtract", "floors"),
         verified_with="a parser of the format description; geocompy 1.0",
+    ),
+    Format(
+        name="landxml",
+        title="stations and walk as LandXML 1.2",
+        file_name="stations.xml",
+        write=_lazy("planner_core.handover.landxml", "write_landxml"),
+        options=("floors",),
+        verified_with="LandXML-1.2.xsd with xmlschema 4.3, a reader of its own in tests",
+    ),
+    Format(
+        name="geojson",
+        title="stations, links, walk and floors as GeoJSON",
+        file_name="stations.geojson",
+        write=_lazy("planner_core.handover.geojson", "write_geojson"),
+        options=("geojson_crs", "floors"),
+        verified_with="GDAL (pyogrio), pyproj",
+    ),
+    Format(
+        name="kml",
+        title="stations, links, walk and floors as KML",
+        file_name="stations.kml",
+        write=_lazy("planner_core.handover.kml", "write_kml"),
+        options=("instrument", "kml_heights", "floors"),
+        verified_with="GDAL's LIBKML (pyogrio)",
     ),
     Format(
         name="e57",
@@ -285,10 +309,14 @@ def hand_over_pack(
     frame: FrameRequest | None = None,
     progress: Progress = silent,
 ) -> Written:
-    """Write a plan in several formats into one folder, each under its standard name; as `hand_over`."""
+    """Write a plan in several formats into one folder, each under its standard name; as `hand_over`.
+
+    Of all formats, those that need a CRS are left out of a plan without one, and remarks say so.
+    """
     chosen = formats_named(names)
     opened = plan if isinstance(plan, PlanSource) else open_plan(plan, scene=scene, frame=frame)
     remarks = list(opened.frame.warnings)
+    held: list[Format] = []
     with _target_guarded(target):
         _check_folder(target, overwrite=overwrite)
         with staged_folder(target, replace=overwrite) as staging:
@@ -297,8 +325,14 @@ def hand_over_pack(
                 path = staging / each.file_name
                 if each.is_folder:
                     path.mkdir()
-                remarks += [f"{each.name}: {remark}" for remark in each.write(opened, path, options, progress)]
-            _record(opened, chosen, staging)
+                try:
+                    remarks += [f"{each.name}: {remark}" for remark in each.write(opened, path, options, progress)]
+                    held.append(each)
+                except CrsNeededError as error:
+                    if ALL not in names:
+                        raise
+                    remarks.append(f"left out: {error}")
+            _record(opened, held, staging)
     return Written(target, *_size(target), tuple(remarks))
 
 

@@ -1,0 +1,84 @@
+"""Longitude and latitude of the site: WGS84 degrees, by PROJ, of site coordinates whose CRS is known.
+
+Heights are left as they are: a change of their datum would take a geoid model, and nobody asked for one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planner_core.errors import CrsNeededError, HandoverError
+from planner_core.model import FloatArray, SiteFrame
+
+WGS84 = "EPSG:4326"
+#: A tenth of a millimetre on the ground, as everywhere else.
+DECIMALS = 9
+
+
+@dataclass(frozen=True, eq=False)
+class Geographic:
+    """The way from site coordinates to degrees. remarks : how good it is, a line each, for the user."""
+
+    remarks: tuple[str, ...]
+    _transformer: Any
+
+    def degrees(self, site_m: FloatArray) -> FloatArray:
+        """(N, 3) E, N, H -> (N, 2) longitude, latitude, rounded to `DECIMALS`.
+
+        Raises
+        ------
+        HandoverError
+            Coordinates that the CRS can't have.
+        """
+        east_m, north_m = np.asarray(site_m, dtype=np.float64).reshape(-1, 3)[:, :2].T
+        out = np.column_stack(self._transformer.transform(east_m, north_m))
+        if not np.isfinite(out).all():
+            at = int(np.flatnonzero(~np.isfinite(out).all(axis=1))[0])
+            raise HandoverError(
+                f"longitude and latitude: E {east_m[at]:.3f}, N {north_m[at]:.3f} is nowhere in the site's CRS, "
+                "expected a place inside its area; check --crs and --origin"
+            )
+        return np.asarray(np.round(out, DECIMALS) + 0.0)
+
+
+def geographic_of(frame: SiteFrame, what: str, *, instead: str = "") -> Geographic:
+    """Return the way to degrees; `what` needs them, and `instead` tells how to do without, for the message.
+
+    Raises
+    ------
+    CrsNeededError
+        The CRS is not known.
+    HandoverError
+        PROJ can't read it, or knows no way.
+    """
+    if not frame.crs:
+        raise CrsNeededError(
+            f"{what}: the plan is in {frame.name} without a CRS, expected one for longitude and latitude; give --crs "
+            f"and --origin (or --control-points){instead}"
+        )
+    import warnings
+
+    from pyproj import CRS
+    from pyproj.exceptions import ProjError
+    from pyproj.transformer import TransformerGroup
+
+    try:
+        source = CRS.from_user_input(frame.crs).to_2d()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of grids that are missing: a remark says so
+            ways = TransformerGroup(source, WGS84, always_xy=True)
+    except ProjError as error:
+        raise HandoverError(
+            f"{what}: PROJ can't read the CRS {frame.name} ({error}), expected such as EPSG:25832; check --crs"
+        ) from error
+    if not ways.transformers:
+        raise HandoverError(f"{what}: PROJ knows no way from {frame.name} to {WGS84}; give another --crs")
+    best = ways.transformers[0]
+    accuracy = f"good to {best.accuracy:g} m" if best.accuracy >= 0 else "of unknown accuracy"
+    remarks = [f"longitude and latitude by {best.description}, {accuracy}"]
+    if not ways.best_available:
+        remarks.append("PROJ knows a better way to longitude and latitude, whose grid is not installed")
+    return Geographic(tuple(remarks), best)
