@@ -1,5 +1,5 @@
 /** Plans of different floors: which floors each is of, and which both are. */
-import { isPlanned } from '../floors/floor-selector.tsx';
+import { isPlanned } from '../floors/planned.ts';
 import type { PlanJson } from '../load/plan-json.ts';
 
 /** What of a plan says which floors it is of. */

@@ -1,13 +1,15 @@
 /** The strip of totals over the canvas: what the edited plan is worth beside the plan as it was made. */
+import type { ComponentChildren } from 'preact';
 import { useEffect, useRef } from 'preact/hooks';
 import { percent } from '../panels/figures.ts';
+import { MetWord, metInWords } from '../panels/targets.tsx';
 import type { Store } from '../store.ts';
 import { countEdits, editsInWords } from './draft.ts';
 import { hasEdits, stationsOf } from './draft-follower.ts';
 import type { Editing } from './editing.ts';
 import type { Latencies } from './preview-loop.ts';
 import { canEdit, isLive } from './readiness.ts';
-import { draftTotals, planTotals, previewTotals, signedCount, signedPoints, type Totals } from './totals.ts';
+import { draftTotals, missedOf, planTotals, previewTotals, signedCount, signedPoints, type Totals } from './totals.ts';
 
 export function DraftBar({ store }: { store: Store }) {
   const { desk, editing, loaded } = store;
@@ -109,7 +111,11 @@ function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planne
         value={percent(totals.coverage)}
         change={signedPoints(totals.coverage - planned.coverage)}
         isBetterUp
-      />
+      >
+        <span title={metInWords(totals.requirements)} data-testid="met">
+          <MetWord isMet={missedOf(totals.requirements).length === 0} />
+        </span>
+      </Total>
       {totals.floors.length > 1 &&
         totals.floors.map(({ id, name, coverage }) => (
           <Total
@@ -131,16 +137,17 @@ interface TotalProps {
   /** With its sign; empty where there is none. */
   readonly change: string;
   readonly isBetterUp?: boolean;
+  readonly children?: ComponentChildren;
 }
 
-function Total({ name, value, change, isBetterUp = false }: TotalProps) {
+function Total({ name, value, change, isBetterUp = false, children }: TotalProps) {
   const isUp = change.startsWith('+');
   return (
     <div>
       <dt>{name}</dt>
       <dd>
         {value}
-        {change !== '' && <span class={isBetterUp === isUp ? ' change-up' : ' change-down'}> {change}</span>}
+        {change !== '' && <span class={isBetterUp === isUp ? ' change-up' : ' change-down'}> {change}</span>} {children}
       </dd>
     </div>
   );

@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest';
 import type { Place } from './ground-map.ts';
-import { areaM2, faultOf } from './outline.ts';
+import { areaM2, faultOf, isInside } from './outline.ts';
 
 const SQUARE: Place[] = [
   [0, 0],
@@ -13,6 +13,31 @@ test('an outline has the area of its polygon, in either direction', () => {
   expect(areaM2(SQUARE)).toBe(4);
   expect(areaM2([...SQUARE].reverse())).toBe(4);
   expect(areaM2(SQUARE.slice(0, 3))).toBe(2);
+});
+
+test('a place is inside an outline that winds around it, bays left out', () => {
+  const bay: Place[] = [
+    [0, 0],
+    [4, 0],
+    [4, 3],
+    [2, 1],
+    [0, 3],
+  ];
+  const inside: Place[] = [
+    [0.5, 2],
+    [3.5, 2],
+    [2, 0.5],
+  ];
+  const outside: Place[] = [
+    [2, 2],
+    [5, 1],
+    [-1, 1],
+    [2, -1],
+  ];
+  for (const outline of [bay, [...bay].reverse()]) {
+    expect(inside.map((place) => isInside(outline, place))).toEqual([true, true, true]);
+    expect(outside.map((place) => isInside(outline, place))).toEqual([false, false, false, false]);
+  }
 });
 
 test.each([

@@ -27,6 +27,16 @@ export function faultOf(outline: readonly Place[]): string | null {
   return null;
 }
 
+/** Whether a place lies inside an outline: a ray from it crosses the sides an odd number of times. */
+export function isInside(outline: readonly Place[], [x, y]: Place): boolean {
+  let isIn = false;
+  outline.forEach(([ax, ay], i) => {
+    const [bx, by] = outline[(i + 1) % outline.length];
+    if (ay > y !== by > y && x < ax + ((y - ay) / (by - ay)) * (bx - ax)) isIn = !isIn;
+  });
+  return isIn;
+}
+
 /** Whether two sides that are not neighbours meet. */
 function crosses(outline: readonly Place[]): boolean {
   const n = outline.length;

@@ -1,6 +1,6 @@
 /** The totals of a draft beside those of its plan. */
 import type { DraftFigures, PreviewHead } from '../api/documents.ts';
-import { isPlanned } from '../floors/floor-selector.tsx';
+import { isPlanned } from '../floors/planned.ts';
 import type { PlanJson, RequirementResult } from '../load/plan-json.ts';
 
 export interface FloorTotal {

@@ -1,15 +1,20 @@
 /** The list of floors: which one is opened, and where it is cut. */
+import { totalsBeside } from '../edit/totals-beside.ts';
 import type { PlanFloor } from '../load/plan-json.ts';
 import { counted, metres, percent } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import { Meter } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
 import { DEFAULT_CUT_M, highestCutM, LOWEST_CUT_M } from './cut.ts';
+import { isPlanned } from './planned.ts';
 
 export function FloorSelector({ store }: { store: Store }) {
   const loaded = store.loaded.value;
   if (loaded === null) return null;
-  const { floors, stations } = loaded.plan;
+  const { floors } = loaded.plan;
+  const stations = store.shownStations.value;
+  const totals = totalsBeside(store);
+  const shown = totals?.edited ?? totals?.planned;
   // Highest first, as in a section of the building.
   const highestFirst = [...floors].sort((a, b) => b.elevation_m - a.elevation_m);
   return (
@@ -25,14 +30,10 @@ export function FloorSelector({ store }: { store: Store }) {
             detail={detailOf(
               floor,
               isPlanned(floor, loaded.plan.requirements.floors)
-                ? counted(stations.filter((station) => station.floor === floor.id).length, 'station')
+                ? counted(stations.filter(({ floorId }) => floorId === floor.id).length, 'station')
                 : 'not asked for',
             )}
-            fraction={
-              isPlanned(floor, loaded.plan.requirements.floors)
-                ? loaded.plan.coverage.floors.find((figures) => figures.floor === floor.id)?.fraction_of_achievable
-                : undefined
-            }
+            fraction={shown?.floors.find(({ id }) => id === floor.id)?.coverage}
           />
         ))}
       </div>
@@ -44,12 +45,6 @@ export function FloorSelector({ store }: { store: Store }) {
 function detailOf(floor: PlanFloor, what: string): string {
   const sign = floor.elevation_m < 0 ? '−' : '+';
   return `${sign}${metres(Math.abs(floor.elevation_m))} · ${what}`;
-}
-
-/** Whether a floor is among those asked for, by id or name; none told: all are. */
-export function isPlanned({ id, name }: { id: string; name: string }, asked: readonly string[] = []): boolean {
-  const names = asked.map((each) => each.toLowerCase());
-  return names.length === 0 || names.includes(id.toLowerCase()) || names.includes(name.toLowerCase());
 }
 
 interface FloorRowProps {

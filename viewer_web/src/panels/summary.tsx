@@ -1,28 +1,21 @@
 /** What the plan is worth as a whole. */
-import type { PlanJson } from '../load/plan-json.ts';
+import { type TotalsBeside, totalsBeside } from '../edit/totals-beside.ts';
+import type { Store } from '../store.ts';
 import { counted, percent, squareMetres } from './figures.ts';
 import { Figure, Section } from './section.tsx';
+import { Targets } from './targets.tsx';
 
-export function Summary({ plan }: { plan: PlanJson }) {
-  const { coverage, optimality, registration, requirements, scanner, stations, warnings } = plan;
+export function Summary({ store }: { store: Store }) {
+  const [plan, totals] = [store.loaded.value?.plan, totalsBeside(store)];
+  if (plan === undefined || totals === null) return null;
+  const { coverage, optimality, registration, requirements, scanner, warnings } = plan;
   const nLinks = registration.links.filter((link) => link.overlap >= registration.threshold).length;
-  const isEnough = coverage.fraction_of_achievable >= requirements.coverage;
   return (
     <Section title="Plan">
-      <div class="headline">
-        <div>
-          <strong data-testid="coverage">{percent(coverage.fraction_of_achievable)}</strong>
-          <span>of achievable area seen</span>
-        </div>
-        <div>
-          <strong data-testid="station-count">{stations.length}</strong>
-          <span>{stations.length === 1 ? 'station' : 'stations'}</span>
-        </div>
-      </div>
-      <Meter fraction={coverage.fraction_of_achievable} required={requirements.coverage} />
-      <p class={isEnough ? 'note' : 'note note-warn'}>
-        {isEnough ? 'Reaches' : 'Misses'} the required {percent(requirements.coverage, 0)}.
-      </p>
+      <Headline {...totals} />
+      <Meter fraction={(totals.edited ?? totals.planned).coverage} required={requirements.coverage} />
+      <Targets {...totals} />
+      {totals.isEdited && <h3>As planned</h3>}
       <dl class="figures">
         <Figure name="Seen" value={`${squareMetres(coverage.covered_area_m2)}`} hint="Area that a station sees" />
         <Figure
@@ -65,6 +58,27 @@ export function Summary({ plan }: { plan: PlanJson }) {
         </details>
       )}
     </Section>
+  );
+}
+
+/** Of the plan, or of what became of it: both stand in the table below. */
+function Headline({ planned, isEdited, edited, isStale }: TotalsBeside) {
+  const { coverage, nStations } = edited ?? planned;
+  const as = edited !== null ? ', as edited' : isEdited ? ', as planned' : '';
+  return (
+    <div class={isStale ? 'headline targets-stale' : 'headline'}>
+      <div>
+        <strong data-testid="coverage">{percent(coverage)}</strong>
+        <span>of achievable area seen{as}</span>
+      </div>
+      <div>
+        <strong data-testid="station-count">{nStations}</strong>
+        <span>
+          {nStations === 1 ? 'station' : 'stations'}
+          {as}
+        </span>
+      </div>
+    </div>
   );
 }
 

@@ -2,7 +2,6 @@
 import type { ComponentChildren } from 'preact';
 import { EditTab } from '../edit/edit-tab.tsx';
 import { FloorSelector } from '../floors/floor-selector.tsx';
-import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { NetworkTab } from '../network/network-tab.tsx';
 import { ReviewTab } from '../review/review-tab.tsx';
 import { RunsTab } from '../runs/runs-tab.tsx';
@@ -31,11 +30,10 @@ export const TABS: readonly Tab[] = [
 
 interface TabsProps {
   readonly store: Store;
-  readonly loaded: LoadedPlan;
   readonly view: PlanView | null;
 }
 
-export function Tabs({ store, loaded, view }: TabsProps) {
+export function Tabs({ store, view }: TabsProps) {
   const shown = TABS.filter((tab) => !(tab.needsServer && store.isStatic));
   const chosen = shown.find(({ id }) => id === store.tab.value) ?? shown[0];
   const step = (by: number): void => {
@@ -74,13 +72,13 @@ export function Tabs({ store, loaded, view }: TabsProps) {
         ))}
       </div>
       <div id="tab-page" class="tab-page" role="tabpanel" aria-labelledby={`tab-${chosen.id}`}>
-        {pageOf(chosen.id, { store, loaded, view })}
+        {pageOf(chosen.id, { store, view })}
       </div>
     </>
   );
 }
 
-function pageOf(id: TabId, { store, loaded, view }: TabsProps): ComponentChildren {
+function pageOf(id: TabId, { store, view }: TabsProps): ComponentChildren {
   if (id === 'unseen') return <UnseenTab store={store} />;
   if (id === 'network') return <NetworkTab store={store} />;
   if (id === 'edit') return <EditTab store={store} view={view} />;
@@ -88,7 +86,7 @@ function pageOf(id: TabId, { store, loaded, view }: TabsProps): ComponentChildre
   if (id === 'review') return <ReviewTab store={store} view={view} />;
   return (
     <>
-      <Summary plan={loaded.plan} />
+      <Summary store={store} />
       <FloorSelector store={store} />
       <RouteSection store={store} />
       <StationList store={store} />

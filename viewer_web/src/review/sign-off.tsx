@@ -3,10 +3,13 @@ import { useState } from 'preact/hooks';
 import { timeInWords } from '../api/conflict-words.ts';
 import type { Desk } from '../api/desk.ts';
 import type { Review } from '../api/documents.ts';
+import { stationsOf } from '../edit/draft-follower.ts';
 import { canEdit } from '../edit/readiness.ts';
+import { totalsBeside } from '../edit/totals-beside.ts';
 import { counted } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
+import { type Concern, concernsOf } from './concerns.ts';
 import { changesSinceSignature, sign, unsign } from './remarks.ts';
 
 interface SignOffProps {
@@ -17,6 +20,7 @@ interface SignOffProps {
 
 export function SignOffSection({ store, desk, review }: SignOffProps) {
   const signed = review.sign_off;
+  const concerns = openConcerns(store, review);
   return (
     <Section title="Sign-off">
       {signed === null ? (
@@ -24,13 +28,39 @@ export function SignOffSection({ store, desk, review }: SignOffProps) {
       ) : (
         <Signature desk={desk} review={review} mayTakeBack={canEdit(store)} />
       )}
-      {canEdit(store) && signed === null && <SignForm desk={desk} />}
+      <ConcernList concerns={concerns} />
+      {canEdit(store) && signed === null && <SignForm desk={desk} concerns={concerns} />}
     </Section>
   );
 }
 
-function SignForm({ desk }: { desk: Desk }) {
+function openConcerns(store: Store, review: Review): readonly Concern[] {
+  const [plan, totals] = [store.loaded.value?.plan, totalsBeside(store)];
+  if (plan === undefined || totals === null) return [];
+  return concernsOf({ review, stations: stationsOf(store), totals, asksNetwork: plan.requirements.network !== 'none' });
+}
+
+function ConcernList({ concerns }: { concerns: readonly Concern[] }) {
+  if (concerns.length === 0) return null;
+  return (
+    <>
+      <p>Still open:</p>
+      <ul class="concerns" aria-label="Open points">
+        {concerns.map(({ kind, words }) => (
+          <li key={words} data-concern={kind}>
+            {words}
+          </li>
+        ))}
+      </ul>
+    </>
+  );
+}
+
+function SignForm({ desk, concerns }: { desk: Desk; concerns: readonly Concern[] }) {
   const [note, setNote] = useState('');
+  const open = concerns.map(({ words }) => words).join('\n');
+  // Of these points and no others: who has agreed to some is asked again when there are more.
+  const [accepted, setAccepted] = useState('');
   const name = desk.author.value.trim();
   return (
     <form
@@ -49,8 +79,18 @@ function SignForm({ desk }: { desk: Desk }) {
           onInput={(event) => setNote(event.currentTarget.value)}
         />
       </label>
+      {open !== '' && (
+        <label class="check">
+          <input
+            type="checkbox"
+            checked={accepted === open}
+            onChange={(event) => setAccepted(event.currentTarget.checked ? open : '')}
+          />
+          Sign off with {concerns.length === 1 ? 'this point' : 'these points'} open
+        </label>
+      )}
       <div class="buttons">
-        <button type="submit" class="button button-primary" disabled={name === ''}>
+        <button type="submit" class="button button-primary" disabled={name === '' || accepted !== open}>
           {name === '' ? 'Sign off' : `Sign off as ${name}`}
         </button>
       </div>

@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { isPlanned } from './floor-selector.tsx';
+import { isPlanned } from './planned.ts';
 
 const upper = { id: 'F1', name: 'Upper floor' };
 

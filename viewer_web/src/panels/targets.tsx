@@ -1,0 +1,97 @@
+/** What was asked of the plan, part by part, and whether it is met: as planned, and as edited where it was. */
+
+import { type Met, missedOf, OVERALL, type Totals } from '../edit/totals.ts';
+import type { TotalsBeside } from '../edit/totals-beside.ts';
+import { counted, percent } from './figures.ts';
+import './targets.css';
+
+export function Targets({ planned, isEdited, edited, isStale }: TotalsBeside) {
+  const columns: (readonly [string, Totals | null])[] = [['as planned', planned]];
+  if (isEdited) columns.push(['as edited', edited]);
+  return (
+    <table class={className(isEdited, isStale)} data-testid="targets">
+      {isEdited && (
+        <thead>
+          <tr>
+            <th scope="col" aria-label="Figure" />
+            {columns.map(([title]) => (
+              <th key={title} scope="col">
+                {title}
+              </th>
+            ))}
+          </tr>
+        </thead>
+      )}
+      <tbody>
+        {planned.requirements.map(({ name, required }) => (
+          <tr key={name}>
+            <th scope="row">
+              {name === OVERALL ? 'All of it' : name}
+              <small>{percent(required, 0)} asked</small>
+            </th>
+            {columns.map(([title, totals]) => (
+              <td key={title}>
+                <Verdict met={totals?.requirements.find((each) => each.name === name)} />
+              </td>
+            ))}
+          </tr>
+        ))}
+        {isEdited && <CountRow name="Stations" columns={columns} of={({ nStations }) => String(nStations)} />}
+        {isEdited && <CountRow name="Networks" columns={columns} of={({ nNetworks }) => String(nNetworks)} />}
+      </tbody>
+    </table>
+  );
+}
+
+function className(isEdited: boolean, isStale: boolean): string {
+  return ['targets', ...(isEdited ? ['targets-beside'] : []), ...(isStale ? ['targets-stale'] : [])].join(' ');
+}
+
+interface CountRowProps {
+  readonly name: string;
+  readonly columns: readonly (readonly [string, Totals | null])[];
+  readonly of: (totals: Totals) => string;
+}
+
+function CountRow({ name, columns, of }: CountRowProps) {
+  return (
+    <tr>
+      <th scope="row">{name}</th>
+      {columns.map(([title, totals]) => (
+        <td key={title}>{totals === null ? 'not known' : of(totals)}</td>
+      ))}
+    </tr>
+  );
+}
+
+/** `met` undefined: what the edited plan is worth is not known. */
+function Verdict({ met }: { met: Met | undefined }) {
+  if (met === undefined) return <span class="muted">not known</span>;
+  return (
+    <>
+      {percent(met.coverage)} <MetWord isMet={met.isMet} />
+    </>
+  );
+}
+
+/** In words, so that nobody has to know the colours. */
+export function MetWord({ isMet }: { isMet: boolean }) {
+  return <span class={isMet ? 'badge badge-good' : 'badge badge-warn'}>{isMet ? 'MET' : 'NOT MET'}</span>;
+}
+
+/** "Ground floor 93.1 % of 95 %"; empty where all is met. */
+export function missedInWords(requirements: readonly Met[]): string {
+  return missedOf(requirements)
+    .map(({ name, coverage, required }) => `${wordOf(name)} ${percent(coverage)} of ${percent(required, 0)}`)
+    .join(', ');
+}
+
+const wordOf = (name: string): string => (name === OVERALL ? 'all of it' : name);
+
+/** "2 of 3 not met"; for hints. */
+export function metInWords(requirements: readonly Met[]): string {
+  const nMissed = missedOf(requirements).length;
+  return nMissed === 0
+    ? `${counted(requirements.length, 'requirement')} met`
+    : `Not met: ${missedInWords(requirements)}`;
+}

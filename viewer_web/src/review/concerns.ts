@@ -1,0 +1,91 @@
+/** What speaks against carrying the plan out as it stands: asked about before somebody signs it off. */
+import type { Review } from '../api/documents.ts';
+import type { DraftStation } from '../edit/draft.ts';
+import type { Place } from '../edit/ground-map.ts';
+import { isInside } from '../edit/outline.ts';
+import { missedOf } from '../edit/totals.ts';
+import type { TotalsBeside } from '../edit/totals-beside.ts';
+import { counted } from '../panels/figures.ts';
+import { missedInWords } from '../panels/targets.tsx';
+
+export interface Concern {
+  readonly kind: 'unknown' | 'target' | 'network' | 'kept_out' | 'rejected' | 'comment';
+  readonly words: string;
+}
+
+interface UnderReview {
+  readonly review: Review;
+  /** All of the review's, those it removes among them. */
+  readonly stations: readonly DraftStation[];
+  readonly totals: TotalsBeside;
+  /** Whether the stations were asked to register as one. */
+  readonly asksNetwork: boolean;
+}
+
+/** The gravest first. */
+export function concernsOf({ review, stations, totals, asksNetwork }: UnderReview): Concern[] {
+  const left = stations.filter(({ isRemoved }) => !isRemoved);
+  return [
+    ...figureConcerns(totals, asksNetwork),
+    ...listed(
+      'kept_out',
+      keptOutStations(review, left),
+      'is where the review keeps people out',
+      'are where the review keeps people out',
+    ),
+    ...listed(
+      'rejected',
+      rejectedStations(review, left),
+      'is rejected and still in the plan',
+      'are rejected and still in the plan',
+    ),
+    ...commentConcerns(review),
+  ];
+}
+
+function figureConcerns({ planned, isEdited, edited, isStale }: TotalsBeside, asksNetwork: boolean): Concern[] {
+  const known = isEdited ? edited : planned;
+  if (known === null) {
+    return [{ kind: 'unknown', words: 'What the edited plan covers is not known: nothing computes it' }];
+  }
+  const concerns: Concern[] = [];
+  if (isStale) concerns.push({ kind: 'unknown', words: 'What the last changes are worth is still being computed' });
+  if (missedOf(known.requirements).length > 0) {
+    concerns.push({ kind: 'target', words: `Not met: ${missedInWords(known.requirements)}` });
+  }
+  if (asksNetwork && known.nNetworks > 1) {
+    concerns.push({ kind: 'network', words: `The stations register as ${known.nNetworks} networks, not as one` });
+  }
+  return concerns;
+}
+
+function listed(kind: Concern['kind'], ids: readonly string[], one: string, many: string): Concern[] {
+  return ids.length === 0 ? [] : [{ kind, words: `${ids.join(', ')} ${ids.length === 1 ? one : many}` }];
+}
+
+/** Stations in a keep-out area or a forbidden place of their floor, or of all floors. */
+export function keptOutStations(review: Review, stations: readonly DraftStation[]): string[] {
+  const zones = Object.values(review.zones).filter(({ kind }) => kind === 'keep_out');
+  const forbidden = Object.values(review.forbidden);
+  const isOn = (floor: string, { floorId }: DraftStation): boolean => floor === '' || floor === floorId;
+  return stations.flatMap((station) => {
+    const [x, y] = station.positionM;
+    const isKeptOut =
+      zones.some(({ floor, outline_m }) => isOn(floor, station) && isInside(outline_m as readonly Place[], [x, y])) ||
+      forbidden.some(
+        ({ floor, position_m, radius_m }) =>
+          isOn(floor, station) && Math.hypot(position_m[0] - x, position_m[1] - y) < radius_m,
+      );
+    return isKeptOut ? [station.id] : [];
+  });
+}
+
+function rejectedStations({ verdicts }: Review, stations: readonly DraftStation[]): string[] {
+  return stations.flatMap(({ id }) => (verdicts[id]?.verdict === 'rejected' ? [id] : []));
+}
+
+function commentConcerns({ comments }: Review): Concern[] {
+  const nOpen = Object.values(comments).filter(({ resolved }) => !resolved).length;
+  const verb = nOpen === 1 ? 'is' : 'are';
+  return nOpen === 0 ? [] : [{ kind: 'comment', words: `${counted(nOpen, 'comment')} ${verb} open` }];
+}
