@@ -18,7 +18,18 @@ from planner_core.errors import PlanFolderError
 from planner_core.export.plan_asked import exact, registration_document, requirements_document, site_document
 from planner_core.export.route_json import field_time_document, route_document, sealed_document
 from planner_core.export.why_json import why_document
-from planner_core.model import Coverage, Element, Floor, Optics, Plan, Scanner, Scene, Station, UnseenElement
+from planner_core.model import (
+    Coverage,
+    Element,
+    Floor,
+    Georeference,
+    Optics,
+    Plan,
+    Scanner,
+    Scene,
+    Station,
+    UnseenElement,
+)
 from planner_core.scan.patch_mode import scan_mode_of
 
 SCHEMA = "tlsplan/plan/1"
@@ -137,6 +148,7 @@ def _scene(scene: Scene) -> dict[str, Any]:
         },
         "n_doors_open": report.n_doors_open,
         "offset": [_number(value) for value in scene.offset_m],
+        "georeference": _georeference(scene.georeference),
         "n_elements": len(scene.elements),
         "n_triangles": scene.n_triangles,
         "glass_area_m2": _number(report.glass_area_m2),
@@ -153,6 +165,31 @@ def _scene(scene: Scene) -> dict[str, Any]:
             "dropped": list(report.dropped),
             "warnings": list(report.warnings),
         },
+    }
+
+
+def _georeference(told: Georeference | None) -> dict[str, Any] | None:
+    """What the scene file says of where it is, with all digits: coordinates are made of it."""
+    if told is None:
+        return None
+    rows = told.to_map
+    return {
+        "operation": told.operation,
+        "to_map": None if rows is None else [[exact(value) for value in row] for row in rows],
+        "crs_name": told.crs_name,
+        "crs_text": told.crs_text,
+        "description": told.description,
+        "geodetic_datum": told.geodetic_datum,
+        "vertical_datum": told.vertical_datum,
+        "map_projection": told.map_projection,
+        "map_zone": told.map_zone,
+        "map_unit": told.map_unit,
+        "site_latitude_deg": exact(told.site_latitude_deg),
+        "site_longitude_deg": exact(told.site_longitude_deg),
+        "site_elevation_m": exact(told.site_elevation_m),
+        "site_position": None if told.site_position_m is None else [exact(value) for value in told.site_position_m],
+        "true_north": None if told.true_north is None else [exact(value) for value in told.true_north],
+        "warnings": list(told.warnings),
     }
 
 

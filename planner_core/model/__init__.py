@@ -30,7 +30,7 @@ from planner_core.model.route import FieldTime, Leg, Route, SealedArea
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
 from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Room, Scene, SceneSource, Storey
 from planner_core.model.site import ROLES, GroundPick, KeepOut, SettledStation, Site
-from planner_core.model.site_frame import SiteFrame
+from planner_core.model.site_frame import Georeference, SiteFrame
 from planner_core.model.unseen import (
     REASONS,
     BestSpot,
@@ -61,6 +61,7 @@ __all__ = [
     "Floor",
     "FloorNetworks",
     "ForbiddenPlace",
+    "Georeference",
     "GroundPick",
     "Int32Array",
     "Int64Array",

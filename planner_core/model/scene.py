@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from planner_core.model.arrays import FloatArray, Int32Array, UInt8Array
+from planner_core.model.site_frame import Georeference
 
 
 @dataclass(frozen=True)
@@ -145,6 +146,8 @@ class Scene:
     optics_of_triangle: UInt8Array | None = None
     rooms: tuple[Room, ...] = ()
     """Empty where the source names none."""
+    georeference: Georeference | None = None
+    """None: the source says nothing of where it is on earth."""
 
     @property
     def n_triangles(self) -> int:

@@ -27,7 +27,9 @@ class SiteFrame:
     crs: str = ""
     """What names the coordinate reference system to programs: `EPSG:25832` or WKT; empty: a local one."""
     vertical_crs: str = ""
-    """The same of heights; empty: not told."""
+    """The same of heights; empty: not told, or not known by that name."""
+    vertical_name: str = ""
+    """For people; empty: not told."""
     name: str = SCENE_NAME
     """For people: `EPSG:25832 ETRS89 / UTM zone 32N`, or `scene coordinates`."""
     source: str = "scene"
@@ -35,7 +37,13 @@ class SiteFrame:
     residuals_m: tuple[float, ...] = ()
     """Of control points: how far each is off, in space, in their order."""
     warnings: tuple[str, ...] = ()
-    """One line each, for the user."""
+    """One line each, for the user: doubts."""
+    notes: tuple[str, ...] = ()
+    """One line each: how true distances are, which datum heights are in, what control points gave."""
+    true_north_rad: float | None = None
+    """In the plan of the scene, clockwise from its +y, as the scene file says; None: it does not."""
+    place: str = ""
+    """Words for where the scene file says that its site is: `49.10044 N, 8.43654 E`; no coordinates to work with."""
 
     @property
     def is_scene(self) -> bool:
@@ -47,14 +55,27 @@ class SiteFrame:
         """What every file says of its coordinates: their system, and that of heights where it is told."""
         if self.is_scene:
             return f"{SCENE_NAME}, no CRS"
-        heights = f"heights {self.vertical_crs}" if self.vertical_crs else "height datum not told"
+        heights = f"heights {self.vertical_name}" if self.vertical_name else "height datum not told"
         return f"{self.name if self.crs else f'{self.name}, no CRS'}; {heights}"
 
     @property
     def grid_north_rad(self) -> float:
-        """Direction of the site's north in the plan of the scene: clockwise from its +y, in (-pi, pi]."""
+        """Direction of north in the plan of the scene: clockwise from its +y, in (-pi, pi]; for north arrows.
+
+        Of the site's grid; in scene coordinates true north, where the scene file says it, else +y. `north_name` says
+        which.
+        """
+        if self.is_scene and self.true_north_rad is not None:
+            return self.true_north_rad
         north = np.linalg.solve(self.matrix[:3, :3], np.array([0.0, 1.0, 0.0]))
         return math.atan2(float(north[0]), float(north[1]))
+
+    @property
+    def north_name(self) -> str:
+        """Which north `grid_north_rad` is: `grid north`, `true north` or `scene +y`."""
+        if not self.is_scene:
+            return "grid north"
+        return "scene +y" if self.true_north_rad is None else "true north"
 
     @property
     def horizontal_scale(self) -> float:
@@ -71,3 +92,33 @@ class SiteFrame:
         # The shift goes first: with northings of millions it would eat the digits of the product.
         points = np.asarray(points_m, dtype=np.float64) - self.matrix[:3, 3]
         return np.asarray(np.linalg.solve(self.matrix[:3, :3], points.T).T)
+
+
+@dataclass(frozen=True)
+class Georeference:
+    """What a scene file says of where it is on earth; words as the file has them, not checked against any registry.
+
+    to_map : rows of a (4, 4) matrix, scene frame -> easting, northing, height, all in metres; None: the file has no map
+    conversion. site_position_m : of the site's own origin, scene frame. true_north : (x, y) in the plan of the scene.
+    """
+
+    operation: str = ""
+    """`IfcMapConversion`, `IfcMapConversionScaled`, `IfcRigidOperation` or `ePset_MapConversion`; empty: none."""
+    to_map: tuple[tuple[float, ...], ...] | None = None
+    crs_name: str = ""
+    """Mostly `EPSG:25832`."""
+    crs_text: str = ""
+    """WKT; empty in most files."""
+    description: str = ""
+    geodetic_datum: str = ""
+    vertical_datum: str = ""
+    map_projection: str = ""
+    map_zone: str = ""
+    map_unit: str = ""
+    site_latitude_deg: float | None = None
+    site_longitude_deg: float | None = None
+    site_elevation_m: float | None = None
+    site_position_m: tuple[float, float, float] | None = None
+    true_north: tuple[float, float] | None = None
+    warnings: tuple[str, ...] = ()
+    """One line each, for the user."""

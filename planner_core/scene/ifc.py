@@ -21,8 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.errors import MissingPackageError, SceneError
-from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Room, UInt8Array
+from planner_core.model import Element, FloatArray, Georeference, Int64Array, LoadReport, Room, UInt8Array
 from planner_core.progress import Progress, ProgressEvent
+from planner_core.scene.ifc_georeference import told_georeference
 from planner_core.scene.ifc_materials import IfcOptics, told_optics
 from planner_core.scene.ifc_spaces import rooms_of, without_shape
 from planner_core.scene.ifc_storeys import storey_of, storeys_of, told_storeys
@@ -108,7 +109,15 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
     shapes, shape_warnings = _triangulate_products(path, model, told_products, n_elements, optics, progress)
     storeys, storey_warnings = storeys_of(path, storeys_told, unit_m)
     rooms, room_warnings = _rooms(path, model, {told.id: i for i, told in enumerate(storeys_told)})
-    warnings = (*_no_unit(path, unit_name), *optics_warnings, *shape_warnings, *storey_warnings, *room_warnings)
+    georeference, map_warnings = _georeference(path, model, unit_m)
+    warnings = (
+        *_no_unit(path, unit_name),
+        *optics_warnings,
+        *shape_warnings,
+        *storey_warnings,
+        *room_warnings,
+        *map_warnings,
+    )
     return RawScene(
         vertices=shapes.vertices,
         triangles=shapes.triangles,
@@ -124,6 +133,7 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
         schema=str(model.schema_identifier),
         report=LoadReport(n_faces_read=0, warnings=warnings),
         rooms=rooms,
+        georeference=georeference,
     )
 
 
@@ -264,6 +274,17 @@ def _optics(path: Path, model: Any) -> tuple[IfcOptics | None, tuple[str, ...]]:
     except SceneError as error:
         reason = str(error).removeprefix(f"{path.name}: ")
         return None, (f"{path.name}: its materials can't be read, so all surfaces return beams: {reason}",)
+
+
+def _georeference(path: Path, model: Any, unit_m: float) -> tuple[Georeference | None, tuple[str, ...]]:
+    """Where the file says that it is on earth; a warning instead where that is damaged, as no surface needs it."""
+    try:
+        with _contents_asked(path, model):
+            told = told_georeference(path.name, model, unit_m)
+    except SceneError as error:
+        reason = str(error).removeprefix(f"{path.name}: ")
+        return None, (f"{path.name}: where it is on earth can't be read: {reason}",)
+    return told, () if told is None else told.warnings
 
 
 def _rooms(path: Path, model: Any, storey_of_id: dict[int, int]) -> tuple[tuple[Room, ...], tuple[str, ...]]:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from planner_core.errors import SceneError, SceneNotFoundError
-from planner_core.model import FloatArray, LoadReport, Optics, Scene, SceneSource
+from planner_core.model import FloatArray, Georeference, LoadReport, Optics, Scene, SceneSource
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.bulk import fence_m, is_outside
@@ -121,6 +121,7 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
         prior=raw.report,
     )
     scene = with_rooms(scene, raw.rooms, raw.storeys, metres_per_unit=vertex_unit_m, up_axis=up_axis)
+    scene = replace(scene, georeference=_georeference(raw, options))
     if options.doors != "shut":
         scene = without_door_leaves(scene, outer_too=options.doors == "all")
     progress(ProgressEvent("load", 1, 1, "loaded"))
@@ -223,6 +224,22 @@ def _with_glass(scene: Scene, glass: str) -> Scene:
     )
     optics = np.where(told == Optics.PASSES, np.uint8(OPTICS_OF_GLASS[glass]), told).astype(np.uint8)
     return replace(scene, report=report, optics_of_triangle=optics if optics.any() else None)
+
+
+def _georeference(raw: RawScene, options: LoadOptions) -> Georeference | None:
+    """What the file says, for the scene in the unit that the user told; not for one that was turned over."""
+    told = raw.georeference
+    if told is None or (options.up_axis or raw.up_axis) != raw.up_axis:
+        return None
+    if options.metres_per_unit is None or options.metres_per_unit == raw.metres_per_unit:
+        return told
+    size = options.metres_per_unit / raw.metres_per_unit
+    to_map, at_m = told.to_map, told.site_position_m
+    return replace(
+        told,
+        to_map=None if to_map is None else tuple((x / size, y / size, z / size, w) for x, y, z, w in to_map),
+        site_position_m=None if at_m is None else (at_m[0] * size, at_m[1] * size, at_m[2] * size),
+    )
 
 
 def _unit_name(raw: RawScene, options: LoadOptions) -> str:

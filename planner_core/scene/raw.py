@@ -16,6 +16,7 @@ from planner_core.model import (
     BoolArray,
     Element,
     FloatArray,
+    Georeference,
     Int64Array,
     LoadReport,
     Optics,
@@ -56,6 +57,8 @@ class RawScene:
     optics_of_triangle: UInt8Array | None = None
     rooms: tuple[Room, ...] = ()
     """In the unit of `vertices`, source frame; their storeys index `storeys` above."""
+    georeference: Georeference | None = None
+    """From metres of the file's own unit, source frame."""
 
 
 @dataclass(frozen=True)
