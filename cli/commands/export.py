@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..coordinates import coordinate_options, frame_request
 from ..options import apply, output_options, overwrite_option
 
 if TYPE_CHECKING:
@@ -82,18 +82,9 @@ FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
     ),
 }  # fmt: skip
 
-_COORDINATE_OPTIONS = (
-    click.option("--crs", default="", metavar="EPSG:CODE|WKT", help="The site's coordinate reference system."),
-    click.option("--vertical-crs", default="", metavar="EPSG:CODE|WKT", help="The system of its heights."),
-    click.option("--origin", default=None, metavar="E,N,H", help="Where the scene's origin is on the site, metres."),
-    click.option("--rotation", default=None, type=float, metavar="DEGREES",
-                 help="Turn of the scene on the grid, counter-clockwise, with --origin. [0]"),
-    click.option("--scale", default=None, type=float, help="Of the grid in plan, with --origin. [1]"),
-)  # fmt: skip
-
 
 def _format_options(function: Any) -> Any:
-    for option in reversed((*FORMAT_OPTIONS.values(), *_COORDINATE_OPTIONS)):
+    for option in reversed(FORMAT_OPTIONS.values()):
         function = option(function)
     return function
 
@@ -134,6 +125,7 @@ def _names(_: click.Context, __: click.Parameter, text: str) -> tuple[str, ...]:
 @click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list,
               help="List the formats, and exit.")  # fmt: skip
 @_format_options
+@coordinate_options
 @apply(overwrite_option, output_options)
 def command(
     plan: Path,
@@ -149,7 +141,7 @@ def command(
     from .. import output
     from ..progress import ProgressReporter
 
-    options, frame = _options(names, told), _frame_request(told)
+    options, frame = _options(names, told), frame_request(told)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         if names == (WEB,):
             written = _web(plan, target, overwrite, reporter.show)
@@ -159,8 +151,11 @@ def command(
     if as_json:
         document = {"format": ",".join(names), "path": str(target)}
         sizes = {"n_files": written.n_files, "n_bytes": written.n_bytes}
-        output.as_json({**document, **sizes, "warnings": list(written.remarks)})
+        words = {"coordinates": written.coordinates, "notes": list(written.notes), "warnings": list(written.remarks)}
+        output.as_json({**document, **sizes, **words})
     elif not quiet:
+        for line in (f"coordinates: {written.coordinates}", *written.notes) if written.coordinates else ():
+            output.say(line)
         output.say(f"{target}: {_size(written.n_bytes)} in {written.n_files} file{'s' if written.n_files > 1 else ''}")
 
 
@@ -206,24 +201,3 @@ def _options(names: tuple[str, ...], told: dict[str, Any]) -> Options:
             option = "--floor" if name == "floors" else f"--{name.replace('_', '-')}"
             raise click.UsageError(f"{option}: no chosen format takes it ({', '.join(names)}).")
     return Options(**given)
-
-
-def _frame_request(told: dict[str, Any]) -> FrameRequest:
-    from planner_core.coordinates.request import FrameRequest
-    from planner_core.errors import RequirementError
-
-    from ..inputs import numbers
-
-    origin, rotation, scale = told["origin"], told["rotation"], told["scale"]
-    if origin is None and (rotation is not None or scale is not None):
-        raise RequirementError("--rotation, --scale: got them without --origin, expected it; add --origin E,N,H")
-    if origin is None:
-        return FrameRequest(crs=told["crs"], vertical_crs=told["vertical_crs"])
-    east, north, height = numbers(origin, "--origin", "E,N,H", (3,))
-    return FrameRequest(
-        crs=told["crs"],
-        vertical_crs=told["vertical_crs"],
-        origin_m=(east, north, height),
-        rotation_rad=math.radians(rotation or 0.0),
-        scale=1.0 if scale is None else scale,
-    )

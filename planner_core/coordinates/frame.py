@@ -1,15 +1,38 @@
-"""What the plan's scene file and the user say of coordinates -> `SiteFrame`."""
+"""What the plan's scene file and the user say of coordinates -> `SiteFrame`, with every doubt about it in words."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from planner_core.coordinates.checks import doubts_of, notes_of
+from planner_core.coordinates.control_points import ControlPoints, read_control_points
+from planner_core.coordinates.crs import MapCrs, VerticalCrs, map_crs, vertical_crs, vertical_crs_of_datum
+from planner_core.coordinates.helmert import Fit, fit_4, fit_7
 from planner_core.coordinates.request import FrameRequest
-from planner_core.model import FloatArray, SiteFrame
+from planner_core.errors import CoordinatesError, PlanFolderError
+from planner_core.model import FloatArray, Georeference, SiteFrame
+
+LOCAL_NAME = "local site coordinates"
+_SCALES = (0.99, 1.01)
+"""No grid is further from 1; unit steps are."""
+_UNITS = {0.001: "millimetres", 0.01: "centimetres", 0.3048: "feet", 0.0254: "inches", 1000.0: "kilometres"}
+
+
+@dataclass(frozen=True)
+class _Systems:
+    """The systems of a frame, and what is to be told of how they were found."""
+
+    plane: MapCrs | None = None
+    plane_words: str = ""
+    """Where a file names one that is not known here."""
+    height: VerticalCrs | None = None
+    height_words: str = ""
+    warnings: tuple[str, ...] = ()
 
 
 def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None) -> SiteFrame:
@@ -19,23 +42,278 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
     ----------
     document
         Of `planner_core.export.plan_json.read_plan_json`.
+
+    Raises
+    ------
+    CoordinatesError
+        What was said of coordinates can't be used.
+    PlanFolderError
+        `scene.georeference` of the document is not as it is written.
     """
     asked = request or FrameRequest()
-    if asked.origin_m is not None:
-        return SiteFrame(
-            matrix=matrix_of(asked.origin_m, asked.rotation_rad, asked.scale),
-            crs=asked.crs,
-            vertical_crs=asked.vertical_crs,
-            name=asked.crs or "local site coordinates",
-            source="given epsg",
+    _check_one_way(asked)
+    told = georeference_of(document)
+    north = _true_north_rad(told)
+    place = "" if told is None else _place_words(told)
+    if asked.scene_coordinates:
+        return SiteFrame(true_north_rad=north, place=place)
+    frame, systems = _frame(asked, told)
+    if frame is None:
+        return SiteFrame(true_north_rad=north, place=place, warnings=() if told is None else told.warnings)
+    points_m = _points_of(document)
+    named = _named(frame, systems)
+    return replace(
+        named,
+        true_north_rad=north,
+        place=place,
+        warnings=(*systems.warnings, *frame.warnings, *doubts_of(named, systems.plane, points_m)),
+        notes=(*frame.notes, *notes_of(named, systems.plane, points_m)),
+    )
+
+
+def georeference_of(document: Mapping[str, Any]) -> Georeference | None:
+    """Read `scene.georeference`; None where there is none, as in plans of earlier versions and of other formats."""
+    row = document["scene"].get("georeference")
+    if row is None:
+        return None
+    try:
+        rows, north, at_m = row["to_map"], row["true_north"], row["site_position"]
+        texts = {
+            key: str(row[key])
+            for key in ("operation", "crs_name", "crs_text", "description", "geodetic_datum", "vertical_datum",
+                        "map_projection", "map_zone", "map_unit")
+        }  # fmt: skip
+        numbers = {
+            key: None if row[key] is None else float(row[key])
+            for key in ("site_latitude_deg", "site_longitude_deg", "site_elevation_m")
+        }
+        return Georeference(
+            **texts,
+            to_map=None if rows is None else tuple(tuple(float(value) for value in each) for each in rows),
+            site_latitude_deg=numbers["site_latitude_deg"],
+            site_longitude_deg=numbers["site_longitude_deg"],
+            site_elevation_m=numbers["site_elevation_m"],
+            site_position_m=None if at_m is None else (float(at_m[0]), float(at_m[1]), float(at_m[2])),
+            true_north=None if north is None else (float(north[0]), float(north[1])),
+            warnings=tuple(str(line) for line in row["warnings"]),
         )
-    return SiteFrame()
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise PlanFolderError(
+            f"plan.json: scene.georeference can't be read ({type(error).__name__}: {error}), expected what this "
+            "version writes; plan again"
+        ) from error
 
 
-def matrix_of(origin_m: tuple[float, float, float], rotation_rad: float, scale: float) -> FloatArray:
+def matrix_of(origin_m: Sequence[float], rotation_rad: float, scale: float) -> FloatArray:
     """(4, 4) of a turn about z, counter-clockwise, one scale in plan, and a shift."""
     cos, sin = scale * math.cos(rotation_rad), scale * math.sin(rotation_rad)
     matrix = np.eye(4)
     matrix[:2, :2] = [[cos, -sin], [sin, cos]]
     matrix[:3, 3] = origin_m
     return matrix
+
+
+# ------------------------------------------------------------------------------------------- ways to a frame
+def _frame(asked: FrameRequest, told: Georeference | None) -> tuple[SiteFrame | None, _Systems]:
+    if asked.control_points is not None:
+        return _by_control_points(asked), _systems_told(asked)
+    if asked.origin_m is not None:
+        return _by_origin(asked), _systems_told(asked)
+    if asked.by_site_placement:
+        systems = _systems_told(asked)
+        return _by_site_placement(told, systems), systems
+    if told is not None and told.to_map is not None:
+        systems = _systems_of_file(asked, told)
+        frame = SiteFrame(matrix=np.array(told.to_map), source="ifc map conversion", warnings=told.warnings)
+        return frame, systems
+    if asked.crs:
+        return SiteFrame(source="given epsg"), _systems_told(asked)
+    if asked.vertical_crs:
+        raise CoordinatesError("--vertical-crs: got it alone, expected --crs besides; add it")
+    return None, _Systems()
+
+
+def _check_one_way(asked: FrameRequest) -> None:
+    ways = {
+        "--origin": asked.origin_m is not None,
+        "--control-points": asked.control_points is not None,
+        "--by-site-placement": asked.by_site_placement,
+        "--scene-coordinates": asked.scene_coordinates,
+    }
+    told = [name for name, is_told in ways.items() if is_told]
+    if len(told) > 1:
+        raise CoordinatesError(f"{' and '.join(told)}: got both, expected one way to the site's coordinates; drop one")
+    if asked.scene_coordinates and (asked.crs or asked.vertical_crs):
+        raise CoordinatesError("--scene-coordinates: got it with a CRS, which they have none of; drop one")
+
+
+def _by_origin(asked: FrameRequest) -> SiteFrame:
+    assert asked.origin_m is not None
+    numbers = (*asked.origin_m, asked.rotation_rad, asked.scale)
+    if not all(math.isfinite(value) for value in numbers):
+        raise CoordinatesError(f"--origin: got {numbers}, expected finite numbers; correct them")
+    _check_scale(asked.scale, "--scale")
+    return SiteFrame(matrix=matrix_of(asked.origin_m, asked.rotation_rad, asked.scale), source="given epsg")
+
+
+def _by_control_points(asked: FrameRequest) -> SiteFrame:
+    assert asked.control_points is not None
+    points = read_control_points(asked.control_points)
+    if asked.parameters not in (4, 7):
+        raise CoordinatesError(f"--parameters: got {asked.parameters}, expected 4 or 7")
+    fit = (fit_4 if asked.parameters == 4 else fit_7)(
+        points.scene_m, points.site_m, points.weights, fixed_scale=asked.fixed_scale
+    )
+    _check_scale(fit.scale, "control points: the scale of their fit")
+    return SiteFrame(
+        matrix=fit.matrix,
+        source="control points",
+        residuals_m=tuple(float(value) for value in fit.off_m),
+        warnings=_doubts_of_fit(points, fit, asked),
+        notes=(_fit_words(points, fit, asked),),
+    )
+
+
+def _by_site_placement(told: Georeference | None, systems: _Systems) -> SiteFrame:
+    if systems.plane is None:
+        raise CoordinatesError("--by-site-placement: got it without a CRS to place the site in; add --crs EPSG:CODE")
+    if told is None or told.site_latitude_deg is None or told.site_longitude_deg is None or not told.site_position_m:
+        raise CoordinatesError(
+            "--by-site-placement: the scene file names no latitude and longitude of its site, expected IfcSite's; give "
+            "--origin or --control-points"
+        )
+    east, north = systems.plane.east_north(told.site_longitude_deg, told.site_latitude_deg)
+    grid = systems.plane.grid_at(np.array([[east, north]]))
+    if grid is None:
+        raise CoordinatesError(
+            f"--by-site-placement: {_place_words(told)} is nowhere in {systems.plane.name}, expected a place in it; "
+            "name the grid of the site"
+        )
+    # True north is seen in the scene clockwise from +y; grid north is clockwise from true north by the convergence.
+    rotation_rad = (_true_north_rad(told) or 0.0) + grid.convergence_rad
+    height_m = told.site_elevation_m or 0.0
+    x, y, z = told.site_position_m
+    matrix = matrix_of((0.0, 0.0, 0.0), rotation_rad, 1.0)
+    matrix[:3, 3] = np.array([east, north, height_m]) - matrix[:3, :3] @ np.array([x, y, z])
+    return SiteFrame(
+        matrix=matrix,
+        source="ifc site placement",
+        warnings=(
+            f"the site is placed by latitude, longitude and true north of the scene file ({_place_words(told)}): good "
+            "to metres or worse; use control points for setting out",
+        ),
+    )
+
+
+def _check_scale(scale: float, what: str) -> None:
+    if _SCALES[0] < scale < _SCALES[1]:
+        return
+    unit = next((f", as if one side were in {name}" for size, name in _UNITS.items()
+                 if 0.99 < scale / size < 1.01 or 0.99 < scale * size < 1.01), "")  # fmt: skip
+    raise CoordinatesError(
+        f"{what} is {scale:g}{unit}, expected about 1: both sides are in metres; convert them, or find a wrong point"
+    )
+
+
+# --------------------------------------------------------------------------------------------------- systems
+def _systems_told(asked: FrameRequest) -> _Systems:
+    plane, height = map_crs(asked.crs) if asked.crs else (None, None)
+    if asked.vertical_crs:
+        height = vertical_crs(asked.vertical_crs)
+    return _Systems(plane=plane, height=height)
+
+
+def _systems_of_file(asked: FrameRequest, told: Georeference) -> _Systems:
+    """The file's systems; the user's word goes before."""
+    given = _systems_told(asked)
+    warnings = []
+    plane, height = given.plane, given.height
+    of_file: MapCrs | None = None
+    words = told.crs_name or told.description
+    if told.crs_text or told.crs_name:
+        try:
+            of_file, height_of_file = map_crs(told.crs_text or told.crs_name, option="the scene file's CRS")
+            height = height or height_of_file
+        except CoordinatesError as error:
+            if plane is None:
+                warnings.append(f"{error}; files name it as the scene file does; pass --crs")
+    if plane is not None and of_file is not None and plane.text != of_file.text:
+        warnings.append(f"the scene file's map conversion is in {of_file.name}, and is taken to be in {plane.name}")
+    plane = plane or of_file
+    if height is None and told.vertical_datum:
+        height = vertical_crs_of_datum(told.vertical_datum)
+    return _Systems(plane, words, height, told.vertical_datum, tuple(warnings))
+
+
+def _named(frame: SiteFrame, systems: _Systems) -> SiteFrame:
+    plane, height = systems.plane, systems.height
+    return replace(
+        frame,
+        crs="" if plane is None else plane.text,
+        name=plane.name if plane is not None else systems.plane_words or LOCAL_NAME,
+        vertical_crs="" if height is None else height.text,
+        vertical_name=height.name if height is not None else systems.height_words,
+    )
+
+
+# ----------------------------------------------------------------------------------------------------- words
+def _doubts_of_fit(points: ControlPoints, fit: Fit, asked: FrameRequest) -> tuple[str, ...]:
+    off_m, limit_m = fit.off_m, asked.residual_limit_m
+    doubts = [
+        f"control point {name} is off by {off:.3f} m, more than {limit_m:g} m: check it, or the point that it was "
+        "measured at"
+        for name, off in zip(points.names, off_m, strict=True)
+        if off > limit_m
+    ]
+    if len(points.names) == 2:
+        doubts.append("two control points leave nothing to check the fit by: a third one finds mistakes")
+    elif fit.in_line:
+        doubts.append("control points are all in one line: a mirrored axis would not be found; add one beside the line")
+    if math.degrees(fit.tilt_rad) > 0.1:
+        doubts.append(f"control points tilt the scene by {math.degrees(fit.tilt_rad):.3f} degrees: check their heights")
+    return tuple(doubts)
+
+
+def _fit_words(points: ControlPoints, fit: Fit, asked: FrameRequest) -> str:
+    off_m = fit.off_m
+    worst = int(np.argmax(off_m))
+    sigma = f", sigma {fit.sigma_plan_m:.4f} m" if math.isfinite(fit.sigma_plan_m) else ""
+    high = ""
+    if asked.parameters == 4 and math.isfinite(fit.sigma_height_m):
+        high = f" in plan and {fit.sigma_height_m:.4f} m in height"
+    return (
+        f"{len(points.names)} control points, {asked.parameters} parameters: turned by "
+        f"{math.degrees(fit.rotation_rad):.5f} degrees, scale {fit.scale:.7f}, largest residual {off_m[worst]:.4f} m "
+        f"({points.names[worst]}){sigma}{high}"
+    )
+
+
+def _true_north_rad(told: Georeference | None) -> float | None:
+    """Clockwise from the scene's +y."""
+    return None if told is None or told.true_north is None else math.atan2(*told.true_north)
+
+
+def _place_words(told: Georeference) -> str:
+    latitude, longitude = told.site_latitude_deg, told.site_longitude_deg
+    if latitude is None or longitude is None:
+        return ""
+    north, east = "N" if latitude >= 0 else "S", "E" if longitude >= 0 else "W"
+    return f"{abs(latitude):.5f} {north}, {abs(longitude):.5f} {east}"
+
+
+def _points_of(document: Mapping[str, Any]) -> FloatArray:
+    """(N, 3) corners of floors and stations, scene frame: where the plan is."""
+    try:
+        corners = [
+            (x, y, float(floor["elevation_m"]))
+            for floor in document["floors"]
+            for x in (float(floor["bounds"][0][0]), float(floor["bounds"][1][0]))
+            for y in (float(floor["bounds"][0][1]), float(floor["bounds"][1][1]))
+        ]
+        stations = [tuple(float(value) for value in station["position"]) for station in document["stations"]]
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        raise PlanFolderError(
+            f"plan.json: its floors or stations can't be read ({type(error).__name__}: {error}), expected a plan of "
+            "this version; plan again"
+        ) from error
+    return np.array([*corners, *stations], dtype=np.float64).reshape(-1, 3)

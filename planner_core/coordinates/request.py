@@ -11,19 +11,25 @@ class FrameRequest:
     """How the site's coordinates come about. Nothing told: what the plan's scene file says, else scene coordinates.
 
     origin_m : E, N, H of the scene's origin. rotation_rad : of the scene against the grid, counter-clockwise seen from
-    above. control_points : CSV, see `planner_core.coordinates.control_points`; instead of an origin.
+    above. control_points : CSV, see `planner_core.coordinates.control_points`. At most one of `origin_m`,
+    `control_points`, `by_site_placement` and `scene_coordinates` is told.
     """
 
     crs: str = ""
-    """`EPSG:25832` or WKT; empty: a local system, or the scene file's."""
+    """A code, a name or WKT; empty: a local system, or the scene file's."""
     vertical_crs: str = ""
     origin_m: tuple[float, float, float] | None = None
     rotation_rad: float = 0.0
     scale: float = 1.0
+    """In plan; of `origin_m` only."""
     control_points: Path | None = None
     parameters: int = 4
-    """Of the transformation that control points give: 4 (and a height shift) or 7."""
+    """Of the transformation that control points give: 4 (and a shift of heights) or 7."""
     fixed_scale: bool = False
-    """Control points give no scale: it stays 1."""
+    """Control points give no scale: it is 1."""
+    residual_limit_m: float = 0.02
+    """Of control points; a warning names those beyond."""
+    by_site_placement: bool = False
+    """By latitude, longitude and true north of the scene file, in `crs`: good to metres or worse."""
     scene_coordinates: bool = False
     """Scene coordinates, whatever the scene file says."""

@@ -64,12 +64,17 @@ class Format:
 
 @dataclass(frozen=True)
 class Written:
-    """What was written. remarks : one line each, for the user."""
+    """What was written, and in which coordinates.
+
+    remarks : doubts, one line each, for the user; notes : what is to be known of the coordinates.
+    """
 
     path: Path
     n_files: int
     n_bytes: int
     remarks: tuple[str, ...] = ()
+    coordinates: str = ""
+    notes: tuple[str, ...] = ()
 
 
 def _lazy(module: str, function: str) -> Writer:
@@ -283,6 +288,7 @@ def hand_over(
     """
     (chosen,) = formats_named([name])
     opened = plan if isinstance(plan, PlanSource) else open_plan(plan, scene=scene, frame=frame)
+    _check_scene(opened, (chosen,))
     with _target_guarded(target):
         if chosen.is_folder:
             _check_folder(target, overwrite=overwrite)
@@ -295,7 +301,7 @@ def hand_over(
             with staged_file(target) as staging:
                 remarks = chosen.write(opened, staging, options, progress)
                 _check_file(target, overwrite=overwrite)  # minutes may have gone by
-    return Written(target, *_size(target), (*opened.frame.warnings, *remarks))
+    return _written(opened, target, remarks)
 
 
 def hand_over_pack(
@@ -333,7 +339,18 @@ def hand_over_pack(
                         raise
                     remarks.append(f"left out: {error}")
             _record(opened, held, staging)
-    return Written(target, *_size(target), tuple(remarks))
+    return _written(opened, target, remarks)
+
+
+def _written(plan: PlanSource, target: Path, remarks: Sequence[str]) -> Written:
+    frame = plan.frame
+    return Written(target, *_size(target), (*frame.warnings, *remarks), frame.crs_line, frame.notes)
+
+
+def _check_scene(plan: PlanSource, formats: Sequence[Format]) -> None:
+    """Say at once that the scene is missing, before minutes of work."""
+    if any(each.needs_scene for each in formats):
+        plan.scene_path()
 
 
 # ------------------------------------------------------------------------------------------------ targets
@@ -388,6 +405,10 @@ def _record(plan: PlanSource, formats: Sequence[Format], staging: Path) -> None:
         "coordinates": frame.crs_line,
         "crs": frame.crs,
         "vertical_crs": frame.vertical_crs,
+        "source": frame.source,
+        "residuals_m": [round(value, 6) for value in frame.residuals_m],
+        "notes": list(frame.notes),
+        "warnings": list(frame.warnings),
         "scene_to_site": [[float(value) for value in row] for row in frame.matrix],
         "formats": {each.name: each.file_name for each in formats},
     }

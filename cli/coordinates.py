@@ -1,0 +1,85 @@
+"""Options that say what the site's coordinates are, one definition each, and what they ask for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from .inputs import numbers
+
+if TYPE_CHECKING:
+    from planner_core.coordinates.request import FrameRequest
+
+F = TypeVar("F")
+
+_OPTIONS = {
+    "crs": click.option("--crs", default="", metavar="EPSG:CODE|WKT",
+                        help="The site's coordinate reference system. [default: the scene file's]"),
+    "vertical_crs": click.option("--vertical-crs", default="", metavar="EPSG:CODE|WKT", help="The system of heights."),
+    "origin": click.option("--origin", default=None, metavar="E,N,H",
+                           help="Where the origin of the scene lies on the site, in metres."),
+    "rotation": click.option("--rotation", default=None, type=float, metavar="DEGREES",
+                             help="With --origin: turn of the scene on the grid, counter-clockwise. [default: 0]"),
+    "scale": click.option("--scale", default=None, type=float,
+                          help="With --origin: metres on the grid of one in the scene, in plan. [default: 1]"),
+    "control_points": click.option("--control-points", type=click.Path(path_type=Path), default=None, metavar="FILE",
+                                   help="Instead: CSV of places known in both, name,x,y,z,E,N,H[,weight]."),
+    "parameters": click.option("--parameters", type=click.Choice(["4", "7"]), default=None,
+                               help="That control points give: 4 and a shift of heights, or 7. [default: 4]"),
+    "fixed_scale": click.option("--fixed-scale", is_flag=True, help="Control points give no scale: it is 1."),
+    "residual_limit": click.option("--residual-limit", type=click.FloatRange(min=0.0, min_open=True), default=None,
+                                   metavar="METRES", help="Warn of control points off by more. [default: 0.02]"),
+    "by_site_placement": click.option("--by-site-placement", is_flag=True,
+                                      help="Instead, with --crs: by the latitude and longitude of an IFC file's site."),
+    "scene_coordinates": click.option("--scene-coordinates", is_flag=True,
+                                      help="Scene coordinates, whatever the scene file says."),
+}  # fmt: skip
+
+
+def coordinate_options(function: F) -> F:
+    """Give a command these options; it passes their values on to `frame_request`."""
+    for option in reversed(_OPTIONS.values()):
+        function = option(function)  # type: ignore[type-var]
+    return function
+
+
+def frame_request(told: Mapping[str, Any]) -> FrameRequest:
+    """Return what the values of `coordinate_options`, by name, ask for.
+
+    Raises
+    ------
+    CoordinatesError, RequirementError
+        Options that belong to another one that is not there.
+    """
+    from planner_core.coordinates.request import FrameRequest
+    from planner_core.errors import CoordinatesError
+
+    _check_belonging(told, CoordinatesError)
+    origin = None if told["origin"] is None else numbers(told["origin"], "--origin", "E,N,H", (3,))
+    limit_m = told["residual_limit"]
+    return FrameRequest(
+        crs=told["crs"],
+        vertical_crs=told["vertical_crs"],
+        origin_m=None if origin is None else (origin[0], origin[1], origin[2]),
+        rotation_rad=math.radians(told["rotation"] or 0.0),
+        scale=1.0 if told["scale"] is None else told["scale"],
+        control_points=told["control_points"],
+        parameters=int(told["parameters"] or 4),
+        fixed_scale=told["fixed_scale"],
+        residual_limit_m=FrameRequest.residual_limit_m if limit_m is None else limit_m,
+        by_site_placement=told["by_site_placement"],
+        scene_coordinates=told["scene_coordinates"],
+    )
+
+
+def _check_belonging(told: Mapping[str, Any], error: type[Exception]) -> None:
+    belonging = {"origin": ("rotation", "scale"), "control_points": ("parameters", "fixed_scale", "residual_limit")}
+    for owner, names in belonging.items():
+        for name in names:
+            if told[name] not in (None, False) and told[owner] is None:
+                option, needed = (f"--{text.replace('_', '-')}" for text in (name, owner))
+                raise error(f"{option}: got it without {needed}, which it belongs to; add that")

@@ -1,0 +1,103 @@
+"""Doubts about a site frame, and what a surveyor has to know of it: where the plan lies in its CRS, how true that is.
+
+A frame can be wrong in ways that no formula notices: axes swapped, millimetres, coordinates shifted twice. Each shows
+in where the plan comes to lie.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from planner_core.coordinates.crs import MapCrs
+from planner_core.model import FloatArray, SiteFrame
+
+FAR_M = 20_000.0
+"""A plan further from its origin, or from where its CRS is used, is hardly meant to be there."""
+_TELLING_PPM = 1.0
+_UNITS = {0.001: "millimetres", 0.3048: "feet", 1000.0: "kilometres"}
+
+
+def doubts_of(frame: SiteFrame, plane: MapCrs | None, points_m: FloatArray) -> tuple[str, ...]:
+    """Return warnings, one line each.
+
+    Parameters
+    ----------
+    frame
+        Named, without these warnings.
+    plane
+        Its system; None where it is not known.
+    points_m
+        (N, 3) of the plan, scene frame.
+    """
+    if not len(points_m):
+        return ()
+    doubts = []
+    away_m = float(np.hypot(*points_m[:, :2].mean(axis=0)))
+    moved = not np.array_equal(frame.matrix, np.eye(4))
+    if moved and away_m > FAR_M:
+        doubts.append(
+            f"the plan lies {away_m / 1000:.0f} km from the scene's origin, which is placed on the site besides: the "
+            "scene may be in site coordinates already, then pass --crs alone"
+        )
+    if plane is not None:
+        doubts += _where_doubts(frame, plane, frame.to_site(points_m)[:, :2])
+    return tuple(doubts)
+
+
+def _where_doubts(frame: SiteFrame, plane: MapCrs, east_north_m: FloatArray) -> list[str]:
+    outside_m = plane.outside_m(east_north_m)
+    if outside_m == 0.0:
+        return []
+    middle_m = east_north_m.mean(axis=0)
+    where = f"E {middle_m[0]:.0f}, N {middle_m[1]:.0f}"
+    how_far = "nowhere in" if math.isinf(outside_m) else f"{_kilometres(outside_m)} outside of where one uses"
+    line = f"the plan lies at {where}, {how_far} {plane.name} ({plane.area_name()})"
+    if np.array_equal(frame.matrix, np.eye(4)):
+        return [f"{line}: the scene's coordinates are taken as they are; give --origin or --control-points"]
+    if plane.outside_m(east_north_m[:, ::-1]) == 0.0:
+        return [f"{line}, and inside with E and N exchanged: they look swapped"]
+    for size, name in _UNITS.items():
+        if plane.outside_m(east_north_m * size) == 0.0:
+            return [f"{line}, and inside where coordinates are read as {name}: their unit looks wrong"]
+    far = ": check origin and CRS" if outside_m > FAR_M else ""
+    return [line + far]
+
+
+def notes_of(frame: SiteFrame, plane: MapCrs | None, points_m: FloatArray) -> tuple[str, ...]:
+    """Return what is to be known beside the coordinates; parameters as `doubts_of`."""
+    notes = []
+    if not frame.vertical_name:
+        notes.append("the datum of heights is not told: name it with --vertical-crs")
+    elif not frame.vertical_crs:
+        notes.append(f"heights are in {frame.vertical_name}, as the scene file has it; no such system is known here")
+    if plane is not None and len(points_m):
+        notes += _distortion(frame, plane, frame.to_site(points_m).mean(axis=0))
+    return tuple(notes)
+
+
+def _distortion(frame: SiteFrame, plane: MapCrs, middle_m: FloatArray) -> list[str]:
+    """By how much distances between coordinates differ from measured ones."""
+    grid = plane.grid_at(middle_m[None, :2])
+    if grid is None or plane.outside_m(middle_m[None, :2]) > FAR_M:
+        return []
+    true = grid.combined_scale(float(middle_m[2]))
+    of_frame = frame.horizontal_scale
+    ppm = (of_frame / true - 1.0) * 1e6
+    held = ""
+    if abs(ppm) >= _TELLING_PPM:
+        held = (
+            f"; scene lengths are written with scale {of_frame:.7f}, so that over 100 m they are "
+            f"{abs(ppm) * 0.1:.1f} mm too {'long' if ppm > 0 else 'short'} for the grid"
+        )
+    projection_ppm, height_ppm = (grid.scale - 1.0) * 1e6, (true / grid.scale - 1.0) * 1e6
+    return [
+        f"at the site a metre on the ground is {true:.7f} m on the grid (projection {projection_ppm:+.0f} ppm, height "
+        f"{height_ppm:+.0f} ppm), and grid north is {math.degrees(grid.convergence_rad):+.4f} degrees clockwise from "
+        f"true north{held}"
+    ]
+
+
+def _kilometres(length_m: float) -> str:
+    return f"{length_m / 1000:.0f} km" if length_m >= 1000 else f"{length_m:.0f} m"

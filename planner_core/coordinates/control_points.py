@@ -1,0 +1,123 @@
+"""Control points: a CSV of places whose scene and site coordinates are both known."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from planner_core.errors import CoordinatesError
+from planner_core.model import FloatArray
+
+COLUMNS = ("name", "x", "y", "z", "E", "N", "H", "weight")
+"""Of a header; z, H and weight may be left out, and be empty."""
+_NEEDED = ("name", "x", "y", "E", "N")
+_MEANINGS = {
+    "name": re.compile("name|id|point|pt|station|no"),
+    "x": re.compile("(scene|model|local)?x"),
+    "y": re.compile("(scene|model|local)?y"),
+    "z": re.compile("(scene|model|local)?z"),
+    "E": re.compile("e|east|easting|site(x|e)"),
+    "N": re.compile("n|north|northing|site(y|n)"),
+    "H": re.compile("h|height|elev|elevation|site(z|h)"),
+    "weight": re.compile("weight|w"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class ControlPoints:
+    """M points. scene_m, site_m : (M, 3) float64, x y z and E N H; NaN where there is no height. weights : (M,)."""
+
+    names: tuple[str, ...]
+    scene_m: FloatArray
+    site_m: FloatArray
+    weights: FloatArray
+
+
+def read_control_points(path: Path) -> ControlPoints:
+    """Read a CSV with a header of the columns `COLUMNS`, in any order; separated by commas, semicolons or tabs.
+
+    Raises
+    ------
+    CoordinatesError
+        With the line of what is wrong.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise CoordinatesError(f"{path}: no such file, expected control points; check --control-points") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise CoordinatesError(f"{path}: can't be read ({error}), expected a CSV in UTF-8; check the file") from error
+    lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    lines = [(number, line) for number, line in lines if not line.lstrip().startswith("#")]
+    if len(lines) < 2:
+        raise CoordinatesError(f"{path}: holds no points, expected a header {','.join(COLUMNS)} and a line a point")
+    separator = max(",;\t", key=lines[0][1].count)
+    cells = [[cell.strip() for cell in row] for row in csv.reader((line for _, line in lines), delimiter=separator)]
+    columns = _columns(path, cells[0])
+    rows = [
+        _Row(f"{path}, line {number}", row, columns, decimal_comma=separator != ",")
+        for (number, _), row in zip(lines[1:], cells[1:], strict=True)
+    ]
+    names = [row.text("name") for row in rows]
+    for index, name in enumerate(names):
+        if not name or name in names[:index]:
+            raise CoordinatesError(f"{rows[index].where}: name is {name!r}, expected one of its own; name every point")
+    scene_m = np.array([[row.number("x"), row.number("y"), row.height("z")] for row in rows], dtype=np.float64)
+    site_m = np.array([[row.number("E"), row.number("N"), row.height("H")] for row in rows], dtype=np.float64)
+    weights = np.array([row.weight() for row in rows], dtype=np.float64)
+    return ControlPoints(tuple(names), scene_m, site_m, weights)
+
+
+def _columns(path: Path, header: list[str]) -> dict[str, int]:
+    """Column by meaning."""
+    found: dict[str, int] = {}
+    for index, cell in enumerate(header):
+        key = re.sub(r"[^a-z]", "", re.sub(r"[\[(].*?[\])]|_m$", "", cell.lower()))
+        meaning = next((meaning for meaning, names in _MEANINGS.items() if names.fullmatch(key)), None)
+        if meaning is not None:
+            found.setdefault(meaning, index)
+    missing = [name for name in _NEEDED if name not in found]
+    if missing:
+        raise CoordinatesError(
+            f"{path}: columns are {', '.join(header)}, without {', '.join(missing)}; expected a header "
+            f"{','.join(COLUMNS)}; name the columns so"
+        )
+    return found
+
+
+@dataclass(frozen=True)
+class _Row:
+    where: str
+    cells: list[str]
+    columns: dict[str, int]
+    decimal_comma: bool
+
+    def text(self, meaning: str) -> str:
+        index = self.columns.get(meaning, len(self.cells))
+        return self.cells[index] if index < len(self.cells) else ""
+
+    def number(self, meaning: str) -> float:
+        text = self.text(meaning)
+        try:
+            value = float(text.replace(",", ".") if self.decimal_comma else text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise CoordinatesError(f"{self.where}: {meaning} is {text!r}, expected a number of metres; correct it")
+        return value
+
+    def height(self, meaning: str) -> float:
+        return self.number(meaning) if self.text(meaning) else math.nan
+
+    def weight(self) -> float:
+        value = self.number("weight") if self.text("weight") else 1.0
+        if value <= 0:
+            raise CoordinatesError(
+                f"{self.where}: weight is {value:g}, expected more than 0; leave the point out instead"
+            )
+        return value

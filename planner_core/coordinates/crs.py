@@ -1,0 +1,206 @@
+"""Coordinate reference systems by name: what pyproj's registry knows of them, checked for use on a site, in metres.
+
+pyproj is imported here only, and only when a system is named.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner_core.errors import CoordinatesError
+from planner_core.model import FloatArray
+
+if TYPE_CHECKING:
+    from pyproj import CRS
+
+_CODE = re.compile(r"\s*(?:EPSG)?\s*:?\s*(\d{4,6})\s*", re.IGNORECASE)
+_EARTH_RADIUS_M = 6_371_000.0
+
+
+@dataclass(frozen=True)
+class GridAt:
+    """How a map projection distorts at a place. scale : metres on the grid of one on the ellipsoid.
+
+    convergence_rad : of grid north, clockwise from true north.
+    """
+
+    latitude_deg: float
+    longitude_deg: float
+    scale: float
+    convergence_rad: float
+
+    def combined_scale(self, height_m: float) -> float:
+        """Metres on the grid of one metre measured at a height above the ellipsoid, with a sphere for the earth."""
+        return self.scale * _EARTH_RADIUS_M / (_EARTH_RADIUS_M + height_m)
+
+
+class MapCrs:
+    """A projected system in metres, with axes to the east and the north.
+
+    text : what names it to programs: `EPSG:25832`, else WKT. name : for people.
+    """
+
+    def __init__(self, crs: CRS) -> None:
+        self._crs = crs
+        self.text = _text(crs)
+        self.name = f"{self.text} {crs.name}" if self.text.startswith("EPSG:") else str(crs.name)
+
+    @property
+    def wkt(self) -> str:
+        """WKT2."""
+        return str(self._crs.to_wkt())
+
+    def degrees(self, east_north_m: FloatArray) -> FloatArray:
+        """(N, 2) easting, northing -> (N, 2) longitude, latitude; inf where there is nothing of the kind."""
+        points = np.atleast_2d(np.asarray(east_north_m, dtype=np.float64))
+        return np.stack(self._transformer().transform(points[:, 0], points[:, 1]), axis=1)
+
+    def east_north(self, longitude_deg: float, latitude_deg: float) -> tuple[float, float]:
+        """Easting and northing of a place on WGS 84, metres."""
+        east, north = self._transformer().transform(longitude_deg, latitude_deg, direction="INVERSE")
+        return float(east), float(north)
+
+    def outside_m(self, east_north_m: FloatArray) -> float:
+        """How far the farthest of (N, 2) points lies outside the system's area of use; 0: all are inside; inf: nowhere.
+
+        The area of use is a box of longitudes and latitudes, as the registry has it. Unknown: all are inside.
+        """
+        area = self._crs.area_of_use
+        if area is None:
+            return 0.0
+        longitude, latitude = self.degrees(east_north_m).T
+        if not (np.isfinite(longitude).all() and np.isfinite(latitude).all()):
+            return math.inf
+        from pyproj import Geod
+
+        nearest_lat = np.clip(latitude, area.south, area.north)
+        nearest_lon = _nearest_longitude(longitude, area.west, area.east)
+        _, _, away_m = Geod(ellps="WGS84").inv(longitude, latitude, nearest_lon, nearest_lat)
+        return float(np.max(away_m))
+
+    def area_name(self) -> str:
+        """Words for the area of use, short ones."""
+        area = self._crs.area_of_use
+        return "" if area is None else str(area.name).partition(":")[0].rstrip(".")
+
+    def grid_at(self, east_north_m: FloatArray) -> GridAt | None:
+        """Scale and convergence at one place; None where the projection has none there."""
+        from pyproj import Proj
+
+        longitude, latitude = self.degrees(east_north_m)[0]
+        if not (math.isfinite(longitude) and math.isfinite(latitude)):
+            return None
+        told = Proj(self._crs).get_factors(longitude, latitude)
+        scale = math.sqrt(float(told.areal_scale))
+        if not math.isfinite(scale):
+            return None
+        return GridAt(float(latitude), float(longitude), scale, math.radians(float(told.meridian_convergence)))
+
+    def _transformer(self) -> Any:
+        from pyproj import Transformer
+
+        return Transformer.from_crs(self._crs, "EPSG:4326", always_xy=True)
+
+
+@dataclass(frozen=True)
+class VerticalCrs:
+    """A system of heights, in metres, upwards. text : `EPSG:7837`, else WKT. name : for people."""
+
+    text: str
+    name: str
+
+
+def map_crs(text: str, *, option: str = "--crs") -> tuple[MapCrs, VerticalCrs | None]:
+    """Return the system of a code, a name or WKT; with that of heights where it is compound.
+
+    Raises
+    ------
+    CoordinatesError
+        There is none, or it is none that site coordinates in metres can be in.
+    """
+    crs = _known(text, option)
+    vertical = None
+    if crs.is_compound:
+        plane, height = crs.sub_crs_list
+        crs, vertical = plane, _vertical(height, option)
+    if not crs.is_projected:
+        raise CoordinatesError(
+            f"{option}: {text!r} is {crs.name}, a {crs.type_name.lower()}, expected a projected one, such as "
+            "EPSG:25832; name the grid that the site is surveyed in"
+        )
+    _check_metres(crs, option, 2)
+    directions = {str(axis.direction) for axis in crs.axis_info[:2]}
+    if directions != {"east", "north"}:
+        raise CoordinatesError(
+            f"{option}: axes of {crs.name} point {' and '.join(sorted(directions))}, expected east and north; name a "
+            "system whose axes do"
+        )
+    return MapCrs(crs), vertical
+
+
+def vertical_crs(text: str, *, option: str = "--vertical-crs") -> VerticalCrs:
+    """Return the system of heights of a code, a name or WKT; raises as `map_crs`."""
+    return _vertical(_known(text, option), option)
+
+
+def vertical_crs_of_datum(words: str) -> VerticalCrs | None:
+    """Return the system of heights that a file's words for a datum name, such as `DHHN2016`; None: not known."""
+    for text in (words, f"{words} height"):
+        try:
+            return vertical_crs(text)
+        except CoordinatesError:
+            continue
+    return None
+
+
+def _known(text: str, option: str) -> CRS:
+    from pyproj import CRS
+    from pyproj.exceptions import CRSError
+
+    code = _CODE.fullmatch(text)
+    try:
+        return CRS.from_user_input(f"EPSG:{code[1]}" if code else text.strip())
+    except CRSError as error:
+        shown = text if len(text) <= 60 else f"{text[:57]}..."
+        raise CoordinatesError(
+            f"{option}: got {shown!r}, which is no coordinate reference system known here, expected a code such as "
+            "EPSG:25832, or WKT; check the code"
+        ) from error
+
+
+def _vertical(crs: CRS, option: str) -> VerticalCrs:
+    if not crs.is_vertical or crs.axis_info[0].direction != "up":
+        raise CoordinatesError(
+            f"{option}: {crs.name} is a {crs.type_name.lower()}, expected a system of heights, such as EPSG:7837"
+        )
+    _check_metres(crs, option, 1)
+    text = _text(crs)
+    return VerticalCrs(text, f"{text} {crs.name}" if text.startswith("EPSG:") else str(crs.name))
+
+
+def _check_metres(crs: CRS, option: str, n_axes: int) -> None:
+    for axis in crs.axis_info[:n_axes]:
+        if axis.unit_conversion_factor != 1.0:
+            raise CoordinatesError(
+                f"{option}: {crs.name} counts in units of {axis.unit_name}, expected metres, which all files are "
+                "written in; name the metric system of the same grid"
+            )
+
+
+def _text(crs: CRS) -> str:
+    authority = crs.to_authority(min_confidence=100)
+    return f"{authority[0]}:{authority[1]}" if authority and authority[0] == "EPSG" else str(crs.to_wkt())
+
+
+def _nearest_longitude(longitude: FloatArray, west: float, east: float) -> FloatArray:
+    """The longitude inside a box, which may reach across 180 degrees, that is nearest to each."""
+    width = (east - west) % 360.0 or 360.0
+    ahead = (longitude - west) % 360.0
+    beyond = ahead - width
+    inside = beyond <= 0
+    return np.where(inside, longitude, np.where(beyond <= (360.0 - width) / 2, east, west))
