@@ -141,6 +141,15 @@ _FORMATS = (
         verified_with="GDAL's LIBKML (pyogrio)",
     ),
     Format(
+        name="robot",
+        title="a robot's mission: waypoints, ways and occupancy grids",
+        file_name="robot",
+        write=_lazy("planner_core.handover.robot", "write_robot"),
+        needs_scene=True,
+        options=("floors",),
+        verified_with="Pillow, PyYAML, GDAL (pyogrio), Open3D",
+    ),
+    Format(
         name="e57",
         title="simulated scans of all stations, each with its pose, in one file",
         file_name="clouds.e57",
