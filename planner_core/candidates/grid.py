@@ -17,6 +17,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from planner_core.candidates.admissibility import is_mostly_covered, reject
+from planner_core.candidates.written_places import as_written_m
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, Candidates, FloatArray, Floor, Int64Array, PlanSettings, Survey
 from planner_core.progress import Progress, silent
@@ -124,12 +125,13 @@ def admitted(
 ) -> tuple[FloatArray, FloatArray]:
     """Positions (K, 3) and heights (K,) at which a tripod can stand, over places (N, 2) with grounds (N,) of `floor`.
 
-    Every height of the settings is tried over every place, and told to `tally`.
+    Every height of the settings is tried over every place, and told to `tally`. Places and heights have as many digits
+    as plan.json keeps.
     """
-    heights_m = instrument_heights_m(settings)
+    heights_m = as_written_m(instrument_heights_m(settings))
     height = np.tile(heights_m, ground_m.size)
     ground = np.repeat(ground_m, heights_m.size)
-    position = np.column_stack([np.repeat(plan_m, heights_m.size, axis=0), ground + height])
+    position = as_written_m(np.column_stack([np.repeat(plan_m, heights_m.size, axis=0), ground + height]))
     tally.n_tried += height.size
     kept, reasons = reject(
         survey, floor, settings, engine, position, ground, mostly_covered=mostly_covered, progress=progress

@@ -1,6 +1,7 @@
 """Places off the grid: near stations that were chosen, at other heights too, where a tripod can stand as well.
 
-Input a `Survey` (local frame, metres) and positions, output `Candidates` in the order of the positions they are near.
+Input a `Survey` (local frame, metres) and positions, output `Candidates` in the order of the positions they are near,
+rounded to 0.1 mm before anything is asked of them: they are the same places once they have gone through a file.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import numpy as np
 from planner_core.candidates.admissibility import reject
 from planner_core.candidates.grid import NO_GROUND, Tally, lies_mostly_indoors
 from planner_core.candidates.ground import GroundSurface
+from planner_core.candidates.written_places import SET_UP_DIGITS, as_written_m
 from planner_core.model import Candidates, FloatArray, Int64Array, PlanSettings, Survey
 from planner_core.progress import Progress, silent
 from planner_core.scan.engine import ScanEngine
@@ -87,8 +89,8 @@ def _on_floor(
 ) -> tuple[FloatArray, FloatArray, Int64Array]:
     """Positions (N, 3), instrument heights (N,) and which of `near` each is around (N,)."""
     floor = survey.floors[index]
-    place_m = (near.position_m[who][:, None, :] + shift_m).reshape(-1, 3)
-    height_m = (near.instrument_height_m[who][:, None] + shift_m[:, 2]).reshape(-1)
+    place_m = as_written_m((near.position_m[who][:, None, :] + shift_m).reshape(-1, 3), SET_UP_DIGITS)
+    height_m = as_written_m((near.instrument_height_m[who][:, None] + shift_m[:, 2]).reshape(-1), SET_UP_DIGITS)
     of = np.repeat(who, shift_m.shape[0])
     low_m, high_m = settings.scanner.instrument_height_min_m, settings.scanner.instrument_height_max_m
     fits = (height_m >= low_m - 1e-9) & (height_m <= high_m + 1e-9)
@@ -100,7 +102,7 @@ def _on_floor(
     bare = np.isnan(ground_m)
     tally.refuse(NO_GROUND, int(bare.sum()))
     place_m, height_m, of, ground_m = place_m[~bare], height_m[~bare], of[~bare], ground_m[~bare]
-    place_m = np.column_stack([place_m[:, :2], ground_m + height_m])
+    place_m = np.column_stack([place_m[:, :2], as_written_m(ground_m + height_m, SET_UP_DIGITS)])
     covered = lies_mostly_indoors(survey, settings, engine, floor)
     kept, reasons = reject(
         survey, floor, settings, engine, place_m, ground_m, mostly_covered=covered, progress=progress

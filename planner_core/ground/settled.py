@@ -13,6 +13,7 @@ import numpy as np
 from planner_core.candidates.admissibility import reject
 from planner_core.candidates.grid import lies_mostly_indoors
 from planner_core.candidates.ground import GroundSurface
+from planner_core.candidates.written_places import local_of_written_m
 from planner_core.ground.free_space import FreeSpace
 from planner_core.ground.local_site import floors_in_words, index_of_floor
 from planner_core.model import FloatArray, Floor, Int32Array, PlanSettings, SettledStation, Survey
@@ -44,7 +45,7 @@ def place_settled(
     space: FreeSpace | None = None,
 ) -> SettledPlace:
     """Bring a station to the local frame, and find its floor and height; with `space`, also on stairs and landings."""
-    position_m = np.asarray(station.position_m, dtype=np.float64) - survey.scene.offset_m
+    position_m = local_of_written_m(station.position_m, survey.scene.offset_m)
     index, remarks = _floor_of(survey, station, position_m)
     floor = survey.floors[index]
     below_m = GroundSurface(survey, floor).below(position_m[None])[0]

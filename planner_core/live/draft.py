@@ -11,14 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from planner_core.candidates.written_places import SET_UP_DIGITS, local_of_written_m
 from planner_core.errors import RequirementError
 from planner_core.model import FloatArray, KeepOut, SettledStation
 
 Place = tuple[float, float, float]
-
-#: Positions in the scene frame are rounded to this many digits, 0.1 mm: a place that has gone through a text file or
-#: over the network is the same place, and what was seen from it need not be looked at again.
-PLACE_DIGITS = 4
 
 
 @dataclass(frozen=True)
@@ -93,15 +90,16 @@ class Draft:
 def local_place(scene_m: Iterable[float], offset_m: FloatArray) -> Place:
     """Bring a position (3,) of the scene frame, as a plan or a review has it, to the local frame.
 
-    Unrounded: a plan's own stations stand where the plan was computed for, to the last digit that it was written with.
+    A plan's own stations stand where the plan was computed for, to the last bit.
     """
-    x, y, z = (np.array(list(scene_m), dtype=np.float64) - offset_m).tolist()
+    x, y, z = local_of_written_m(scene_m, offset_m).tolist()
     return x, y, z
 
 
 def rounded_place(local_m: FloatArray, offset_m: FloatArray) -> Place:
-    """Return a place (3,) of the local frame that has few digits in the scene frame, see `PLACE_DIGITS`.
+    """Return a place (3,) of the local frame rounded to 0.1 mm in the scene frame.
 
-    `local_place` of those digits is the same place, bit by bit.
+    `local_place` of those digits is the same place, bit by bit: one that has gone through a text file or over the
+    network need not be looked from again.
     """
-    return local_place(np.round(local_m + offset_m, PLACE_DIGITS).tolist(), offset_m)
+    return local_place(np.round(local_m + offset_m, SET_UP_DIGITS).tolist(), offset_m)

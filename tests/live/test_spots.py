@@ -13,7 +13,7 @@ from planner_core.candidates.ground import GroundSurface
 from planner_core.ground.free_space import free_space
 from planner_core.ground.places import KINDS, find_places
 from planner_core.ground.reach import reachability
-from planner_core.live.draft import Draft
+from planner_core.live.draft import Draft, local_place
 from planner_core.live.live_plan import LivePlan
 from planner_core.live.spots import ADMISSIBLE, KEPT_OUT, NOTHING, WALKABLE, Spot, Spots
 from planner_core.model import FloatArray, KeepOut, PlanSettings, SettledStation
@@ -151,7 +151,7 @@ def test_georeferenced_places_are_few_digits_and_come_back_the_same(far_house: L
     low, high = live.survey.floors[0].bounds_m
     spot = live.snap(live.draft, "F0", tuple((0.4 * low + 0.6 * high).tolist()), 1.5)
     told = [round(value, 4) for value in (np.array(spot.position_m) + offset_m).tolist()]
-    assert tuple((np.array(told) - offset_m).tolist()) == spot.position_m
+    assert local_place(told, offset_m) == spot.position_m
 
 
 def box_faces(low: tuple[float, ...], high: tuple[float, ...]) -> FloatArray:
