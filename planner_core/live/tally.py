@@ -132,7 +132,8 @@ def figure_of(layer: str, best: _Figures) -> FloatArray:
 @dataclass(frozen=True)
 class Change:
     """One look more, and maybe one less. patch : (K,) int32, sorted, all that either sees; n_met : (Q, K) counts with
-    the new look. covered_m2 : for each of `Parts.all`. own_m2 : area that the new look alone meets what is asked on.
+    the new look. covered_m2 : for each of `Parts.all`. own_m2 : what is asked for and
+    would not be covered without the new look.
     """
 
     patch: Int32Array
@@ -179,8 +180,10 @@ def changed(
         lost = counted & (before[part.quality] >= part.seen_from) & (n_met[part.quality] < part.seen_from)
         won = counted & (before[part.quality] < part.seen_from) & (n_met[part.quality] >= part.seen_from)
         after_m2.append(was_m2 - float(area[lost].sum()) + float(area[won].sum()))
-    alone = new.met[0][without.times_met[0, new.met[0]] == 0]
-    return Change(patch, n_met, tuple(after_m2), float(area_m2[alone].sum()), new, without)
+    overall = parts.overall
+    met = new.met[overall.quality]
+    needed = met[overall.patches[met] & (without.times_met[overall.quality, met] == overall.seen_from - 1)]
+    return Change(patch, n_met, tuple(after_m2), float(area_m2[needed].sum()), new, without)
 
 
 def coverage(part: Part, covered_m2: float) -> Coverage:

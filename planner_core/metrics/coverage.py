@@ -66,12 +66,18 @@ def coverage_by_floor(
     return tuple(coverage_of(area_m2, achievable, seen, floor == index) for index in range(n_floors))
 
 
-def covered_and_own_area_m2(visibility: Visibility, area_m2: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(N,) area that each position sees, and (N,) area that it alone sees."""
-    seen = times_seen(visibility)
+def covered_and_own_area_m2(
+    visibility: Visibility, area_m2: FloatArray, *, scope: BoolArray, seen_from: int = 1
+) -> tuple[FloatArray, FloatArray]:
+    """(N,) area that each position sees, whatever it belongs to, and (N,) area in scope that needs it.
+
+    scope : (P,) bool, the patches that coverage is asked of. seen_from : positions that must see a patch for it to be
+    covered: where just so many do, each is needed.
+    """
+    needed = scope & (times_seen(visibility) == seen_from)
     row = np.repeat(np.arange(visibility.n_positions), np.diff(visibility.starts))
     weight = area_m2[visibility.patch]
-    alone = weight * (seen[visibility.patch] == 1)
+    alone = weight * needed[visibility.patch]
     n = visibility.n_positions
     covered, own = (np.bincount(row, weights=area, minlength=n).astype(np.float64) for area in (weight, alone))
     return covered, own

@@ -23,9 +23,9 @@ class Station:
     instrument_height_m: float
     fixed: bool = False
     covered_area_m2: float = 0.0
-    """Area this station sees by itself."""
+    """Area this station sees by itself, as well as is asked of all; on floors that are not asked for too."""
     own_area_m2: float = 0.0
-    """Area that no other station of the plan sees."""
+    """Area that is asked for and would no longer be covered without it, as in `StationReason`."""
 
 
 @dataclass(frozen=True)

@@ -60,6 +60,25 @@ def test_figures_of_the_unchanged_plan_are_those_of_plan_json(name: str, request
     assert_figures_are_of(live, live.document)
 
 
+@pytest.mark.parametrize("scene", ["house", "georeferenced"])
+def test_places_off_the_grid_have_the_figures_of_the_plan_to_the_last_bit(
+    scene: str, planned: Planned, small: PlanSettings, request: pytest.FixtureRequest
+) -> None:
+    _, plan = planned(scene, small)
+    live: LivePlan = request.getfixturevalue({"house": "house", "georeferenced": "far_house"}[scene])
+    steps = np.array([station.position_m[:2] for station in plan.stations]) / small.grid_step_m
+    off_grid = np.abs(2 * steps - np.round(2 * steps)).max(axis=1) > 0.01
+    assert off_grid.any()
+    found = live.figures(live.draft).plan
+    for station, again in zip(plan.stations, found.stations, strict=True):
+        assert again.position_m.tobytes() == station.position_m.tobytes()
+        assert again.covered_area_m2 == station.covered_area_m2
+        assert again.own_area_m2 == station.own_area_m2
+    assert found.coverage == plan.coverage
+    assert found.coverage_by_floor == plan.coverage_by_floor
+    assert found.links == plan.links
+
+
 def test_what_is_left_unseen_is_what_the_plan_holds_not_worth_a_station(
     planned: Planned, asking: PlanSettings, asking_house: LivePlan
 ) -> None:

@@ -61,6 +61,24 @@ def test_what_a_station_adds_is_what_scans_of_the_others_lack(
     assert all(a >= b - 1e-9 for a, b in pairwise(gains))
 
 
+@pytest.mark.parametrize(("seen_from", "coverage"), [(1, 0.8), (2, 0.5)])
+def test_what_a_station_adds_is_told_of_asked_floors_alone_and_once(
+    seen_from: int, coverage: float, small: PlanSettings, planned: Planned
+) -> None:
+    asked = replace(small.requirements, coverage=coverage, floors=("F0",), seen_from=seen_from)
+    plan = planned("double-height-hall", replace(small, requirements=asked, method_options=(("work_limit", "0.02"),)))
+    assert plan.why is not None
+    by_station = {told.station: told.own_area_m2 for told in plan.why.stations}
+    floor = np.repeat(plan.survey.floor_of_triangle, np.diff(plan.survey.patches.first_patch))
+    area_m2 = plan.survey.patches.area_m2
+    # What needs every station that sees it, on the floor that is asked for.
+    needed_m2 = area_m2[(floor == 0) & (plan.times_seen == seen_from)].sum()
+    assert area_m2[(floor != 0) & (plan.times_seen == seen_from)].sum() > 0
+    assert sum(station.own_area_m2 for station in plan.stations) == pytest.approx(seen_from * needed_m2)
+    for station in plan.stations:
+        assert station.own_area_m2 == pytest.approx(by_station[station.id], abs=1e-9)
+
+
 @pytest.mark.parametrize("scene", ["l-room", "doors-open", "corridor-comb"])
 def test_every_leg_can_be_walked_and_visits_are_numbered_in_its_order(
     scene: str, small: PlanSettings, planned: Planned
