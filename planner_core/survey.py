@@ -16,6 +16,7 @@ from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import ScanEngine
 from planner_core.scan.patch_mode import PatchMode, check_scan_mode, scan_mode_of
 from planner_core.scan.template import make_template
+from planner_core.scene.extent import check_extent
 from planner_core.scene.floors import find_floors
 from planner_core.scene.patches import make_patches
 
@@ -33,8 +34,11 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
     RequirementError
         Settings that make no sense, or that name floors which are not there; see `check_settings`, `planned_floors`,
         `with_ground_picks`.
+    SceneError
+        A scene in the wrong unit, see `check_extent`.
     """
     check_settings(settings)
+    check_extent(scene)
     progress(ProgressEvent("survey", 0, 2, "floors"))
     report = with_ground_picks(scene, find_floors(scene), settings.site.ground_picks)
     planned_floors(report.floors, settings.requirements.floors)

@@ -17,8 +17,8 @@ from planner_core.errors import SceneError, SceneNotFoundError
 from planner_core.model import FloatArray, Georeference, LoadReport, Optics, Scene, SceneSource
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
-from planner_core.scene.bulk import fence_m, is_outside
 from planner_core.scene.doors import without_door_leaves
+from planner_core.scene.extent import LONGEST_M, SHORTEST_M, extent_m, likely_unit
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
 
@@ -247,10 +247,6 @@ def _unit_name(raw: RawScene, options: LoadOptions) -> str:
 
 
 # ----------------------------------------------------------------------------------------------- doubts
-_LONGEST_M = 1000.0
-_SHORTEST_M = 0.5
-"""Extents outside these are hardly a building to scan: the unit is probably another."""
-
 _LEVEL_COSINE = 0.996
 """A face is horizontal (or faces an axis) within 5 degrees."""
 
@@ -258,11 +254,10 @@ _LEVEL_COSINE = 0.996
 def _doubts(scene: Scene, raw: RawScene, options: LoadOptions) -> list[str]:
     """Warnings about what the file did not say, or said and is hard to believe."""
     name = scene.source.path.name
-    extent_m = np.ptp(scene.vertices_m, axis=0)
     doubts = []
     if options.metres_per_unit is None:
-        doubts += _unit_doubt(name, _longest_m(scene, extent_m), scene.source)
-    if options.up_axis is None and not raw.up_axis and _looks_y_up(scene, extent_m):
+        doubts += _unit_doubt(name, float(extent_m(scene).max()), scene.source)
+    if options.up_axis is None and not raw.up_axis and _looks_y_up(scene):
         doubts.append(
             f"{name} says nothing of its upward axis and z is assumed, but its level surfaces face y: "
             "if y is up, pass --up y."
@@ -270,37 +265,24 @@ def _doubts(scene: Scene, raw: RawScene, options: LoadOptions) -> list[str]:
     return doubts
 
 
-def _longest_m(scene: Scene, extent_m: FloatArray) -> float:
-    """Longest extent; of the bulk where the whole is too long, since a stray face makes a house kilometres long."""
-    if extent_m.max() <= _LONGEST_M:
-        return float(extent_m.max())
-    corners_m = scene.vertices_m[scene.triangles]
-    near = corners_m[~is_outside(corners_m, fence_m(corners_m))].reshape(-1, 3)
-    return float(np.ptp(near, axis=0).max())
-
-
 def _unit_doubt(name: str, longest_m: float, source: SceneSource) -> list[str]:
     told = f"in {source.unit_name}s" if source.metres_per_unit == 1.0 else f"in units of {source.metres_per_unit:g} m"
-    if longest_m > _LONGEST_M:
-        guess = "mm" if longest_m > 3 * _LONGEST_M else "cm"
-        return [
-            f"{name}, read {told}, is {longest_m:.0f} m long: if that is wrong, pass its unit, such as --units {guess}."
-        ]
-    if longest_m < _SHORTEST_M:
-        return [
-            f"{name}, read {told}, is only {longest_m:.3g} m long: if that is wrong, pass its unit, such as --units km."
-        ]
-    return []
+    if SHORTEST_M <= longest_m <= LONGEST_M:
+        return []
+    length = f"only {longest_m:.3g} m" if longest_m < SHORTEST_M else f"{longest_m:.0f} m"
+    unit = likely_unit(longest_m)
+    return [f"{name}, read {told}, is {length} long: if that is wrong, pass its unit, such as --units {unit}."]
 
 
-def _looks_y_up(scene: Scene, extent_m: FloatArray) -> bool:
+def _looks_y_up(scene: Scene) -> bool:
     """Level surfaces outweigh all others in a building, and its height is its smallest extent."""
     a, b, c = (scene.vertices_m[scene.triangles[:, i]] for i in range(3))
     twice_area = np.cross(b - a, c - a)
     size = np.sqrt((twice_area * twice_area).sum(axis=1))
     facing = np.abs(twice_area) > _LEVEL_COSINE * size[:, None]
     x_m2, y_m2, z_m2 = ((facing[:, axis] * size).sum() for axis in range(3))
-    return bool(y_m2 > 1.5 * max(z_m2, x_m2) and extent_m[1] < 0.75 * min(extent_m[0], extent_m[2]))
+    width_m, height_m, depth_m = np.ptp(scene.vertices_m, axis=0)
+    return bool(y_m2 > 1.5 * max(z_m2, x_m2) and height_m < 0.75 * min(width_m, depth_m))
 
 
 def _with_warnings(scene: Scene, warnings: list[str]) -> Scene:
