@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from scenes_synthetic import basement, copies, hard, hole_walls, house, office, puzzles, rooms, school
+from scenes_synthetic.copies import on_map
 from scenes_synthetic.model import SyntheticScene, Truth
 from scenes_synthetic.write import write
 
-__all__ = ["PAPER", "SyntheticScene", "Truth", "build", "names", "write"]
+__all__ = ["PAPER", "SyntheticScene", "Truth", "build", "names", "on_map", "write"]
 
 _BUILDERS: dict[str, Callable[..., SyntheticScene]] = {
     "house": house.build,

@@ -5,17 +5,34 @@ The seed is unused but for the broken copy.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from planner_core.model import Int32Array
 from scenes_synthetic import rooms
-from scenes_synthetic.model import FileFrame, Level, Part, SyntheticScene, assemble
+from scenes_synthetic.model import FileFrame, Level, MapPlacement, Part, SyntheticScene, assemble
 from scenes_synthetic.solids import Point, Solid, join
 
 #: Easting, northing and height of the georeferenced copy's origin.
 FAR_M: Point = (500_000.0, 5_400_000.0, 0.0)
+#: A place in the plain of the Rhine. Latitude, longitude and convergence are what PROJ makes of easting and northing.
+SURVEYED = MapPlacement(
+    east_m=458_870.0,
+    north_m=5_438_260.0,
+    height_m=110.25,
+    rotation_rad=math.radians(24.5),
+    crs="EPSG:25832",
+    crs_description="ETRS89 / UTM zone 32N",
+    geodetic_datum="ETRS89",
+    vertical_datum="DHHN2016",
+    projection="UTM",
+    zone="32N",
+    latitude=(49, 5, 44, 933602),
+    longitude=(8, 26, 11, 725547),
+    convergence_rad=math.radians(-0.4258344),
+)
 #: Share of broken faces of all.
 BROKEN_SHARE = 0.05
 
@@ -25,6 +42,11 @@ def georeferenced(*, seed: int = 0) -> SyntheticScene:
     original = rooms.corridor_comb(seed=seed)
     scene = replace(original.scene, offset_m=np.asarray(FAR_M))
     return replace(original, name="georeferenced", scene=scene, frame=FileFrame(offset_m=FAR_M))
+
+
+def on_map(original: SyntheticScene, placement: MapPlacement = SURVEYED) -> SyntheticScene:
+    """Any scene, whose IFC file says besides where on earth it is; its coordinates stay the same."""
+    return replace(original, frame=replace(original.frame, on_map=placement))
 
 
 def millimetres_y_up(*, seed: int = 0) -> SyntheticScene:

@@ -7,6 +7,7 @@ same bytes.
 
 from __future__ import annotations
 
+import math
 import uuid
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,7 +26,7 @@ import ifcopenshell.api.unit
 import ifcopenshell.guid
 import numpy as np
 
-from scenes_synthetic.model import Hole, Part, PiercedBox, Room, SyntheticScene
+from scenes_synthetic.model import Hole, MapPlacement, Part, PiercedBox, Room, SyntheticScene
 from scenes_synthetic.solids import Point, Solid
 
 _MM = 1000.0
@@ -54,6 +55,8 @@ def write_ifc(synthetic: SyntheticScene, path: Path) -> None:
         # All else is placed relative to the site.
         (site,) = model.by_type("IfcSite")
         site.ObjectPlacement.RelativePlacement.Location.Coordinates = [_mm(v) for v in synthetic.frame.offset_m]
+    if synthetic.frame.on_map is not None:
+        _add_map(model, synthetic.frame.on_map)
     _fix_header_and_ids(model, synthetic.name)
     model.write(str(path))
 
@@ -185,6 +188,38 @@ def _place(model: Any, product: Any, at_m: Point) -> None:
     matrix = np.eye(4)
     matrix[:3, 3] = at_m
     ifcopenshell.api.geometry.edit_object_placement(model, product=product, matrix=matrix)
+
+
+def _add_map(model: Any, told: MapPlacement) -> None:
+    """Say where on earth the model is: map conversion to metres, projected system, true north, and the site's place."""
+    context = next(c for c in model.by_type("IfcGeometricRepresentationContext", include_subtypes=False))
+    metre = model.create_entity("IfcSIUnit", None, "LENGTHUNIT", None, "METRE")
+    system = model.create_entity(
+        "IfcProjectedCRS",
+        Name=told.crs,
+        Description=told.crs_description,
+        GeodeticDatum=told.geodetic_datum,
+        VerticalDatum=told.vertical_datum,
+        MapProjection=told.projection,
+        MapZone=told.zone,
+        MapUnit=metre,
+    )
+    model.create_entity(
+        "IfcMapConversion",
+        SourceCRS=context,
+        TargetCRS=system,
+        Eastings=told.east_m,
+        Northings=told.north_m,
+        OrthogonalHeight=told.height_m,
+        XAxisAbscissa=math.cos(told.rotation_rad),
+        XAxisOrdinate=math.sin(told.rotation_rad),
+        Scale=1 / _MM,
+    )
+    # Seen in the plan of the scene, grid north is clockwise from +y by the rotation.
+    north_rad = told.rotation_rad - told.convergence_rad
+    context.TrueNorth = model.create_entity("IfcDirection", [math.sin(north_rad), math.cos(north_rad)])
+    (site,) = model.by_type("IfcSite")
+    site.RefLatitude, site.RefLongitude, site.RefElevation = told.latitude, told.longitude, _mm(told.height_m)
 
 
 def _mm(length_m: float) -> float:

@@ -133,6 +133,29 @@ class Truth:
 
 
 @dataclass(frozen=True)
+class MapPlacement:
+    """Where on earth a scene is said to be: a map conversion, and what else an IFC file says of its site.
+
+    rotation_rad : of the scene on the grid, counter-clockwise. convergence_rad : of grid north there, clockwise from
+    true north. latitude, longitude : of the scene's origin, whole degrees, minutes, seconds and their millionths.
+    """
+
+    east_m: float
+    north_m: float
+    height_m: float
+    rotation_rad: float
+    crs: str
+    crs_description: str
+    geodetic_datum: str
+    vertical_datum: str
+    projection: str
+    zone: str
+    latitude: tuple[int, int, int, int]
+    longitude: tuple[int, int, int, int]
+    convergence_rad: float
+
+
+@dataclass(frozen=True)
 class FileFrame:
     """How files hold a scene: unit, upward axis, and how far from the origin, where the format leaves the choice."""
 
@@ -141,6 +164,8 @@ class FileFrame:
     """`Y` or `Z`."""
     offset_m: Point = (0.0, 0.0, 0.0)
     """Added to the scene's coordinates, which are local."""
+    on_map: MapPlacement | None = None
+    """IFC files say it; no other format can."""
 
     @property
     def title(self) -> str:

@@ -17,11 +17,19 @@ _CAMPUS, _CAMPUS_TRIANGLES = "campus", 1_000_000
               help="File to write; its ending chooses among ifc, obj, ply, stl, glb, usd, usda, usdc.")  # fmt: skip
 @click.option("--triangles", type=int, metavar="N", default=None,
               help="Size of the scene campus (ply, obj, glb or usdz only); 1000000 where not given.")  # fmt: skip
+@click.option("--on-map", is_flag=True,
+              help="The file says besides where on earth it is: map conversion and CRS (ifc only).")  # fmt: skip
 @seed_option
 @overwrite_option
 @quiet_option
 def command(
-    name: str | None, output: Path | None, triangles: int | None, seed: int, overwrite: bool, quiet: bool
+    name: str | None,
+    output: Path | None,
+    triangles: int | None,
+    on_map: bool,
+    seed: int,
+    overwrite: bool,
+    quiet: bool,
 ) -> None:
     """Write the synthetic scene NAME to a file; without NAME, list the scenes there are."""
     import scenes_synthetic
@@ -41,12 +49,15 @@ def command(
     if triangles is not None and name != _CAMPUS:
         raise RequirementError(f"--triangles: got scene {name!r}, expected {_CAMPUS}; other scenes have one size only.")
     path = output if output is not None else Path(f"{name}{'.ply' if name == _CAMPUS else '.ifc'}")
+    if on_map and (name == _CAMPUS or path.suffix.lower() != ".ifc"):
+        raise RequirementError(f"--on-map: got {path}, expected a scene as IFC, which alone can say it; name it .ifc")
     if path.exists() and not overwrite:
         raise OutputExistsError(f"{path} exists; pass --overwrite to replace it.")
     if name == _CAMPUS:
         done = _write_campus(path, _CAMPUS_TRIANGLES if triangles is None else triangles, seed, quiet=quiet)
     else:
-        done = f"wrote {scenes_synthetic.write(scenes_synthetic.build(name, seed=seed), path)}"
+        built = scenes_synthetic.build(name, seed=seed)
+        done = f"wrote {scenes_synthetic.write(scenes_synthetic.on_map(built) if on_map else built, path)}"
     if not quiet:
         printer.say(done)
 
