@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from planner_core.errors import SceneError, SceneNotFoundError
-from planner_core.model import FloatArray, Georeference, LoadReport, Optics, Scene, SceneSource
+from planner_core.model import Georeference, LoadReport, Optics, Scene, SceneSource
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import without_door_leaves
