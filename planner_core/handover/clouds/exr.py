@@ -66,7 +66,7 @@ class _Preview:
         rows, columns = self._steps
         first = -block.first_row % rows
         self._range_m.append(block.range_m[first::rows, ::columns].astype(np.float32))
-        self._cosine.append(block.cos_incidence[first::rows, ::columns])
+        self._cosine.append(block.cos_incidence[first::rows, ::columns].copy())  # a view would keep all of the block
 
     def write(self, path: Path) -> None:
         io = _image_io()
