@@ -150,6 +150,22 @@ _FORMATS = (
         verified_with="Pillow, PyYAML, GDAL (pyogrio), Open3D",
     ),
     Format(
+        name="pdf",
+        title="sheets to print: cover, floors to scale, station tables, charts",
+        file_name="sheets.pdf",
+        write=_lazy("planner_core.handover.sheets.pdf", "write_pdf"),
+        options=("paper", "floors"),
+        verified_with="pypdf 7.1, PDFium (pypdfium2)",
+    ),
+    Format(
+        name="html",
+        title="the same as one page for browsers, with nothing beside it",
+        file_name="sheets.html",
+        write=_lazy("planner_core.handover.sheets.html_page", "write_html"),
+        options=("paper", "floors"),
+        verified_with="Python's html.parser and ElementTree, Chromium",
+    ),
+    Format(
         name="e57",
         title="simulated scans of all stations, each with its pose, in one file",
         file_name="clouds.e57",

@@ -1,1 +1,1 @@
-"""Sheets to print: a PDF of the plan, page by page, and the same as HTML."""
+"""Sheets for people: a plan as pages to print, and as one page for browsers. PlanSource -> PDF, HTML."""

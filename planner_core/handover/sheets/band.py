@@ -1,0 +1,283 @@
+"""What surrounds the drawing of a floor: frame, coordinate grid, legend, scale bar, north, title block.
+
+Plan, FloorView, Tile -> page.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner_core.export.sheet import nice_length_m
+from planner_core.handover.sheets.floor_view import COUNTS, STRONG, WEAK, FloorView
+from planner_core.handover.sheets.fonts import fitted, wrapped
+from planner_core.handover.sheets.ink import INK, PAPER, QUIET, Box, Ink, Pen
+from planner_core.handover.sheets.marks import (
+    CUT,
+    DISC_MM,
+    HATCH_MISSED,
+    HATCH_OUT_OF_REACH,
+    LINKS,
+    MISSED_GROUND,
+    MISSED_WALL,
+    OUT_OF_REACH,
+    STATION_FILL,
+    WALK,
+    WALL_FILL,
+    arrow_head,
+)
+from planner_core.handover.sheets.paper import Tile
+from planner_core.handover.sheets.unseen import hatch
+from planner_core.handover.source import PlanSource
+from planner_core.model import FloatArray, SiteFrame
+
+_FRAME = Pen(0.5)
+_LINE = Pen(0.25)
+_GRID = Pen(0.1, (0.45, 0.46, 0.48))
+_SCALE_WIDTH_MM = 44.0
+_MOST_TITLE_MM = 128.0
+_LEAST_TITLE_MM = 84.0
+#: Lines of the coordinate grid are at least this far apart on paper.
+_GRID_MM = 38.0
+
+
+def corners(box: Box) -> FloatArray:
+    """(4, 2) of a box."""
+    return np.array([(box.left, box.bottom), (box.right, box.bottom), (box.right, box.top), (box.left, box.top)])
+
+
+def draw_band(
+    ink: Ink,
+    plan: PlanSource,
+    view: FloorView,
+    tile: Tile,
+    *,
+    sheet: int,
+    n_sheets: int,
+    neighbours: Sequence[tuple[int, int]],
+) -> None:
+    """Draw the frame and the band at its foot. neighbours : (column, row) of the tiles of this floor."""
+    band = tile.sheet.band
+    title_mm = min(_MOST_TITLE_MM, max(_LEAST_TITLE_MM, 0.36 * band.width))
+    legend = Box(band.left, band.bottom, band.width - title_mm - _SCALE_WIDTH_MM, band.height)
+    scale = Box(legend.right, band.bottom, _SCALE_WIDTH_MM, band.height)
+    title = Box(scale.right, band.bottom, title_mm, band.height)
+    ink.lines([corners(tile.sheet.frame)], _FRAME, closed=True)
+    ink.lines([np.array([(band.left, band.top), (band.right, band.top)])], _FRAME)
+    ink.lines([np.array([(box.left, box.bottom), (box.left, box.top)]) for box in (scale, title)], _LINE)
+    _draw_legend(ink, view, legend)
+    _draw_scale(ink, plan.frame, tile, scale)
+    _draw_title(ink, plan, view, tile, title, sheet=sheet, n_sheets=n_sheets)
+    if tile.n_columns * tile.n_rows > 1:
+        _draw_key(ink, tile, neighbours, Box(scale.left + 25, scale.bottom + 15.5, 16, 16))
+
+
+# ------------------------------------------------------------------------------------------------- legend
+def _draw_legend(ink: Ink, view: FloorView, box: Box) -> None:
+    """Name every kind of mark, in columns."""
+    entries = ["station", "walk", "strong", "counts", "weak"]
+    if view.ground is not None:
+        entries += ["missed ground", "out of reach", "missed wall", "wall", "below"]
+    n_columns = 2 if len(entries) > 5 else 1
+    n_rows = -(-len(entries) // n_columns)
+    width, height = (box.width - 3) / n_columns, (box.height - 2) / max(n_rows, 5)
+    for place, entry in enumerate(entries):
+        column, row = divmod(place, n_rows)
+        left, middle = box.left + 2 + column * width, box.top - 1.5 - (row + 0.5) * height
+        _draw_sample(ink, entry, Box(left, middle - 1.7, 11, 3.4))
+        words = _LEGEND[entry].format(cut=view.cut_m)
+        ink.text((left + 13, middle - 0.9), fitted(words, 6.4, width - 14), 6.4)
+
+
+_LEGEND = {
+    "station": "station and its number in the walk",
+    "walk": "walk from station to station",
+    "strong": "link that holds firmly",
+    "counts": "link that registers two scans",
+    "weak": "overlap too weak to register",
+    "missed ground": "floor that the plan leaves unseen",
+    "out of reach": "floor that no spot sees",
+    "missed wall": "wall that the plan leaves unseen",
+    "wall": "cut {cut:.1f} m above the floor",
+    "below": "things that are lower",
+}
+
+
+def _draw_sample(ink: Ink, entry: str, box: Box) -> None:
+    middle = box.bottom + box.height / 2
+    line = np.array([(box.left, middle), (box.right, middle)])
+    if entry == "station":
+        at = (box.left + box.width / 2, middle)
+        ink.disc(at, 0.75 * DISC_MM, STATION_FILL)
+        ink.text((at[0], at[1] - 0.7), "1", 5.5, colour=PAPER, bold=True, align="middle")
+    elif entry == "walk":
+        ink.lines([line], WALK)
+        ink.area([arrow_head(line, 2.2)], WALK.colour)
+    elif entry in ("strong", "counts", "weak"):
+        ink.lines([line], LINKS[{"strong": STRONG, "counts": COUNTS, "weak": WEAK}[entry]])
+    elif entry == "missed ground":
+        _draw_hatch(ink, box, HATCH_MISSED, MISSED_GROUND)
+    elif entry == "out of reach":
+        _draw_hatch(ink, box, HATCH_OUT_OF_REACH, OUT_OF_REACH)
+    elif entry == "missed wall":
+        ink.lines([line], MISSED_WALL)
+    elif entry == "wall":
+        ink.area([corners(box.inset(0.5))], WALL_FILL)
+        ink.lines([corners(box.inset(0.5))], CUT, closed=True)
+    else:
+        ink.lines([corners(box.inset(0.5))], Pen(0.11, (0.55, 0.56, 0.58)), closed=True)
+
+
+def _draw_hatch(ink: Ink, box: Box, kind: tuple[float, float], pen: Pen) -> None:
+    a, b, c, d = corners(box)
+    lines = hatch(np.array([(a, b, c), (a, c, d)]), step_m=kind[0], turn_rad=math.radians(kind[1]))
+    ink.lines(list(lines), pen)
+
+
+# -------------------------------------------------------------------------------------------------- scale
+def _draw_scale(ink: Ink, frame: SiteFrame, tile: Tile, box: Box) -> None:
+    """Draw the arrow of north, and the scale bar in light and dark pieces."""
+    _draw_north(ink, frame, (box.left + 12, box.top - 10.5))
+    length_m = nice_length_m((box.width - 9) / tile.mm_per_m)
+    n_pieces = 5 if f"{length_m:g}"[0] in "15" else 4
+    piece_mm = length_m / n_pieces * tile.mm_per_m
+    left, bottom = box.left + (box.width - n_pieces * piece_mm) / 2, box.bottom + 7.2
+    for piece in range(n_pieces):
+        bar = corners(Box(left + piece * piece_mm, bottom, piece_mm, 1.6))
+        ink.area([bar], INK if piece % 2 == 0 else PAPER)
+        ink.lines([bar], Pen(0.15), closed=True)
+    ink.text((left, bottom + 2.3), "0", 6.2, align="middle")
+    ink.text((left + n_pieces * piece_mm, bottom + 2.3), f"{length_m:g} m", 6.2, align="middle")
+    words = "true to scale when printed at 100 %"
+    ink.text((box.left + box.width / 2, box.bottom + 2.2), fitted(words, 5.8, box.width - 2), 5.8, align="middle",
+             colour=QUIET)  # fmt: skip
+
+
+def _draw_north(ink: Ink, frame: SiteFrame, middle: tuple[float, float]) -> None:
+    """Draw an arrow to the site's north; without a site that is known, the axes of the scene."""
+    at, turn = np.array(middle), frame.grid_north_rad
+    ahead, right = np.array([math.sin(turn), math.cos(turn)]), np.array([math.cos(turn), -math.sin(turn)])
+    if frame.is_scene:
+        for way, name in ((right, "x"), (ahead, "y")):
+            start = at - 4.5 * (ahead + right)
+            ink.lines([np.stack([start, start + 9 * way])], Pen(0.35))
+            base, aside = start + 8.6 * way, 0.9 * np.array([-way[1], way[0]])
+            ink.area([np.array([start + 11 * way, base + aside, base - aside])], INK)
+            _letter(ink, start + 12.8 * way, name)
+        return
+    tail = at - 8 * ahead
+    left_half = np.array([at + 5 * ahead, tail - 3.2 * right, tail + 2.2 * ahead])
+    right_half = np.array([at + 5 * ahead, tail + 3.2 * right, tail + 2.2 * ahead])
+    ink.area([right_half], INK)
+    ink.lines([left_half, right_half], Pen(0.25), closed=True)
+    _letter(ink, at + 7.2 * ahead, "N")
+
+
+def _letter(ink: Ink, at: FloatArray, letter: str) -> None:
+    ink.text((float(at[0]), float(at[1]) - 1.2), letter, 8.0, bold=True, align="middle")
+
+
+def _draw_key(ink: Ink, tile: Tile, neighbours: Sequence[tuple[int, int]], box: Box) -> None:
+    """Show which part of the floor a sheet is."""
+    shape = tile.sheet.drawing
+    cell = min(box.width / (tile.n_columns * shape.width), box.height / (tile.n_rows * shape.height))
+    width, height = cell * shape.width, cell * shape.height
+    for column, row in neighbours:
+        outline = corners(Box(box.left + column * width, box.bottom + row * height, width, height))
+        if (column, row) == (tile.column, tile.row):
+            ink.area([outline], INK)
+        ink.lines([outline], Pen(0.2), closed=True)
+
+
+# -------------------------------------------------------------------------------------------------- title
+def _draw_title(
+    ink: Ink, plan: PlanSource, view: FloorView, tile: Tile, box: Box, *, sheet: int, n_sheets: int
+) -> None:
+    """Draw project, floor and coordinates, and at the right scale and number of the sheet."""
+    right = Box(box.right - 25, box.bottom, 25, box.height)
+    ink.lines([np.array([(right.left, right.bottom), (right.left, right.top)])], _LINE)
+    ink.lines([np.array([(right.left, right.bottom + box.height / 2), (right.right, right.bottom + box.height / 2)])],
+              _LINE)  # fmt: skip
+    for name, value, note, top in (
+        ("Scale", f"1:{tile.scale}", f"on {tile.sheet.paper}", right.top),
+        ("Sheet", f"{sheet} / {n_sheets}", "", right.top - box.height / 2),
+    ):
+        ink.text((right.left + 1.5, top - 3.4), name, 6.0, colour=QUIET)
+        ink.text((right.left + right.width / 2, top - 10.0), value, 12.0, bold=True, align="middle")
+        ink.text((right.left + right.width / 2, top - 14.2), note, 6.4, colour=QUIET, align="middle")
+    room, left = right.left - box.left - 4, box.left + 2
+    ink.text((left, box.top - 5.2), fitted(plan.title, 9.5, room, bold=True), 9.5, bold=True)
+    ink.text((left, box.top - 10.6), fitted(view.floor.name, 9.5, room), 9.5)
+    n_stations = len(view.stations)
+    words = f"{n_stations} station{'' if n_stations == 1 else 's'}{_reached(plan, view)}"
+    ground_m = float(plan.frame.to_site(np.array([*view.window_m.mean(axis=0), view.floor.elevation_m]))[2])
+    lines = [words, f"ground at H {ground_m:.2f} m{_network(plan)}"]
+    lines += wrapped(f"Coordinates: {plan.frame.crs_line}", 6.4, room)[:2]
+    if view.ground is None:
+        lines.append("Without walls: see the remarks")
+    for place, line in enumerate(lines[:6]):
+        ink.text((left, box.top - 15.6 - 3.5 * place), fitted(line, 6.4, room), 6.4)
+
+
+def _reached(plan: PlanSource, view: FloorView) -> str:
+    found = [each for each in plan.document["coverage"]["floors"] if each["floor"] == view.floor.id]
+    if not found:
+        return ""
+    share, area = 100 * float(found[0]["fraction_of_achievable"]), float(found[0]["achievable_area_m2"])
+    return f", seen: {share:.1f} % of {area:.0f} m² achievable"
+
+
+def _network(plan: PlanSource) -> str:
+    return "" if plan.document["registration"]["connected"] else "; NOT all scans register"
+
+
+# --------------------------------------------------------------------------------------------------- grid
+def draw_grid(ink: Ink, frame: SiteFrame, tile: Tile, elevation_m: float) -> None:
+    """Draw crosses where round site coordinates meet, and name these coordinates at the frame."""
+    step_m = next(step for step in (1, 2, 5, 10, 20, 50, 100) if step * tile.mm_per_m >= _GRID_MM)
+    box = tile.sheet.drawing
+    (x0, y0), (x1, y1) = tile.window_m
+    around = np.array([(x, y, elevation_m) for x in (x0, x1) for y in (y0, y1)])
+    site = frame.to_site(around)[:, :2]
+    eastings, northings = (
+        np.arange(math.ceil(low / step_m), math.floor(high / step_m) + 1) * float(step_m)
+        for low, high in zip(site.min(axis=0), site.max(axis=0), strict=True)
+    )
+    height_m = float(frame.to_site(around[0])[2])
+    crossings = np.array([(e, n, height_m) for e in eastings for n in northings]).reshape(-1, 3)
+    spots = tile.on_paper(frame.to_scene(crossings)[:, :2])
+    turn = frame.grid_north_rad
+    ahead, right = np.array([math.sin(turn), math.cos(turn)]), np.array([math.cos(turn), -math.sin(turn)])
+    with ink.clip(box):
+        ink.lines([np.stack([s - 1.3 * way, s + 1.3 * way]) for s in spots for way in (ahead, right)], _GRID)
+    upright = abs(math.cos(turn)) >= math.sqrt(0.5)
+    names = ("x", "y") if frame.is_scene else ("E", "N")
+    for axis, values in enumerate((eastings, northings)):
+        for value in values:
+            _name_line(ink, frame, tile, axis, float(value), height_m, names[axis], (axis == 0) == upright)
+
+
+def _name_line(
+    ink: Ink, frame: SiteFrame, tile: Tile, axis: int, value: float, height_m: float, name: str, at_foot: bool
+) -> None:
+    """Write a coordinate where its grid line meets the frame: at the foot, or at the left."""
+    box = tile.sheet.drawing
+    middle = frame.to_site(np.array([*tile.centre_m, 0.0]))
+    ends = np.stack([middle, middle])
+    ends[:, axis], ends[:, 2] = value, height_m
+    ends[1, 1 - axis] += 100.0
+    start, end = tile.on_paper(frame.to_scene(ends)[:, :2])
+    along = 1 if at_foot else 0  # the coordinate on paper that is known
+    edge = box.bottom if at_foot else box.left
+    if abs(end[along] - start[along]) < 1e-9:
+        return
+    meets = start + (edge - start[along]) / (end[along] - start[along]) * (end - start)
+    words = f"{name} {value:,.0f}".replace(",", " ")
+    if at_foot and box.left + 6 < meets[0] < box.right - 12:
+        ink.lines([np.array([(meets[0], box.bottom), (meets[0], box.bottom + 2)])], _LINE)
+        ink.text((float(meets[0]) + 0.7, box.bottom + 0.9), words, 5.2, colour=QUIET)
+    elif not at_foot and box.bottom + 6 < meets[1] < box.top - 12:
+        ink.lines([np.array([(box.left, meets[1]), (box.left + 2, meets[1])])], _LINE)
+        ink.text((box.left + 2.2, float(meets[1]) + 0.7), words, 5.2, colour=QUIET, turn_rad=math.pi / 2)

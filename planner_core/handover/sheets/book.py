@@ -1,0 +1,198 @@
+"""All sheets of a plan in order, each knowing how to draw itself. PlanSource -> pages for any ink."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from planner_core.errors import RequirementError
+from planner_core.handover.options import Options
+from planner_core.handover.sheets.building import Building, read_building
+from planner_core.handover.sheets.charts import Histogram, draw_curve, draw_histogram, histograms_of
+from planner_core.handover.sheets.cover import MAX_WARNINGS, draw_cover, draw_frame, text_room
+from planner_core.handover.sheets.floor_page import Neighbour, draw_floor, is_empty
+from planner_core.handover.sheets.floor_view import FloorView, view_floor
+from planner_core.handover.sheets.fonts import has_letters
+from planner_core.handover.sheets.ink import Box, Ink
+from planner_core.handover.sheets.paper import Sheet, Tile, sheet_of, tiles_of
+from planner_core.handover.sheets.tables import Piece, draw_piece, paginated
+from planner_core.handover.sheets.unseen import UnseenSurface
+from planner_core.handover.sheets.words import (
+    Column,
+    Table,
+    asked_table,
+    floors_table,
+    gaps_table,
+    networks_table,
+    stations_table,
+    unseen_table,
+    warnings_of,
+)
+from planner_core.handover.source import FieldFloor, PlanSource
+
+#: Draws a sheet, of that number of so many.
+Draw = Callable[[Ink, int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Page:
+    """A sheet that is still to be drawn."""
+
+    title: str
+    sheet: Sheet
+    draw: Draw
+
+
+@dataclass(frozen=True, eq=False)
+class FloorSheets:
+    """What there is of one floor."""
+
+    view: FloorView
+    tiles: tuple[Tile, ...]
+    table: Table
+
+
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """What sheets are made of, however they are laid out. remarks : of making them, one line each."""
+
+    plan: PlanSource
+    floors: tuple[FloorSheets, ...]
+    summary: tuple[Table, ...]
+    histograms: tuple[Histogram, ...]
+    remarks: tuple[str, ...]
+
+
+def gather(plan: PlanSource, options: Options) -> Contents:
+    """Read and work out all that sheets show.
+
+    Raises
+    ------
+    RequirementError
+        No such paper, or floor.
+    HandoverError
+        A file of the plan folder can't be read.
+    MissingPackageError
+        reportlab or matplotlib is missing.
+    """
+    sheet_of(options.paper, upright=False)
+    wanted = wanted_floors(plan, options.floors)
+    building = read_building(plan.folder)
+    remarks = [building] if isinstance(building, str) else []
+    there = None if isinstance(building, str) else building
+    surface = None if there is None else UnseenSurface(there)
+    floors = []
+    for floor in wanted:
+        view = view_floor(plan, floor, there, surface)
+        tiles = tuple(tile for tile in tiles_of(view.window_m, options.paper) if not is_empty(view, tile))
+        floors.append(FloorSheets(view, tiles, stations_table(plan, floor)))
+    summary = (floors_table(plan), asked_table(plan), networks_table(plan), gaps_table(plan), unseen_table(plan))
+    return Contents(
+        plan=plan,
+        floors=tuple(floors),
+        summary=tuple(table for table in summary if table is not None),
+        histograms=tuple(_histograms(plan, there, remarks)),
+        remarks=(*remarks, *_unprintable(plan)),
+    )
+
+
+def wanted_floors(plan: PlanSource, names: Sequence[str]) -> tuple[FieldFloor, ...]:
+    """Return the floors of these ids or names, all where none is named; raises `RequirementError` for unknown ones."""
+    for name in names:
+        if not any(name in (floor.id, floor.name) for floor in plan.floors):
+            known = ", ".join(f"{floor.id} {floor.name!r}" for floor in plan.floors)
+            raise RequirementError(f"floor: got {name!r}, expected one of {known}; give its id or its name")
+    return tuple(floor for floor in plan.floors if not names or floor.id in names or floor.name in names)
+
+
+def _histograms(plan: PlanSource, building: Building | None, remarks: list[str]) -> list[Histogram]:
+    made = [] if building is None else histograms_of(plan, building)
+    if not made:
+        remarks.append("histograms of range, incidence and spacing are left out: the plan folder has no such figures")
+    return made
+
+
+def _unprintable(plan: PlanSource) -> list[str]:
+    names = [plan.title, *(floor.name for floor in plan.floors), *(station.id for station in plan.stations)]
+    names += [str(row["name"]) for row in plan.document["unseen"]]
+    bad = [name for name in dict.fromkeys(names) if not has_letters(name)]
+    if not bad:
+        return []
+    return [f"the letters of {len(bad)} name{'s' if len(bad) > 1 else ''}, such as {bad[0]!r}, are not all in the font"]
+
+
+def pages_of(contents: Contents, paper: str) -> list[Page]:
+    """Lay the contents out: cover, a sheet a floor and its stations, figures, charts, remarks."""
+    plan, text_sheet = contents.plan, sheet_of(paper, upright=False)
+    pages: list[Page] = []
+    pages.append(_cover(contents, text_sheet, pages))
+    for floor in contents.floors:
+        pages += _drawings(plan, floor, first=len(pages) + 1)
+        pages += _table_pages(plan, f"Stations of {floor.view.floor.name}", [floor.table], text_sheet)
+    pages += _table_pages(plan, "Figures", contents.summary, text_sheet)
+    pages.append(_charts(contents, text_sheet))
+    remarks = (*warnings_of(plan), *contents.remarks)
+    if len(remarks) > MAX_WARNINGS:
+        rows = tuple((str(place), line) for place, line in enumerate(remarks, start=1))
+        table = Table("Remarks", (Column("No.", 6, number=True), Column("To be heeded", 150)), rows)
+        pages += _table_pages(plan, "Remarks", [table], text_sheet)
+    return pages
+
+
+def _cover(contents: Contents, sheet: Sheet, pages: list[Page]) -> Page:
+    """The cover of what `pages` will hold by the time it is drawn."""
+
+    def draw(ink: Ink, number: int, n_sheets: int) -> None:
+        draw_frame(ink, contents.plan, sheet, "Plan of the laser scans", number=number, n_sheets=n_sheets)
+        index = [f"{place}   {page.title}" for place, page in enumerate(pages, start=1)]
+        draw_cover(ink, contents.plan, sheet, remarks=contents.remarks, index=index)
+
+    return Page("Cover", sheet, draw)
+
+
+def _drawings(plan: PlanSource, floor: FloorSheets, *, first: int) -> list[Page]:
+    """Sheets of a floor, the first of them number `first`."""
+    neighbours = tuple(Neighbour(t.column, t.row, first + place) for place, t in enumerate(floor.tiles))
+
+    def page(tile: Tile, place: int) -> Page:
+        def draw(ink: Ink, number: int, n_sheets: int) -> None:
+            draw_floor(ink, plan, floor.view, tile, sheet=number, n_sheets=n_sheets, neighbours=neighbours)
+
+        part = f", part {place + 1} of {len(floor.tiles)}" if len(floor.tiles) > 1 else ""
+        return Page(f"{floor.view.floor.name}, 1:{tile.scale}{part}", tile.sheet, draw)
+
+    return [page(tile, place) for place, tile in enumerate(floor.tiles)]
+
+
+def _table_pages(plan: PlanSource, title: str, tables: Sequence[Table], sheet: Sheet) -> list[Page]:
+    room = text_room(sheet)
+
+    def page(pieces: list[Piece]) -> Page:
+        def draw(ink: Ink, number: int, n_sheets: int) -> None:
+            draw_frame(ink, plan, sheet, title, number=number, n_sheets=n_sheets)
+            for piece in pieces:
+                draw_piece(ink, piece, room)
+
+        return Page(title, sheet, draw)
+
+    return [page(pieces) for pieces in paginated(tables, room)]
+
+
+def _charts(contents: Contents, sheet: Sheet) -> Page:
+    def draw(ink: Ink, number: int, n_sheets: int) -> None:
+        draw_frame(ink, contents.plan, sheet, "How well it is seen", number=number, n_sheets=n_sheets)
+        boxes = _quarters(text_room(sheet))
+        draw_curve(ink, contents.plan, boxes[0])
+        for made, box in zip(contents.histograms, boxes[1:], strict=False):
+            draw_histogram(ink, made, box)
+
+    return Page("How well it is seen", sheet, draw)
+
+
+def _quarters(room: Box) -> list[Box]:
+    width, height = (room.width - 10) / 2, (room.height - 8) / 2
+    return [
+        Box(room.left + column * (width + 10), room.top - height - row * (height + 8), width, height)
+        for row in range(2)
+        for column in range(2)
+    ]

@@ -1,0 +1,34 @@
+"""Format `pdf`: the sheets of a plan to print, to scale. PlanSource -> PDF."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from planner_core.handover.options import Options
+from planner_core.handover.sheets.book import gather, pages_of
+from planner_core.handover.sheets.pdf_ink import PdfBook
+from planner_core.handover.source import PlanSource
+from planner_core.progress import Progress, ProgressEvent
+
+STAGE = "sheets"
+
+
+def write_pdf(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
+    """Write the sheets into the file `path`; remarks say what could not be shown.
+
+    Raises
+    ------
+    RequirementError, HandoverError, MissingPackageError
+        See `planner_core.handover.sheets.book.gather`.
+    """
+    progress(ProgressEvent(STAGE, 0, 0, "reading the plan folder"))
+    contents = gather(plan, options)
+    pages = pages_of(contents, options.paper)
+    book = PdfBook(path, title=f"Scan plan of {plan.title}", subject=f"Coordinates: {plan.frame.crs_line}")
+    for number, page in enumerate(pages, start=1):
+        progress(ProgressEvent(STAGE, number - 1, len(pages), page.title))
+        page.draw(book.page(page.sheet.width_mm, page.sheet.height_mm, title=page.title), number, len(pages))
+        book.turn()
+    book.close()
+    progress(ProgressEvent(STAGE, len(pages), len(pages)))
+    return contents.remarks

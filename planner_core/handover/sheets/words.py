@@ -1,0 +1,348 @@
+"""What sheets say of a plan in words and rows: its figures, what was asked, stations, networks, unseen surface.
+
+PlanSource -> text; no layout. Coordinates are the site's; lengths in metres.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planner_core.handover.sheets.floor_view import WEAK, link_class
+from planner_core.handover.source import FieldFloor, FieldStation, PlanSource
+from planner_core.model import FloatArray
+
+#: Coordinates on paper are for people who set up a tripod: to the millimetre.
+_DIGITS = 3
+#: Listed of what the plan leaves out, and of what no spot sees.
+_MAX_SURFACES = 12
+_LEFT_OUT = "not worth a station"
+TICK = "☐"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table. share : of the width, beside the others'. number : aligned to the right."""
+
+    title: str
+    share: float
+    number: bool = False
+    bold: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows under a heading. note : a line below the heading."""
+
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+def plan_figures(plan: PlanSource) -> list[tuple[str, str]]:
+    """Names and values for the cover."""
+    document = plan.document
+    coverage, asked = document["coverage"], document["requirements"]
+    of_achievable, area = 100 * coverage["fraction_of_achievable"], coverage["achievable_area_m2"]
+    figures = [
+        ("Stations", stations_words(document)),
+        ("Coverage", f"{of_achievable:.1f} % of {area:.0f} m² achievable; asked for: {100 * asked['coverage']:g} %"),
+        ("Registration", network_words(plan)),
+    ]
+    route, time = document["route"], document["field_time"]
+    if route is not None:
+        back = ", and back to the start" if route["returns"] else ""
+        figures.append(("Walk", f"{route['length_m']:.0f} m between the stations{back}"))
+    if time is not None:
+        figures.append(("Field time", time_words(time)))
+    scanner, settings = document["scanner"], document["settings"]
+    mode = f", mode {scanner['mode']}" if scanner["mode"] else ""
+    figures.append(("Scanner", f"{scanner['title']}{mode}; range {scanner['range_max_m']:g} m"))
+    figures.append(("Coordinates", plan.frame.crs_line + _accuracy(plan)))
+    scene = document["scene"]
+    figures.append(("Scene", f"{scene['file']} ({scene['format'].upper()}), SHA-256 {scene['sha256'][:16]}…"))
+    made = document.get("versions", {}).get("tlsplan")
+    basis = f"{_thousands(settings['n_patches'])} patches, {_thousands(settings['n_candidates'])} candidates"
+    figures.append(("Worked out", basis + (f"; tlsplan {made}" if made else "")))
+    return figures
+
+
+def _thousands(number: int) -> str:
+    return f"{number:,}".replace(",", "\u202f")
+
+
+def stations_words(document: Mapping[str, Any]) -> str:
+    """Say how many stations there are, and how few there can be."""
+    n, best = len(document["stations"]), document["optimality"]
+    if best["proven"]:
+        return f"{n}: proven, no plan on these candidates takes fewer"
+    if best["lower_bound"] is None:
+        return str(n)
+    gap = "" if best["gap"] is None else f" (gap {100 * best['gap']:.0f} %)"
+    return f"{n}; at least {best['lower_bound']} are needed on these candidates{gap}"
+
+
+def network_words(plan: PlanSource) -> str:
+    """Say how the stations hang together."""
+    of = plan.document["registration"]
+    counted = sum((link_class(plan, link) or WEAK) > WEAK for link in plan.links)
+    links = f"{counted} links of at least {100 * of['threshold']:g} % overlap"
+    if of["connected"]:
+        return f"one network of {len(plan.stations)} stations by {links}"
+    sizes = [len(network["stations"]) for network in of["networks"]]
+    told = ", ".join(map(str, sizes[:12])) + (" …" if len(sizes) > 12 else "")
+    return f"NOT one network: {len(sizes)} of {told}; {links}"
+
+
+def time_words(time: Mapping[str, Any]) -> str:
+    """Say how long the day is, as far as that is known."""
+    parts = (("scanning", time["scanning_s"]), ("setting up", time["set_up_s"]), ("walking", time["walking_s"]))
+    told = ", ".join(f"{seconds / 60:.0f} min {name}" for name, seconds in parts if seconds is not None)
+    if time["total_s"] is None:
+        return f"{told}; how long a scan takes is not known"
+    return f"{_hours(time['total_s'])}: {told}"
+
+
+def _hours(seconds: float) -> str:
+    hours, minutes = divmod(round(seconds / 60), 60)
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min"
+
+
+def _accuracy(plan: PlanSource) -> str:
+    residuals = plan.frame.residuals_m
+    if not residuals:
+        return ""
+    return f"; {len(residuals)} control points, largest residual {1000 * max(residuals):.1f} mm"
+
+
+def warnings_of(plan: PlanSource) -> list[str]:
+    """Warnings of coordinates, then those of the plan."""
+    return [*plan.frame.warnings, *(str(line) for line in plan.document.get("warnings", ()))]
+
+
+# ------------------------------------------------------------------------------------------------- tables
+def floors_table(plan: PlanSource) -> Table:
+    """Stations and coverage by floor."""
+    reached = {each["floor"]: each for each in plan.document["coverage"]["floors"]}
+    rows = []
+    for floor in plan.floors:
+        figures = reached.get(floor.id, {})
+        share, area = figures.get("fraction_of_achievable"), figures.get("achievable_area_m2")
+        seen = ("", "") if share is None or area is None else (f"{100 * share:.1f}", f"{area:.0f}")
+        height = plan.frame.to_site(_middle(floor))[2]
+        rows.append((floor.id, floor.name, f"{height:.2f}", str(len(plan.stations_of(floor.id))), *seen))
+    columns = (
+        Column("Id", 8),
+        Column("Floor", 40),
+        Column("Ground H, m", 14, number=True),
+        Column("Stations", 12, number=True),
+        Column("Seen, %", 12, number=True),
+        Column("Achievable, m²", 16, number=True),
+    )
+    return Table("Floors", columns, tuple(rows))
+
+
+def _middle(floor: FieldFloor) -> FloatArray:
+    return np.array([*floor.bounds.mean(axis=0), floor.elevation_m])
+
+
+def asked_table(plan: PlanSource) -> Table:
+    """What was asked and what became of it."""
+    rows = tuple(_asked_row(result) for result in plan.document["requirements"]["results"])
+    columns = (
+        Column("Requirement", 34),
+        Column("Of points", 46),
+        Column("Required, %", 13, number=True),
+        Column("Reached, %", 13, number=True),
+        Column("", 12, bold=True),
+        Column("Of achievable, m²", 17, number=True),
+    )
+    return Table("What was asked, and what is reached", columns, rows)
+
+
+def _asked_row(result: Mapping[str, Any]) -> tuple[str, ...]:
+    reached = 100 * float(result["fraction_of_achievable"])
+    shown = reached if result["met"] else math.floor(10 * reached) / 10  # 94.96 % are not 95.0 %
+    return (
+        str(result["name"]),
+        asked_words(result["asked"], int(result["seen_from"])),
+        f"{100 * float(result['required']):g}",
+        f"{shown:.1f}",
+        "met" if result["met"] else "NOT met",
+        f"{float(result['achievable_area_m2']):.1f}",
+    )
+
+
+def asked_words(asked: Mapping[str, Any], seen_from: int) -> str:
+    """Say what is asked of points."""
+    limits = []
+    if asked["range_m"] is not None:
+        limits.append(f"range {asked['range_m']:g} m")
+    if asked["incidence_rad"] is not None:
+        limits.append(f"incidence {math.degrees(asked['incidence_rad']):.4g}°")
+    if asked["spacing_m"] is not None:
+        limits.append(f"spacing {1000 * asked['spacing_m']:g} mm")
+    if asked["noise_m"] is not None:
+        limits.append(f"noise {1000 * asked['noise_m']:g} mm")
+    words = "at most " + ", ".join(limits) if limits else "seen"
+    return words + (f", from {seen_from} stations" if seen_from > 1 else "")
+
+
+def stations_table(plan: PlanSource, floor: FieldFloor) -> Table:
+    """Stations of a floor in walking order: coordinates and heights, links, notes, and a box to tick."""
+    names = ("x, m", "y, m") if plan.frame.is_scene else ("E, m", "N, m")
+    columns = (
+        Column("No.", 8, number=True, bold=True),
+        Column("Id", 15, bold=True),
+        Column(names[0], 21, number=True),
+        Column(names[1], 22, number=True),
+        Column("H ground, m", 17, number=True),
+        Column("Instrument height, m", 17, number=True),
+        Column("H sensor, m", 17, number=True),
+        Column("Links: to number (overlap, %)", 58),
+        Column("Alone, m²", 13, number=True),
+        Column("Notes", 34),
+        Column("Done", 11),
+    )
+    links = _links_by_station(plan)
+    rows = tuple(_station_row(plan, station, links) for station in plan.stations_of(floor.id))
+    note = f"Coordinates: {plan.frame.crs_line}. Alone: surface that no other station sees."
+    return Table(f"Stations of {floor.name}", columns, rows, note)
+
+
+def _station_row(
+    plan: PlanSource, station: FieldStation, links: Mapping[str, list[tuple[float, int]]]
+) -> tuple[str, ...]:
+    east, north, sensor = station.site_m.tolist()
+    linked = sorted(links.get(station.id, []), key=lambda link: (-link[0], link[1]))
+    return (
+        str(station.number),
+        station.id,
+        _metres(east),
+        _metres(north),
+        _metres(float(station.site_ground_m[2])),
+        _metres(station.instrument_height_m),
+        _metres(sensor),
+        ", ".join(f"{number} ({100 * overlap:.0f})" for overlap, number in linked) or "NONE",
+        f"{station.own_area_m2:.1f}",
+        "; ".join(_notes(plan, station)),
+        TICK,
+    )
+
+
+def _metres(value: float) -> str:
+    return f"{value:.{_DIGITS}f}" if math.isfinite(value) else "not known"
+
+
+def _links_by_station(plan: PlanSource) -> dict[str, list[tuple[float, int]]]:
+    """Overlap and number of the stations that each one's scan can be registered to."""
+    number = {station.id: station.number for station in plan.stations}
+    links: dict[str, list[tuple[float, int]]] = {}
+    for link in plan.links:
+        if (link_class(plan, link) or WEAK) > WEAK and link.a in number and link.b in number:
+            links.setdefault(link.a, []).append((link.overlap, number[link.b]))
+            links.setdefault(link.b, []).append((link.overlap, number[link.a]))
+    return links
+
+
+def _notes(plan: PlanSource, station: FieldStation) -> Iterator[str]:
+    if station.note:
+        yield station.note
+    if station.fixed:
+        yield "scanned before or given"
+    if any(station.id in network["articulations"] for network in plan.document["registration"]["networks"]):
+        yield "the network hangs on it"
+    route = plan.document["route"]
+    if route is not None and station.id in route["left_out"]:
+        yield "not in the walk"
+
+
+def networks_table(plan: PlanSource) -> Table | None:
+    """Networks of scans and what they hang on; None where there is nothing to say: one station, or none."""
+    networks = plan.document["registration"]["networks"]
+    if len(plan.stations) < 2:
+        return None
+    number = {station.id: station.number for station in plan.stations}
+    rows = []
+    for place, network in enumerate(networks, start=1):
+        weakest = network["bottleneck"]
+        hangs = "" if weakest is None else f"{_pair(weakest, number)}: {100 * weakest['overlap']:.0f} %"
+        hangs += "" if weakest is None or not weakest["weak_axis"] else f", {weakest['weak_axis']}"
+        bridges = ", ".join(f"{number.get(a, a)} to {number.get(b, b)}" for a, b in network["bridges"])
+        stations = ", ".join(str(number.get(name, name)) for name in network["stations"])
+        rows.append((str(place), stations, ", ".join(network["floors"]), hangs, bridges or "none"))
+    columns = (
+        Column("No.", 7, number=True, bold=True),
+        Column("Stations, by number", 62),
+        Column("Floors", 14),
+        Column("Weakest link that it needs", 44),
+        Column("Links it falls apart without", 40),
+    )
+    return Table("How the scans register", columns, tuple(rows))
+
+
+def gaps_table(plan: PlanSource) -> Table | None:
+    """What comes nearest to joining separate networks; None where there is one network."""
+    gaps = plan.document["registration"]["gaps"]
+    if not gaps:
+        return None
+    number = {station.id: station.number for station in plan.stations}
+    rows = tuple(
+        (
+            f"{gap['networks'][0] + 1} and {gap['networks'][1] + 1}",
+            _pair(gap["best"], number),
+            f"{100 * gap['best']['overlap']:.1f}",
+        )
+        for gap in gaps
+    )
+    columns = (Column("Networks", 30), Column("Best link, by number", 30), Column("Overlap, %", 20, number=True))
+    note = "Scans of separate networks need targets, an open door or a further station between them."
+    return Table("What is missing between the networks", columns, rows, note)
+
+
+def _pair(link: Mapping[str, Any], number: Mapping[str, int]) -> str:
+    return f"{number.get(link['a'], link['a'])} to {number.get(link['b'], link['b'])}"
+
+
+def unseen_table(plan: PlanSource) -> Table | None:
+    """Largest surfaces that are not covered, with the reason; None where nobody looked for reasons."""
+    why = plan.document["why"]
+    if why is None:
+        return None
+    surfaces = sorted(why["unseen_surfaces"], key=lambda each: (-each["area_m2"], each["element"]))
+    left_out = [each for each in surfaces if each["reason"] == _LEFT_OUT][:_MAX_SURFACES]
+    others = [each for each in surfaces if each["reason"] != _LEFT_OUT][:_MAX_SURFACES]
+    rows = tuple(_unseen_row(each) for each in (*left_out, *others))
+    if not rows:
+        return None
+    columns = (
+        Column("Element", 50),
+        Column("Room", 30),
+        Column("Floor", 10),
+        Column("Why it is not seen", 40),
+        Column("Area, m²", 14, number=True),
+    )
+    left = len(surfaces) - len(rows)
+    note = f"{left} more: see report/unseen_surfaces.csv of the plan folder." if left > 0 else ""
+    return Table("What stays unseen", columns, rows, note)
+
+
+def _unseen_row(surface: Mapping[str, Any]) -> tuple[str, ...]:
+    room = surface["room"]
+    name = "" if room is None else str(room["name"])
+    return (
+        str(surface["name"]),
+        name,
+        str(surface["floor"]),
+        _reason(str(surface["reason"])),
+        f"{surface['area_m2']:.2f}",
+    )
+
+
+def _reason(reason: str) -> str:
+    return "what was asked is met without it" if reason == _LEFT_OUT else reason
