@@ -69,6 +69,10 @@ FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
         "--floor", "floors", multiple=True, metavar="ID|NAME", help="Only this floor; may be repeated. [all]"
     ),
     "paper": click.option("--paper", type=click.Choice(["A4", "A3"]), default=None, help="Size of sheets. [A3]"),
+    "cut_m": click.option(
+        "--cut-m", type=click.FloatRange(min=0.1, max=10), default=None, metavar="METRES",
+        help="Height above the ground at which drawings cut walls. [1.2]",
+    ),
     "noise": click.option(
         "--noise", is_flag=True, default=None, help="Clouds have the scanner's own range noise and dropouts."
     ),

@@ -141,6 +141,14 @@ _FORMATS = (
         verified_with="GDAL's LIBKML (pyogrio)",
     ),
     Format(
+        name="dxf",
+        title="a drawing: cut walls, stations as blocks, links, walk, a sheet a floor",
+        file_name="drawing.dxf",
+        write=_lazy("planner_core.handover.dxf", "write_dxf"),
+        options=("floors", "paper", "cut_m"),
+        verified_with="ezdxf 1.4 (audit), GDAL (pyogrio)",
+    ),
+    Format(
         name="robot",
         title="a robot's mission: waypoints, ways and occupancy grids",
         file_name="robot",

@@ -39,3 +39,5 @@ class Options:
     """`wgs84`: longitude and latitude; `local`: the site's own coordinates, which few programs expect."""
     kml_heights: str = "relative"
     """`relative`: above the lowest floor, which is put on the ground; `absolute`: as they are, as if above the sea."""
+    cut_m: float = 1.2
+    """Height above the ground at which drawings cut walls."""

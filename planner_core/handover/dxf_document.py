@@ -1,0 +1,162 @@
+"""DXF drawings: an empty document in metres, layers with colours, where it is on Earth, and bytes without a clock.
+
+AutoCAD 2010 (AC1024), the first version that knows GeoData; written by ezdxf. Coordinates are the site's, metres.
+"""
+
+from __future__ import annotations
+
+import uuid
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import escape
+
+from planner_core.errors import MissingPackageError
+from planner_core.model import FloatArray, SiteFrame
+
+try:
+    from ezdxf import filemanagement
+    from ezdxf.document import CREATED_BY_EZDXF, WRITTEN_BY_EZDXF
+    from ezdxf.lldxf.tagwriter import TagWriter
+    from ezdxf.units import M
+    from ezdxf.version import __version__
+except ImportError as error:
+    raise MissingPackageError(
+        f"DXF needs the package ezdxf, which can't be imported ({error}): pip install ezdxf"
+    ) from error
+
+VERSION = "AC1024"
+APP = "TLSPLAN"
+"""Under this name entities carry what they are of (extended data)."""
+STYLE = "TLSPLAN"
+
+#: 2000-01-01 as a Julian date: the clock has no say in our files.
+_DATE = 2451545.0
+#: Layers' names may not hold these.
+_FORBIDDEN = str.maketrans(dict.fromkeys("<>/\\\":;?*|=`,'\r\n\t", "_"))
+#: Strings of extended data end here.
+_LONGEST = 255
+
+
+@dataclass(frozen=True)
+class Layer:
+    """How a layer is drawn: sRGB colour in [0, 1], nearest colour by number, width of lines in 1/100 mm."""
+
+    name: str
+    description: str
+    colour: tuple[float, float, float]
+    number: int
+    width: int = 25
+    dashed: bool = False
+    on: bool = True
+
+
+def layer_part(name: str) -> str:
+    """Turn a floor's id into the beginning of layers' names."""
+    return name.translate(_FORBIDDEN).strip().upper() or "FLOOR"
+
+
+def new_document() -> Any:
+    """Make an empty document: metres, one text style, dashed lines."""
+    document = filemanagement.new(VERSION, units=M)
+    document.header["$MEASUREMENT"] = 1
+    document.header["$LUNITS"] = 2
+    document.header["$LUPREC"] = 4
+    document.header["$LTSCALE"] = 1.0
+    document.appids.new(APP)
+    document.styles.new(STYLE, dxfattribs={"font": "arial.ttf"})
+    document.linetypes.add("DASHED-025", pattern=[0.4, 0.25, -0.15], description="dashes of 0.25 m")
+    return document
+
+
+def add_layer(document: Any, layer: Layer) -> None:
+    """Add a layer; one of the name that is there already stays."""
+    if layer.name in document.layers:
+        return
+    added = document.layers.add(
+        layer.name,
+        color=layer.number,
+        true_color=rgb_number(layer.colour),
+        linetype="DASHED-025" if layer.dashed else "Continuous",
+        lineweight=layer.width,
+    )
+    added.description = layer.description
+    if not layer.on:
+        added.off()
+
+
+def rgb_number(colour: tuple[float, float, float]) -> int:
+    """Red, green and blue in [0, 1] as DXF's one number."""
+    red, green, blue = (round(255 * part) for part in colour)
+    return red << 16 | green << 8 | blue
+
+
+def say(entity: Any, **told: object) -> None:
+    """Attach what an entity is of, as `key=value` strings of extended data; empty values are left out."""
+    strings = [f"{key}={value}"[:_LONGEST] for key, value in told.items() if str(value)]
+    if strings:
+        entity.set_xdata(APP, [(1000, string) for string in strings])
+
+
+def place_on_earth(document: Any, frame: SiteFrame, near_m: FloatArray) -> tuple[str, ...]:
+    """Say in the document where it is. near_m : (2,) E, N of the drawing. Returns remarks.
+
+    Every reader finds the system's name among the drawing's properties. Programs that place drawings on maps read it
+    from GeoData, which holds EPSG codes only.
+    """
+    document.header.custom_vars.append("Coordinates", frame.crs_line)
+    if frame.crs:
+        document.header.custom_vars.append("CRS", frame.crs)
+    if frame.vertical_crs:
+        document.header.custom_vars.append("Vertical CRS", frame.vertical_crs)
+    authority, _, code = frame.crs.partition(":")
+    if not frame.crs:
+        return ()
+    if authority.upper() != "EPSG" or not code.isdigit():
+        return (f"DXF places drawings on Earth by EPSG codes only: {frame.name} is named in its properties",)
+    east, north = (float(value) for value in near_m)
+    geodata = document.modelspace().new_geodata()
+    geodata.setup_local_grid(
+        design_point=(east, north, 0.0), reference_point=(east, north, 0.0), crs=_crs_xml(frame.name, code)
+    )
+    return ()
+
+
+def _crs_xml(name: str, code: str) -> str:
+    """Define a projected system by its EPSG code: eastings first, metres."""
+    axes = "".join(
+        f"<CoordinateSystemAxis><AxisOrder>{order}</AxisOrder><AxisName>{axis}</AxisName>"
+        f"<AxisAbbreviation>{axis[0]}</AxisAbbreviation><AxisDirection>{way}</AxisDirection></CoordinateSystemAxis>"
+        for order, axis, way in ((1, "Easting", "east"), (2, "Northing", "north"))
+    )
+    told = escape(name, {'"': "&quot;"})
+    return (
+        '<?xml version="1.0" encoding="UTF-16" standalone="no" ?>'
+        '<Dictionary version="1.0" xmlns="http://www.osgeo.org/mapguide/coordinatesystem">'
+        f'<ProjectedCoordinateSystem id="{told}"><Name>{told}</Name><Authority>EPSG,{code}</Authority>'
+        f'<Axis uom="METER">{axes}</Axis></ProjectedCoordinateSystem>'
+        f'<Alias id="{code}" type="CoordinateSystem"><ObjectId>{told}</ObjectId>'
+        "<Namespace>EPSG Code</Namespace></Alias></Dictionary>"
+    )
+
+
+def write_document(document: Any, path: Path, *, name: str) -> None:
+    """Write the document. name : of what it shows, which its ids follow from.
+
+    The same document, the same bytes: `Drawing.saveas` would put in the time and random ids.
+    """
+    document.commit_pending_changes()
+    document.update_all()
+    # ezdxf holds the classes of a version as a set, whose order differs from run to run.
+    document.classes.classes = dict(sorted(document.classes.classes.items()))
+    space = document.modelspace().dxf
+    document.header["$EXTMIN"], document.header["$EXTMAX"] = space.extmin, space.extmax
+    for variable in ("$TDCREATE", "$TDUCREATE", "$TDUPDATE", "$TDUUPDATE"):
+        document.header[variable] = _DATE
+    told = "{" + str(uuid.uuid5(uuid.NAMESPACE_URL, f"tlsplan/dxf/{name}")).upper() + "}"
+    document.header["$VERSIONGUID"] = document.header["$FINGERPRINTGUID"] = told
+    metadata = document.ezdxf_metadata()
+    metadata[CREATED_BY_EZDXF] = metadata[WRITTEN_BY_EZDXF] = f"tlsplan, ezdxf {__version__}"
+    document.header["$HANDSEED"] = str(document.entitydb.handles)
+    with path.open("w", encoding=document.output_encoding, errors="dxfreplace", newline="\r\n") as stream:
+        document.export_sections(TagWriter(stream, write_handles=True, dxfversion=document.dxfversion))

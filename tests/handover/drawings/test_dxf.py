@@ -1,0 +1,222 @@
+import hashlib
+import math
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import ezdxf
+import numpy as np
+import pyogrio
+import pytest
+import shapely
+
+from planner_core.errors import RequirementError
+from planner_core.handover.dxf import BLOCK, write_dxf
+from planner_core.handover.dxf_sheets import SCALES, scale_for
+from planner_core.handover.options import Options
+from planner_core.handover.source import PlanSource, open_plan
+from planner_core.progress import silent
+
+
+@pytest.fixture(scope="module")
+def drawing_file(house: PlanSource, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("dxf") / "house.dxf"
+    assert write_dxf(house, path, Options(), silent) == ()
+    return path
+
+
+@pytest.fixture(scope="module")
+def drawing(drawing_file: Path):
+    return ezdxf.readfile(drawing_file)
+
+
+@pytest.fixture(scope="module")
+def munich_file(house_in_munich: PlanSource, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("dxf") / "munich.dxf"
+    assert write_dxf(house_in_munich, path, Options(), silent) == ()
+    return path
+
+
+def test_drawing_passes_the_audit_of_ezdxf(drawing, munich_file):
+    for document in (drawing, ezdxf.readfile(munich_file)):
+        audit = document.audit()
+        assert (audit.errors, audit.fixes) == ([], [])
+        assert document.dxfversion == "AC1024"
+        assert document.header["$INSUNITS"] == 6
+
+
+def test_every_station_is_a_block_with_its_figures(drawing, house):
+    marks = drawing.modelspace().query(f'INSERT[name=="{BLOCK}"]')
+    assert len(marks) == len(house.stations) > 5
+    for mark, station in zip(marks, house.stations, strict=True):
+        told = {attrib.dxf.tag: attrib.dxf.text for attrib in mark.attribs}
+        assert told["ID"] == station.id
+        assert told["NUMBER"] == str(station.number)
+        assert told["FLOOR"] == station.floor_name
+        numbers = [float(told[tag]) for tag in ("E", "N", "H_GROUND", "H_INSTR", "H_SENSOR")]
+        sensor_m, ground_m = station.position_m, station.ground_m
+        assert np.allclose(numbers, [*sensor_m[:2], ground_m[2], station.instrument_height_m, sensor_m[2]], atol=5.1e-5)
+        assert np.allclose(mark.dxf.insert, ground_m, atol=5.1e-5)
+        assert mark.dxf.layer == f"{station.floor_id}-STATION"
+        shown = {attrib.dxf.tag for attrib in mark.attribs if not attrib.is_invisible}
+        assert shown == {"NUMBER", "ID"}
+
+
+def test_gdal_reads_stations_walls_and_links_where_they_are(drawing_file, house):
+    meta, _, geometry, columns = pyogrio.raw.read(drawing_file)
+    columns = dict(zip(meta["fields"], columns, strict=True))
+    shapes = shapely.from_wkb(geometry)
+    layer = columns["Layer"]
+    walls = shapely.union_all(shapes[layer == "F0-WALL"])
+    assert np.allclose(walls.bounds, [0, 0, 10, 8], atol=1e-4)  # of the house, as it is built
+    links = shapes[[name.split("-")[1] == "LINK" for name in layer]]
+    at = {station.id: station.position_m for station in house.stations}
+    expected = Counter(_ends(np.array([at[link.a], at[link.b]])) for link in house.links)
+    assert len(links) == len(house.links)
+    assert {station.id for station in house.stations} <= {str(text) for text in columns["Text"]}
+    assert Counter(_ends(shapely.get_coordinates(line, include_z=True)) for line in links) == expected
+
+
+def _ends(points_m: np.ndarray) -> tuple:
+    return tuple(sorted(tuple(point) for point in np.round(points_m, 3).tolist()))
+
+
+def test_walls_are_filled_where_they_are_cut_and_open_at_doors(drawing):
+    fills = drawing.modelspace().query('HATCH[layer=="F0-WALL-FILL"]')
+    area = shapely.MultiPolygon()
+    for hatch in fills:
+        for path in hatch.paths:
+            area = area.symmetric_difference(shapely.Polygon([vertex[:2] for vertex in path.vertices]))
+    # Outer walls of 0.3 m around 10 m x 8 m, less openings; inner walls besides.
+    whole_m2 = 2 * 0.3 * (10 + 8 - 2 * 0.3)
+    assert 0.6 * whole_m2 < area.area < 1.2 * whole_m2
+    assert area.covers(shapely.Point(0.15, 0.15))  # a corner of the outer walls
+    assert not area.intersects(shapely.Point(7.0, 5.0))  # the living room
+
+
+def test_each_line_of_the_building_says_what_it_is_of(drawing):
+    told = [
+        dict(string.value.split("=", 1) for string in line.get_xdata("TLSPLAN"))
+        for line in drawing.modelspace().query('LWPOLYLINE[layer=="F0-DOOR"]')
+    ]
+    assert told
+    assert {each["kind"] for each in told} == {"IfcDoor"}
+    assert all(each["name"] and len(each["id"]) == 22 for each in told)  # an IFC GlobalId
+
+
+def test_floors_lie_at_their_heights(drawing, house):
+    space = drawing.modelspace()
+    for floor in house.floors:
+        heights = {line.dxf.elevation for line in space.query(f'LWPOLYLINE[layer=="{floor.id}-WALL"]')}
+        assert heights == {floor.elevation_m}
+
+
+def test_walk_runs_through_its_corners_on_the_ground(drawing, house):
+    drawn = [
+        np.array([vertex.dxf.location for vertex in line.vertices]) for line in drawing.modelspace().query("POLYLINE")
+    ]
+    legs = [np.array(leg["points"]) for leg in house.document["route"]["legs"] if leg["points"]]
+    assert len(drawn) == len(legs)
+    assert all(np.allclose(one, other, atol=1e-4) for one, other in zip(drawn, legs, strict=True))
+
+
+def test_coordinates_of_seven_digits_keep_a_tenth_of_a_millimetre(munich_file, house_in_munich, house):
+    document = ezdxf.readfile(munich_file)
+    turn = 0.3
+    for mark, station in zip(document.modelspace().query("INSERT"), house.stations, strict=True):
+        x, y, _ = station.position_m
+        east = 691_000.25 + x * math.cos(turn) - y * math.sin(turn)
+        north = 5_336_000.5 + x * math.sin(turn) + y * math.cos(turn)
+        assert np.abs(np.array(mark.dxf.insert)[:2] - [east, north]).max() < 5.1e-5 + 1e-9
+        assert mark.dxf.insert.z == pytest.approx(515.2 + station.ground_m[2], abs=5.1e-5)
+
+
+def test_drawing_names_its_coordinate_system_and_says_where_it_is(drawing, munich_file):
+    told = dict(ezdxf.readfile(munich_file).header.custom_vars.properties)
+    assert told["CRS"] == "EPSG:25832"
+    assert told["Vertical CRS"] == "EPSG:7837"
+    geodata = ezdxf.readfile(munich_file).modelspace().get_geodata()
+    assert geodata.get_crs() == (25832, True)
+    matrix, code = geodata.get_crs_transformation()
+    assert code == 25832
+    assert np.allclose(matrix.transform((691_003.0, 5_336_002.0, 0.0)), (691_003.0, 5_336_002.0, 0.0))
+    assert dict(drawing.header.custom_vars.properties)["Coordinates"] == "scene coordinates, no CRS"
+    assert drawing.modelspace().get_geodata() is None
+
+
+def test_each_floor_has_a_sheet_to_scale_that_hides_the_other(drawing, house):
+    for floor in house.floors:
+        (layout,) = [layout for layout in drawing.layouts if layout.name.startswith(f"{floor.id} ")]
+        (view,) = [each for each in layout.query("VIEWPORT") if each.dxf.id > 1]
+        others = [each.id for each in house.floors if each.id != floor.id]
+        assert {name.split("-")[0] for name in view.frozen_layers} == set(others)
+        assert f"{others[0]}-STATION" in view.frozen_layers
+        scale = 1000 * view.dxf.view_height / view.dxf.height
+        assert scale == pytest.approx(50)
+        shown_m = np.array([view.dxf.width, view.dxf.height]) * scale / 1000
+        middle_m = np.array(view.dxf.view_center_point)[:2]
+        (low_m, high_m) = floor.bounds
+        assert (middle_m - shown_m / 2 <= low_m).all()
+        assert (middle_m + shown_m / 2 >= high_m).all()
+
+
+@pytest.mark.parametrize(("size_m", "expected"), [((3, 2), 20), ((10.1, 4), 50), ((40, 39), 200), ((9e5, 1), 5000)])
+def test_scale_is_the_largest_that_fits_the_paper(size_m, expected):
+    assert scale_for(np.array(size_m, dtype=float), np.array([400.0, 200.0])) == expected
+    assert expected in SCALES
+
+
+def test_one_floor_alone_has_only_its_layers(house, tmp_path):
+    write_dxf(house, tmp_path / "f1.dxf", Options(floors=("upper FLOOR",)), silent)
+    document = ezdxf.readfile(tmp_path / "f1.dxf")
+    used = {entity.dxf.layer.split("-")[0] for entity in document.modelspace()}
+    assert "F1" in used
+    assert "F0" not in used
+    n_stations = len(house.stations_of("F1"))
+    assert len(document.modelspace().query("INSERT")) == n_stations
+    with pytest.raises(RequirementError, match=r"got 'F7', expected one of F0 \(Ground floor\)"):
+        write_dxf(house, tmp_path / "f7.dxf", Options(floors=("F7",)), silent)
+    assert not (tmp_path / "f7.dxf").exists()
+
+
+def test_without_the_stage_stations_are_drawn_and_it_is_said(house_folder, tmp_path):
+    (tmp_path / "plan.json").write_bytes((house_folder / "plan.json").read_bytes())
+    remarks = write_dxf(open_plan(tmp_path), tmp_path / "bare.dxf", Options(), silent)
+    assert len(remarks) == 1
+    assert "walls and unseen surface are not drawn" in remarks[0]
+    document = ezdxf.readfile(tmp_path / "bare.dxf")
+    assert not document.audit().errors
+    assert len(document.modelspace().query("INSERT")) > 5
+
+
+def test_unseen_ground_is_hatched_over_its_area(drawing, house_folder):
+    from planner_core.handover.sheets.building import read_building
+    from planner_core.handover.sheets.unseen import UnseenSurface
+
+    missed = UnseenSurface(read_building(house_folder)).ground(0).missed
+    expected = shapely.union_all([shapely.Polygon(each) for each in missed])
+    (hatch,) = drawing.modelspace().query('HATCH[layer=="F0-UNSEEN"]')
+    area = shapely.MultiPolygon()
+    for path in hatch.paths:
+        area = area.symmetric_difference(shapely.Polygon([vertex[:2] for vertex in path.vertices]).buffer(0))
+    assert expected.area > 1.0
+    assert area.symmetric_difference(expected).area < 1e-2
+
+
+def test_same_plan_gives_the_same_bytes_in_another_process(house_folder, drawing_file, tmp_path):
+    # Sets of strings are ordered by a seed of the process: one run alone would not show it.
+    program = (
+        "import sys; from pathlib import Path\n"
+        "from planner_core.coordinates.request import FrameRequest\n"
+        "from planner_core.handover.dxf import write_dxf\n"
+        "from planner_core.handover.options import Options\n"
+        "from planner_core.handover.source import open_plan\n"
+        "plan = open_plan(Path(sys.argv[1]), frame=FrameRequest(scene_coordinates=True))\n"
+        "write_dxf(plan, Path(sys.argv[2]), Options(), lambda event: None)\n"
+    )
+    again = tmp_path / "again.dxf"
+    subprocess.run(
+        [sys.executable, "-c", program, str(house_folder), str(again)], check=True, env={"PYTHONHASHSEED": "3"}
+    )
+    assert hashlib.sha256(again.read_bytes()).digest() == hashlib.sha256(drawing_file.read_bytes()).digest()
