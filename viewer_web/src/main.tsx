@@ -3,6 +3,7 @@ import { batch, effect, type Signal } from '@preact/signals';
 import { render } from 'preact';
 import { ApiClient } from './api/client.ts';
 import { Desk } from './api/desk.ts';
+import { UndoMemory } from './api/undo-memory.ts';
 import { DEFAULT_CUT_M, extentsOf } from './floors/cut.ts';
 import { TIMES_SEEN } from './heat/layers.ts';
 import { fetchPlan } from './load/fetch-plan.ts';
@@ -17,7 +18,8 @@ import { formatUrlState, parseUrlState, SHOWN, type Shown, type UrlState } from 
 async function start(): Promise<void> {
   const mode = document.querySelector<HTMLMetaElement>('meta[name="tlsplan-mode"]')?.content;
   const isStatic = mode === 'static';
-  const desk = isStatic ? null : new Desk(new ApiClient(), { storage: window.localStorage });
+  const undoMemory = new UndoMemory(window.sessionStorage);
+  const desk = isStatic ? null : new Desk(new ApiClient(), { storage: window.localStorage, undoMemory });
   const store = createStore({ isStatic, desk });
   store.planBase.value = planBaseOf(parseUrlState(window.location.hash).planBase);
   render(<App store={store} />, document.getElementById('app') as HTMLElement);

@@ -1,5 +1,5 @@
 /** Asks the server: one method a route of docs/viewer-api.md; what it refuses comes as `ApiError` with the server's own words. */
-import { ApiError } from './api-error.ts';
+import { ApiError, NO_ANSWER, NO_TOKEN } from './api-error.ts';
 import type { Change, Committed, ConflictAnswer, Review, Session } from './documents.ts';
 import { type Framed, readFramed } from './framing.ts';
 
@@ -9,9 +9,6 @@ export type Fetcher = (address: string, options?: RequestInit) => Promise<Respon
 export type CommitOutcome =
   | { readonly kind: 'committed'; readonly answer: Committed }
   | { readonly kind: 'conflict'; readonly answer: ConflictAnswer };
-
-const NO_ANSWER = 'The server does not answer. Is `tlsplan view` still running? What you change now is not kept.';
-const NO_TOKEN = 'The server was started anew: open the address that `tlsplan view` printed.';
 
 export class ApiClient {
   constructor(

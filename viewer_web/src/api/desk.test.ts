@@ -4,18 +4,24 @@ import { ApiClient } from './client.ts';
 import { Desk, UNNAMED } from './desk.ts';
 import type { Change, Point } from './documents.ts';
 import type { listenToEvents } from './events.ts';
+import { UndoMemory } from './undo-memory.ts';
 
 const move = (x: number, station = 'S001'): Change => ({ kind: 'move_station', station, position_m: [x, 0, 1.3] });
 
-async function openDesk(server = new FakeReviewServer()) {
-  const heard: { review?: (event: { revision: number; author: string; objects: string[] }) => void } = {};
-  const line: { onOpen?: () => void } = {};
+interface Heard {
+  review?: (event: { revision: number; author: string; objects: string[] }) => void;
+  run_deleted?: (event: { id: string }) => void;
+}
+
+async function openDesk(server = new FakeReviewServer(), undoMemory: UndoMemory | null = null) {
+  const heard: Heard = {};
+  const line: { onOpen?: () => void; onBreak?: () => void } = {};
   const listen = ((_: string, handlers: typeof heard, options: typeof line) => {
     Object.assign(heard, handlers);
     Object.assign(line, options);
     return () => undefined;
   }) as unknown as typeof listenToEvents;
-  const desk = new Desk(new ApiClient(server.fetch), { listen });
+  const desk = new Desk(new ApiClient(server.fetch), { listen, undoMemory });
   await desk.open();
   desk.setAuthor('Ada');
   const placeOf = (id = 'S001'): Point | null | undefined => desk.review.value?.stations[id]?.position_m;
@@ -133,4 +139,104 @@ test('whoever gives no name is unnamed', async () => {
   desk.setAuthor('  ');
   await desk.commit('mine', [move(1)]);
   expect(server.review.touched['station:S001'].by).toBe(UNNAMED);
+});
+
+test('a review that can not be read is told in the words of the server, and the page goes on once it can', async () => {
+  const server = new FakeReviewServer();
+  server.refusal = { status: 503, message: 'plan/review.usda: the review is damaged' };
+  const { desk, heard, line } = await openDesk(server);
+  line.onOpen?.();
+  await expect.poll(() => desk.line.value).toBe('open');
+  expect([desk.fault.value, desk.canEdit.value]).toEqual(['plan/review.usda: the review is damaged', false]);
+  server.refusal = null;
+  heard.review?.({ revision: 0, author: 'another program', objects: [] });
+  await expect.poll(() => desk.canEdit.value).toBe(true);
+  expect(desk.fault.value).toBeNull();
+});
+
+test('a server that was started again is told from one that does not answer', async () => {
+  const { desk, server, line } = await openDesk();
+  line.onOpen?.();
+  server.isGone = true;
+  line.onBreak?.();
+  await expect.poll(() => desk.line.value).toBe('broken');
+  server.isGone = false;
+  server.refusal = { status: 401, message: 'no token' };
+  line.onBreak?.();
+  await expect.poll(() => desk.line.value).toBe('refused');
+  server.refusal = null;
+  line.onOpen?.();
+  expect(desk.line.value).toBe('open');
+  expect(await desk.commit('mine', [move(1)])).toBe(true);
+  expect(desk.fault.value).toBeNull();
+});
+
+test('another plan in place of the one that is shown is told, and not taken for it', async () => {
+  const { desk, server, line } = await openDesk();
+  const shown = desk.session.value;
+  server.planSha256 = '1'.repeat(64);
+  line.onOpen?.();
+  await expect.poll(() => desk.fault.value).toMatch(/replaced.*Reload/);
+  expect(desk.session.value).toBe(shown);
+});
+
+test('what is in the way of a run is known, and runs that are deleted are gone', async () => {
+  const { desk, server, heard, line } = await openDesk();
+  server.runs = { runs: [{ id: 'R001' }, { id: 'R002' }], obstacle: 'house.ifc is not found' };
+  await desk.refreshRuns();
+  expect(desk.runObstacle.value).toBe('house.ifc is not found');
+  heard.run_deleted?.({ id: 'R001' });
+  expect(desk.runs.value.map(({ id }) => id)).toEqual(['R002']);
+  server.runs = { runs: [], obstacle: null };
+  line.onOpen?.(); // what happened while the line was broken was told to nobody
+  await expect.poll(() => [desk.runs.value.length, desk.runObstacle.value]).toEqual([0, null]);
+});
+
+class FakeStorage {
+  private readonly texts = new Map<string, string>();
+  getItem(key: string): string | null {
+    return this.texts.get(key) ?? null;
+  }
+  setItem(key: string, text: string): void {
+    this.texts.set(key, text);
+  }
+}
+
+test('what was done can be undone on another page of the tab, as of the same review of the same plan', async () => {
+  const storage = new FakeStorage();
+  const { server, desk } = await openDesk(undefined, new UndoMemory(storage));
+  for (const x of [1, 2, 3]) await desk.commit(`to ${x}`, [move(x)]);
+  await desk.undo();
+  const later = await openDesk(server, new UndoMemory(storage));
+  expect([later.desk.undoable.value, later.desk.redoable.value]).toEqual(['to 2', 'to 3']);
+  await later.desk.undo();
+  expect(later.placeOf()).toEqual([1, 0, 1.3]);
+  await later.desk.redo();
+  await later.desk.redo();
+  expect(later.placeOf()).toEqual([3, 0, 1.3]);
+
+  const anew = await openDesk(new FakeReviewServer(), new UndoMemory(storage));
+  expect(anew.desk.undoable.value).toBeNull();
+  server.planSha256 = '1'.repeat(64);
+  const other = await openDesk(server, new UndoMemory(storage));
+  expect(other.desk.undoable.value).toBeNull();
+  server.planSha256 = '0'.repeat(64);
+  expect((await openDesk(server)).desk.undoable.value).toBeNull();
+});
+
+test('more steps than a tab keeps are kept from the last on', () => {
+  const memory = new UndoMemory(new FakeStorage());
+  const steps = (n: number, text = '') =>
+    Array.from({ length: n }, (_, i) => ({ label: `${i}`, changes: [{ kind: 'add_comment', text } as Change] }));
+  memory.keep('plan', 3, { done: steps(300), undone: [] });
+  const kept = memory.recall('plan', 3);
+  expect([kept?.done.length, kept?.done.at(-1)?.label]).toEqual([200, '299']);
+  memory.keep('plan', 4, { done: steps(150, 'x'.repeat(10_000)), undone: [] });
+  expect(memory.recall('plan', 4)?.done.map(({ label }) => label)).toEqual(
+    steps(150)
+      .slice(75)
+      .map(({ label }) => label),
+  );
+  memory.keep('plan', 5, { done: steps(1, 'x'.repeat(2_000_000)), undone: [] });
+  expect(memory.recall('plan', 5)).toMatchObject({ revision: 5, done: [] });
 });

@@ -8,11 +8,12 @@ import { batch, computed, type ReadonlySignal, type Signal, signal } from '@prea
 import { ApiError } from './api-error.ts';
 import type { ApiClient } from './client.ts';
 import { conflictInWords } from './conflict-words.ts';
-import type { Change, ConflictAnswer, DraftFigures, LiveState, Review, Run, Session } from './documents.ts';
+import type { Change, ConflictAnswer, DraftFigures, LiveState, Review, Run, RunList, Session } from './documents.ts';
 import { listenToEvents } from './events.ts';
+import type { Step, UndoMemory } from './undo-memory.ts';
 
-/** Whether there is a server at all, and whether it answers. */
-export type Line = 'none' | 'connecting' | 'open' | 'broken';
+/** Whether there is a server at all, whether it answers, and whether it answers us. */
+export type Line = 'none' | 'connecting' | 'open' | 'broken' | 'refused';
 
 export interface Notice {
   readonly kind: 'note' | 'warning';
@@ -34,31 +35,35 @@ export interface Activity {
   readonly at: Date;
 }
 
-interface Step {
-  readonly label: string;
-  readonly changes: readonly Change[];
-}
-
 type Direction = 'do' | 'undo' | 'redo';
 
 const LIVE_OFF: LiveState = { state: 'off', step: null, fraction: null, message: null };
 const MOST_ACTIVITIES = 200;
 const AUTHOR_KEY = 'tlsplan-author';
 export const UNNAMED = 'Unnamed reviewer';
+const REPLACED = 'The plan was replaced by another one since this page was loaded. Reload the page.';
 
 export interface DeskOptions {
   readonly listen?: typeof listenToEvents;
   /** Where the name is kept; null: nowhere. */
   readonly storage?: Pick<Storage, 'getItem' | 'setItem'> | null;
+  /** Where steps are kept beyond this page; null: nowhere. */
+  readonly undoMemory?: UndoMemory | null;
 }
 
 export class Desk {
   readonly line: Signal<Line> = signal('none');
+  /** Why the server has no review for this page, in its own words; null: it has. */
+  readonly fault: Signal<string | null> = signal(null);
   readonly session: Signal<Session | null> = signal(null);
   readonly live: Signal<LiveState> = signal(LIVE_OFF);
   readonly review: Signal<Review | null> = signal(null);
   readonly figures: Signal<DraftFigures | null> = signal(null);
   readonly runs: Signal<readonly Run[]> = signal([]);
+  /** `runs` was asked for. */
+  readonly knowsRuns: Signal<boolean> = signal(false);
+  /** Why no run can be started; null: nothing is known of. */
+  readonly runObstacle: Signal<string | null> = signal(null);
   readonly notice: Signal<Notice | null> = signal(null);
   readonly conflict: Signal<PendingConflict | null> = signal(null);
   readonly activities: Signal<readonly Activity[]> = signal([]);
@@ -75,11 +80,13 @@ export class Desk {
   private stopListening: () => void = () => undefined;
   private readonly listen: typeof listenToEvents;
   private readonly storage: DeskOptions['storage'];
+  private readonly undoMemory: UndoMemory | null;
 
   constructor(
     readonly client: ApiClient,
-    { listen = listenToEvents, storage = null }: DeskOptions = {},
+    { listen = listenToEvents, storage = null, undoMemory = null }: DeskOptions = {},
   ) {
+    this.undoMemory = undoMemory;
     this.listen = listen;
     this.storage = storage;
     this.author = signal(storage?.getItem(AUTHOR_KEY) ?? '');
@@ -90,12 +97,15 @@ export class Desk {
     this.line.value = 'connecting';
     try {
       await this.reload();
+      this.line.value = 'open';
     } catch (error) {
-      this.line.value = (error as ApiError).status === 404 ? 'none' : 'broken';
-      if (this.line.value === 'broken') this.warn((error as Error).message);
-      return;
+      if ((error as ApiError).status === 404) {
+        this.line.value = 'none';
+        return;
+      }
+      this.line.value = lineAfter(error);
+      this.fault.value = (error as Error).message;
     }
-    this.line.value = 'open';
     this.stopListening = this.listen(
       'api/events',
       {
@@ -105,6 +115,9 @@ export class Desk {
           if (state.state === 'ready') void this.refreshFigures();
         },
         run: (run) => this.hearRun(run),
+        run_deleted: ({ id }) => {
+          this.runs.value = this.runs.peek().filter((run) => run.id !== id);
+        },
       },
       {
         // The first time too: what happened between the session's answer and this line was told to nobody.
@@ -113,7 +126,9 @@ export class Desk {
           void this.inTurn(() => this.askAgain());
         },
         onBreak: () => {
-          this.line.value = 'broken';
+          // A break does not say why: a server that was started again answers, and knows us no longer.
+          if (this.line.peek() === 'open') this.line.value = 'broken';
+          void this.inTurn(() => this.findOut());
         },
       },
     );
@@ -171,19 +186,47 @@ export class Desk {
   }
 
   async refreshRuns(): Promise<void> {
-    const answer = await this.client.json<{ runs: readonly Run[] }>('runs');
-    this.runs.value = answer.runs;
+    const { runs, obstacle } = await this.client.json<RunList>('runs');
+    batch(() => {
+      this.runs.value = runs;
+      this.knowsRuns.value = true;
+      this.runObstacle.value = obstacle;
+    });
   }
 
   private async reload(): Promise<void> {
     const session = await this.client.session();
+    const known = this.session.peek();
+    if (known !== null && known.plan_sha256 !== session.plan_sha256) {
+      this.fault.value = REPLACED;
+      return;
+    }
     const review = await this.client.review();
     batch(() => {
+      this.fault.value = null;
       this.session.value = session;
       this.live.value = session.live;
       this.review.value = review;
+      if (known === null) this.recallSteps(session, review);
     });
     void this.refreshFigures();
+    if (this.knowsRuns.peek()) await this.refreshRuns();
+  }
+
+  private recallSteps({ plan_sha256 }: Session, { revision }: Review): void {
+    const steps = this.undoMemory?.recall(plan_sha256, revision) ?? null;
+    this.done.value = steps?.done ?? [];
+    this.undone.value = steps?.undone ?? [];
+  }
+
+  /** Why the line broke. */
+  private async findOut(): Promise<boolean> {
+    try {
+      await this.client.session();
+    } catch (error) {
+      if (this.line.peek() !== 'open') this.line.value = lineAfter(error);
+    }
+    return false;
   }
 
   private async askAgain(): Promise<boolean> {
@@ -191,7 +234,9 @@ export class Desk {
       await this.reload();
       return true;
     } catch (error) {
-      this.warn((error as Error).message);
+      // Where nothing was there before, nothing else says why.
+      if (this.session.peek() === null) this.fault.value = (error as Error).message;
+      else this.warn((error as Error).message);
       return false;
     }
   }
@@ -247,7 +292,14 @@ export class Desk {
         this.undone.value = direction === 'redo' ? this.undone.peek().slice(0, -1) : [];
       }
     });
+    this.keepSteps(review.revision);
     void this.refreshFigures();
+  }
+
+  private keepSteps(revision: number): void {
+    const session = this.session.peek();
+    if (session === null) return;
+    this.undoMemory?.keep(session.plan_sha256, revision, { done: this.done.peek(), undone: this.undone.peek() });
   }
 
   private hear(event: { revision: number; author: string; objects: readonly string[] }): void {
@@ -259,6 +311,7 @@ export class Desk {
   }
 
   private async catchUp(revision: number): Promise<boolean> {
+    if (this.session.peek() === null) return this.askAgain();
     if ((this.review.peek()?.revision ?? -1) >= revision) return false;
     try {
       this.review.value = await this.client.review();
@@ -274,4 +327,8 @@ export class Desk {
     const others = this.runs.peek().filter(({ id }) => id !== run.id);
     this.runs.value = [...others, run].sort((a, b) => a.id.localeCompare(b.id));
   }
+}
+
+function lineAfter(error: unknown): Line {
+  return error instanceof ApiError && error.status === 401 ? 'refused' : 'broken';
 }

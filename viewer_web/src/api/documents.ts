@@ -45,4 +45,6 @@ export type DraftWalk = { readonly revision: number } & Frozen<Pick<PlanJson, 'r
 export type RunBest = Frozen<Required<schema.RunBest>>;
 /** As the server sends it. */
 export type Run = Frozen<Required<Omit<schema.RunDocument, 'best'>>> & { readonly best: RunBest | null };
+/** All of them. obstacle : why no run can be started; null: nothing is known of. */
+export type RunList = { readonly runs: readonly Run[]; readonly obstacle: string | null };
 export type RunRequest = Frozen<Required<schema.RunRequest>>;

@@ -4,6 +4,7 @@ export interface Events {
   readonly review: { readonly revision: number; readonly author: string; readonly objects: readonly string[] };
   readonly live: import('./documents.ts').LiveState;
   readonly run: import('./documents.ts').Run;
+  readonly run_deleted: { readonly id: string };
 }
 
 type Handlers = { readonly [Name in keyof Events]?: (event: Events[Name]) => void };

@@ -1,6 +1,5 @@
-/** The strip of totals over the canvas: what the edited plan is worth beside the plan as it was made. */
+/** The strip of totals above the canvas: what the edited plan is worth beside the plan as it was made. */
 import type { ComponentChildren } from 'preact';
-import { useEffect, useRef } from 'preact/hooks';
 import { percent } from '../panels/figures.ts';
 import { MetWord, metInWords } from '../panels/targets.tsx';
 import type { Store } from '../store.ts';
@@ -13,8 +12,6 @@ import { draftTotals, missedOf, planTotals, previewTotals, signedCount, signedPo
 
 export function DraftBar({ store }: { store: Store }) {
   const { desk, editing, loaded } = store;
-  const bar = useRef<HTMLElement>(null);
-  useEffect(() => keepBelowToolbar(bar.current));
   const plan = loaded.value?.plan;
   if (desk === null || plan === undefined) return null;
   const stations = stationsOf(store);
@@ -26,30 +23,20 @@ export function DraftBar({ store }: { store: Store }) {
   const totals = showsPlan ? planTotals(plan) : totalsNow(store);
   return (
     <section
-      ref={bar}
       class={isStale(store) ? 'draft-bar draft-bar-stale' : 'draft-bar'}
       aria-label="Edited plan"
       data-testid="draft-bar"
       {...measured(editing)}
     >
-      {isEdited && <ShownChoice store={store} words={editsInWords(countEdits(stations))} />}
+      {isEdited ? (
+        <ShownChoice store={store} words={editsInWords(countEdits(stations))} />
+      ) : (
+        <span class="muted">No station is edited</span>
+      )}
       <TotalsList totals={totals} planned={planTotals(plan)} isLive={isLive(store)} />
       {canEdit(store) && <UndoButtons store={store} />}
     </section>
   );
-}
-
-/** The toolbar takes one row or two, by the width of the page. Returns what stops watching it. */
-function keepBelowToolbar(bar: HTMLElement | null): (() => void) | undefined {
-  const toolbar = bar?.parentElement?.querySelector<HTMLElement>('.toolbar');
-  if (!bar || !toolbar) return undefined;
-  const place = (): void => {
-    bar.style.top = `${toolbar.offsetTop + toolbar.offsetHeight + 10}px`;
-  };
-  const watching = new ResizeObserver(place);
-  watching.observe(toolbar);
-  place();
-  return () => watching.disconnect();
 }
 
 /** For the record of tests: how long previews took so far, in milliseconds. */
@@ -100,7 +87,7 @@ function ShownChoice({ store, words }: { store: Store; words: string }) {
 
 function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planned: Totals; isLive: boolean }) {
   if (totals === null) {
-    return <span class="muted">{isLive ? 'Computing …' : 'Coverage of the edited plan is not known'}</span>;
+    return <p class="muted">{isLive ? 'Computing …' : 'Coverage of the edited plan is not known'}</p>;
   }
   const networks = totals.nNetworks === 1 ? 'one network' : `${totals.nNetworks} networks`;
   return (

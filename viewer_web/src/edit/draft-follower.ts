@@ -1,7 +1,7 @@
 /** Keeps what is shown in step with the review: stations and links of the draft, and the values its stations give the patches. */
 import { computed, effect, type ReadonlySignal, signal } from '@preact/signals';
 import type { Desk } from '../api/desk.ts';
-import type { DraftLink, DraftWalk } from '../api/documents.ts';
+import type { DraftLink, DraftWalk, Run } from '../api/documents.ts';
 import type { PatchValues } from '../heat/layers.ts';
 import { TIMES_SEEN } from '../heat/layers.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
@@ -42,6 +42,13 @@ export function stationsOf(store: Store): readonly DraftStation[] {
 export function hasEdits(stations: readonly DraftStation[]): boolean {
   const { moved, added, removed } = countEdits(stations);
   return moved + added + removed > 0;
+}
+
+/** The run that goes on and has stations, where runs are looked at; null: there is none. */
+export function watchableRun(store: Store): Run | null {
+  if (store.tab.value !== 'runs') return null;
+  const run = store.desk?.runs.value.find(({ state }) => state === 'running');
+  return run?.best?.stations.length ? run : null;
 }
 
 export class DraftFollower {
@@ -135,12 +142,10 @@ export class DraftFollower {
     return { stations: placed, links: amongShown([...others, ...own], placed) };
   }
 
-  /** While a run looks on, the best stations it has found so far; null: none does, or nobody looks at runs. */
+  /** While a run goes on, the best stations it has found so far; null: none does, or nobody looks at them. */
   private bestOfRun(): readonly ShownStation[] | null {
-    const { store, desk, loaded } = this;
-    if (store.tab.value !== 'runs') return null;
-    const run = desk.runs.value.find(({ state }) => state === 'running');
-    const places = run?.best?.stations ?? [];
+    const { store, loaded } = this;
+    const places = store.editing.watchesRun.value ? (watchableRun(store)?.best?.stations ?? []) : [];
     if (places.length === 0) return null;
     const { floors, offsetM } = loaded.stage;
     return places.map((place, i) => {

@@ -1,14 +1,12 @@
-/** What editing puts over the canvas, and the editor behind it. */
+/** What editing and comparing draw into the building, and the editor behind it. */
 import { useEffect } from 'preact/hooks';
 import { CompareLayer } from '../compare/compare-layer.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import './desk.css';
-import { DraftBar } from './draft-bar.tsx';
 import { Editor } from './editor.ts';
 import { listenToEditKeys } from './keys.ts';
-import { Messages } from './messages.tsx';
 
 interface EditLayerProps {
   readonly store: Store;
@@ -30,11 +28,5 @@ export function EditLayer({ store, loaded, view }: EditLayerProps) {
     };
   }, [store, desk, view, loaded, editing]);
   if (desk === null) return null;
-  return (
-    <>
-      <DraftBar store={store} />
-      <CompareLayer store={store} loaded={loaded} view={view} />
-      <Messages desk={desk} />
-    </>
-  );
+  return <CompareLayer store={store} loaded={loaded} view={view} />;
 }

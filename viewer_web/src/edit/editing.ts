@@ -29,6 +29,8 @@ export interface Editing {
   readonly tool: Signal<Tool>;
   /** The plan is shown as it was planned, without the review's edits. */
   readonly showsPlan: Signal<boolean>;
+  /** On the tab of runs, the best stations of a run that goes on are shown, not the plan's. */
+  readonly watchesRun: Signal<boolean>;
   readonly underWay: Signal<UnderWay | null>;
   /** The server's answer about what is under way; null: none yet. */
   readonly preview: Signal<PreviewHead | null>;
@@ -54,6 +56,7 @@ export function createEditing(): Editing {
     editor: signal<Editor | null>(null),
     tool: signal<Tool>('select'),
     showsPlan: signal(false),
+    watchesRun: signal(true),
     underWay: signal<UnderWay | null>(null),
     preview: signal<PreviewHead | null>(null),
     outline: signal<readonly Place[]>([]),

@@ -1,14 +1,18 @@
-/** What the server says, over the canvas: notices, a broken line, and the choice that a conflict needs. */
+/** What the server says: notices, a broken line, and the choice that a conflict needs. They have a place of their own and cover nothing. */
+import { NO_TOKEN } from '../api/api-error.ts';
 import type { Desk } from '../api/desk.ts';
 
+const ASKING = 'The server does not answer; asking again. What you see may be out of date.';
+const STARTED_AGAIN = 'If it was started again, open the address that it printed.';
+
 export function Messages({ desk }: { desk: Desk }) {
-  const [notice, conflict] = [desk.notice.value, desk.conflict.value];
-  const isBroken = desk.line.value === 'broken' && desk.session.value !== null;
+  const [notice, conflict, trouble] = [desk.notice.value, desk.conflict.value, troubleOf(desk)];
+  if (notice === null && conflict === null && trouble === null) return null;
   return (
-    <div class="messages">
-      {isBroken && (
-        <div class="message-card message-warning" role="status">
-          <p>The server does not answer; asking again. What you see may be out of date.</p>
+    <section class="messages" aria-label="Messages">
+      {trouble !== null && (
+        <div class="message-card message-warning" role="status" data-testid="trouble">
+          <p>{trouble}</p>
         </div>
       )}
       {notice !== null && (
@@ -40,6 +44,13 @@ export function Messages({ desk }: { desk: Desk }) {
           </div>
         </div>
       )}
-    </div>
+    </section>
   );
+}
+
+/** What is wrong with the server for as long as it is; null: nothing. */
+function troubleOf({ line, fault }: Desk): string | null {
+  if (line.value === 'refused') return NO_TOKEN;
+  if (fault.value !== null) return fault.value;
+  return line.value === 'broken' ? `${ASKING} ${STARTED_AGAIN}` : null;
 }

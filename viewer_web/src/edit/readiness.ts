@@ -1,4 +1,6 @@
 /** What can be done right now, and in words what to do where something can't. */
+import { NO_ANSWER } from '../api/api-error.ts';
+import type { Desk } from '../api/desk.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { Store } from '../store.ts';
 import type { Tool } from './editing.ts';
@@ -13,6 +15,16 @@ export function canEdit(store: Store): boolean {
   return (store.desk?.canEdit.value ?? false) && store.planBase.value === OWN_PLAN;
 }
 
+/** Why the server's side is missing, in words; null: it is there. */
+export function whyNoServer({ line, session, fault }: Desk): string | null {
+  if (session.value !== null) return null;
+  if (line.value === 'connecting') return 'Asking the server …';
+  if (line.value === 'none') {
+    return 'This server only shows files. Start `tlsplan view` of this version to change the plan and to plan again.';
+  }
+  return fault.value ?? NO_ANSWER;
+}
+
 /** Why changes are not taken; null: they are. */
 export function whyNoEditing(store: Store): string | null {
   const { desk } = store;
@@ -20,14 +32,12 @@ export function whyNoEditing(store: Store): string | null {
   if (store.planBase.value !== OWN_PLAN) {
     return 'This is the plan of a run. Changes belong to the plan it was made from: go back to it to edit.';
   }
-  if (desk.line.value === 'connecting') return 'Asking the server …';
-  if (desk.line.value === 'none') {
-    return 'This server only shows files. Start `tlsplan view` of this version to change the plan.';
-  }
+  const missing = whyNoServer(desk);
+  if (missing !== null) return missing;
   if (desk.session.value?.read_only) {
     return 'The server was started with --read-only. Start it without, and the plan can be changed.';
   }
-  if (!desk.canEdit.value) return 'The server does not answer. Start `tlsplan view` again and reload the page.';
+  if (!desk.canEdit.value) return desk.fault.value ?? NO_ANSWER;
   return null;
 }
 

@@ -91,7 +91,13 @@ function OutlineOptions({ store }: { store: Store }) {
   const outline = editing.outline.value;
   const areas = editing.editor.value?.areas;
   return (
-    <>
+    // Enter in a field closes the outline, as it does over the building.
+    <form
+      onSubmit={(event) => {
+        event.preventDefault();
+        void areas?.finishOutline();
+      }}
+    >
       <label class="field">
         Name
         <input
@@ -126,12 +132,7 @@ function OutlineOptions({ store }: { store: Store }) {
             {faultOf(outline) ?? `${outline.length} corners`}
           </p>
           <div class="buttons">
-            <button
-              type="button"
-              class="button button-primary button-small"
-              disabled={faultOf(outline) !== null}
-              onClick={() => void areas?.finishOutline()}
-            >
+            <button type="submit" class="button button-primary button-small" disabled={faultOf(outline) !== null}>
               Finish
             </button>
             <button type="button" class="button button-small" onClick={() => areas?.takeCornerBack()}>
@@ -143,7 +144,7 @@ function OutlineOptions({ store }: { store: Store }) {
           </div>
         </>
       )}
-    </>
+    </form>
   );
 }
 

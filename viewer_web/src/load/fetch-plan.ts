@@ -1,6 +1,7 @@
 /** Fetches a plan from the server, telling how far it is. */
 
 import type { SerializedBVH } from 'three-mesh-bvh';
+import { NO_TOKEN } from '../api/api-error.ts';
 import { REASON } from '../heat/layers.ts';
 import { withinScope } from '../heat/scope.ts';
 import { CloudRows, type ThinnedCloud } from './cloud-rows.ts';
@@ -142,6 +143,7 @@ async function request(base: string, path: string, signal?: AbortSignal) {
     throw new MissingFileError(`${path}: the server answered 404. The plan folder is not complete; write it again.`);
   }
   const { body, headers } = response;
+  if (response.status === 401) throw new PlanLoadError(NO_TOKEN);
   if (!response.ok || body === null) {
     throw new PlanLoadError(`${path}: the server answered ${response.status}. ${await response.text()}`);
   }

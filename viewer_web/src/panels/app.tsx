@@ -1,12 +1,15 @@
 /** The whole page: loading and failing in words, then the panels around the canvas. */
 import { useEffect, useRef, useState } from 'preact/hooks';
+import { DraftBar } from '../edit/draft-bar.tsx';
 import { EditLayer } from '../edit/edit-layer.tsx';
+import { Messages } from '../edit/messages.tsx';
 import { FieldButton } from '../field/field-button.tsx';
 import { FieldView } from '../field/field-view.tsx';
 import { Legend } from '../heat/legend.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { PairCard } from '../network/pair-card.tsx';
+import { RunBanner } from '../runs/run-banner.tsx';
 import { PlanView } from '../scene/plan-view.ts';
 import { Markers } from '../stations/markers.tsx';
 import { StationCard } from '../stations/station-card.tsx';
@@ -91,25 +94,32 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
           </div>
           <FieldButton store={store} />
         </header>
-        <Tabs store={store} loaded={loaded} view={view} />
+        <Tabs store={store} view={view} />
       </nav>
       <main class="stage">
-        <canvas
-          ref={canvas}
-          aria-label="The building in 3D. Drag to turn, scroll to come closer, click ground to open its floor."
-        />
-        {view !== null && <Markers store={store} view={view} />}
-        {view !== null && <Toolbar store={store} view={view} />}
-        {view !== null && <EditLayer store={store} loaded={loaded} view={view} />}
-        <div class="corner">
-          <Legend store={store} />
-          {view !== null && <WalkPanel store={store} view={view} />}
+        {view !== null && <RunBanner store={store} />}
+        {view !== null && <DraftBar store={store} />}
+        <div class="scene">
+          <canvas
+            ref={canvas}
+            aria-label="The building in 3D. Drag to turn, scroll to come closer, click ground to open its floor."
+          />
+          {view !== null && <Markers store={store} view={view} />}
+          {view !== null && <Toolbar store={store} view={view} />}
+          {view !== null && <EditLayer store={store} loaded={loaded} view={view} />}
+          <div class="corner">
+            <Legend store={store} />
+            {view !== null && <WalkPanel store={store} view={view} />}
+          </div>
+          <div class="cards">
+            {!store.isWalking.value && store.tab.value !== 'edit' && <StationCard store={store} view={view} />}
+            <PairCard store={store} />
+            <SurfaceCard store={store} view={view} />
+          </div>
         </div>
-        {!store.isWalking.value && store.tab.value !== 'edit' && <StationCard store={store} view={view} />}
-        <PairCard store={store} />
-        <SurfaceCard store={store} view={view} />
         <Sheet store={store} view={view} />
       </main>
+      {store.desk !== null && <Messages desk={store.desk} />}
     </div>
   );
 }

@@ -30,6 +30,7 @@ export function RunFormSection({ store, desk }: FormProps) {
   if (plan === undefined) return null;
   const shown = form ?? formFrom(plan.requirements);
   const faults = faultsOf(shown);
+  const obstacle = desk.runObstacle.value;
   const isRunning = desk.runs.value.some(({ state }) => state === 'running');
   const set = (changes: Partial<RunForm>): void => setForm({ ...shown, ...changes });
   const start = async (): Promise<void> => {
@@ -66,11 +67,16 @@ export function RunFormSection({ store, desk }: FormProps) {
           <button
             type="submit"
             class="button button-primary"
-            disabled={Object.keys(faults).length > 0 || isSending || isRunning}
+            disabled={Object.keys(faults).length > 0 || isSending || isRunning || obstacle !== null}
           >
             Start
           </button>
         </div>
+        {obstacle !== null && (
+          <p class="hint field-fault" role="status">
+            No run can be started: {obstacle}
+          </p>
+        )}
         {isRunning && <p class="hint">One run at a time: wait for the one that is running, or cancel it.</p>}
       </form>
     </Section>

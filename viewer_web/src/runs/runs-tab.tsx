@@ -2,7 +2,7 @@
 import { useEffect } from 'preact/hooks';
 import { CompareSection } from '../compare/compare-section.tsx';
 import '../edit/desk.css';
-import { OWN_PLAN } from '../load/plan-base.ts';
+import { whyNoServer } from '../edit/readiness.ts';
 import { Section } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -23,13 +23,10 @@ export function RunsTab({ store }: RunsTabProps) {
     if (session !== null) void desk?.refreshRuns().catch((error: Error) => desk.warn(error.message));
   }, [desk, session]);
   if (desk === null) return null;
-  if (session === null) {
-    return <p class="callout">This server only shows files. Start `tlsplan view` of this version to plan again.</p>;
-  }
+  if (session === null) return <p class="callout">{whyNoServer(desk)}</p>;
   const runs = [...desk.runs.value].reverse();
   return (
     <>
-      {store.planBase.value !== OWN_PLAN && <OtherPlanNote store={store} />}
       {session.read_only ? (
         <p class="callout">The server was started with --read-only. Start it without, and plans can be made here.</p>
       ) : (
@@ -45,19 +42,5 @@ export function RunsTab({ store }: RunsTabProps) {
       </Section>
       <CompareSection store={store} />
     </>
-  );
-}
-
-function OtherPlanNote({ store }: { store: Store }) {
-  const run = store.planBase.value.match(/^runs\/([^/]+)\//)?.[1];
-  return (
-    <div class="callout">
-      {run === undefined ? 'Another plan is shown.' : `The plan of run ${run} is shown.`}
-      <div class="buttons">
-        <a class="button button-small" href="#tab=runs">
-          Back to the plan
-        </a>
-      </div>
-    </div>
   );
 }

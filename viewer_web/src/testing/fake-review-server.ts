@@ -33,11 +33,17 @@ export class FakeReviewServer {
   /** Requests in the order they came, as "METHOD path". */
   readonly asked: string[] = [];
   isGone = false;
+  /** What everything is refused with; null: nothing is. */
+  refusal: { readonly status: number; readonly message: string } | null = null;
+  planSha256 = '0'.repeat(64);
+  runs: { runs: readonly { readonly id: string }[]; obstacle: string | null } = { runs: [], obstacle: null };
   live: LiveState = { state: 'off', step: null, fraction: null, message: 'no scene' };
 
   readonly fetch = async (address: string, options?: RequestInit): Promise<Response> => {
     this.asked.push(`${options?.method ?? 'GET'} ${address}`);
     if (this.isGone) throw new TypeError('connection refused');
+    if (this.refusal !== null) return json(this.refusal.status, { message: this.refusal.message });
+    if (address === 'api/runs') return json(200, this.runs);
     if (address === 'api/session') return json(200, this.session());
     if (address === 'api/review') return json(200, this.review);
     if (address === 'api/review/changes') return this.change(JSON.parse(String(options?.body)) as ChangesRequest);
@@ -52,7 +58,7 @@ export class FakeReviewServer {
   private session() {
     return {
       schema: 'tlsplan/api/1',
-      plan_sha256: '0'.repeat(64),
+      plan_sha256: this.planSha256,
       revision: this.review.revision,
       read_only: false,
       live: this.live,

@@ -1,0 +1,67 @@
+/** The strip over the canvas that says whose stations are shown where they are not the plan's, with the way back. */
+import { useEffect } from 'preact/hooks';
+import { watchableRun } from '../edit/draft-follower.ts';
+import { OWN_PLAN } from '../load/plan-base.ts';
+import { counted } from '../panels/figures.ts';
+import type { Store } from '../store.ts';
+import './runs.css';
+
+export function RunBanner({ store }: { store: Store }) {
+  const going = watchableRun(store);
+  if (going !== null) return <WatchedRun store={store} run={going.id} />;
+  return store.planBase.value === OWN_PLAN ? null : <OpenedPlan store={store} />;
+}
+
+/** A run that goes on: its best stations, or the plan's. */
+function WatchedRun({ store, run }: { store: Store; run: string }) {
+  const { watchesRun } = store.editing;
+  const shown = store.planBase.value === OWN_PLAN ? 'the plan' : 'the plan that is open';
+  return (
+    <section class="run-banner" aria-label="Whose stations are shown" role="status">
+      <p>
+        {watchesRun.value ? (
+          <>
+            Showing the best stations of <strong>run {run}</strong> so far
+          </>
+        ) : (
+          `Showing ${shown} while run ${run} goes on`
+        )}
+      </p>
+      <button
+        type="button"
+        class="button button-small"
+        onClick={() => {
+          watchesRun.value = !watchesRun.value;
+        }}
+      >
+        {watchesRun.value ? 'Back to the plan' : 'Watch the run'}
+      </button>
+    </section>
+  );
+}
+
+/** Another plan of the folder than the one the page was started for. */
+function OpenedPlan({ store }: { store: Store }) {
+  const { desk, planBase, loaded } = store;
+  const id = planBase.value.match(/^runs\/([^/]+)\//)?.[1];
+  const run = desk?.runs.value.find((one) => one.id === id);
+  const session = desk?.session.value ?? null;
+  useEffect(() => {
+    // For its title, and to know where it is deleted meanwhile.
+    if (session !== null && !desk?.knowsRuns.peek())
+      desk?.refreshRuns().catch((error: Error) => desk.warn(error.message));
+  }, [desk, session]);
+  const isGone = desk?.knowsRuns.value === true && run === undefined && id !== undefined;
+  return (
+    <section class="run-banner" aria-label="Whose stations are shown" role="status">
+      <p>
+        Showing {id === undefined ? 'another plan' : <strong>run {id}</strong>}
+        {run?.title ? `, ${run.title}` : ''}
+        {isGone ? ', which was deleted' : ''}: {counted(loaded.value?.plan.stations.length ?? 0, 'station')}
+      </p>
+      <a class="button button-small" href="#tab=runs">
+        Back to the plan
+      </a>
+    </section>
+  );
+}
