@@ -204,7 +204,7 @@ def write_csv(plan: PlanSource, path: Path, options: Options, progress: Progress
     if profile.header:
         lines.insert(0, profile.header.replace(",", SEPARATORS[profile.separator]))
     if profile.comment:
-        lines.insert(0, f"{profile.comment} {_plain(coordinates_line(plan, options), profile)}")
+        lines.insert(0, f"{profile.comment} {plain_text(coordinates_line(plan, options))}")
     elif "R" not in profile.columns:
         remarks = (*remarks, f"the lines can't name their coordinates: {coordinates_line(plan, options)}")
     path.write_text("".join(f"{line}\r\n" for line in lines), encoding="utf-8", newline="")
