@@ -5,16 +5,19 @@ import { percent } from '../panels/figures.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import type { Pair, Store } from '../store.ts';
 import { type Counting, counts } from './graph.ts';
+import { type Rim, rimOf } from './matrix-rim.ts';
 import { overlapColor, strengthColor, strengthInWords } from './strength.ts';
+import { weakMotionOf } from './weak-motion.ts';
+import './network.css';
 
-/** So many stations have room for their numbers at the rim. */
-const MOST_LABELLED = 40;
-/** Width of the rim, in cells. */
-const RIM_SHARE = 0.07;
+/** Width of the sheet's, about. */
+const SHEET_PX = 520;
 
 interface MatrixProps {
   readonly store: Store;
   readonly counting: Counting;
+  /** In pixels; nothing told: that of the sheet. */
+  readonly width?: number;
 }
 
 interface Cell {
@@ -22,13 +25,15 @@ interface Cell {
   readonly column: number;
 }
 
-export function Matrix({ store, counting }: MatrixProps) {
+export function Matrix({ store, counting, width = SHEET_PX }: MatrixProps) {
   const [cursor, setCursor] = useState<Cell | null>(null);
   const stations = store.shownStations.value;
   const n = stations.length;
   const place = new Map(stations.map(({ id }, i) => [id, i]));
   const linkAt = new Map(store.shownLinks.value.map((link) => [keyOf(place, link.a, link.b), link]));
-  const rim = n > MOST_LABELLED ? 0 : RIM_SHARE * n + 0.6;
+  const nFigures = Math.max(1, ...stations.map(({ order }) => String(order).length));
+  const rims = rimOf(n, width, nFigures);
+  const rim = rims.width;
   const at = (cell: Cell): Pair => [stations[cell.row].id, stations[cell.column].id];
   const choose = (cell: Cell | null): void => {
     if (cell === null || cell.row === cell.column) return;
@@ -77,14 +82,22 @@ export function Matrix({ store, counting }: MatrixProps) {
         {stations.map(({ id }, i) => (
           <rect key={id} class="matrix-diagonal" x={i} y={i} width="1" height="1" />
         ))}
-        {rim > 0 && stations.map((station, i) => <Labels key={station.id} station={station} at={i} />)}
+        {stations.map(({ id, order }, i) => (
+          <Numbers
+            key={id}
+            rim={rims}
+            order={order}
+            row={rims.isNumbered(i, cursor?.row) ? i : null}
+            column={rims.isNumbered(i, cursor?.column) ? i : null}
+          />
+        ))}
         <ChosenCells pair={store.pair.value} place={place} />
-        {cursor !== null && <rect class="matrix-cursor" x={cursor.column} y={cursor.row} width="1" height="1" />}
+        {cursor !== null && <Pointed rim={rims} cursor={cursor} stations={stations} />}
       </svg>
       <p class="muted matrix-words" aria-live="polite">
         {cursor === null || cursor.row === cursor.column
           ? 'Above the diagonal overlap, below it strength. Point at a cell.'
-          : inWords(at(cursor), linkAt.get(keyOf(place, ...at(cursor))))}
+          : inWords(at(cursor), linkAt.get(keyOf(place, ...at(cursor))), counting)}
       </p>
     </div>
   );
@@ -95,10 +108,12 @@ function keyOf(place: ReadonlyMap<string, number>, a: string, b: string): string
   return `${Math.min(i, j)} ${Math.max(i, j)}`;
 }
 
-function inWords([a, b]: Pair, link: PlanLink | undefined): string {
+function inWords([a, b]: Pair, link: PlanLink | undefined, counting: Counting): string {
   if (link === undefined) return `${a} – ${b}: nothing shared worth listing`;
-  const weak = link.weak_axis === '' ? '' : `, ${link.weak_axis}`;
-  return `${a} – ${b}: ${percent(link.overlap, 0)} overlap, strength ${strengthInWords(link.strength)}${weak}`;
+  const weak = weakMotionOf(link.weak_axis);
+  const held = weak === null ? '' : `, held least: ${weak.short}`;
+  const use = counts(link, counting) ? '' : ' Too weak to register by.';
+  return `${a} – ${b}: ${percent(link.overlap, 0)} overlap, strength ${strengthInWords(link.strength)}${held}.${use}`;
 }
 
 interface CellsProps {
@@ -123,15 +138,55 @@ function Cells({ link, place, counting, isDark }: CellsProps) {
   );
 }
 
-function Labels({ station, at }: { station: ShownStation; at: number }) {
+interface NumbersProps {
+  readonly rim: Rim;
+  readonly order: number;
+  /** Where it stands at the rim beside and above; null: not there. */
+  readonly row: number | null;
+  readonly column: number | null;
+  readonly isPointed?: boolean;
+}
+
+/** A station's number beside its row, and on end above its column. */
+function Numbers({ rim, order, row, column, isPointed = false }: NumbersProps) {
+  const name = isPointed ? 'matrix-number matrix-number-pointed' : 'matrix-number';
+  const y = -rim.gap;
   return (
     <>
-      <text class="matrix-label" x={-0.25} y={at + 0.72} text-anchor="end">
-        {station.order}
-      </text>
-      <text class="matrix-label" x={at + 0.5} y={-0.35} text-anchor="middle">
-        {station.order}
-      </text>
+      {row !== null && (
+        <text class={name} font-size={rim.fontSize} x={-rim.gap} y={row + 0.5} text-anchor="end">
+          {order}
+        </text>
+      )}
+      {column !== null && (
+        <text
+          class={name}
+          font-size={rim.fontSize}
+          x={column + 0.5}
+          y={y}
+          transform={`rotate(-90 ${column + 0.5} ${y})`}
+          text-anchor="start"
+        >
+          {order}
+        </text>
+      )}
+    </>
+  );
+}
+
+interface PointedProps {
+  readonly rim: Rim;
+  readonly cursor: Cell;
+  readonly stations: readonly ShownStation[];
+}
+
+/** The cell under the pointer, and the numbers of its row and column. */
+function Pointed({ rim, cursor: { row, column }, stations }: PointedProps) {
+  return (
+    <>
+      <Numbers rim={rim} order={stations[row].order} row={row} column={null} isPointed={true} />
+      <Numbers rim={rim} order={stations[column].order} row={null} column={column} isPointed={true} />
+      <rect class="matrix-cursor" x={column} y={row} width="1" height="1" />
     </>
   );
 }

@@ -1,21 +1,19 @@
 /** The tab "Network": how the stations register with each other, what that hangs on, and what is missing. */
 import { useState } from 'preact/hooks';
-import type { PlanLink } from '../load/plan-json.ts';
 import { percent } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import { Badge } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
-import { byOverlap, type Counting, countingOf, type NetworkReport, networkOf } from './graph.ts';
+import { type Counting, countingOf, type NetworkReport, networkOf } from './graph.ts';
 import { Graph } from './graph-view.tsx';
+import { LinkList } from './link-list.tsx';
 import { Matrix } from './matrix.tsx';
-import { strengthColor } from './strength.ts';
 import { StrengthLegend } from './strength-legend.tsx';
 
 type Picture = 'graph' | 'matrix';
 
 /** Width of the sidebar's pages. */
 const WIDTH = 308;
-const LINKS_A_PAGE = 40;
 
 export function NetworkTab({ store }: { store: Store }) {
   const [picture, setPicture] = useState<Picture>('graph');
@@ -53,11 +51,11 @@ export function NetworkTab({ store }: { store: Store }) {
             <GraphKey />
           </>
         ) : (
-          <Matrix store={store} counting={counting} />
+          <Matrix store={store} counting={counting} width={WIDTH} />
         )}
         <StrengthLegend isDark={store.isDark.value} />
       </Section>
-      <Links store={store} report={report} />
+      <LinkList store={store} report={report} counting={counting} />
     </>
   );
 }
@@ -117,60 +115,5 @@ function Figures({ store, report, counting }: { store: Store; report: NetworkRep
         />
       )}
     </dl>
-  );
-}
-
-function Links({ store, report }: { store: Store; report: NetworkReport }) {
-  const [nRows, setRows] = useState(LINKS_A_PAGE);
-  const bridges = byOverlap([...report.bridges]);
-  const others = byOverlap(report.counting.filter((link) => !report.bridges.has(link)));
-  const groups: [string, string, readonly PlanLink[]][] = [
-    ['Missing links', 'between networks', report.gaps],
-    ['Bridges', 'networks hang on them', bridges],
-    ['Other links', 'overlap', others],
-  ];
-  return (
-    <>
-      {groups
-        .filter(([, , links]) => links.length > 0)
-        .map(([title, aside, links]) => (
-          <Section key={title} title={title} aside={aside}>
-            <ul class="rows" aria-label={title}>
-              {links.slice(0, nRows).map((link) => (
-                <LinkRow key={`${link.a} ${link.b}`} store={store} link={link} isWeakest={link === report.weakest} />
-              ))}
-            </ul>
-            {links.length > nRows && (
-              <button type="button" class="more" onClick={() => setRows(nRows + LINKS_A_PAGE)}>
-                Show more
-              </button>
-            )}
-          </Section>
-        ))}
-    </>
-  );
-}
-
-function LinkRow({ store, link, isWeakest }: { store: Store; link: PlanLink; isWeakest: boolean }) {
-  const { pair } = store;
-  const isChosen = pair.value?.includes(link.a) === true && pair.value.includes(link.b);
-  return (
-    <li>
-      <button
-        type="button"
-        class={isChosen ? 'row row-link row-chosen' : 'row row-link'}
-        aria-pressed={isChosen}
-        onClick={() => store.choosePair(isChosen ? null : [link.a, link.b])}
-      >
-        <svg class="link-line" viewBox="0 0 18 6" aria-hidden="true">
-          <line x1="1" y1="3" x2="17" y2="3" stroke={strengthColor(link.strength, store.isDark.value)} />
-        </svg>
-        <span class="row-name">
-          {link.a} – {link.b}
-        </span>
-        <span class="muted row-place">{[isWeakest ? 'weakest' : '', link.weak_axis].filter(Boolean).join(' · ')}</span>
-        <span class="row-area">{percent(link.overlap, 0)}</span>
-      </button>
-    </li>
   );
 }

@@ -5,6 +5,8 @@ import { Figure } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { countingOf, counts, networkOf } from './graph.ts';
 import { strengthInWords } from './strength.ts';
+import { NORTH_HINT, weakMotionOf } from './weak-motion.ts';
+import './network.css';
 
 export function PairCard({ store }: { store: Store }) {
   const pair = store.pair.value;
@@ -15,6 +17,7 @@ export function PairCard({ store }: { store: Store }) {
   const ids = store.shownStations.value.map(({ id }) => id);
   const { bridges } = networkOf(ids, store.shownLinks.value, counting);
   const marking = store.marking.value;
+  const weak = weakMotionOf(link?.weak_axis ?? '');
   return (
     <Card
       title={`${pair[0]} – ${pair[1]}`}
@@ -36,10 +39,9 @@ export function PairCard({ store }: { store: Store }) {
           value={link === undefined ? '–' : strengthInWords(link.strength)}
           hint="How firmly the shared surface holds the two scans: 0 not at all, 1 as a box all around"
         />
-        {link !== undefined && link.weak_axis !== '' && (
-          <Figure name="Held least" value={link.weak_axis} hint="The motion that the shared surface holds least" />
-        )}
+        {weak !== null && <Figure name="Held least" value={weak.long} hint={NORTH_HINT} />}
       </dl>
+      {weak !== null && weak.why !== '' && <p class="muted weak-why">{`${weak.why} ${NORTH_HINT}`}</p>}
       <ul class="chips">
         {pair.map((id) => (
           <li key={id}>

@@ -1,0 +1,49 @@
+import { expect, test } from 'vitest';
+import type { PlanLink } from '../load/plan-json.ts';
+import { type Counting, networkOf } from './graph.ts';
+import { lackInWords, linkGroups } from './link-groups.ts';
+
+const COUNTING: Counting = { threshold: 0.3, minStrength: 0.01 };
+const link = (a: number, b: number, overlap: number, strength: number | null = 0.1): PlanLink => ({
+  a: `S${a}`,
+  b: `S${b}`,
+  overlap,
+  strength,
+  weak_axis: '',
+});
+
+// A triangle with one more station on a bridge, another that nothing reaches well enough, and a link of no use.
+const LINKS = [
+  link(0, 1, 0.5),
+  link(1, 2, 0.6),
+  link(0, 2, 0.7),
+  link(2, 3, 0.4),
+  link(3, 4, 0.2),
+  link(2, 4, 0.1),
+  link(1, 3, 0.9, 0.001),
+];
+const report = networkOf(['S0', 'S1', 'S2', 'S3', 'S4'], LINKS, COUNTING);
+
+test('every link is listed once, by what it is worth', () => {
+  const groups = linkGroups(LINKS, report);
+  const names = groups.map(({ title, links }) => [title, links.map(({ a, b }) => a + b)]);
+  expect(names).toEqual([
+    ['Missing links', ['S3S4']],
+    ['Bridges', ['S2S3']],
+    ['Links that register', ['S0S2', 'S1S2', 'S0S1']],
+    ['Links too weak', ['S1S3', 'S2S4']],
+  ]);
+});
+
+test('groups without links are not there', () => {
+  const ring = LINKS.slice(0, 3);
+  const groups = linkGroups(ring, networkOf(['S0', 'S1', 'S2'], ring, COUNTING));
+  expect(groups.map(({ title }) => title)).toEqual(['Links that register']);
+});
+
+test('a link that does not count says what it lacks', () => {
+  expect(lackInWords(LINKS[0], COUNTING)).toBeNull();
+  expect(lackInWords(LINKS[4], COUNTING)).toBe('less than 30 % overlap');
+  expect(lackInWords(LINKS[6], COUNTING)).toBe('strength below 0.01');
+  expect(lackInWords(link(0, 1, 0.5, null), COUNTING)).toBeNull();
+});

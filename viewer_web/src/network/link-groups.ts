@@ -1,0 +1,47 @@
+/** The links as the list has them: what is missing, what all hangs on, what registers, and what is too weak to. */
+import type { PlanLink } from '../load/plan-json.ts';
+import { percent } from '../panels/figures.ts';
+import { byOverlap, type Counting, type NetworkReport } from './graph.ts';
+
+export interface LinkGroup {
+  readonly title: string;
+  readonly aside: string;
+  /** Most overlap first. */
+  readonly links: readonly PlanLink[];
+  /** So many are shown at first. */
+  readonly nShown: number;
+}
+
+const A_PAGE = 40;
+/** Of links that are no use a few will do. */
+const A_FEW = 10;
+
+/** Every link is in one group; groups without any are left out. */
+export function linkGroups(links: readonly PlanLink[], report: NetworkReport): LinkGroup[] {
+  const gaps = new Set(report.gaps);
+  const registering = new Set(report.counting);
+  const groups = [
+    { title: 'Missing links', aside: 'nearest to join networks', links: report.gaps, nShown: A_PAGE },
+    { title: 'Bridges', aside: 'networks hang on them', links: byOverlap([...report.bridges]), nShown: A_PAGE },
+    {
+      title: 'Links that register',
+      aside: 'overlap',
+      links: byOverlap(report.counting.filter((link) => !report.bridges.has(link))),
+      nShown: A_PAGE,
+    },
+    {
+      title: 'Links too weak',
+      aside: 'to register by',
+      links: byOverlap(links.filter((link) => !registering.has(link) && !gaps.has(link))),
+      nShown: A_FEW,
+    },
+  ];
+  return groups.filter((group) => group.links.length > 0);
+}
+
+/** What a link lacks to count; null: it counts. */
+export function lackInWords({ overlap, strength }: PlanLink, { threshold, minStrength }: Counting): string | null {
+  if (overlap < threshold) return `less than ${percent(threshold, 0)} overlap`;
+  if (strength !== null && strength < minStrength) return `strength below ${minStrength}`;
+  return null;
+}

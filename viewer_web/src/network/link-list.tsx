@@ -1,0 +1,91 @@
+/** The list of links: each with its overlap, how firmly it holds, and the motion that it holds least. */
+import { useState } from 'preact/hooks';
+import type { PlanLink } from '../load/plan-json.ts';
+import { percent } from '../panels/figures.ts';
+import { Section } from '../panels/section.tsx';
+import type { Store } from '../store.ts';
+import type { Counting, NetworkReport } from './graph.ts';
+import { type LinkGroup, lackInWords, linkGroups } from './link-groups.ts';
+import { strengthColor } from './strength.ts';
+import { NORTH_HINT, weakMotionOf } from './weak-motion.ts';
+import './network.css';
+
+const LINKS_A_PAGE = 40;
+
+interface LinkListProps {
+  readonly store: Store;
+  readonly report: NetworkReport;
+  readonly counting: Counting;
+}
+
+export function LinkList({ store, report, counting }: LinkListProps) {
+  return (
+    <>
+      {linkGroups(store.shownLinks.value, report).map((group) => (
+        <Group key={group.title} group={group} store={store} report={report} counting={counting} />
+      ))}
+    </>
+  );
+}
+
+function Group({ group, store, report, counting }: LinkListProps & { group: LinkGroup }) {
+  const { title, aside, links } = group;
+  const [nRows, setRows] = useState(group.nShown);
+  return (
+    <Section title={title} aside={`${links.length} · ${aside}`}>
+      <ul class="rows" aria-label={title}>
+        {links.slice(0, nRows).map((link) => (
+          <LinkRow
+            key={`${link.a} ${link.b}`}
+            store={store}
+            link={link}
+            isWeakest={link === report.weakest}
+            lack={lackInWords(link, counting)}
+          />
+        ))}
+      </ul>
+      {links.length > nRows && (
+        <button type="button" class="more" onClick={() => setRows(nRows + LINKS_A_PAGE)}>
+          Show more
+        </button>
+      )}
+    </Section>
+  );
+}
+
+interface LinkRowProps {
+  readonly store: Store;
+  readonly link: PlanLink;
+  readonly isWeakest: boolean;
+  readonly lack: string | null;
+}
+
+function LinkRow({ store, link, isWeakest, lack }: LinkRowProps) {
+  const { pair } = store;
+  const isChosen = pair.value?.includes(link.a) === true && pair.value.includes(link.b);
+  const weak = weakMotionOf(link.weak_axis);
+  const words = lack ?? (weak === null ? null : `held least: ${weak.short}`);
+  return (
+    <li>
+      <button
+        type="button"
+        class={isChosen ? 'row row-link row-chosen' : 'row row-link'}
+        aria-pressed={isChosen}
+        title={weak === null ? undefined : `Held least: ${weak.long}. ${weak.why} ${NORTH_HINT}`}
+        onClick={() => store.choosePair(isChosen ? null : [link.a, link.b])}
+      >
+        <svg class="link-line" viewBox="0 0 18 6" aria-hidden="true">
+          <line x1="1" y1="3" x2="17" y2="3" stroke={strengthColor(link.strength, store.isDark.value)} />
+        </svg>
+        <span class="row-main">
+          <span class="row-name">
+            {link.a} – {link.b}
+            {isWeakest && <span class="link-tag">weakest</span>}
+          </span>
+          {words !== null && <span class="muted link-words">{words}</span>}
+        </span>
+        <span class="row-area">{percent(link.overlap, 0)}</span>
+      </button>
+    </li>
+  );
+}

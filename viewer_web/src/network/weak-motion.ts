@@ -1,0 +1,81 @@
+/**
+ * The motion that a link holds least, in words of a survey: which of the six it is (three shifts, the heading, two tilts), along
+ * or about which direction in plan.
+ *
+ * plan.json names it by the axes of the scene, as "tilts about 134 degrees from x to y". Here north is +y, up on every map.
+ */
+import { weakDirection } from './strength.ts';
+
+export interface WeakMotion {
+  /** For a line of a list: "tilt about NW–SE". */
+  readonly short: string;
+  /** With its direction in degrees. */
+  readonly long: string;
+  /** What of the shared surface leaves it free, and what would hold it. */
+  readonly why: string;
+}
+
+export const NORTH_HINT = 'North is up on the maps: y of the model.';
+
+/** Directions steeper than this have no direction in plan, those flatter are level. */
+const STEEP_DEG = 80;
+const LEVEL_DEG = 10.5;
+
+const LINES = ['N–S', 'NE–SW', 'E–W', 'NW–SE'] as const;
+const SIDES = ['N', 'NE', 'E', 'SE', 'S', 'SW', 'W', 'NW'] as const;
+
+/** Null: not known. Words that name no direction are told as they are. */
+export function weakMotionOf(words: string): WeakMotion | null {
+  if (words === '') return null;
+  const found = weakDirection(words);
+  if (found === null) return { short: words, long: words, why: '' };
+  const { isTurn, axis } = found;
+  const riseDeg = degrees(Math.atan2(Math.abs(axis[2]), Math.hypot(axis[0], axis[1])));
+  if (riseDeg >= STEEP_DEG) return isTurn ? HEADING : HEIGHT;
+  // Up along the line, whichever way the axis is given.
+  const [x, y] = axis[2] < 0 ? [-axis[0], -axis[1]] : axis;
+  const bearingDeg = (degrees(Math.atan2(x, y)) + 360) % 360;
+  if (riseDeg <= LEVEL_DEG) return isTurn ? tilt(bearingDeg) : shift(bearingDeg);
+  const rising = `rising ${riseDeg.toFixed(0)}° towards ${sideOf(bearingDeg)}`;
+  if (!isTurn) return { short: 'shift on a slope', long: `shift along a line ${rising}`, why: MORE_DIRECTIONS };
+  return { short: 'turn about a slope', long: `rotation about a line ${rising}`, why: MORE_DIRECTIONS };
+}
+
+const MORE_DIRECTIONS = 'What both see faces too few directions; surface that faces others would hold it.';
+
+const HEIGHT: WeakMotion = {
+  short: 'shift up–down',
+  long: 'shift up or down',
+  why: 'Hardly anything that both see is level; a floor or a ceiling would hold it.',
+};
+
+const HEADING: WeakMotion = {
+  short: 'turn (heading)',
+  long: 'rotation about the vertical: the heading',
+  why: 'The walls that both see are too near to one another, or stand around one point; a wall further out would hold it.',
+};
+
+function shift(bearingDeg: number): WeakMotion {
+  const line = lineOf(bearingDeg);
+  const [one, other] = line.split('–');
+  return {
+    short: `shift ${line}`,
+    long: `shift along ${line} (bearing ${lineDegrees(bearingDeg)}°)`,
+    why: `Hardly anything that both see faces ${one} or ${other}; a wall that does would hold it.`,
+  };
+}
+
+function tilt(bearingDeg: number): WeakMotion {
+  const line = lineOf(bearingDeg);
+  const [one, other] = lineOf(bearingDeg + 90).split('–');
+  return {
+    short: `tilt about ${line}`,
+    long: `tilt about a level line ${line} (bearing ${lineDegrees(bearingDeg)}°)`,
+    why: `What both see lies close to that line; floor or ceiling further out to ${one} or ${other} would hold it.`,
+  };
+}
+
+const degrees = (radians: number): number => (radians * 180) / Math.PI;
+const lineDegrees = (bearingDeg: number): number => Math.round(bearingDeg) % 180;
+const lineOf = (bearingDeg: number): string => LINES[Math.round(bearingDeg / 45) % LINES.length];
+const sideOf = (bearingDeg: number): string => SIDES[Math.round(bearingDeg / 45) % SIDES.length];
