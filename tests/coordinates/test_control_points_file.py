@@ -1,0 +1,81 @@
+"""Reading control points: what a surveyor's CSV may look like, and what is wrong with those that can't be read."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner_core.coordinates.control_points import read_control_points
+from planner_core.errors import CoordinatesError
+
+
+def file_of(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "points.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+PLAIN = "name,x,y,z,E,N,H,weight\nP1,1,2,3,100.5,200.25,30,2\nP2,4,5,,400,500,,\n"
+
+
+def test_columns_and_empty_heights_are_read(tmp_path: Path) -> None:
+    points = read_control_points(file_of(tmp_path, PLAIN))
+    assert points.names == ("P1", "P2")
+    assert points.scene_m[0].tolist() == [1, 2, 3]
+    assert points.site_m[0].tolist() == [100.5, 200.25, 30]
+    assert math.isnan(points.scene_m[1, 2])
+    assert math.isnan(points.site_m[1, 2])
+    assert points.weights.tolist() == [2, 1]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\ufeffPoint;Scene_X [m];scene y;scene-z;Easting;Northing;Height;w\n"
+        "P1;1;2;3;100,5;200,25;30;2\nP2;4;5;;400;500;;\n",
+        "id\te_m\tn_m\th_m\tx_m\ty_m\tz_m\tweight\nP1\t100.5\t200.25\t30\t1\t2\t3\t2\nP2\t400\t500\t\t4\t5\t\t\n",
+        "# surveyed in May\n\n" + PLAIN.replace("\n", "\r\n"),
+    ],
+    ids=["semicolons", "tabs", "comments"],
+)
+def test_other_spellings_are_the_same_points(tmp_path: Path, text: str) -> None:
+    plain = read_control_points(file_of(tmp_path, PLAIN))
+    other = read_control_points(file_of(tmp_path, text))
+    assert other.names == plain.names
+    for ours, theirs in ((plain.scene_m, other.scene_m), (plain.site_m, other.site_m), (plain.weights, other.weights)):
+        assert np.array_equal(ours, theirs, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "holds no points"),
+        ("name,x,y,z,E,N,H\n", "holds no points"),
+        ("name,x,y,E\nP1,1,2,3\n", "without N"),
+        ("name,x,y,E,N\nP1,1,2,3,4\nP1,1,2,3,4\n", "line 3: name is 'P1'"),
+        ("name,x,y,E,N\n,1,2,3,4\n", "line 2: name is ''"),
+        ("name,x,y,E,N\nP1,1,2,3\n", "line 2: N is ''"),
+        ("name,x,y,E,N\nP1,1,nan,3,4\n", "line 2: y is 'nan'"),
+        ("name,x,y,E,N\n\nP1,1,2,3,4e999\n", "line 3: N is '4e999'"),
+        ("name,x,y,E,N,weight\nP1,1,2,3,4,0\n", "weight is 0"),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_line(tmp_path: Path, text: str, told: str) -> None:
+    with pytest.raises(CoordinatesError, match=told) as caught:
+        read_control_points(file_of(tmp_path, text))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_file_is_told(tmp_path: Path) -> None:
+    with pytest.raises(CoordinatesError, match="no such file"):
+        read_control_points(tmp_path / "none.csv")
+
+
+def test_bytes_that_are_no_text_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_bytes(b"name,x,y,E,N\n\xff\xfe1,2,3\n")
+    with pytest.raises(CoordinatesError, match="UTF-8"):
+        read_control_points(path)
