@@ -1,9 +1,20 @@
 /** What a conflict is about, for the person who has to choose. */
 import type { ConflictAnswer } from './documents.ts';
 
-/** "station/S003" as "station S003". */
+const KINDS: Readonly<Record<string, string>> = {
+  station: 'station',
+  verdict: 'the verdict on station',
+  comment: 'comment',
+  zone: 'zone',
+  forbidden: 'forbidden place',
+  pick: 'mark of ground',
+  sign_off: 'the signature',
+};
+
+/** "station:S003" as "station S003". */
 export function objectInWords(object: string): string {
-  return object.replaceAll('_', ' ').replace(/[/:]/, ' ');
+  const [kind, id = ''] = object.split(':');
+  return `${KINDS[kind] ?? kind.replaceAll('_', ' ')} ${id}`.trim();
 }
 
 export function conflictInWords({ conflicts, message }: ConflictAnswer): string {

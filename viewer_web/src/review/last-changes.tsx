@@ -1,7 +1,8 @@
 /** Who changed what, newest first. */
-import { objectInWords, timeInWords } from '../api/conflict-words.ts';
+import { timeInWords } from '../api/conflict-words.ts';
 import type { Review } from '../api/documents.ts';
 import { Section } from '../panels/section.tsx';
+import { changeInWords } from './change-words.ts';
 import { lastChanges } from './remarks.ts';
 
 const MOST = 12;
@@ -14,10 +15,10 @@ export function LastChanges({ review }: { review: Review }) {
       <ul class="last-changes" aria-label="Last changes">
         {changes.map(({ object, by, at }) => (
           <li key={object}>
-            <span>{objectInWords(object)}</span>
-            <span class="muted">
-              {by} {timeInWords(at)}
+            <span>
+              {changeInWords(object, review)} by {by}
             </span>
+            <span class="muted">{timeInWords(at)}</span>
           </li>
         ))}
       </ul>
