@@ -100,10 +100,16 @@ def coordinates_line(plan: PlanSource, options: Options) -> str:
     return f"{plan.frame.crs_line}; less E, N, H {less} m" if any(options.subtract) else plan.frame.crs_line
 
 
-def description_of(station: FieldStation) -> str:
+def scanned_before(plan: PlanSource) -> frozenset[str]:
+    """Ids of stations whose scans exist. `FieldStation.fixed` says less: all stations of a given list are fixed."""
+    settled = plan.document.get("site", {}).get("settled", ())
+    return frozenset(str(row["id"]) for row in settled if row["role"] == "scanned")
+
+
+def description_of(plan: PlanSource, station: FieldStation) -> str:
     """`S001 Ground floor h 1.50`; what was scanned before says so."""
     height = f" h {station.instrument_height_m:.2f}" if math.isfinite(station.instrument_height_m) else ""
-    return f"{station.id} {station.floor_name}{height}{' scanned' if station.fixed else ''}"
+    return f"{station.id} {station.floor_name}{height}{' scanned' if station.id in scanned_before(plan) else ''}"
 
 
 def named(names: list[str]) -> str:

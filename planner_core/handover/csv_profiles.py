@@ -240,7 +240,7 @@ def _teller(plan: PlanSource, profile: CsvProfile, options: Options) -> Callable
             return name
         if letter in "DFRC":
             text = {
-                "D": description_of(station),
+                "D": description_of(plan, station),
                 "F": station.floor_name,
                 "C": station.floor_id,
                 "R": coordinates_line(plan, options),

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.handover.chosen import chosen_floors, chosen_stations, description_of
+from planner_core.handover.chosen import chosen_floors, chosen_stations, description_of, scanned_before
 from planner_core.handover.geographic import geographic_of
 from planner_core.handover.options import Options
 from planner_core.handover.source import FieldFloor, FieldStation, PlanSource
@@ -98,7 +98,7 @@ def _features(plan: PlanSource, options: Options, positions: Positions) -> Itera
             }
             yield feature("LineString", positions(ends), properties)
     for station in stations:
-        yield feature("Point", positions(_ground_in_plan(station))[0], station_properties(station))
+        yield feature("Point", positions(_ground_in_plan(station))[0], _station_properties(plan, station))
 
 
 def _floor_feature(plan: PlanSource, floor: FieldFloor, positions: Positions) -> dict[str, Any]:
@@ -129,7 +129,7 @@ def _ground_in_plan(station: FieldStation) -> FloatArray:
     return np.array([station.site_m[0], station.site_m[1], math.nan])
 
 
-def station_properties(station: FieldStation) -> dict[str, Any]:
+def _station_properties(plan: PlanSource, station: FieldStation) -> dict[str, Any]:
     """Return what GIS shows of a station; heights that are not known are null."""
     return {
         "kind": "station",
@@ -140,10 +140,10 @@ def station_properties(station: FieldStation) -> dict[str, Any]:
         "ground_height_m": _known(float(station.site_ground_m[2])),
         "instrument_height_m": _known(station.instrument_height_m),
         "sensor_height_m": _known(float(station.site_m[2])),
-        "scanned_before": station.fixed,
+        "scanned_before": station.id in scanned_before(plan),
         "covered_area_m2": _known(station.covered_area_m2),
         "own_area_m2": _known(station.own_area_m2),
-        "description": description_of(station),
+        "description": description_of(plan, station),
     }
 
 

@@ -21,6 +21,7 @@ from planner_core.handover.chosen import (
     chosen_stations,
     description_of,
     require_ground,
+    scanned_before,
     stations_by_floor,
 )
 from planner_core.handover.csv_profiles import metres
@@ -76,7 +77,7 @@ def write_kml(plan: PlanSource, path: Path, options: Options, progress: Progress
     _texts(document, name=plan.title, open="1", description=_about(plan, options))
     _add_styles(document)
     for floor in stations_by_floor(plan, options):
-        _add_stations(document, floor, places, options)
+        _add_stations(document, plan, floor, places, options)
     kept = {station.id: station for station in stations}
     ways = ways_of(plan)
     _add_walk(document, plan, [way for way in ways if way.walkable and {way.from_id, way.to_id} & set(kept)], places)
@@ -131,23 +132,28 @@ def _placemark(
     return placemark
 
 
-def _add_stations(document: ElementTree.Element, floor: FloorStations, places: _Places, options: Options) -> None:
+def _add_stations(
+    document: ElementTree.Element, plan: PlanSource, floor: FloorStations, places: _Places, options: Options
+) -> None:
     folder = _folder(document, f"{floor.id} {floor.name}" if floor.id else "no floor of the plan")
     for station in floor.stations:
-        style = "scanned" if station.fixed else "station"
-        placemark = _placemark(folder, station.id, description_of(station), style, list(_told(station)))
+        scanned = station.id in scanned_before(plan)
+        style = "scanned" if scanned else "station"
+        placemark = _placemark(
+            folder, station.id, description_of(plan, station), style, list(_told(station, scanned=scanned))
+        )
         point = ElementTree.SubElement(placemark, "Point")
         at_m = station.site_m if options.instrument == "sensor" else station.site_ground_m
         _texts(point, altitudeMode=places.mode, coordinates=places.text(at_m))
 
 
-def _told(station: FieldStation) -> Iterator[tuple[str, str]]:
+def _told(station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, str]]:
     yield "order", str(station.number)
     yield "floor", station.floor_id
     yield "ground_height_m", metres(float(station.site_ground_m[2]))
     yield "instrument_height_m", metres(station.instrument_height_m)
     yield "sensor_height_m", metres(float(station.site_m[2]))
-    yield "scanned_before", "true" if station.fixed else "false"
+    yield "scanned_before", "true" if scanned else "false"
 
 
 def _add_line(placemark: ElementTree.Element, site_m: FloatArray, places: _Places) -> None:

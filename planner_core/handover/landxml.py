@@ -20,6 +20,7 @@ from planner_core.handover.chosen import (
     chosen_stations,
     description_of,
     require_ground,
+    scanned_before,
     stations_by_floor,
 )
 from planner_core.handover.csv_profiles import metres
@@ -70,8 +71,8 @@ def write_landxml(plan: PlanSource, path: Path, options: Options, progress: Prog
     _add(root, "Project", {"name": plan.title, "desc": "stations of terrestrial laser scanning", "state": "proposed"})
     _add(root, "Application", {"name": "tlsplan"})
     for floor in stations_by_floor(plan, options):
-        _add_points(root, floor, kind="ground")
-        _add_points(root, floor, kind="sensor")
+        _add_points(root, plan, floor, kind="ground")
+        _add_points(root, plan, floor, kind="sensor")
     kept = {station.id for station in stations}
     _add_walk(root, plan.frame, [way for way in ways if way.walkable and {way.from_id, way.to_id} & kept])
     ElementTree.indent(root, " ")
@@ -96,18 +97,19 @@ def _system(frame: SiteFrame) -> dict[str, str]:
     return out
 
 
-def _add_points(root: ElementTree.Element, floor: FloorStations, *, kind: str) -> None:
+def _add_points(root: ElementTree.Element, plan: PlanSource, floor: FloorStations, *, kind: str) -> None:
     """Add a group of points; a sensor's have names of their own, for programs that put all groups together."""
     what = "ground points, set out these" if kind == "ground" else "sensors, at instrument height above the ground"
     name = f"{floor.id or 'other'} {kind} points"
     group = _add(root, "CgPoints", {"name": name, "desc": f"{floor.name or 'no floor of the plan'}: {what}"})
+    scanned = scanned_before(plan)
     for station in floor.stations:
         at_m = station.site_ground_m if kind == "ground" else station.site_m
         attributes = {
             "name": station.id if kind == "ground" else f"{station.id}-sensor",
-            "desc": description_of(station),
+            "desc": description_of(plan, station),
             "code": station.floor_id,
-            "state": "existing" if station.fixed else "proposed",
+            "state": "existing" if station.id in scanned else "proposed",
             "featureRef": f"{station.id} {kind}",
         }
         if kind == "ground":
@@ -115,17 +117,17 @@ def _add_points(root: ElementTree.Element, floor: FloorStations, *, kind: str) -
         _add(group, "CgPoint", attributes).text = _north_east_height(at_m)
     for station in floor.stations:
         feature = _add(group, "Feature", {"name": f"{station.id} {kind}", "code": "station"})
-        for label, value in _properties(station):
+        for label, value in _properties(station, scanned=station.id in scanned):
             _add(feature, "Property", {"label": label, "value": value})
 
 
-def _properties(station: FieldStation) -> Iterator[tuple[str, str]]:
+def _properties(station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, str]]:
     yield "floor", station.floor_name
     yield "order", str(station.number)
     yield "instrument_height_m", metres(station.instrument_height_m)
     yield "ground_height_m", metres(float(station.site_ground_m[2]))
     yield "sensor_height_m", metres(float(station.site_m[2]))
-    yield "scanned_before", "true" if station.fixed else "false"
+    yield "scanned_before", "true" if scanned else "false"
 
 
 def _add_walk(root: ElementTree.Element, frame: SiteFrame, ways: list[Way]) -> None:

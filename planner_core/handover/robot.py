@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.handover.chosen import chosen_floors, chosen_stations, named, require_ground
+from planner_core.handover.chosen import chosen_floors, chosen_stations, named, require_ground, scanned_before
 from planner_core.handover.geographic import geographic_of
 from planner_core.handover.geojson import feature, local_positions
 from planner_core.handover.occupancy import FREE, OccupancyMap, occupancy_maps, write_map
@@ -82,7 +82,7 @@ def _mission(plan: PlanSource, options: Options, progress: Progress) -> tuple[_M
     from planner_core.ground.free_space import free_space
     from planner_core.ground.local_site import local_site
     from planner_core.ground.reach import reachability
-    from planner_core.route.floors_passed import pieces_by_floor
+    from planner_core.route.floors_passed import floor_under, pieces_by_floor
 
     stations = chosen_stations(plan, options)
     require_ground(stations, "robot")
@@ -104,7 +104,9 @@ def _mission(plan: PlanSource, options: Options, progress: Progress) -> tuple[_M
     visited, left_out = _visits(plan, stations, all_ways)
     maps = occupancy_maps(survey, reachability(survey, space, site.entrances_m), floors)
     mission = _Mission(plan, settings, survey, offset_m, visited, left_out, ways, tuple(pieces), maps)
-    return mission, (*_remarks(mission, site.mover.step_m), *walk_remarks(all_ways))
+    feet_m = np.array([station.ground_m for station in visited]).reshape(-1, 3) - offset_m
+    no_ground = [each for each, floor in zip(visited, floor_under(space, feet_m), strict=True) if floor < 0]
+    return mission, (*_remarks(mission, no_ground, site.mover.step_m), *walk_remarks(all_ways))
 
 
 def _runs(corners_m: FloatArray, floors: list[str]) -> tuple[tuple[str, FloatArray], ...]:
@@ -124,15 +126,17 @@ def _visits(
     """Part stations into those of the walk and the others: scanned before, or with no way to them."""
     route = plan.document.get("route")
     stays = set() if route is None else {str(name) for name in route["left_out"]}
+    scanned = scanned_before(plan)
     on_way = {name for way in ways for name in (way.from_id, way.to_id)}
-    goes = [each.id in on_way or not (each.fixed or each.id in stays) for each in stations]
+    goes = [each.id in on_way or not (each.id in scanned or each.id in stays) for each in stations]
     visited = tuple(each for each, yes in zip(stations, goes, strict=True) if yes)
     return visited, tuple(each for each, yes in zip(stations, goes, strict=True) if not yes)
 
 
-def _remarks(mission: _Mission, step_m: float) -> tuple[str, ...]:
+def _remarks(mission: _Mission, no_ground: list[FieldStation], step_m: float) -> tuple[str, ...]:
     remarks = []
-    off = [station.id for station in mission.visited if _cell(mission, station) not in (None, FREE)]
+    bad = [each for each in mission.visited if each in no_ground or _cell(mission, each) not in (None, FREE)]
+    off = [station.id for station in bad]
     if off:
         remarks.append(f"{named(off)} not on free ground of the map: a robot can't stand there")
     if step_m > _WHEELS_STEP_M:
@@ -179,7 +183,7 @@ def _document(mission: _Mission) -> dict[str, Any]:
         "maps": [_map_entry(mission, each) for each in mission.maps],
         "waypoints": [_waypoint(mission, station) for station in mission.visited],
         "paths": [_path(way, pieces) for way, pieces in zip(mission.ways, mission.pieces, strict=True)],
-        "not_visited": [{"id": station.id, "reason": _reason(station)} for station in mission.left_out],
+        "not_visited": [{"id": station.id, "reason": _reason(plan, station)} for station in mission.left_out],
         "keep_out": [_zone(mission, row) for row in mission.plan.document["site"]["keep_out"]],
     }
 
@@ -247,8 +251,8 @@ def _path(way: Way, pieces: tuple[tuple[str, FloatArray], ...]) -> dict[str, Any
     }
 
 
-def _reason(station: FieldStation) -> str:
-    return "scanned before" if station.fixed else "no way leads there"
+def _reason(plan: PlanSource, station: FieldStation) -> str:
+    return "scanned before" if station.id in scanned_before(plan) else "no way leads there"
 
 
 def _zone(mission: _Mission, row: Mapping[str, Any]) -> dict[str, Any]:

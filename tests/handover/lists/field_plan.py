@@ -52,7 +52,7 @@ def on_site(x: float, y: float, z: float) -> tuple[float, float, float]:
 
 
 def station(
-    name: str, floor: str, x: float, y: float, z: float, height: float, fixed: bool, number: int, frame: SiteFrame
+    name: str, floor: str, x: float, y: float, z: float, height: float, _: bool, number: int, frame: SiteFrame
 ) -> FieldStation:
     ground, position = np.array([x, y, z]), np.array([x, y, z + (0.0 if math.isnan(height) else height)])
     if math.isnan(height):
@@ -68,7 +68,7 @@ def station(
         instrument_height_m=height,
         site_m=frame.to_site(position),
         site_ground_m=frame.to_site(ground),
-        fixed=fixed,
+        fixed=True,  # of scanned and of given ones: it tells nothing
         own_area_m2=3.5,
         covered_area_m2=44.25,
     )
@@ -81,10 +81,11 @@ def field_plan(
 ) -> PlanSource:
     frame = frame or SiteFrame()
     given = STATIONS if stations is None else stations
+    scanned = [name for name, row in given.items() if row[-1]]
     route = {"legs": LEGS if legs is None else legs, "left_out": []}
     return PlanSource(
         folder=Path("nowhere"),
-        document={"route": route},
+        document={"route": route, "site": {"settled": [{"id": name, "role": "scanned"} for name in scanned]}},
         frame=frame,
         stations=tuple(station(name, *row, number, frame) for number, (name, row) in enumerate(given.items(), start=1)),
         floors=(
