@@ -180,7 +180,7 @@ _FORMATS = (
         title="sheets to print: cover, floors to scale, station tables, charts",
         file_name="sheets.pdf",
         write=_lazy("planner_core.handover.sheets.pdf", "write_pdf"),
-        options=("paper", "floors"),
+        options=("paper", "floors", "cut_m"),
         verified_with="pypdf 7.1, PDFium (pypdfium2)",
     ),
     Format(
@@ -188,7 +188,7 @@ _FORMATS = (
         title="the same as one page for browsers, with nothing beside it",
         file_name="sheets.html",
         write=_lazy("planner_core.handover.sheets.html_page", "write_html"),
-        options=("paper", "floors"),
+        options=("paper", "floors", "cut_m"),
         verified_with="Python's html.parser and ElementTree, Chromium",
     ),
     Format(

@@ -12,7 +12,7 @@ import numpy as np
 
 from planner_core.export.sheet import nice_length_m
 from planner_core.handover.sheets.floor_view import COUNTS, STRONG, WEAK, FloorView
-from planner_core.handover.sheets.fonts import fitted, wrapped
+from planner_core.handover.sheets.fonts import fitted, width_mm, wrapped
 from planner_core.handover.sheets.ink import INK, PAPER, QUIET, Box, Ink, Pen
 from planner_core.handover.sheets.marks import (
     CUT,
@@ -29,16 +29,16 @@ from planner_core.handover.sheets.marks import (
     arrow_head,
 )
 from planner_core.handover.sheets.paper import Tile
-from planner_core.handover.sheets.unseen import hatch
+from planner_core.handover.sheets.spans import Family, spans_of_rings
 from planner_core.handover.source import PlanSource
 from planner_core.model import FloatArray, SiteFrame
 
 _FRAME = Pen(0.5)
 _LINE = Pen(0.25)
 _GRID = Pen(0.1, (0.45, 0.46, 0.48))
-_SCALE_WIDTH_MM = 44.0
+_SCALE_WIDTH_MM = 42.0
 _MOST_TITLE_MM = 128.0
-_LEAST_TITLE_MM = 84.0
+_LEAST_TITLE_MM = 80.0
 #: Lines of the coordinate grid are at least this far apart on paper.
 _GRID_MM = 38.0
 
@@ -78,8 +78,9 @@ def draw_band(
 def _draw_legend(ink: Ink, view: FloorView, box: Box) -> None:
     """Name every kind of mark, in columns."""
     entries = ["station", "walk", "strong", "counts", "weak"]
-    if view.ground is not None:
+    if view.surface is not None:
         entries += ["missed ground", "out of reach", "missed wall", "wall", "below"]
+    told = {entry: tuple(words.format(cut=view.cut_m) for words in _LEGEND[entry]) for entry in entries}
     n_columns = 2 if len(entries) > 5 else 1
     n_rows = -(-len(entries) // n_columns)
     width, height = (box.width - 3) / n_columns, (box.height - 2) / max(n_rows, 5)
@@ -87,21 +88,22 @@ def _draw_legend(ink: Ink, view: FloorView, box: Box) -> None:
         column, row = divmod(place, n_rows)
         left, middle = box.left + 2 + column * width, box.top - 1.5 - (row + 0.5) * height
         _draw_sample(ink, entry, Box(left, middle - 1.7, 11, 3.4))
-        words = _LEGEND[entry].format(cut=view.cut_m)
-        ink.text((left + 13, middle - 0.9), fitted(words, 6.4, width - 14), 6.4)
+        words = next((words for words in told[entry] if width_mm(words, 6.4) <= width - 13), told[entry][-1])
+        ink.text((left + 12.5, middle - 0.9), fitted(words, 6.4, width - 13), 6.4)
 
 
+#: In many words, and in few where there is little room.
 _LEGEND = {
-    "station": "station and its number in the walk",
-    "walk": "walk from station to station",
-    "strong": "link that holds firmly",
-    "counts": "link that registers two scans",
-    "weak": "overlap too weak to register",
-    "missed ground": "floor that the plan leaves unseen",
-    "out of reach": "floor that no spot sees",
-    "missed wall": "wall that the plan leaves unseen",
-    "wall": "cut {cut:.1f} m above the floor",
-    "below": "things that are lower",
+    "station": ("station and its number in the walk", "station"),
+    "walk": ("walk from station to station", "walk"),
+    "strong": ("link that holds firmly", "firm link of scans"),
+    "counts": ("link that registers two scans", "link of scans"),
+    "weak": ("overlap too weak to register", "overlap too weak"),
+    "missed ground": ("floor that the plan leaves unseen", "floor left unseen"),
+    "out of reach": ("floor that no spot sees", "floor no spot sees"),
+    "missed wall": ("wall that the plan leaves unseen", "wall left unseen"),
+    "wall": ("cut {cut:.2g} m above the floor", "cut at {cut:.2g} m"),
+    "below": ("things that are lower", "lower things"),
 }
 
 
@@ -131,9 +133,8 @@ def _draw_sample(ink: Ink, entry: str, box: Box) -> None:
 
 
 def _draw_hatch(ink: Ink, box: Box, kind: tuple[float, float], pen: Pen) -> None:
-    a, b, c, d = corners(box)
-    lines = hatch(np.array([(a, b, c), (a, c, d)]), step_m=kind[0], turn_rad=math.radians(kind[1]))
-    ink.lines(list(lines), pen)
+    family = Family(kind[0], math.radians(kind[1]))
+    ink.lines(list(spans_of_rings([[corners(box)]], family).lines(family)), pen)
 
 
 # -------------------------------------------------------------------------------------------------- scale
@@ -211,11 +212,13 @@ def _draw_title(
     ink.text((left, box.top - 5.2), fitted(plan.title, 9.5, room, bold=True), 9.5, bold=True)
     ink.text((left, box.top - 10.6), fitted(view.floor.name, 9.5, room), 9.5)
     n_stations = len(view.stations)
-    words = f"{n_stations} station{'' if n_stations == 1 else 's'}{_reached(plan, view)}"
+    lines = [f"{n_stations} station{'' if n_stations == 1 else 's'}{_reached(plan, view)}"]
     ground_m = float(plan.frame.to_site(np.array([*view.window_m.mean(axis=0), view.floor.elevation_m]))[2])
-    lines = [words, f"ground at H {ground_m:.2f} m{_network(plan)}"]
+    lines.append(f"Ground at H {ground_m:.2f} m")
+    if not plan.document["registration"]["connected"]:
+        lines.append("NOT all scans of the plan register")
     lines += wrapped(f"Coordinates: {plan.frame.crs_line}", 6.4, room)[:2]
-    if view.ground is None:
+    if view.surface is None:
         lines.append("Without walls: see the remarks")
     for place, line in enumerate(lines[:6]):
         ink.text((left, box.top - 15.6 - 3.5 * place), fitted(line, 6.4, room), 6.4)
@@ -226,11 +229,7 @@ def _reached(plan: PlanSource, view: FloorView) -> str:
     if not found:
         return ""
     share, area = 100 * float(found[0]["fraction_of_achievable"]), float(found[0]["achievable_area_m2"])
-    return f", seen: {share:.1f} % of {area:.0f} m² achievable"
-
-
-def _network(plan: PlanSource) -> str:
-    return "" if plan.document["registration"]["connected"] else "; NOT all scans register"
+    return f"; seen: {share:.1f} % of {area:.0f} m²"
 
 
 # --------------------------------------------------------------------------------------------------- grid

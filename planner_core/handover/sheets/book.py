@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
-from planner_core.errors import RequirementError
+from planner_core.errors import HandoverError, RequirementError
 from planner_core.handover.options import Options
 from planner_core.handover.sheets.building import Building, read_building
 from planner_core.handover.sheets.charts import Histogram, draw_curve, draw_histogram, histograms_of
@@ -16,7 +18,6 @@ from planner_core.handover.sheets.fonts import has_letters
 from planner_core.handover.sheets.ink import Box, Ink
 from planner_core.handover.sheets.paper import Sheet, Tile, sheet_of, tiles_of
 from planner_core.handover.sheets.tables import Piece, draw_piece, paginated
-from planner_core.handover.sheets.unseen import UnseenSurface
 from planner_core.handover.sheets.words import (
     Column,
     Table,
@@ -63,27 +64,39 @@ class Contents:
     remarks: tuple[str, ...]
 
 
+@contextmanager
+def plan_guarded(plan: PlanSource) -> Iterator[None]:
+    """Say of a plan.json that lacks what sheets show, as of earlier versions, that this is so."""
+    try:
+        yield
+    except KeyError as error:
+        raise HandoverError(
+            f"{plan.folder / 'plan.json'}: has no {error}, expected a plan of this version; plan again"
+        ) from error
+
+
 def gather(plan: PlanSource, options: Options) -> Contents:
     """Read and work out all that sheets show.
 
     Raises
     ------
     RequirementError
-        No such paper, or floor.
+        No such paper or floor, or no height to cut walls at.
     HandoverError
         A file of the plan folder can't be read.
     MissingPackageError
         reportlab or matplotlib is missing.
     """
     sheet_of(options.paper, upright=False)
+    if not 0.0 < options.cut_m < math.inf:
+        raise RequirementError(f"cut: got {options.cut_m:g} m, expected a height above the floor; e.g. 1.2")
     wanted = wanted_floors(plan, options.floors)
     building = read_building(plan.folder)
     remarks = [building] if isinstance(building, str) else []
     there = None if isinstance(building, str) else building
-    surface = None if there is None else UnseenSurface(there)
     floors = []
     for floor in wanted:
-        view = view_floor(plan, floor, there, surface)
+        view = view_floor(plan, floor, there, cut_m=options.cut_m)
         tiles = tuple(tile for tile in tiles_of(view.window_m, options.paper) if not is_empty(view, tile))
         floors.append(FloorSheets(view, tiles, stations_table(plan, floor)))
     summary = (floors_table(plan), asked_table(plan), networks_table(plan), gaps_table(plan), unseen_table(plan))
@@ -114,7 +127,7 @@ def _histograms(plan: PlanSource, building: Building | None, remarks: list[str])
 
 def _unprintable(plan: PlanSource) -> list[str]:
     names = [plan.title, *(floor.name for floor in plan.floors), *(station.id for station in plan.stations)]
-    names += [str(row["name"]) for row in plan.document["unseen"]]
+    names += [str(row["name"]) for row in plan.document.get("unseen", ())]
     bad = [name for name in dict.fromkeys(names) if not has_letters(name)]
     if not bad:
         return []

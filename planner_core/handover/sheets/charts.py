@@ -126,14 +126,13 @@ def draw_histogram(ink: Ink, made: Histogram, box: Box) -> None:
             ink.lines([bar], _BAR_EDGE, closed=True)
     lines = [f"half of it at most {made.median:.3g}, 95 % at most {made.at_95:.3g}"]
     if made.more:
-        lines.append("the last bar holds all beyond, too")
+        lines.append("the last bar is of all beyond, too")
     if made.asked is not None and made.within is not None:
         x = to_x(made.asked)
         ink.lines([np.array([(x, plot.bottom), (x, plot.top)])], _ASKED)
         _boxed(ink, (x, plot.top - 2.0), f"asked: {made.asked:.4g}", plot)
         lines.append(f"{100 * made.within:.1f} % keep the limit")
-    for place, line in enumerate(lines):
-        ink.text((plot.right - 1, plot.top - 6.5 - 3.2 * place), line, _SIZE_PT, align="right", colour=QUIET)
+    ink.text((plot.right, box.top - 7.6), "; ".join(lines), _SIZE_PT, align="right", colour=QUIET)
 
 
 def _boxed(ink: Ink, at: tuple[float, float], words: str, plot: Box) -> None:
@@ -147,9 +146,9 @@ def _boxed(ink: Ink, at: tuple[float, float], words: str, plot: Box) -> None:
 
 def draw_curve(ink: Ink, plan: PlanSource, box: Box) -> None:
     """Draw covered share against number of stations, the most useful first where the plan says which that is."""
-    why = plan.document["why"]
+    why = plan.document.get("why")
     steps = [] if why is None else why["curve"]
-    shares = [step["fraction_of_achievable"] for step in steps] or list(plan.document["coverage_curve"])
+    shares = [step["fraction_of_achievable"] for step in steps] or list(plan.document.get("coverage_curve", ()))
     curve = 100 * np.array([0.0, *shares], dtype=np.float64)
     n = max(1, len(curve) - 1)
     title = "What each further station adds" + (", the most useful first" if steps else "")
@@ -172,7 +171,7 @@ def _draw_axes(
     ink: Ink, title: str, box: Box, x_axis: Axis, y_axis: Axis
 ) -> tuple[Box, Callable[[float], float], Callable[[float], float]]:
     """Draw title, axes and grid; return the plot's box, and where values are on paper."""
-    plot = Box(box.left + 12, box.bottom + 10, box.width - 15, box.height - 18)
+    plot = Box(box.left + 12, box.bottom + 10, box.width - 15, box.height - 20)
     ink.text((box.left, box.top - 4.2), title, 10.0, bold=True)
 
     def to_x(value: float) -> float:

@@ -61,7 +61,8 @@ def draw_cover(
     _draw_figures(ink, plan, Box(body.left, body.bottom, left_mm, body.height))
     if picture.is_file():
         beside = Box(body.left + left_mm + 6, body.bottom, body.width - left_mm - 6, body.height)
-        foot_mm = _draw_picture(ink, picture, beside)
+        index_mm = min(0.5 * body.height, _INDEX_MM * -(-len(index) // 2) + 14)
+        foot_mm = _draw_picture(ink, picture, Box(beside.left, foot + index_mm, beside.width, body.height - index_mm))
         _draw_index(ink, index, Box(beside.left, body.bottom, beside.width, foot_mm - body.bottom - 4))
 
 

@@ -32,7 +32,7 @@ from planner_core.handover.sheets.marks import (
     draw_walk,
 )
 from planner_core.handover.sheets.paper import Tile
-from planner_core.handover.sheets.unseen import hatch
+from planner_core.handover.sheets.spans import Family, spans_of_rings, spans_of_triangles, without
 from planner_core.handover.source import PlanSource
 from planner_core.model import FloatArray
 
@@ -86,15 +86,18 @@ def is_empty(view: FloorView, tile: Tile) -> bool:
 
 
 def _draw_ground(ink: Ink, view: FloorView, tile: Tile) -> None:
-    if view.ground is None:
+    surface = view.surface
+    if surface is None:
         return
-    for triangles, (apart_mm, turn_deg), pen in (
-        (view.ground.out_of_reach, HATCH_OUT_OF_REACH, OUT_OF_REACH),
-        (view.ground.missed, HATCH_MISSED, MISSED_GROUND),
+    for hatched, hiding, (apart_mm, turn_deg), pen in (
+        (surface.out_of_reach, (surface.seen, surface.missed), HATCH_OUT_OF_REACH, OUT_OF_REACH),
+        (surface.missed, (surface.seen,), HATCH_MISSED, MISSED_GROUND),
     ):
-        shown = triangles[_near(triangles, tile)]
-        lines = hatch(shown, step_m=apart_mm / tile.mm_per_m, turn_rad=math.radians(turn_deg))
-        ink.lines(list(tile.on_paper(lines)), pen)
+        family = Family(apart_mm / tile.mm_per_m, math.radians(turn_deg))
+        spans = without(spans_of_triangles(_near(hatched, tile), family), spans_of_rings(view.standing, family))
+        for other in hiding:
+            spans = without(spans, spans_of_triangles(_near(other, tile), family))
+        ink.lines(list(tile.on_paper(spans.lines(family))), pen)
 
 
 def _draw_building(ink: Ink, view: FloorView, tile: Tile) -> None:
@@ -103,18 +106,17 @@ def _draw_building(ink: Ink, view: FloorView, tile: Tile) -> None:
         ink.area([tile.on_paper(ring) for ring in rings], WALL_FILL)
     ink.lines([tile.on_paper(line) for line in view.fittings], FITTING)
     ink.lines([tile.on_paper(line) for line in view.cuts], CUT)
-    if view.missed_walls is not None:
-        strips = list(tile.on_paper(view.missed_walls))
+    if view.surface is not None:
+        strips = list(tile.on_paper(view.surface.walls))
         ink.lines(strips, MISSED_WALL_RIM)
         ink.lines(strips, MISSED_WALL)
 
 
-def _near(triangles: FloatArray, tile: Tile) -> np.ndarray:
-    """(N,) bool: which triangles (N, 3, 2) may be on a sheet."""
+def _near(triangles: FloatArray, tile: Tile) -> FloatArray:
+    """Return those of the triangles (N, 3, 2) that may be on a sheet."""
     low_m, high_m = tile.window_m
-    return np.asarray(
-        ((triangles.max(axis=1) >= low_m) & (triangles.min(axis=1) <= high_m)).all(axis=1), dtype=np.bool_
-    )
+    near = ((triangles.max(axis=1) >= low_m) & (triangles.min(axis=1) <= high_m)).all(axis=1)
+    return np.asarray(triangles[near])
 
 
 def _draw_links(ink: Ink, view: FloorView, tile: Tile) -> None:

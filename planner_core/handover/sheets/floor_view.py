@@ -14,7 +14,7 @@ import numpy as np
 from planner_core.export.link_drawing import STRONG_TIMES
 from planner_core.handover.section import CUT_HEIGHT_M, SectionLine, floor_section, lines_below
 from planner_core.handover.sheets.building import Building
-from planner_core.handover.sheets.unseen import UnseenGround, UnseenSurface
+from planner_core.handover.sheets.unseen import UnseenSurface, unseen_surface
 from planner_core.handover.sheets.walk import Mark, Way, breaks_on, ends_on, sealed_on, ways_on
 from planner_core.handover.source import FieldFloor, FieldLink, FieldStation, PlanSource
 from planner_core.model import BoolArray, FloatArray, Floor
@@ -30,6 +30,8 @@ _SOLID = ("wall", "column", "slab", "other")
 #: Surface of a floor is looked for up to here, where no floor above ends it before.
 _STOREY_M = 4.0
 _LEAST_STOREY_M = 1.5
+#: What is cut at this height stands on the ground: walls below windows, cupboards, not carpets.
+_STANDING_M = 0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +40,8 @@ class FloorView:
 
     window_m : (2, 2) what the drawing has to hold. solids : rings of each solid that is cut. cuts, fittings, below :
     (N, 2) lines: of cut solids, of doors, windows and furniture in the cut, of what is below it; closed ones repeat
-    their first point. missed_walls : (K, 2, 2). links : by class, (K, 2, 2) ends. elsewhere : numbers of stations of
-    other floors that a station links to.
+    their first point. links : by class, (K, 2, 2) ends. elsewhere : numbers of stations of other floors that a station
+    links to.
     """
 
     floor: FieldFloor
@@ -55,8 +57,9 @@ class FloorView:
     cuts: tuple[FloatArray, ...] = ()
     fittings: tuple[FloatArray, ...] = ()
     below: tuple[FloatArray, ...] = ()
-    ground: UnseenGround | None = None
-    missed_walls: FloatArray | None = None
+    surface: UnseenSurface | None = None
+    standing: tuple[tuple[FloatArray, ...], ...] = ()
+    """Rings of what stands on the ground: there is no floor to be seen."""
     cut_m: float = CUT_HEIGHT_M
     """Above the ground."""
 
@@ -73,7 +76,7 @@ def link_class(plan: PlanSource, link: FieldLink) -> int | None:
 
 
 def view_floor(
-    plan: PlanSource, floor: FieldFloor, building: Building | None, surface: UnseenSurface | None
+    plan: PlanSource, floor: FieldFloor, building: Building | None, *, cut_m: float = CUT_HEIGHT_M
 ) -> FloorView:
     """Gather what the drawing of a floor shows; without a building no walls and no surface."""
     stations = plan.stations_of(floor.id)
@@ -92,9 +95,10 @@ def view_floor(
         links=links,
         elsewhere=elsewhere,
     )
-    if building is None or surface is None:
+    if building is None:
         return view
-    return _with_building(plan, view, building, surface, np.concatenate([np.zeros((0, 2)), *places]))
+    trodden_m = np.concatenate([np.zeros((0, 2)), *places])
+    return _with_building(plan, replace(view, cut_m=_cut_m(plan, floor, cut_m)), building, trodden_m)
 
 
 def _around(places: Sequence[FloatArray]) -> FloatArray:
@@ -125,13 +129,11 @@ def _links_on(
     return (weak, counting, strong), {name: tuple(sorted(numbers)) for name, numbers in elsewhere.items()}
 
 
-def _with_building(
-    plan: PlanSource, view: FloorView, building: Building, surface: UnseenSurface, trodden_m: FloatArray
-) -> FloorView:
+def _with_building(plan: PlanSource, view: FloorView, building: Building, trodden_m: FloatArray) -> FloorView:
     """Add walls and surface; nobody stands inside a wall: what holds a place of the walk is no solid."""
     scene, floor = building.scene, view.floor
     number = next(index for index, each in enumerate(plan.floors) if each.id == floor.id)
-    cut_m = _cut_m(plan, floor)
+    cut_m = view.cut_m
     local = _local_floor(floor, building, number)
     limits_m = floor.bounds + np.array([[-_AROUND_M], [_AROUND_M]])
     limits_m = np.stack([np.minimum(limits_m[0], view.window_m[0]), np.maximum(limits_m[1], view.window_m[1])])
@@ -140,9 +142,9 @@ def _with_building(
     solid = [line for line in section if line.kind in _SOLID]
     offset_m = scene.offset_m[:2]
     seen_m = [np.clip(line.points_m, *limits_m) for line in section if line.kind in _SOLID]
-    ground = surface.ground(number)
-    low_m = floor.elevation_m - float(scene.offset_m[2])
-    high_m = low_m + _storey_m(plan, floor)
+    height_m = local.elevation_m + np.array([0.0, _storey_m(plan, floor)])
+    surface = unseen_surface(building, number, height_m=height_m, window_m=limits_m - offset_m)
+    standing = [line for line in floor_section(scene, local, _STANDING_M) if _touches(line, limits_m)]
     return replace(
         view,
         window_m=_around([view.window_m + np.array([[_MARGIN_M], [-_MARGIN_M]]), *seen_m]),
@@ -150,16 +152,15 @@ def _with_building(
         cuts=tuple(_drawn(solid)),
         fittings=tuple(_drawn(line for line in section if line.kind not in _SOLID)),
         below=tuple(_drawn(below)),
-        ground=UnseenGround(ground.missed + offset_m, ground.out_of_reach + offset_m),
-        missed_walls=surface.walls(low_m, high_m, limits_m - offset_m) + offset_m,
-        cut_m=cut_m,
+        surface=surface.moved(offset_m),
+        standing=tuple(_solids(standing, trodden_m)),
     )
 
 
-def _cut_m(plan: PlanSource, floor: FieldFloor) -> float:
-    """Above the ground: the usual height, or half-way to the floor above where that is lower."""
+def _cut_m(plan: PlanSource, floor: FieldFloor, wanted_m: float) -> float:
+    """Above the ground: the height wanted, or half-way to the floor above where that is lower."""
     above = [each.elevation_m for each in plan.floors if each.elevation_m > floor.elevation_m + 0.5]
-    return min([CUT_HEIGHT_M, *(0.5 * (z - floor.elevation_m) for z in above)])
+    return min([wanted_m, *(0.5 * (z - floor.elevation_m) for z in above)])
 
 
 def _storey_m(plan: PlanSource, floor: FieldFloor) -> float:

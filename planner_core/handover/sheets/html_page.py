@@ -11,7 +11,7 @@ from html import escape
 from pathlib import Path
 
 from planner_core.handover.options import Options
-from planner_core.handover.sheets.book import Contents, FloorSheets, gather
+from planner_core.handover.sheets.book import Contents, FloorSheets, gather, plan_guarded
 from planner_core.handover.sheets.charts import draw_curve, draw_histogram
 from planner_core.handover.sheets.cover import OVERVIEW, SUBTITLE
 from planner_core.handover.sheets.floor_page import Neighbour, draw_floor
@@ -44,7 +44,8 @@ figure{{margin:1rem 0}}img,svg{{max-width:100%;height:auto;display:block}}
 @page upright{{size:{paper} portrait;margin:{margin}mm}}
 @media print{{body{{margin:0;padding:0;max-width:none;font-size:12px}}table{{font-size:10px}}
 .sheet{{break-before:page;break-after:page;break-inside:avoid;margin:0}}.upright{{page:upright}}
-.screen{{display:none}}img{{max-height:95mm;max-width:none;width:auto}}.sheet svg{{max-width:none}}tr,.charts svg{{break-inside:avoid}}h2{{break-after:avoid}}.wide{{overflow:visible}}}}
+.screen{{display:none}}img{{max-height:95mm;max-width:none;width:auto}}
+.sheet svg{{max-width:none}}tr,.charts svg{{break-inside:avoid}}h2{{break-after:avoid}}.wide{{overflow:visible}}}}
 """
 
 
@@ -57,8 +58,10 @@ def write_html(plan: PlanSource, path: Path, options: Options, progress: Progres
         See `planner_core.handover.sheets.book.gather`.
     """
     progress(ProgressEvent(STAGE, 0, 0, "reading the plan folder"))
-    contents = gather(plan, options)
-    path.write_text(_page(contents, options.paper), encoding="utf-8")
+    with plan_guarded(plan):
+        contents = gather(plan, options)
+        page = _page(contents, options.paper)
+    path.write_text(page, encoding="utf-8")
     progress(ProgressEvent(STAGE, 1, 1))
     return contents.remarks
 
@@ -76,8 +79,8 @@ def _page(contents: Contents, paper: str) -> str:
     ]
     first = 1
     for floor in contents.floors:
-        parts += [f'<h2 class="screen">{_words(floor.view.floor.name)}</h2>', *_drawings(plan, floor, first, len(tiles))]
-        parts.append(_table(floor.table))
+        parts.append(f'<h2 class="screen">{_words(floor.view.floor.name)}</h2>')
+        parts += [*_drawings(plan, floor, first, len(tiles)), _table(floor.table)]
         first += len(floor.tiles)
     parts += [_table(table) for table in contents.summary]
     parts.append(_charts(contents))

@@ -20,7 +20,8 @@ PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0)}
 MARGIN_MM = 8.0
 BAND_MM = 35.0
 """Height of the band with legend, scale and title at the foot of drawings."""
-SCALES = (50, 100, 200, 250, 500)
+SCALES = (50, 75, 100, 125, 200, 250, 500)
+"""Those that scale rulers have."""
 #: Tiles of one floor overlap by this much.
 _OVERLAP_MM = 12.0
 #: Between a floor and the frame of its drawing.

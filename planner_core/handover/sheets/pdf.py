@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from planner_core.handover.options import Options
-from planner_core.handover.sheets.book import gather, pages_of
+from planner_core.handover.sheets.book import Page, gather, pages_of, plan_guarded
 from planner_core.handover.sheets.pdf_ink import PdfBook
 from planner_core.handover.source import PlanSource
 from planner_core.progress import Progress, ProgressEvent
@@ -22,13 +23,18 @@ def write_pdf(plan: PlanSource, path: Path, options: Options, progress: Progress
         See `planner_core.handover.sheets.book.gather`.
     """
     progress(ProgressEvent(STAGE, 0, 0, "reading the plan folder"))
-    contents = gather(plan, options)
-    pages = pages_of(contents, options.paper)
+    with plan_guarded(plan):
+        contents = gather(plan, options)
+        pages = pages_of(contents, options.paper)
+        _write(plan, pages, path, progress)
+    progress(ProgressEvent(STAGE, len(pages), len(pages)))
+    return contents.remarks
+
+
+def _write(plan: PlanSource, pages: Sequence[Page], path: Path, progress: Progress) -> None:
     book = PdfBook(path, title=f"Scan plan of {plan.title}", subject=f"Coordinates: {plan.frame.crs_line}")
     for number, page in enumerate(pages, start=1):
         progress(ProgressEvent(STAGE, number - 1, len(pages), page.title))
         page.draw(book.page(page.sheet.width_mm, page.sheet.height_mm, title=page.title), number, len(pages))
         book.turn()
     book.close()
-    progress(ProgressEvent(STAGE, len(pages), len(pages)))
-    return contents.remarks

@@ -41,16 +41,22 @@ class Mark:
 
 def ways_on(plan: PlanSource, floor: FieldFloor) -> list[Way]:
     """Stretches of the walk on a floor, in the order of the walk."""
-    route = plan.document["route"]
+    route = plan.document.get("route")
+    number = {each.id: index for index, each in enumerate(plan.floors)}
+    floor_of = {station.id: number[station.floor_id] for station in plan.stations if station.floor_id in number}
     ways: list[Way] = []
     for leg in [] if route is None else route["legs"]:
         points_m = np.array(leg["points"], dtype=np.float64).reshape(-1, 3)
         floors = _floor_of_pieces(plan, points_m, leg["floors"])
         changes = np.flatnonzero(np.diff(floors)) + 1
         for first, end in zip([0, *changes.tolist()], [*changes.tolist(), len(floors)], strict=True):
-            if end > first and plan.floors[int(floors[first])].id == floor.id:
-                arrives = _stairs(plan, "from", leg["from"], int(floors[first - 1])) if first else ""
-                leaves = _stairs(plan, "to", leg["to"], int(floors[end])) if end < len(floors) else ""
+            here = number[floor.id]
+            if end > first and floors[first] == here:
+                # Stairs that end at a station are of the floor below, though the station is not.
+                before = int(floors[first - 1]) if first else floor_of.get(leg["from"], here)
+                after = int(floors[end]) if end < len(floors) else floor_of.get(leg["to"], here)
+                arrives = _stairs(plan, "from", leg["from"], before) if before != here else ""
+                leaves = _stairs(plan, "to", leg["to"], after) if after != here else ""
                 ways.append(Way(points_m[first : end + 1, :2], arrives, leaves))
     return ways
 
@@ -76,7 +82,7 @@ def _stairs(plan: PlanSource, sense: str, station: str | None, floor: int) -> st
 
 def breaks_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
     """Say where the walk goes on from stations that no way inside leads from."""
-    route = plan.document["route"]
+    route = plan.document.get("route")
     at = {station.id: station for station in plan.stations}
     marks = []
     for leg in [] if route is None else route["legs"]:
@@ -91,7 +97,7 @@ def breaks_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
 
 def ends_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
     """Return where the walk begins and ends, where these are places of their own."""
-    route = plan.document["route"]
+    route = plan.document.get("route")
     if route is None:
         return []
     marks = []
@@ -106,7 +112,7 @@ def sealed_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
     """Return rooms of a floor that nobody can walk into."""
     return [
         Mark(np.array(area["inside"][:2], dtype=np.float64), f"no way in, {float(area['area_m2']):.0f} m²")
-        for area in plan.document["sealed"]
+        for area in plan.document.get("sealed", ())
         if area["floor"] == floor.id
     ]
 

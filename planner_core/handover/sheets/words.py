@@ -18,6 +18,8 @@ from planner_core.model import FloatArray
 
 #: Coordinates on paper are for people who set up a tripod: to the millimetre.
 _DIGITS = 3
+#: Networks are listed largest first, up to so many: a plan of many rooms with doors shut has one a room.
+_MAX_NETWORKS = 24
 #: Listed of what the plan leaves out, and of what no spot sees.
 _MAX_SURFACES = 12
 _LEFT_OUT = "not worth a station"
@@ -54,7 +56,7 @@ def plan_figures(plan: PlanSource) -> list[tuple[str, str]]:
         ("Coverage", f"{of_achievable:.1f} % of {area:.0f} m² achievable; asked for: {100 * asked['coverage']:g} %"),
         ("Registration", network_words(plan)),
     ]
-    route, time = document["route"], document["field_time"]
+    route, time = document.get("route"), document.get("field_time")
     if route is not None:
         back = ", and back to the start" if route["returns"] else ""
         figures.append(("Walk", f"{route['length_m']:.0f} m between the stations{back}"))
@@ -257,7 +259,7 @@ def _notes(plan: PlanSource, station: FieldStation) -> Iterator[str]:
         yield "scanned before or given"
     if any(station.id in network["articulations"] for network in plan.document["registration"]["networks"]):
         yield "the network hangs on it"
-    route = plan.document["route"]
+    route = plan.document.get("route")
     if route is not None and station.id in route["left_out"]:
         yield "not in the walk"
 
@@ -283,7 +285,9 @@ def networks_table(plan: PlanSource) -> Table | None:
         Column("Weakest link that it needs", 44),
         Column("Links it falls apart without", 40),
     )
-    return Table("How the scans register", columns, tuple(rows))
+    more = len(rows) - _MAX_NETWORKS
+    note = f"{more} more: see plan.json." if more > 0 else ""
+    return Table("How the scans register", columns, tuple(rows[:_MAX_NETWORKS]), note)
 
 
 def gaps_table(plan: PlanSource) -> Table | None:
@@ -298,10 +302,11 @@ def gaps_table(plan: PlanSource) -> Table | None:
             _pair(gap["best"], number),
             f"{100 * gap['best']['overlap']:.1f}",
         )
-        for gap in gaps
+        for gap in gaps[:_MAX_NETWORKS]
     )
     columns = (Column("Networks", 30), Column("Best link, by number", 30), Column("Overlap, %", 20, number=True))
     note = "Scans of separate networks need targets, an open door or a further station between them."
+    note += f" {len(gaps) - len(rows)} more: see plan.json." if len(gaps) > len(rows) else ""
     return Table("What is missing between the networks", columns, rows, note)
 
 
@@ -311,7 +316,7 @@ def _pair(link: Mapping[str, Any], number: Mapping[str, int]) -> str:
 
 def unseen_table(plan: PlanSource) -> Table | None:
     """Largest surfaces that are not covered, with the reason; None where nobody looked for reasons."""
-    why = plan.document["why"]
+    why = plan.document.get("why")
     if why is None:
         return None
     surfaces = sorted(why["unseen_surfaces"], key=lambda each: (-each["area_m2"], each["element"]))
