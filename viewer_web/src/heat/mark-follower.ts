@@ -3,13 +3,11 @@ import { effect } from '@preact/signals';
 import { fetchPatchValues, fetchSeen, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { Building } from '../scene/building.ts';
 import type { PatchPlaces } from '../scene/patch-places.ts';
+import { boxOf } from '../scene/piece-parts.ts';
 import type { Store, UnseenFocus } from '../store.ts';
 import { NOT_ACHIEVABLE, type PatchValues, REASON } from './layers.ts';
 import { markedArea, ownMarks, sharedMarks } from './marks.ts';
 import type { PatchPaint } from './patch-paint.ts';
-
-/** A piece's box says where its patches lie to the micrometre, and middles of patches lie inside it. */
-const BOX_SLACK_M = 1e-3;
 
 export class MarkFollower {
   private latest = 0;
@@ -89,8 +87,7 @@ export class MarkFollower {
     const element = stage.elements.find(({ sceneIndex }) => sceneIndex === surface.element);
     const shown = surface.pieces[piece];
     if (element === undefined || shown === undefined) return marks;
-    const corner = (at: readonly number[], by: number): number[] => at.map((x, k) => x - stage.offsetM[k] + by);
-    const box = [corner(shown.box[0], -BOX_SLACK_M), corner(shown.box[1], BOX_SLACK_M)] as const;
+    const box = boxOf(shown, stage.offsetM);
     const { timesSeen } = this.paint;
     const reason = this.loaded.layers?.reasons.indexOf(surface.reason);
     const isUnseen = (patch: number): boolean =>

@@ -1,9 +1,10 @@
-import { type Ray, Vector3 } from 'three';
+import { Vector3 } from 'three';
 import { expect, test } from 'vitest';
 import { patchCode, patchCorners, squaredEdges } from '../load/patch-rule.ts';
 import type { StageElement, StageTriangles } from '../load/stage.ts';
 import { PatchPlaces } from './patch-places.ts';
-import { viewOf } from './viewpoint.ts';
+import { partsOf } from './piece-parts.ts';
+import { type PieceToSee, type Surroundings, viewOf } from './viewpoint.ts';
 
 /** Triangles by their corners, patches numbered in the order of `firstPatch`. */
 function triangles(corners: number[][], depth: number[], firstPatch: number[]): StageTriangles {
@@ -90,32 +91,90 @@ test('of an element the patches in a box are found that are asked for', () => {
 
 const AT = new Vector3(0, 0, 0);
 const UP = new Vector3(0, 0, 1);
+const NOWHERE = Number.POSITIVE_INFINITY;
+const piece = (sizeM: number, normal = UP, isOneSided = false): PieceToSee => ({
+  parts: [{ pointM: AT, normal }],
+  isOneSided,
+  sizeM,
+});
+/** So far one gets in each direction, and nothing lies in between that is not that near. */
+const around = (freeLength: (direction: Vector3) => number): Surroundings => ({
+  freeLength: ({ direction }) => freeLength(direction),
+  isOpen: (from, to) => from.distanceTo(to) < freeLength(from.clone().sub(to).normalize()),
+});
+const FREE = around(() => NOWHERE);
 
 test('a surface is looked at from the side that is free, at the wished distance', () => {
-  const belowIsFree = (ray: Ray): number => (ray.direction.z > 0 ? 0.05 : Number.POSITIVE_INFINITY);
-  const view = viewOf(AT, UP, 4, belowIsFree);
+  const belowIsFree = around(({ z }) => (z > 0 ? 0.05 : NOWHERE));
+  const view = viewOf(piece(4), belowIsFree);
   expect(view.position.z).toBeLessThan(0);
-  const free = viewOf(AT, UP, 4, () => Number.POSITIVE_INFINITY);
+  const free = viewOf(piece(4), FREE);
   expect(free.position.z).toBeGreaterThan(0);
   expect(free.position.length()).toBeCloseTo(view.position.length());
   expect(free.target.toArray()).toEqual([0, 0, 0]);
 });
 
+test('a body is never looked at from its inside, also where that is free', () => {
+  const belowIsFree = around(({ z }) => (z > 0 ? 0.05 : NOWHERE));
+  expect(viewOf(piece(4, UP, true), belowIsFree).position.z).toBeGreaterThan(0);
+  for (const normal of [new Vector3(1, 0, 0), new Vector3(0, 1, 0), new Vector3(0, -1, 0), new Vector3(-1, 0, 0)]) {
+    for (const where of [FREE, around(() => 0.1)]) {
+      expect(viewOf(piece(1, normal, true), where).position.dot(normal), normal.toArray().join()).toBeGreaterThan(0);
+    }
+  }
+});
+
+test('of free views the one is taken that shows most of the piece', () => {
+  // Along x a screen stands before the other parts: whoever looks from beyond it sees the middle alone.
+  const parts = [0, 1, 2, 3].map((y) => ({ pointM: new Vector3(0, y, 0), normal: UP }));
+  const isOpen = (from: Vector3, to: Vector3): boolean => to.y === 0 || from.x < -0.5;
+  const view = viewOf({ parts, isOneSided: true, sizeM: 3 }, { freeLength: () => NOWHERE, isOpen });
+  expect(view.position.x).toBeLessThan(-0.5);
+});
+
 test('the camera stops short of what is in the way', () => {
-  const view = viewOf(AT, UP, 2, () => 3);
+  const view = viewOf(
+    piece(2),
+    around(() => 3),
+  );
   expect(view.position.length()).toBeLessThan(3);
   expect(view.position.length()).toBeGreaterThan(2);
 });
 
 test('what no side shows is looked at from outside and above', () => {
-  const view = viewOf(AT, UP, 4, () => 0.1);
-  expect(view.position.length()).toBeGreaterThan(4);
-  expect(view.position.z).toBeGreaterThan(0);
+  for (const hidden of [around(() => 0.1), { freeLength: () => NOWHERE, isOpen: () => false }]) {
+    const view = viewOf(piece(4), hidden);
+    expect(view.position.length()).toBeGreaterThan(4);
+    expect(view.position.z).toBeGreaterThan(0);
+  }
 });
 
 test('larger pieces are looked at from further off, within reason', () => {
-  const far = (size: number): number => viewOf(AT, UP, size, () => Number.POSITIVE_INFINITY).position.length();
+  const far = (size: number): number => viewOf(piece(size), FREE).position.length();
   expect(far(8)).toBeGreaterThan(far(3));
   expect(far(0.1)).toBeGreaterThan(2);
   expect(far(1000)).toBeLessThan(100);
+});
+
+test('a piece is judged by parts in its box that face as its middle, turned to the outside of a body', () => {
+  const places = new PatchPlaces(TRIANGLES);
+  const offsetM = [100, 200, 0] as const;
+  const whole = {
+    area_m2: 1,
+    centroid: [0, 0, 0],
+    patch: 20,
+    box: [
+      [99, 199, -1],
+      [109, 209, 9],
+    ],
+  } as unknown as Parameters<typeof partsOf>[0];
+  const open = partsOf(whole, ELEMENT, { offsetM }, places, new Int8Array(2))!;
+  expect(open.isOneSided).toBe(false);
+  expect(open.parts.length).toBeGreaterThan(4);
+  expect(open.parts.every(({ normal }) => normal.z === 1)).toBe(true);
+  expect(open.parts[0].pointM.toArray()).toEqual(places.placeOf(20)!.pointM.toArray());
+  const insideOut = partsOf(whole, ELEMENT, { offsetM }, places, Int8Array.of(-1, -1))!;
+  expect(insideOut.isOneSided).toBe(true);
+  expect(insideOut.parts.every(({ normal }) => normal.z === -1)).toBe(true);
+  expect(partsOf({ ...whole, patch: 999 }, ELEMENT, { offsetM }, places, new Int8Array(2))).toBeNull();
 });

@@ -27,6 +27,7 @@ import { Building } from './building.ts';
 import { DARK, LIGHT } from './palette.ts';
 import { PatchPlaces } from './patch-places.ts';
 import { type SurfaceHit, SurfacePicker } from './pick.ts';
+import { partsOf } from './piece-parts.ts';
 import { Pointer, type PointerConsumer } from './pointer.ts';
 import { viewOf } from './viewpoint.ts';
 import { Viewport } from './viewport.ts';
@@ -417,12 +418,15 @@ export class PlanView {
 
   private flyToPiece({ surface, piece }: UnseenFocus): void {
     const shown = surface.pieces[piece];
-    const place = shown && this.places.placeOf(shown.patch);
-    if (!place) return;
-    const sizeM = Math.hypot(...[0, 1, 2].map((k) => shown.box[1][k] - shown.box[0][k]));
+    const { stage, edges } = this.loaded;
+    const element = stage.elements.find(({ sceneIndex }) => sceneIndex === surface.element);
+    const parts = shown && partsOf(shown, element, stage, this.places, edges.bodySide);
+    if (!parts) return;
     const liftM = this.liftOf(surface.floor);
-    const freeLength = (ray: Ray): number => this.freeLength(ray, liftM);
-    const view = viewOf(place.pointM, place.normal, sizeM, freeLength);
+    const view = viewOf(parts, {
+      freeLength: (ray) => this.freeLength(ray, liftM),
+      isOpen: (fromM, toM) => this.isOpen(fromM, toM, liftM),
+    });
     for (const point of [view.position, view.target]) point.z += liftM;
     this.viewport.flyTo(view);
   }
@@ -436,6 +440,13 @@ export class PlanView {
     if (nearM !== undefined) return nearM;
     const drawn = new Ray(ray.origin.clone().setZ(ray.origin.z + liftM), ray.direction);
     return this.picker.firstHit(drawn, this.store.slices.peek())?.distanceM ?? Number.POSITIVE_INFINITY;
+  }
+
+  /** Whether nothing that is drawn lies between two places, which are drawn higher by `liftM`. */
+  private isOpen(fromM: Vector3, toM: Vector3, liftM: number): boolean {
+    const from = fromM.clone().setZ(fromM.z + liftM);
+    const direction = toM.clone().sub(fromM).normalize();
+    return this.picker.firstHit(new Ray(from, direction), this.store.slices.peek(), fromM.distanceTo(toM)) === null;
   }
 
   /** Where patches are; made when first asked for. */

@@ -1,4 +1,4 @@
-/** From where a piece of surface can be looked at: near enough to fill the picture, with nothing in between. */
+/** From where a piece of surface can be looked at: from its front, near enough to fill the picture, with nothing in between. */
 import { Ray, Vector3 } from 'three';
 import type { View } from './camera.ts';
 
@@ -7,51 +7,97 @@ const NEAREST_M = 5;
 const FARTHEST_M = 30;
 /** Distance in sizes of the piece, so that all of it is in the picture. */
 const SIZES_AWAY = 2.8;
-/** The ray begins off the surface, which it would meet otherwise. */
-const OFF_SURFACE_M = 0.02;
+/** A ray begins off the surface, which it would meet otherwise; things stand nearer to each other than this hardly ever. */
+const OFF_SURFACE_M = 0.003;
+/** Nearer than this nobody recognises what is looked at. */
+const LEAST_FREE_M = 0.35;
 
-/** How far one can go along a ray before something is met, metres; Infinity: nothing is. */
-export type FreeLength = (ray: Ray) => number;
-
-/** Less of the wished distance than this shows nothing: better from outside, through what is in between. */
-const LEAST_SHARE_FREE = 0.3;
-/** Unless it is this much. */
-const LEAST_FREE_M = 1.5;
-/** Squarer than this, a view tells nothing of what is around. */
-const SQUARE_ENOUGH = 0.75;
-const FROM_OUTSIDE = new Vector3(-0.42, -0.78, 1.1).normalize();
-
-/**
- * The best of views from both sides of the surface, level to steep, head-on to oblique: whichever has most of the wished
- * distance free, and of several such one that looks down at the surface, squarely enough. Where none is free, as between a
- * ceiling and the slab above, it looks from outside: what is pointed out shows through.
- */
-export function viewOf(pointM: Vector3, normal: Vector3, sizeM: number, freeLength: FreeLength): View {
-  const wishedM = Math.min(FARTHEST_M, Math.max(NEAREST_M, SIZES_AWAY * sizeM));
-  let best = { score: 0, share: 0, direction: FROM_OUTSIDE };
-  for (const direction of directions(normal)) {
-    const start = pointM.clone().addScaledVector(direction, OFF_SURFACE_M);
-    // Short of what is met: the camera does not look through its back.
-    const share = Math.min(1, (0.9 * freeLength(new Ray(start, direction))) / wishedM);
-    const score =
-      share + 0.3 * Math.min(SQUARE_ENOUGH, Math.abs(direction.dot(normal))) + 0.15 * Math.max(-0.5, direction.z);
-    if (score > best.score) best = { score, share, direction };
-  }
-  const isFree = best.share >= LEAST_SHARE_FREE || best.share * wishedM >= LEAST_FREE_M;
-  const position = isFree
-    ? pointM.clone().addScaledVector(best.direction, best.share * wishedM)
-    : pointM.clone().addScaledVector(FROM_OUTSIDE, wishedM);
-  return { position, target: pointM.clone() };
+/** A part of the piece: a place on it, and the unit normal of its front. */
+export interface PiecePart {
+  readonly pointM: Vector3;
+  readonly normal: Vector3;
 }
 
-/** 48 directions on both sides of a surface, none within 20 degrees of it. */
-function directions(normal: Vector3): Vector3[] {
-  const side = Math.abs(normal.z) < 0.9 ? new Vector3(0, 0, 1) : new Vector3(1, 0, 0);
-  const u = side.cross(normal).normalize();
+export interface PieceToSee {
+  /** The one in the middle first. */
+  readonly parts: readonly PiecePart[];
+  /** It is the skin of a body: behind is the inside. */
+  readonly isOneSided: boolean;
+  readonly sizeM: number;
+}
+
+/** What is around the piece. */
+export interface Surroundings {
+  /** How far one can go along a ray before something is met, metres; Infinity: nothing is. */
+  freeLength(ray: Ray): number;
+  /** Whether nothing that is drawn lies between two places. */
+  isOpen(fromM: Vector3, toM: Vector3): boolean;
+}
+
+/** Most of the piece in the picture counts more than all else. */
+const SEEN_COUNTS = 3;
+/** Squarer than this, a view tells nothing of what is around. */
+const SQUARE_ENOUGH = 0.75;
+/** Downwards and from a corner: in the levels of a building most is seen so. */
+const FROM_OUTSIDE = [0.42, 0.78, 1.1] as const;
+
+/**
+ * The view that shows most of a piece: of directions from level to steep, head-on to oblique, the one from whose end most
+ * parts are in plain view; of several such one that is far enough off, squarely to the surface, and looks down. A body
+ * is looked at from its front alone. Where no view shows any part, as between a ceiling and the slab above, it looks from
+ * outside, on the side of the front: what is pointed out shows through.
+ */
+export function viewOf(piece: PieceToSee, around: Surroundings): View {
+  const [{ pointM, normal }] = piece.parts;
+  const wishedM = Math.min(FARTHEST_M, Math.max(NEAREST_M, SIZES_AWAY * piece.sizeM));
+  const target = pointM.clone();
+  let best: { readonly score: number; readonly position: Vector3 } | null = null;
+  for (const direction of directions(normal, piece.isOneSided)) {
+    const side = Math.sign(direction.dot(normal));
+    const start = pointM.clone().addScaledVector(normal, side * OFF_SURFACE_M);
+    // Short of what is met: the camera does not look through its back.
+    const farM = Math.min(wishedM, 0.9 * around.freeLength(new Ray(start, direction)));
+    if (farM < LEAST_FREE_M) continue;
+    const position = start.clone().addScaledVector(direction, farM);
+    const seen = shareSeen(piece, position, around);
+    const score =
+      SEEN_COUNTS * seen +
+      farM / wishedM +
+      0.3 * Math.min(SQUARE_ENOUGH, Math.abs(direction.dot(normal))) +
+      0.15 * Math.max(-0.5, direction.z);
+    if (seen > 0 && score > (best?.score ?? 0)) best = { score, position };
+  }
+  return { position: best?.position ?? pointM.clone().addScaledVector(outside(normal), wishedM), target };
+}
+
+/** Share of the parts that a place has in plain view, from their front. */
+function shareSeen({ parts, isOneSided }: PieceToSee, fromM: Vector3, around: Surroundings): number {
+  const seen = parts.filter(({ pointM, normal }) => {
+    const side = Math.sign(fromM.clone().sub(pointM).dot(normal));
+    if (side === 0 || (isOneSided && side < 0)) return false;
+    return around.isOpen(fromM, pointM.clone().addScaledVector(normal, side * OFF_SURFACE_M));
+  });
+  return seen.length / parts.length;
+}
+
+/** From above and from the corner that the front faces most. */
+function outside(normal: Vector3): Vector3 {
+  const [x, y, z] = FROM_OUTSIDE;
+  const corners = [-1, 1].flatMap((i) =>
+    [-1, 1].flatMap((j) => [new Vector3(i * x, j * y, z), new Vector3(i * y, j * x, z)]),
+  );
+  const facing = (corner: Vector3): number => corner.x * normal.x + corner.y * normal.y;
+  return corners.reduce((most, corner) => (facing(corner) > facing(most) + 1e-9 ? corner : most)).normalize();
+}
+
+/** 32 directions on the front of a surface, and as many on its back unless that is the inside of a body; none within 15 degrees of it. */
+function directions(normal: Vector3, isOneSided: boolean): Vector3[] {
+  const up = Math.abs(normal.z) < 0.9 ? new Vector3(0, 0, 1) : new Vector3(1, 0, 0);
+  const u = up.cross(normal).normalize();
   const v = normal.clone().cross(u);
   const found: Vector3[] = [];
-  for (const sign of [1, -1]) {
-    for (const tilt of [15, 45, 65]) {
+  for (const sign of isOneSided ? [1] : [1, -1]) {
+    for (const tilt of [15, 40, 60, 75]) {
       for (let turn = 0; turn < 360; turn += 45) {
         const [sin, cos] = [Math.sin((tilt * Math.PI) / 180), Math.cos((tilt * Math.PI) / 180)];
         const angle = (turn * Math.PI) / 180;
