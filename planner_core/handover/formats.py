@@ -167,6 +167,14 @@ _FORMATS = (
         in_pack=False,
     ),
     Format(
+        name="usd-stations",
+        title="stations alone as one USD layer: tripods, cameras, figures",
+        file_name="stations.usda",
+        write=_lazy("planner_core.handover.usd_stations", "write_usd_stations"),
+        options=("floors",),
+        verified_with="usd-core 26.11: UsdValidation, all validators",
+    ),
+    Format(
         name="robot",
         title="a robot's mission: waypoints, ways and occupancy grids",
         file_name="robot",

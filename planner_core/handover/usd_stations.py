@@ -1,0 +1,144 @@
+"""A plan's stations as one small USD file that needs no other: transforms, cameras, tripods, figures.
+
+PlanSource -> usda. Paths, frame and attributes are those of the stage's stations layer (docs/formats/stage.md): local
+frame, metres, z up, `scene = local + offset`. Laid over plan.usda it adds to the stations there; alone it opens, too.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner_core.export.palette import STATION
+from planner_core.export.sdf_authoring import (
+    TYPES,
+    Layer,
+    PrimSpec,
+    Sdf,
+    define,
+    int_array,
+    new_layer,
+    put,
+    put_colours,
+    put_extent,
+    put_transform,
+    set_stage_metadata,
+    vec3f_array,
+)
+from planner_core.export.station_marks import prim_names_of_ids
+from planner_core.handover.chosen import chosen_stations
+from planner_core.handover.options import Options
+from planner_core.handover.source import FieldStation, PlanSource
+from planner_core.handover.tripod import tripod
+from planner_core.model import FloatArray
+from planner_core.progress import Progress, ProgressEvent
+
+#: A camera of 35 mm film that shows 90 degrees from left to right.
+_APERTURE_MM = 36.0
+_FOCAL_MM = 18.0
+_NEAREST_M = 0.05
+#: Cameras show at least this far; farther where the scanner does.
+_FARTHEST_M = 100.0
+
+
+def write_usd_stations(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
+    """Write the stations of the chosen floors. Returns remarks.
+
+    Raises
+    ------
+    RequirementError
+        A floor that is not there.
+    """
+    stations = chosen_stations(plan, options)
+    layer = new_layer()
+    offset_m = np.array(plan.document["scene"]["offset"], dtype=np.float64)
+    with Sdf.ChangeBlock():
+        _author_root(layer, plan, offset_m)
+        names = prim_names_of_ids([station.id for station in stations])
+        for number, (name, station) in enumerate(zip(names, stations, strict=True)):
+            ahead_m = _ahead(stations, number)
+            _author_station(layer, plan, f"/Plan/Stations/{name}", station, offset_m, ahead_m)
+            progress(ProgressEvent("usd", number + 1, len(stations), station.id))
+    path.write_text(layer.ExportToString(), encoding="utf-8")
+    return ()
+
+
+def _author_root(layer: Layer, plan: PlanSource, offset_m: FloatArray) -> None:
+    set_stage_metadata(layer, "Plan")
+    layer.documentation = f"Scanner stations of {plan.title}. Coordinates: {plan.frame.crs_line}."
+    rows = [value for row in plan.frame.matrix.tolist() for value in row]
+    layer.customLayerData = {
+        "tlsplan": {
+            "coordinates": plan.frame.crs_line,
+            "crs": plan.frame.crs,
+            "verticalCrs": plan.frame.vertical_crs,
+            "sceneToSite": " ".join(repr(float(value)) for value in rows),
+        }
+    }
+    root = define(layer, "/Plan", "Xform", kind="assembly")
+    put(root, "tlsplan:offset", TYPES.Double3, tuple(offset_m.tolist()))
+    put_transform(root)
+    put_transform(define(layer, "/Plan/Stations", "Xform", kind="group"))
+
+
+def _author_station(
+    layer: Layer, plan: PlanSource, path: str, station: FieldStation, offset_m: FloatArray, ahead_m: FloatArray
+) -> None:
+    prim = define(layer, path, "Xform", kind="component")
+    put_transform(prim, station.position_m - offset_m)
+    put(prim, "tlsplan:stationId", TYPES.String, station.id)
+    put(prim, "tlsplan:floorId", TYPES.String, station.floor_id)
+    put(prim, "tlsplan:floorName", TYPES.String, station.floor_name)
+    put(prim, "tlsplan:order", TYPES.Int, station.order)
+    put(prim, "tlsplan:fixed", TYPES.Bool, station.fixed)
+    put(prim, "tlsplan:coveredArea", TYPES.Double, station.covered_area_m2)
+    put(prim, "tlsplan:ownArea", TYPES.Double, station.own_area_m2)
+    put(prim, "tlsplan:site", TYPES.Double3, tuple(station.site_m.tolist()))
+    if math.isfinite(station.instrument_height_m):
+        put(prim, "tlsplan:instrumentHeight", TYPES.Double, station.instrument_height_m)
+        put(prim, "tlsplan:siteGround", TYPES.Double3, tuple(station.site_ground_m.tolist()))
+    _author_tripod(layer, f"{path}/Tripod", station.instrument_height_m)
+    range_m = float(plan.document["scanner"]["range_max_m"])
+    _author_camera(define(layer, f"{path}/Camera", "Camera"), ahead_m, max(range_m, _FARTHEST_M))
+
+
+def _author_tripod(layer: Layer, path: str, height_m: float) -> None:
+    vertices_m, triangles = tripod(height_m)
+    prim = define(layer, path, "Mesh")
+    put(prim, "points", TYPES.Point3fArray, vec3f_array(vertices_m))
+    put(prim, "faceVertexCounts", TYPES.IntArray, int_array(np.full(len(triangles), 3)))
+    put(prim, "faceVertexIndices", TYPES.IntArray, int_array(triangles.reshape(-1)))
+    put(prim, "subdivisionScheme", TYPES.Token, "none", uniform=True)
+    put_transform(prim)
+    put_extent(prim, vertices_m)
+    put_colours(prim, np.array([STATION]), "constant")
+
+
+def _author_camera(prim: PrimSpec, ahead_m: FloatArray, farthest_m: float) -> None:
+    """Look along the horizon. A camera of USD looks along its -z, with +y up."""
+    right = np.array([ahead_m[1], -ahead_m[0], 0.0])
+    put_transform(prim)
+    prim.attributes["xformOp:transform"].default = _matrix(right, np.array([0.0, 0.0, 1.0]), -ahead_m)
+    put(prim, "focalLength", TYPES.Float, _FOCAL_MM)
+    put(prim, "horizontalAperture", TYPES.Float, _APERTURE_MM)
+    put(prim, "verticalAperture", TYPES.Float, _APERTURE_MM * 2 / 3)
+    put(prim, "clippingRange", TYPES.Float2, (_NEAREST_M, farthest_m))
+
+
+def _matrix(x: FloatArray, y: FloatArray, z: FloatArray) -> Any:
+    """A turn whose axes are these: rows, as USD multiplies from the left."""
+    rows = [*([*(axis + 0.0).tolist(), 0.0] for axis in (x, y, z)), [0.0, 0.0, 0.0, 1.0]]  # + 0.0: no -0
+    return Sdf.ValueTypeNames.Matrix4d.type.pythonClass(rows)
+
+
+def _ahead(stations: tuple[FieldStation, ...], number: int) -> FloatArray:
+    """(3,) level direction, unit length, to the next station of the walk; from the last one back; +y where alone."""
+    other = number + 1 if number + 1 < len(stations) else number - 1
+    if other < 0:
+        return np.array([0.0, 1.0, 0.0])
+    towards = (stations[other].position_m - stations[number].position_m) * np.array([1.0, 1.0, 0.0])
+    length_m = float(np.linalg.norm(towards))
+    return np.asarray(towards / length_m) if length_m > 1e-6 else np.array([0.0, 1.0, 0.0])
