@@ -73,7 +73,8 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
 
 def georeference_of(document: Mapping[str, Any]) -> Georeference | None:
     """Read `scene.georeference`; None where there is none, as in plans of earlier versions and of other formats."""
-    row = document["scene"].get("georeference")
+    scene = document.get("scene")
+    row = scene.get("georeference") if isinstance(scene, Mapping) else None
     if row is None:
         return None
     try:

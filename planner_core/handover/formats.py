@@ -380,7 +380,8 @@ def hand_over_pack(
     """
     chosen = formats_named(names)
     opened = plan if isinstance(plan, PlanSource) else open_plan(plan, scene=scene, frame=frame)
-    remarks = list(opened.frame.warnings)
+    _check_scene(opened, chosen)
+    remarks: list[str] = []
     held: list[Format] = []
     with _target_guarded(target):
         _check_folder(target, overwrite=overwrite)

@@ -1,0 +1,143 @@
+"""What formats are written from: read from a plan folder, in both coordinates."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner_core.coordinates.request import FrameRequest
+from planner_core.errors import CoordinatesError, HandoverError, PlanFolderError
+from planner_core.handover.source import open_plan
+from planner_core.progress import ProgressEvent
+
+
+def test_stations_come_in_walking_order_with_their_floors(written_plan: Callable[..., Path]) -> None:
+    plan = open_plan(written_plan())
+    assert [(s.id, s.number, s.order, s.floor_id, s.floor_name) for s in plan.stations] == [
+        ("S001", 1, 1, "F0", "Ground floor"),
+        ("S002", 2, 2, "F1", "Upper floor"),
+        ("S003", 3, 3, "F1", "Upper floor"),
+    ]
+    assert [station.id for station in plan.stations_of("F1")] == ["S002", "S003"]
+    assert [(floor.name, floor.elevation_m) for floor in plan.floors] == [("Ground floor", 0.0), ("Upper floor", 2.8)]
+    assert plan.title == "house.ifc"
+
+
+def test_ground_point_height_and_sensor_are_told_apart(written_plan: Callable[..., Path]) -> None:
+    first, second, third = open_plan(written_plan()).stations
+    assert first.position_m.tolist() == [5.0, 4.0, 1.6]
+    assert first.ground_m.tolist() == [5.0, 4.0, 0.0]
+    assert second.ground_m == pytest.approx([2.0, 3.0, 2.8])
+    assert math.isnan(third.instrument_height_m)
+    assert third.position_m.tolist() == [7.0, 3.0, 4.5]
+    assert math.isnan(third.ground_m[2])
+    assert (first.fixed, third.fixed) == (False, True)
+
+
+def test_site_positions_are_those_of_the_frame(written_plan: Callable[..., Path]) -> None:
+    request = FrameRequest(origin_m=(100.0, 200.0, 30.0), rotation_rad=math.pi / 2)
+    first = open_plan(written_plan(), frame=request).stations[0]
+    assert first.site_m == pytest.approx([96.0, 205.0, 31.6])
+    assert first.site_ground_m == pytest.approx([96.0, 205.0, 30.0])
+    assert first.position_m.tolist() == [5.0, 4.0, 1.6]
+
+
+def test_links_say_whether_they_count(written_plan: Callable[..., Path]) -> None:
+    links = open_plan(written_plan()).links
+    assert [(link.a, link.b, link.counts) for link in links] == [
+        ("S001", "S002", False),
+        ("S002", "S003", True),
+        ("S001", "S003", False),
+        ("S001", "S003", True),
+    ]
+    assert math.isnan(links[3].strength)
+
+
+def test_the_file_itself_names_its_folder(written_plan: Callable[..., Path]) -> None:
+    folder = written_plan()
+    assert open_plan(folder / "plan.json").folder == folder
+
+
+@pytest.mark.parametrize(
+    "instead",
+    [
+        {"stations": [{"id": "S001"}]},
+        {"floors": None},
+        {"registration": {}},
+        {"scene": {}},
+        {"scene": None},
+        {"stations": [{"id": "S", "floor": "F0", "order": "x"}]},
+    ],
+)
+def test_a_plan_that_nobody_wrote_is_refused_in_one_line(
+    written_plan: Callable[..., Path], instead: dict[str, object]
+) -> None:
+    with pytest.raises(PlanFolderError, match=r"plan\.json.*plan again") as caught:
+        open_plan(written_plan(**instead))
+    assert "\n" not in str(caught.value)
+
+
+def test_coordinates_that_can_not_be_had_are_refused(written_plan: Callable[..., Path]) -> None:
+    with pytest.raises(CoordinatesError):
+        open_plan(written_plan(), frame=FrameRequest(crs="EPSG:4326"))
+
+
+def test_a_planned_scene_brings_its_own_coordinates(box_folder: Path) -> None:
+    plan = open_plan(box_folder / "plan")
+    assert (plan.frame.source, plan.frame.crs, plan.frame.vertical_crs) == (
+        "ifc map conversion", "EPSG:25832", "EPSG:7837",
+    )  # fmt: skip
+    assert plan.stations
+    for station in plan.stations:
+        assert np.abs(plan.frame.to_scene(station.site_m) - station.position_m).max() < 1e-6
+
+
+def test_a_plan_of_an_earlier_version_is_in_scene_coordinates(box_folder: Path) -> None:
+    file = box_folder / "plan" / "plan.json"
+    document = json.loads(file.read_text())
+    del document["scene"]["georeference"]
+    file.write_text(json.dumps(document))
+    assert open_plan(box_folder / "plan").frame.is_scene
+
+
+def test_the_scene_is_loaded_once_and_as_it_was_planned_on(box_folder: Path) -> None:
+    plan = open_plan(box_folder / "plan")
+    assert plan.has_scene()
+    events: list[ProgressEvent] = []
+    scene = plan.scene(progress=events.append)
+    assert events
+    assert plan.scene() is scene
+    assert plan.survey() is plan.survey()
+    assert plan.survey().patches.n_patches == plan.document["settings"]["n_patches"]
+
+
+def test_a_missing_scene_is_told_with_its_name_and_the_option(box_folder: Path) -> None:
+    (box_folder / "box.ifc").rename(box_folder / "moved.ifc")
+    plan = open_plan(box_folder / "plan")
+    assert not plan.has_scene()
+    with pytest.raises(HandoverError, match=r"box\.ifc.*--scene"):
+        plan.scene()
+    told = open_plan(box_folder / "plan", scene=box_folder / "moved.ifc")
+    assert told.has_scene()
+    assert told.scene().n_triangles > 0
+
+
+def test_a_scene_that_has_changed_is_refused(box_folder: Path) -> None:
+    with (box_folder / "box.ifc").open("a") as file:
+        file.write("\n")
+    with pytest.raises(HandoverError, match="has changed"):
+        open_plan(box_folder / "plan").scene()
+
+
+def test_no_plan_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(PlanFolderError, match="no such file"):
+        open_plan(tmp_path)
+    shutil.rmtree(tmp_path)
+    with pytest.raises(PlanFolderError, match="no such file"):
+        open_plan(tmp_path)
