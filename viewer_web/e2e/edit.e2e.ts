@@ -218,9 +218,11 @@ test('a priority zone asks for its share, and an outline that crosses itself is 
   expect(await viewer.page.getByRole('button', { name: 'Finish' }).isDisabled()).toBe(true);
   await viewer.page.keyboard.press('Backspace');
   await viewer.page.getByText('3 corners').waitFor();
-  await viewer.page.getByRole('button', { name: 'Finish' }).click();
+  const share = viewer.page.getByRole('textbox', { name: /^Coverage asked for there/ });
+  await share.fill('97');
+  await share.press('Enter');
   const [zone] = Object.values((await changedFrom(revision)).zones);
-  expect(zone).toMatchObject({ kind: 'priority', coverage: 0.98 });
+  expect(zone).toMatchObject({ kind: 'priority', coverage: 0.97 });
 });
 
 test('places are forbidden, and ground is marked and unmarked', async () => {
@@ -263,3 +265,57 @@ test('the edited plan is set beside the plan as it was made', async () => {
   await viewer.page.getByLabel('The edited plan with').selectOption('(nothing)');
   await viewer.page.getByRole('tab', { name: 'Edit' }).click();
 });
+
+test('messages, bars, cards and a panorama each have a place of their own, on small screens too', async () => {
+  const { page } = viewer;
+  const [{ id, position }] = stations;
+  // Without the line this page does not hear of the other's change, and is in its way.
+  await page.route('**/api/events', (route) => route.abort());
+  await page.reload();
+  await page.getByTestId('trouble').waitFor();
+  await page.evaluate(
+    async ([station, place]) => {
+      const { revision } = await (await fetch('api/review')).json();
+      const changes = [{ kind: 'move_station', station, position_m: place }];
+      const body = JSON.stringify({ base_revision: revision, author: 'Ben', changes });
+      await fetch('api/review/changes', { method: 'POST', headers: { 'content-type': 'application/json' }, body });
+    },
+    [id, [position[0] + 0.1, position[1], position[2]]] as const,
+  );
+  await page.getByRole('button', { name: `Station ${id}`, exact: true }).click();
+  await page.getByRole('button', { name: 'Lock', exact: true }).click();
+  await page.getByRole('alertdialog').waitFor();
+  await page.getByRole('tab', { name: 'Plan' }).click();
+  await page.getByRole('button', { name: 'Panorama' }).click();
+  await page.locator('.panorama canvas').waitFor();
+  for (const [width, height] of [
+    [960, 600],
+    [1280, 800],
+    [1024, 768],
+    [768, 1024],
+  ]) {
+    await page.setViewportSize({ width, height });
+    await viewer.settle();
+    await viewer.screenshot(`edit-8-places-${width}x${height}`);
+    expect(await overlaps(['.sidebar', '.messages', '.draft-bar', '.scene', '.sheet-panorama'])).toEqual([]);
+    expect(await overlaps(['.toolbar', '.legend', '.cards'])).toEqual([]);
+    expect(await page.getByRole('button', { name: 'Take theirs' }).isVisible()).toBe(true);
+  }
+  await page.getByRole('button', { name: 'Take theirs' }).click();
+  await page.unroute('**/api/events');
+  await page.getByTestId('trouble').waitFor({ state: 'detached' });
+  await page.getByRole('tab', { name: 'Edit' }).click();
+  expect(viewer.faults.splice(0).filter((fault) => !/409|ERR_FAILED/.test(fault))).toEqual([]);
+});
+
+/** Pairs of parts of the page, all of which are there, that share pixels. */
+async function overlaps(parts: readonly string[]): Promise<string[]> {
+  const boxes = await Promise.all(parts.map(async (part) => (await viewer.page.locator(part).boundingBox())!));
+  const share = (i: number, j: number, from: 'x' | 'y', size: 'width' | 'height'): boolean =>
+    Math.min(boxes[i][from] + boxes[i][size], boxes[j][from] + boxes[j][size]) >
+    Math.max(boxes[i][from], boxes[j][from]) + 0.5;
+  const pairs = parts.flatMap((_, i) => parts.slice(i + 1).map((_, k) => [i, i + 1 + k] as const));
+  return pairs
+    .filter(([i, j]) => share(i, j, 'x', 'width') && share(i, j, 'y', 'height'))
+    .map(([i, j]) => `${parts[i]} and ${parts[j]}`);
+}

@@ -15,9 +15,9 @@ export interface PlanServer {
 }
 
 /** Serve a plan folder, planning it first where there is none; `TLSPLAN_PYTHON` names the interpreter. */
-export async function servePlan(folder: string, scene?: string): Promise<PlanServer> {
+export async function servePlan(folder: string, scene = '', port = 0): Promise<PlanServer> {
   const python = process.env.TLSPLAN_PYTHON ?? `${REPOSITORY}.venv/bin/python`;
-  const args = ['viewer_web/e2e/serve_plan.py', folder, ...(scene === undefined ? [] : [scene])];
+  const args = ['viewer_web/e2e/serve_plan.py', folder, scene, `${port}`];
   const server = spawn(python, args, { cwd: REPOSITORY, stdio: ['ignore', 'pipe', 'inherit'] });
   const ended = new Promise<void>((done) => server.on('exit', () => done()));
   const address = await new Promise<string>((resolveAddress, reject) => {

@@ -46,18 +46,37 @@ test('a form that makes no sense is told so before anything starts', async () =>
 
 test('a run is started, watched, opened, compared and deleted', async () => {
   const { page } = viewer;
-  await page.getByRole('textbox', { name: 'Title' }).fill('Ground floor, less of it');
-  await page.getByRole('textbox', { name: /^Coverage/ }).fill('70');
+  await page.getByRole('tab', { name: 'Edit' }).click();
+  await page.getByRole('button', { name: `Station ${plan.stations[0].id}`, exact: true }).click();
+  await page.getByRole('button', { name: 'Lock', exact: true }).click();
+  const undo = page.getByRole('button', { name: /^Undo: lock/ });
+  await undo.waitFor();
+  await page.getByRole('tab', { name: 'Runs' }).click();
+  await page.getByRole('textbox', { name: 'Title' }).fill('Ground floor, seven stations');
+  await page.getByRole('combobox', { name: 'Objective' }).selectOption('coverage');
+  await page.getByRole('textbox', { name: /^Stations/ }).fill('7');
   await page.getByText('More requirements').click();
   await page.getByRole('checkbox', { name: 'Upper floor' }).uncheck();
-  await page.getByRole('textbox', { name: /^Time limit/ }).fill('5');
+  await page.getByRole('textbox', { name: /^Time limit/ }).fill('20');
   await page.getByRole('button', { name: 'Start' }).click();
   await expect.poll(() => page.locator('[data-run]').count(), { timeout: 60_000 }).toBe(1);
   const [{ id }] = await runs();
+  // Its best stations so far take the place of the plan's, and that is told.
+  const banner = page.getByRole('status', { name: 'Whose stations are shown' });
+  await banner.getByText(`Showing the best stations of run ${id} so far`).waitFor({ timeout: RUN_MS });
+  expect(await page.locator('.marker').count()).toBe(7);
+  await page.getByText('More requirements').click();
+  await card(id).scrollIntoViewIfNeeded();
+  await viewer.settle();
   await viewer.screenshot('runs-1-running');
+  await banner.getByRole('button', { name: 'Back to the plan' }).click();
+  expect(await page.locator('.marker').count()).toBe(plan.stations.length);
+  await banner.getByRole('button', { name: 'Watch the run' }).click();
+  expect(await page.locator('.marker').count()).toBe(7);
   await expect.poll(() => card(id).getAttribute('data-state'), { timeout: RUN_MS }).toBe('finished');
   expect(await card(id).getByTestId('run-best').textContent()).toMatch(/\d+ stations?/);
   await viewer.screenshot('runs-2-finished');
+  expect(await banner.count()).toBe(0);
 
   await card(id).getByRole('button', { name: 'Compare' }).click();
   await page.getByTestId('comparison').waitFor();
@@ -73,10 +92,15 @@ test('a run is started, watched, opened, compared and deleted', async () => {
   expect(await page.locator('.marker').count()).toBe(run.best?.n_stations);
   await page.getByRole('tab', { name: 'Edit' }).click();
   await page.getByText('This is the plan of a run').waitFor();
+  await banner.getByText(`Showing run ${id}, Ground floor, seven stations: 7 stations`).waitFor();
   await page.getByRole('tab', { name: 'Runs' }).click();
   await viewer.screenshot('runs-4-opened');
-  await page.getByRole('link', { name: 'Back to the plan' }).click();
+  await banner.getByRole('link', { name: 'Back to the plan' }).click();
   await expect.poll(() => page.locator('.marker').count(), { timeout: 120_000 }).toBe(plan.stations.length);
+  await page.getByRole('tab', { name: 'Edit' }).click();
+  await undo.click();
+  await undo.waitFor({ state: 'detached' });
+  await page.getByRole('tab', { name: 'Runs' }).click();
   await card(id).getByRole('button', { name: 'Delete' }).click();
   await card(id).getByRole('button', { name: 'Really delete?' }).click();
   await expect.poll(() => page.locator('[data-run]').count(), { timeout: 60_000 }).toBe(0);
@@ -91,7 +115,7 @@ test('a run that is cancelled says how it ended', async () => {
   expect(await page.getByRole('button', { name: 'Start' }).isDisabled()).toBe(true);
   await card(id).getByRole('button', { name: 'Cancel' }).click();
   await expect.poll(() => card(id).getAttribute('data-state'), { timeout: RUN_MS }).toBe('cancelled');
-  await card(id).getByRole('button', { name: 'Delete' }).click();
-  await card(id).getByRole('button', { name: 'Really delete?' }).click();
+  // As another page would: this one is told.
+  await page.evaluate((run) => fetch(`api/runs/${run}`, { method: 'DELETE' }), id);
   await expect.poll(() => page.locator('[data-run]').count(), { timeout: 60_000 }).toBe(0);
 });

@@ -1,7 +1,7 @@
 """Plans the synthetic house, serves it as `tlsplan view` does, and prints the address and the plan folder, one a line.
 
-`python serve_plan.py FOLDER [SCENE]` writes the plan to FOLDER, the house beside it, and serves it until interrupted; a
-plan that is there is kept. SCENE: the scene file, where a plan was copied away from it.
+`python serve_plan.py FOLDER [SCENE [PORT]]` writes the plan to FOLDER, the house beside it, and serves it until
+interrupted; a plan that is there is kept. SCENE: the scene file, where a plan was copied away from it; empty: none.
 """
 
 import sys
@@ -24,17 +24,18 @@ def main() -> None:
     """Plan, write, serve."""
     folder = Path(sys.argv[1])
     if not (folder / "plan.json").is_file():
-        scene = scenes_synthetic.write(scenes_synthetic.build("house"), folder.parent / "house.ifc")
+        built = scenes_synthetic.write(scenes_synthetic.build("house"), folder.parent / "house.ifc")
         settings = PlanSettings(
             scanner=load_scanner("hdl-64e"), grid_step_m=GRID_STEP_M, instrument_heights_m=(INSTRUMENT_HEIGHT_M,)
         )
-        write_plan_folder(make_plan(load_scene(scene), settings), folder)
+        write_plan_folder(make_plan(load_scene(built), settings), folder)
 
     def announce(address: str) -> None:
         sys.stdout.write(f"{address}\n{folder}\n")
         sys.stdout.flush()
 
-    serve(folder, on_ready=announce, scene=Path(sys.argv[2]) if len(sys.argv) > 2 else None)
+    scene = Path(sys.argv[2]) if len(sys.argv) > 2 and sys.argv[2] else None
+    serve(folder, on_ready=announce, scene=scene, port=int(sys.argv[3]) if len(sys.argv) > 3 else 0)
 
 
 if __name__ == "__main__":

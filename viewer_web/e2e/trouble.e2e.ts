@@ -1,0 +1,61 @@
+/** What goes wrong beside the page, told on it in words, with the way out: a damaged review, a missing scene, another start of the server. */
+import { cpSync, mkdtempSync, renameSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import type { Browser } from 'playwright-core';
+import { afterAll, beforeAll, expect, inject, test, vi } from 'vitest';
+import { launchBrowser, ViewerPage } from './browser.ts';
+import { servePlan } from './plan-server.ts';
+
+vi.setConfig({ testTimeout: 300_000, hookTimeout: 300_000 });
+
+let browser: Browser;
+beforeAll(async () => {
+  browser = await launchBrowser();
+});
+afterAll(() => browser.close());
+
+test('a damaged review and a missing scene are told, and a page goes on when they are mended or the server comes back', async () => {
+  const own = mkdtempSync(join(tmpdir(), 'tlsplan-e2e-trouble-'));
+  const folder = join(own, 'plan');
+  cpSync(inject('planFolder'), folder, { recursive: true });
+  const review = join(folder, 'review.usda');
+  writeFileSync(review, '#usda 1.0\n(\n');
+  const first = await servePlan(folder);
+  const viewer = await ViewerPage.create(browser, first.address, { width: 960, height: 600 });
+  const { page } = viewer;
+  await viewer.open('#tab=edit');
+  const trouble = page.getByTestId('trouble');
+  await trouble.getByText('the review is damaged (line 3: it breaks off)').waitFor();
+  expect(await page.locator('.callout').first().textContent()).toContain('rename it to begin a new review');
+  expect(await page.locator('body').textContent()).not.toMatch(/Start `tlsplan view` again|only shows files/);
+  await page.getByRole('tab', { name: 'Runs' }).click();
+  expect(await page.locator('.callout').first().textContent()).toContain('the review is damaged');
+  await viewer.screenshot('trouble-1-review');
+
+  renameSync(review, join(folder, 'damaged.usda'));
+  await page.getByRole('button', { name: 'Start' }).waitFor();
+  await page.getByText(/No run can be started: .*house.ifc is not found.*--scene/).waitFor();
+  expect(await page.getByRole('button', { name: 'Start' }).isDisabled()).toBe(true);
+  expect(await trouble.count()).toBe(0);
+  await viewer.screenshot('trouble-2-scene');
+
+  const port = Number(new URL(first.address).port);
+  await first.stop();
+  await trouble.getByText('The server does not answer; asking again.').waitFor();
+  const second = await servePlan(folder, '', port);
+  await trouble.getByText('The server was started again').waitFor();
+  expect(await trouble.textContent()).toContain('open the address that `tlsplan view` printed');
+  expect(await page.locator('body').textContent()).not.toContain('does not answer');
+  await viewer.screenshot('trouble-3-started-again');
+  await page.reload();
+  await page.getByText('The server was started again').waitFor();
+  expect(await page.locator('body').textContent()).not.toMatch(/answered 401/);
+
+  await page.goto(second.address);
+  await page.locator('.marker:not([hidden])').first().waitFor();
+  expect(viewer.faults.filter((fault) => !/Failed to load resource|ERR_/.test(fault))).toEqual([]);
+  await page.close();
+  await second.stop();
+  rmSync(own, { recursive: true, force: true });
+});
