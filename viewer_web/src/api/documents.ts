@@ -1,5 +1,5 @@
 /** The documents that the server and the viewer exchange, as nobody may change them; positions are in the scene frame, metres. */
-import type { PlanJson, PlanLink, RequirementResult } from '../load/plan-json.ts';
+import type { PlanJson, PlanLink, RequirementResult, UnseenSurface } from '../load/plan-json.ts';
 import type * as schema from './schema.ts';
 
 type Frozen<T> = T extends object ? { readonly [Key in keyof T]: Frozen<T[Key]> } : T;
@@ -34,12 +34,12 @@ export type DraftLink = Frozen<schema.LinkDocument>;
 
 /** Figures of the draft; what the interface calls "as in plan.json" has the types of that. */
 export type DraftFigures = Frozen<
-  Omit<schema.FiguresOfDraft, 'stations' | 'requirements' | 'registration'> & {
+  Omit<schema.FiguresOfDraft, 'stations' | 'requirements' | 'registration' | 'unseen'> & {
     requirements: RequirementResult[];
     stations: PlanJson['stations'];
     registration: Omit<PlanJson['registration'], 'links'> & { links: PlanLink[] };
   }
->;
+> & { readonly unseen: readonly Omit<UnseenSurface, 'reason' | 'best_spot'>[] };
 export type DraftWalk = { readonly revision: number } & Frozen<Pick<PlanJson, 'route' | 'field_time'>>;
 
 export type RunBest = Frozen<Required<schema.RunBest>>;

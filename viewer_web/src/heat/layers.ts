@@ -83,9 +83,12 @@ export const REASON = 'reason';
 /** Value of `reason` where nobody asked for the patch. */
 export const OUT_OF_SCOPE = 255;
 /** By reason: what a further station would mend is warm, what the scanner can't do is cool, what nobody can is grey. */
+/** Not in files: what stations would see, and those of the edited plan do not. */
+export const LEFT_BY_EDITS = 'left by the edited plan';
 const REASON_COLORS: Readonly<Record<string, ThemedColor>> = {
   covered: { light: '#dfe9e6', dark: '#54635f' },
   'not worth a station': '#e8833a',
+  [LEFT_BY_EDITS]: '#e8833a',
   'too few spots see it': '#d4a017',
   'out of range': '#3f7fd0',
   'outside the field of view': '#7a5cc9',

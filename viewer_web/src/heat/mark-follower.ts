@@ -5,7 +5,7 @@ import type { Building } from '../scene/building.ts';
 import type { PatchPlaces } from '../scene/patch-places.ts';
 import { boxOf } from '../scene/piece-parts.ts';
 import type { Store, UnseenFocus } from '../store.ts';
-import { NOT_ACHIEVABLE, type PatchValues, REASON } from './layers.ts';
+import { LEFT_BY_EDITS, NOT_ACHIEVABLE, type PatchValues, REASON } from './layers.ts';
 import { markedArea, ownMarks, sharedMarks } from './marks.ts';
 import type { PatchPaint } from './patch-paint.ts';
 
@@ -50,7 +50,9 @@ export class MarkFollower {
         marks = sharedMarks(a, b, this.paint.timesSeen.length);
       } else if (focus !== null) marks = this.pieceMarks(focus, await this.reasons());
       else marks = ownMarks(await this.seen(own ?? ''), this.paint.timesSeen);
-      if (turn === this.latest) this.set(marks);
+      // Of a piece the list knows the figure: it is a part of the surface's, and both stand side by side.
+      const areaM2 = pair === null ? focus?.surface.pieces[focus.piece]?.area_m2 : undefined;
+      if (turn === this.latest) this.set(marks, areaM2);
     } catch (error) {
       if (turn !== this.latest) return;
       this.set(null);
@@ -59,10 +61,10 @@ export class MarkFollower {
     }
   }
 
-  private set(marks: Uint8Array | null): void {
+  private set(marks: Uint8Array | null, areaM2?: number): void {
     this.building.setMarks(marks);
     this.store.marking.value =
-      marks === null ? { kind: 'none' } : { kind: 'shown', areaM2: markedArea(marks, this.paint.areas) };
+      marks === null ? { kind: 'none' } : { kind: 'shown', areaM2: areaM2 ?? markedArea(marks, this.paint.areas) };
     this.requestFrame();
   }
 
@@ -88,11 +90,21 @@ export class MarkFollower {
     const shown = surface.pieces[piece];
     if (element === undefined || shown === undefined) return marks;
     const box = boxOf(shown, stage.offsetM);
-    const { timesSeen } = this.paint;
-    const reason = this.loaded.layers?.reasons.indexOf(surface.reason);
-    const isUnseen = (patch: number): boolean =>
-      reasons !== null ? reasons[patch] === reason : timesSeen[patch] === 0 || timesSeen[patch] === NOT_ACHIEVABLE;
+    const isUnseen = this.isUnseenFor(surface.reason, reasons);
     for (const patch of this.places().patchesIn(element, box, isUnseen)) marks[patch] = 1;
     return marks;
+  }
+
+  /** Whether a patch is one of those that are unseen for a reason, as far as it is known why. */
+  private isUnseenFor(reason: string, reasons: PatchValues | null): (patch: number) => boolean {
+    const { timesSeen } = this.paint;
+    const { layers, plan } = this.loaded;
+    if (reason === LEFT_BY_EDITS) {
+      const enough = plan.requirements.seen_from ?? 1;
+      return (patch) => timesSeen[patch] < enough;
+    }
+    if (reasons === null) return (patch) => timesSeen[patch] === 0 || timesSeen[patch] === NOT_ACHIEVABLE;
+    const number = layers?.reasons.indexOf(reason);
+    return (patch) => reasons[patch] === number;
   }
 }

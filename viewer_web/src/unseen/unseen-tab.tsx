@@ -1,5 +1,6 @@
 /** The tab "Unseen": what no station sees, largest first, why, and a flight to each piece of it. */
 import { useState } from 'preact/hooks';
+import { isPlanned } from '../floors/planned.ts';
 import { themed } from '../heat/colors.ts';
 import { reasonColor } from '../heat/layers.ts';
 import { Swatch } from '../heat/legend.tsx';
@@ -7,7 +8,14 @@ import type { UnseenSurface } from '../load/plan-json.ts';
 import { kindInWords, metres, squareMetres, whole } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
-import { type ReasonSum, sumsByReason, surfacesShown } from './surfaces.ts';
+import {
+  type ReasonSum,
+  sumsByReason,
+  surfacesShown,
+  type UnseenOf,
+  type UnseenShown,
+  unseenShown,
+} from './surfaces.ts';
 
 /** More rows at once are no list any more, and slow. */
 const ROWS_A_PAGE = 60;
@@ -15,16 +23,19 @@ const ROWS_A_PAGE = 60;
 export function UnseenTab({ store }: { store: Store }) {
   const [reason, setReason] = useState<string | null>(null);
   const [nRows, setRows] = useState(ROWS_A_PAGE);
-  const why = store.loaded.value?.plan.why;
-  if (!why) {
+  const unseen = unseenShown(store);
+  if (unseen === null) {
     return (
       <Section title="Unseen">
         <p class="note">An older version made this plan: plan again to see what stays unseen, and why.</p>
       </Section>
     );
   }
-  const onFloor = surfacesShown(why.unseen_surfaces, { floorId: store.floorId.value, reason: null });
-  const shown = surfacesShown(onFloor, { floorId: null, reason });
+  const onFloor = surfacesShown(unseen.surfaces, { floorId: store.floorId.value, reason: null });
+  const sums = sumsByReason(onFloor);
+  // Reasons come and go with the edits.
+  const chosen = sums.some((sum) => sum.reason === reason) ? reason : null;
+  const shown = surfacesShown(onFloor, { floorId: null, reason: chosen });
   const choose = (next: string | null): void => {
     setReason(next);
     setRows(ROWS_A_PAGE);
@@ -32,15 +43,16 @@ export function UnseenTab({ store }: { store: Store }) {
   return (
     <>
       <Section title="Why surface stays unseen" aside="area">
-        <Reasons sums={sumsByReason(onFloor)} chosen={reason} onChoose={choose} isDark={store.isDark.value} />
+        <OfWhich unseen={unseen} />
+        <Reasons sums={sums} chosen={chosen} onChoose={choose} isDark={store.isDark.value} />
       </Section>
-      <Section title={reason ?? 'All unseen surfaces'} aside={`${whole(shown.length)}, largest first`}>
+      <Section title={chosen ?? 'All unseen surfaces'} aside={`${whole(shown.length)}, largest first`}>
         <ul class="rows" aria-label="Unseen surfaces">
           {shown.slice(0, nRows).map((surface) => (
             <SurfaceRow key={keyOf(surface)} store={store} surface={surface} />
           ))}
         </ul>
-        {shown.length === 0 && <p class="muted">Nothing is unseen here.</p>}
+        {shown.length === 0 && <p class="muted">{isAskedFor(store) ? 'Nothing is unseen here.' : NOT_ASKED_FOR}</p>}
         {shown.length > nRows && (
           <button type="button" class="more" onClick={() => setRows(nRows + ROWS_A_PAGE)}>
             Show {Math.min(ROWS_A_PAGE, shown.length - nRows)} more
@@ -48,6 +60,31 @@ export function UnseenTab({ store }: { store: Store }) {
         )}
       </Section>
     </>
+  );
+}
+
+const NOT_ASKED_FOR = 'The plan was not asked for this floor.';
+
+function isAskedFor({ floorId, loaded }: Store): boolean {
+  const plan = loaded.value?.plan;
+  const floor = plan?.floors.find(({ id }) => id === floorId.value);
+  return floor === undefined || isPlanned(floor, plan?.requirements.floors);
+}
+
+const OF_WHICH: Readonly<Record<UnseenOf, string>> = {
+  plan: '',
+  edited: 'Of the plan as edited. Why no admissible spot sees the rest is the same for any stations.',
+  'not edited': 'Of the plan as it was made: what your edits leave unseen is not known while nothing computes it.',
+};
+
+/** Of which plan the list is, where there are two. */
+function OfWhich({ unseen: { of, isStale } }: { unseen: UnseenShown }) {
+  if (of === 'plan') return null;
+  return (
+    <p class={of === 'edited' ? 'note' : 'note note-warn'} role="status" data-testid="unseen-of">
+      {OF_WHICH[of]}
+      {isStale && ' The last changes are being computed.'}
+    </p>
   );
 }
 
@@ -98,7 +135,8 @@ function Reasons({ sums, chosen, onChoose, isDark }: ReasonsProps) {
 
 function SurfaceRow({ store, surface }: { store: Store; surface: UnseenSurface }) {
   const focus = store.unseenFocus.value;
-  const isChosen = focus?.surface === surface;
+  // By what it is: with every change of the draft its surfaces are other objects.
+  const isChosen = focus !== null && keyOf(focus.surface) === keyOf(surface);
   const floors = store.loaded.value?.plan.floors ?? [];
   const floor = floors.find(({ id }) => id === surface.floor)?.name ?? '';
   const place = [kindInWords(surface.kind), surface.room?.name, store.floorId.value === null ? floor : ''];
@@ -119,7 +157,7 @@ function SurfaceRow({ store, surface }: { store: Store; surface: UnseenSurface }
         </span>
         <span class="row-area">{squareMetres(surface.area_m2)}</span>
       </button>
-      {isChosen && <Pieces store={store} surface={surface} piece={focus.piece} />}
+      {isChosen && <Pieces store={store} surface={surface} piece={Math.min(focus.piece, surface.pieces.length - 1)} />}
     </li>
   );
 }
