@@ -6,6 +6,7 @@ sensor; the pose takes it to site coordinates. What is in them: docs/formats/fie
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -61,8 +62,8 @@ def _write(clouds: Clouds, stations: tuple[FieldStation, ...], path: Path) -> No
             file.cancel()
             raise
     except libe57.E57Exception as error:
-        # Of all that can go wrong while writing only the disk is not our own doing.
-        raise OSError(f"{error}") from error
+        # Of all that can go wrong while writing only the disk is not our own doing. Further lines are of its sources.
+        raise OSError(str(error).partition("\n")[0]) from error
 
 
 def rotation_of(matrix: FloatArray) -> tuple[float, float, float, float]:
@@ -159,10 +160,16 @@ class _E57:
         arrays, buffers = self._buffers(capacity)
         writer = node.writer(buffers)
         low_m, high_m = np.full(3, np.inf), np.full(3, -np.inf)
-        for points in self._clouds.points(station):
-            rounded_m = _fill(arrays, points)
-            low_m, high_m = np.minimum(low_m, rounded_m.min(axis=0)), np.maximum(high_m, rounded_m.max(axis=0))
-            writer.write(len(points))
+        try:
+            for points in self._clouds.points(station):
+                rounded_m = _fill(arrays, points)
+                low_m, high_m = np.minimum(low_m, rounded_m.min(axis=0)), np.maximum(high_m, rounded_m.max(axis=0))
+                writer.write(len(points))
+        except BaseException:
+            # libE57 3.3 crashes where a file is cancelled before its writer is closed.
+            with contextlib.suppress(lib.E57Exception):
+                writer.close()
+            raise
         writer.close()
         return (low_m, high_m) if np.isfinite(low_m).all() else (np.zeros(3), np.zeros(3))
 

@@ -101,6 +101,9 @@ def _header(clouds: Clouds, stations: tuple[FieldStation, ...]) -> Any:
             laspy.ExtraBytesParams("column", index, description="of the grid of beams"),
         ]
     )
+    for told in header.vlrs.get("ExtraBytesVlr")[0].extra_bytes_structs:
+        # laspy 2.7 looks at the first point of each block alone for their least and greatest: better not told.
+        told.options &= ~(told.MIN_BIT_MASK | told.MAX_BIT_MASK)
     if clouds.frame.crs:
         header.vlrs.append(WktCoordinateSystemVlr(wkt_of(clouds.frame)))
     header.vlrs.append(laspy.VLR("LASF_Spec", 3, "Text Area Description", _description(clouds, stations)))

@@ -146,7 +146,7 @@ class Clouds:
     noise: NoiseModel | None
     seed: int
     progress: Progress
-    block_beams: int = _BLOCK_BEAMS
+    block_beams: int
     tally: Tally = field(default_factory=Tally)
 
     @property
@@ -273,6 +273,7 @@ def open_clouds(source: PlanSource, options: Options, *, progress: Progress = si
         noise=noise,
         seed=options.seed,
         progress=progress,
+        block_beams=_BLOCK_BEAMS,
     )
 
 

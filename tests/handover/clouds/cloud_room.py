@@ -31,12 +31,12 @@ FRAME = FrameRequest(
 )
 
 SCANNER = Scanner(
-    name="test", title="Test scanner", source="made up", range_min_m=0.5, range_max_m=20.0, n_azimuths=240,
+    name="test", title="Test scanner", source="made up", range_min_m=0.5, range_max_m=20.0, n_azimuths=400,
     elevation_rad=tuple(np.deg2rad(np.linspace(90, -60, 76))), instrument_height_min_m=1.0,
     instrument_height_max_m=2.0, angular_accuracy_rad=1e-4,
     range_noise=((1.0, 0.1, 0.0008), (10.0, 0.1, 0.002), (1.0, 0.8, 0.0004), (20.0, 0.8, 0.001)),
 )  # fmt: skip
-SHAPE = (76, 240)
+SHAPE = (76, 400)
 
 
 def write_room(path: Path) -> Path:

@@ -84,12 +84,12 @@ def test_a_thinned_cloud_is_every_nth_row_and_column_of_the_whole(source: PlanSo
     options = Options(noise=noise, seed=5)
     everything = whole(open_clouds(source, options))
     thinned = open_clouds(source, replace(options, max_points=700))
-    assert thinned.step == 6
+    assert thinned.step == 7
     found = whole(thinned)
     for name in FIELDS:
-        np.testing.assert_array_equal(found[name], everything[name][::6, ::6])
+        np.testing.assert_array_equal(found[name], everything[name][::7, ::7])
     assert found["range_m"].size <= 700
-    assert "every 6. row and column of beams, 13 x 40 of 76 x 240" in " ".join(thinned.remarks())
+    assert "every 7. row and column of beams, 11 x 58 of 76 x 400" in " ".join(thinned.remarks())
 
 
 def test_an_unthinned_cloud_makes_no_remark(source: PlanSource) -> None:
