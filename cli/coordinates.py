@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 F = TypeVar("F")
 
-_OPTIONS = {
+#: By the name of what they tell.
+COORDINATE_OPTIONS = {
     "crs": click.option("--crs", default="", metavar="EPSG:CODE|WKT",
                         help="The site's coordinate reference system. [default: the scene file's]"),
     "vertical_crs": click.option("--vertical-crs", default="", metavar="EPSG:CODE|WKT", help="The system of heights."),
@@ -42,7 +43,7 @@ _OPTIONS = {
 
 def coordinate_options(function: F) -> F:
     """Give a command these options; it passes their values on to `frame_request`."""
-    for option in reversed(_OPTIONS.values()):
+    for option in reversed(COORDINATE_OPTIONS.values()):
         function = option(function)  # type: ignore[type-var]
     return function
 

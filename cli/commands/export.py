@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..coordinates import coordinate_options, frame_request
+from ..coordinates import COORDINATE_OPTIONS, coordinate_options, frame_request
 from ..options import apply, output_options, overwrite_option
 
 if TYPE_CHECKING:
@@ -118,7 +118,28 @@ def _names(_: click.Context, __: click.Parameter, text: str) -> tuple[str, ...]:
     return names
 
 
-@click.command("export", epilog="Example:  tlsplan export plan/ --format csv -o stations.csv")
+class _Sectioned(click.Command):
+    """A command whose help tells apart what is of formats, what of coordinates, and the rest."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options under headings."""
+        sections: dict[str, list[tuple[str, str]]] = {"Options": [], "Options of formats": [], "Coordinates": []}
+        for option in self.get_params(ctx):
+            row = option.get_help_record(ctx)
+            if row is None:
+                continue
+            of_formats = "Options of formats" if option.name in FORMAT_OPTIONS else "Options"
+            sections["Coordinates" if option.name in COORDINATE_OPTIONS else of_formats].append(row)
+        for heading, rows in sections.items():
+            with formatter.section(heading):
+                formatter.write_dl(rows)
+
+
+@click.command(
+    "export",
+    cls=_Sectioned,
+    epilog="Example:  tlsplan export plan/ --format all -o pack/ --crs EPSG:25832 --control-points points.csv",
+)
 @click.argument("plan", type=click.Path(path_type=Path))
 @click.option("--format", "names", required=True, callback=_names, metavar="NAME[,NAME...]|all",
               help="See --list. Several, and all: into one folder, under their standard names.")  # fmt: skip
