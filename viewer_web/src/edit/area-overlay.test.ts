@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { AreaOverlay, circle, filled } from './area-overlay.ts';
+import { AreaOverlay, circle, filled, rimOf } from './area-overlay.ts';
 import type { Place } from './ground-map.ts';
 import { areaM2 } from './outline.ts';
 
@@ -45,4 +45,31 @@ test('areas of floors that are not shown are not drawn, and those of lifted ones
   for (const object of overlay.group.children) expect(object.position.z).toBeCloseTo(7.03, 6);
   overlay.set([], () => 0);
   expect(overlay.group.children).toEqual([]);
+});
+
+test('the rim of marked ground is a band inside its outline, and leaves its middle free', () => {
+  const corners = filled(
+    [
+      [0, 0],
+      [4, 0],
+      [4, 3],
+      [0, 3],
+    ],
+    1,
+  );
+  const rim = rimOf(corners);
+  let sum = 0;
+  for (let i = 0; i < rim.length; i += 9) {
+    const places = [0, 3, 6].map((k): Place => [rim[i + k], rim[i + k + 1]]);
+    sum += areaM2(places);
+    for (const [x, y] of places) expect(Math.min(x, 4 - x, y, 3 - y)).toBeLessThan(0.081);
+    for (const [x, y] of places) expect(Math.min(x, 4 - x, y, 3 - y)).toBeGreaterThan(-1e-6);
+  }
+  expect(sum).toBeCloseTo(0.08 * 14, 5);
+  const overlay = new AreaOverlay();
+  const drawn = (isRimAlone: boolean): number => {
+    overlay.set([{ kind: 'ground', floorId: 'F0', heightM: 0, cornersM: corners, isRimAlone }], () => 0);
+    return overlay.group.children.length;
+  };
+  expect([drawn(true), drawn(false)]).toEqual([1, 2]);
 });

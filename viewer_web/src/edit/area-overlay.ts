@@ -11,6 +11,7 @@ import {
   MeshBasicMaterial,
   ShapeUtils,
   Vector2,
+  Vector3,
 } from 'three';
 import type { Place } from './ground-map.ts';
 
@@ -27,6 +28,9 @@ const COLOURS: Readonly<Record<AreaKind, string>> = {
 /** Above the floor, so that neither hides the other. */
 const ABOVE_M = 0.03;
 const FILL_OPACITY = 0.28;
+/** A band along the rim of marked ground: so wide, and clearly drawn. */
+const RIM_M = 0.08;
+const RIM_OPACITY = 0.85;
 const CIRCLE_CORNERS = 40;
 
 /** An area on a floor: an outline in plan, or triangles; local frame, `heightM` the floor's. */
@@ -38,6 +42,8 @@ export interface Area {
   readonly cornersM?: Float32Array;
   /** Still being drawn: not closed. */
   readonly isOpen?: boolean;
+  /** Of triangles only the rim is drawn. */
+  readonly isRimAlone?: boolean;
 }
 
 export class AreaOverlay {
@@ -71,20 +77,47 @@ export class AreaOverlay {
   }
 }
 
-function objectsOf({ kind, heightM, outline, cornersM, isOpen = false }: Area): (Mesh | Line)[] {
+function objectsOf({ kind, heightM, outline, cornersM, isOpen = false, isRimAlone = false }: Area): (Mesh | Line)[] {
   const color = COLOURS[kind];
-  const fill = (positions: Float32Array): Mesh => {
+  const fill = (positions: Float32Array, opacity = FILL_OPACITY): Mesh => {
     const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(positions, 3));
-    const look = { color, transparent: true, opacity: FILL_OPACITY, side: DoubleSide, depthWrite: false };
+    const look = { color, transparent: true, opacity, side: DoubleSide, depthWrite: false };
     return new Mesh(geometry, new MeshBasicMaterial(look));
   };
-  if (cornersM !== undefined) return [fill(cornersM)];
+  if (cornersM !== undefined) {
+    const rim = fill(rimOf(cornersM), RIM_OPACITY);
+    return isRimAlone ? [rim] : [fill(cornersM), rim];
+  }
   if (outline === undefined || outline.length === 0) return [];
   const flat = Float32Array.from(outline.flatMap(([x, y]) => [x, y, heightM]));
   const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(flat, 3));
   const material = new LineBasicMaterial({ color, depthTest: false, transparent: true });
   const rim = isOpen ? new Line(geometry, material) : new LineLoop(geometry, material);
   return isOpen ? [rim] : [fill(filled(outline, heightM)), rim];
+}
+
+/** Triangles (L, 9) of a band along the edges that only one of triangles (T, 9) has, on the inner side of each. */
+export function rimOf(cornersM: Float32Array): Float32Array {
+  const edges = new Map<string, number[] | null>();
+  for (let t = 0; t < cornersM.length; t += 9) {
+    const corner = (k: number): number[] => [...cornersM.subarray(t + 3 * (k % 3), t + 3 * (k % 3) + 3)];
+    for (const k of [0, 1, 2]) {
+      const [a, b, c] = [corner(k), corner(k + 1), corner(k + 2)];
+      const key = [a.join(' '), b.join(' ')].sort().join(' | ');
+      edges.set(key, edges.has(key) ? null : [...a, ...b, ...c]);
+    }
+  }
+  return Float32Array.from([...edges.values()].flatMap((edge) => (edge === null ? [] : bandOf(edge))));
+}
+
+/** Two triangles along the edge from `a` to `b`, on the side of `c`. */
+function bandOf([ax, ay, az, bx, by, bz, cx, cy, cz]: readonly number[]): number[] {
+  const [a, b, c] = [new Vector3(ax, ay, az), new Vector3(bx, by, bz), new Vector3(cx, cy, cz)];
+  const along = b.clone().sub(a).normalize();
+  const across = c.clone().sub(a);
+  across.addScaledVector(along, -across.dot(along)).setLength(RIM_M);
+  const [innerA, innerB] = [a.clone().add(across), b.clone().add(across)];
+  return [a, b, innerB, a, innerB, innerA].flatMap((corner) => corner.toArray());
 }
 
 /** Triangles (T, 9) that fill an outline at a height. */

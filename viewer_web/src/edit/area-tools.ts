@@ -8,9 +8,10 @@ import type { PlanView } from '../scene/plan-view.ts';
 import type { PointerConsumer, PointerPlace } from '../scene/pointer.ts';
 import type { Picked, Store } from '../store.ts';
 import { addZone, forbid, pickGround } from './changes.ts';
-import { isSteep } from './coplanar-region.ts';
+import { coplanarRegion, isSteep } from './coplanar-region.ts';
 import { sceneOf } from './draft.ts';
 import type { Place } from './ground-map.ts';
+import { nothingToPick } from './ground-state.ts';
 import { faultOf, NEAREST_CORNERS_M } from './outline.ts';
 import { toolInHand } from './readiness.ts';
 import { floorAt } from './review-areas.ts';
@@ -132,8 +133,15 @@ export class AreaTools {
       return;
     }
     const isGround = this.store.editing.marksGround.peek();
+    const floorId = this.store.floorId.peek() ?? '';
+    const region = coplanarRegion(this.loaded.stage.triangles.cornersM, picked.triangle);
+    const words = nothingToPick(region, this.loaded, this.desk.review.peek(), isGround, floorId);
+    if (words !== null) {
+      this.desk.notice.value = { kind: 'note', text: words };
+      return;
+    }
     const label = isGround ? 'mark ground' : 'unmark ground';
-    await this.desk.commit(label, [pickGround(picked.pointM, isGround, this.store.floorId.peek() ?? '')]);
+    await this.desk.commit(label, [pickGround(picked.pointM, isGround, floorId)]);
   }
 
   private async forbid(picked: Picked): Promise<void> {

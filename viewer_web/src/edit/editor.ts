@@ -15,7 +15,7 @@ import { localOf } from './draft.ts';
 import { DraftFollower } from './draft-follower.ts';
 import { GroundMap } from './ground-map.ts';
 import { GroundOverlay } from './ground-overlay.ts';
-import { isLive } from './readiness.ts';
+import { isLive, toolInHand } from './readiness.ts';
 import { floorAt, reviewAreas } from './review-areas.ts';
 import { StationMover } from './station-mover.ts';
 
@@ -31,6 +31,7 @@ export class Editor {
   private readonly endings: (() => void)[];
   /** Computed, so that a drag redraws only what it changes. */
   private readonly reviewed = computed(() => this.areasOfReview());
+  private readonly picksGround = computed(() => toolInHand(this.store) === 'ground');
   private readonly groundFloor = computed(() => this.floorToHave());
   private readonly showsGround = computed(() => this.isGroundWanted());
 
@@ -137,7 +138,7 @@ export class Editor {
     const { store, desk, loaded } = this;
     const review = desk.review.value;
     const isShown = !store.editing.showsPlan.value && store.planBase.value === OWN_PLAN;
-    return review !== null && isShown ? reviewAreas(review, loaded) : [];
+    return review !== null && isShown ? reviewAreas(review, loaded, this.picksGround.value) : [];
   }
 
   private drawAreas(): void {

@@ -11,8 +11,8 @@ import { triangleAt } from './triangle-at.ts';
 /** So much below a floor's ground still belongs to it. */
 const SLAB_M = 0.3;
 
-/** An area of no floor is drawn on each. */
-export function reviewAreas(review: Review, loaded: LoadedPlan): Area[] {
+/** An area of no floor is drawn on each. `tintsGround`: marked ground is filled, which no layer's colours survive. */
+export function reviewAreas(review: Review, loaded: LoadedPlan, tintsGround: boolean): Area[] {
   const { floors, offsetM, triangles } = loaded.stage;
   const inPlan = ([x, y]: Place): Place => [x - offsetM[0], y - offsetM[1]];
   const onFloors = (floorId: string): { floorId: string; heightM: number }[] =>
@@ -32,7 +32,8 @@ export function reviewAreas(review: Review, loaded: LoadedPlan): Area[] {
     if (triangle === null) return [];
     const kind = is_ground ? 'ground' : 'not_ground';
     const floorId = floor || floorAt(floors, point_m[2] - offsetM[2]);
-    return [{ kind, floorId, heightM: 0, cornersM: regionCorners(triangles.cornersM, triangle) }];
+    const cornersM = regionCorners(triangles.cornersM, triangle);
+    return [{ kind, floorId, heightM: 0, cornersM, isRimAlone: !tintsGround }];
   });
   return [...zones, ...forbidden, ...picks];
 }

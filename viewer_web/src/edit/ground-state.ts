@@ -1,0 +1,49 @@
+/** Whose ground surface is as the review leaves it: the plan's ground, and the review's picks one after the other. */
+import type { Review } from '../api/documents.ts';
+import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { coplanarRegion } from './coplanar-region.ts';
+import { localOf } from './draft.ts';
+import { triangleAt } from './triangle-at.ts';
+
+/** Id of a floor; `SOME_FLOOR`: marked without saying of which, so the planner chooses; null: no ground. */
+export type GroundOf = string | null;
+const SOME_FLOOR = '';
+
+/** What each triangle of a region is ground of; docs/method/floor-picking.md has the rules. */
+export function groundOfRegion(region: readonly number[], { stage }: LoadedPlan, review: Review | null): GroundOf[] {
+  const { triangles, floors, offsetM } = stage;
+  const idOf = new Map(floors.map(({ index, id }) => [index + 1, id]));
+  const ground = new Map<number, GroundOf>(region.map((t) => [t, idOf.get(triangles.groundOf[t]) ?? null]));
+  for (const { point_m, is_ground, floor } of Object.values(review?.ground_picks ?? {})) {
+    const at = triangleAt(triangles.cornersM, localOf(point_m, offsetM));
+    if (at === null) continue;
+    for (const t of coplanarRegion(triangles.cornersM, at)) {
+      const before = ground.get(t);
+      if (before === undefined) continue;
+      if (is_ground) ground.set(t, floor || (before ?? SOME_FLOOR));
+      else if (floor === '' || before === floor || before === SOME_FLOOR) ground.set(t, null);
+    }
+  }
+  return region.map((t) => ground.get(t) ?? null);
+}
+
+/** Why a click changes nothing, in words; null: it does. `floorId` '': of whichever floor. */
+export function nothingToPick(
+  region: readonly number[],
+  loaded: LoadedPlan,
+  review: Review | null,
+  isGround: boolean,
+  floorId: string,
+): string | null {
+  const ground = groundOfRegion(region, loaded, review);
+  const isOf = (of: GroundOf): boolean => of !== null && (floorId === '' || of === floorId || of === SOME_FLOOR);
+  const nameOf = (id: GroundOf): string => loaded.plan.floors.find((floor) => floor.id === id)?.name ?? '';
+  if (isGround) {
+    if (!ground.every(isOf)) return null;
+    const name = nameOf(floorId || (ground[0] ?? ''));
+    return `This surface is ground already${name === '' ? '' : `, of ${name}`}.`;
+  }
+  if (ground.some(isOf)) return null;
+  const of = floorId === '' ? '' : ` of ${nameOf(floorId)}`;
+  return `This surface is no ground${of} as it is: there is nothing to unmark.`;
+}
