@@ -94,8 +94,8 @@ def _distortion(frame: SiteFrame, plane: MapCrs, middle_m: FloatArray) -> list[s
     projection_ppm, height_ppm = (grid.scale - 1.0) * 1e6, (true / grid.scale - 1.0) * 1e6
     return [
         f"at the site a metre on the ground is {true:.7f} m on the grid (projection {projection_ppm:+.0f} ppm, height "
-        f"{height_ppm:+.0f} ppm), and grid north is {math.degrees(grid.convergence_rad):+.4f} degrees clockwise from "
-        f"true north{held}"
+        f"{height_ppm:+.0f} ppm), and grid north is {abs(math.degrees(grid.convergence_rad)):.4f} degrees "
+        f"{'east' if grid.convergence_rad > 0 else 'west'} of true north{held}"
     ]
 
 

@@ -37,6 +37,11 @@ class ControlPoints:
     site_m: FloatArray
     weights: FloatArray
 
+    def without(self, index: int) -> ControlPoints:
+        """All points but one."""
+        names = self.names[:index] + self.names[index + 1 :]
+        return ControlPoints(names, *(np.delete(of, index, axis=0) for of in (self.scene_m, self.site_m, self.weights)))
+
 
 def read_control_points(path: Path) -> ControlPoints:
     """Read a CSV with a header of the columns `COLUMNS`, in any order; separated by commas, semicolons or tabs.

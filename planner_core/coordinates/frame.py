@@ -20,6 +20,8 @@ from planner_core.model import FloatArray, Georeference, SiteFrame
 LOCAL_NAME = "local site coordinates"
 _SCALES = (0.99, 1.01)
 """No grid is further from 1; unit steps are."""
+_SUSPECT_SHARE = 0.2
+"""A point is suspect where the others, without it, are off by less than this share of what they are off with it."""
 _UNITS = {0.001: "millimetres", 0.01: "centimetres", 0.3048: "feet", 0.0254: "inches", 1000.0: "kilometres"}
 
 
@@ -162,17 +164,42 @@ def _by_control_points(asked: FrameRequest) -> SiteFrame:
     points = read_control_points(asked.control_points)
     if asked.parameters not in (4, 7):
         raise CoordinatesError(f"--parameters: got {asked.parameters}, expected 4 or 7")
-    fit = (fit_4 if asked.parameters == 4 else fit_7)(
-        points.scene_m, points.site_m, points.weights, fixed_scale=asked.fixed_scale
-    )
-    _check_scale(fit.scale, "control points: the scale of their fit")
+    fit = _fitted(points, asked)
+    suspect = _suspect(points, fit, asked)
+    _check_scale(fit.scale, "control points: the scale of their fit", suspect or "convert them, or find a wrong point")
     return SiteFrame(
         matrix=fit.matrix,
         source="control points",
         residuals_m=tuple(float(value) for value in fit.off_m),
-        warnings=_doubts_of_fit(points, fit, asked),
+        warnings=_doubts_of_fit(points, fit, asked, suspect),
         notes=(_fit_words(points, fit, asked),),
     )
+
+
+def _fitted(points: ControlPoints, asked: FrameRequest) -> Fit:
+    fit = fit_4 if asked.parameters == 4 else fit_7
+    return fit(points.scene_m, points.site_m, points.weights, fixed_scale=asked.fixed_scale)
+
+
+def _suspect(points: ControlPoints, fit: Fit, asked: FrameRequest) -> str:
+    """Name the point without which all others fit; empty where there is none, or too few points to tell."""
+    worst_m = float(fit.off_m.max())
+    n = len(points.names)
+    if worst_m <= asked.residual_limit_m or n < (4 if asked.parameters == 4 else 5):
+        return ""
+    found = []
+    for left_out in range(n):
+        others = points.without(left_out)
+        try:
+            again = _fitted(others, asked)
+        except CoordinatesError:  # the others alone fix nothing
+            continue
+        if _SCALES[0] < again.scale < _SCALES[1]:
+            found.append((float(again.off_m.max()), points.names[left_out]))
+    off_m, name = min(found, default=(math.inf, ""))
+    if off_m > max(asked.residual_limit_m, _SUSPECT_SHARE * worst_m):
+        return ""
+    return f"without {name} all others fit to {off_m:.3f} m: {name} looks wrong"
 
 
 def _by_site_placement(told: Georeference | None, systems: _Systems) -> SiteFrame:
@@ -206,14 +233,12 @@ def _by_site_placement(told: Georeference | None, systems: _Systems) -> SiteFram
     )
 
 
-def _check_scale(scale: float, what: str) -> None:
+def _check_scale(scale: float, what: str, remedy: str = "convert them") -> None:
     if _SCALES[0] < scale < _SCALES[1]:
         return
     unit = next((f", as if one side were in {name}" for size, name in _UNITS.items()
                  if 0.99 < scale / size < 1.01 or 0.99 < scale * size < 1.01), "")  # fmt: skip
-    raise CoordinatesError(
-        f"{what} is {scale:g}{unit}, expected about 1: both sides are in metres; convert them, or find a wrong point"
-    )
+    raise CoordinatesError(f"{what} is {scale:g}{unit}, expected about 1: both sides are in metres; {remedy}")
 
 
 # --------------------------------------------------------------------------------------------------- systems
@@ -258,7 +283,7 @@ def _named(frame: SiteFrame, systems: _Systems) -> SiteFrame:
 
 
 # ----------------------------------------------------------------------------------------------------- words
-def _doubts_of_fit(points: ControlPoints, fit: Fit, asked: FrameRequest) -> tuple[str, ...]:
+def _doubts_of_fit(points: ControlPoints, fit: Fit, asked: FrameRequest, suspect: str) -> tuple[str, ...]:
     off_m, limit_m = fit.off_m, asked.residual_limit_m
     doubts = [
         f"control point {name} is off by {off:.3f} m, more than {limit_m:g} m: check it, or the point that it was "
@@ -266,6 +291,8 @@ def _doubts_of_fit(points: ControlPoints, fit: Fit, asked: FrameRequest) -> tupl
         for name, off in zip(points.names, off_m, strict=True)
         if off > limit_m
     ]
+    if suspect:
+        doubts.append(f"control points: {suspect}")
     if len(points.names) == 2:
         doubts.append("two control points leave nothing to check the fit by: a third one finds mistakes")
     elif fit.in_line:

@@ -155,6 +155,27 @@ def test_seven_parameters_are_had_on_demand(tmp_path: Path) -> None:
     assert only(frame.warnings, "tilt the scene by 0.573 degrees")
 
 
+@pytest.mark.parametrize("wrong_m", [0.5, 500.0])
+def test_the_one_wrong_point_is_named(tmp_path: Path, wrong_m: float) -> None:
+    scene = np.vstack([CORNERS, [[5.0, 4.0, 1.0]]])
+    site = SiteFrame(matrix=matrix_of(ORIGIN, TURN, 1.0)).to_site(scene)
+    site[3, 1] += wrong_m
+    request = FrameRequest(control_points=points_file(tmp_path, site, scene))
+    if wrong_m < 1:
+        assert only(site_frame(plan_of(), request).warnings, "without P3 all others fit to 0.000 m")
+    else:
+        with pytest.raises(CoordinatesError, match="P3 looks wrong"):
+            site_frame(plan_of(), request)
+
+
+def test_no_point_is_suspected_where_all_are_off(tmp_path: Path) -> None:
+    site = SiteFrame(matrix=matrix_of(ORIGIN, TURN, 1.0)).to_site(CORNERS)
+    site += np.random.default_rng(4).normal(0, 0.05, site.shape)
+    warnings = site_frame(plan_of(), FrameRequest(control_points=points_file(tmp_path, site))).warnings
+    assert any("is off by" in line for line in warnings)
+    assert not any("looks wrong" in line for line in warnings)
+
+
 def test_two_points_are_taken_with_a_warning(tmp_path: Path) -> None:
     site = SiteFrame(matrix=matrix_of(ORIGIN, TURN, 1.0)).to_site(CORNERS[:2])
     request = FrameRequest(control_points=points_file(tmp_path, site, CORNERS[:2]))
@@ -256,7 +277,7 @@ def test_what_the_file_doubts_is_handed_on() -> None:
 def test_the_distortion_at_the_site_is_told() -> None:
     note = only(site_frame(plan_of(TOLD)).notes, "a metre on the ground")
     assert "projection -379 ppm, height -17 ppm" in note
-    assert "-0.4258 degrees" in note
+    assert "0.4258 degrees west of true north" in note
     assert "over 100 m they are 39.7 mm too long" in note
     true = 0.9996208 * 6_371_000 / 6_371_110.25
     held = site_frame(plan_of(), FrameRequest(crs="EPSG:25832", origin_m=ORIGIN, scale=true))
