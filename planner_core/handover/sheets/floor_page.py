@@ -165,7 +165,7 @@ def _draw_words(view: FloorView, tile: Tile, labels: Labels) -> None:
         for words, at in ((way.arrives, way.points_m[0]), (way.leaves, way.points_m[-1])):
             if words:
                 at_mm = tile.on_paper(at)
-                labels.ink.area([at_mm + 0.9 * np.array([(-1, 0), (0, -1), (1, 0), (0, 1)])], INK)
+                labels.ink.area([at_mm + 1.05 * np.array([(-1, 0), (0, -1), (1, 0), (0, 1)])], INK)
                 labels.put(at_mm, words)
     for mark in (*view.ends, *view.breaks):
         labels.put(tile.on_paper(mark.at_m), mark.words)
