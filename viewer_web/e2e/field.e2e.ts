@@ -72,3 +72,28 @@ test('any station can be looked up, and the whole plan is a tap away', async () 
   await viewer.page.locator('.marker').first().waitFor({ state: 'attached', timeout: 120_000 });
   expect(new URL(viewer.page.url()).hash).not.toContain('view=field');
 });
+
+test('stations at one spot are one dot with their number, and a tap lists them', async () => {
+  const [first, second] = stops.filter(({ floorId }) => floorId === stops[0].floorId);
+  const atOneSpot = plan.stations.map((station) =>
+    station.id === second.stationId
+      ? { ...station, position: [first.positionM[0], first.positionM[1], first.positionM[2] + 0.4] }
+      : station,
+  );
+  const { page } = viewer;
+  await page.route('**/plan/plan.json', async (route) => {
+    const body = await (await route.fetch()).json();
+    await route.fulfill({ json: { ...body, stations: atOneSpot } });
+  });
+  await page.reload();
+  await page.getByTestId('field-count').waitFor({ timeout: 120_000 });
+  const map = page.getByRole('group', { name: 'Map of the floor' });
+  const stack = map.getByRole('button', { name: /^\d stations here: / });
+  expect(await stack.first().getAttribute('aria-label')).toContain(`${first.stationId}; ${second.stationId}`);
+  await stack.first().tap();
+  const list = page.getByRole('region', { name: 'Stations at this spot' });
+  await viewer.screenshot('field-3-one-spot');
+  await list.getByRole('button', { name: new RegExp(second.stationId) }).tap();
+  expect(await list.count()).toBe(0);
+  expect(await text('field-station')).toBe(second.stationId);
+});

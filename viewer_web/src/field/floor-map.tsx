@@ -1,12 +1,16 @@
 /** A map of one floor: its ground and walls, the way to the next station, and the stations with their numbers. */
-import { useMemo } from 'preact/hooks';
+import { useEffect, useMemo, useState } from 'preact/hooks';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { metres } from '../panels/figures.ts';
 import { sectionLines } from './section-lines.ts';
+import { type Stack, shownOf, stacksOf } from './stacks.ts';
 import type { Stop } from './walk.ts';
 
 /** More triangles are too many for a drawing; the map then has no ground. */
 const MOST_TRIANGLES = 40_000;
 const MARGIN_M = 0.8;
+/** Nearer than this, in radii of a dot, one covers the number of another. */
+const COVERS = 1.3;
 
 interface FloorMapProps {
   readonly loaded: LoadedPlan;
@@ -24,53 +28,138 @@ export function FloorMap({ loaded, floorId, stops, next, done, onPick }: FloorMa
   const box = boxOf([...ground.points, ...here.map(({ positionM }) => positionM)]);
   const dot = Math.max(box.width, box.height) / 34;
   const way = next !== null && next.floorId === floorId ? next.way : [];
+  const [opened, open] = useState<Stack | null>(null);
+  useEffect(() => open(null), [floorId]);
+  const press = (stack: Stack): void => {
+    if (stack.length > 1) open(stack);
+    else onPick(stack[0]);
+  };
   return (
-    // y grows upwards in the building, downwards on the page.
-    // biome-ignore lint/a11y/useSemanticElements: an SVG has no fieldset.
-    <svg
-      class="floor-map"
-      viewBox={`${box.x} ${-box.y - box.height} ${box.width} ${box.height}`}
-      role="group"
-      aria-label="Map of the floor"
-    >
-      <path class="map-ground" d={ground.path} />
-      <path class="map-walls" d={walls} stroke-width={dot / 9} />
-      {here.slice(1).map((stop) => (
-        <polyline key={stop.stationId} class="map-walk" points={flat(stop.way)} stroke-width={dot / 5} />
-      ))}
-      <polyline class="map-way" points={flat(way)} stroke-width={dot / 2.4} />
-      {here.map((stop) => (
-        // biome-ignore lint/a11y/useSemanticElements: an SVG has no buttons.
-        <g
-          key={stop.stationId}
-          role="button"
-          tabIndex={0}
-          aria-label={`Station ${stop.stationId}${done.has(stop.stationId) ? ', done' : ''}`}
-          class={lookOf(stop, next, done)}
-          onClick={() => onPick(stop)}
-          onKeyDown={(event) => {
-            if (event.key === 'Enter' || event.key === ' ') onPick(stop);
+    <div class="map-frame">
+      {/* y grows upwards in the building, downwards on the page. */}
+      {/* biome-ignore lint/a11y/useSemanticElements: an SVG has no fieldset. */}
+      <svg
+        class="floor-map"
+        viewBox={`${box.x} ${-box.y - box.height} ${box.width} ${box.height}`}
+        role="group"
+        aria-label="Map of the floor"
+      >
+        <path class="map-ground" d={ground.path} />
+        <path class="map-walls" d={walls} stroke-width={dot / 9} />
+        {here.slice(1).map((stop) => (
+          <polyline key={stop.stationId} class="map-walk" points={flat(stop.way)} stroke-width={dot / 5} />
+        ))}
+        <polyline class="map-way" points={flat(way)} stroke-width={dot / 2.4} />
+        {stacksOf(here, COVERS * dot).map((stack) => (
+          <Dot
+            key={stack[0].stationId}
+            stack={stack}
+            next={next}
+            done={done}
+            radius={dot}
+            onPress={() => press(stack)}
+          />
+        ))}
+      </svg>
+      {opened !== null && (
+        <StackList
+          stack={opened}
+          done={done}
+          onPick={(stop) => {
+            open(null);
+            onPick(stop);
           }}
-        >
-          <circle cx={stop.positionM[0]} cy={-stop.positionM[1]} r={stop === next ? 1.35 * dot : dot} />
-          <text
-            x={stop.positionM[0]}
-            y={-stop.positionM[1]}
-            font-size={1.05 * dot}
-            text-anchor="middle"
-            dominant-baseline="central"
-          >
-            {done.has(stop.stationId) ? '✓' : stop.order}
-          </text>
-        </g>
-      ))}
-    </svg>
+          onClose={() => open(null)}
+        />
+      )}
+    </div>
   );
 }
 
-function lookOf(stop: Stop, next: Stop | null, done: ReadonlySet<string>): string {
-  if (done.has(stop.stationId)) return 'map-stop map-done';
-  return stop === next ? 'map-stop map-next' : 'map-stop';
+interface DotProps {
+  readonly stack: Stack;
+  readonly next: Stop | null;
+  readonly done: ReadonlySet<string>;
+  readonly radius: number;
+  readonly onPress: () => void;
+}
+
+/** A station with its number, or several at one spot with one's number and how many they are. */
+function Dot({ stack, next, done, radius, onPress }: DotProps) {
+  const shown = shownOf(stack, next, done);
+  const [x, y] = shownPlace(stack);
+  const isNext = shown.stationId === next?.stationId;
+  const areDone = stack.every(({ stationId }) => done.has(stationId));
+  const size = isNext ? 1.35 * radius : radius;
+  return (
+    // biome-ignore lint/a11y/useSemanticElements: an SVG has no buttons.
+    <g
+      role="button"
+      tabIndex={0}
+      aria-label={nameOf(stack, done)}
+      class={`map-stop ${areDone ? 'map-done' : isNext ? 'map-next' : ''}`.trim()}
+      onClick={onPress}
+      onKeyDown={(event) => {
+        if (event.key === 'Enter' || event.key === ' ') onPress();
+      }}
+    >
+      {stack.length > 1 && <circle class="map-stack" cx={x} cy={y} r={1.28 * size} />}
+      <circle cx={x} cy={y} r={size} />
+      <text x={x} y={y} font-size={1.05 * radius} text-anchor="middle" dominant-baseline="central">
+        {areDone ? '✓' : shown.order}
+      </text>
+      {stack.length > 1 && (
+        <g class="map-count">
+          <circle cx={x + size} cy={y - size} r={0.62 * radius} />
+          <text x={x + size} y={y - size} font-size={0.8 * radius} text-anchor="middle" dominant-baseline="central">
+            {stack.length}
+          </text>
+        </g>
+      )}
+    </g>
+  );
+}
+
+const shownPlace = ([{ positionM }]: Stack): [number, number] => [positionM[0], -positionM[1]];
+
+function nameOf(stack: Stack, done: ReadonlySet<string>): string {
+  const names = stack.map(({ stationId }) => (done.has(stationId) ? `${stationId}, done` : stationId));
+  return stack.length === 1 ? `Station ${names[0]}` : `${stack.length} stations here: ${names.join('; ')}`;
+}
+
+interface StackListProps {
+  readonly stack: Stack;
+  readonly done: ReadonlySet<string>;
+  readonly onPick: (stop: Stop) => void;
+  readonly onClose: () => void;
+}
+
+/** The stations of one spot, to choose from. */
+function StackList({ stack, done, onPick, onClose }: StackListProps) {
+  return (
+    <section class="map-list" aria-label="Stations at this spot">
+      <header>
+        <h2>{stack.length} stations here</h2>
+        <button type="button" class="field-quiet" onClick={onClose}>
+          Close
+        </button>
+      </header>
+      <ul>
+        {stack.map((stop) => (
+          <li key={stop.stationId}>
+            <button type="button" onClick={() => onPick(stop)}>
+              <span class="dot">{stop.order}</span>
+              <span>{stop.stationId}</span>
+              <span class="muted">
+                sensor at {metres(stop.heightM)}
+                {done.has(stop.stationId) ? ' · done ✓' : ''}
+              </span>
+            </button>
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
 }
 
 const flat = (points: readonly (readonly [number, number, number])[]): string =>
