@@ -26,7 +26,10 @@ from planner_core.scene.load import LoadOptions, load_scene
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 N_STEPS, STEP_M, TREAD_M, FOOT_X_M = 14, 0.2, 2.7 / 14, 8.2
 TABLE: Box = ((1.0, 1.0, 0.0), (2.0, 2.0, 0.75))
+#: As large as a body, and hollow as all boxes are.
+BLOCK: Box = ((2.6, 3.7, 0.0), (3.8, 4.9, 2.2))
 ROOMS: list[Box] = [
+    BLOCK,
     ((-0.2, -0.2, -0.2), (10.2, 5.2, 0.0)),
     ((-0.2, -0.2, 0.0), (0.0, 5.2, 5.6)),
     ((10.0, -0.2, 0.0), (10.2, 5.2, 5.6)),
@@ -63,6 +66,7 @@ SCANNER = Scanner(
 def write_house(path: Path, at_m: tuple[float, float, float]) -> Path:
     lines, first = [], 1
     for low, high in [*ROOMS, *STAIRS, TABLE]:
+        lines.append(f"o box{first // 8}")
         for z in (low[2], high[2]):
             for x, y in ((low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])):
                 lines.append(f"v {x + at_m[0]:.6f} {y + at_m[1]:.6f} {z + at_m[2]:.6f}")

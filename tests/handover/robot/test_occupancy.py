@@ -61,8 +61,8 @@ def maps(house_plan: PlanSource, tmp_path_factory: pytest.TempPathFactory) -> di
 
 def test_the_ground_floor_is_as_drawn(maps: dict[str, Served]) -> None:
     served = maps["F0"]
-    free = [(0.5, 0.5), (3.0, 4.5), (4.1, 2.5), (7.0, 1.0), (9.5, 4.5), (0.05, 0.06), (8.7, 0.7), (7.8, 4.5)]
-    occupied = [(1.5, 1.5), (-0.1, 2.0), (4.1, 1.0), (4.1, 4.0), (5.0, 5.1), (10.1, 2.0)]
+    free = [(0.5, 0.5), (0.5, 4.5), (4.1, 2.5), (7.0, 1.0), (9.5, 4.5), (0.05, 0.06), (8.7, 0.7), (7.8, 4.5)]
+    occupied = [(1.5, 1.5), (3.2, 4.3), (-0.1, 2.0), (4.1, 1.0), (4.1, 4.0), (5.0, 5.1), (10.1, 2.0)]
     unknown = [(-0.8, -0.8), (10.8, 5.5)]
     assert [served.at(*place) for place in free] == [FREE] * len(free)
     assert [served.at(*place) for place in occupied] == [OCCUPIED] * len(occupied)

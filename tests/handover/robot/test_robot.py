@@ -136,6 +136,14 @@ def test_a_far_scene_is_told_near_its_map_and_led_back(far_plan: PlanSource, mis
         on_site = np.array(document["site"]["map_to_site"]) @ [*point["position_m"], 1.0]
         assert on_site[:3] == pytest.approx(point["site_ground_m"], abs=2e-4)
         assert pixel_at(folder, point["floor"], [point["position_m"]]) == [254]
+    for path in document["paths"]:
+        for name, at in (
+            (path["from"], path["pieces"][0]["points_m"][0]),
+            (path["to"], path["pieces"][-1]["points_m"][-1]),
+        ):
+            assert np.add(at, offset)[:2] == pytest.approx(
+                np.add(STATIONS[name], [691000.0, 5334000.0, 0])[:2], abs=0.05
+            )
     corners = np.array(document["keep_out"][0]["outline"]) + offset[:2]
     assert corners == pytest.approx(np.add(KEEP_OUT, [691000.0, 5334000.0]), abs=1e-3)
 
