@@ -32,7 +32,7 @@ from planner_core.handover.options import Options
 from planner_core.handover.polylines import chains
 from planner_core.handover.section import SectionLine, floor_outline, floor_section, lines_below
 from planner_core.handover.sheets.building import Building, read_building
-from planner_core.handover.sheets.unseen import UnseenSurface
+from planner_core.handover.sheets.unseen import unseen_surface
 from planner_core.handover.source import FieldFloor, FieldLink, FieldStation, PlanSource
 from planner_core.handover.union_border import union_border
 from planner_core.handover.walk import ways_of
@@ -52,6 +52,9 @@ _HATCH_M = {"UNSEEN": 0.15, "OUT-OF-REACH": 0.4}
 _DECIMALS = 4
 #: Strips of missed wall are looked for from the ground up to here.
 _WALL_TOP_M = 2.5
+#: Walls stand this far outside of the ground at most.
+_AROUND_M = 1.0
+_STRIP_WIDTH_M = 0.06
 
 _GREY = (0.55, 0.57, 0.59)
 #: Layers of every floor, in the order in which CAD lists them: what, description, colour, colour number, width.
@@ -206,11 +209,15 @@ def _draw_building(drawing: _Drawing, building: Building, floor: FieldFloor, opt
     number = next(i for i, each in enumerate(drawing.plan.floors) if each.id == floor.id)
     local = _local_floor(building, floor, number)
     z_m = floor.elevation_m
-    unseen = UnseenSurface(building)
-    ground = unseen.ground(number)
-    offset_m = scene.offset_m[:2]
-    _hatch(drawing, ground.missed + offset_m, floor, "UNSEEN")
-    _hatch(drawing, ground.out_of_reach + offset_m, floor, "OUT-OF-REACH")
+    top_m = min([local.elevation_m + _WALL_TOP_M, *_above(drawing.plan, floor, scene.offset_m)])
+    unseen = unseen_surface(
+        building,
+        number,
+        height_m=np.array([local.elevation_m, top_m]),
+        window_m=local.bounds_m + np.array([[-_AROUND_M], [_AROUND_M]]),
+    ).moved(scene.offset_m[:2])
+    _hatch(drawing, unseen.missed, unseen.seen, floor, "UNSEEN")
+    _hatch(drawing, unseen.out_of_reach, np.concatenate([unseen.seen, unseen.missed]), floor, "OUT-OF-REACH")
     section = floor_section(scene, local, options.cut_m)
     _fill_walls(drawing, section, floor)
     for line in (*floor_outline(scene, local), *lines_below(scene, local, options.cut_m), *section):
@@ -218,11 +225,9 @@ def _draw_building(drawing: _Drawing, building: Building, floor: FieldFloor, opt
         if line.element >= 0:
             of = scene.elements[line.element]
             say(drawn, name=of.name, kind=of.kind, id=of.source_id)
-    top_m = min([local.elevation_m + _WALL_TOP_M, *_above(drawing.plan, floor, scene.offset_m)])
-    window_m = local.bounds_m + np.array([[-1.0], [1.0]])
-    for strip_m in unseen.walls(local.elevation_m, top_m, window_m):
-        drawn = drawing.line(strip_m + offset_m, z_m, drawing.layer(floor.id, "UNSEEN"))
-        drawn.dxf.const_width = 0.06
+    for strip_m in unseen.walls:
+        drawn = drawing.line(strip_m, z_m, drawing.layer(floor.id, "UNSEEN"))
+        drawn.dxf.const_width = _STRIP_WIDTH_M
 
 
 def _above(plan: PlanSource, floor: FieldFloor, offset_m: FloatArray) -> tuple[float, ...]:
@@ -253,11 +258,11 @@ def _fill_walls(drawing: _Drawing, section: tuple[SectionLine, ...], floor: Fiel
         _add_hatch(drawing, rings, floor, "WALL-FILL")
 
 
-def _hatch(drawing: _Drawing, triangles_m: FloatArray, floor: FieldFloor, what: str) -> None:
-    """Hatch the area that triangles (N, 3, 2) cover."""
+def _hatch(drawing: _Drawing, triangles_m: FloatArray, over_m: FloatArray, floor: FieldFloor, what: str) -> None:
+    """Hatch the area that triangles (N, 3, 2) cover and those over them (M, 3, 2) leave free."""
     if not len(triangles_m):
         return
-    edges, places_m = union_border(triangles_m)
+    edges, places_m = union_border(triangles_m, over_m)
     rings = [places_m[np.array(chain)] for chain, closed in chains(edges, places_m) if closed]
     if rings:
         _add_hatch(drawing, rings, floor, what)

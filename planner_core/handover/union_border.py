@@ -19,39 +19,48 @@ from planner_core.model import FloatArray, Int64Array
 _PAIRS_AT_ONCE = 1_000_000
 
 
-def union_border(corners_m: FloatArray) -> tuple[Int64Array, FloatArray]:
+def union_border(corners_m: FloatArray, without_m: FloatArray | None = None) -> tuple[Int64Array, FloatArray]:
     """Find the border of the area that triangles (K, 3, 2) of any winding cover together.
+
+    Parameters
+    ----------
+    without_m
+        (L, 3, 2) triangles whose area is taken away; None: nothing is.
 
     Returns
     -------
     edges : (E, 2) int64 into places, the area to the left of each; at every place as many begin as end.
     places_m : (N, 2) float64.
     """
-    node, places_m = nodes(corners_m.reshape(-1, 2))
+    taken_m = np.zeros((0, 3, 2)) if without_m is None else without_m
+    node, places_m = nodes(np.concatenate([corners_m, taken_m]).reshape(-1, 2))
     turns = node.reshape(-1, 3)
     a, b, c = (places_m[turns[:, corner]] for corner in range(3))
     clockwise = cross(b - a, c - a) < 0
     turns[clockwise] = turns[clockwise][:, ::-1]
-    edges, weight = _net(np.concatenate([turns[:, [0, 1]], turns[:, [1, 2]], turns[:, [2, 0]]]))
+    # Two numbers are counted: of the triangles, and of those taken away.
+    one = np.repeat(np.array([[1, 0], [0, 1]]), [len(corners_m), len(taken_m)], axis=0)
+    sides = np.concatenate([turns[:, [0, 1]], turns[:, [1, 2]], turns[:, [2, 0]]])
+    edges, weight = _net(sides, np.tile(one, (3, 1)))
     # Sides of neighbours may share a part only, and those of overlapping triangles cross: cut them at both.
     places_m, cuts = _with_crossings(edges, places_m)
     pieces, of = split_at(edges, cuts, places_m)
     edges, weight = _net(pieces, weight[of])
     left = _covering_left(edges, weight, places_m)
-    border: Int64Array = edges[(left > 0) & (left - weight <= 0)]
+    right = left - weight
+    inside_left, inside_right = ((w[:, 0] > 0) & (w[:, 1] <= 0) for w in (left, right))
+    border = np.concatenate([edges[inside_left & ~inside_right], edges[inside_right & ~inside_left][:, ::-1]])
     return border, places_m
 
 
-def _net(edges: Int64Array, weight: Int64Array | None = None) -> tuple[Int64Array, Int64Array]:
-    """Distinct edges in the direction in which more of them run, and how many more; those in balance are left out."""
-    weight = np.ones(len(edges), dtype=np.int64) if weight is None else weight
-    forward = edges[:, 0] < edges[:, 1]
+def _net(edges: Int64Array, weight: Int64Array) -> tuple[Int64Array, Int64Array]:
+    """Distinct edges (K, 2), and what is left of their weights (K, 2) when opposites cancel; without those of none."""
+    forward = edges[:, :1] < edges[:, 1:]
     distinct, of = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
-    balance = np.zeros(len(distinct), dtype=np.int64)
+    balance = np.zeros((len(distinct), 2), dtype=np.int64)
     np.add.at(balance, of.reshape(-1), np.where(forward, weight, -weight))
-    distinct = np.where(balance[:, None] < 0, distinct[:, ::-1], distinct)
-    kept = (balance != 0) & (distinct[:, 0] != distinct[:, 1])
-    return distinct[kept], np.abs(balance[kept])
+    kept = balance.any(axis=1) & (distinct[:, 0] != distinct[:, 1])
+    return distinct[kept], balance[kept]
 
 
 def _with_crossings(edges: Int64Array, places_m: FloatArray) -> tuple[FloatArray, Int64Array]:
@@ -90,9 +99,9 @@ def _crossing_points(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray)
 
 
 def _covering_left(edges: Int64Array, weight: Int64Array, places_m: FloatArray) -> Int64Array:
-    """(E,) number of triangles over the left side of each edge, next to its middle."""
+    """(E, 2) numbers of triangles over the left side of each edge, next to its middle."""
     a_m, b_m = places_m[edges[:, 0]], places_m[edges[:, 1]]
-    covering = np.zeros(len(edges), dtype=np.int64)
+    covering = np.zeros((len(edges), 2), dtype=np.int64)
     at_once = max(1, _PAIRS_AT_ONCE // max(1, len(edges)))
     for first in range(0, len(edges), at_once):
         one = slice(first, first + at_once)
@@ -107,5 +116,5 @@ def _covering_left(edges: Int64Array, weight: Int64Array, places_m: FloatArray) 
         # The edge itself starts the ray: what is to the left of it lies ahead of it.
         rows = np.arange(*one.indices(len(edges)))
         ahead[rows - first, rows] = False
-        covering[one] = (passes * ahead * weight[None]).sum(axis=1)
+        covering[one] = (passes * ahead) @ weight
     return covering

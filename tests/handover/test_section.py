@@ -185,21 +185,28 @@ def test_section_far_from_the_origin_keeps_its_digits():
 
 
 # ------------------------------------------------------------------------------------------------- outlines
-@settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 10_000), n=st.integers(1, 14), grid=st.booleans())
-def test_border_of_triangles_bounds_their_union(seed, n, grid):
+@settings(max_examples=80, deadline=None)
+@given(seed=st.integers(0, 10_000), n=st.integers(1, 14), n_taken=st.integers(0, 4), grid=st.booleans())
+def test_border_of_triangles_bounds_their_union_less_what_is_taken_away(seed, n, n_taken, grid):
     random = np.random.default_rng(seed)
-    corners = random.uniform(0, 10, (n, 3, 2))
+    corners, taken = random.uniform(0, 10, (n, 3, 2)), random.uniform(0, 10, (n_taken, 3, 2))
     if grid:  # sides that overlap in part, corners on sides, triangles twice, triangles without area
-        corners = np.floor(corners / 2.5)
-    expected = shapely.union_all([shapely.Polygon(each) for each in corners if shapely.Polygon(each).area > 1e-9])
-    edges, places = union_border(corners)
+        corners, taken = np.floor(corners / 2.5), np.floor(taken / 2.5)
+    expected = shapely.difference(_union(corners), _union(taken), grid_size=1e-7)
+    edges, places = union_border(corners, taken)
     begins, ends = (np.bincount(edges[:, side], minlength=len(places)) for side in (0, 1))
     assert (begins == ends).all(), seed
     a, b = places[edges[:, 0]], places[edges[:, 1]]
     area = float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
     assert area == pytest.approx(expected.area, abs=5e-3), seed
-    assert np.hypot(*(b - a).T).sum() == pytest.approx(expected.length, abs=2e-2), seed
+    # No longer: slits of less than 0.1 mm, which the exact difference has, are closed.
+    assert np.hypot(*(b - a).T).sum() < expected.length + 2e-2, seed
+
+
+def _union(triangles: np.ndarray) -> shapely.Geometry:
+    return shapely.union_all(
+        [shapely.Polygon(each) for each in triangles if shapely.Polygon(each).area > 1e-9], grid_size=1e-7
+    )
 
 
 def test_ground_with_a_stair_opening_is_outlined_with_its_hole():

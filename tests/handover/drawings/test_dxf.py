@@ -15,6 +15,8 @@ from planner_core.errors import RequirementError
 from planner_core.handover.dxf import BLOCK, write_dxf
 from planner_core.handover.dxf_sheets import SCALES, scale_for
 from planner_core.handover.options import Options
+from planner_core.handover.sheets.building import read_building
+from planner_core.handover.sheets.unseen import unseen_surface
 from planner_core.handover.source import PlanSource, open_plan
 from planner_core.progress import silent
 
@@ -190,18 +192,20 @@ def test_without_the_stage_stations_are_drawn_and_it_is_said(house_folder, tmp_p
     assert len(document.modelspace().query("INSERT")) > 5
 
 
-def test_unseen_ground_is_hatched_over_its_area(drawing, house_folder):
-    from planner_core.handover.sheets.building import read_building
-    from planner_core.handover.sheets.unseen import UnseenSurface
-
-    missed = UnseenSurface(read_building(house_folder)).ground(0).missed
-    expected = shapely.union_all([shapely.Polygon(each) for each in missed])
+def test_unseen_ground_is_hatched_where_nothing_seen_lies_over_it(drawing, house, house_folder):
+    unseen = unseen_surface(
+        read_building(house_folder), 0, height_m=np.array([0.0, 2.5]), window_m=np.array([[-1.0, -1.0], [11.0, 9.0]])
+    )
+    missed, seen = (shapely.union_all([shapely.Polygon(t) for t in each]) for each in (unseen.missed, unseen.seen))
+    expected = missed.difference(seen)
     (hatch,) = drawing.modelspace().query('HATCH[layer=="F0-UNSEEN"]')
     area = shapely.MultiPolygon()
     for path in hatch.paths:
         area = area.symmetric_difference(shapely.Polygon([vertex[:2] for vertex in path.vertices]).buffer(0))
     assert expected.area > 1.0
     assert area.symmetric_difference(expected).area < 1e-2
+    strips = drawing.modelspace().query('LWPOLYLINE[layer=="F0-UNSEEN"]')
+    assert len(strips) == len(unseen.walls)
 
 
 def test_same_plan_gives_the_same_bytes_in_another_process(house_folder, drawing_file, tmp_path):
