@@ -19,7 +19,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large bench-planning bench-live plan-scenes soak kernel-check wheel test-wheel docs api-types lock clean
+.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large bench-planning bench-live bench-clouds plan-scenes soak kernel-check wheel test-wheel docs api-types lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -98,6 +98,9 @@ bench-planning: $(DEV) ## the whole planner against its rivals on every scene; w
 bench-live: $(DEV) ## how fast a dragged station is answered; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_live.py --write docs/benchmarks/live.md
 
+bench-clouds: $(DEV) ## clouds of 10 and 100 million beams in every format: memory, time, size; writes docs/benchmarks
+	$(BIN)/python tests/benchmarks/bench_clouds.py --write docs/benchmarks/clouds.md
+
 plan-scenes: $(DEV) ## every synthetic scene through `tlsplan plan`; writes docs/benchmarks; goes on where it was interrupted
 	$(BIN)/python tests/scenes_synthetic/plan_all_scenes.py --write docs/benchmarks/scenes.md
 
@@ -119,6 +122,7 @@ test-wheel: wheel ## install the wheel into an empty environment without node, a
 
 docs: $(DEV) ## regenerate the command line reference
 	$(BIN)/python -m tlsplan.reference docs/reference/cli.md
+	$(BIN)/python -m tlsplan.formats_reference docs/formats/field-pack/index.md
 	$(BIN)/python -m tlsplan.commands.scanners docs/reference/scanners.md
 
 api-types: $(DEV) $(NODE) ## regenerate the description of the viewer's interface, and the types made from it

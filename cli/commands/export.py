@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..coordinates import COORDINATE_OPTIONS, coordinate_options, frame_request
+from ..formats_reference import option_of
 from ..options import apply, output_options, overwrite_option
 
 if TYPE_CHECKING:
@@ -223,6 +224,5 @@ def _options(names: tuple[str, ...], told: dict[str, Any]) -> Options:
     taken = {field for each in formats_named([n for n in names if n != WEB]) for field in each.options}
     for name in given:
         if name not in taken:
-            option = "--floor" if name == "floors" else f"--{name.replace('_', '-')}"
-            raise click.UsageError(f"{option}: no chosen format takes it ({', '.join(names)}).")
+            raise click.UsageError(f"{option_of(name)}: no chosen format takes it ({', '.join(names)}).")
     return Options(**given)

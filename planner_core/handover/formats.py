@@ -38,7 +38,7 @@ class Format:
 
     file_name : its standard name in a pack, suffix and all; without a suffix it is a folder. needs_scene : it is made
     from the scene file besides. options : fields of `Options` that it takes. verified_with : programs that read it in
-    tests, and versions. example : the command line.
+    tests, and versions.
     """
 
     name: str
@@ -50,6 +50,8 @@ class Format:
     verified_with: str = ""
     in_pack: bool = True
     """Whether `all` holds it."""
+    page: str = ""
+    """Its page in docs/formats/field-pack."""
 
     @property
     def is_folder(self) -> bool:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from tlsplan.commands.export import FORMAT_OPTIONS
+from tlsplan.formats_reference import page
 
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import HandoverError, OutputExistsError, PlanFolderError, RequirementError
@@ -66,6 +67,13 @@ def test_a_format_has_a_writer_and_says_what_it_is(name: str) -> None:
     (module_name,) = (text for text in names if text.startswith("planner_core.handover"))
     (function_name,) = names - {module_name}
     assert callable(getattr(importlib.import_module(module_name), function_name))
+
+
+def test_the_page_of_formats_is_what_the_registry_says() -> None:
+    folder = Path(__file__).parents[2] / "docs" / "formats" / "field-pack"
+    assert (folder / "index.md").read_text(encoding="utf-8") == page(), "run `make docs`"
+    for each in FORMATS.values():
+        assert each.page == "" or (folder / each.page).is_file(), each.name
 
 
 def test_standard_names_are_told_apart() -> None:
