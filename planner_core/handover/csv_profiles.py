@@ -208,6 +208,8 @@ def write_csv(plan: PlanSource, path: Path, options: Options, progress: Progress
     elif "R" not in profile.columns:
         remarks = (*remarks, f"the lines can't name their coordinates: {coordinates_line(plan, options)}")
     path.write_text("".join(f"{line}\r\n" for line in lines), encoding="utf-8", newline="")
+    if profile.name in PROFILES and not profile.checked:
+        remarks = (*remarks, f"{profile.title}: its documentation was not found, try one point first")
     return (*remarks, *subtracted_remark(options))
 
 

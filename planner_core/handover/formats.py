@@ -107,7 +107,7 @@ _FORMATS = (
         file_name="stations-8.gsi",
         write=_lazy("planner_core.handover.gsi", "write_gsi8"),
         options=("instrument", "gsi_unit", "subtract", "floors"),
-        verified_with="a parser of the format description; geocompy 1.0",
+        verified_with="a parser of the format's description; by hand geocompy 1.0",
         in_pack=False,
     ),
     Format(
@@ -116,7 +116,7 @@ _FORMATS = (
         file_name="stations-16.gsi",
         write=_lazy("planner_core.handover.gsi", "write_gsi16"),
         options=("instrument", "gsi_unit", "subtract", "floors"),
-        verified_with="a parser of the format description; geocompy 1.0",
+        verified_with="a parser of the format's description; by hand geocompy 1.0",
     ),
     Format(
         name="landxml",
@@ -124,7 +124,7 @@ _FORMATS = (
         file_name="stations.xml",
         write=_lazy("planner_core.handover.landxml", "write_landxml"),
         options=("floors",),
-        verified_with="LandXML-1.2.xsd with xmlschema 4.3, a reader of its own in tests",
+        verified_with="ElementTree, rules of the schema; by hand LandXML-1.2.xsd (xmlschema 4.3)",
     ),
     Format(
         name="geojson",

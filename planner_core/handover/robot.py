@@ -142,7 +142,7 @@ def _remarks(mission: _Mission, no_ground: list[FieldStation], step_m: float) ->
     if step_m > _WHEELS_STEP_M:
         remarks.append(
             f"free ground and ways climb steps of up to {step_m:g} m, stairs too; for a robot on wheels plan with "
-            "its own step (`step_m` of the site)"
+            "its own step (`robot` in the site of the requirements)"
         )
     if mission.left_out:
         remarks.append(f"{named([station.id for station in mission.left_out])} not in the walk: no waypoints")

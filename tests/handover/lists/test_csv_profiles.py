@@ -191,5 +191,11 @@ def test_any_order_of_columns_holds_the_same_figures(
     assert (cells["P"], cells["O"], cells["C"], cells["F"]) == ("S9", "1", "F0", "Erdgeschoß")
 
 
+def test_a_profile_that_nothing_documents_says_so(write: Write, site_plan: PlanSource) -> None:
+    for name, profile in PROFILES.items():
+        _, remarks = write(write_csv, site_plan, columns=name)
+        assert any("documentation was not found" in remark for remark in remarks) == (not profile.checked), name
+
+
 def test_letters_of_all_profiles_are_known() -> None:
     assert set("".join(profile.columns for profile in PROFILES.values())) <= set(LETTERS)

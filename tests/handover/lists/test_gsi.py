@@ -178,3 +178,18 @@ def test_an_unknown_instrument_height_leaves_its_word_out(write: Write) -> None:
 def test_an_unknown_unit_is_refused(write: Write, scene_plan: PlanSource) -> None:
     with pytest.raises(RequirementError, match="--gsi-unit: got 'ft'"):
         write(write_gsi16, scene_plan, gsi_unit="ft")
+
+
+@pytest.mark.parametrize("width", [8, 16])
+def test_geocompy_reads_the_same_points(write: Write, width: int) -> None:
+    gsiformat = pytest.importorskip("geocompy.gsi.gsiformat", reason="geocompy is not installed")
+    path, _ = write(WRITERS[width], field_plan(), instrument="sensor")
+    text = path.read_bytes().decode("ascii").removesuffix("\r\n")
+    head, *blocks = [gsiformat.GsiBlock.parse(line) for line in text.split("\r\n")]
+    assert (head.blocktype, head.value) == ("code", "CRS")
+    digit_m = 1e-3 if width == 8 else 1e-4
+    for block, (name, (_, x, y, z, height, _)) in zip(blocks, STATIONS.items(), strict=True):
+        assert block.value == name
+        told = {word.wi: word.value for word in block}
+        for index, value in ((81, x), (82, y), (83, z + height), (88, height)):
+            assert told[index] == pytest.approx(value, abs=0.501 * digit_m)
