@@ -100,6 +100,7 @@ _FORMATS = (
         write=_lazy("planner_core.handover.csv_profiles", "write_csv"),
         options=("columns", "separator", "decimals", "instrument", "subtract", "floors"),
         verified_with="Python's csv, tlsplan evaluate",
+        page="station-lists.md",
     ),
     Format(
         name="gsi8",
@@ -109,6 +110,7 @@ _FORMATS = (
         options=("instrument", "gsi_unit", "subtract", "floors"),
         verified_with="a parser of the format's description; by hand geocompy 1.0",
         in_pack=False,
+        page="station-lists.md",
     ),
     Format(
         name="gsi16",
@@ -117,6 +119,7 @@ _FORMATS = (
         write=_lazy("planner_core.handover.gsi", "write_gsi16"),
         options=("instrument", "gsi_unit", "subtract", "floors"),
         verified_with="a parser of the format's description; by hand geocompy 1.0",
+        page="station-lists.md",
     ),
     Format(
         name="landxml",
@@ -125,6 +128,7 @@ _FORMATS = (
         write=_lazy("planner_core.handover.landxml", "write_landxml"),
         options=("floors",),
         verified_with="ElementTree, rules of the schema; by hand LandXML-1.2.xsd (xmlschema 4.3)",
+        page="station-lists.md",
     ),
     Format(
         name="geojson",
@@ -133,6 +137,7 @@ _FORMATS = (
         write=_lazy("planner_core.handover.geojson", "write_geojson"),
         options=("geojson_crs", "floors"),
         verified_with="GDAL (pyogrio), pyproj",
+        page="station-lists.md",
     ),
     Format(
         name="kml",
@@ -141,6 +146,7 @@ _FORMATS = (
         write=_lazy("planner_core.handover.kml", "write_kml"),
         options=("instrument", "kml_heights", "floors"),
         verified_with="GDAL's LIBKML (pyogrio)",
+        page="station-lists.md",
     ),
     Format(
         name="dxf",
@@ -184,6 +190,7 @@ _FORMATS = (
         needs_scene=True,
         options=("floors",),
         verified_with="Pillow, PyYAML, GDAL (pyogrio), Open3D",
+        page="robot.md",
     ),
     Format(
         name="pdf",
