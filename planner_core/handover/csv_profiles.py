@@ -208,6 +208,8 @@ def write_csv(plan: PlanSource, path: Path, options: Options, progress: Progress
     elif "R" not in profile.columns:
         remarks = (*remarks, f"the lines can't name their coordinates: {coordinates_line(plan, options)}")
     path.write_text("".join(f"{line}\r\n" for line in lines), encoding="utf-8", newline="")
+    if "Z" in profile.columns and options.instrument == "sensor":
+        remarks = (*remarks, "heights are the sensors', not those of ground points")
     if profile.name in PROFILES and not profile.checked:
         remarks = (*remarks, f"{profile.title}: its documentation was not found, try one point first")
     return (*remarks, *subtracted_remark(options))
@@ -242,7 +244,7 @@ def _teller(plan: PlanSource, profile: CsvProfile, options: Options) -> Callable
             return name
         if letter in "DFRC":
             text = {
-                "D": description_of(plan, station),
+                "D": description_of(plan, station) + (" sensor" if options.instrument == "sensor" else ""),
                 "F": station.floor_name,
                 "C": station.floor_id,
                 "R": coordinates_line(plan, options),

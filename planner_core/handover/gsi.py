@@ -4,7 +4,7 @@ Site frame. A word is its index (2 characters), information (4), a sign and 8 or
 zeros from the left; a blank ends it. In GSI-16 a block opens with an asterisk. There is no decimal point: position 6
 tells the unit of the last digit, 0 a millimetre, 6 a tenth of one.
 
-    110001+0000S001 81..10+00009000 82..10+00005000 83..10+00000000 88..10+00001300 71....+000000F0
+    110002+0000S001 81..10+00009000 82..10+00005000 83..10+00000000 88..10+00001300 71....+000000F0
 
 Source: Leica TPS1100 user manual 2.2.1, chapter "Data format".
 """
@@ -106,18 +106,19 @@ def _write(plan: PlanSource, path: Path, options: Options, layout: _Layout) -> t
 
 
 def _system_block(frame: SiteFrame, options: Options, layout: _Layout) -> str:
-    """Return a code block that names the coordinate system; stations follow it, and readers of points pass it over."""
+    """Return a code block: which point is meant, in which system; readers of points pass it over."""
     words = _system_words(frame, options)
     texts = [layout.text(str(42 + place), word[: layout.width]) for place, word in enumerate(words)]
     return layout.text("41", "CRS", f"{1:04d}") + "".join(texts)
 
 
 def _system_words(frame: SiteFrame, options: Options) -> list[str]:
-    """Return words such as EPSG, 25832, HEIGHTS, EPSG, 7837; a code has a word of its own, for want of characters."""
+    """Return words such as GROUND, EPSG, 25832, HEIGHTS, EPSG, 7837; a code has a word of its own, for want of room."""
+    words = ["SENSOR" if options.instrument == "sensor" else "GROUND", *_name_words(frame)]
     if any(options.subtract):
         # The heights' system gives way: there are eight words, and these tell how to get back.
-        return [*_name_words(frame), "LESS", *(f"{value:.10g}" for value in options.subtract)]
-    return _name_words(frame) + (["HEIGHTS", *_crs_words(frame.vertical_crs)] if frame.vertical_crs else [])
+        return [*words, "LESS", *(f"{value:.10g}" for value in options.subtract)]
+    return words + (["HEIGHTS", *_crs_words(frame.vertical_crs)] if frame.vertical_crs else [])
 
 
 def _name_words(frame: SiteFrame) -> list[str]:

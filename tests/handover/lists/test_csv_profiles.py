@@ -73,7 +73,8 @@ def test_headers_are_those_of_their_programs(write: Write, site_plan: PlanSource
 
 
 def test_sensor_heights_are_the_ground_plus_the_instrument(write: Write, site_plan: PlanSource) -> None:
-    path, _ = write(write_csv, site_plan, columns="PENZGHS", instrument="sensor")
+    path, remarks = write(write_csv, site_plan, columns="PENZGHS", instrument="sensor")
+    assert "heights are the sensors', not those of ground points" in remarks
     for row, (floor, x, y, z, height, _) in zip(csv.reader(lines(path)), STATIONS.values(), strict=True):
         assert floor
         _, _, ground = on_site(x, y, z)
@@ -158,7 +159,7 @@ def test_an_unknown_instrument_height_has_no_ground_point(write: Write) -> None:
     with pytest.raises(HandoverError, match=r"instrument height of A is not known.*--instrument sensor"):
         write(write_csv, plan)
     path, _ = write(write_csv, plan, columns="PENZHD", instrument="sensor")
-    assert lines(path) == ["A,1.0000,2.0000,3.0000,,A Erdgeschoß"]
+    assert lines(path) == ["A,1.0000,2.0000,3.0000,,A Erdgeschoß sensor"]
     with pytest.raises(HandoverError, match="instrument height of A"):
         write(write_csv, plan, columns="PENZH", instrument="sensor", separator="space")
 

@@ -138,9 +138,9 @@ def test_the_last_coordinate_that_gsi_8_holds_is_written(write: Write, value: fl
 @pytest.mark.parametrize(
     ("crs", "vertical", "words"),
     [
-        ("EPSG:25832", "EPSG:7837", ["CRS", "EPSG", "25832", "HEIGHTS", "EPSG", "7837"]),
-        ("", "", ["CRS", "LOCAL", "NO_CRS"]),
-        ('PROJCRS["here",BASEGEOGCRS["x"]]', "", ["CRS", "WKT"]),
+        ("EPSG:25832", "EPSG:7837", ["CRS", "GROUND", "EPSG", "25832", "HEIGHTS", "EPSG", "7837"]),
+        ("", "", ["CRS", "GROUND", "LOCAL", "NO_CRS"]),
+        ('PROJCRS["here",BASEGEOGCRS["x"]]', "", ["CRS", "GROUND", "WKT"]),
     ],
 )
 def test_the_first_block_names_the_coordinates(write: Write, crs: str, vertical: str, words: list[str]) -> None:
@@ -149,8 +149,8 @@ def test_the_first_block_names_the_coordinates(write: Write, crs: str, vertical:
 
 
 def test_the_first_block_tells_what_is_taken_off(write: Write, site_plan: PlanSource) -> None:
-    path, _ = write(write_gsi8, site_plan, subtract=(690000.0, 5334000.0, 7.5))
-    assert read(path, 8)[1] == [["CRS", "EPSG", "25832", "LESS", "690000", "5334000", "7.5"]]
+    path, _ = write(write_gsi8, site_plan, subtract=(690000.0, 5334000.0, 7.5), instrument="sensor")
+    assert read(path, 8)[1] == [["CRS", "SENSOR", "EPSG", "25832", "LESS", "690000", "5334000", "7.5"]]
 
 
 def test_names_of_more_than_eight_characters_are_shortened_in_gsi_8_only(write: Write) -> None:
