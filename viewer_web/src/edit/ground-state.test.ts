@@ -65,5 +65,12 @@ test('marking ground and unmarking none is refused in words, and everything else
   expect(words(TABLE, false, '')).toMatch(/nothing to unmark/);
   expect(words(TABLE, true, '', pick(6, 0.7, true))).toBe('This surface is ground already.');
   expect(words([...GROUND, ...TABLE], true, '')).toBeNull();
+  // An underside of a wall, a tenth of the ground: what is marked already is the rest.
+  const { triangles } = LOADED.stage;
+  const wall = [0, 0, 0, 0.4, 0, 0, 0.4, 2, 0];
+  const cornersM = Float32Array.from([...triangles.cornersM.subarray(0, 18), ...wall]);
+  const flush = { ...triangles, cornersM, groundOf: Uint8Array.of(1, 1, 0) };
+  const loaded = { ...LOADED, stage: { ...LOADED.stage, triangles: flush } };
+  expect(nothingToPick([0, 1, 2], loaded, null, true, '')).toMatch(/already, of Ground floor/);
   expect(nothingToPick(TABLE, LOADED, null, false, '')).toMatch(/nothing to unmark/);
 });

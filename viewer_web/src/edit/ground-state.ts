@@ -1,5 +1,6 @@
 /** Whose ground surface is as the review leaves it: the plan's ground, and the review's picks one after the other. */
 import type { Review } from '../api/documents.ts';
+import { normalOf } from '../load/edges.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { coplanarRegion } from './coplanar-region.ts';
 import { localOf } from './draft.ts';
@@ -8,6 +9,8 @@ import { triangleAt } from './triangle-at.ts';
 /** Id of a floor; `SOME_FLOOR`: marked without saying of which, so the planner chooses; null: no ground. */
 export type GroundOf = string | null;
 const SOME_FLOOR = '';
+/** Of a floor that is ground: undersides of walls that stand flush on it are in its plane too, and bear nobody. */
+const NEARLY_ALL = 0.8;
 
 /** What each triangle of a region is ground of; docs/method/floor-picking.md has the rules. */
 export function groundOfRegion(region: readonly number[], { stage }: LoadedPlan, review: Review | null): GroundOf[] {
@@ -39,8 +42,12 @@ export function nothingToPick(
   const isOf = (of: GroundOf): boolean => of !== null && (floorId === '' || of === floorId || of === SOME_FLOOR);
   const nameOf = (id: GroundOf): string => loaded.plan.floors.find((floor) => floor.id === id)?.name ?? '';
   if (isGround) {
-    if (!ground.every(isOf)) return null;
-    const name = nameOf(floorId || (ground[0] ?? ''));
+    const { cornersM } = loaded.stage.triangles;
+    const areasM2 = region.map((t) => Math.hypot(...normalOf(cornersM, t)) / 2);
+    const isOfM2 = areasM2.reduce((sum, areaM2, i) => sum + (isOf(ground[i]) ? areaM2 : 0), 0);
+    const allM2 = areasM2.reduce((sum, areaM2) => sum + areaM2, 0);
+    if (isOfM2 < NEARLY_ALL * allM2) return null;
+    const name = nameOf(floorId || (ground.find((of) => of !== null) ?? ''));
     return `This surface is ground already${name === '' ? '' : `, of ${name}`}.`;
   }
   if (ground.some(isOf)) return null;
