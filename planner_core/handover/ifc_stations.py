@@ -118,6 +118,7 @@ class _Target:
     def __post_init__(self) -> None:
         self.schema = str(self.model.schema)
         self._owner = self._owner_history()
+        self._taken = {entity.GlobalId for entity in self.model.by_type("IfcRoot")}
         self.metre = self.model.create_entity("IfcSIUnit", None, "LENGTHUNIT", None, "METRE")
         self.square_metre = self.model.create_entity("IfcSIUnit", None, "AREAUNIT", None, "SQUARE_METRE")
 
@@ -135,8 +136,11 @@ class _Target:
         return self.model.create_entity("IfcOwnerHistory", who, program, ChangeAction="ADDED", CreationDate=0)
 
     def rooted(self, ifc_class: str, key: str, **attributes: Any) -> Any:
-        """Create an object whose id follows from its class and `key`."""
-        told = ifcopenshell.guid.compress(uuid.uuid5(_NAMESPACE, f"{self.name}/{ifc_class}/{key}").hex)
+        """Create an object whose id follows from its class and `key`; from more where a file of ours is written to."""
+        told = ""
+        while not told or told in self._taken:
+            told = ifcopenshell.guid.compress(uuid.uuid5(_NAMESPACE, f"{self.name}/{ifc_class}/{key}{told}").hex)
+        self._taken.add(told)
         return self.model.create_entity(ifc_class, GlobalId=told, OwnerHistory=self._owner, **attributes)
 
     def relate(self, ifc_class: str, key: str, **attributes: Any) -> Any:

@@ -16,7 +16,7 @@ from planner_core.scene.floors import find_floors
 from planner_core.scene.load import load_scene
 from scenes_synthetic.solids import Solid, box, pierced_box
 
-IFC = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ifc"
+DUPLEX = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ifc" / "duplex.ifc"
 
 
 def scene_of(solids: list[tuple[str, str, Solid]], *, passing: tuple[int, ...] = (), shift=(0.0, 0.0, 0.0)) -> Scene:
@@ -259,12 +259,10 @@ def test_flight_of_one_mesh_shows_every_tread():
 
 
 # ------------------------------------------------------------------------------------------------- real files
-@pytest.mark.parametrize("name", ["duplex", "fzk-haus"])
-def test_walls_of_real_buildings_are_cut_to_closed_lines_of_the_area_that_shapely_finds(name):
-    path = IFC / f"{name}.ifc"
-    if not path.is_file():
-        pytest.skip(f"{path.name} is not beside the repository, at ../shared/data/ifc")
-    scene = load_scene(path)
+def test_walls_of_a_real_building_are_cut_to_closed_lines_of_the_area_that_shapely_finds():
+    if not DUPLEX.is_file():
+        pytest.skip(f"{DUPLEX.name} is not beside the repository, at ../shared/data/ifc")
+    scene = load_scene(DUPLEX)
     floor = find_floors(scene).floors[0]
     lines = [line for line in floor_section(scene, floor) if line.kind == "wall"]
     assert len(lines) > 10

@@ -155,6 +155,13 @@ def test_station_keeps_its_id_when_it_moves(house, alone, tmp_path):
     assert len(set(ids[0].values())) == len(house.stations)
 
 
+def test_copy_of_a_copy_has_no_id_twice(house, within, tmp_path):
+    again = replace(_planned_on(house, within, 0.001), title=house.title)
+    write_ifc_model(again, tmp_path / "again.ifc", Options(), silent)
+    assert _faults(tmp_path / "again.ifc") == []
+    assert len(_proxies(ifcopenshell.open(str(tmp_path / "again.ifc")))) == 2 * len(house.stations)
+
+
 def test_one_floor_alone_has_one_storey(house, tmp_path):
     write_ifc(house, tmp_path / "one.ifc", Options(floors=("F1",)), silent)
     model = ifcopenshell.open(str(tmp_path / "one.ifc"))
@@ -183,13 +190,14 @@ def test_scene_that_is_no_ifc_file_is_refused(house, tmp_path):
         write_ifc_model(replace(house, document=document), tmp_path / "no.ifc", Options(), silent)
 
 
-def test_old_schema_in_millimetres_with_turned_storeys_takes_stations_where_they_are(house, tmp_path):
+@pytest.mark.parametrize("schema", ["IFC2X3", "IFC4", "IFC4X3"])
+def test_file_in_millimetres_with_turned_storeys_takes_stations_where_they_are(schema, house, tmp_path):
     path = tmp_path / "old.ifc"
-    _write_old_file(path, [floor.elevation_m for floor in house.floors])
+    _write_old_file(path, [floor.elevation_m for floor in house.floors], schema)
     plan = _planned_on(house, path, metres_per_unit=0.001)
     assert write_ifc_model(plan, tmp_path / "with.ifc", Options(), silent) == ()
     model = ifcopenshell.open(str(tmp_path / "with.ifc"))
-    assert model.schema == "IFC2X3"
+    assert model.schema == schema
     assert _faults(tmp_path / "with.ifc") == []
     found = _shapes(model)
     for station in house.stations:
@@ -270,9 +278,9 @@ def _planned_on(plan: PlanSource, path: Path, metres_per_unit: float) -> PlanSou
     return replace(plan, document={**plan.document, "scene": scene}, told_scene=path, title="old.ifc")
 
 
-def _write_old_file(path: Path, elevations_m: list[float]) -> None:
-    """IFC2X3 in millimetres: a building that stands turned by 30 degrees on its site, with storeys and nothing else."""
-    model = ifcopenshell.file(schema="IFC2X3")
+def _write_old_file(path: Path, elevations_m: list[float], schema: str = "IFC2X3") -> None:
+    """IFC in millimetres: a building that stands turned by 30 degrees on its site, with storeys and nothing else."""
+    model = ifcopenshell.file(schema=schema)
     create = model.create_entity
     person = create(
         "IfcPersonAndOrganization", create("IfcPerson", FamilyName="a"), create("IfcOrganization", Name="b")
