@@ -131,8 +131,9 @@ _PROFILES = (
     ),
     CsvProfile(
         name="topcon-magnet",
-        title="Topcon MAGNET Field, text with name, N, E, Z, code",
+        title="Topcon MAGNET, coordinates Name,N,E,Z,Code",
         columns="PNEZC",
+        checked="Topcon MAGNET Tools product manual, Importing Control Points",
     ),
 )
 

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from planner_core.ground.free_space import FreeSpace
 from planner_core.handover.chosen import chosen_floors, chosen_stations, named, require_ground, scanned_before
 from planner_core.handover.geographic import geographic_of
 from planner_core.handover.geojson import feature, local_positions
@@ -48,6 +49,8 @@ class _Mission:
     pieces: tuple[tuple[tuple[str, FloatArray], ...], ...]
     """Of each way: floor ids and corners (M, 3), map frame."""
     maps: tuple[OccupancyMap, ...]
+    clearance_m: dict[str, float]
+    """Of visited stations that stand on free ground."""
 
     def place(self, scene_m: FloatArray) -> list[float]:
         """Position in the map frame, to 0.1 mm."""
@@ -103,10 +106,19 @@ def _mission(plan: PlanSource, options: Options, progress: Progress) -> tuple[_M
         pieces.append(_runs(corners_m, [survey.floors[index].id for index in floor.tolist()]))
     visited, left_out = _visits(plan, stations, all_ways)
     maps = occupancy_maps(survey, reachability(survey, space, site.entrances_m), floors)
-    mission = _Mission(plan, settings, survey, offset_m, visited, left_out, ways, tuple(pieces), maps)
     feet_m = np.array([station.ground_m for station in visited]).reshape(-1, 3) - offset_m
-    no_ground = [each for each, floor in zip(visited, floor_under(space, feet_m), strict=True) if floor < 0]
-    return mission, (*_remarks(mission, no_ground, site.mover.step_m), *walk_remarks(all_ways))
+    stands = dict(zip((each.id for each in visited), floor_under(space, feet_m) >= 0, strict=True))
+    room = {
+        each.id: _clearance_m(space, foot_m) for each, foot_m in zip(visited, feet_m, strict=True) if stands[each.id]
+    }
+    mission = _Mission(plan, settings, survey, offset_m, visited, left_out, ways, tuple(pieces), maps, room)
+    return mission, (*_remarks(mission, site.mover.step_m), *walk_remarks(all_ways))
+
+
+def _clearance_m(space: FreeSpace, foot_m: FloatArray) -> float:
+    """Return the distance to the nearest obstacle from ground (3,), as far as the free space looked for one."""
+    node = space.node_below(foot_m + np.array([0.0, 0.0, space.mover.step_m]))
+    return float(space.clearance_m[node]) if node >= 0 else 0.0
 
 
 def _runs(corners_m: FloatArray, floors: list[str]) -> tuple[tuple[str, FloatArray], ...]:
@@ -133,10 +145,10 @@ def _visits(
     return visited, tuple(each for each, yes in zip(stations, goes, strict=True) if not yes)
 
 
-def _remarks(mission: _Mission, no_ground: list[FieldStation], step_m: float) -> tuple[str, ...]:
+def _remarks(mission: _Mission, step_m: float) -> tuple[str, ...]:
     remarks = []
-    bad = [each for each in mission.visited if each in no_ground or _cell(mission, each) not in (None, FREE)]
-    off = [station.id for station in bad]
+    room = mission.clearance_m
+    off = [each.id for each in mission.visited if each.id not in room or _cell(mission, each) not in (None, FREE)]
     if off:
         remarks.append(f"{named(off)} not on free ground of the map: a robot can't stand there")
     if step_m > _WHEELS_STEP_M:
@@ -209,6 +221,7 @@ def _waypoint(mission: _Mission, station: FieldStation) -> dict[str, Any]:
         "position_m": mission.place(station.ground_m),
         "heading_rad": heading_rad,
         "heading_of": heading_of,
+        "clearance_m": round(mission.clearance_m[station.id], 2) if station.id in mission.clearance_m else None,
         "instrument_height_m": round(station.instrument_height_m, 4),
         "sensor_m": mission.place(station.position_m),
         "site_ground_m": [round(float(value), 4) + 0.0 for value in station.site_ground_m],

@@ -48,7 +48,7 @@ STAIRS: list[Box] = [
 ]
 #: id -> x, y, ground z; sensors are 1.4 m above it. S5 is on the roof, where no way leads.
 STATIONS = {
-    "S1": (1.0, 3.5, 0.0),
+    "S1": (0.6, 3.5, 0.0),
     "S2": (3.0, 1.0, 0.0),
     "S3": (7.0, 2.0, 0.0),
     "S4": (2.0, 4.0, 2.8),

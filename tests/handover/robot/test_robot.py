@@ -57,6 +57,21 @@ def test_waypoints_are_the_stations_of_the_walk_on_free_ground(house_plan: PlanS
         assert pixel_at(folder, point["floor"], [point["position_m"]]) == [254]
 
 
+def test_clearance_is_the_way_to_the_nearest_box(house_plan: PlanSource, mission: Mission) -> None:
+    # S1 is 0.6 m from a wall; S2 1.0 m from walls and table, which is the cap; the others have more room.
+    expected = {"S1": 0.6, "S2": 1.0, "S3": 1.0, "S4": 1.0}
+    told = {point["id"]: point["clearance_m"] for point in document_of(mission(house_plan)[0])["waypoints"]}
+    assert told == pytest.approx(expected, abs=0.071)  # cells of 5 cm
+
+
+def test_a_robot_on_wheels_has_no_stairs(house_plan: PlanSource, mission: Mission) -> None:
+    site = {**house_plan.document["site"], "step_m": 0.03, "mover_radius_m": 0.2, "mover_height_m": 0.6}
+    folder, remarks = mission(replace(house_plan, document={**house_plan.document, "site": site}))
+    assert pixel_at(folder, "F0", [[7.8, 4.5], [6.5, 4.5]]).tolist() == [0, 0]
+    assert pixel_at(folder, "F0", [[9.0, 4.5]]) == [254]
+    assert not any("climb steps" in remark for remark in remarks)
+
+
 def test_ways_stay_on_free_ground_of_their_floor(house_plan: PlanSource, mission: Mission) -> None:
     folder, _ = mission(house_plan)
     paths = document_of(folder)["paths"]
