@@ -12,9 +12,12 @@ import pytest
 from planner_core.errors import HandoverError, RequirementError
 from planner_core.handover.formats import hand_over
 from planner_core.handover.options import Options
+from planner_core.handover.sheets.building import Building, read_building
+from planner_core.handover.sheets.floor_view import view_floor
 from planner_core.handover.sheets.pdf import write_pdf
 from planner_core.handover.source import PlanSource, open_plan
 from planner_core.progress import silent
+from planner_core.scene.patches import patch_triangles
 
 ORIGIN_M, ROTATION_RAD = (691_000.0, 5_334_000.0, 512.0), 0.35
 PAPERS_MM = {"A4": {210, 297}, "A3": {297, 420}}
@@ -147,6 +150,41 @@ def test_walls_are_dark_where_they_stand_and_rooms_are_not(site_sheets: Any, sit
         assert 0.25 < shade(x, y) < 0.6, (x, y)
     for x, y in ((2.0, 4.2), (4.1, 2.8), (8.0, 3.0), (1.5, 1.5), (-0.5, 2.0)):
         assert shade(x, y) > 0.9, (x, y)
+
+
+def test_floor_is_hatched_where_no_station_sees_it(site_sheets: Any, site_plan: PlanSource, sheet_folder: Path) -> None:
+    building = read_building(sheet_folder)
+    assert isinstance(building, Building)
+    page = _drawing(site_sheets, "Level 1")
+    to_paper = _to_paper(site_sheets, page, site_plan, "F0")
+    pixels = site_sheets.pixels(page, dpi=200)
+    red = (pixels[..., 0] > 0.6) & (pixels[..., 1] < 0.6) & (pixels[..., 2] < 0.6)
+    ground = building.ground_of_triangle[building.patches.triangle_of_patch] == 0
+    middles_m = patch_triangles(building.scene, building.patches)[:, :, :2].mean(axis=1) + building.scene.offset_m[:2]
+
+    def reddened(which: np.ndarray) -> float:
+        """Mean share of red, 3 mm around the middles of patches of the ground."""
+        spots = np.rint(np.array([to_paper(*at) for at in middles_m[ground & which]]) / 25.4 * 200).astype(int)
+        return float(np.mean([red[red.shape[0] - y - 12 : red.shape[0] - y + 12, x - 12 : x + 12] for x, y in spots]))
+
+    missed, seen = reddened(building.achievable & (building.times_seen == 0)), reddened(building.times_seen > 0)
+    assert missed > 0.08
+    assert seen < missed / 4
+
+
+def test_walls_are_marked_where_no_station_sees_them(site_plan: PlanSource, sheet_folder: Path) -> None:
+    building = read_building(sheet_folder)
+    assert isinstance(building, Building)
+    walls = view_floor(site_plan, site_plan.floors[0], building).surface.walls  # type: ignore[union-attr]
+    assert len(walls)
+    corners = patch_triangles(building.scene, building.patches)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    upright = np.abs(normal[:, 2]) < 0.1 * np.linalg.norm(normal, axis=1)
+    middle = corners.mean(axis=1) + building.scene.offset_m
+    missed = middle[upright & building.achievable & (building.times_seen == 0) & (middle[:, 2] < 52.8)][:, :2]
+    for ends in walls:
+        # Of a strip's 25 cm, half at least is of patches that no station sees.
+        assert np.linalg.norm(missed - ends.mean(axis=0), axis=1).min() < 0.35
 
 
 def test_walk_goes_up_the_stairs_on_both_floors(site_sheets: Any) -> None:
