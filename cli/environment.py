@@ -17,10 +17,12 @@ import tempfile
 import warnings
 from pathlib import Path
 from types import FrameType
+from typing import NoReturn
 
 _interrupted = False
 _asked_to_end = False
 _caches_are_kept = True
+_own_caches: str | None = None
 
 
 def prepare(*, debug: bool) -> None:
@@ -47,6 +49,14 @@ def settle_interrupts() -> None:
     """Forget a Ctrl-C that ended what it was meant to end; who asked the process to end (SIGTERM) means all of it."""
     global _interrupted
     _interrupted = _asked_to_end
+
+
+def leave_at_once(code: int) -> NoReturn:
+    """End the process but for Python's own way out, which aborts under a thread that is inside a compiler."""
+    _remove_own_caches()
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    os._exit(code)
 
 
 def check_caches_are_kept(variable: str) -> None:
@@ -78,9 +88,14 @@ def _use_writable_caches() -> None:
     existing = next(folder for folder in (root, *root.parents) if folder.exists())
     if os.access(existing, os.W_OK | os.X_OK):
         return
-    global _caches_are_kept
+    global _caches_are_kept, _own_caches
     _caches_are_kept = False
-    own = tempfile.mkdtemp(prefix="tlsplan-cache-")
-    atexit.register(shutil.rmtree, own, ignore_errors=True)
+    _own_caches = tempfile.mkdtemp(prefix="tlsplan-cache-")
+    atexit.register(_remove_own_caches)
     for variable in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "MPLCONFIGDIR"):
-        os.environ[variable] = own
+        os.environ[variable] = _own_caches
+
+
+def _remove_own_caches() -> None:
+    if _own_caches is not None:
+        shutil.rmtree(_own_caches, ignore_errors=True)

@@ -42,8 +42,10 @@ def command(
     from planner_core.export.plan_settings import find_scene
     from planner_core.review.store import ReviewStore
     from viewer_web.server import serve
+    from viewer_web.server.live_side import opening_goes_on
 
     from .. import output
+    from ..environment import leave_at_once
 
     def ready(address: str) -> None:
         output.say(f"{plan} is shown at {address}   (Ctrl-C ends it)")
@@ -74,6 +76,8 @@ def command(
         output.say("stopped")
         for run in left:
             output.say(_left_in_words(run))
+        if opening_goes_on():
+            leave_at_once(0)
 
 
 def _left_in_words(left: LeftRun) -> str:

@@ -48,6 +48,20 @@ def test_a_home_that_is_a_device_sends_caches_to_a_folder_that_is_gone_afterward
     assert not Path(folder).exists()
 
 
+LEAVE = (
+    "import atexit, os; from tlsplan.environment import leave_at_once, prepare; prepare(debug=False);"
+    "atexit.register(print, 'as Python ends'); print(os.environ['XDG_CACHE_HOME']); leave_at_once(7)"
+)
+
+
+def test_a_process_that_leaves_at_once_says_all_it_had_to_and_leaves_no_folder() -> None:
+    done = run(LEAVE, HOME="/proc/self", XDG_CACHE_HOME="")
+    [folder] = done.stdout.split()
+    assert done.returncode == 7
+    assert "tlsplan-cache-" in folder
+    assert not Path(folder).exists()
+
+
 def test_a_home_that_can_be_written_is_left_alone(tmp_path: Path) -> None:
     assert run(SHOW_CACHE, HOME=str(tmp_path), XDG_CACHE_HOME="").stdout.split() == ["False"]
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import signal
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
+from tlsplan import environment
 from tlsplan.main import cli
 
 from viewer_web import server
+from viewer_web.server.live_side import LiveSide
 from viewer_web.server.runs import LeftRun
 
 PLAN: dict[str, Any] = {
@@ -72,6 +75,22 @@ def test_a_run_that_was_asked_to_end_is_told_with_where_its_plan_will_be(view: V
     *_, stopped, said = view(LeftRun("R002", is_ending=True, plan=tmp_path / "R002")).stdout.splitlines()
     assert stopped == "stopped"
     assert said.startswith("run R002 was asked to end") and said.endswith(f"writes its plan to {tmp_path / 'R002'}")
+
+
+def test_an_opening_that_outlives_the_server_does_not_spoil_the_end(
+    view: View, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    codes: list[int] = []
+    monkeypatch.setattr(environment, "leave_at_once", codes.append)
+    assert view().stdout.splitlines()[-1] == "stopped"
+    assert codes == []
+    over = threading.Event()
+    side = LiveSide(lambda _: over.wait())  # type: ignore[arg-type, return-value]
+    side.start()
+    assert view().stdout.splitlines()[-1] == "stopped"
+    assert codes == [0]
+    over.set()
+    side.wait()
 
 
 def test_a_run_of_another_server_is_told_to_go_on(view: View, tmp_path: Path) -> None:

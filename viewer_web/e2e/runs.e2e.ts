@@ -65,12 +65,14 @@ test('a run is started, watched, opened, compared and deleted', async () => {
   const banner = page.getByRole('status', { name: 'Whose stations are shown' });
   await banner.getByText(`Showing the best stations of run ${id} so far`).waitFor({ timeout: RUN_MS });
   expect(await page.locator('.marker').count()).toBe(7);
+  expect(await page.getByLabel('Chosen station').count()).toBe(0);
   await page.getByText('More requirements').click();
   await card(id).scrollIntoViewIfNeeded();
   await viewer.settle();
   await viewer.screenshot('runs-1-running');
   await banner.getByRole('button', { name: 'Back to the plan' }).click();
   expect(await page.locator('.marker').count()).toBe(plan.stations.length);
+  await page.getByLabel('Chosen station').waitFor();
   await banner.getByRole('button', { name: 'Watch the run' }).click();
   expect(await page.locator('.marker').count()).toBe(7);
   await expect.poll(() => card(id).getAttribute('data-state'), { timeout: RUN_MS }).toBe('finished');

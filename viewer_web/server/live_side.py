@@ -21,6 +21,7 @@ _Answer = TypeVar("_Answer")
 _TELL_S = 0.5
 #: A server that stops waits so long for the opening to end.
 _STOP_S = 5.0
+_THREAD = "live"
 
 
 class NotReadyError(PlannerError):
@@ -57,7 +58,7 @@ class LiveSide:
     def start(self) -> None:
         """Begin to open the plan; returns at once."""
         self._set(_document("starting", step="", fraction=0.0))
-        self._thread = threading.Thread(target=self._open, name="live", daemon=True)
+        self._thread = threading.Thread(target=self._open, name=_THREAD, daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
@@ -66,7 +67,7 @@ class LiveSide:
         with self._asking:
             self._plan = None
             self._state = _document("off", message="the server stops")
-        # Python ends badly under a thread that is inside a library.
+        # Python ends badly under a thread that is inside a library, see `opening_goes_on`.
         self.wait(_STOP_S)
 
     def wait(self, timeout_s: float | None = None) -> None:
@@ -132,6 +133,11 @@ class LiveSide:
     def _set(self, state: dict[str, Any]) -> None:
         self._state = state
         self._tell(dict(state))
+
+
+def opening_goes_on() -> bool:
+    """Whether the opening of a plan outlived its server: it is inside a compiler, which takes no interrupts."""
+    return any(thread.name == _THREAD for thread in threading.enumerate())
 
 
 def _document(

@@ -59,6 +59,11 @@ def serve(
     on_left : callable
         Gets the run that goes on when the server stops, if there is one.
 
+    Notes
+    -----
+    The opening of the live side may outlive this call, see `viewer_web.server.live_side.opening_goes_on`: then
+    Python's own end of the process aborts, as the compiler's library is taken down under it.
+
     Raises
     ------
     PlanFolderError, MissingPackageError

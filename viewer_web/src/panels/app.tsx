@@ -112,7 +112,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
             {view !== null && <WalkPanel store={store} view={view} />}
           </div>
           <div class="cards">
-            {!store.isWalking.value && store.tab.value !== 'edit' && <StationCard store={store} view={view} />}
+            {showsStationCard(store) && <StationCard store={store} view={view} />}
             <PairCard store={store} />
             <SurfaceCard store={store} view={view} />
           </div>
@@ -122,4 +122,10 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
       {store.desk !== null && <Messages desk={store.desk} />}
     </div>
   );
+}
+
+/** Not while walking or editing, nor of a station that is not shown, as while a run is watched. */
+function showsStationCard({ isWalking, tab, stationId, shownStations }: Store): boolean {
+  const isShown = shownStations.value.some(({ id }) => id === stationId.value);
+  return isShown && !isWalking.value && tab.value !== 'edit';
 }
