@@ -70,7 +70,7 @@ SCANNER = Scanner(
     instrument_height_max_m=2.0,
 )  # fmt: skip
 ASKED = Asked(range_m=4.0, incidence_rad=float(np.radians(75.0)), spacing_m=0.5)
-OFFSET_M = (300.0, 200.0, 50.0)
+OFFSET_M = (40_300.0, 20_200.0, 50.0)
 """Of the scene from the lines above, so that a frame mixed up with another is told."""
 
 

@@ -142,7 +142,7 @@ def test_walls_are_dark_where_they_stand_and_rooms_are_not(site_sheets: Any, sit
 
     def shade(x: float, y: float) -> float:
         """Median of a square of 1.5 mm."""
-        column, row = np.rint(to_paper(x + 300, y + 200) / 25.4 * 200).astype(int)
+        column, row = np.rint(to_paper(x + 40_300, y + 20_200) / 25.4 * 200).astype(int)
         part = pixels[pixels.shape[0] - row - 6 : pixels.shape[0] - row + 6, column - 6 : column + 6]
         return float(np.median(part))
 
@@ -264,7 +264,7 @@ def test_hundred_and_fifty_stations_are_all_there_and_apart(
         first = document["stations"][0]
         document["stations"] = [
             {**first, "id": f"T{n:03d}", "order": n + 1,
-             "position": [300.3 + 0.6 * (n % 16), 200.3 + 0.45 * (n // 16), 51.4]}
+             "position": [40_300.3 + 0.6 * (n % 16), 20_200.3 + 0.45 * (n // 16), 51.4]}
             for n in range(150)
         ]  # fmt: skip
         document["route"] = document["why"] = None
@@ -287,9 +287,9 @@ def test_floor_that_fits_on_no_sheet_is_laid_out_on_several(
     edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
 ) -> None:
     def spread(document: dict[str, Any]) -> None:
-        document["floors"][0]["bounds"] = [[300.0, 200.0], [620.0, 260.0]]
+        document["floors"][0]["bounds"] = [[40_300.0, 20_200.0], [40_620.0, 20_260.0]]
         for n, station in enumerate(document["stations"][:4]):
-            station["position"] = [305.0 + 103.0 * n, 210.0 + 12 * n, 51.4]
+            station["position"] = [40_305.0 + 103.0 * n, 20_210.0 + 12 * n, 51.4]
         document["route"] = None
 
     plan = edited(spread)
