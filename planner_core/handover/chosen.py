@@ -60,6 +60,17 @@ def stations_by_floor(plan: PlanSource, options: Options) -> tuple[FloorStations
     return tuple(group for group in groups if group.stations)
 
 
+def has_ground(station: FieldStation) -> bool:
+    """Whether its ground point is known: a given station may have no instrument height."""
+    return math.isfinite(station.instrument_height_m)
+
+
+def without_ground_remark(stations: tuple[FieldStation, ...], then: str) -> tuple[str, ...]:
+    """Name the stations without a ground point, and say what comes of it."""
+    unknown = [station.id for station in stations if not has_ground(station)]
+    return (f"the instrument height of {named(unknown)} is not known: {then}",) if unknown else ()
+
+
 def require_ground(stations: tuple[FieldStation, ...], what: str) -> None:
     """Refuse stations whose ground point is not known: given ones without an instrument height.
 
@@ -68,7 +79,7 @@ def require_ground(stations: tuple[FieldStation, ...], what: str) -> None:
     HandoverError
         Naming them.
     """
-    unknown = [station.id for station in stations if not math.isfinite(station.instrument_height_m)]
+    unknown = [station.id for station in stations if not has_ground(station)]
     if unknown:
         raise HandoverError(
             f"{what}: the instrument height of {named(unknown)} is not known, expected one for the ground point; give "

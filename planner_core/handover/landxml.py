@@ -19,9 +19,10 @@ from planner_core.handover.chosen import (
     FloorStations,
     chosen_stations,
     description_of,
-    require_ground,
+    has_ground,
     scanned_before,
     stations_by_floor,
+    without_ground_remark,
 )
 from planner_core.handover.csv_profiles import metres
 from planner_core.handover.options import Options
@@ -45,15 +46,8 @@ _METRIC = {
 
 
 def write_landxml(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
-    """Write points and walk; remarks tell of what the walk lacks.
-
-    Raises
-    ------
-    HandoverError
-        A ground point that is not known.
-    """
+    """Write points and walk; remarks tell of ground points that are not known, and of what the walk lacks."""
     stations = chosen_stations(plan, options)
-    require_ground(stations, "LandXML")
     ways = ways_of(plan)
     root = ElementTree.Element(
         "LandXML",
@@ -77,7 +71,7 @@ def write_landxml(plan: PlanSource, path: Path, options: Options, progress: Prog
     _add_walk(root, plan.frame, [way for way in ways if way.walkable and {way.from_id, way.to_id} & kept])
     ElementTree.indent(root, " ")
     path.write_bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
-    return walk_remarks(ways)
+    return (*without_ground_remark(stations, "it has a sensor only"), *walk_remarks(ways))
 
 
 def _add(parent: ElementTree.Element, tag: str, attributes: dict[str, str] | None = None) -> ElementTree.Element:
@@ -99,11 +93,14 @@ def _system(frame: SiteFrame) -> dict[str, str]:
 
 def _add_points(root: ElementTree.Element, plan: PlanSource, floor: FloorStations, *, kind: str) -> None:
     """Add a group of points; a sensor's have names of their own, for programs that put all groups together."""
+    stations = floor.stations if kind == "sensor" else tuple(each for each in floor.stations if has_ground(each))
+    if not stations:
+        return
     what = "ground points, set out these" if kind == "ground" else "sensors, at instrument height above the ground"
     name = f"{floor.id or 'other'} {kind} points"
     group = _add(root, "CgPoints", {"name": name, "desc": f"{floor.name or 'no floor of the plan'}: {what}"})
     scanned = scanned_before(plan)
-    for station in floor.stations:
+    for station in stations:
         at_m = station.site_ground_m if kind == "ground" else station.site_m
         attributes = {
             "name": station.id if kind == "ground" else f"{station.id}-sensor",
@@ -115,7 +112,7 @@ def _add_points(root: ElementTree.Element, plan: PlanSource, floor: FloorStation
         if kind == "ground":
             attributes["role"] = "to stake out"
         _add(group, "CgPoint", attributes).text = _north_east_height(at_m)
-    for station in floor.stations:
+    for station in stations:
         feature = _add(group, "Feature", {"name": f"{station.id} {kind}", "code": "station"})
         for label, value in _properties(station, scanned=station.id in scanned):
             _add(feature, "Property", {"label": label, "value": value})

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.ground.free_space import FreeSpace
-from planner_core.handover.chosen import chosen_floors, chosen_stations, named, require_ground, scanned_before
+from planner_core.handover.chosen import chosen_floors, chosen_stations, has_ground, named, scanned_before
 from planner_core.handover.geographic import geographic_of
 from planner_core.handover.geojson import feature, local_positions
 from planner_core.handover.occupancy import FREE, OccupancyMap, occupancy_maps, write_map
@@ -63,7 +63,7 @@ def write_robot(plan: PlanSource, path: Path, options: Options, progress: Progre
     Raises
     ------
     HandoverError
-        The scene is not found, or a ground point is not known.
+        The scene is not found.
     """
     mission, remarks = _mission(plan, options, progress)
     (path / "maps").mkdir()
@@ -88,7 +88,6 @@ def _mission(plan: PlanSource, options: Options, progress: Progress) -> tuple[_M
     from planner_core.route.floors_passed import floor_under, pieces_by_floor
 
     stations = chosen_stations(plan, options)
-    require_ground(stations, "robot")
     progress(ProgressEvent(STAGE, 0, 3, "scene"))
     settings, survey = settings_of(plan.document), plan.survey(progress=progress)
     site = local_site(survey, settings.site)
@@ -135,12 +134,13 @@ def _runs(corners_m: FloatArray, floors: list[str]) -> tuple[tuple[str, FloatArr
 def _visits(
     plan: PlanSource, stations: tuple[FieldStation, ...], ways: tuple[Way, ...]
 ) -> tuple[tuple[FieldStation, ...], tuple[FieldStation, ...]]:
-    """Part stations into those of the walk and the others: scanned before, or with no way to them."""
+    """Part stations into those of the walk and the others: scanned before, with no way to them, over unknown ground."""
     route = plan.document.get("route")
     stays = set() if route is None else {str(name) for name in route["left_out"]}
     scanned = scanned_before(plan)
     on_way = {name for way in ways for name in (way.from_id, way.to_id)}
     goes = [each.id in on_way or not (each.id in scanned or each.id in stays) for each in stations]
+    goes = [yes and has_ground(each) for each, yes in zip(stations, goes, strict=True)]
     visited = tuple(each for each, yes in zip(stations, goes, strict=True) if yes)
     return visited, tuple(each for each, yes in zip(stations, goes, strict=True) if not yes)
 
@@ -265,6 +265,8 @@ def _path(way: Way, pieces: tuple[tuple[str, FloatArray], ...]) -> dict[str, Any
 
 
 def _reason(plan: PlanSource, station: FieldStation) -> str:
+    if not has_ground(station):
+        return "its instrument height is not known"
     return "scanned before" if station.id in scanned_before(plan) else "no way leads there"
 
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from field_plan import LEGS, STATIONS, field_plan, on_site, site_frame
 
-from planner_core.errors import HandoverError
 from planner_core.handover.landxml import write_landxml
 from planner_core.handover.source import PlanSource
 
@@ -183,6 +182,11 @@ def test_names_with_marks_of_xml_come_back(write: Write) -> None:
     assert list(groups(root_of(write(write_landxml, plan)[0]))["F0 ground points"]) == ['<A&"B>']
 
 
-def test_an_unknown_ground_point_is_refused(write: Write) -> None:
-    with pytest.raises(HandoverError, match="instrument height of A"):
-        write(write_landxml, field_plan(stations={"A": ("F0", 1.0, 2.0, 3.0, math.nan, False)}))
+def test_a_station_of_unknown_height_has_a_sensor_only(write: Write) -> None:
+    rows = {"A": ("F0", 1.0, 2.0, 3.0, math.nan, False), "B": ("F1", 1.0, 2.0, 3.0, 1.5, False)}
+    path, remarks = write(write_landxml, field_plan(stations=rows))
+    check(root_of(path))
+    assert list(groups(root_of(path))) == ["F0 sensor points", "F1 ground points", "F1 sensor points"]
+    assert numbers(groups(root_of(path))["F0 sensor points"]["A-sensor"].text) == [2.0, 1.0, 3.0]
+    assert "nan" not in path.read_text(encoding="utf-8")
+    assert "the instrument height of A is not known: it has a sensor only" in remarks

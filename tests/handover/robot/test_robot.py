@@ -229,6 +229,18 @@ def test_scanned_stations_off_the_walk_are_not_visited(house_plan: PlanSource, m
     assert document["not_visited"][0] == {"id": "S4", "reason": "scanned before"}
 
 
+def test_a_station_of_unknown_height_is_not_visited(house_plan: PlanSource, mission: Mission) -> None:
+    stations = tuple(
+        replace(each, instrument_height_m=math.nan, ground_m=each.ground_m * [1, 1, math.nan])
+        if each.id == "S2"
+        else each
+        for each in house_plan.stations
+    )
+    document = document_of(mission(replace(house_plan, stations=stations))[0])
+    assert [point["id"] for point in document["waypoints"]] == ["S1", "S3", "S4"]
+    assert {"id": "S2", "reason": "its instrument height is not known"} in document["not_visited"]
+
+
 def test_a_walk_that_returns_comes_back_to_the_first_stop(house_plan: PlanSource, mission: Mission) -> None:
     legs = house_plan.document["route"]["legs"]
     home = {**legs[0], "from": "S2", "to": "S1", "points": legs[0]["points"][::-1]}
