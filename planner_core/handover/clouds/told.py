@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import json
+import math
 import uuid
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
 from planner_core.export.station_marks import prim_names_of_ids
 from planner_core.handover.clouds.points import Clouds
 from planner_core.handover.source import FieldStation
-from planner_core.model import SiteFrame
+from planner_core.model import FloatArray, SiteFrame
 
 #: Of ids that are names alone: made by `uuid5` from this and a text, so that the same cloud has the same id.
 _NAMESPACE = uuid.UUID("5c0d3c4e-7a58-5d2a-9a52-0f1e6a3f8b11")
@@ -46,26 +46,30 @@ def facts(clouds: Clouds) -> dict[str, str]:
 
 
 def facts_of(station: FieldStation) -> dict[str, str]:
-    """What a station is and where it stands, by name."""
-    return {
+    """What a station is and where it stands, by name; nothing of its ground where its height is not known."""
+    told = {
         "station": station.id,
         "floor": station.floor_id,
         "number": str(station.number),
         "positionSite": numbers(station.site_m, 4),
         "positionScene": numbers(station.position_m, 6),
-        "instrumentHeight": f"{station.instrument_height_m:.4f}",
-        "groundSite": numbers(station.site_ground_m, 4),
     }
+    if math.isfinite(station.instrument_height_m):
+        told["instrumentHeight"] = f"{station.instrument_height_m:.4f}"
+        told["groundSite"] = numbers(station.site_ground_m, 4)
+    return told
 
 
-def numbers(values: np.ndarray, n_decimals: int) -> str:
+def numbers(values: FloatArray, n_decimals: int) -> str:
     """Numbers of a text, between spaces."""
     return " ".join(f"{value:.{n_decimals}f}" for value in values)
 
 
 def guid_of(clouds: Clouds, station: FieldStation | None = None) -> str:
     """`{...}`: the same for the same cloud; None: of all stations together."""
-    told = [str(clouds.source.document["scene"]["sha256"]), *facts(clouds).values()]
+    document = clouds.source.document
+    told = [str(document["scene"]["sha256"]), *facts(clouds).values()]
+    told.append(json.dumps([document["scene"]["load_options"], document["scanner"]], sort_keys=True))
     told.append(numbers(clouds.frame.matrix.ravel(), 9))
     for one in clouds.stations if station is None else (station,):
         told.extend(facts_of(one).values())

@@ -411,3 +411,18 @@ def test_las_refuses_stations_farther_apart_than_it_can_hold(source: PlanSource,
     with pytest.raises(HandoverError, match="reach over 5000"):
         write(spread, tmp_path, "las")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_station_of_unknown_height_tells_no_ground(source: PlanSource, tmp_path: Path) -> None:
+    nan = np.array([1.0, 2.0, np.nan])
+    given = replace(source.stations[0], instrument_height_m=np.nan, ground_m=nan, site_ground_m=nan)
+    one = replace(source, stations=(given,))
+    options = Options(max_points=100)
+    for name in (*TOGETHER, "exr"):
+        written = write(one, tmp_path, name, options)
+        raw = b"".join(
+            path.read_bytes() for path in ([written] if written.is_file() else sorted(written.glob("*.exr")))
+        )
+        assert b"nan" not in raw.lower(), name
+        assert b"groundSite" not in raw, name
+        assert b"positionSite" in raw, name
