@@ -244,6 +244,14 @@ def test_latitudes_are_read_as_ifcopenshell_reads_them() -> None:
     assert (found.operation, found.to_map) == ("", None)
 
 
+def test_a_place_just_south_of_the_equator_is_south_of_it() -> None:
+    model, _ = model_of("IFC4")
+    site = model.by_type("IfcSite")[0]
+    site.RefLatitude, site.RefLongitude = (0, -30, 0), (0, 0, -36)
+    found = ours(model, 0.001)
+    assert (found.site_latitude_deg, found.site_longitude_deg) == (-0.5, pytest.approx(-0.01))
+
+
 @pytest.mark.parametrize("latitude", [None, (0, 0, 0)])
 def test_a_site_that_says_nothing_of_its_place_has_none(latitude: tuple[int, ...] | None) -> None:
     model, _ = model_of("IFC4")

@@ -29,6 +29,13 @@ def test_stations_come_in_walking_order_with_their_floors(written_plan: Callable
     assert plan.title == "house.ifc"
 
 
+def test_the_walk_numbers_stations_whatever_they_are_called(written_plan: Callable[..., Path]) -> None:
+    rows = json.loads((written_plan() / "plan.json").read_text())["stations"]
+    orders = {"S001": 9, "S002": 10, "S003": 2}
+    plan = open_plan(written_plan(stations=[{**row, "order": orders[row["id"]]} for row in rows]))
+    assert [(station.id, station.number) for station in plan.stations] == [("S003", 1), ("S001", 2), ("S002", 3)]
+
+
 def test_ground_point_height_and_sensor_are_told_apart(written_plan: Callable[..., Path]) -> None:
     first, second, third = open_plan(written_plan()).stations
     assert first.position_m.tolist() == [5.0, 4.0, 1.6]
