@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.coordinates.checks import doubts_of, notes_of
+from planner_core.coordinates.checks import FAR_M, doubts_of, notes_of
 from planner_core.coordinates.control_points import ControlPoints, read_control_points
 from planner_core.coordinates.crs import MapCrs, VerticalCrs, map_crs, vertical_crs, vertical_crs_of_datum
 from planner_core.coordinates.helmert import Fit, fit_4, fit_7
@@ -68,7 +68,12 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
         named,
         true_north_rad=north,
         place=place,
-        warnings=(*systems.warnings, *frame.warnings, *doubts_of(named, systems.plane, points_m)),
+        warnings=(
+            *systems.warnings,
+            *frame.warnings,
+            *doubts_of(named, systems.plane, points_m),
+            *_doubts_of_place(named, systems.plane, told),
+        ),
         notes=(*frame.notes, *notes_of(named, systems.plane, points_m)),
     )
 
@@ -300,6 +305,23 @@ def _doubts_of_fit(points: ControlPoints, fit: Fit, asked: FrameRequest, suspect
     if math.degrees(fit.tilt_rad) > 0.1:
         doubts.append(f"control points tilt the scene by {math.degrees(fit.tilt_rad):.3f} degrees: check their heights")
     return tuple(doubts)
+
+
+def _doubts_of_place(frame: SiteFrame, plane: MapCrs | None, told: Georeference | None) -> tuple[str, ...]:
+    """A file's map conversion and the latitude of its site may be of two places: one is a default that nobody set."""
+    if frame.source != "ifc map conversion" or plane is None or told is None:
+        return ()
+    if told.site_latitude_deg is None or told.site_longitude_deg is None or told.site_position_m is None:
+        return ()
+    placed = plane.east_north(told.site_longitude_deg, told.site_latitude_deg)
+    away_m = math.dist(placed, frame.to_site(np.array(told.site_position_m))[:2])
+    if away_m <= FAR_M:
+        return ()
+    how_far = f"{away_m / 1000:.0f} km" if math.isfinite(away_m) else "half the earth"
+    return (
+        f"the scene file says that its site is at {_place_words(told)}, {how_far} from where its map conversion puts "
+        "it: one of both is wrong",
+    )
 
 
 def _fit_words(points: ControlPoints, fit: Fit, asked: FrameRequest) -> str:

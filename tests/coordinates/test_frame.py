@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -268,6 +269,14 @@ def test_a_plan_outside_the_area_of_use_is_told_with_how_far() -> None:
 def test_coordinates_that_are_shifted_twice_are_seen() -> None:
     frame = site_frame(plan_of(TOLD, at=ORIGIN[:2]))
     assert only(frame.warnings, "site coordinates already")
+
+
+@pytest.mark.parametrize(("longitude", "told"), [(9.5, "78 km from where"), (-171.6, "half the earth|km from where")])
+def test_a_map_conversion_and_a_latitude_of_two_places_are_seen(longitude: float, told: str) -> None:
+    (line,) = site_frame(plan_of({**TOLD, "site_longitude_deg": longitude})).warnings
+    assert re.search(told, line)
+    assert site_frame(plan_of({**TOLD, "site_longitude_deg": 8.5})).warnings == ()
+    assert site_frame(plan_of({**TOLD, "site_latitude_deg": None})).warnings == ()
 
 
 def test_what_the_file_doubts_is_handed_on() -> None:
