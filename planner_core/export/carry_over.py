@@ -25,6 +25,7 @@ _FILES = frozenset(
         "viewer/patches.u8",
         "viewer/layers.json",
         "viewer/reason.u8",
+        "viewer/pieces.i32",
         "viewer/achievable.u8",
         *(f"viewer/layers/{name}.u16" for name in ("range", "incidence", "spacing", "noise")),
         "report/index.html",

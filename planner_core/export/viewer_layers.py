@@ -19,7 +19,7 @@ from planner_core.export.plan_asked import asked_document
 from planner_core.export.station_marks import station_prim_names
 from planner_core.metrics.levels import Sights, with_noise
 from planner_core.metrics.looking import looks_in_batches
-from planner_core.model import REASONS, FloatArray, Int32Array, Plan, Scanner, UInt8Array
+from planner_core.model import REASONS, FloatArray, Int32Array, Plan, Scanner
 from planner_core.model.unseen import OUT_OF_SCOPE
 from planner_core.scan.engine import ScanEngine
 
@@ -28,6 +28,8 @@ UInt16Array = NDArray[np.uint16]
 #: No station sees the patch, or the figure is not known.
 NONE = 65535
 _MOST_STEPS = NONE - 1
+#: Below `viewer/`.
+_PIECES = "pieces.i32"
 #: Steps are 1, 2 or 5 times a power of ten.
 _ROUND = (1, 2, 5, 10)
 
@@ -128,7 +130,7 @@ def layer_file_names(plan: Plan) -> tuple[str, ...]:
     return (
         *(f"viewer/seen/{name}.bits" for name in station_prim_names(plan.stations)),
         *(f"viewer/{layer.file}" for layer in layers_of(plan.settings.scanner)),
-        *(f"viewer/{name}.u8" for name, content in _by_patch(plan).items() if content is not None),
+        *(f"viewer/{name}" for name in _by_patch(plan)),
         "viewer/layers.json",
     )
 
@@ -150,8 +152,7 @@ def layer_files(plan: Plan, engine: ScanEngine) -> Iterator[tuple[str, bytes]]:
     for layer in layers:
         yield f"viewer/{layer.file}", layer.quantised(figures.of(layer)).astype("<u2").tobytes()
     for name, content in _by_patch(plan).items():
-        if content is not None:
-            yield f"viewer/{name}.u8", content.tobytes()
+        yield f"viewer/{name}", content
     yield "viewer/layers.json", (json.dumps(_document(plan), indent=2, ensure_ascii=False) + "\n").encode()
 
 
@@ -175,9 +176,16 @@ def _sights_of_stations(plan: Plan, engine: ScanEngine) -> Iterator[Sights]:
             yield sights
 
 
-def _by_patch(plan: Plan) -> dict[str, UInt8Array | None]:
-    """What the plan knows by patch itself; None where nobody looked for it."""
-    return {"reason": None if plan.why is None else plan.why.reason_of_patch, "achievable": plan.times_met}
+def _by_patch(plan: Plan) -> dict[str, bytes]:
+    """Names and contents of what the plan knows by patch itself, without what nobody looked for."""
+    files = {}
+    if plan.why is not None:
+        files["reason.u8"] = plan.why.reason_of_patch.tobytes()
+        if plan.why.piece_of_patch is not None:
+            files[_PIECES] = plan.why.piece_of_patch.astype("<i4").tobytes()
+    if plan.times_met is not None:
+        files["achievable.u8"] = plan.times_met.tobytes()
+    return files
 
 
 def _document(plan: Plan) -> dict[str, Any]:
@@ -198,5 +206,6 @@ def _document(plan: Plan) -> dict[str, Any]:
         ],
         "reasons": [] if plan.why is None else list(REASONS),
         "out_of_scope": OUT_OF_SCOPE,
+        "pieces": None if plan.why is None or plan.why.piece_of_patch is None else _PIECES,
         "qualities": [asked_document(asked) for asked in plan.qualities],
     }

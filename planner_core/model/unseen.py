@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planner_core.model.arrays import FloatArray, UInt8Array
+from planner_core.model.arrays import FloatArray, Int32Array, UInt8Array
 
 #: What keeps a patch from being covered. `Why.reason_of_patch` indexes these; docs/method/unseen.md says how each is
 #: found. The first two are of patches that candidates do see, the others of those that none does well enough.
@@ -133,3 +133,5 @@ class Why:
     """Largest first; their areas add up to all that is in scope and not covered."""
     reason_of_patch: UInt8Array
     area_by_reason_m2: tuple[float, ...]
+    piece_of_patch: Int32Array | None = None
+    """(P,) int32, the `patch` of the `UnseenPiece` that each patch is of; -1: of none that `unseen` tells."""

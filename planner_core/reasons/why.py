@@ -97,7 +97,8 @@ def explain(
     limits = wanted.asked if asked is None else asked
     reason = reasons_of_patches(survey, settings, engine, seen, candidates_m, unseen, asked=limits, sealed=sealed)
     progress(ProgressEvent(_STAGE, 1, 3, "pieces"))
-    surfaces = _unseen_surfaces(survey, unseen, reason[unseen.patch].astype(np.int64), candidates_m, seen_by_candidates)
+    why_unseen = reason[unseen.patch].astype(np.int64)
+    surfaces, piece_of_patch = _unseen_surfaces(survey, unseen, why_unseen, candidates_m, seen_by_candidates)
     progress(ProgressEvent(_STAGE, 2, 3, "stations"))
     stations = _station_reasons(survey, station_ids, seen_by_stations, n_stations, covered & scope, at_least)
     counted = [k for k in links if k.overlap >= wanted.overlap and not k.strength < wanted.min_strength]
@@ -107,6 +108,7 @@ def explain(
         unseen=surfaces,
         reason_of_patch=reason,
         area_by_reason_m2=tuple(float(area_m2[reason == number].sum()) for number in range(len(REASONS))),
+        piece_of_patch=piece_of_patch,
     )
     progress(ProgressEvent(_STAGE, 3, 3))
     return why
@@ -168,15 +170,18 @@ def steepest_curve(
 # ------------------------------------------------------------------------------------------------ unseen
 def _unseen_surfaces(
     survey: Survey, unseen: Surfaces, reason: Int64Array, candidates_m: FloatArray, rows: Visibility
-) -> tuple[UnseenSurface, ...]:
+) -> tuple[tuple[UnseenSurface, ...], Int32Array]:
+    """The surfaces, largest first, and of each patch (P,) the patch that names its piece, -1 none."""
     key = np.column_stack([unseen.element, unseen.room, unseen.floor, reason])
     groups, group = np.unique(key, axis=0, return_inverse=True)
     group = group.ravel().astype(np.int64)
     area_m2 = np.bincount(group, weights=unseen.area_m2, minlength=len(groups))
     pieces = connected_pieces(survey.scene, survey.patches, unseen.patch, group)
-    largest, n_pieces = _largest_pieces(unseen, group, pieces, len(groups))
+    largest, n_pieces, named = _largest_pieces(unseen, group, pieces, len(groups))
+    piece_of_patch = np.full(survey.patches.n_patches, -1, dtype=np.int32)
+    piece_of_patch[unseen.patch] = named
     spots = _best_spots(unseen, group, reason, len(groups), candidates_m, rows)
-    return tuple(
+    surfaces = tuple(
         UnseenSurface(
             element=int(groups[k, 0]),
             room=int(groups[k, 1]),
@@ -189,12 +194,13 @@ def _unseen_surfaces(
         )
         for k in np.argsort(-area_m2, kind="stable")
     )
+    return surfaces, piece_of_patch
 
 
 def _largest_pieces(
     unseen: Surfaces, group: Int64Array, piece: Int64Array, n_groups: int
-) -> tuple[list[tuple[UnseenPiece, ...]], Int64Array]:
-    """The `N_PIECES` largest pieces of each group, and how many each has."""
+) -> tuple[list[tuple[UnseenPiece, ...]], Int64Array, Int32Array]:
+    """The `N_PIECES` largest pieces of each group, how many each has, and of each row (N,) its piece's patch, or -1."""
     n_all = int(piece.max(initial=-1)) + 1
     area_m2 = np.bincount(piece, weights=unseen.area_m2, minlength=n_all)
     group_of = np.zeros(n_all, dtype=np.int64)
@@ -204,11 +210,16 @@ def _largest_pieces(
     first = np.cumsum(n_pieces) - n_pieces
     by_piece = np.argsort(piece, kind="stable")
     ends = np.cumsum(np.bincount(piece, minlength=n_all))
+    named = np.full(piece.size, -1, dtype=np.int32)
     out = []
     for k in range(n_groups):
-        chosen = order[first[k] : first[k] + min(N_PIECES, n_pieces[k])]
-        out.append(tuple(_piece(unseen, by_piece[ends[p - 1] if p else 0 : ends[p]]) for p in chosen.tolist()))
-    return out, n_pieces
+        told = []
+        for p in order[first[k] : first[k] + min(N_PIECES, n_pieces[k])].tolist():
+            rows = by_piece[ends[p - 1] if p else 0 : ends[p]]
+            told.append(_piece(unseen, rows))
+            named[rows] = told[-1].patch
+        out.append(tuple(told))
+    return out, n_pieces, named
 
 
 def _piece(unseen: Surfaces, rows: Int64Array) -> UnseenPiece:

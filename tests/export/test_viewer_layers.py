@@ -205,7 +205,14 @@ def with_what_only_planners_know(plan: Plan) -> Plan:
     reason = (np.arange(n) % len(REASONS)).astype(np.uint8)
     reason[::7] = 255
     times_met = (np.arange(2 * n).reshape(2, n) % 256).astype(np.uint8)
-    why = Why(stations=(), curve=(), unseen=(), reason_of_patch=reason, area_by_reason_m2=(0.0,) * len(REASONS))
+    why = Why(
+        stations=(),
+        curve=(),
+        unseen=(),
+        reason_of_patch=reason,
+        area_by_reason_m2=(0.0,) * len(REASONS),
+        piece_of_patch=(np.arange(n) % 300 - 1).astype(np.int32),
+    )
     return replace(plan, why=why, qualities=(Asked(), Asked(range_m=3.1, incidence_rad=1.2)), times_met=times_met)
 
 
@@ -216,8 +223,11 @@ def test_what_the_planner_knows_by_patch_is_written_as_it_is(noisy: Plan, engine
     assert told.why is not None
     assert told.times_met is not None
     assert made["viewer/reason.u8"] == told.why.reason_of_patch.tobytes()
+    pieces = np.array([i % 300 - 1 for i in range(noisy.survey.patches.n_patches)])
+    assert np.array_equal(np.frombuffer(made["viewer/pieces.i32"], dtype="<i4"), pieces)
     assert document["reasons"] == list(REASONS)
     assert document["out_of_scope"] == 255
+    assert document["pieces"] == "pieces.i32"
     assert made["viewer/achievable.u8"] == b"".join(row.tobytes() for row in told.times_met)
     assert document["qualities"] == [
         {"spacing_m": None, "range_m": None, "incidence_rad": None, "noise_m": None},
@@ -227,9 +237,11 @@ def test_what_the_planner_knows_by_patch_is_written_as_it_is(noisy: Plan, engine
 
 def test_what_nobody_looked_for_is_not_written(files: dict[str, bytes]) -> None:
     assert "viewer/reason.u8" not in files
+    assert "viewer/pieces.i32" not in files
     assert "viewer/achievable.u8" not in files
     document = document_of(files)
     assert document["reasons"] == document["qualities"] == []
+    assert document["pieces"] is None
 
 
 def test_files_are_those_that_are_named_beforehand_and_count_as_the_plans_own(

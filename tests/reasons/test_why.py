@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.model import Link, Visibility
+from planner_core.model import REASONS, Link, Visibility
 from planner_core.model.unseen import NOT_WORTH
 from planner_core.reasons.why import steepest_curve
 from planner_core.scene.patches import patch_triangles
@@ -95,6 +95,20 @@ def test_pieces_lie_in_their_boxes_and_do_not_exceed_their_surface(flat):
             assert (piece.centroid_m <= high + 1e-9).all()
             assert (corners[piece.patch] >= low - 1e-5).all()
             assert (corners[piece.patch] <= high + 1e-5).all()
+
+
+def test_patches_are_of_the_piece_that_is_told_of_them(flat):
+    why = flat.explain((0,))
+    area_m2, told = flat.survey.patches.area_m2, set()
+    for surface in why.unseen:
+        for piece in surface.pieces:
+            mine = np.flatnonzero(why.piece_of_patch == piece.patch)
+            assert piece.patch in mine
+            assert mine.size == piece.n_patches
+            assert area_m2[mine].sum() == pytest.approx(piece.area_m2, abs=1e-9)
+            assert {REASONS[k] for k in why.reason_of_patch[mine]} == {surface.reason}
+            told.add(piece.patch)
+    assert set(np.unique(why.piece_of_patch)) - {-1} == told
 
 
 def test_unseen_is_listed_largest_first(flat):

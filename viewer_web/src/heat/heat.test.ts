@@ -12,7 +12,7 @@ import {
   TIMES_SEEN_LAYER,
   valuesOf,
 } from './layers.ts';
-import { isSeen, markedArea, ownMarks, sharedMarks } from './marks.ts';
+import { isSeen, markedArea, ownMarks, pieceMarks, sharedMarks } from './marks.ts';
 import { quantity } from './quantity.ts';
 import { withinScope, withinScopeAt } from './scope.ts';
 import { patchAreas, roundUp, spreadOf, triangleArea } from './statistics.ts';
@@ -162,6 +162,12 @@ test('marks are those of the bits, little endian in each byte', () => {
   const marks = ownMarks(a, Uint8Array.of(1, 1, 2, 0, 0, 0, 0, 0, 1, 255));
   expect([...marks]).toEqual([1, 0, 0, 0, 0, 0, 0, 0, 1, 0]);
   expect(markedArea(marks, new Float32Array(10).fill(0.5))).toBe(1);
+});
+
+test('a piece is the patches that bear its name, and none that have none', () => {
+  const pieces = Int32Array.of(-1, 4, 4, 2, 4, -1);
+  expect([...pieceMarks(pieces, 4)]).toEqual([0, 1, 1, 0, 1, 0]);
+  expect([...pieceMarks(pieces, 2)]).toEqual([0, 0, 0, 1, 0, 0]);
 });
 
 test('the coverage of an element is that of its own patches', () => {

@@ -1,17 +1,18 @@
 /** Points out the patches that the store's choices are about: a pair's shared surface, an unseen piece, a station's own. */
 import { effect } from '@preact/signals';
-import { fetchPatchValues, fetchSeen, type LoadedPlan } from '../load/fetch-plan.ts';
+import { fetchPatchValues, fetchPieces, fetchSeen, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { Building } from '../scene/building.ts';
 import type { PatchPlaces } from '../scene/patch-places.ts';
 import { boxOf } from '../scene/piece-parts.ts';
 import type { Store, UnseenFocus } from '../store.ts';
 import { LEFT_BY_EDITS, NOT_ACHIEVABLE, type PatchValues, REASON } from './layers.ts';
-import { markedArea, ownMarks, sharedMarks } from './marks.ts';
+import { markedArea, ownMarks, pieceMarks, sharedMarks } from './marks.ts';
 import type { PatchPaint } from './patch-paint.ts';
 
 export class MarkFollower {
   private latest = 0;
   private reasonOfPatch: PatchValues | null = null;
+  private pieceOfPatch: Int32Array | null = null;
   private readonly end: () => void;
 
   constructor(
@@ -48,7 +49,7 @@ export class MarkFollower {
       if (pair !== null) {
         const [a, b] = await Promise.all(pair.map((id) => this.seen(id)));
         marks = sharedMarks(a, b, this.paint.timesSeen.length);
-      } else if (focus !== null) marks = this.pieceMarks(focus, await this.reasons());
+      } else if (focus !== null) marks = await this.pieceMarks(focus);
       else marks = ownMarks(await this.seen(own ?? ''), this.paint.timesSeen);
       // Of a piece the list knows the figure: it is a part of the surface's, and both stand side by side.
       const areaM2 = pair === null ? focus?.surface.pieces[focus.piece]?.area_m2 : undefined;
@@ -83,15 +84,20 @@ export class MarkFollower {
     return this.reasonOfPatch;
   }
 
-  private pieceMarks({ surface, piece }: UnseenFocus, reasons: PatchValues | null): Uint8Array {
+  /** The piece as plan.json tells it; of the edited plan, and of older ones, what is unseen alike in the piece's box. */
+  private async pieceMarks({ surface, piece }: UnseenFocus): Promise<Uint8Array> {
     const { stage } = this.loaded;
-    const marks = new Uint8Array(this.paint.timesSeen.length);
-    const element = stage.elements.find(({ sceneIndex }) => sceneIndex === surface.element);
     const shown = surface.pieces[piece];
-    if (element === undefined || shown === undefined) return marks;
-    const box = boxOf(shown, stage.offsetM);
-    const isUnseen = this.isUnseenFor(surface.reason, reasons);
-    for (const patch of this.places().patchesIn(element, box, isUnseen)) marks[patch] = 1;
+    const element = stage.elements.find(({ sceneIndex }) => sceneIndex === surface.element);
+    const nPatches = this.paint.timesSeen.length;
+    if (element === undefined || shown === undefined) return new Uint8Array(nPatches);
+    if (surface.reason !== LEFT_BY_EDITS) {
+      this.pieceOfPatch ??= await fetchPieces(this.loaded);
+      if (this.pieceOfPatch !== null) return pieceMarks(this.pieceOfPatch, shown.patch);
+    }
+    const marks = new Uint8Array(nPatches);
+    const isUnseen = this.isUnseenFor(surface.reason, await this.reasons());
+    for (const patch of this.places().patchesIn(element, boxOf(shown, stage.offsetM), isUnseen)) marks[patch] = 1;
     return marks;
   }
 

@@ -15,6 +15,11 @@ export function ownMarks(bits: Uint8Array, timesSeen: Uint8Array): Uint8Array {
   return timesSeen.map((times, patch) => (times === 1 && isSeen(bits, patch) ? 1 : 0));
 }
 
+/** 1 where the patch is of the piece that `named` names; `pieces` as viewer/pieces.i32. */
+export function pieceMarks(pieces: Int32Array, named: number): Uint8Array {
+  return Uint8Array.from(pieces, (piece) => (piece === named ? 1 : 0));
+}
+
 export function markedArea(marks: Uint8Array, areasM2: Float32Array): number {
   let sum = 0;
   for (let patch = 0; patch < marks.length; patch++) if (marks[patch] !== 0) sum += areasM2[patch];

@@ -99,6 +99,18 @@ export async function fetchPatchValues({ base, layers, patchSeen }: LoadedPlan, 
   return decodeValues(file, buffer, patchSeen.length, isReason ? 1 : 2);
 }
 
+/** Of each patch the one that names its piece of unseen surface, -1 none; null: an older version made the plan. */
+export async function fetchPieces({ base, layers, patchSeen }: LoadedPlan): Promise<Int32Array | null> {
+  if (layers?.pieces === null || layers === null) return null;
+  const bytes = await fetchBytes(base, `viewer/${layers.pieces}`);
+  if (bytes.byteLength !== 4 * patchSeen.length) {
+    throw new PlanLoadError(
+      `viewer/${layers.pieces}: ${bytes.byteLength} bytes, expected ${4 * patchSeen.length}. Write the plan again.`,
+    );
+  }
+  return new Int32Array(bytes);
+}
+
 async function fetchLayers(base: string): Promise<LayersJson | null> {
   try {
     return parseLayers(parseJson('viewer/layers.json', await fetchBytes(base, 'viewer/layers.json')));

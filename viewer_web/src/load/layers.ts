@@ -20,6 +20,8 @@ const LayersJson = v.object({
     }),
   ),
   reasons: v.optional(v.array(v.string()), []),
+  /** File of the piece of unseen surface that each patch is of. */
+  pieces: v.optional(v.nullable(v.string()), null),
 });
 
 export type LayersJson = v.InferOutput<typeof LayersJson>;
