@@ -17,6 +17,11 @@ from planner_core.model import FloatArray, Int64Array
 
 #: Pairs looked at in one go: bounds memory to some 100 MB.
 _PAIRS_AT_ONCE = 1_000_000
+#: Rays go this way: hardly any side of a building is parallel to it.
+_RAY_RAD = 0.739
+#: Cells that sides are looked up by: as many times as long as a middling side, and most of them in a row.
+_CELL_SIDES = 2.0
+_MOST_CELLS = 4096
 
 
 def union_border(corners_m: FloatArray, without_m: FloatArray | None = None) -> tuple[Int64Array, FloatArray]:
@@ -67,24 +72,46 @@ def _with_crossings(edges: Int64Array, places_m: FloatArray) -> tuple[FloatArray
     """Places and, behind them, where edges cross inside of both; and the numbers of all where edges may be cut."""
     from scipy.spatial import KDTree
 
-    found = []
     a_m, b_m = places_m[edges[:, 0]], places_m[edges[:, 1]]
-    low_m, high_m = np.minimum(a_m, b_m), np.maximum(a_m, b_m)
-    at_once = max(1, _PAIRS_AT_ONCE // max(1, len(edges)))
-    for first in range(0, len(edges), at_once):
-        one = slice(first, first + at_once)
-        meet = (low_m[one, None] <= high_m[None]).all(axis=2) & (low_m[None] <= high_m[one, None]).all(axis=2)
-        i, j = np.nonzero(meet)
-        i += first
-        i, j = i[i < j], j[i < j]
-        found.append(_crossing_points(a_m[i], b_m[i], a_m[j], b_m[j]))
-    crossings_m = np.concatenate(found) if found else np.zeros((0, 2))
+    i, j = _near_pairs(a_m, b_m)
+    crossings_m = _crossing_points(a_m[i], b_m[i], a_m[j], b_m[j])
     # Crossings at a corner are that corner; several at one place are one.
     away_m, nearest = KDTree(places_m).query(crossings_m, distance_upper_bound=SAME_POINT_M)
     at_corner = np.isfinite(away_m)
     _, new_m = nodes(crossings_m[~at_corner])
     cuts = np.concatenate([edges.reshape(-1), nearest[at_corner], len(places_m) + np.arange(len(new_m))])
     return np.concatenate([places_m, new_m]), np.unique(cuts)
+
+
+def _near_pairs(a_m: FloatArray, b_m: FloatArray) -> tuple[Int64Array, Int64Array]:
+    """Pairs i < j of segments ab (N, 2 each) that pass the same cell of a grid: all that cross are among them."""
+    if not len(a_m):
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    length_m = np.hypot(*(b_m - a_m).T)
+    low_m = np.minimum(a_m, b_m).min(axis=0)
+    size_m = float((np.maximum(a_m, b_m).max(axis=0) - low_m).max())
+    cell_m = max(_CELL_SIDES * float(np.median(length_m)), size_m / _MOST_CELLS, SAME_POINT_M)
+    # Long segments are entered piece by piece, each with the up to four cells of its box.
+    n_pieces = np.floor(length_m / cell_m).astype(np.int64) + 1  # shorter than a cell, each
+    segment, piece = _counted(n_pieces)
+    share = np.stack([piece, piece + 1], axis=1) / n_pieces[segment, None]
+    along_m = a_m[segment, None] + share[:, :, None] * (b_m - a_m)[segment, None] - low_m
+    cells = np.floor(along_m / cell_m).astype(np.int64)
+    x, y = np.meshgrid([0, 1], [0, 1])
+    cell = np.stack([cells[:, x.ravel(), 0], cells[:, y.ravel(), 1]], axis=2).reshape(-1, 2)
+    entries = np.unique(np.column_stack([cell, np.repeat(segment, 4)]), axis=0)
+    _, start, count = np.unique(entries[:, :2], axis=0, return_index=True, return_counts=True)
+    # Each entry with those behind it in its cell.
+    behind = np.repeat(start + count, count) - np.arange(len(entries)) - 1
+    first, step = _counted(behind)
+    pairs = np.unique(np.column_stack([entries[first, 2], entries[first + 1 + step, 2]]), axis=0)
+    return pairs[:, 0], pairs[:, 1]
+
+
+def _counted(counts: Int64Array) -> tuple[Int64Array, Int64Array]:
+    """Rows 0, 1 ... each as often as it counts, and which time it is: [2, 0, 1] -> [0, 0, 2], [0, 1, 0]."""
+    row = np.repeat(np.arange(len(counts), dtype=np.int64), counts)
+    return row, np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def _crossing_points(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
@@ -100,21 +127,33 @@ def _crossing_points(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray)
 
 def _covering_left(edges: Int64Array, weight: Int64Array, places_m: FloatArray) -> Int64Array:
     """(E, 2) numbers of triangles over the left side of each edge, next to its middle."""
-    a_m, b_m = places_m[edges[:, 0]], places_m[edges[:, 1]]
-    covering = np.zeros((len(edges), 2), dtype=np.int64)
-    at_once = max(1, _PAIRS_AT_ONCE // max(1, len(edges)))
-    for first in range(0, len(edges), at_once):
-        one = slice(first, first + at_once)
-        along = (b_m - a_m)[one, None]
-        middle_m = ((a_m + b_m) / 2)[one, None]
-        from_a, from_b = a_m[None] - middle_m, b_m[None] - middle_m
-        u_a, u_b = (from_a * along).sum(axis=2), (from_b * along).sum(axis=2)
-        v_a, v_b = cross(along, from_a), cross(along, from_b)
-        passes = (u_a > 0).astype(np.int64) - (u_b > 0)
-        share = u_a / np.where(passes == 0, 1.0, u_a - u_b)
-        ahead = v_a + share * (v_b - v_a) > 0
-        # The edge itself starts the ray: what is to the left of it lies ahead of it.
-        rows = np.arange(*one.indices(len(edges)))
-        ahead[rows - first, rows] = False
-        covering[one] = (passes * ahead) @ weight
-    return covering
+    if not len(edges):
+        return np.zeros((0, 2), dtype=np.int64)
+    cos, sin = np.cos(_RAY_RAD), np.sin(_RAY_RAD)
+    turned_m = (places_m - places_m[edges[0, 0]]) @ np.array([[cos, -sin], [sin, cos]])
+    a, b = turned_m[edges[:, 0]], turned_m[edges[:, 1]]
+    middle = (a + b) / 2
+    # Edges in the order of the strips across the rays that they pass; a ray asks those of its strip alone.
+    low, high = np.minimum(a, b)[:, 1], np.maximum(a, b)[:, 1]
+    strip_m = max(float(np.median(high - low)) / 4, float(high.max() - low.min()) / _MOST_CELLS, SAME_POINT_M)
+    first = np.floor((low - low.min()) / strip_m).astype(np.int64)
+    edge, step = _counted(np.floor((high - low.min()) / strip_m).astype(np.int64) - first + 1)
+    strip = first[edge] + step
+    order = np.argsort(strip, kind="stable")
+    edge, strip = edge[order], strip[order]
+    asked = np.floor((middle[:, 1] - low.min()) / strip_m).astype(np.int64)
+    start = np.searchsorted(strip, asked, side="left")
+    count = np.searchsorted(strip, asked, side="right") - start
+    ahead = np.zeros((len(edges), 2), dtype=np.int64)
+    for rows in np.split(np.arange(len(edges)), np.flatnonzero(np.diff(np.cumsum(count) // _PAIRS_AT_ONCE)) + 1):
+        owner, step = _counted(count[rows])
+        ray, met = rows[owner], edge[start[rows][owner] + step]
+        y = middle[ray, 1]
+        passes = (b[met, 1] > y).astype(np.int64) - (a[met, 1] > y)
+        rise = np.where(passes == 0, 1.0, b[met, 1] - a[met, 1])
+        x = a[met, 0] + (y - a[met, 1]) / rise * (b[met, 0] - a[met, 0])
+        counts = passes * ((x > middle[ray, 0]) & (met != ray))
+        np.add.at(ahead, ray, counts[:, None] * weight[met])
+    # A ray leaves its edge to the left where that one falls away from it; else the edge's own weight is left of it.
+    leaves_left = b[:, 1] < a[:, 1]
+    return np.asarray(np.where(leaves_left[:, None], ahead, ahead + weight))

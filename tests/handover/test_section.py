@@ -203,6 +203,23 @@ def test_border_of_triangles_bounds_their_union_less_what_is_taken_away(seed, n,
     assert np.hypot(*(b - a).T).sum() < expected.length + 2e-2, seed
 
 
+def test_border_of_a_ragged_floor_of_thousands_of_triangles_is_the_one_of_shapely():
+    random = np.random.default_rng(3)
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(30), np.arange(30)))
+    corner = np.stack([x, y], axis=1) * 0.2
+    right, up, both = (corner + 0.2 * np.array(step) for step in ((1, 0), (0, 1), (1, 1)))
+    triangles = np.concatenate([np.stack([corner, right, both], axis=1), np.stack([corner, both, up], axis=1)])
+    triangles = triangles[random.random(len(triangles)) < 0.7]
+    whole = np.array([[[-1.0, 2.05], [7.0, 2.05], [7.0, 2.95]]])  # one long side over many short ones
+    kept, taken = np.concatenate([triangles, whole]), triangles[:200] + 0.03
+    expected = shapely.difference(_union(kept), _union(taken), grid_size=1e-7)
+    edges, places = union_border(kept, taken)
+    a, b = places[edges[:, 0]], places[edges[:, 1]]
+    assert len(edges) > 1000
+    assert (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2 == pytest.approx(expected.area, abs=1e-3)
+    assert np.hypot(*(b - a).T).sum() == pytest.approx(expected.length, rel=1e-4)
+
+
 def _union(triangles: np.ndarray) -> shapely.Geometry:
     return shapely.union_all(
         [shapely.Polygon(each) for each in triangles if shapely.Polygon(each).area > 1e-9], grid_size=1e-7
