@@ -257,7 +257,13 @@ def test_scripts_are_compressed_where_the_browser_takes_it(ask, built_app: Path)
 
 @pytest.mark.parametrize(
     ("name", "is_packed"),
-    [("stage.usdc", True), ("patches.u8", True), ("seen/S001.bits", True), ("clouds/S002.u16", False)],
+    [
+        ("stage.usdc", True),
+        ("patches.u8", True),
+        ("pieces.i32", True),
+        ("seen/S001.bits", True),
+        ("clouds/S002.u16", False),
+    ],
 )
 def test_what_a_page_reads_whole_is_compressed_and_clouds_are_not(
     ask, plan_folder: Path, name: str, is_packed: bool
