@@ -25,6 +25,8 @@ _RETURNS = ("range", "cosIncidence", "intensity")
 _SURFACES = ("triangle", "patch")
 _PREVIEW_HEIGHT = 1500
 """Rows of a preview at most; grids of fewer are stretched, see `preview_rgb`."""
+_FAR = 0.99
+"""Share of the returns that have colours of their own; the few beyond, through a door or two, are as dark."""
 _SPOOLED_ROWS = 256
 """Rows of the second part that are read back at once."""
 
@@ -68,11 +70,16 @@ class _Preview:
         self._range_m.append(block.range_m[first::rows, ::columns].astype(np.float32))
         self._cosine.append(block.cos_incidence[first::rows, ::columns].copy())  # a view would keep all of the block
 
+    def _far_m(self, range_m: Float32Array) -> float:
+        """What is dark: nearly the farthest that this scan holds, as rooms are small beside a scanner's range."""
+        returns = range_m[np.isfinite(range_m)]
+        return float(np.quantile(returns, _FAR)) if returns.size else self._range_max_m
+
     def write(self, path: Path) -> None:
         io = _image_io()
         range_m, cosine = np.concatenate(self._range_m)[None], np.concatenate(self._cosine)[None]
         nothing = np.full(range_m.shape, -1, dtype=np.int32)
-        rgb = preview_rgb(ScanBatch(range_m, nothing, nothing, cosine), self._range_max_m)
+        rgb = preview_rgb(ScanBatch(range_m, nothing, nothing, cosine), self._far_m(range_m))
         spec = io.ImageSpec(rgb.shape[1], rgb.shape[0], 3, io.UINT8)
         out = io.ImageOutput.create(str(path))
         _closed(out, out.open(str(path), spec) and out.write_image(rgb))

@@ -15,6 +15,7 @@ import numpy as np
 
 from planner_core.errors import HandoverError, RequirementError
 from planner_core.export.plan_settings import settings_of
+from planner_core.handover.chosen import chosen_stations
 from planner_core.handover.clouds.noise import NoiseModel, deviates, noise_model
 from planner_core.handover.options import Options
 from planner_core.handover.source import FieldStation, PlanSource
@@ -285,18 +286,8 @@ def stations_asked(source: PlanSource, options: Options) -> tuple[FieldStation, 
             raise RequirementError(
                 f"station: got {name!r}, expected one of {', '.join(sorted(there)[:40])}; plan.json lists them"
             )
-    floors = {name.casefold() for floor in source.floors for name in (floor.id, floor.name)}
-    for name in options.floors:
-        if name.casefold() not in floors:
-            there_are = ", ".join(f"{floor.id} ({floor.name})" for floor in source.floors)
-            raise RequirementError(f"floor: got {name!r}, expected one of {there_are}")
-    wanted = {name.casefold() for name in options.floors}
-    chosen = tuple(
-        station
-        for station in source.stations
-        if (not options.stations or station.id in options.stations)
-        and (not wanted or wanted & {station.floor_id.casefold(), station.floor_name.casefold()})
-    )
+    of_floors = chosen_stations(source, options)
+    chosen = tuple(station for station in of_floors if not options.stations or station.id in options.stations)
     if not chosen:
         raise HandoverError(f"{source.folder}: no station to scan from, expected at least one; ask for others")
     return chosen

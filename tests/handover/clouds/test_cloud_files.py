@@ -328,6 +328,12 @@ def test_exr_folder_has_a_preview_a_station_and_nothing_else(source: PlanSource,
     rgb = OpenImageIO.ImageBuf(str(files["exr"] / "S001.png")).get_pixels(OpenImageIO.UINT8)
     assert rgb.shape[1] == SHAPE[1]
     assert len(np.unique(rgb.reshape(-1, 3), axis=0)) > 50
+    # The room is 6 m, the scanner reaches 20 m, and all colours are there: near ones are light, far ones dark.
+    sums = rgb.sum(axis=2, dtype=int)
+    nearest, farthest = (find(expected_scan("S001").range_m) for find in (np.argmin, np.argmax))
+    rows = rgb.shape[0] // SHAPE[0]
+    light, dark = (sums[rows * (at // SHAPE[1]), at % SHAPE[1]] for at in (nearest, farthest))
+    assert light > 2.5 * dark
 
 
 # ----------------------------------------------------------------------------------- what holds for all
