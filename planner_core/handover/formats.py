@@ -18,6 +18,7 @@ from typing import Any, TypeAlias
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import CrsNeededError, HandoverError, OutputExistsError, RequirementError
 from planner_core.export.atomic import staged_file, staged_folder
+from planner_core.export.carry_over import foreign_entries
 from planner_core.handover.options import Options
 from planner_core.handover.source import PlanSource, open_plan
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -199,6 +200,7 @@ _FORMATS = (
         write=_lazy("planner_core.handover.sheets.pdf", "write_pdf"),
         options=("paper", "floors", "cut_m"),
         verified_with="pypdf 7.1, PDFium (pypdfium2)",
+        page="sheets.md",
     ),
     Format(
         name="html",
@@ -206,7 +208,8 @@ _FORMATS = (
         file_name="sheets.html",
         write=_lazy("planner_core.handover.sheets.html_page", "write_html"),
         options=("paper", "floors", "cut_m"),
-        verified_with="Python's html.parser and ElementTree, Chromium",
+        verified_with="Python's html.parser and ElementTree; by hand Chromium 156",
+        page="sheets.md",
     ),
     Format(
         name="e57",
@@ -365,6 +368,7 @@ def hand_over(
                 _record(opened, (chosen,), staging)
         else:
             _check_file(target, overwrite=overwrite)
+            _check_is_no_source(opened, target)
             target.parent.mkdir(parents=True, exist_ok=True)
             with staged_file(target) as staging:
                 remarks = chosen.write(opened, staging, options, progress)
@@ -445,6 +449,18 @@ def _check_file(target: Path, *, overwrite: bool) -> None:
         raise OutputExistsError(f"{target}: exists, expected a free name; give another or pass --overwrite")
 
 
+def _check_is_no_source(plan: PlanSource, target: Path) -> None:
+    """Refuse to replace what the plan is made of: its scene, and the files of its own folder."""
+    if not target.exists():
+        return
+    target = target.resolve()
+    folder = plan.folder.resolve()
+    inside = target.relative_to(folder).as_posix() if target.is_relative_to(folder) else ""
+    is_scene = target.name == plan.title and plan.has_scene() and target == plan.scene_path().resolve()
+    if is_scene or (inside and inside not in foreign_entries(folder)):
+        raise OutputExistsError(f"{target}: is what the plan is made of, expected a name of its own; give another")
+
+
 def _check_folder(target: Path, *, overwrite: bool) -> None:
     if target.is_symlink() or (target.exists() and not target.is_dir()):
         raise OutputExistsError(f"{target}: is no folder, expected one to write; give another name")
@@ -456,6 +472,29 @@ def _check_folder(target: Path, *, overwrite: bool) -> None:
         )
     if not overwrite:
         raise OutputExistsError(f"{target}: exists, expected a free name; give another or pass --overwrite")
+    others = sorted(set(_files(target)) - _recorded(target) - {RECORD})
+    if others:
+        more = f" and {len(others) - 1} more" if len(others) > 1 else ""
+        raise OutputExistsError(
+            f"{target}: holds {others[0]}{more}, which was not handed over, and overwriting would delete it; move it away"
+        )
+
+
+def _files(folder: Path) -> dict[str, int]:
+    """Bytes of all files below, by path."""
+    paths = (path for path in sorted(folder.rglob("*")) if path.is_symlink() or not path.is_dir())
+    return {path.relative_to(folder).as_posix(): path.lstat().st_size for path in paths}
+
+
+def _recorded(folder: Path) -> set[str]:
+    """Files that the record of a folder names."""
+    try:
+        return set(json.loads((folder / RECORD).read_text(encoding="utf-8"))["files"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise OutputExistsError(
+            f"{folder / RECORD}: can't be read ({type(error).__name__}), expected the record of what was handed over; "
+            "give another name or empty the folder yourself"
+        ) from error
 
 
 def _size(target: Path) -> tuple[int, int]:
@@ -465,7 +504,7 @@ def _size(target: Path) -> tuple[int, int]:
 
 
 def _record(plan: PlanSource, formats: Sequence[Format], staging: Path) -> None:
-    """Write down what the folder holds: of which plan, in which coordinates."""
+    """Write down what the folder holds: of which plan, in which coordinates, and files with their bytes."""
     frame = plan.frame
     document: dict[str, Any] = {
         "schema": SCHEMA,
@@ -480,5 +519,6 @@ def _record(plan: PlanSource, formats: Sequence[Format], staging: Path) -> None:
         "warnings": list(frame.warnings),
         "scene_to_site": [[float(value) for value in row] for row in frame.matrix],
         "formats": {each.name: each.file_name for each in formats},
+        "files": _files(staging),
     }
     (staging / RECORD).write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from planner_core.errors import HandoverError, RequirementError
 from planner_core.handover.options import Options
@@ -16,7 +16,7 @@ from planner_core.handover.sheets.floor_page import Neighbour, draw_floor, is_em
 from planner_core.handover.sheets.floor_view import FloorView, view_floor
 from planner_core.handover.sheets.fonts import has_letters
 from planner_core.handover.sheets.ink import Box, Ink
-from planner_core.handover.sheets.paper import Sheet, Tile, sheet_of, tiles_of
+from planner_core.handover.sheets.paper import Sheet, Tile, sheet_of, text_sheet, tiles_of
 from planner_core.handover.sheets.tables import Piece, draw_piece, paginated
 from planner_core.handover.sheets.words import (
     Column,
@@ -42,6 +42,8 @@ class Page:
     title: str
     sheet: Sheet
     draw: Draw
+    zoom: float = 1.0
+    """How many times as large the sheet is printed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,20 +138,20 @@ def _unprintable(plan: PlanSource) -> list[str]:
 
 def pages_of(contents: Contents, paper: str) -> list[Page]:
     """Lay the contents out: cover, a sheet a floor and its stations, figures, charts, remarks."""
-    plan, text_sheet = contents.plan, sheet_of(paper, upright=False)
+    plan, (sheet, zoom) = contents.plan, text_sheet(paper)
     pages: list[Page] = []
-    pages.append(_cover(contents, text_sheet, pages))
+    pages.append(_cover(contents, sheet, pages))
     for floor in contents.floors:
         pages += _drawings(plan, floor, first=len(pages) + 1)
-        pages += _table_pages(plan, f"Stations of {floor.view.floor.name}", [floor.table], text_sheet)
-    pages += _table_pages(plan, "Figures", contents.summary, text_sheet)
-    pages.append(_charts(contents, text_sheet))
+        pages += _table_pages(plan, f"Stations of {floor.view.floor.name}", [floor.table], sheet)
+    pages += _table_pages(plan, "Figures", contents.summary, sheet)
+    pages.append(_charts(contents, sheet))
     remarks = (*warnings_of(plan), *contents.remarks)
     if len(remarks) > MAX_WARNINGS:
         rows = tuple((str(place), line) for place, line in enumerate(remarks, start=1))
         table = Table("Remarks", (Column("No.", 6, number=True), Column("To be heeded", 150)), rows)
-        pages += _table_pages(plan, "Remarks", [table], text_sheet)
-    return pages
+        pages += _table_pages(plan, "Remarks", [table], sheet)
+    return [replace(page, zoom=zoom) if page.sheet is sheet else page for page in pages]
 
 
 def _cover(contents: Contents, sheet: Sheet, pages: list[Page]) -> Page:

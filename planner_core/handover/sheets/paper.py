@@ -17,6 +17,7 @@ from planner_core.model import FloatArray
 
 #: (short, long) side.
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0)}
+_ZOOM = {"A3": 1.2}
 MARGIN_MM = 8.0
 BAND_MM = 35.0
 """Height of the band with legend, scale and title at the foot of drawings."""
@@ -66,6 +67,16 @@ def sheet_of(paper: str, *, upright: bool) -> Sheet:
         raise RequirementError(f"paper: got {paper!r}, expected one of {', '.join(PAPERS)}; e.g. A3")
     short, long = sides
     return Sheet(paper.upper(), *((short, long) if upright else (long, short)))
+
+
+def text_sheet(paper: str) -> tuple[Sheet, float]:
+    """Return the sheet that pages without drawings are laid out on, and how many times as large it is printed.
+
+    Words on large paper are larger: such sheets are looked at from farther away, or reduced by a copier.
+    """
+    sheet = sheet_of(paper, upright=False)
+    zoom = _ZOOM.get(sheet.paper, 1.0)
+    return Sheet(sheet.paper, sheet.width_mm / zoom, sheet.height_mm / zoom), zoom
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,6 +35,8 @@ def _write(plan: PlanSource, pages: Sequence[Page], path: Path, progress: Progre
     book = PdfBook(path, title=f"Scan plan of {plan.title}", subject=f"Coordinates: {plan.frame.crs_line}")
     for number, page in enumerate(pages, start=1):
         progress(ProgressEvent(STAGE, number - 1, len(pages), page.title))
-        page.draw(book.page(page.sheet.width_mm, page.sheet.height_mm, title=page.title), number, len(pages))
+        page.draw(
+            book.page(page.sheet.width_mm, page.sheet.height_mm, title=page.title, zoom=page.zoom), number, len(pages)
+        )
         book.turn()
     book.close()

@@ -37,9 +37,10 @@ class PdfBook:
         self.canvas.setAuthor("")
         self.canvas.setCreator("tlsplan")
 
-    def page(self, width_mm: float, height_mm: float, *, title: str) -> PdfInk:
-        """Begin a page; `title` is its line in the reader's outline."""
-        self.canvas.setPageSize((width_mm * _POINTS_PER_MM, height_mm * _POINTS_PER_MM))
+    def page(self, width_mm: float, height_mm: float, *, title: str, zoom: float = 1.0) -> PdfInk:
+        """Begin a page, `zoom` times as large as this, with all that is on it; `title` is its line in the outline."""
+        self.canvas.setPageSize((width_mm * zoom * _POINTS_PER_MM, height_mm * zoom * _POINTS_PER_MM))
+        self.canvas.scale(zoom, zoom)
         key = f"page{self.canvas.getPageNumber()}"
         self.canvas.bookmarkPage(key)
         self.canvas.addOutlineEntry(clean(title), key, 0, closed=False)
