@@ -200,7 +200,6 @@ _FORMATS = (
         write=_lazy("planner_core.handover.sheets.pdf", "write_pdf"),
         options=("paper", "floors", "cut_m"),
         verified_with="pypdf 7.1, PDFium (pypdfium2)",
-        page="sheets.md",
     ),
     Format(
         name="html",
@@ -208,8 +207,7 @@ _FORMATS = (
         file_name="sheets.html",
         write=_lazy("planner_core.handover.sheets.html_page", "write_html"),
         options=("paper", "floors", "cut_m"),
-        verified_with="Python's html.parser and ElementTree; by hand Chromium 156",
-        page="sheets.md",
+        verified_with="Python's html.parser and ElementTree, Chromium",
     ),
     Format(
         name="e57",
@@ -476,7 +474,8 @@ def _check_folder(target: Path, *, overwrite: bool) -> None:
     if others:
         more = f" and {len(others) - 1} more" if len(others) > 1 else ""
         raise OutputExistsError(
-            f"{target}: holds {others[0]}{more}, which was not handed over, and overwriting would delete it; move it away"
+            f"{target}: holds {others[0]}{more}, which was not handed over and would be deleted, expected files of ours "
+            "only; move it away"
         )
 
 

@@ -161,6 +161,19 @@ def test_a_writer_that_fails_leaves_what_was_there(written_plan: Callable[..., P
     assert [path.name for path in target.parent.iterdir()] == ["fails.txt"]
 
 
+def test_what_the_plan_is_made_of_is_never_replaced(box_folder: Path) -> None:
+    plan = box_folder / "plan"
+    (plan / "notes.csv").write_text("mine")
+    (plan / "stations.csv").write_text("the plan's")
+    for target in (box_folder / "box.ifc", plan / "plan.json", plan / "stations.csv", plan / ".." / "box.ifc"):
+        before = target.read_bytes()
+        with pytest.raises(OutputExistsError, match="what the plan is made of"):
+            hand_over("csv", plan, target, overwrite=True)
+        assert target.read_bytes() == before
+    hand_over("csv", plan, plan / "notes.csv", overwrite=True)
+    hand_over("csv", plan, plan / "new.csv")
+
+
 def test_a_target_that_can_not_be_written_is_one_line(written_plan: Callable[..., Path], tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(HandoverError, match="can't be written") as caught:
@@ -190,6 +203,7 @@ def test_a_folder_says_what_it_is_of_and_in_which_coordinates(
     assert record["coordinates"] == written.coordinates
     assert record["scene_to_site"][0] == [1.0, 0.0, 0.0, 458_870.0]
     assert record["formats"] == {"folder": "folder"}
+    assert record["files"] == {"deeper/two.txt": 1, "one.txt": 3}
 
 
 @pytest.mark.usefixtures("own_formats")
@@ -204,6 +218,13 @@ def test_only_folders_of_ours_are_replaced_and_when_asked_only(
     (target / "one.txt").write_text("changed")
     hand_over("folder", plan, target, overwrite=True)
     assert (target / "one.txt").read_text() == "one"
+    (target / "deeper" / "notes.txt").write_text("mine")
+    with pytest.raises(OutputExistsError, match=r"holds deeper/notes\.txt, which was not handed over"):
+        hand_over("folder", plan, target, overwrite=True)
+    assert (target / "deeper" / "notes.txt").read_text() == "mine"
+    (target / RECORD).write_text("{}")
+    with pytest.raises(OutputExistsError, match="can't be read"):
+        hand_over("folder", plan, target, overwrite=True)
     (target / RECORD).unlink()
     for overwrite in (False, True):
         with pytest.raises(OutputExistsError, match="were not handed over"):
