@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from planner_core.errors import RequirementError
 from planner_core.export import palette
 from planner_core.export.link_drawing import STRONG_TIMES
 from planner_core.handover.chosen import chosen_floors, chosen_stations
@@ -27,7 +28,7 @@ from planner_core.handover.dxf_document import (
     say,
     write_document,
 )
-from planner_core.handover.dxf_sheets import add_sheet
+from planner_core.handover.dxf_sheets import PAPERS_MM, add_sheet
 from planner_core.handover.options import Options
 from planner_core.handover.polylines import chains
 from planner_core.handover.section import SectionLine, floor_outline, floor_section, lines_below
@@ -100,10 +101,11 @@ def write_dxf(plan: PlanSource, path: Path, options: Options, progress: Progress
     Raises
     ------
     RequirementError
-        A floor that is not there.
+        A floor or a paper size that is not there, a cut below the ground.
     HandoverError
         The plan folder's stage can't be read.
     """
+    _check(options)
     floors, stations = chosen_floors(plan, options), chosen_stations(plan, options)
     drawing = _Drawing(plan, new_document())
     drawing.add_layers(floors)
@@ -126,6 +128,13 @@ def write_dxf(plan: PlanSource, path: Path, options: Options, progress: Progress
     write_document(drawing.document, path, name=plan.title)
     progress(ProgressEvent("dxf", len(floors), len(floors)))
     return tuple(remarks)
+
+
+def _check(options: Options) -> None:
+    if options.paper not in PAPERS_MM:
+        raise RequirementError(f"paper: got {options.paper!r}, expected one of {', '.join(PAPERS_MM)}")
+    if not 0 < options.cut_m < math.inf:
+        raise RequirementError(f"cut: got {options.cut_m:g} m above the ground, expected more than 0; e.g. 1.2")
 
 
 @dataclass(eq=False)

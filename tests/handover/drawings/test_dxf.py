@@ -85,16 +85,16 @@ def _ends(points_m: np.ndarray) -> tuple:
 
 
 def test_walls_are_filled_where_they_are_cut_and_open_at_doors(drawing):
-    fills = drawing.modelspace().query('HATCH[layer=="F0-WALL-FILL"]')
-    area = shapely.MultiPolygon()
-    for hatch in fills:
-        for path in hatch.paths:
-            area = area.symmetric_difference(shapely.Polygon([vertex[:2] for vertex in path.vertices]))
     # Outer walls of 0.3 m around 10 m x 8 m, less openings; inner walls besides.
     whole_m2 = 2 * 0.3 * (10 + 8 - 2 * 0.3)
-    assert 0.6 * whole_m2 < area.area < 1.2 * whole_m2
-    assert area.covers(shapely.Point(0.15, 0.15))  # a corner of the outer walls
-    assert not area.intersects(shapely.Point(7.0, 5.0))  # the living room
+    assert 0.6 * whole_m2 < _filled_m2(drawing) < 1.2 * whole_m2
+    outlines = [
+        shapely.Polygon([vertex[:2] for vertex in path.vertices])
+        for hatch in drawing.modelspace().query('HATCH[layer=="F0-WALL-FILL"]')
+        for path in hatch.paths
+    ]
+    assert any(outline.covers(shapely.Point(0.15, 0.15)) for outline in outlines)  # a corner of the outer walls
+    assert not shapely.union_all(outlines).covers(shapely.Point(3.4, 0.15))  # the front door
 
 
 def test_each_line_of_the_building_says_what_it_is_of(drawing):
@@ -180,6 +180,39 @@ def test_one_floor_alone_has_only_its_layers(house, tmp_path):
     with pytest.raises(RequirementError, match=r"got 'F7', expected one of F0 \(Ground floor\)"):
         write_dxf(house, tmp_path / "f7.dxf", Options(floors=("F7",)), silent)
     assert not (tmp_path / "f7.dxf").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (Options(paper="A0"), "paper: got 'A0', expected one of A4, A3"),
+        (Options(cut_m=0.0), "cut: got 0 m above the ground, expected more than 0; e.g. 1.2"),
+        (Options(cut_m=math.nan), "cut: got nan m above the ground, expected more than 0; e.g. 1.2"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused_before_anything_is_written(options, told, house, tmp_path):
+    with pytest.raises(RequirementError) as refused:
+        write_dxf(house, tmp_path / "no.dxf", options, silent)
+    assert str(refused.value) == told
+    assert not (tmp_path / "no.dxf").exists()
+
+
+def test_cut_above_the_heads_of_doors_finds_whole_walls(house, drawing, tmp_path):
+    write_dxf(house, tmp_path / "high.dxf", Options(cut_m=2.3), silent)
+    high = ezdxf.readfile(tmp_path / "high.dxf")
+    doors_m2 = 0.3 * 0.9  # one opening at least is wall up there
+    assert _filled_m2(high) > _filled_m2(drawing) + doors_m2
+
+
+def _filled_m2(document) -> float:
+    """Area of what the walls of the ground floor fill, each by the even-odd rule."""
+    total = 0.0
+    for hatch in document.modelspace().query('HATCH[layer=="F0-WALL-FILL"]'):
+        area = shapely.MultiPolygon()
+        for path in hatch.paths:
+            area = area.symmetric_difference(shapely.Polygon([vertex[:2] for vertex in path.vertices]))
+        total += area.area
+    return total
 
 
 def test_without_the_stage_stations_are_drawn_and_it_is_said(house_folder, tmp_path):
