@@ -200,6 +200,7 @@ _FORMATS = (
         write=_lazy("planner_core.handover.sheets.pdf", "write_pdf"),
         options=("paper", "floors", "cut_m"),
         verified_with="pypdf 7.1, PDFium (pypdfium2)",
+        page="sheets.md",
     ),
     Format(
         name="html",
@@ -207,7 +208,8 @@ _FORMATS = (
         file_name="sheets.html",
         write=_lazy("planner_core.handover.sheets.html_page", "write_html"),
         options=("paper", "floors", "cut_m"),
-        verified_with="Python's html.parser and ElementTree, Chromium",
+        verified_with="Python's html.parser and ElementTree; by hand Chromium 156",
+        page="sheets.md",
     ),
     Format(
         name="e57",
@@ -474,8 +476,8 @@ def _check_folder(target: Path, *, overwrite: bool) -> None:
     if others:
         more = f" and {len(others) - 1} more" if len(others) > 1 else ""
         raise OutputExistsError(
-            f"{target}: holds {others[0]}{more}, which was not handed over and would be deleted, expected files of ours "
-            "only; move it away"
+            f"{target}: holds {others[0]}{more}, which was not handed over and would be deleted, expected none; "
+            "move it away"
         )
 
 
