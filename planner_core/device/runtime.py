@@ -27,6 +27,8 @@ _INCLUDE = re.compile(r'^\s*#include\s+"([\w.]+)"\s*$')
 _USABLE_SHARE = 0.9
 #: BUILD_PROGRAM_FAILURE, COMPILE_PROGRAM_FAILURE, LINK_PROGRAM_FAILURE, INVALID_BUILD_OPTIONS: there is a log to read.
 _BUILD_FAILURES = frozenset({-11, -15, -17, -43})
+#: What LLVM says where a signal, such as a Ctrl-C that others hear too, came while it wrote: it removes the file then.
+_LOST_FILE = "unable to rename temporary"
 #: Launches whose fate has not been looked at yet; their events hold memory of the driver.
 _MAX_LAUNCHED = 1024
 
@@ -130,7 +132,7 @@ class Device:
             self._programs[key] = Program(self, self._build(source, options, title), title)
         return self._programs[key]
 
-    def _build(self, source: str, options: tuple[str, ...], title: str) -> Any:
+    def _build(self, source: str, options: tuple[str, ...], title: str, *, is_second: bool = False) -> Any:
         import pyopencl
 
         try:
@@ -139,6 +141,8 @@ class Device:
                 warnings.simplefilter("ignore", pyopencl.CompilerWarning)
                 return pyopencl.Program(self.context, source).build(options=list(options))
         except pyopencl.Error as error:
+            if _LOST_FILE in str(error) and not is_second:
+                return self._build(source, options, title, is_second=True)
             if error.code not in _BUILD_FAILURES:
                 raise device_error(f"building {title}", self.label, int(error.code), str(error)) from error
             log = str(error)

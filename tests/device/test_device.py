@@ -4,7 +4,9 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pyopencl
 import pytest
+from pyopencl import _cl
 
 from planner_core.device import DEVICE_VARIABLE, Device, choice, list_devices, open_device
 from planner_core.device.runtime import kernel_source
@@ -69,6 +71,32 @@ def test_a_program_that_does_not_build_names_the_error_and_the_log(device: Devic
         assert "nonsense" in log.read_text(encoding="utf-8")
     finally:
         log.unlink()
+
+
+@pytest.mark.parametrize("n_signals", [1, 2])
+def test_a_build_that_lost_its_file_to_a_signal_is_made_once_more(
+    device: Device, monkeypatch: pytest.MonkeyPatch, n_signals: int
+) -> None:
+    lost = f"error: unable to rename temporary 'a.tmp' to output file 'a.cl' ({n_signals} signals)"  # in no cache
+    record = _cl._ErrorRecord("clBuildProgram", pyopencl.status_code.BUILD_PROGRAM_FAILURE, lost)
+    real, tried = pyopencl.Program.build, []
+
+    def build(program: pyopencl.Program, **options: object) -> object:
+        tried.append(program)
+        if len(tried) <= n_signals:
+            raise pyopencl.RuntimeError(record)
+        return real(program, **options)
+
+    monkeypatch.setattr(pyopencl.Program, "build", build)
+    source = f"{DOUBLE} // {n_signals}"
+    if n_signals == 1:
+        program = device.program_from_source(source, title="twice.cl", defines={})
+        assert device.program_from_source(source, title="twice.cl", defines={}) is program
+    else:
+        with pytest.raises(DeviceError, match="unable to rename") as caught:
+            device.program_from_source(source, title="twice.cl", defines={})
+        Path(re.search(r"the full log is (\S+);", str(caught.value))[1]).unlink()
+    assert len(tried) == 2
 
 
 def test_memory_is_totalled_before_it_is_taken(device: Device) -> None:
