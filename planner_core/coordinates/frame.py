@@ -212,8 +212,8 @@ def _by_site_placement(told: Georeference | None, systems: _Systems) -> SiteFram
         raise CoordinatesError("--by-site-placement: got it without a CRS to place the site in; add --crs EPSG:CODE")
     if told is None or told.site_latitude_deg is None or told.site_longitude_deg is None or not told.site_position_m:
         raise CoordinatesError(
-            "--by-site-placement: the scene file names no latitude and longitude of its site, expected IfcSite's; give "
-            "--origin or --control-points"
+            "--by-site-placement: the plan knows no latitude and longitude of the site, expected those of an IfcSite; "
+            "give --origin or --control-points, or plan again if it is of an earlier version"
         )
     east, north = systems.plane.east_north(told.site_longitude_deg, told.site_latitude_deg)
     grid = systems.plane.grid_at(np.array([[east, north]]))

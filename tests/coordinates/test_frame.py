@@ -216,7 +216,7 @@ def test_the_site_s_place_is_of_its_own_position() -> None:
         (FrameRequest(origin_m=ORIGIN, scale=-1.0), "scale is -1, expected about 1"),
         (FrameRequest(origin_m=(math.nan, 0.0, 0.0)), "finite"),
         (FrameRequest(by_site_placement=True), "add --crs"),
-        (FrameRequest(by_site_placement=True, crs="EPSG:25832"), "names no latitude"),
+        (FrameRequest(by_site_placement=True, crs="EPSG:25832"), "knows no latitude"),
         (FrameRequest(control_points=Path("no-such.csv")), "no such file"),
     ],
 )  # fmt: skip

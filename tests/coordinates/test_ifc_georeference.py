@@ -11,10 +11,12 @@ import ifcopenshell
 import ifcopenshell.guid
 import ifcopenshell.util.geolocation as geolocation
 import numpy as np
+import pyproj
 import pytest
 
 import scenes_synthetic
 from planner_core.coordinates.frame import georeference_of, site_frame
+from planner_core.coordinates.request import FrameRequest
 from planner_core.model import Georeference
 from planner_core.scene.ifc_georeference import told_georeference
 from planner_core.scene.load import LoadOptions, load_scene
@@ -333,14 +335,31 @@ def test_other_formats_say_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "latitude", "north"), [("fzk-haus", 49.100435, (0.7660444, 0.6427876)), ("duplex", 41.8744, None)]
+    ("name", "latitude", "longitude", "north", "crs"),
+    [
+        ("fzk-haus", 49.100435, 8.436539, (0.7660444, 0.6427876), "EPSG:25832"),
+        ("duplex", 41.8744, -87.6394, None, "EPSG:26916"),
+    ],
 )
-def test_real_files_say_where_their_site_is(name: str, latitude: float, north: tuple[float, float] | None) -> None:
+def test_real_files_say_where_their_site_is(
+    name: str, latitude: float, longitude: float, north: tuple[float, float] | None, crs: str
+) -> None:
     path = REAL / f"{name}.ifc"
     if not path.is_file():
         pytest.skip(f"{name}.ifc is not beside this checkout")
     found = told_georeference(path.name, ifcopenshell.open(str(path)), 1.0)
     assert found is not None
-    assert found.site_latitude_deg == pytest.approx(latitude)
+    assert (found.site_latitude_deg, found.site_longitude_deg) == pytest.approx((latitude, longitude), abs=1e-6)
     assert found.true_north == (pytest.approx(north) if north else None)
     assert found.to_map is None
+
+    document = _with({"floors": [], "stations": []}, found)
+    assert site_frame(document).is_scene
+    placed = site_frame(document, FrameRequest(crs=crs, by_site_placement=True))
+    degrees = pyproj.Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
+    at = placed.to_site(np.array(found.site_position_m))
+    assert degrees.transform(*at[:2]) == pytest.approx((longitude, latitude), abs=1e-6)
+    # A step to true north, on the ellipsoid, is a step along the file's true north in the scene.
+    away = degrees.transform(*placed.to_site(np.array([*(100.0 * np.array(north or (0.0, 1.0))), 0.0]))[:2])
+    azimuth, _, _ = pyproj.Geod(ellps="GRS80").inv(longitude, latitude, *away)
+    assert azimuth == pytest.approx(0.0, abs=0.01)
