@@ -1,7 +1,7 @@
 /** The 3D side of the viewer: follows the store's signals, and tells it what was clicked. */
 import { computed, effect, untracked } from '@preact/signals';
 import { type Object3D, Ray, Vector3 } from 'three';
-import { extentOf, sliceOfFloor, WHOLE_BUILDING } from '../floors/cut.ts';
+import { sliceOfFloor } from '../floors/cut.ts';
 import { coverageOf, type ElementCoverage } from '../heat/element-coverage.ts';
 import { NOT_ACHIEVABLE, NOT_ASKED, type PatchValues, TIMES_SEEN, valuesOf } from '../heat/layers.ts';
 import { MarkFollower } from '../heat/mark-follower.ts';
@@ -16,27 +16,21 @@ import { countingOf, counts } from '../network/graph.ts';
 import { CloudSet } from '../stations/cloud-set.ts';
 import { LinkLines, type LinksShown } from '../stations/link-lines.ts';
 import type { Direction } from '../stations/panorama-image.ts';
-import type { ShownStation } from '../stations/shown.ts';
-import type { Pair, Picked, Store, UnseenFocus } from '../store.ts';
+import type { Picked, Store } from '../store.ts';
 import { segmentsOf } from '../walk/route.ts';
 import { RouteLine } from '../walk/route-line.ts';
 import { WalkMode } from '../walk/walk-mode.ts';
 import { walkWorld } from '../walk/walk-world.ts';
 import { DEFAULT_EYE_HEIGHT_M } from '../walk/walker.ts';
 import { Building } from './building.ts';
+import { drawnPlace, Flights } from './flights.ts';
 import { DARK, LIGHT } from './palette.ts';
 import { PatchPlaces } from './patch-places.ts';
 import { type SurfaceHit, SurfacePicker } from './pick.ts';
-import { partsOf } from './piece-parts.ts';
 import { Pointer, type PointerConsumer } from './pointer.ts';
-import { viewOf } from './viewpoint.ts';
 import { Viewport } from './viewport.ts';
 import { weightsAt } from './weights.ts';
 
-/** The camera comes this near to a station, in ranges of the scanner. */
-const APPROACH_RANGES = 3;
-/** In solids and behind panels nothing is free for this long. */
-const NEAR_SURFACE_M = 0.5;
 /** Nothing this near to a station hides it: it may stand against a table it was planned beside. */
 const OCCLUSION_SLACK_M = 0.15;
 
@@ -62,6 +56,7 @@ export class PlanView {
   private readonly links: LinkLines;
   private readonly clouds: CloudSet;
   private readonly route: RouteLine;
+  private readonly flights: Flights;
   private readonly endings: (() => void)[] = [];
 
   constructor(
@@ -108,19 +103,21 @@ export class PlanView {
     this.followFloors();
     this.followLook();
     this.followLinks();
-    this.followStation();
-    this.followUnseen();
     this.followRoute();
     this.followWalk();
-    this.followCamera();
+    this.flights = new Flights({
+      store,
+      loaded,
+      viewport: this.viewport,
+      picker: this.picker,
+      places: () => this.places,
+      walkAt: (pose) => this.walk.enterAt(pose),
+    });
   }
 
   /** Show everything that is drawn. */
-  showAll(from: 'side' | 'top', isInstant = false): void {
-    const { slices, extents } = this.store;
-    if (extents.value === null) return;
-    const { whole, grounds } = extents.value;
-    this.viewport.showAll(extentOf(slices.value, whole, grounds), from, isInstant);
+  showAll(from: 'side' | 'top'): void {
+    this.flights.showAll(from);
   }
 
   /** Draw soon; needed after a change of an overlay. */
@@ -162,13 +159,8 @@ export class PlanView {
   }
 
   /** Look from a station's sensor in a direction. */
-  lookFrom(stationId: string, { azimuthRad, elevationRad }: Direction): void {
-    const station = this.store.shownStations.peek().find(({ id }) => id === stationId);
-    const position = station && this.drawnPlace(station);
-    if (!position) return;
-    const flat = Math.cos(elevationRad);
-    const ahead = new Vector3(flat * Math.cos(azimuthRad), flat * Math.sin(azimuthRad), Math.sin(elevationRad));
-    this.viewport.flyTo({ position, target: position.clone().add(ahead) });
+  lookFrom(stationId: string, direction: Direction): void {
+    this.flights.lookFrom(stationId, direction);
   }
 
   /** Stand where a station stands, the eye at its sensor. */
@@ -191,7 +183,7 @@ export class PlanView {
       return;
     }
     const shown = shownStations.peek().flatMap((station) => {
-      const place = this.drawnPlace(station);
+      const place = drawnPlace(this.store, station);
       return place === null ? [] : [{ id: station.id, farM: place.distanceTo(this.viewport.target()) }];
     });
     const nearest = shown.sort((a, b) => a.farM - b.farM)[0];
@@ -259,13 +251,12 @@ export class PlanView {
   }
 
   /** Come near to a point (local, not lifted) of a floor. */
-  approach(pointM: readonly [number, number, number], floorId: string): void {
-    const [x, y, z] = pointM;
-    const place = new Vector3(x, y, z + this.liftOf(floorId));
-    this.viewport.approach(place, APPROACH_RANGES * this.loaded.plan.scanner.range_max_m);
+  approach([x, y, z]: readonly [number, number, number], floorId: string): void {
+    this.flights.approach(new Vector3(x, y, z + this.liftOf(floorId)));
   }
 
   dispose(): void {
+    this.flights.dispose();
     for (const end of this.endings) end();
     this.walk.dispose();
     this.clouds.dispose();
@@ -293,18 +284,10 @@ export class PlanView {
   }
 
   private followFloors(): void {
-    let isFirst = true;
     this.endings.push(
       effect(() => {
         this.building.setSlices(this.store.slices.value);
         this.viewport.requestFrame();
-      }),
-      // The camera follows the choice of floor, but not the slider of the cut.
-      effect(() => {
-        this.store.floorId.value;
-        this.store.isSpread.value;
-        if (untracked(() => this.store.stationId.value) === null || isFirst) this.showAll('side', isFirst);
-        isFirst = false;
       }),
     );
   }
@@ -340,24 +323,6 @@ export class PlanView {
       effect(() => {
         this.links.update(store.slices.value, shown.value);
         this.viewport.requestFrame();
-      }),
-      effect(() => {
-        const pair = store.pair.value;
-        if (pair !== null) untracked(() => this.flyToPair(pair));
-      }),
-    );
-  }
-
-  private followStation(): void {
-    const chosen = computed(() => this.store.stationId.value);
-    this.endings.push(
-      effect(() => {
-        const id = chosen.value;
-        untracked(() => {
-          const station = this.store.shownStations.value.find((one) => one.id === id);
-          // While editing the view stays: the next thing is often to drag the station in it.
-          if (station !== undefined && this.store.tab.value !== 'edit') this.flyToStation(station);
-        });
       }),
     );
   }
@@ -407,104 +372,16 @@ export class PlanView {
     return isLevel ? [hit.pointM.x, hit.pointM.y, hit.pointM.z] : null;
   }
 
-  private followUnseen(): void {
-    this.endings.push(
-      effect(() => {
-        const focus = this.store.unseenFocus.value;
-        if (focus !== null) untracked(() => this.flyToPiece(focus));
-      }),
-    );
-  }
-
-  private flyToPiece({ surface, piece }: UnseenFocus): void {
-    const shown = surface.pieces[piece];
-    const { stage, edges } = this.loaded;
-    const element = stage.elements.find(({ sceneIndex }) => sceneIndex === surface.element);
-    const parts = shown && partsOf(shown, element, stage, this.places, edges.bodySide);
-    if (!parts) return;
-    const liftM = this.liftOf(surface.floor);
-    const view = viewOf(parts, {
-      freeLength: (ray) => this.freeLength(ray, liftM),
-      isOpen: (fromM, toM) => this.isOpen(fromM, toM, liftM),
-    });
-    for (const point of [view.position, view.target]) point.z += liftM;
-    this.viewport.flyTo(view);
-  }
-
-  /**
-   * How far nothing is met from a surface on. Its near surroundings count as they are: a cut takes away what tells the
-   * front of a surface from its back. Further off only what is drawn hides it.
-   */
-  private freeLength(ray: Ray, liftM: number): number {
-    const nearM = this.picker.firstHit(ray, [WHOLE_BUILDING], NEAR_SURFACE_M)?.distanceM;
-    if (nearM !== undefined) return nearM;
-    const drawn = new Ray(ray.origin.clone().setZ(ray.origin.z + liftM), ray.direction);
-    return this.picker.firstHit(drawn, this.store.slices.peek())?.distanceM ?? Number.POSITIVE_INFINITY;
-  }
-
-  /** Whether nothing that is drawn lies between two places, which are drawn higher by `liftM`. */
-  private isOpen(fromM: Vector3, toM: Vector3, liftM: number): boolean {
-    const from = fromM.clone().setZ(fromM.z + liftM);
-    const direction = toM.clone().sub(fromM).normalize();
-    return this.picker.firstHit(new Ray(from, direction), this.store.slices.peek(), fromM.distanceTo(toM)) === null;
-  }
-
   /** Where patches are; made when first asked for. */
   private get places(): PatchPlaces {
     this.patchPlaces ??= new PatchPlaces(this.loaded.stage.triangles);
     return this.patchPlaces;
   }
 
-  /** The address says where the camera was left by hand; the choice of a floor or station overrules it. */
-  private followCamera(): void {
-    const { camera, startsWalking } = this.store;
-    let own: readonly number[] | null = null;
-    this.viewport.onMovedByHand = (pose) => {
-      own = pose;
-      camera.value = pose;
-    };
-    this.viewport.onFlight = () => {
-      camera.value = null;
-    };
-    this.endings.push(
-      effect(() => {
-        const asked = camera.value;
-        if (asked === null || asked === own || this.store.isWalking.peek()) return;
-        if (startsWalking.peek()) this.walk.enterAt(asked);
-        else this.viewport.place(asked);
-        startsWalking.value = false;
-      }),
-    );
-  }
-
-  private flyToStation(station: ShownStation): void {
-    const place = this.drawnPlace(station);
-    if (place !== null) this.viewport.approach(place, APPROACH_RANGES * this.loaded.plan.scanner.range_max_m);
-  }
-
-  /** Both stations in the picture, and what is around them. */
-  private flyToPair(pair: Pair): void {
-    const places = this.store.shownStations
-      .peek()
-      .filter(({ id }) => pair.includes(id))
-      .map((station) => this.drawnPlace(station))
-      .filter((place) => place !== null);
-    if (places.length !== 2) return;
-    const apartM = places[0].distanceTo(places[1]);
-    this.viewport.approach(places[0].clone().lerp(places[1], 0.5), Math.max(10, 3.5 * apartM));
-  }
-
-  private drawnPlace(station: ShownStation): Vector3 | null {
-    const slice = sliceOfFloor(this.store.slices.peek(), station.floorId);
-    if (slice === undefined) return null;
-    const [x, y, z] = station.positionM;
-    return new Vector3(x, y, z + slice.liftM);
-  }
-
   private markerPlaces(): Map<string, MarkerPlace> {
     const places = new Map<string, MarkerPlace>();
     for (const station of this.store.shownStations.peek()) {
-      const at = this.drawnPlace(station);
+      const at = drawnPlace(this.store, station);
       const place = at && this.viewport.project(at);
       const cover = at && this.coverOf(at);
       if (cover && this.store.isWalking.peek()) continue;

@@ -1,0 +1,202 @@
+/** Where the camera goes: to all that is shown, to what is chosen, and where the address says that it was left by hand. */
+import { computed, effect, untracked } from '@preact/signals';
+import { Ray, Vector3 } from 'three';
+import { extentOf, sliceOfFloor, WHOLE_BUILDING } from '../floors/cut.ts';
+import type { LoadedPlan } from '../load/fetch-plan.ts';
+import type { Direction } from '../stations/panorama-image.ts';
+import type { ShownStation } from '../stations/shown.ts';
+import type { Pair, Store, UnseenFocus } from '../store.ts';
+import type { PatchPlaces } from './patch-places.ts';
+import type { IsPassed, SurfacePicker } from './pick.ts';
+import { partsOf } from './piece-parts.ts';
+import { viewOf } from './viewpoint.ts';
+import type { Viewport } from './viewport.ts';
+
+/** The camera comes this near to a station, in ranges of the scanner. */
+const APPROACH_RANGES = 3;
+/** In solids and behind panels nothing is free for this long. */
+const NEAR_SURFACE_M = 0.5;
+
+export interface FlightDeck {
+  readonly store: Store;
+  readonly loaded: LoadedPlan;
+  readonly viewport: Viewport;
+  readonly picker: SurfacePicker;
+  /** Where patches are; made when first asked for. */
+  places(): PatchPlaces;
+  /** Walk from where the camera is asked to be. */
+  walkAt(pose: readonly number[]): void;
+}
+
+export class Flights {
+  private readonly endings: (() => void)[] = [];
+
+  constructor(private readonly deck: FlightDeck) {
+    this.followFloors();
+    this.followPair();
+    this.followStation();
+    this.followUnseen();
+    this.followCamera();
+  }
+
+  dispose(): void {
+    for (const end of this.endings) end();
+  }
+
+  /** Show everything that is drawn. */
+  showAll(from: 'side' | 'top', isInstant = false): void {
+    const { slices, extents } = this.deck.store;
+    const boxes = extents.peek();
+    if (boxes === null) return;
+    this.deck.viewport.showAll(extentOf(slices.peek(), boxes.whole, boxes.grounds), from, isInstant);
+  }
+
+  /** Look from a station's sensor in a direction. */
+  lookFrom(stationId: string, { azimuthRad, elevationRad }: Direction): void {
+    const station = this.deck.store.shownStations.peek().find(({ id }) => id === stationId);
+    const position = station && drawnPlace(this.deck.store, station);
+    if (!position) return;
+    const flat = Math.cos(elevationRad);
+    const ahead = new Vector3(flat * Math.cos(azimuthRad), flat * Math.sin(azimuthRad), Math.sin(elevationRad));
+    this.deck.viewport.flyTo({ position, target: position.clone().add(ahead) });
+  }
+
+  /** Come near to a place as it is drawn. */
+  approach(place: Vector3): void {
+    this.deck.viewport.approach(place, APPROACH_RANGES * this.deck.loaded.plan.scanner.range_max_m);
+  }
+
+  /** The choice of floor counts, not the slider of the cut. */
+  private followFloors(): void {
+    const { store } = this.deck;
+    let isFirst = true;
+    this.endings.push(
+      effect(() => {
+        store.floorId.value;
+        store.isSpread.value;
+        if (store.stationId.peek() === null || isFirst) this.showAll('side', isFirst);
+        isFirst = false;
+      }),
+    );
+  }
+
+  private followPair(): void {
+    this.endings.push(
+      effect(() => {
+        const pair = this.deck.store.pair.value;
+        if (pair !== null) untracked(() => this.flyToPair(pair));
+      }),
+    );
+  }
+
+  private followStation(): void {
+    const { store } = this.deck;
+    const chosen = computed(() => store.stationId.value);
+    this.endings.push(
+      effect(() => {
+        const id = chosen.value;
+        untracked(() => {
+          const station = store.shownStations.value.find((one) => one.id === id);
+          // While editing the view stays: the next thing is often to drag the station in it.
+          if (station !== undefined && store.tab.value !== 'edit') this.flyToStation(station);
+        });
+      }),
+    );
+  }
+
+  private followUnseen(): void {
+    this.endings.push(
+      effect(() => {
+        const focus = this.deck.store.unseenFocus.value;
+        if (focus !== null) untracked(() => this.flyToPiece(focus));
+      }),
+    );
+  }
+
+  /** The address says where the camera was left by hand; the choice of a floor or station overrules it. */
+  private followCamera(): void {
+    const { store, viewport } = this.deck;
+    const { camera, startsWalking } = store;
+    let own: readonly number[] | null = null;
+    viewport.onMovedByHand = (pose) => {
+      own = pose;
+      camera.value = pose;
+    };
+    viewport.onFlight = () => {
+      camera.value = null;
+    };
+    this.endings.push(
+      effect(() => {
+        const asked = camera.value;
+        if (asked === null || asked === own || store.isWalking.peek()) return;
+        if (startsWalking.peek()) this.deck.walkAt(asked);
+        else viewport.place(asked);
+        startsWalking.value = false;
+      }),
+    );
+  }
+
+  private flyToStation(station: ShownStation): void {
+    const place = drawnPlace(this.deck.store, station);
+    if (place !== null) this.approach(place);
+  }
+
+  /** Both stations in the picture, and what is around them. */
+  private flyToPair(pair: Pair): void {
+    const { store, viewport } = this.deck;
+    const places = store.shownStations
+      .peek()
+      .filter(({ id }) => pair.includes(id))
+      .map((station) => drawnPlace(store, station))
+      .filter((place) => place !== null);
+    if (places.length !== 2) return;
+    const apartM = places[0].distanceTo(places[1]);
+    viewport.approach(places[0].clone().lerp(places[1], 0.5), Math.max(10, 3.5 * apartM));
+  }
+
+  private flyToPiece({ surface, piece }: UnseenFocus): void {
+    const { store, loaded, viewport } = this.deck;
+    const shown = surface.pieces[piece];
+    const { stage, edges } = loaded;
+    const elementIndex = stage.elements.findIndex(({ sceneIndex }) => sceneIndex === surface.element);
+    const parts = shown && partsOf(shown, stage.elements[elementIndex], stage, this.deck.places(), edges.bodySide);
+    if (!parts) return;
+    const liftM = sliceOfFloor(store.slices.peek(), surface.floor)?.liftM ?? 0;
+    const view = viewOf(parts, {
+      freeLength: (ray) => this.freeLength(ray, liftM),
+      freePastItself: (ray) => this.freeLength(ray, liftM, (t) => stage.triangles.element[t] === elementIndex),
+      isOpen: (fromM, toM) => this.isOpen(fromM, toM, liftM),
+    });
+    for (const point of [view.position, view.target]) point.z += liftM;
+    viewport.flyTo(view);
+  }
+
+  /**
+   * How far nothing is met from a surface on. Its near surroundings count as they are: a cut takes away what tells the
+   * front of a surface from its back. Further off only what is drawn hides it.
+   */
+  private freeLength(ray: Ray, liftM: number, isPassed?: IsPassed): number {
+    const { picker, store } = this.deck;
+    const nearM = picker.firstHit(ray, [WHOLE_BUILDING], NEAR_SURFACE_M, isPassed)?.distanceM;
+    if (nearM !== undefined) return nearM;
+    const drawn = new Ray(ray.origin.clone().setZ(ray.origin.z + liftM), ray.direction);
+    const far = picker.firstHit(drawn, store.slices.peek(), Number.POSITIVE_INFINITY, isPassed);
+    return far?.distanceM ?? Number.POSITIVE_INFINITY;
+  }
+
+  /** Whether nothing that is drawn lies between two places, which are drawn higher by `liftM`. */
+  private isOpen(fromM: Vector3, toM: Vector3, liftM: number): boolean {
+    const { picker, store } = this.deck;
+    const from = fromM.clone().setZ(fromM.z + liftM);
+    const direction = toM.clone().sub(fromM).normalize();
+    return picker.firstHit(new Ray(from, direction), store.slices.peek(), fromM.distanceTo(toM)) === null;
+  }
+}
+
+/** Where a station is drawn; null: its floor is not shown. */
+export function drawnPlace(store: Store, { floorId, positionM }: ShownStation): Vector3 | null {
+  const slice = sliceOfFloor(store.slices.peek(), floorId);
+  if (slice === undefined) return null;
+  const [x, y, z] = positionM;
+  return new Vector3(x, y, z + slice.liftM);
+}
