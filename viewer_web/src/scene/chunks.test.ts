@@ -36,6 +36,17 @@ test('pieces hold every triangle once, in order, and know their heights', () => 
   expect(next).toBe(163_016);
 });
 
+test('a storey begins a piece of its own, unless too little is left of the one before', () => {
+  const { cornersM, elements } = storeys([3000, 20, 5000, 4000]);
+  const onFloors = ['F0', 'F0', 'F1', 'F2'].map((floorId, i) => ({ ...elements[i], floorId }));
+  const firsts = (of: readonly StageElement[]) => surfaceChunks(cornersM, of).map(({ firstTriangle }) => firstTriangle);
+  expect(firsts(onFloors)).toEqual([0, 3020, 8020]);
+  // One storey of all: one piece, which every slice of it draws.
+  expect(firsts(elements)).toEqual([0]);
+  const [first, second, ...others] = onFloors;
+  expect(firsts([first, { ...second, floorId: '' }, ...others])).toEqual([0, 3000, 8020]);
+});
+
 test('a slice draws the pieces it reaches', () => {
   const { cornersM, elements } = storeys([40_000, 40_000, 40_000]);
   const chunks = surfaceChunks(cornersM, elements);

@@ -1,8 +1,10 @@
 /**
- * The building in pieces of some ten thousand triangles: what a slice does not reach or the camera does not see is not drawn.
+ * The building in pieces of up to some ten thousand triangles: what a slice does not reach or the camera does not see is not
+ * drawn. With all floors spread, a piece is drawn once for each floor whose slice it reaches.
  *
- * Elements come storey by storey, so that a run of them spans few heights. Each piece has a geometry of its own, since where a
- * shader's vertex numbers begin is not the same everywhere when a part of one is drawn.
+ * Elements come storey by storey, and a new storey begins a new piece, so that a piece reaches few slices: its own and, with its
+ * walls and slabs, one beside. Each piece has a geometry of its own, since where a shader's vertex numbers begin is not the same
+ * everywhere when a part of one is drawn.
  */
 import { BufferAttribute, BufferGeometry } from 'three';
 import type { Slice } from '../floors/cut.ts';
@@ -10,7 +12,10 @@ import type { StageElement } from '../load/stage.ts';
 
 /** Fewer make more calls than a driver likes, more make pieces that always reach into every slice. */
 const TRIANGLES_A_CHUNK = 32_768;
-const LINES_A_CHUNK = 65_536;
+/** What is left of a storey goes with the next where it is less than this: a call costs as much. */
+const LEAST_TRIANGLES = 1024;
+/** Lines come in the order of elements, but do not know theirs. */
+const LINES_A_CHUNK = 16_384;
 
 export interface Chunk {
   readonly geometry: BufferGeometry;
@@ -20,13 +25,14 @@ export interface Chunk {
   readonly highestM: number;
 }
 
-/** Pieces of whole elements; only an element that is larger than that is more than a piece should be. */
+/** Pieces of whole elements of a storey; only an element that is larger than that is more than a piece should be. */
 export function surfaceChunks(cornersM: Float32Array, elements: readonly StageElement[]): Chunk[] {
   const chunks: Chunk[] = [];
   let [first, n] = [0, 0];
-  for (const { firstTriangle, nTriangles } of elements) {
+  for (const [i, { floorId, firstTriangle, nTriangles }] of elements.entries()) {
     n = firstTriangle + nTriangles - first;
-    if (n < TRIANGLES_A_CHUNK) continue;
+    const isLastOfStorey = elements[i + 1]?.floorId !== floorId;
+    if (n < (isLastOfStorey ? LEAST_TRIANGLES : TRIANGLES_A_CHUNK)) continue;
     chunks.push(chunkOf(cornersM, 9 * first, 9 * n, first));
     [first, n] = [first + n, 0];
   }
