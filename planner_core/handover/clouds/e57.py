@@ -59,7 +59,8 @@ def _write(clouds: Clouds, stations: tuple[FieldStation, ...], path: Path) -> No
             _E57(file, clouds).write(stations)
             file.close()
         except BaseException:
-            file.cancel()
+            if file.writerCount() == 0:  # an interrupt may come between a writer's making and its first point
+                file.cancel()
             raise
     except libe57.E57Exception as error:
         # Of all that can go wrong while writing only the disk is not our own doing. Further lines are of its sources.
@@ -166,7 +167,7 @@ class _E57:
                 low_m, high_m = np.minimum(low_m, rounded_m.min(axis=0)), np.maximum(high_m, rounded_m.max(axis=0))
                 writer.write(len(points))
         except BaseException:
-            # libE57 3.3 crashes where a file is cancelled before its writer is closed.
+            # libE57 crashes where a file is cancelled before its writer is closed.
             with contextlib.suppress(lib.E57Exception):
                 writer.close()
             raise

@@ -5,16 +5,18 @@ import tracemalloc
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from cloud_room import edited_plan
 
 from planner_core.errors import HandoverError
+from planner_core.handover.clouds.e57 import _E57
 from planner_core.handover.clouds.points import STAGE
 from planner_core.handover.formats import FORMATS, hand_over
 from planner_core.handover.options import Options
-from planner_core.handover.source import PlanSource, open_plan
+from planner_core.handover.source import FieldStation, PlanSource, open_plan
 from planner_core.progress import ProgressEvent
 from planner_core.scan.engine import open_engine
 
@@ -66,6 +68,24 @@ def test_an_interrupted_cloud_leaves_the_older_one_as_it_was(source: PlanSource,
     with pytest.raises(KeyboardInterrupt):
         hand_over(name, source, target, overwrite=True, progress=Interrupter(1))
     assert contents() == before
+
+
+def test_an_e57_interrupted_before_its_first_point_ends_cleanly(
+    source: PlanSource, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With a writer open that nobody could close yet, cancelling the file would end the process."""
+
+    def interrupted(self: _E57, scan: Any, station: FieldStation) -> None:
+        node = self._lib.CompressedVectorNode(self._file, self._prototype(), self._lib.VectorNode(self._file, True))
+        scan.set("points", node)
+        writer = node.writer(self._buffers(10)[1])
+        assert writer.isOpen()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(_E57, "_points", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        hand_over("e57", source, tmp_path / "x.e57")
+    assert list(tmp_path.iterdir()) == []
 
 
 class FullDisk:
