@@ -6,29 +6,30 @@ looks at the target, replaces, renames or prints; it returns remarks, one line e
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
 import importlib
-import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import CrsNeededError, HandoverError, OutputExistsError, RequirementError
+from planner_core.errors import CrsNeededError, RequirementError
 from planner_core.export.atomic import staged_file, staged_folder
-from planner_core.export.carry_over import foreign_entries
 from planner_core.handover.options import Options
 from planner_core.handover.source import PlanSource, open_plan
+from planner_core.handover.targets import (
+    check_file,
+    check_folder,
+    check_is_no_source,
+    size_of,
+    target_guarded,
+    write_record,
+)
 from planner_core.progress import Progress, ProgressEvent, silent
 
 STAGE = "export"
 ALL = "all"
 """In place of a name: every format, each under its standard name."""
-RECORD = "handover.json"
-"""In every folder that is written here: what it is, so that only such folders are replaced."""
-SCHEMA = "tlsplan/handover/1"
 
 Writer: TypeAlias = Callable[[PlanSource, Path, Options, Progress], tuple[str, ...]]
 
@@ -218,8 +219,9 @@ _FORMATS = (
         write=_lazy("planner_core.handover.clouds.e57", "write_e57"),
         needs_scene=True,
         options=CLOUD_OPTIONS,
-        verified_with="e57 (Rust), pye57",
+        verified_with="e57 0.2 (Rust), pye57 0.4",
         in_pack=False,
+        page="clouds.md",
     ),
     Format(
         name="e57-split",
@@ -228,8 +230,9 @@ _FORMATS = (
         write=_lazy("planner_core.handover.clouds.e57", "write_e57_split"),
         needs_scene=True,
         options=CLOUD_OPTIONS,
-        verified_with="e57 (Rust), pye57",
+        verified_with="e57 0.2 (Rust), pye57 0.4",
         in_pack=False,
+        page="clouds.md",
     ),
     Format(
         name="las",
@@ -238,8 +241,9 @@ _FORMATS = (
         write=_lazy("planner_core.handover.clouds.las", "write_las"),
         needs_scene=True,
         options=CLOUD_OPTIONS,
-        verified_with="laspy, byte by byte by the specification",
+        verified_with="laspy 2.7; byte by byte by the specification",
         in_pack=False,
+        page="clouds.md",
     ),
     Format(
         name="las-split",
@@ -248,8 +252,9 @@ _FORMATS = (
         write=_lazy("planner_core.handover.clouds.las", "write_las_split"),
         needs_scene=True,
         options=CLOUD_OPTIONS,
-        verified_with="laspy, byte by byte by the specification",
+        verified_with="laspy 2.7; byte by byte by the specification",
         in_pack=False,
+        page="clouds.md",
     ),
     Format(
         name="laz",
@@ -258,8 +263,9 @@ _FORMATS = (
         write=_lazy("planner_core.handover.clouds.las", "write_laz"),
         needs_scene=True,
         options=CLOUD_OPTIONS,
-        verified_with="laspy with lazrs",
+        verified_with="laspy 2.7 with lazrs 0.8",
         in_pack=False,
+        page="clouds.md",
     ),
     Format(
         name="laz-split",
@@ -268,8 +274,9 @@ _FORMATS = (
         write=_lazy("planner_core.handover.clouds.las", "write_laz_split"),
         needs_scene=True,
         options=CLOUD_OPTIONS,
-        verified_with="laspy with lazrs",
+        verified_with="laspy 2.7 with lazrs 0.8",
         in_pack=False,
+        page="clouds.md",
     ),
     Format(
         name="ply",
@@ -278,8 +285,9 @@ _FORMATS = (
         write=_lazy("planner_core.handover.clouds.ply", "write_ply"),
         needs_scene=True,
         options=CLOUD_OPTIONS,
-        verified_with="Open3D, trimesh",
+        verified_with="Open3D 0.20, trimesh 5",
         in_pack=False,
+        page="clouds.md",
     ),
     Format(
         name="ply-split",
@@ -288,8 +296,9 @@ _FORMATS = (
         write=_lazy("planner_core.handover.clouds.ply", "write_ply_split"),
         needs_scene=True,
         options=CLOUD_OPTIONS,
-        verified_with="Open3D, trimesh",
+        verified_with="Open3D 0.20, trimesh 5",
         in_pack=False,
+        page="clouds.md",
     ),
     Format(
         name="exr",
@@ -298,8 +307,9 @@ _FORMATS = (
         write=_lazy("planner_core.handover.clouds.exr", "write_exr"),
         needs_scene=True,
         options=CLOUD_OPTIONS,
-        verified_with="OpenEXR",
+        verified_with="OpenEXR 3.5, OpenImageIO 3.2",
         in_pack=False,
+        page="clouds.md",
     ),
 )
 
@@ -360,19 +370,19 @@ def hand_over(
     (chosen,) = formats_named([name])
     opened = plan if isinstance(plan, PlanSource) else open_plan(plan, scene=scene, frame=frame)
     _check_scene(opened, (chosen,))
-    with _target_guarded(target):
+    with target_guarded(opened, target):
         if chosen.is_folder:
-            _check_folder(target, overwrite=overwrite)
+            check_folder(target, overwrite=overwrite)
             with staged_folder(target, replace=overwrite) as staging:
                 remarks = chosen.write(opened, staging, options, progress)
-                _record(opened, (chosen,), staging)
+                write_record(opened, _names_of([chosen]), staging)
         else:
-            _check_file(target, overwrite=overwrite)
-            _check_is_no_source(opened, target)
+            check_file(target, overwrite=overwrite)
+            check_is_no_source(opened, target)
             target.parent.mkdir(parents=True, exist_ok=True)
             with staged_file(target) as staging:
                 remarks = chosen.write(opened, staging, options, progress)
-                _check_file(target, overwrite=overwrite)  # minutes may have gone by
+                check_file(target, overwrite=overwrite)  # minutes may have gone by
     return _written(opened, target, remarks)
 
 
@@ -396,8 +406,8 @@ def hand_over_pack(
     _check_scene(opened, chosen)
     remarks: list[str] = []
     held: list[Format] = []
-    with _target_guarded(target):
-        _check_folder(target, overwrite=overwrite)
+    with target_guarded(opened, target):
+        check_folder(target, overwrite=overwrite)
         with staged_folder(target, replace=overwrite) as staging:
             for n_done, each in enumerate(chosen):
                 progress(ProgressEvent(STAGE, n_done, len(chosen), each.name))
@@ -411,115 +421,21 @@ def hand_over_pack(
                     if ALL not in names:
                         raise
                     remarks.append(f"left out: {error}")
-            _record(opened, held, staging)
+            write_record(opened, _names_of(held), staging)
     return _written(opened, target, remarks)
 
 
 def _written(plan: PlanSource, target: Path, remarks: Sequence[str]) -> Written:
     frame = plan.frame
-    return Written(target, *_size(target), (*frame.warnings, *remarks), frame.crs_line, frame.notes)
+    return Written(target, *size_of(target), (*frame.warnings, *remarks), frame.crs_line, frame.notes)
+
+
+def _names_of(formats: Sequence[Format]) -> dict[str, str]:
+    """Name -> what it is called in a folder."""
+    return {each.name: each.file_name for each in formats}
 
 
 def _check_scene(plan: PlanSource, formats: Sequence[Format]) -> None:
     """Say at once that the scene is missing, before minutes of work."""
     if any(each.needs_scene for each in formats):
         plan.scene_path()
-
-
-# ------------------------------------------------------------------------------------------------ targets
-@contextlib.contextmanager
-def _target_guarded(target: Path) -> Iterator[None]:
-    try:
-        yield
-    except OutputExistsError:
-        raise
-    except OSError as error:
-        raise HandoverError(
-            f"{target}: can't be written ({error.strerror or error}), nothing was changed; check the free space and "
-            "the permissions"
-        ) from error
-
-
-def _check_file(target: Path, *, overwrite: bool) -> None:
-    if target.is_symlink():
-        raise OutputExistsError(f"{target}: is a link, expected a file of its own; name what it leads to")
-    if target.is_dir():
-        raise OutputExistsError(f"{target}: is a folder, expected a file to write; name a file in it")
-    if target.exists() and not (overwrite and target.is_file()):
-        raise OutputExistsError(f"{target}: exists, expected a free name; give another or pass --overwrite")
-
-
-def _check_is_no_source(plan: PlanSource, target: Path) -> None:
-    """Refuse to replace what the plan is made of: its scene, and the files of its own folder."""
-    if not target.exists():
-        return
-    target = target.resolve()
-    folder = plan.folder.resolve()
-    inside = target.relative_to(folder).as_posix() if target.is_relative_to(folder) else ""
-    is_scene = target.name == plan.title and plan.has_scene() and target == plan.scene_path().resolve()
-    if is_scene or (inside and inside not in foreign_entries(folder)):
-        raise OutputExistsError(f"{target}: is what the plan is made of, expected a name of its own; give another")
-
-
-def _check_folder(target: Path, *, overwrite: bool) -> None:
-    if target.is_symlink() or (target.exists() and not target.is_dir()):
-        raise OutputExistsError(f"{target}: is no folder, expected one to write; give another name")
-    if not target.is_dir() or not any(target.iterdir()):
-        return
-    if not (target / RECORD).is_file():
-        raise OutputExistsError(
-            f"{target}: holds files that were not handed over from a plan; give another name or empty it yourself"
-        )
-    if not overwrite:
-        raise OutputExistsError(f"{target}: exists, expected a free name; give another or pass --overwrite")
-    others = sorted(set(_files(target)) - _recorded(target) - {RECORD})
-    if others:
-        more = f" and {len(others) - 1} more" if len(others) > 1 else ""
-        raise OutputExistsError(
-            f"{target}: holds {others[0]}{more}, which was not handed over and would be deleted, expected none; "
-            "move it away"
-        )
-
-
-def _files(folder: Path) -> dict[str, int]:
-    """Bytes of all files below, by path."""
-    paths = (path for path in sorted(folder.rglob("*")) if path.is_symlink() or not path.is_dir())
-    return {path.relative_to(folder).as_posix(): path.lstat().st_size for path in paths}
-
-
-def _recorded(folder: Path) -> set[str]:
-    """Files that the record of a folder names."""
-    try:
-        return set(json.loads((folder / RECORD).read_text(encoding="utf-8"))["files"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise OutputExistsError(
-            f"{folder / RECORD}: can't be read ({type(error).__name__}), expected the record of what was handed over; "
-            "give another name or empty the folder yourself"
-        ) from error
-
-
-def _size(target: Path) -> tuple[int, int]:
-    """Files and bytes."""
-    files = [target] if target.is_file() else [path for path in target.rglob("*") if path.is_file()]
-    return len(files), sum(path.stat().st_size for path in files)
-
-
-def _record(plan: PlanSource, formats: Sequence[Format], staging: Path) -> None:
-    """Write down what the folder holds: of which plan, in which coordinates, and files with their bytes."""
-    frame = plan.frame
-    document: dict[str, Any] = {
-        "schema": SCHEMA,
-        "plan": plan.title,
-        "plan_sha256": hashlib.sha256((plan.folder / "plan.json").read_bytes()).hexdigest(),
-        "coordinates": frame.crs_line,
-        "crs": frame.crs,
-        "vertical_crs": frame.vertical_crs,
-        "source": frame.source,
-        "residuals_m": [round(value, 6) for value in frame.residuals_m],
-        "notes": list(frame.notes),
-        "warnings": list(frame.warnings),
-        "scene_to_site": [[float(value) for value in row] for row in frame.matrix],
-        "formats": {each.name: each.file_name for each in formats},
-        "files": _files(staging),
-    }
-    (staging / RECORD).write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -17,9 +17,10 @@ from tlsplan.formats_reference import page
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import HandoverError, OutputExistsError, PlanFolderError, RequirementError
 from planner_core.handover import formats
-from planner_core.handover.formats import ALL, FORMATS, RECORD, Format, formats_named, hand_over, hand_over_pack
+from planner_core.handover.formats import ALL, FORMATS, Format, formats_named, hand_over, hand_over_pack
 from planner_core.handover.options import Options
 from planner_core.handover.source import PlanSource, open_plan
+from planner_core.handover.targets import RECORD
 from planner_core.progress import Progress, ProgressEvent
 
 UTM = FrameRequest(crs="EPSG:25832", origin_m=(458_870.0, 5_438_260.0, 110.0))
@@ -39,6 +40,11 @@ def half_a_file(plan: PlanSource, path: Path, options: Options, progress: Progre
     raise HandoverError("no more")
 
 
+def reads_a_layer(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
+    path.write_bytes((plan.folder / "viewer" / "reason.u8").read_bytes())
+    return ()
+
+
 @pytest.fixture
 def own_formats(monkeypatch: pytest.MonkeyPatch) -> None:
     """Formats of a folder, of a scene, and of writers that fail."""
@@ -46,11 +52,12 @@ def own_formats(monkeypatch: pytest.MonkeyPatch) -> None:
         Format("folder", "a folder", "folder", two_files, options=("seed",)),
         Format("fails", "a file", "fails.txt", half_a_file),
         Format("fails-folder", "a folder", "fails", half_a_file),
+        Format("layer", "a file", "layer.bin", reads_a_layer),
         Format("of-scene", "a folder", "of-scene", two_files, needs_scene=True, in_pack=False),
     )
     for each in own:
         monkeypatch.setitem(FORMATS, each.name, each)
-    monkeypatch.setattr(formats, "_FORMATS", (FORMATS["csv"], own[0], own[3]))
+    monkeypatch.setattr(formats, "_FORMATS", (FORMATS["csv"], own[0], own[4]))
 
 
 # ------------------------------------------------------------------------------------------------ registry
@@ -170,6 +177,9 @@ def test_what_the_plan_is_made_of_is_never_replaced(box_folder: Path) -> None:
         with pytest.raises(OutputExistsError, match="what the plan is made of"):
             hand_over("csv", plan, target, overwrite=True)
         assert target.read_bytes() == before
+    (box_folder / "box.ifc").rename(box_folder / "other.ifc")
+    with pytest.raises(OutputExistsError, match="what the plan is made of"):
+        hand_over("csv", plan, box_folder / "other.ifc", overwrite=True, scene=box_folder / "other.ifc")
     hand_over("csv", plan, plan / "notes.csv", overwrite=True)
     hand_over("csv", plan, plan / "new.csv")
 
@@ -179,6 +189,15 @@ def test_a_target_that_can_not_be_written_is_one_line(written_plan: Callable[...
     with pytest.raises(HandoverError, match="can't be written") as caught:
         hand_over("csv", written_plan(stations=[STATION]), tmp_path / "file" / "stations.csv")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.usefixtures("own_formats")
+def test_a_plan_folder_that_lacks_a_file_is_told_by_that_file(
+    written_plan: Callable[..., Path], tmp_path: Path
+) -> None:
+    with pytest.raises(HandoverError, match=r"reason\.u8: can't be read.*plan again"):
+        hand_over("layer", written_plan(), tmp_path / "layer.bin")
+    assert not (tmp_path / "layer.bin").exists()
 
 
 def test_no_plan_is_told_before_anything_is_written(tmp_path: Path) -> None:
