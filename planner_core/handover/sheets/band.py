@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner_core.export.sheet import nice_length_m
-from planner_core.handover.sheets.floor_view import COUNTS, STRONG, WEAK, FloorView
+from planner_core.handover.sheets.floor_view import COUNTS, STRONG, WEAK, FloorView, is_planned
 from planner_core.handover.sheets.fonts import fitted, width_mm, wrapped
 from planner_core.handover.sheets.ink import INK, PAPER, QUIET, Box, Ink, Pen
 from planner_core.handover.sheets.marks import (
@@ -78,6 +78,8 @@ def draw_band(
 def _draw_legend(ink: Ink, view: FloorView, box: Box) -> None:
     """Name every kind of mark, in columns."""
     entries = ["station", "walk", "strong", "counts", "weak"]
+    if view.scanned:
+        entries.insert(1, "scanned")
     if view.surface is not None:
         entries += ["missed ground", "out of reach", "missed wall", "wall", "below"]
     told = {entry: tuple(words.format(cut=view.cut_m) for words in _LEGEND[entry]) for entry in entries}
@@ -95,6 +97,7 @@ def _draw_legend(ink: Ink, view: FloorView, box: Box) -> None:
 #: In many words, and in few where there is little room.
 _LEGEND = {
     "station": ("station and its number in the walk", "station"),
+    "scanned": ("station that was scanned before", "scanned before"),
     "walk": ("walk from station to station", "walk"),
     "strong": ("link that holds firmly", "firm link of scans"),
     "counts": ("link that registers two scans", "link of scans"),
@@ -102,7 +105,7 @@ _LEGEND = {
     "missed ground": ("floor that the plan leaves unseen", "floor left unseen"),
     "out of reach": ("floor that no spot sees", "floor no spot sees"),
     "missed wall": ("wall that the plan leaves unseen", "wall left unseen"),
-    "wall": ("cut {cut:.2g} m above the floor", "cut at {cut:.2g} m"),
+    "wall": ("cut {cut:.3g} m above the floor", "cut at {cut:.3g} m"),
     "below": ("things that are lower", "lower things"),
 }
 
@@ -110,10 +113,11 @@ _LEGEND = {
 def _draw_sample(ink: Ink, entry: str, box: Box) -> None:
     middle = box.bottom + box.height / 2
     line = np.array([(box.left, middle), (box.right, middle)])
-    if entry == "station":
+    if entry in ("station", "scanned"):
         at = (box.left + box.width / 2, middle)
-        ink.disc(at, 0.75 * DISC_MM, STATION_FILL)
-        ink.text((at[0], at[1] - 0.7), "1", 5.5, colour=PAPER, bold=True, align="middle")
+        fill, letters = (STATION_FILL, PAPER) if entry == "station" else (PAPER, STATION_FILL)
+        ink.disc(at, 0.75 * DISC_MM, fill, Pen(0.3, STATION_FILL))
+        ink.text((at[0], at[1] - 0.7), "1", 5.5, colour=letters, bold=True, align="middle")
     elif entry == "walk":
         ink.lines([line], WALK)
         ink.area([arrow_head(line, 2.2)], WALK.colour)
@@ -225,6 +229,8 @@ def _draw_title(
 
 
 def _reached(plan: PlanSource, view: FloorView) -> str:
+    if not is_planned(plan, view.floor):
+        return "; this floor is not planned"
     found = [each for each in plan.document["coverage"]["floors"] if each["floor"] == view.floor.id]
     if not found:
         return ""

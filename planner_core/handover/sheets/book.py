@@ -8,12 +8,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from planner_core.errors import HandoverError, RequirementError
+from planner_core.handover.chosen import chosen_floors, chosen_stations
 from planner_core.handover.options import Options
 from planner_core.handover.sheets.building import Building, read_building
 from planner_core.handover.sheets.charts import Histogram, draw_curve, draw_histogram, histograms_of
 from planner_core.handover.sheets.cover import MAX_WARNINGS, draw_cover, draw_frame, text_room
 from planner_core.handover.sheets.floor_page import Neighbour, draw_floor, is_empty
-from planner_core.handover.sheets.floor_view import FloorView, view_floor
+from planner_core.handover.sheets.floor_view import FloorView, is_planned, view_floor
 from planner_core.handover.sheets.fonts import has_letters
 from planner_core.handover.sheets.ink import Box, Ink
 from planner_core.handover.sheets.paper import Sheet, Tile, sheet_of, text_sheet, tiles_of
@@ -92,7 +93,7 @@ def gather(plan: PlanSource, options: Options) -> Contents:
     sheet_of(options.paper, upright=False)
     if not 0.0 < options.cut_m < math.inf:
         raise RequirementError(f"cut: got {options.cut_m:g} m, expected a height above the floor; e.g. 1.2")
-    wanted = wanted_floors(plan, options.floors)
+    wanted = [floor for floor in chosen_floors(plan, options) if _worth_a_sheet(plan, floor, options)]
     building = read_building(plan.folder)
     remarks = [building] if isinstance(building, str) else []
     there = None if isinstance(building, str) else building
@@ -100,8 +101,15 @@ def gather(plan: PlanSource, options: Options) -> Contents:
     for floor in wanted:
         view = view_floor(plan, floor, there, cut_m=options.cut_m)
         tiles = tuple(tile for tile in tiles_of(view.window_m, options.paper) if not is_empty(view, tile))
-        floors.append(FloorSheets(view, tiles, stations_table(plan, floor)))
-    summary = (floors_table(plan), asked_table(plan), networks_table(plan), gaps_table(plan), unseen_table(plan))
+        floors.append(FloorSheets(view, tiles, stations_table(plan, floor.name, plan.stations_of(floor.id))))
+    summary = (
+        _nowhere(plan, options),
+        floors_table(plan),
+        asked_table(plan),
+        networks_table(plan),
+        gaps_table(plan),
+        unseen_table(plan),
+    )
     return Contents(
         plan=plan,
         floors=tuple(floors),
@@ -111,13 +119,16 @@ def gather(plan: PlanSource, options: Options) -> Contents:
     )
 
 
-def wanted_floors(plan: PlanSource, names: Sequence[str]) -> tuple[FieldFloor, ...]:
-    """Return the floors of these ids or names, all where none is named; raises `RequirementError` for unknown ones."""
-    for name in names:
-        if not any(name in (floor.id, floor.name) for floor in plan.floors):
-            known = ", ".join(f"{floor.id} {floor.name!r}" for floor in plan.floors)
-            raise RequirementError(f"floor: got {name!r}, expected one of {known}; give its id or its name")
-    return tuple(floor for floor in plan.floors if not names or floor.id in names or floor.name in names)
+def _worth_a_sheet(plan: PlanSource, floor: FieldFloor, options: Options) -> bool:
+    """Floors that nobody asked for, here or of the plan, have none."""
+    return bool(options.floors) or is_planned(plan, floor) or bool(plan.stations_of(floor.id))
+
+
+def _nowhere(plan: PlanSource, options: Options) -> Table | None:
+    """Stations that are on none of the plan's floors, as given ones may be; None where there is none."""
+    floors = {floor.id for floor in plan.floors}
+    stations = [station for station in chosen_stations(plan, options) if station.floor_id not in floors]
+    return stations_table(plan, "no floor", stations) if stations else None
 
 
 def _histograms(plan: PlanSource, building: Building | None, remarks: list[str]) -> list[Histogram]:

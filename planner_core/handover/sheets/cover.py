@@ -16,6 +16,7 @@ from planner_core.handover.source import PlanSource
 
 SUBTITLE = "Plan of the laser scans: stations, drawings to scale, registration, coverage"
 OVERVIEW = "report/overview.png"
+_PNG = b"\x89PNG\r\n\x1a\n"
 _FOOT_MM = 8.0
 _TITLE_PT = 20.0
 _SIZE_PT = 8.6
@@ -57,9 +58,9 @@ def draw_cover(
     foot = _draw_warnings(ink, warnings, room)
     body = Box(room.left, foot, room.width, room.top - 20 - foot)
     picture = plan.folder / OVERVIEW
-    left_mm = body.width if not picture.is_file() else min(0.46 * body.width, 150.0)
+    left_mm = body.width if not has_picture(plan) else min(0.46 * body.width, 150.0)
     _draw_figures(ink, plan, Box(body.left, body.bottom, left_mm, body.height))
-    if picture.is_file():
+    if has_picture(plan):
         beside = Box(body.left + left_mm + 6, body.bottom, body.width - left_mm - 6, body.height)
         index_mm = min(0.5 * body.height, _INDEX_MM * -(-len(index) // 2) + 14)
         foot_mm = _draw_picture(ink, picture, Box(beside.left, foot + index_mm, beside.width, body.height - index_mm))
@@ -99,6 +100,12 @@ def _draw_picture(ink: Ink, path: Path, box: Box) -> float:
     ink.picture(path, placed)
     ink.lines([corners(placed)], Pen(0.1, RULE), closed=True)
     return placed.bottom
+
+
+def has_picture(plan: PlanSource) -> bool:
+    """Whether the plan folder holds the picture of all floors, and it is a PNG."""
+    path = plan.folder / OVERVIEW
+    return path.is_file() and path.read_bytes()[:8] == _PNG
 
 
 def picture_size(path: Path) -> tuple[int, int]:

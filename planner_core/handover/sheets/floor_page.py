@@ -142,7 +142,7 @@ def _draw_stations(ink: Ink, plan: PlanSource, view: FloorView, tile: Tile, labe
     spots = tile.on_paper(np.array([station.position_m[:2] for station in shown]))
     discs = spread_apart(spots, 2.1 * DISC_MM)
     for station, spot, disc in zip(shown, spots, discs, strict=True):
-        draw_station(ink, spot, disc, station.number)
+        draw_station(ink, spot, disc, station.number, scanned=station.id in view.scanned)
         labels.taken.append(Box(float(disc[0]) - DISC_MM, float(disc[1]) - DISC_MM, 2 * DISC_MM, 2 * DISC_MM))
     for station, disc in zip(shown, discs, strict=True):
         words = [] if len(shown) > _MAX_IDS or _is_number(station.id, station.number) else [station.id]

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.export.link_drawing import STRONG_TIMES
+from planner_core.handover.chosen import scanned_before
 from planner_core.handover.section import CUT_HEIGHT_M, SectionLine, floor_section, lines_below
 from planner_core.handover.sheets.building import Building
 from planner_core.handover.sheets.unseen import UnseenSurface, unseen_surface
@@ -53,6 +54,8 @@ class FloorView:
     sealed: tuple[Mark, ...]
     links: tuple[FloatArray, FloatArray, FloatArray]
     elsewhere: dict[str, tuple[int, ...]]
+    scanned: frozenset[str]
+    """Ids of stations that were scanned before."""
     solids: tuple[tuple[FloatArray, ...], ...] = ()
     cuts: tuple[FloatArray, ...] = ()
     fittings: tuple[FloatArray, ...] = ()
@@ -75,6 +78,12 @@ def link_class(plan: PlanSource, link: FieldLink) -> int | None:
     return STRONG if not math.isnan(link.strength) and link.strength >= STRONG_TIMES * least else COUNTS
 
 
+def is_planned(plan: PlanSource, floor: FieldFloor) -> bool:
+    """Whether the plan is of that floor: one that nobody asked for counts as seen, whatever is seen of it."""
+    wanted = [str(name).casefold() for name in plan.document["requirements"]["floors"]]
+    return not wanted or floor.id.casefold() in wanted or floor.name.casefold() in wanted
+
+
 def view_floor(
     plan: PlanSource, floor: FieldFloor, building: Building | None, *, cut_m: float = CUT_HEIGHT_M
 ) -> FloorView:
@@ -94,6 +103,7 @@ def view_floor(
         sealed=sealed,
         links=links,
         elsewhere=elsewhere,
+        scanned=scanned_before(plan) & {station.id for station in stations},
     )
     if building is None:
         return view
@@ -144,6 +154,8 @@ def _with_building(plan: PlanSource, view: FloorView, building: Building, trodde
     seen_m = [np.clip(line.points_m, *limits_m) for line in section if line.kind in _SOLID]
     height_m = local.elevation_m + np.array([0.0, _storey_m(plan, floor)])
     surface = unseen_surface(building, number, height_m=height_m, window_m=limits_m - offset_m)
+    if not is_planned(plan, floor):
+        surface = UnseenSurface(*(np.zeros((0, *shape)) for shape in ((3, 2), (3, 2), (3, 2), (2, 2))))
     standing = [line for line in floor_section(scene, local, _STANDING_M) if _touches(line, limits_m)]
     return replace(
         view,

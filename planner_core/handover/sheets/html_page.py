@@ -13,7 +13,7 @@ from pathlib import Path
 from planner_core.handover.options import Options
 from planner_core.handover.sheets.book import Contents, FloorSheets, gather, plan_guarded
 from planner_core.handover.sheets.charts import draw_curve, draw_histogram
-from planner_core.handover.sheets.cover import OVERVIEW, SUBTITLE
+from planner_core.handover.sheets.cover import OVERVIEW, SUBTITLE, has_picture
 from planner_core.handover.sheets.floor_page import Neighbour, draw_floor
 from planner_core.handover.sheets.ink import Box, Ink, clean
 from planner_core.handover.sheets.paper import MARGIN_MM, sheet_of
@@ -112,10 +112,9 @@ def _heed(lines: Sequence[str]) -> str:
 
 
 def _overview(plan: PlanSource) -> str:
-    picture = plan.folder / OVERVIEW
-    if not picture.is_file():
+    if not has_picture(plan):
         return ""
-    content = base64.b64encode(picture.read_bytes()).decode("ascii")
+    content = base64.b64encode((plan.folder / OVERVIEW).read_bytes()).decode("ascii")
     return f'<figure><img src="data:image/png;base64,{content}" alt="All floors, cut open"></figure>'
 
 

@@ -64,15 +64,19 @@ def draw_walk(ink: Ink, ways: list[FloatArray]) -> None:
             ink.area([head], WALK.colour)
 
 
-def draw_station(ink: Ink, spot: FloatArray, disc: FloatArray, number: int) -> None:
-    """Draw a dot where a station is, and its number in a disc there, or beside it with a line to the spot."""
+def draw_station(ink: Ink, spot: FloatArray, disc: FloatArray, number: int, *, scanned: bool) -> None:
+    """Draw a dot where a station is, and its number in a disc there, or beside it with a line to the spot.
+
+    scanned : before; nothing is to be done there, and the disc is hollow.
+    """
     if float(np.hypot(*(disc - spot))) > 0.3 * DISC_MM:
         ink.lines([np.stack([spot, disc])], LEADER)
     ink.disc((float(spot[0]), float(spot[1])), DOT_MM, INK, Pen(0.2, PAPER))
     at = (float(disc[0]), float(disc[1]))
-    ink.disc(at, DISC_MM, STATION_FILL, Pen(0.35, PAPER))
+    fill, letters = (PAPER, STATION_FILL) if scanned else (STATION_FILL, PAPER)
+    ink.disc(at, DISC_MM, fill, Pen(0.35, letters))
     size_pt = 7.6 if number < 100 else 6.0
-    ink.text((at[0], at[1] - 0.128 * size_pt), str(number), size_pt, colour=PAPER, bold=True, align="middle")
+    ink.text((at[0], at[1] - 0.128 * size_pt), str(number), size_pt, colour=letters, bold=True, align="middle")
 
 
 #: Where words go beside a place, the best first, in distances to it.

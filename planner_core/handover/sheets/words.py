@@ -6,13 +6,14 @@ PlanSource -> text; no layout. Coordinates are the site's; lengths in metres.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from planner_core.handover.sheets.floor_view import WEAK, link_class
+from planner_core.handover.chosen import scanned_before
+from planner_core.handover.sheets.floor_view import WEAK, is_planned, link_class
 from planner_core.handover.source import FieldFloor, FieldStation, PlanSource
 from planner_core.model import FloatArray
 
@@ -136,6 +137,7 @@ def floors_table(plan: PlanSource) -> Table:
         figures = reached.get(floor.id, {})
         share, area = figures.get("fraction_of_achievable"), figures.get("achievable_area_m2")
         seen = ("", "") if share is None or area is None else (f"{100 * share:.1f}", f"{area:.0f}")
+        seen = seen if is_planned(plan, floor) else ("not planned", "")
         height = plan.frame.to_site(_middle(floor))[2]
         rows.append((floor.id, floor.name, f"{height:.2f}", str(len(plan.stations_of(floor.id))), *seen))
     columns = (
@@ -195,8 +197,8 @@ def asked_words(asked: Mapping[str, Any], seen_from: int) -> str:
     return words + (f", from {seen_from} stations" if seen_from > 1 else "")
 
 
-def stations_table(plan: PlanSource, floor: FieldFloor) -> Table:
-    """Stations of a floor in walking order: coordinates and heights, links, notes, and a box to tick."""
+def stations_table(plan: PlanSource, where: str, stations: Sequence[FieldStation]) -> Table:
+    """Stations in walking order: coordinates and heights, links, notes, and a box to tick."""
     names = ("x, m", "y, m") if plan.frame.is_scene else ("E, m", "N, m")
     columns = (
         Column("No.", 8, number=True, bold=True),
@@ -212,9 +214,9 @@ def stations_table(plan: PlanSource, floor: FieldFloor) -> Table:
         Column("Done", 11),
     )
     links = _links_by_station(plan)
-    rows = tuple(_station_row(plan, station, links) for station in plan.stations_of(floor.id))
+    rows = tuple(_station_row(plan, station, links) for station in stations)
     note = f"Coordinates: {plan.frame.crs_line}. Alone: surface that no other station sees."
-    return Table(f"Stations of {floor.name}", columns, rows, note)
+    return Table(f"Stations of {where}", columns, rows, note)
 
 
 def _station_row(
@@ -255,8 +257,8 @@ def _links_by_station(plan: PlanSource) -> dict[str, list[tuple[float, int]]]:
 def _notes(plan: PlanSource, station: FieldStation) -> Iterator[str]:
     if station.note:
         yield station.note
-    if station.fixed:
-        yield "scanned before or given"
+    if station.id in scanned_before(plan):
+        yield "scanned before"
     if any(station.id in network["articulations"] for network in plan.document["registration"]["networks"]):
         yield "the network hangs on it"
     route = plan.document.get("route")

@@ -252,6 +252,83 @@ def test_floors_that_are_not_asked_for_are_left_out(site_plan: PlanSource, pdf_o
     assert not [page for page in sheets.pages_with("Stations of Level 1") if page > 0]
 
 
+def test_floor_that_nobody_asked_for_has_no_sheet_unless_told(
+    edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
+) -> None:
+    def leave_out(document: dict[str, Any]) -> None:
+        document["requirements"]["floors"] = ["level 1"]
+        document["stations"] = [each for each in document["stations"] if each["floor"] == "F0"]
+        document["route"] = document["why"] = None
+
+    plan = edited(leave_out)
+    assert len(pdf_of(plan).pages_with("true to scale")) == 1
+    sheets = pdf_of(plan, floors=("F1",))
+    page = _drawing(sheets, "Level 2")
+    assert "this floor is not planned" in sheets.texts[page]
+    assert "seen:" not in sheets.texts[page]
+    pixels = sheets.pixels(page)[: -int(45 / 25.4 * 100)]  # without the legend
+    assert not ((pixels[..., 0] > 0.7) & (pixels[..., 1] < 0.4)).any()
+
+
+def test_station_of_no_floor_has_a_table_of_its_own(
+    edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
+) -> None:
+    def lose(document: dict[str, Any]) -> None:
+        document["stations"][2]["floor"] = ""
+
+    words = "\n".join(pdf_of(edited(lose)).texts)
+    assert "Stations of no floor" in words
+    assert len(re.findall(r"^S003$", words, re.MULTILINE)) == 1
+
+
+def test_scanned_station_is_told_from_those_to_do(
+    edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
+) -> None:
+    def settle(document: dict[str, Any]) -> None:
+        document["site"]["settled"] = [{"id": "S002", "role": "scanned"}, {"id": "S001", "role": "locked"}]
+
+    sheets = pdf_of(edited(settle))
+    assert len(re.findall(r"^scanned before", "\n".join(sheets.texts), re.MULTILINE)) == 1
+    page = _drawing(sheets, "Level 1")
+    assert "station that was scanned before" in sheets.texts[page]
+    pixels = sheets.pixels(page, dpi=200).mean(axis=2)
+    shades = [
+        np.median(pixels[pixels.shape[0] - y - 16 : pixels.shape[0] - y + 16, x - 16 : x + 16])
+        for x, y in np.rint(sheets.spots(page)[:2] / 25.4 * 200).astype(int)
+    ]
+    assert shades[0] < 0.3 and shades[1] > 0.8
+
+
+def test_way_that_is_none_says_where_the_walk_goes_on(
+    edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
+) -> None:
+    def cut(document: dict[str, Any]) -> None:
+        leg = next(leg for leg in document["route"]["legs"] if leg["from"] == "S002")
+        leg.update(points=[], floors=[], length_m=None)
+
+    words = "\n".join(pdf_of(edited(cut)).texts)
+    assert "then 3, no way inside" in words and "from 2, no way inside" in words
+
+
+def test_links_to_other_floors_are_named_beside_the_station(
+    edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
+) -> None:
+    def join(document: dict[str, Any]) -> None:
+        link = {**document["registration"]["links"][0], "a": "S001", "b": "S006", "overlap": 0.9, "strength": 0.5}
+        document["registration"]["links"].append(link)
+
+    sheets = pdf_of(edited(join))
+    assert "↕ 6" in sheets.texts[_drawing(sheets, "Level 1")]
+    assert "↕ 1" in sheets.texts[_drawing(sheets, "Level 2")]
+
+
+def test_picture_that_is_none_is_left_out(sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any]) -> None:
+    (tmp_path / "bare" / "report").mkdir(parents=True)
+    (tmp_path / "bare" / "plan.json").write_bytes((sheet_folder / "plan.json").read_bytes())
+    (tmp_path / "bare" / "report" / "overview.png").write_bytes(b"no picture")
+    assert "Coverage" in pdf_of(open_plan(tmp_path / "bare")).texts[0]
+
+
 def test_same_plan_gives_the_same_bytes(site_plan: PlanSource, site_sheets: Any, tmp_path: Path) -> None:
     write_pdf(site_plan, tmp_path / "again.pdf", Options(paper="A4"), silent)
     assert (tmp_path / "again.pdf").read_bytes() == site_sheets.path.read_bytes()
@@ -355,7 +432,7 @@ def test_element_name_that_is_markup_is_printed_as_it_is(site_sheets: Any) -> No
     ("options", "message"),
     [
         ({"paper": "A7"}, "paper: got 'A7', expected one of A4, A3"),
-        ({"floors": ("F9",)}, "floor: got 'F9', expected one of F0 'Level 1'"),
+        ({"floors": ("F9",)}, "floor: got 'F9', expected one of F0 (Level 1)"),
         ({"cut_m": -1.0}, "cut: got -1 m, expected a height above the floor"),
         ({"cut_m": math.nan}, "cut: got nan m, expected a height above the floor"),
     ],
