@@ -17,6 +17,10 @@ FAR_M = 20_000.0
 """A plan further from its origin, or from where its CRS is used, is hardly meant to be there."""
 _TELLING_PPM = 1.0
 _UNITS = {0.001: "millimetres", 0.3048: "feet", 1000.0: "kilometres"}
+_ON_EARTH_M = 2e7
+"""No easting or northing in metres is larger, and none in millimetres that is not near zero is smaller."""
+_SURVEYED_PPM = 2000.0
+"""Grids that people survey in distort less, heights included."""
 
 
 def doubts_of(frame: SiteFrame, plane: MapCrs | None, points_m: FloatArray) -> tuple[str, ...]:
@@ -48,9 +52,9 @@ def doubts_of(frame: SiteFrame, plane: MapCrs | None, points_m: FloatArray) -> t
 
 def _where_doubts(frame: SiteFrame, plane: MapCrs, east_north_m: FloatArray) -> list[str]:
     outside_m = plane.outside_m(east_north_m)
-    if outside_m == 0.0:
-        return []
     middle_m = east_north_m.mean(axis=0)
+    if outside_m == 0.0:
+        return _scale_doubts(frame, plane, middle_m)
     where = f"E {middle_m[0]:.0f}, N {middle_m[1]:.0f}"
     how_far = "nowhere in" if math.isinf(outside_m) else f"{_kilometres(outside_m)} outside of where one uses"
     line = f"the plan lies at {where}, {how_far} {plane.name} ({plane.area_name()})"
@@ -59,10 +63,23 @@ def _where_doubts(frame: SiteFrame, plane: MapCrs, east_north_m: FloatArray) -> 
     if plane.outside_m(east_north_m[:, ::-1]) == 0.0:
         return [f"{line}, and inside with E and N exchanged: they look swapped"]
     for size, name in _UNITS.items():
+        if size == 0.001 and np.abs(middle_m).max() < _ON_EARTH_M:
+            continue
         if plane.outside_m(east_north_m * size) == 0.0:
             return [f"{line}, and inside where coordinates are read as {name}: their unit looks wrong"]
     far = ": check origin and CRS" if outside_m > FAR_M else ""
     return [line + far]
+
+
+def _scale_doubts(frame: SiteFrame, plane: MapCrs, middle_m: FloatArray) -> list[str]:
+    grid = plane.grid_at(middle_m[None, :])
+    ppm = 0.0 if grid is None else (frame.horizontal_scale / grid.scale - 1.0) * 1e6
+    if abs(ppm) <= _SURVEYED_PPM:
+        return []
+    return [
+        f"scene lengths are {abs(ppm) / 1e4:.1f} % too {'long' if ppm > 0 else 'short'} for {plane.name}, which is hardly "
+        "what the site was surveyed in: name the grid of its control points"
+    ]
 
 
 def notes_of(frame: SiteFrame, plane: MapCrs | None, points_m: FloatArray) -> tuple[str, ...]:

@@ -48,7 +48,7 @@ class MapCrs:
     def __init__(self, crs: CRS) -> None:
         self._crs = crs
         self.text = _text(crs)
-        self.name = f"{self.text} {crs.name}" if self.text.startswith("EPSG:") else str(crs.name)
+        self.name = f"{self.text} {crs.name}" if self.text.startswith("EPSG:") else _own_name(crs)
 
     @property
     def wkt(self) -> str:
@@ -195,6 +195,14 @@ def _check_metres(crs: CRS, option: str, n_axes: int) -> None:
 def _text(crs: CRS) -> str:
     authority = crs.to_authority(min_confidence=100)
     return f"{authority[0]}:{authority[1]}" if authority and authority[0] == "EPSG" else str(crs.to_wkt())
+
+
+def _own_name(crs: CRS) -> str:
+    """The name of a system that is in no registry; PROJ strings have none."""
+    if crs.name not in ("unknown", "unnamed", "undefined"):
+        return str(crs.name)
+    operation = crs.coordinate_operation
+    return "unnamed system" if operation is None else f"unnamed system ({operation.method_name})"
 
 
 def _nearest_longitude(longitude: FloatArray, west: float, east: float) -> FloatArray:

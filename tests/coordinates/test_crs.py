@@ -29,6 +29,7 @@ def test_wkt_of_a_system_of_its_own_stays_wkt() -> None:
     own = pyproj.CRS("+proj=tmerc +lat_0=49 +lon_0=8.4 +k=1 +x_0=10000 +y_0=20000 +ellps=GRS80 +units=m")
     plane, _ = map_crs(own.to_wkt())
     assert pyproj.CRS(plane.text) == own
+    assert plane.name == "unnamed system (Transverse Mercator)"
     assert plane.outside_m(np.array([[10_000.0, 20_000.0]])) == 0.0
 
 

@@ -259,6 +259,17 @@ def test_millimetres_and_feet_are_seen() -> None:
         assert only(frame.warnings, f"read as {unit}")
 
 
+def test_a_grid_elsewhere_is_not_taken_for_millimetres() -> None:
+    frame = site_frame(plan_of(), FrameRequest(crs="EPSG:27700", origin_m=ORIGIN))
+    assert "read as" not in only(frame.warnings, "outside of where one uses")
+
+
+def test_a_projection_that_nobody_surveys_in_is_told() -> None:
+    frame = site_frame(plan_of(), FrameRequest(crs="EPSG:3857", origin_m=(939_000.0, 6_290_000.0, 110.0)))
+    assert only(frame.warnings, "% too short for EPSG:3857")
+    assert site_frame(plan_of(), UTM).warnings == ()
+
+
 def test_a_plan_outside_the_area_of_use_is_told_with_how_far() -> None:
     frame = site_frame(plan_of(), FrameRequest(crs="EPSG:25832", origin_m=(800_000.0, 5_438_260.0, 0.0)))
     assert only(frame.warnings, "outside of where one uses", "km")
