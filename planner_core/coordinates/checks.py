@@ -77,8 +77,8 @@ def _scale_doubts(frame: SiteFrame, plane: MapCrs, middle_m: FloatArray) -> list
     if abs(ppm) <= _SURVEYED_PPM:
         return []
     return [
-        f"scene lengths are {abs(ppm) / 1e4:.1f} % too {'long' if ppm > 0 else 'short'} for {plane.name}, which is hardly "
-        "what the site was surveyed in: name the grid of its control points"
+        f"scene lengths are {abs(ppm) / 1e4:.1f} % too {'long' if ppm > 0 else 'short'} for {plane.name}, which is "
+        "hardly what the site was surveyed in: name the grid of its control points"
     ]
 
 
