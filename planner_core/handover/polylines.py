@@ -128,8 +128,7 @@ def _simple_loops(chain: list[int]) -> Iterator[list[int]]:
 def _onward(edges: Int64Array, places_m: FloatArray) -> dict[tuple[int, int], tuple[int, int]]:
     """Which end of an edge goes on in which end of another; an end is (edge, 0 or 1).
 
-    Where two ends meet they go on in each other. Where more do, neighbours by direction pair up if their number is
-    even: lines that touch part there and never cross, and outlines stay closed. If it is odd the straightest pair up.
+    Where two ends meet they go on in each other, where more do, the straightest pair up: of an odd number one is left.
     """
     at_node: dict[int, list[tuple[int, int]]] = {}
     for number, (a, b) in enumerate(edges.tolist()):
@@ -142,19 +141,14 @@ def _onward(edges: Int64Array, places_m: FloatArray) -> dict[tuple[int, int], tu
         else:
             away_m = np.array([places_m[edges[e, 1 - end]] - places_m[node] for e, end in ends])
             turn = np.arctan2(away_m[:, 1], away_m[:, 0])
-            pairs = _neighbours(ends, turn) if len(ends) % 2 == 0 else _straightest(ends, turn)
+            pairs = _straightest(ends, turn)
         for one, other in pairs:
             onward[one], onward[other] = other, one
     return onward
 
 
-def _neighbours(ends: _Ends, turn: FloatArray) -> _Pairs:
-    order = np.argsort(turn, kind="stable").tolist()
-    return [(ends[i], ends[j]) for i, j in zip(order[::2], order[1::2], strict=True)]
-
-
 def _straightest(ends: _Ends, turn: FloatArray) -> _Pairs:
-    """Pair the two ends that make the straightest line, then the next two; one is left over."""
+    """Pair the two ends that make the straightest line, then the next two; of an odd number one is left over."""
     left, pairs = list(range(len(ends))), []
     while len(left) > 1:
         i, j = min(

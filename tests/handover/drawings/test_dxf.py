@@ -257,3 +257,7 @@ def test_same_plan_gives_the_same_bytes_in_another_process(house_folder, drawing
         [sys.executable, "-c", program, str(house_folder), str(again)], check=True, env={"PYTHONHASHSEED": "3"}
     )
     assert hashlib.sha256(again.read_bytes()).digest() == hashlib.sha256(drawing_file.read_bytes()).digest()
+    lines = drawing_file.read_text(encoding="utf-8").splitlines()
+    classes = [lines[at + 2] for at, line in enumerate(lines) if line == "CLASS"]
+    assert len(classes) > 5
+    assert classes == sorted(classes)  # what ezdxf takes out of a set
