@@ -122,7 +122,6 @@ class Points:
 class Tally:
     """What became of the beams of all blocks so far."""
 
-    n_beams: int = 0
     n_points: int = 0
     n_dropped: int = 0
     """Too weak to be measured, with noise."""
@@ -176,7 +175,6 @@ class Clouds:
         n_before = self.stations.index(station) * n_beams
         for band in bands(self.template, max_beams=self.block_beams):
             block = self._block(station, band.first_row, band.template, self.engine.scan(band.template, position_m))
-            self.tally.n_beams += block.range_m.size
             self.tally.n_points += int(np.isfinite(block.range_m).sum())
             yield block
             done = n_before + (band.first_row + band.template.shape[0]) * n_columns
@@ -258,6 +256,8 @@ def open_clouds(source: PlanSource, options: Options, *, progress: Progress = si
         A station or floor that is not there, or `max_points` below 1.
     HandoverError
         The scene is not found; noise is asked of a scanner without figures; a plan without stations.
+    SceneError
+        The scene can't be read.
     """
     settings = settings_of(source.document)
     stations = stations_asked(source, options)
@@ -300,7 +300,7 @@ def thinning_step(shape: tuple[int, int], max_points: int | None) -> int:
     if max_points < 1:
         raise RequirementError(f"max_points: got {max_points}, expected at least 1; leave it out for every point")
     n_rows, n_columns = shape
-    # A step never does with less than by its share of beams, so the search begins there.
+    # Every n-th row and column are at least 1 / n^2 of all beams: no lesser step than this can do.
     step = max(1, math.isqrt(n_rows * n_columns // max_points) - 1)
     while -(-n_rows // step) * -(-n_columns // step) > max_points:
         step += 1

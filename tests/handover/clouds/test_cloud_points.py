@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cloud_room import FRAME, REFLECTIVITY, SHAPE, STATIONS_M, edited_plan, expected_scan, to_site
+from cloud_room import FRAME, REFLECTIVITY, SCANNER, SHAPE, STATIONS_M, edited_plan, expected_scan, to_site
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -57,6 +57,20 @@ def test_beams_without_return_are_in_the_grid_and_not_among_the_points(plan_fold
     assert (found["triangle"][missed] == -1).all()
     assert np.isnan(found["intensity"][missed]).all()
     assert sum(len(points) for points in clouds.points(clouds.stations[0])) == (~missed).sum()
+
+
+@pytest.mark.parametrize("most", [None, 900])
+def test_points_of_a_hanging_scanner_with_offset_channels_lie_on_the_walls(
+    plan_folder: Path, tmp_path: Path, most: int | None
+) -> None:
+    offsets = np.random.default_rng(0).uniform(-0.1, 0.1, SHAPE[0])
+    scanner = replace(SCANNER, inverted=True, azimuth_offset_rad=tuple(offsets))
+    folder = edited_plan(plan_folder, tmp_path, inverted=True, azimuth_offset_rad=list(offsets))
+    clouds = open_clouds(open_plan(folder), Options(max_points=most))
+    (points,) = clouds.points(clouds.stations[0])
+    at = points.row * clouds.step, points.column * clouds.step
+    np.testing.assert_allclose(points.scene_m, expected_scan("S001", scanner).scene_m[at], atol=2e-5)
+    assert points.elevation_rad.max() == pytest.approx(np.radians(60))
 
 
 @pytest.mark.parametrize("noise", [False, True])
