@@ -51,6 +51,52 @@ test('the tab tells networks, bridges and the weakest link', async () => {
   await viewer.screenshot('n-graph');
 });
 
+test('links are listed by what they are worth, each with the motion that it holds least', async () => {
+  await viewer.open('#tab=network');
+  const { page } = viewer;
+  const register = page.getByRole('list', { name: 'Links that register' }).locator('.row-link');
+  const tooWeak = page.getByRole('list', { name: 'Links too weak' }).locator('.row-link');
+  const nCounting = report.counting.length - report.bridges.size;
+  expect(await register.count()).toBe(Math.min(nCounting, 40));
+  for (const words of await register.locator('.link-words').allTextContents()) {
+    expect(words).toMatch(/^held least: (shift|tilt about|turn) ?(N|E|NE|NW|up|\(|on|about)/);
+  }
+  const nWeak = registration.links.length - report.counting.length - report.gaps.length;
+  expect(await tooWeak.count()).toBe(Math.min(nWeak, 10));
+  expect(await tooWeak.first().locator('.link-words').textContent()).toMatch(/^(less than|strength below) /);
+  // Nothing of it is cut off.
+  const isCut = await page
+    .locator('.link-words')
+    .evaluateAll((all) => all.some((one) => one.scrollWidth > one.clientWidth + 1));
+  expect(isCut).toBe(false);
+  await register.first().scrollIntoViewIfNeeded();
+  await viewer.screenshot('n-links');
+});
+
+test('numbers at the rim of the matrix do not cover each other', async () => {
+  await viewer.open('#tab=network');
+  await viewer.page.getByRole('radio', { name: 'Matrix' }).click();
+  const matrix = viewer.page.getByRole('application');
+  const rim = await matrix.boundingBox();
+  await viewer.page.mouse.move(rim!.x + 0.6 * rim!.width, rim!.y + 0.55 * rim!.height);
+  await matrix.locator('.matrix-number-pointed').first().waitFor();
+  const boxes = await matrix.locator('.matrix-number').evaluateAll((all) =>
+    all.map((one) => {
+      const { left, right, top, bottom } = one.getBoundingClientRect();
+      return { left, right, top, bottom };
+    }),
+  );
+  const covers = boxes.filter((a, i) =>
+    boxes.some(
+      // A pixel of what surrounds the figures does not count.
+      (b, j) =>
+        i < j && a.left < b.right - 1.5 && b.left < a.right - 1.5 && a.top < b.bottom - 1.5 && b.top < a.bottom - 1.5,
+    ),
+  );
+  expect(covers).toEqual([]);
+  await viewer.screenshot('n-matrix-small');
+});
+
 test('a pair points out what both see, and tells how much', async () => {
   const link = [...registration.links].sort((x, y) => y.overlap - x.overlap)[0];
   await viewer.open('#tab=network');
