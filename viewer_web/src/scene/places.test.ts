@@ -1,4 +1,4 @@
-import { Vector3 } from 'three';
+import { type Ray, Vector3 } from 'three';
 import { expect, test } from 'vitest';
 import { patchCode, patchCorners, squaredEdges } from '../load/patch-rule.ts';
 import type { StageElement, StageTriangles } from '../load/stage.ts';
@@ -100,6 +100,7 @@ const piece = (sizeM: number, normal = UP, isOneSided = false): PieceToSee => ({
 /** So far one gets in each direction, and nothing lies in between that is not that near. */
 const around = (freeLength: (direction: Vector3) => number): Surroundings => ({
   freeLength: ({ direction }) => freeLength(direction),
+  freePastItself: ({ direction }) => freeLength(direction),
   isOpen: (from, to) => from.distanceTo(to) < freeLength(from.clone().sub(to).normalize()),
 });
 const FREE = around(() => NOWHERE);
@@ -116,7 +117,8 @@ test('a surface is looked at from the side that is free, at the wished distance'
 
 test('a body is never looked at from its inside, also where that is free', () => {
   const belowIsFree = around(({ z }) => (z > 0 ? 0.05 : NOWHERE));
-  expect(viewOf(piece(4, UP, true), belowIsFree).position.z).toBeGreaterThan(0);
+  const walledIn = { ...belowIsFree, freePastItself: () => 0.05 };
+  expect(viewOf(piece(4, UP, true), walledIn).position.z).toBeGreaterThan(0);
   for (const normal of [new Vector3(1, 0, 0), new Vector3(0, 1, 0), new Vector3(0, -1, 0), new Vector3(-1, 0, 0)]) {
     for (const where of [FREE, around(() => 0.1)]) {
       expect(viewOf(piece(1, normal, true), where).position.dot(normal), normal.toArray().join()).toBeGreaterThan(0);
@@ -128,7 +130,7 @@ test('of free views the one is taken that shows most of the piece', () => {
   // Along x a screen stands before the other parts: whoever looks from beyond it sees the middle alone.
   const parts = [0, 1, 2, 3].map((y) => ({ pointM: new Vector3(0, y, 0), normal: UP }));
   const isOpen = (from: Vector3, to: Vector3): boolean => to.y === 0 || from.x < -0.5;
-  const view = viewOf({ parts, isOneSided: true, sizeM: 3 }, { freeLength: () => NOWHERE, isOpen });
+  const view = viewOf({ parts, isOneSided: true, sizeM: 3 }, { ...FREE, isOpen });
   expect(view.position.x).toBeLessThan(-0.5);
 });
 
@@ -142,11 +144,20 @@ test('the camera stops short of what is in the way', () => {
 });
 
 test('what no side shows is looked at from outside and above', () => {
-  for (const hidden of [around(() => 0.1), { freeLength: () => NOWHERE, isOpen: () => false }]) {
+  for (const hidden of [around(() => 0.1), { ...around(() => 0.1), freeLength: () => NOWHERE, isOpen: () => false }]) {
     const view = viewOf(piece(4), hidden);
     expect(view.position.length()).toBeGreaterThan(4);
     expect(view.position.z).toBeGreaterThan(0);
   }
+});
+
+test('what faces a wall is looked at through its own element, from the room that this stands in', () => {
+  const backOfShelf = piece(1, new Vector3(0, -1, 0), true);
+  const room = { ...around(() => 0.05), freePastItself: ({ direction }: Ray) => (direction.y > 0.3 ? 4 : 0.05) };
+  const { position } = viewOf(backOfShelf, room);
+  expect(position.y).toBeGreaterThan(1);
+  expect(position.z).toBeGreaterThan(0);
+  expect(position.length()).toBeLessThan(4);
 });
 
 test('larger pieces are looked at from further off, within reason', () => {

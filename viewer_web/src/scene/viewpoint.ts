@@ -11,6 +11,8 @@ const SIZES_AWAY = 2.8;
 const OFF_SURFACE_M = 0.003;
 /** Nearer than this nobody recognises what is looked at. */
 const LEAST_FREE_M = 0.35;
+/** And with less room around an element nobody recognises that. */
+const LEAST_ROOM_M = 1.2;
 
 /** A part of the piece: a place on it, and the unit normal of its front. */
 export interface PiecePart {
@@ -30,6 +32,8 @@ export interface PieceToSee {
 export interface Surroundings {
   /** How far one can go along a ray before something is met, metres; Infinity: nothing is. */
   freeLength(ray: Ray): number;
+  /** The same where the element that the piece is a part of is not in the way. */
+  freePastItself(ray: Ray): number;
   /** Whether nothing that is drawn lies between two places. */
   isOpen(fromM: Vector3, toM: Vector3): boolean;
 }
@@ -44,8 +48,9 @@ const FROM_OUTSIDE = [0.42, 0.78, 1.1] as const;
 /**
  * The view that shows most of a piece: of directions from level to steep, head-on to oblique, the one from whose end most
  * parts are in plain view; of several such one that is far enough off, squarely to the surface, and looks down. A body
- * is looked at from its front alone. Where no view shows any part, as between a ceiling and the slab above, it looks from
- * outside, on the side of the front: what is pointed out shows through.
+ * is looked at from its front alone. Where no view shows any part, as of the back of a shelf at a wall, it looks from where
+ * the element stands free, and where it does nowhere, as between a ceiling and the slab above, from outside, on the side of the
+ * front: what is pointed out shows through.
  */
 export function viewOf(piece: PieceToSee, around: Surroundings): View {
   const [{ pointM, normal }] = piece.parts;
@@ -67,7 +72,20 @@ export function viewOf(piece: PieceToSee, around: Surroundings): View {
       0.15 * Math.max(-0.5, direction.z);
     if (seen > 0 && score > (best?.score ?? 0)) best = { score, position };
   }
-  return { position: best?.position ?? pointM.clone().addScaledVector(outside(normal), wishedM), target };
+  const position = best?.position ?? throughItself(pointM, normal, wishedM, around);
+  return { position: position ?? pointM.clone().addScaledVector(outside(normal), wishedM), target };
+}
+
+/** From where there is most room around the element, behind which the piece is; null: it is walled in. */
+function throughItself(pointM: Vector3, normal: Vector3, wishedM: number, around: Surroundings): Vector3 | null {
+  let best: { readonly score: number; readonly position: Vector3 } | null = null;
+  for (const direction of directions(normal, false)) {
+    const farM = Math.min(wishedM, 0.9 * around.freePastItself(new Ray(pointM.clone(), direction)));
+    if (farM < LEAST_ROOM_M) continue;
+    const score = farM / wishedM + 0.3 * Math.min(SQUARE_ENOUGH, Math.abs(direction.dot(normal))) + 0.3 * direction.z;
+    if (score > (best?.score ?? 0)) best = { score, position: pointM.clone().addScaledVector(direction, farM) };
+  }
+  return best?.position ?? null;
 }
 
 /** Share of the parts that a place has in plain view, from their front. */
