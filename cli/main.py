@@ -15,8 +15,8 @@ from .environment import prepare
 from .exit_codes import exit_code_of, one_line
 
 COMMANDS = (
-    "plan", "view", "export", "floors", "evaluate", "simulate", "scanners", "scene", "demo", "reproduce", "doctor",
-    "tune",
+    "plan", "view", "export", "floors", "evaluate", "compare", "simulate", "scanners", "scene", "demo", "reproduce",
+    "doctor", "tune",
 )  # fmt: skip
 
 

@@ -65,7 +65,7 @@ def _metres(value: float) -> str:
     return f"{round(value, 4) + 0.0:.4f}" if math.isfinite(value) else ""
 
 
-def read_station_list(path: Path) -> tuple[GivenStation, ...]:
+def read_station_list(path: Path, *, z_is_ground: bool = False) -> tuple[GivenStation, ...]:
     """Read stations from a CSV, a plan.json or a plan folder.
 
     A CSV needs a header line with x, y and z, or x, y, ground_z and instrument_height; floor and instrument_height
@@ -73,6 +73,12 @@ def read_station_list(path: Path) -> tuple[GivenStation, ...]:
     list that has no other column than these goes without: it is numbered S001, S002, ... line by line. Otherwise
     columns of other names are ignored. Upper and lower case, units in the name (`x_m`, `X [m]`), separators comma,
     semicolon and tab, a byte order mark: all the same.
+
+    Parameters
+    ----------
+    z_is_ground
+        A CSV's z is that of the ground point. A line without instrument height then gives the ground point as its
+        position, and None as its height.
 
     Raises
     ------
@@ -87,7 +93,7 @@ def read_station_list(path: Path) -> tuple[GivenStation, ...]:
         raise StationListError(f"{path}: no such file, expected a station list; check the path") from None
     except (OSError, UnicodeDecodeError) as error:
         raise StationListError(f"{path}: can't be read ({error}), expected a CSV in UTF-8; check the file") from error
-    return _from_csv(path, text)
+    return stations_of_text(path, text, z_is_ground=z_is_ground)
 
 
 def _from_plan(path: Path) -> tuple[GivenStation, ...]:
@@ -130,7 +136,8 @@ def _checked_position(values: Sequence[float]) -> FloatArray:
     return position
 
 
-def _from_csv(path: Path, text: str) -> tuple[GivenStation, ...]:
+def stations_of_text(path: Path, text: str, *, z_is_ground: bool = False) -> tuple[GivenStation, ...]:
+    """Read stations from the text of a CSV as `read_station_list` does; path : for messages."""
     lines = text.splitlines()
     header_line = next((line for line in lines if line.strip()), "")
     separator = max(",;\t", key=header_line.count)
@@ -142,9 +149,10 @@ def _from_csv(path: Path, text: str) -> tuple[GivenStation, ...]:
             if not any(cell.strip() for cell in row):
                 continue
             if columns is None:
-                columns = _columns(path, rows.line_num, row)
+                columns = _columns(path, rows.line_num, row, z_is_ground=z_is_ground)
             else:
-                stations.append(_station(_Row(path, rows.line_num, row, columns), len(stations), separator))
+                line = _Row(path, rows.line_num, row, columns)
+                stations.append(_station(line, len(stations), separator, z_is_ground=z_is_ground))
     except csv.Error as error:
         raise StationListError(f"{path}, line {rows.line_num}: {error}, expected CSV; repair the line") from error
     return _checked(path, tuple(stations))
@@ -161,7 +169,7 @@ def _checked(path: Path, stations: tuple[GivenStation, ...]) -> tuple[GivenStati
     return stations
 
 
-def _columns(path: Path, line: int, header: list[str]) -> dict[str, tuple[int, str]]:
+def _columns(path: Path, line: int, header: list[str], *, z_is_ground: bool) -> dict[str, tuple[int, str]]:
     """Meaning -> (column, name as written)."""
     found: dict[str, tuple[int, str]] = {}
     unknown = []
@@ -174,7 +182,10 @@ def _columns(path: Path, line: int, header: list[str]) -> dict[str, tuple[int, s
             found.setdefault(meaning, (index, name.strip()))
     where = f"{path}, line {line}"
     _settle_height(where, found)
-    if not ({"x", "y"} <= set(found) and ("z" in found or {"ground_z", "instrument_height"} <= set(found))):
+    if z_is_ground and "z" in found:
+        found.setdefault("ground_z", found.pop("z"))
+    has_height = "ground_z" in found if z_is_ground else _tells_sensor(found)
+    if not ({"x", "y"} <= set(found) and has_height):
         raise StationListError(
             f"{where}: columns are {', '.join(name.strip() for name in header)}; expected at least x_m, y_m, "
             f"z_m (or ground_z_m and instrument_height_m); name them in the header, for example {','.join(COLUMNS)}"
@@ -187,10 +198,14 @@ def _columns(path: Path, line: int, header: list[str]) -> dict[str, tuple[int, s
     return found
 
 
+def _tells_sensor(found: dict[str, tuple[int, str]]) -> bool:
+    return "z" in found or {"ground_z", "instrument_height"} <= set(found)
+
+
 def _settle_height(where: str, found: dict[str, tuple[int, str]]) -> None:
     """Take a column `height` as z where there is no other; refuse it where it may as well be the instrument's."""
     height = found.pop("height", None)
-    if height is None or "z" in found or {"ground_z", "instrument_height"} <= set(found):
+    if height is None or _tells_sensor(found):
         return
     if "ground_z" in found:
         raise StationListError(
@@ -245,13 +260,14 @@ class _Row:
         return value
 
 
-def _station(row: _Row, n_before: int, separator: str) -> GivenStation:
+def _station(row: _Row, n_before: int, separator: str, *, z_is_ground: bool) -> GivenStation:
     comma = separator != ","  # a list of 1,50;2,00 is how half of Europe writes it
     x, y = row.number("x", decimal_comma=comma), row.number("y", decimal_comma=comma)
     height = row.number("instrument_height", decimal_comma=comma) if row.text("instrument_height") else None
     z = row.number("z", decimal_comma=comma)
-    if z is None:
+    if z is None and not (z_is_ground and not row.text("instrument_height")):
         height = row.number("instrument_height", decimal_comma=comma)
+    if z is None:
         z = (row.number("ground_z", decimal_comma=comma) or 0.0) + (height or 0.0)
     return GivenStation(
         id=row.id() or f"S{n_before + 1:03d}",

@@ -105,6 +105,16 @@ class LivePlan:
         return self._demand.goals
 
     @property
+    def engine(self) -> ScanEngine:
+        """What looks."""
+        return self._engine
+
+    @property
+    def reach(self) -> Reach:
+        """Where one can walk."""
+        return self._reach
+
+    @property
     def n_scans(self) -> int:
         """Positions that were scanned so far; what is remembered does not count."""
         return self._looker.n_scans

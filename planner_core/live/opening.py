@@ -42,6 +42,7 @@ def open_live(
     scene: Path | None = None,
     engine: str = "auto",
     device: str | None = None,
+    with_ground: bool = True,
     progress: Progress = silent,
 ) -> LivePlan:
     """Open a plan folder.
@@ -52,6 +53,8 @@ def open_live(
         The scene file; None: looked for, see `planner_core.export.plan_settings.find_scene`.
     engine, device
         See `planner_core.scan.engine.open_engine`.
+    with_ground
+        Test all ground for tripods now; without, that is done when first asked for.
 
     Raises
     ------
@@ -79,7 +82,7 @@ def open_live(
     progress(ProgressEvent(STAGE, 4, _N_STEPS, "looking from the stations"))
     live.figures(live.draft)
     progress(ProgressEvent(STAGE, 5, _N_STEPS, "finding where tripods can stand"))
-    for number, floor in enumerate(survey.floors):
+    for number, floor in enumerate(survey.floors if with_ground else ()):
         progress(ProgressEvent("ground", number, len(survey.floors), floor.name))
         live.ground(live.draft, floor.id)
     progress(ProgressEvent(STAGE, _N_STEPS, _N_STEPS))

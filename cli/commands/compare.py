@@ -1,0 +1,233 @@
+"""`tlsplan compare`: a plan against where the scanner really stood, and what to scan again before leaving."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..coordinates import coordinate_options, frame_request
+from ..options import apply, engine_options, output_options, overwrite_option
+
+if TYPE_CHECKING:
+    from planner_core.handover.as_scanned import AsScanned, Rescan
+    from planner_core.handover.source import PlanSource
+    from planner_core.live.live_plan import LivePlan
+
+    from ..progress import ProgressReporter
+
+#: What the list's stations don't meet; see `tlsplan.exit_codes`.
+NOT_MET = 7
+
+
+@click.command("compare", epilog="Example:  tlsplan compare plan/ --stations actual.csv -o scan-again/")
+@click.argument("plan", type=click.Path(path_type=Path))
+@click.option("--stations", "lists", type=click.Path(path_type=Path, readable=False), required=True, multiple=True,
+              metavar="FILE", help="Where the scanner stood: CSV, or poses of an E57; may be repeated.")  # fmt: skip
+@click.option("--coordinates", type=click.Choice(["auto", "scene", "site"]), default="auto", show_default=True,
+              help="Those of the list. auto: in which it lies at the plan.")  # fmt: skip
+@click.option("--heights", type=click.Choice(["sensor", "ground"]), default="sensor", show_default=True,
+              help="Whose a CSV's z is. ground: the sensor is its instrument height above, the planned one where the "
+              "list has none.")  # fmt: skip
+@click.option("--columns", default="", metavar="LETTERS", help="Of a CSV without header line, such as PENZ. [none]")
+@click.option("--match", type=click.Choice(["name", "place"]), default="name", show_default=True,
+              help="name: by names, and the others by place; place: names don't count.")  # fmt: skip
+@click.option("--within", "within_m", type=click.FloatRange(min=0.0), default=2.0, show_default=True, metavar="METRES",
+              help="Stations further apart than this are not matched by place.")  # fmt: skip
+@click.option("--scan-again/--no-scan-again", default=True, show_default=True,
+              help="Where something is not met, look for the fewest further stations.")  # fmt: skip
+@click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
+              help="Write a plan folder of what was scanned and further stations, if any.")  # fmt: skip
+@click.option("--scene", type=click.Path(path_type=Path), default=None, metavar="FILE",
+              help="The scene file of the plan. [default: looked for where it was, and beside the plan]")  # fmt: skip
+@coordinate_options
+@apply(engine_options, overwrite_option, output_options)
+@click.pass_context
+def command(
+    ctx: click.Context,
+    plan: Path,
+    lists: tuple[Path, ...],
+    coordinates: str,
+    heights: str,
+    columns: str,
+    match: str,
+    within_m: float,
+    scan_again: bool,
+    folder: Path | None,
+    scene: Path | None,
+    engine: str,
+    device: str | None,
+    overwrite: bool,
+    as_json: bool,
+    quiet: bool,
+    **told: Any,
+) -> None:
+    """Say what it costs that the scanner did not stand where PLAN has it, and what to scan again before leaving.
+
+    Ends with exit code 0 where what was asked is still met, and 7 where it is not.
+    """
+    from planner_core.export.folder import check_output
+    from planner_core.handover.actual_stations import read_actual
+    from planner_core.handover.as_scanned import compare_as_scanned
+    from planner_core.handover.as_scanned_document import as_scanned_document
+    from planner_core.handover.matching import doubts, matched
+    from planner_core.handover.source import open_plan
+    from planner_core.live.opening import open_live
+
+    from .. import output
+    from ..progress import ProgressReporter
+
+    if folder is not None:
+        check_output(folder, overwrite=overwrite)
+    source = open_plan(plan, scene=scene, frame=frame_request(told))
+    actual = read_actual(lists, source, coordinates=coordinates, heights=heights, columns=columns)
+    matches = matched(source.stations, actual.stations, by=match, within_m=within_m)
+    with ProgressReporter(quiet=quiet or as_json) as reporter:
+        reporter.warn((*source.frame.warnings, *doubts(matches, within_m)))
+        live = open_live(
+            source.folder, scene=scene, engine=engine, device=device, with_ground=False, progress=reporter.show
+        )
+        found = compare_as_scanned(live, matches, progress=reporter.show)
+        reporter.warn(found.warnings)
+        rescan = _rescan(live, found, reporter) if scan_again and not found.met else None
+        if folder is not None and rescan is not None:
+            _write(rescan, live, folder, overwrite, reporter)
+    document = as_scanned_document(live, source.frame, actual.coordinates, found, rescan)
+    if as_json:
+        output.as_json(document)
+    elif not quiet:
+        _show(document, source)
+        if folder is not None:
+            output.say(f"plan folder   {folder if rescan is not None else 'not written: nothing was planned'}")
+    ctx.exit(0 if found.met else NOT_MET)
+
+
+def _rescan(live: LivePlan, found: AsScanned, reporter: ProgressReporter) -> Rescan:
+    from planner_core.handover.as_scanned import plan_rescan
+
+    rescan = plan_rescan(live, found, progress=reporter.show)
+    said = set(found.warnings)
+    reporter.warn(line for line in rescan.plan.warnings if line not in said)
+    return rescan
+
+
+def _write(rescan: Rescan, live: LivePlan, folder: Path, overwrite: bool, reporter: ProgressReporter) -> None:
+    from planner_core.export.folder import write_plan_folder
+
+    write_plan_folder(rescan.plan, folder, engine=live.engine, overwrite=overwrite, progress=reporter.show)
+
+
+# ---------------------------------------------------------------------------------------------- words
+_MOST_TOLD = 12
+_TELLING_MOVE_M = 0.05
+
+
+def _show(document: dict[str, Any], source: PlanSource) -> None:
+    from .. import output
+
+    for line in (*_stations(document), "", *_coverage(document), *_network(document), *_lost(document), ""):
+        output.say(line)
+    for line in _again(document, source):
+        output.say(line)
+
+
+def _stations(document: dict[str, Any]) -> list[str]:
+    counts, rows = document["counts"], document["stations"]
+    system = document["site_coordinates"] if document["list_coordinates"] == "site" else "scene coordinates"
+    lines = [f"list          {sum(row['listed_as'] is not None for row in rows)} stations in {system}"]
+    lines.append(f"as planned    {counts['as planned']}")
+    if counts["scanned before"]:
+        lines.append(f"before        {counts['scanned before']} were scanned before the plan, and need not be listed")
+    for fate in ("moved", "missing", "additional"):
+        of_fate = sorted((row for row in rows if row["fate"] == fate), key=lambda row: -row["lost_area_m2"])
+        lines.append(f"{fate:<13} {counts[fate]}")
+        lines += [f"  {_fate(row)}" for row in of_fate[:_MOST_TOLD]]
+        if len(of_fate) > _MOST_TOLD:
+            lines.append(f"  and {len(of_fate) - _MOST_TOLD} more, see --json")
+    return lines
+
+
+def _fate(row: dict[str, Any]) -> str:
+    area_m2 = row["lost_area_m2"]
+    worth = f"costs {area_m2:.1f} m2" if area_m2 >= 0.05 else f"gains {-area_m2:.1f} m2" if area_m2 <= -0.05 else ""
+    said = [f"{row['id']:<10}", f"floor {row['floor']}"]
+    if row["fate"] == "moved":
+        dx, dy, dz = row["moved_m"]
+        said.append(f"by {(dx * dx + dy * dy) ** 0.5:.2f} m in plan, {dz:+.2f} m in height")
+    if row["matched_by"] == "place" and row["listed_as"] != row["id"]:
+        said.append(f"listed as {row['listed_as']}")
+    return ", ".join([said[0] + " " + said[1], *said[2:], *([f"by itself {worth}"] if worth else [])])
+
+
+def _coverage(document: dict[str, Any]) -> list[str]:
+    lines = []
+    for row in document["requirements"]:
+        state = "" if row["met"] else "   NOT MET"
+        lines.append(
+            f"{'coverage' if not lines else '':<13} {row['name']:<24} {_percent(row['asked'])} asked, "
+            f"{_percent(row['planned'])} planned, {_percent(row['actual'])} as scanned{state}"
+        )
+    return lines
+
+
+def _network(document: dict[str, Any]) -> list[str]:
+    network = document["network"]
+    state = "" if network["met"] else "   NOT MET"
+    lines = [
+        f"network       {_parts(network['planned_parts'])} planned, {_parts(network['actual_parts'])} as scanned; "
+        f"{network['planned_links']} links planned, {network['actual_links']} as scanned{state}"
+    ]
+    lost = [f"{link['a']}-{link['b']}" for link in network["lost_links"]]
+    if lost:
+        more = f" and {len(lost) - _MOST_TOLD} more" if len(lost) > _MOST_TOLD else ""
+        lines.append(f"links lost    {', '.join(lost[:_MOST_TOLD])}{more}")
+    if network["actual_parts"] > 1:
+        lines += [f"  part        {', '.join(part)}" for part in network["networks"][1:]]
+    return lines
+
+
+def _parts(number: int) -> str:
+    return f"{number} part{'s' if number != 1 else ''}"
+
+
+def _lost(document: dict[str, Any]) -> list[str]:
+    surfaces = document["lost_surfaces"]
+    if not surfaces:
+        return []
+    total_m2 = sum(surface["area_m2"] for surface in surfaces)
+    lines = [f"not seen now  {total_m2:.1f} m2 that the plan sees"]
+    for surface in surfaces[:_MOST_TOLD]:
+        room = f", room {surface['room']}" if surface["room"] else ""
+        lines.append(
+            f"  {surface['area_m2']:7.2f} m2  {surface['kind']} {surface['element']}, floor {surface['floor']}{room}"
+        )
+    if len(surfaces) > _MOST_TOLD:
+        lines.append(f"  and {len(surfaces) - _MOST_TOLD} more surfaces, see --json")
+    return lines
+
+
+def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
+    if document["met"]:
+        return ["What was asked is still met: nothing need be scanned again."]
+    again = document["scan_again"]
+    if again is None:
+        return ["What was asked is NOT met."]
+    rows = again["stations"]
+    fewest = "fewest possible" if again["fewest_is_proven"] else "fewest found"
+    many = "station" if len(rows) == 1 else "stations"
+    lines = [f"SCAN AGAIN    {len(rows)} {many} before you leave ({fewest}), sensor in {source.frame.crs_line}:"]
+    for row in rows:
+        x, y, z = row.get("site_position", row["position"])
+        height = "" if row["instrument_height_m"] is None else f", {row['instrument_height_m']:.2f} m above the ground"
+        lines.append(
+            f"  {row['id']:<10} floor {row['floor']:<5} {x:.3f} {y:.3f} {z:.3f}{height}"
+            f"{' (planned, missing)' if row['is_planned'] else ''}"
+        )
+    state = "all that was asked is met again" if again["met"] else "not all that was asked is met even so"
+    lines.append(f"with them     {_percent(again['coverage'])} coverage, {_parts(again['network_parts'])}: {state}")
+    return lines
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %"
