@@ -68,6 +68,8 @@ def read_control_points(path: Path) -> ControlPoints:
         _Row(f"{path}, line {number}", row, columns, decimal_comma=separator != ",")
         for (number, _), row in zip(lines[1:], cells[1:], strict=True)
     ]
+    for row in rows:
+        row.check_width(len(cells[0]))
     names = [row.text("name") for row in rows]
     for index, name in enumerate(names):
         if not name or name in names[:index]:
@@ -101,6 +103,13 @@ class _Row:
     cells: list[str]
     columns: dict[str, int]
     decimal_comma: bool
+
+    def check_width(self, n_columns: int) -> None:
+        if any(self.cells[n_columns:]):
+            raise CoordinatesError(
+                f"{self.where}: has {len(self.cells)} cells, expected {n_columns} as in the header; with decimal commas, "
+                "separate columns by semicolons"
+            )
 
     def text(self, meaning: str) -> str:
         index = self.columns.get(meaning, len(self.cells))

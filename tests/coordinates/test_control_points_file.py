@@ -37,9 +37,10 @@ def test_columns_and_empty_heights_are_read(tmp_path: Path) -> None:
         "\ufeffPoint;Scene_X [m];scene y;scene-z;Easting;Northing;Height;w\n"
         "P1;1;2;3;100,5;200,25;30;2\nP2;4;5;;400;500;;\n",
         "id\te_m\tn_m\th_m\tx_m\ty_m\tz_m\tweight\nP1\t100.5\t200.25\t30\t1\t2\t3\t2\nP2\t400\t500\t\t4\t5\t\t\n",
+        PLAIN.replace("30,2\n", "30,2,,\n"),
         "# surveyed in May\n\n" + PLAIN.replace("\n", "\r\n"),
     ],
-    ids=["semicolons", "tabs", "comments"],
+    ids=["semicolons", "tabs", "empty cells", "comments"],
 )
 def test_other_spellings_are_the_same_points(tmp_path: Path, text: str) -> None:
     plain = read_control_points(file_of(tmp_path, PLAIN))
@@ -61,6 +62,7 @@ def test_other_spellings_are_the_same_points(tmp_path: Path, text: str) -> None:
         ("name,x,y,E,N\nP1,1,nan,3,4\n", "line 2: y is 'nan'"),
         ("name,x,y,E,N\n\nP1,1,2,3,4e999\n", "line 3: N is '4e999'"),
         ("name,x,y,E,N,weight\nP1,1,2,3,4,0\n", "weight is 0"),
+        ("name,x,y,E,N\nP1,1,5,2,0,100,5,200,25\n", "line 2: has 9 cells, expected 5"),
     ],
 )
 def test_what_is_wrong_is_told_with_its_line(tmp_path: Path, text: str, told: str) -> None:
