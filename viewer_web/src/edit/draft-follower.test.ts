@@ -7,7 +7,7 @@ import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { createStore, type Store } from '../store.ts';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
 import { smallPlan } from '../testing/small-plan.ts';
-import { DraftFollower } from './draft-follower.ts';
+import { DraftFollower, watchableRun } from './draft-follower.ts';
 
 const READY: LiveState = { state: 'ready', step: null, fraction: null, message: null };
 const move = (x: number): Change => ({ kind: 'move_station', station: 'S001', position_m: [x, 2000, 1.3] });
@@ -109,4 +109,10 @@ test('while a run goes on, those who look at runs see its best stations', () => 
     ['F0', [1, 1, 1.3]],
     ['F1', [2, 2, 4.1]],
   ]);
+  expect(watchableRun(store)?.id).toBe('R001');
+  store.editing.watchesRun.value = false;
+  expect(store.draft.value).toBeNull();
+  expect(watchableRun(store)?.id).toBe('R001');
+  desk.runs.value = [{ id: 'R001', state: 'finished', best: { n_stations: 2, stations } } as unknown as Run];
+  expect(watchableRun(store)).toBeNull();
 });

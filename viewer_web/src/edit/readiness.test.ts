@@ -4,7 +4,7 @@ import { Desk } from '../api/desk.ts';
 import type { LiveState } from '../api/documents.ts';
 import { createStore, type Store } from '../store.ts';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
-import { canEdit, isLive, toolInHand, whyNoEditing, whyNotLive } from './readiness.ts';
+import { canEdit, isLive, toolInHand, whyNoEditing, whyNoServer, whyNotLive } from './readiness.ts';
 
 async function storeOn(server: FakeReviewServer | null): Promise<Store> {
   const fetcher = server?.fetch ?? (async () => new Response('not found', { status: 404 }));
@@ -33,6 +33,15 @@ test('without a server, with a file server, and read-only, it is said how to get
   session.value = { ...session.value!, read_only: true };
   expect(whyNoEditing(store)).toMatch(/--read-only.*without/);
   expect(canEdit(store)).toBe(false);
+});
+
+test('a server whose review can not be read is not taken for one that is gone', async () => {
+  const server = new FakeReviewServer();
+  server.refusal = { status: 503, message: 'plan/review.usda: the review is damaged; rename it' };
+  const store = await storeOn(server);
+  expect([whyNoServer(store.desk!), whyNoEditing(store)]).toEqual([server.refusal.message, server.refusal.message]);
+  server.isGone = true;
+  expect(whyNoEditing(await storeOn(server))).toMatch(/does not answer/);
 });
 
 test('the plan of a run is not edited', async () => {
