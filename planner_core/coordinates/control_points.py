@@ -107,8 +107,8 @@ class _Row:
     def check_width(self, n_columns: int) -> None:
         if any(self.cells[n_columns:]):
             raise CoordinatesError(
-                f"{self.where}: has {len(self.cells)} cells, expected {n_columns} as in the header; with decimal commas, "
-                "separate columns by semicolons"
+                f"{self.where}: has {len(self.cells)} cells, expected {n_columns} as in the header; with decimal "
+                "commas, separate columns by semicolons"
             )
 
     def text(self, meaning: str) -> str:
