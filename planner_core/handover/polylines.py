@@ -169,7 +169,8 @@ def corners(points_m: FloatArray) -> FloatArray:
         length_m = float(np.hypot(*chord))
         off_m = np.abs(cross(chord, between_m)) / max(length_m, _STRAIGHT_M)
         along_m = between_m @ chord / max(length_m, _STRAIGHT_M)
-        if (off_m > _STRAIGHT_M).any() or (along_m < 0).any() or (along_m > length_m).any():
+        back = length_m < _STRAIGHT_M and (np.hypot(*between_m.T) > _STRAIGHT_M).any()  # where it came from: no chord
+        if back or (off_m > _STRAIGHT_M).any() or (along_m < 0).any() or (along_m > length_m).any():
             kept.append(number - 1)
     kept.append(len(points_m) - 1)
     of_line: FloatArray = points_m[kept]

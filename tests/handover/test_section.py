@@ -8,6 +8,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner_core.handover.polylines import corners
 from planner_core.handover.section import KINDS, SectionLine, floor_outline, floor_section, kind_of, lines_below
 from planner_core.handover.union_border import union_border
 from planner_core.model import Element, Floor, Optics, Scene
@@ -304,3 +305,8 @@ def _even_odd_area(linework: shapely.Geometry) -> float:
     for face in faces:
         filled = filled.symmetric_difference(shapely.Polygon(face.exterior))
     return float(filled.area)
+
+
+def test_line_that_comes_back_on_itself_keeps_its_far_end() -> None:
+    there_and_back = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [0.0, 0.0]])
+    assert corners(there_and_back).tolist() == [[0.0, 0.0], [2.0, 0.0], [0.0, 0.0]]
