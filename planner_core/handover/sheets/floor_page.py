@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.export.sheet import spread_apart
-from planner_core.handover.sheets.band import draw_band, draw_grid
+from planner_core.handover.sheets.band import corners, draw_band, draw_grid
 from planner_core.handover.sheets.floor_view import COUNTS, STRONG, WEAK, FloorView
-from planner_core.handover.sheets.ink import INK, PAPER, QUIET, Box, Ink, Pen
+from planner_core.handover.sheets.fonts import width_mm
+from planner_core.handover.sheets.ink import INK, PAPER, Box, Ink, Pen
 from planner_core.handover.sheets.marks import (
     BELOW,
     CUT,
@@ -184,6 +185,11 @@ def _draw_neighbours(ink: Ink, tile: Tile, neighbours: Sequence[Neighbour]) -> N
         if abs(dx) + abs(dy) != 1:
             continue
         words = f"goes on at sheet {other.sheet}"
-        x = box.left + box.width / 2 if dx == 0 else (box.right - 1.2 if dx > 0 else box.left + 3.0)
-        y = box.bottom + box.height / 2 if dy == 0 else (box.top - 3.0 if dy > 0 else box.bottom + 1.2)
-        ink.text((x, y), words, 7.0, colour=QUIET, align="middle", turn_rad=math.pi / 2 if dx else 0.0)
+        long, high = width_mm(words, 7.0, bold=True) + 4.0, 4.6
+        width, height = (high, long) if dx else (long, high)
+        left = box.left + (box.width - width) * (0.5 + 0.5 * dx)
+        bottom = box.bottom + (box.height - height) * (0.5 + 0.5 * dy)
+        ink.area([corners(Box(left, bottom, width, height))], PAPER)
+        ink.lines([corners(Box(left, bottom, width, height))], Pen(0.25), closed=True)
+        at = (left + 3.1, bottom + height / 2) if dx else (left + width / 2, bottom + 1.5)
+        ink.text(at, words, 7.0, bold=True, align="middle", turn_rad=math.pi / 2 if dx else 0.0)

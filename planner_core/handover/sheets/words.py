@@ -117,10 +117,11 @@ def _hours(seconds: float) -> str:
 
 
 def _accuracy(plan: PlanSource) -> str:
-    residuals = plan.frame.residuals_m
+    scale, residuals = plan.frame.horizontal_scale, plan.frame.residuals_m
+    words = "" if abs(scale - 1.0) < 1e-7 else f"; 1 m of the building is {scale:.6f} m on the grid"
     if not residuals:
-        return ""
-    return f"; {len(residuals)} control points, largest residual {1000 * max(residuals):.1f} mm"
+        return words
+    return f"{words}; {len(residuals)} control points, largest residual {1000 * max(residuals):.1f} mm"
 
 
 def warnings_of(plan: PlanSource) -> list[str]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.handover.sheets import marks
@@ -20,6 +20,7 @@ def _of(values: list[float], areas: list[float], asked: float | None = None):  #
     return histogram(Figures("f", "m", np.array(values)), np.array(areas), "title", "words", 1.0, asked)
 
 
+@settings(deadline=None)
 @given(
     st.lists(st.tuples(st.floats(0.01, 100.0), st.floats(0.001, 1.0)), min_size=1, max_size=60),
     st.none() | st.floats(0.1, 50.0),

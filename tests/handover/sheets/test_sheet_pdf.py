@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import HandoverError, RequirementError
 from planner_core.handover.formats import hand_over
 from planner_core.handover.options import Options
@@ -228,6 +229,12 @@ def test_sheets_in_scene_coordinates_say_so_and_claim_no_north(
     assert all("scene coordinates, no CRS" in words for words in sheets.texts)
     marks = [mark.text for mark in sheets.words(_drawing(sheets, "Level 1"))]
     assert "N" not in marks and {"x", "y"} <= set(marks)
+
+
+def test_cover_tells_the_scale_of_the_grid(sheet_folder: Path, pdf_of: Callable[..., Any]) -> None:
+    frame = FrameRequest(crs="EPSG:25832", origin_m=ORIGIN_M, scale=0.9996)
+    words = " ".join(pdf_of(open_plan(sheet_folder, frame=frame)).texts[0].split())
+    assert "1 m of the building is 0.999600 m on the grid" in words
 
 
 def test_sheets_name_the_crs_on_every_page(site_sheets: Any) -> None:
