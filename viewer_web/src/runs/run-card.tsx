@@ -113,7 +113,8 @@ function RunButtons({ store, desk, run, mayChange }: RunCardProps) {
         <button
           type="button"
           class="button button-small"
-          title="A new run that begins with the best stations of this one"
+          title={desk.runObstacle.value ?? 'A new run that begins with the best stations of this one'}
+          disabled={desk.runObstacle.value !== null}
           onClick={() => post('resume')}
         >
           Resume
