@@ -4,7 +4,9 @@ import { join } from 'node:path';
 import type { Browser } from 'playwright-core';
 import { afterAll, beforeAll, expect, inject, test, vi } from 'vitest';
 import type { Change, Review } from '../src/api/documents.ts';
+import { addZone } from '../src/edit/changes.ts';
 import { type PlanJson, parsePlan } from '../src/load/plan-json.ts';
+import { addComment } from '../src/review/remarks.ts';
 import { launchBrowser, ViewerPage } from './browser.ts';
 import { type PlanServer, sceneOf, serveCopy, servePlan } from './plan-server.ts';
 
@@ -94,7 +96,29 @@ test('stations are accepted and rejected, and the plan is signed off', async () 
   expect((await review(viewer)).verdicts[first.id]).toMatchObject({ verdict: 'accepted', by: 'Grace' });
   await page.getByRole('button', { name: /^Accept the other/ }).click();
   await expect.poll(async () => Object.keys((await review(viewer)).verdicts).length).toBe(plan.stations.length);
-  await page.getByRole('button', { name: 'Sign off as Grace' }).click();
+  const open = page.getByRole('list', { name: 'Open points' });
+  expect(await open.textContent()).toContain(`${second.id} is rejected and still in the plan`);
+  expect(await changeAs(viewer, 'Ada', addComment('And the cellar?', null, null))).toBe(200);
+  await expect.poll(() => open.textContent(), { timeout: 30_000 }).toMatch(/comments? (is|are) open/);
+  const signing = page.getByRole('button', { name: 'Sign off as Grace' });
+  expect(await signing.isDisabled()).toBe(true);
+  await page.getByLabel(/^Sign off with these points open/).check();
+  await viewer.screenshot('review-2-open-points');
+  // Who has agreed to some points is asked again when there are more.
+  const { position } = plan.stations[2];
+  const around = [
+    [-0.5, -0.5],
+    [0.5, -0.5],
+    [0.5, 0.5],
+    [-0.5, 0.5],
+  ].map(([dx, dy]) => [position[0] + dx, position[1] + dy] as [number, number]);
+  const { floor } = plan.stations[2];
+  const zone = addZone({ kind: 'keep_out', outline: around, floor, name: '', coverage: null });
+  expect(await changeAs(viewer, 'Ada', zone)).toBe(200);
+  await expect.poll(() => open.textContent(), { timeout: 30_000 }).toContain('where the review keeps people out');
+  expect(await signing.isDisabled()).toBe(true);
+  await page.getByLabel(/^Sign off with these points open/).check();
+  await signing.click();
   await page.getByTestId('signature').waitFor();
   expect(await page.getByTestId('signature').textContent()).toMatch(/Grace signed at .*Nothing was changed since/);
   expect(await changeAs(viewer, 'Ada', { kind: 'lock_station', station: first.id, locked: true })).toBe(200);
@@ -102,6 +126,109 @@ test('stations are accepted and rejected, and the plan is signed off', async () 
     .poll(() => page.getByTestId('signature').textContent(), { timeout: 30_000 })
     .toContain('1 thing changed since');
   await viewer.screenshot('review-2-signed');
+  await close(viewer);
+});
+
+test('the edited plan stands beside the plan, in words, and what is unseen follows it', async () => {
+  const viewer = await openAs('Ada');
+  const { page } = viewer;
+  await page.waitForFunction(async () => (await (await fetch('api/session')).json()).live.state === 'ready', null, {
+    timeout: 240_000,
+  });
+  const removed = plan.stations.filter((station) => station.floor === first.floor).slice(0, 3);
+  const remove = removed.map(({ id }): Change => ({ kind: 'remove_station', station: id }));
+  expect(await changeAs(viewer, 'Grace', ...remove)).toBe(200);
+  await page.getByRole('tab', { name: 'Plan' }).click();
+  const targets = page.getByTestId('targets');
+  await expect.poll(() => targets.textContent(), { timeout: 60_000 }).toContain('NOT MET');
+  const row = targets.locator('tr', { hasText: 'Stations' });
+  expect(await row.locator('td').allTextContents()).toEqual([
+    `${plan.stations.length}`,
+    `${plan.stations.length - removed.length}`,
+  ]);
+  expect(await targets.locator('thead').textContent()).toBe('as plannedas edited');
+  expect(await page.getByTestId('station-count').textContent()).toBe(`${plan.stations.length - removed.length}`);
+  await expect.poll(() => page.getByTestId('met').textContent()).toBe('NOT MET');
+  await viewer.screenshot('review-4-beside');
+
+  const leftM2 = async (reason: string): Promise<number> => {
+    const text = await page.getByRole('button', { name: reason }).locator('.row-area').textContent();
+    return Number(/[\d.]+/.exec(text ?? '')?.[0]);
+  };
+  await page.getByRole('tab', { name: 'Unseen' }).click();
+  expect(await page.getByTestId('unseen-of').textContent()).toMatch(/^Of the plan as edited/);
+  const edited = await leftM2('left by the edited plan');
+  await page.getByRole('radio', { name: 'As planned' }).click();
+  expect(await page.getByTestId('unseen-of').count()).toBe(0);
+  expect(await leftM2('not worth a station')).toBeLessThan(edited);
+  await page.getByRole('radio', { name: /^Edited/ }).click();
+
+  await page.locator('.unseen > button').first().click();
+  await page.locator('[data-testid=legend][data-state=shown]').waitFor();
+  await page.getByRole('button', { name: 'left by the edited plan' }).click();
+  await page.locator('.unseen > button').first().click();
+  await page.locator('[data-testid=legend][data-state=shown]').waitFor();
+  expect(await page.getByTestId('legend').textContent()).toContain('left by the edited plan');
+  await viewer.settle();
+  await viewer.screenshot('review-5-unseen');
+  await page.goto('about:blank');
+  await viewer.open('#tab=runs&layer=difference&compare=');
+  await page.getByRole('list', { name: 'Stations that differ' }).waitFor();
+  expect(await page.getByTestId('legend').textContent()).toContain('3 stations only there');
+  const restore = removed.map(({ id }): Change => ({ kind: 'restore_station', station: id }));
+  expect(await changeAs(viewer, 'Grace', ...restore)).toBe(200);
+  await expect.poll(() => page.getByTestId('draft-bar').count(), { timeout: 30_000 }).toBe(0);
+  await close(viewer);
+});
+
+/** A place on the canvas, beside a station of the first floor, where a click says that the surface is ground. */
+async function groundBeside({ page }: ViewerPage): Promise<readonly [number, number]> {
+  for (const { id } of plan.stations.filter((station) => station.floor === first.floor)) {
+    const marker = (await page.locator(`.marker[data-station="${id}"]`).boundingBox())!;
+    const at = [marker.x + marker.width / 2 + 24, marker.y + marker.height / 2 + 24] as const;
+    await page.mouse.click(...at);
+    const told = page.getByTestId('surface-figures');
+    const isGround = (await told.count()) > 0 && (await told.textContent())?.includes('Ground of');
+    const closer = page.getByRole('button', { name: 'Close', exact: true });
+    if ((await closer.count()) > 0) await closer.first().click();
+    if (isGround) return at;
+  }
+  throw new Error('no ground beside any station of the first floor');
+}
+
+test('a floor that is ground already is not marked again, and marks leave the colours as they are', async () => {
+  const viewer = await openAs('Ada', `#tab=edit&floor=${first.floor}`);
+  const { page } = viewer;
+  const count = async (): Promise<number> => Object.keys((await review(viewer)).ground_picks).length;
+  await page.keyboard.press('t');
+  await viewer.settle();
+  const at = await groundBeside(viewer);
+  await page.getByRole('radio', { name: 'Ground', exact: true }).click();
+  await page.mouse.click(...at);
+  await page.getByText(/^This surface is ground already/).waitFor();
+  expect(await count()).toBe(0);
+  await page.getByRole('tab', { name: 'Unseen' }).click();
+  await viewer.settle();
+  const before = await viewer.canvasPixels();
+  await page.getByRole('tab', { name: 'Edit' }).click();
+  await page.getByRole('radio', { name: 'Is no ground' }).click();
+  await viewer.settle();
+  const plain = await viewer.canvasPixels();
+  await page.mouse.click(...at);
+  await expect.poll(count).toBe(1);
+  const unmark = page.getByRole('button', { name: /^Unmark/ });
+  await unmark.waitFor();
+  await viewer.settle();
+  const filled = plain.shareChanged(await viewer.canvasPixels());
+  expect(filled).toBeGreaterThan(0.02);
+  await page.getByRole('tab', { name: 'Unseen' }).click();
+  await viewer.settle();
+  // Its rim is all that is drawn.
+  expect(before.shareChanged(await viewer.canvasPixels())).toBeLessThan(0.5 * filled);
+  await viewer.screenshot('review-6-ground');
+  await page.getByRole('tab', { name: 'Edit' }).click();
+  await unmark.click();
+  await expect.poll(count).toBe(0);
   await close(viewer);
 });
 
