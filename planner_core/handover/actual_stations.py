@@ -182,7 +182,7 @@ def _at_plan(listed: Sequence[ListedStation], plan: PlanSource, coordinates: str
     if not _is_near(at_m, plan.stations):
         told = " and ".join(f"{_length(away_m[name])} as {name} coordinates" for name in readings)
         raise StationListError(
-            f"stations: none of {len(listed)} lies at the plan, they are off by {told}; {_guess(listed, at_m, plan)}"
+            f"stations: none of {len(listed)} lies at the plan, they are off by {told}; {_guess(listed, chosen, plan)}"
         )
     return ActualList(tuple(replace(each, position_m=place) for each, place in zip(listed, at_m, strict=True)), chosen)
 
@@ -199,13 +199,19 @@ def _is_near(at_m: FloatArray, stations: Sequence[FieldStation]) -> bool:
     return bool(((at_m >= low) & (at_m <= high)).all(axis=1).any())
 
 
-def _guess(listed: Sequence[ListedStation], at_m: FloatArray, plan: PlanSource) -> str:
+def _guess(listed: Sequence[ListedStation], coordinates: str, plan: PlanSource) -> str:
     """Return what may be wrong with a list that is elsewhere, by what would bring it to the plan."""
+
+    def in_scene(values: FloatArray) -> FloatArray:
+        return plan.frame.to_scene(values) if coordinates == "site" else values
+
+    as_listed = np.array([each.position_m for each in listed])
     for scale, unit in ((0.001, "millimetres"), (0.01, "centimetres"), (0.3048, "feet")):
-        if _is_near(scale * at_m, plan.stations):
+        if _is_near(in_scene(scale * as_listed), plan.stations):
             return f"they may be in {unit}, expected metres; convert them"
-    if _is_near(at_m[:, [1, 0, 2]], plan.stations):
+    if _is_near(in_scene(as_listed[:, [1, 0, 2]]), plan.stations):
         return "easting and northing may be swapped; name the columns, or give --columns"
+    at_m = in_scene(as_listed)
     known = {station.id: station.position_m for station in plan.stations}
     pairs = [(place, known[each.id]) for each, place in zip(listed, at_m, strict=True) if each.id in known]
     if len(pairs) >= 2:

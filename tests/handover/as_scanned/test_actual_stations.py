@@ -1,0 +1,140 @@
+"""Lists from the field: E57 poses, headerless CSV, and lists that are somewhere else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner_core.errors import RequirementError, StationListError
+from planner_core.handover.actual_stations import read_actual
+from planner_core.handover.source import PlanSource
+
+
+def write_csv(path: Path, rows: list[tuple[str, np.ndarray]]) -> Path:
+    lines = [f"{name},{','.join(repr(float(v)) for v in at)}" for name, at in rows]
+    path.write_text("\n".join(["name,easting,northing,elevation", *lines]))
+    return path
+
+
+def write_e57(path: Path, poses: dict[str, np.ndarray]) -> Path:
+    """Scans of three points each, with their poses, as pye57 writes them."""
+    import pye57
+
+    file = pye57.E57(str(path), mode="w")
+    points = {f"cartesian{axis}": np.array([0.0, 1.0, 2.0]) for axis in "XYZ"}
+    for name, at in poses.items():
+        file.write_scan_raw(points, name=name, rotation=np.array([1.0, 0.0, 0.0, 0.0]), translation=at)
+    file.close()
+    return path
+
+
+def test_poses_of_an_e57_are_the_stations(source: PlanSource, tmp_path: Path) -> None:
+    poses = {each.id: each.site_m for each in source.stations[:3]}
+    actual = read_actual([write_e57(tmp_path / "scans.e57", poses)], source)
+    assert actual.coordinates == "site"
+    assert [each.id for each in actual.stations] == list(poses)
+    for found, planned in zip(actual.stations, source.stations, strict=False):
+        np.testing.assert_allclose(found.position_m, planned.position_m, atol=1e-6)
+        assert not found.is_ground
+
+
+def test_several_files_are_one_list(source: PlanSource, tmp_path: Path) -> None:
+    first, second = source.stations[:2]
+    a = write_e57(tmp_path / "a.e57", {first.id: first.position_m})
+    b = write_csv(tmp_path / "b.csv", [(second.id, second.position_m)])
+    actual = read_actual([a, b], source)
+    assert actual.coordinates == "scene"
+    assert [each.id for each in actual.stations] == [first.id, second.id]
+    with pytest.raises(StationListError, match="twice"):
+        read_actual([a, a], source)
+
+
+def test_a_folder_of_e57_files_is_one_list(source: PlanSource, tmp_path: Path) -> None:
+    for each in source.stations[:2]:
+        write_e57(tmp_path / f"{each.id}.e57", {each.id: each.site_m})
+    assert [each.id for each in read_actual([tmp_path], source).stations] == [each.id for each in source.stations[:2]]
+
+
+def test_scans_without_pose_are_refused(source: PlanSource, tmp_path: Path) -> None:
+    from pye57 import libe57
+
+    path = tmp_path / "raw.e57"
+    file = libe57.ImageFile(str(path), "w")
+    scans = libe57.VectorNode(file, True)
+    scan = libe57.StructureNode(file)
+    scans.append(scan)
+    scan.set("name", libe57.StringNode(file, "Scan 1"))
+    file.root().set("data3D", scans)
+    file.close()
+    with pytest.raises(StationListError, match=r"raw\.e57: scan 'Scan 1' has no pose.*registration"):
+        read_actual([path], source)
+
+
+def test_a_file_that_is_no_e57_is_refused_in_one_line(source: PlanSource, tmp_path: Path) -> None:
+    (tmp_path / "bad.e57").write_bytes(b"not an E57 file" * 100)
+    with pytest.raises(StationListError, match=r"bad\.e57: can't be read as E57") as caught:
+        read_actual([tmp_path / "bad.e57"], source)
+    assert "\n" not in str(caught.value)
+    with pytest.raises(StationListError, match="no such file"):
+        read_actual([tmp_path / "none.e57"], source)
+
+
+def test_a_list_500_km_away_is_refused_with_the_shift(source: PlanSource, tmp_path: Path) -> None:
+    shift = np.array([300_000.0, 400_000.0, 0.0])
+    rows = [(each.id, each.position_m + shift) for each in source.stations]
+    with pytest.raises(StationListError, match=r"none of \d+ lies at the plan.*km.*300000\.00, 400000\.00, 0\.00"):
+        read_actual([write_csv(tmp_path / "far.csv", rows)], source, coordinates="scene")
+    with pytest.raises(StationListError, match=r"as scene coordinates and .* as site coordinates"):
+        read_actual([tmp_path / "far.csv"], source)
+
+
+def test_a_list_of_other_names_500_km_away_is_refused_with_what_was_expected(
+    source: PlanSource, tmp_path: Path
+) -> None:
+    rows = [(f"scan {k}", each.position_m + np.array([5e5, 0.0, 0.0])) for k, each in enumerate(source.stations)]
+    with pytest.raises(StationListError, match="--control-points"):
+        read_actual([write_csv(tmp_path / "far.csv", rows)], source)
+
+
+def test_swapped_columns_and_millimetres_are_guessed(source: PlanSource, tmp_path: Path) -> None:
+    swapped = [(each.id, each.site_m[[1, 0, 2]]) for each in source.stations]
+    with pytest.raises(StationListError, match="swapped"):
+        read_actual([write_csv(tmp_path / "swapped.csv", swapped)], source, coordinates="site")
+    millimetres = [(each.id, 1000.0 * each.site_m) for each in source.stations]
+    with pytest.raises(StationListError, match="millimetres"):
+        read_actual([write_csv(tmp_path / "mm.csv", millimetres)], source, coordinates="site")
+
+
+def test_site_coordinates_of_an_unknown_site_are_refused(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:
+    from planner_core.coordinates.request import FrameRequest
+    from planner_core.handover.source import open_plan
+
+    nowhere = open_plan(house_plan, frame=FrameRequest(scene_coordinates=True))
+    path = write_csv(tmp_path / "list.csv", [(each.id, each.site_m) for each in source.stations])
+    with pytest.raises(StationListError, match="nothing is known of the site"):
+        read_actual([path], nowhere, coordinates="site")
+    with pytest.raises(StationListError, match="lies at the plan"):
+        read_actual([path], nowhere)
+
+
+def test_words_that_are_none_are_refused(source: PlanSource, tmp_path: Path) -> None:
+    path = write_csv(tmp_path / "list.csv", [("S001", source.stations[0].position_m)])
+    for told in ({"coordinates": "local"}, {"heights": "eye"}, {"columns": "PQ"}):
+        with pytest.raises(RequirementError, match=rf"--{next(iter(told))}: got"):
+            read_actual([path], source, **told)
+
+
+def test_heights_of_the_ground_with_their_own_instrument_height_are_the_sensor(
+    source: PlanSource, tmp_path: Path
+) -> None:
+    at = source.stations[0].position_m
+    (tmp_path / "list.csv").write_text(
+        f"id,x,y,z,hi\nA,{at[0]},{at[1]},{at[2] - 1.7},1.7\nB,{at[0]},{at[1]},{at[2] - 1.7},\n"
+    )
+    a, b = read_actual([tmp_path / "list.csv"], source, heights="ground", coordinates="scene").stations
+    np.testing.assert_allclose(a.position_m, at)
+    assert (a.is_ground, a.instrument_height_m) == (False, 1.7)
+    np.testing.assert_allclose(b.position_m, at - np.array([0.0, 0.0, 1.7]))
+    assert b.is_ground

@@ -1,0 +1,101 @@
+"""Which station is which: by name, then the nearest pair first."""
+
+from __future__ import annotations
+
+import math
+from itertools import permutations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner_core.errors import RequirementError
+from planner_core.handover.actual_stations import ListedStation
+from planner_core.handover.matching import doubts, matched
+from planner_core.handover.source import FieldStation
+
+
+def planned(name: str, x: float, y: float = 0.0, height_m: float = 1.5) -> FieldStation:
+    at = np.array([x, y, 1.5])
+    ground = at - np.array([0.0, 0.0, height_m])
+    return FieldStation(name, 1, "F0", "Ground", 1, at, ground, height_m, at, ground, False, 1.0, 1.0)
+
+
+def listed(name: str, x: float, y: float = 0.0, z: float = 1.5) -> ListedStation:
+    return ListedStation(name, np.array([x, y, z]), None, None)
+
+
+def pairs(*found: object) -> list[tuple[str, str]]:
+    return [
+        (match.planned.id if match.planned else "", match.actual.id if match.actual else "")  # type: ignore[attr-defined]
+        for match in found
+    ]
+
+
+def test_names_come_before_places() -> None:
+    found = matched([planned("S1", 0.0), planned("S2", 1.0)], [listed("S2", 0.0), listed("s1", 1.0)])
+    assert pairs(*found) == [("S1", "s1"), ("S2", "S2")]
+    assert {match.by for match in found} == {"name"}
+
+
+def test_by_place_names_do_not_count() -> None:
+    found = matched([planned("S1", 0.0), planned("S2", 1.0)], [listed("S2", 0.0), listed("S1", 1.0)], by="place")
+    assert pairs(*found) == [("S1", "S2"), ("S2", "S1")]
+
+
+def test_further_than_the_distance_nothing_is_matched_by_place() -> None:
+    found = matched([planned("S1", 0.0)], [listed("A", 2.01)])
+    assert pairs(*found) == [("S1", ""), ("", "A")]
+    assert pairs(*matched([planned("S1", 0.0)], [listed("A", 2.0)])) == [("S1", "A")]
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 40), st.integers(0, 40)), min_size=1, max_size=4, unique=True), st.data())
+def test_matching_by_place_does_not_depend_on_the_order_of_the_list(
+    places: list[tuple[int, int]], data: st.DataObject
+) -> None:
+    stations = [planned(f"S{k}", float(x) + 0.013 * k) for k, (x, _) in enumerate(places)]
+    there = [listed(f"L{k}", x + y / 37.0) for k, (x, y) in enumerate(places)]
+    order = data.draw(st.sampled_from(list(permutations(range(len(there))))))
+    found = {match for match in pairs(*matched(stations, there)) if match[0]}
+    again = {match for match in pairs(*matched(stations, [there[k] for k in order])) if match[0]}
+    assert found == again
+
+
+def test_every_station_is_in_one_match_only() -> None:
+    stations = [planned(f"S{k}", 0.5 * k) for k in range(5)]
+    there = [listed(f"L{k}", 0.4 * k + 0.1) for k in range(6)]
+    found = pairs(*matched(stations, there))
+    assert sorted(a for a, _ in found if a) == [each.id for each in stations]
+    assert sorted(b for _, b in found if b) == [each.id for each in there]
+
+
+def test_a_planned_ground_that_is_not_known_is_not_matched_by_place() -> None:
+    on_ground = ListedStation("A", np.array([0.0, 0.0, 0.0]), None, None, is_ground=True)
+    assert pairs(*matched([planned("S1", 0.0, height_m=math.nan)], [on_ground])) == [("S1", ""), ("", "A")]
+    assert pairs(*matched([planned("S1", 0.0)], [on_ground])) == [("S1", "A")]
+
+
+def test_names_of_other_stations_are_doubted() -> None:
+    found = matched([planned("S1", 0.0), planned("S2", 9.0)], [listed("S2", 0.1), listed("S1", 9.1)])
+    lines = doubts(found)
+    assert len(lines) == 2
+    assert "S1: is 9.1 m from its planned place" in lines[0]
+    assert "0.10 m from S2" in lines[0]
+    assert "--match place" in lines[0]
+
+
+def test_a_list_that_is_shifted_as_a_whole_is_doubted() -> None:
+    stations = [planned(f"S{k}", 3.0 * k) for k in range(4)]
+    shifted = [listed(each.id, float(each.position_m[0]), 0.0, 0.0) for each in stations]
+    (line,) = doubts(matched(stations, shifted))
+    assert "by 0.00, 0.00, -1.50 m" in line
+    assert not doubts(matched(stations, [listed(each.id, float(each.position_m[0])) for each in stations]))
+
+
+def test_another_word_and_no_distance_are_refused() -> None:
+    with pytest.raises(RequirementError, match="--match"):
+        matched([planned("S1", 0.0)], [], by="number")
+    with pytest.raises(RequirementError, match="--within"):
+        matched([planned("S1", 0.0)], [], within_m=math.nan)
