@@ -47,15 +47,6 @@ class Building:
     achievable: BoolArray
 
 
-@dataclass(frozen=True, eq=False)
-class Figures:
-    """A layer of the viewer. values : (P,) float64 in `unit`; NaN where no station sees the patch."""
-
-    title: str
-    unit: str
-    values: FloatArray
-
-
 def read_building(folder: Path) -> Building | str:
     """Read the building of a plan folder, or say in one line why it can't be drawn."""
     stage, seen = folder / STAGE_FILE, folder / "viewer" / "patches.u8"
@@ -73,8 +64,19 @@ def read_building(folder: Path) -> Building | str:
     return Building(scene, patches, ground, np.where(achievable, seen_bytes, 0).astype(np.int32), achievable)
 
 
-def read_figures(folder: Path, names: tuple[str, ...]) -> dict[str, Figures]:
-    """Read layers of the viewer by their ids; those that the plan folder has not are left out."""
+def read_figures(folder: Path, names: tuple[str, ...]) -> dict[str, FloatArray]:
+    """Read layers of the viewer by their ids; those that the plan folder has not are left out.
+
+    Returns
+    -------
+    dict of (P,) float64
+        In the layer's unit, metres or degrees; NaN where no station sees the patch.
+
+    Raises
+    ------
+    HandoverError
+        A file that is named is not there, or is no layer.
+    """
     document = folder / "viewer" / "layers.json"
     if not document.is_file():
         return {}
@@ -88,10 +90,9 @@ def read_figures(folder: Path, names: tuple[str, ...]) -> dict[str, Figures]:
         ) from error
 
 
-def _figures(folder: Path, layer: dict[str, Any]) -> Figures:
+def _figures(folder: Path, layer: dict[str, Any]) -> FloatArray:
     steps = np.fromfile(folder / "viewer" / str(layer["file"]), dtype="<u2")
-    values = np.where(steps == NONE, np.nan, steps * float(layer["step"]))
-    return Figures(str(layer["title"]), str(layer["unit"]), values)
+    return np.where(steps == NONE, np.nan, steps * float(layer["step"]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.handover.sheets.building import Building, Figures, read_figures
+from planner_core.handover.sheets.building import Building, read_figures
 from planner_core.handover.sheets.fonts import width_mm
 from planner_core.handover.sheets.ink import PAPER, QUIET, Box, Colour, Ink, Pen
 from planner_core.handover.source import PlanSource
@@ -79,18 +79,18 @@ def histograms_of(plan: PlanSource, building: Building) -> list[Histogram]:
     return [
         made
         for name in _LAYERS
-        if name in layers and layers[name].values.size == area_m2.size
+        if name in layers and layers[name].size == area_m2.size
         for made in [histogram(layers[name], area_m2, *shown[name], limits[name])]
         if made is not None
     ]
 
 
 def histogram(
-    figures: Figures, area_m2: FloatArray, title: str, words: str, factor: float, asked: float | None
+    figures: FloatArray, area_m2: FloatArray, title: str, words: str, factor: float, asked: float | None
 ) -> Histogram | None:
     """Return the histogram of figures (P,) by area (P,); None where nothing is seen."""
-    seen = np.isfinite(figures.values) & (area_m2 > 0)
-    values, weights = figures.values[seen] * factor, area_m2[seen]
+    seen = np.isfinite(figures) & (area_m2 > 0)
+    values, weights = figures[seen] * factor, area_m2[seen]
     if not values.size:
         return None
     order = np.argsort(values, kind="stable")

@@ -57,12 +57,6 @@ class Box:
         """As much smaller on all sides."""
         return Box(self.left + by, self.bottom + by, self.width - 2 * by, self.height - 2 * by)
 
-    def meets(self, other: Box) -> bool:
-        """Whether the two have an area in common."""
-        return (
-            self.left < other.right and other.left < self.right and self.bottom < other.top and other.bottom < self.top
-        )
-
 
 class Ink(Protocol):
     """A page that is being drawn."""
@@ -94,16 +88,6 @@ class Ink(Protocol):
 
     def clip(self, box: Box) -> AbstractContextManager[None]:
         """Draw nothing outside `box` meanwhile."""
-
-
-def frame(box: Box) -> tuple[tuple[float, float], ...]:
-    """Corners of a box, counter-clockwise."""
-    return (
-        (box.left, box.bottom),
-        (box.right, box.bottom),
-        (box.right, box.top),
-        (box.left, box.top),
-    )
 
 
 def clean(words: str) -> str:

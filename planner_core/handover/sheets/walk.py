@@ -25,11 +25,6 @@ class Way:
     arrives: str = ""
     leaves: str = ""
 
-    @property
-    def length_m(self) -> float:
-        """In plan."""
-        return float(np.linalg.norm(np.diff(self.points_m, axis=0), axis=1).sum())
-
 
 @dataclass(frozen=True, eq=False)
 class Mark:

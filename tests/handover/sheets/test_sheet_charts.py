@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.handover.sheets import marks
-from planner_core.handover.sheets.building import Building, Figures, read_building
+from planner_core.handover.sheets.building import Building, read_building
 from planner_core.handover.sheets.charts import histogram, histograms_of
 from planner_core.handover.sheets.ink import Pen
 from planner_core.handover.source import PlanSource
 
 
 def _of(values: list[float], areas: list[float], asked: float | None = None):  # type: ignore[no-untyped-def]
-    return histogram(Figures("f", "m", np.array(values)), np.array(areas), "title", "words", 1.0, asked)
+    return histogram(np.array(values), np.array(areas), "title", "words", 1.0, asked)
 
 
 @settings(deadline=None)
