@@ -48,7 +48,13 @@ class Building:
 
 
 def read_building(folder: Path) -> Building | str:
-    """Read the building of a plan folder, or say in one line why it can't be drawn."""
+    """Read the building of a plan folder, or say in one line why it can't be drawn.
+
+    Raises
+    ------
+    HandoverError
+        Its stage can't be read.
+    """
     stage, seen = folder / STAGE_FILE, folder / "viewer" / "patches.u8"
     for path in (stage, seen):
         if not path.is_file():
@@ -117,8 +123,10 @@ def _read_stage(path: Path) -> tuple[Scene, Patches, Int32Array]:
         reason = str(error).strip().splitlines()[-1].strip()
         raise HandoverError(f"{path}: can't be read as USD ({reason}), expected a plan's stage; plan again") from error
     meshes = [_mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh) and prim.GetAttribute(_TRIANGLE)]
-    meshes.sort(key=lambda mesh: mesh.number)
     root = stage.GetPrimAtPath("/Plan")
+    if not meshes or not root.HasAttribute("tlsplan:offsetX"):
+        raise HandoverError(f"{path}: holds no building of a plan, expected the stage that a plan wrote; plan again")
+    meshes.sort(key=lambda mesh: mesh.number)
     offset_m = np.array([float(root.GetAttribute(f"tlsplan:offset{axis}").Get()) for axis in "XYZ"])
     return _joined(path, meshes, offset_m)
 

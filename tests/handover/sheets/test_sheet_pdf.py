@@ -401,6 +401,35 @@ def test_plan_folder_without_stage_has_sheets_without_walls(
     assert not sheets.pages_with("Point spacing")
 
 
+@pytest.mark.parametrize("content", [b"no usd", b"#usda 1.0\n", b'#usda 1.0\ndef Xform "Plan" {}\n'])
+def test_stage_that_is_none_is_refused(
+    sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any], content: bytes
+) -> None:
+    (tmp_path / "bare" / "viewer").mkdir(parents=True)
+    for name in ("plan.json", "viewer/patches.u8"):
+        (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
+    (tmp_path / "bare" / "viewer" / "stage.usdc").write_bytes(content)
+    with pytest.raises(HandoverError, match=r"stage\.usdc: .*expected .*plan again"):
+        pdf_of(open_plan(tmp_path / "bare"))
+
+
+def test_patches_of_another_plan_are_told(sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any]) -> None:
+    (tmp_path / "bare" / "viewer").mkdir(parents=True)
+    for name in ("plan.json", "viewer/stage.usdc"):
+        (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
+    (tmp_path / "bare" / "viewer" / "patches.u8").write_bytes(b"\1\2\3")
+    sheets = pdf_of(open_plan(tmp_path / "bare"))
+    assert any("has 3 patches" in remark for remark in sheets.remarks)
+
+
+def test_layers_that_are_not_there_are_told(sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any]) -> None:
+    (tmp_path / "bare" / "viewer").mkdir(parents=True)
+    for name in ("plan.json", "viewer/patches.u8", "viewer/stage.usdc", "viewer/layers.json"):
+        (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
+    with pytest.raises(HandoverError, match=r"layers\.json: its layers can't be read \(FileNotFoundError"):
+        pdf_of(open_plan(tmp_path / "bare"))
+
+
 def test_plan_json_that_lacks_something_is_named(edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]) -> None:
     def forget(document: dict[str, Any]) -> None:
         del document["requirements"]["results"]
