@@ -1,0 +1,75 @@
+"""`tlsplan compare` as a user runs it: exit codes, words, JSON, and the plan folder of further stations."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+from tlsplan.commands.compare import command
+
+from planner_core.errors import OutputExistsError, StationListError
+from planner_core.handover.source import PlanSource
+
+
+def run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(command, [str(each) for each in arguments])
+
+
+def without(house_plan: Path, folder: Path, *names: str) -> Path:
+    lines = (house_plan / "stations.csv").read_text().splitlines()
+    path = folder / "actual.csv"
+    path.write_text("\n".join(line for line in lines if line.split(",")[0] not in names))
+    return path
+
+
+def test_unchanged_list_ends_with_0_and_says_so(house_plan: Path, source: PlanSource) -> None:
+    result = run(house_plan, "--stations", house_plan / "stations.csv", "-q", "--json")
+    assert result.exit_code == 0, result.output
+    document = json.loads(result.stdout)
+    assert document["met"]
+    assert document["counts"]["as planned"] == len(source.stations)
+    assert document["coverage"]["actual"] == document["coverage"]["planned"]
+
+
+def test_missing_stations_end_with_7_and_a_plan_of_what_to_scan_again(
+    house_plan: Path, source: PlanSource, tmp_path: Path
+) -> None:
+    names = [source.stations[0].id, source.stations[3].id]
+    actual = without(house_plan, tmp_path, *names)
+    result = run(house_plan, "--stations", actual, "-o", tmp_path / "again")
+    assert result.exit_code == 7, result.output
+    assert "missing       2" in result.stdout
+    assert "NOT MET" in result.stdout
+    assert "all that was asked is met again" in result.stdout
+    again = json.loads((tmp_path / "again" / "plan.json").read_text())
+    scanned = {row["id"] for row in again["stations"] if row["fixed"]}
+    assert scanned == {each.id for each in source.stations} - set(names)
+    assert all(result["met"] for result in again["requirements"]["results"])
+    told = [line.split()[0] for line in result.stdout.partition("SCAN AGAIN")[2].splitlines()[1:] if line[:2] == "  "]
+    assert told == [row["id"] for row in again["stations"] if not row["fixed"]]
+
+
+def test_without_looking_for_further_stations_there_are_none(
+    house_plan: Path, source: PlanSource, tmp_path: Path
+) -> None:
+    actual = without(house_plan, tmp_path, source.stations[0].id, source.stations[3].id)
+    result = run(house_plan, "--stations", actual, "--no-scan-again", "--json")
+    assert result.exit_code == 7
+    assert json.loads(result.stdout)["scan_again"] is None
+
+
+def test_bad_input_is_refused_before_anything_is_loaded(house_plan: Path, tmp_path: Path) -> None:
+    (tmp_path / "far.csv").write_text("id,x,y,z\nA,500000,0,1\n")
+    result = run(house_plan, "--stations", tmp_path / "far.csv")
+    assert isinstance(result.exception, StationListError)
+    (tmp_path / "taken").mkdir()
+    (tmp_path / "taken" / "mine.txt").write_text("mine")
+    result = run(house_plan, "--stations", house_plan / "stations.csv", "-o", tmp_path / "taken")
+    assert isinstance(result.exception, OutputExistsError)
+
+
+@pytest.mark.parametrize("option", ["--coordinates", "--heights", "--match"])
+def test_words_that_no_option_has_are_refused(house_plan: Path, option: str) -> None:
+    assert run(house_plan, "--stations", "x.csv", option, "nonsense").exit_code == 2
