@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from field_plan import STATIONS, field_plan, on_site, site_frame
+from geocompy.gsi import gsiformat
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -182,7 +183,6 @@ def test_an_unknown_unit_is_refused(write: Write, scene_plan: PlanSource) -> Non
 
 @pytest.mark.parametrize("width", [8, 16])
 def test_geocompy_reads_the_same_points(write: Write, width: int) -> None:
-    gsiformat = pytest.importorskip("geocompy.gsi.gsiformat", reason="geocompy is not installed")
     path, _ = write(WRITERS[width], field_plan(), instrument="sensor")
     text = path.read_bytes().decode("ascii").removesuffix("\r\n")
     head, *blocks = [gsiformat.GsiBlock.parse(line) for line in text.split("\r\n")]
