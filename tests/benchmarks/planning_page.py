@@ -142,20 +142,22 @@ def _marks(rows: Sequence[Row]) -> list[str]:
     def line(row: Row) -> tuple[object, ...]:
         ours = _method(row, "joined")
         whole_s = row["pool_wall_s"] + _method(row, "refined")["wall_s"]
+        cpu_s = row["pool_cpu_s"] + _method(row, "refined")["cpu_s"]
         spare = ours["stations"] - ours["bound"]
-        good = _is_near(ours) and whole_s <= 600
-        verdict = "met" if good else f"missed: gap {spare} stations, {whole_s / 60:.1f} min"
+        good = _is_near(ours) and cpu_s <= 600
+        verdict = "met" if good else f"missed: gap {spare} stations, {cpu_s / 60:.1f} min of CPU"
         state = "proven" if spare <= 0 else f"{_percent(_gap(ours))}, {spare} of {ours['stations']} stations"
         return (
             _name(row), ours["stations"], ours["bound"], state, f"{ours['work']:.0f}", f"{ours['cpu_s'] / 60:.1f} min",
-            f"{whole_s / 60:.1f} min", verdict,
+            f"{cpu_s / 60:.1f} min", f"{whole_s / 60:.1f} min", verdict,
         )  # fmt: skip
 
     return [
         "Proven fewest, or a gap of at most 2 % or one station, within 10 minutes on 2 cores: all of planning, as one",
-        "network, by the clock while others used the machine.",
+        "network. Judged by the CPU time of all threads together, which a free machine needs by the clock at most; the",
+        "clock beside it ran while others used the machine.",
         "",
-        *_table(("scene", "joined", "bound", "gap", "work", "CPU of the search", "all, by the clock", "mark"),
+        *_table(("scene", "joined", "bound", "gap", "work", "CPU of the search", "CPU of all", "all, by the clock", "mark"),
                 map(line, rows)),
     ]  # fmt: skip
 
