@@ -86,6 +86,8 @@ function objectsOf({ kind, heightM, outline, cornersM, isOpen = false, isRimAlon
   };
   if (cornersM !== undefined) {
     const rim = fill(rimOf(cornersM), RIM_OPACITY);
+    // Floors end under walls: their rims would show nowhere.
+    (rim.material as MeshBasicMaterial).depthTest = false;
     return isRimAlone ? [rim] : [fill(cornersM), rim];
   }
   if (outline === undefined || outline.length === 0) return [];
