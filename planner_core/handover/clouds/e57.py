@@ -45,8 +45,8 @@ def _remarks(clouds: Clouds) -> tuple[str, ...]:
     if abs(scale - 1.0) < _TELLING_SCALE:
         return ()
     return (
-        f"e57: the site's grid has a scale of {scale:.8f}, poses have none: points keep true distances around their "
-        "station, as real scans do",
+        f"the site's grid has a scale of {scale:.8f}, poses of E57 have none: points keep true distances around "
+        "their station, as real scans do",
     )
 
 

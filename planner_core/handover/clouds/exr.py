@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import MissingPackageError
-from planner_core.export.scans import PREVIEW_WIDTH, preview_rgb
+from planner_core.export.scans import PREVIEW_MIN_HEIGHT, PREVIEW_WIDTH, preview_rgb
 from planner_core.handover.clouds.points import Clouds, ScanBlock, open_clouds
 from planner_core.handover.clouds.told import facts, facts_of, file_names, numbers
 from planner_core.handover.options import Options
 from planner_core.handover.source import FieldStation, PlanSource
-from planner_core.model import Float32Array, ScanBatch
+from planner_core.model import Float32Array, ScanBatch, UInt8Array
 from planner_core.progress import Progress
 from planner_core.scan.template import azimuth_step_rad, first_azimuths_rad
 
 _RETURNS = ("range", "cosIncidence", "intensity")
 _SURFACES = ("triangle", "patch")
-_PREVIEW_HEIGHT = 1500
-"""Rows of a preview at most; grids of fewer are stretched, see `preview_rgb`."""
+_MOST_ROWS = 1500
+"""Of a preview."""
 _FAR = 0.99
 """Share of the returns that have colours of their own; the few beyond, through a door or two, are as dark."""
 _SPOOLED_ROWS = 256
@@ -40,7 +40,7 @@ def write_exr(plan: PlanSource, folder: Path, options: Options, progress: Progre
         preview.write(folder / f"{name}.png")
     remarks = clouds.remarks()
     if clouds.noise is not None and clouds.noise.angle_sigma_rad:
-        remarks = (*remarks, "exr: ranges have noise, angles are those of the grid")
+        remarks = (*remarks, "ranges of images have noise, angles are those of the grid")
     return remarks
 
 
@@ -60,7 +60,10 @@ class _Preview:
     def __init__(self, clouds: Clouds) -> None:
         n_rows, n_columns = clouds.template.shape
         self._range_max_m = clouds.template.range_max_m
-        self._steps = (-(-n_rows // _PREVIEW_HEIGHT), max(1, n_columns // PREVIEW_WIDTH))
+        of_columns = -(-n_columns // PREVIEW_WIDTH)
+        # As many rows as columns are left out, for the shape's sake, unless there are too few rows or far too many.
+        of_rows = max(-(-n_rows // _MOST_ROWS), min(of_columns, n_rows // PREVIEW_MIN_HEIGHT))
+        self._steps = (of_rows, of_columns)
         self._range_m: list[Float32Array] = []
         self._cosine: list[Float32Array] = []
 
@@ -75,11 +78,14 @@ class _Preview:
         returns = range_m[np.isfinite(range_m)]
         return float(np.quantile(returns, _FAR)) if returns.size else self._range_max_m
 
-    def write(self, path: Path) -> None:
-        io = _image_io()
+    def rgb(self) -> UInt8Array:
+        """(rows, columns, 3) sRGB of what was taken."""
         range_m, cosine = np.concatenate(self._range_m)[None], np.concatenate(self._cosine)[None]
         nothing = np.full(range_m.shape, -1, dtype=np.int32)
-        rgb = preview_rgb(ScanBatch(range_m, nothing, nothing, cosine), self._far_m(range_m))
+        return preview_rgb(ScanBatch(range_m, nothing, nothing, cosine), self._far_m(range_m))
+
+    def write(self, path: Path) -> None:
+        io, rgb = _image_io(), self.rgb()
         spec = io.ImageSpec(rgb.shape[1], rgb.shape[0], 3, io.UINT8)
         out = io.ImageOutput.create(str(path))
         _closed(out, out.open(str(path), spec) and out.write_image(rgb))

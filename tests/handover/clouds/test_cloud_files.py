@@ -30,6 +30,8 @@ from cloud_room import (
 from numpy.typing import NDArray
 
 from planner_core.handover.clouds.e57 import rotation_of
+from planner_core.handover.clouds.exr import _Preview
+from planner_core.handover.clouds.points import ScanBlock, open_clouds
 from planner_core.handover.formats import FORMATS, hand_over
 from planner_core.handover.options import Options
 from planner_core.handover.source import PlanSource, open_plan
@@ -337,6 +339,31 @@ def test_exr_folder_has_a_preview_a_station_and_nothing_else(source: PlanSource,
 
 
 # ----------------------------------------------------------------------------------- what holds for all
+@pytest.mark.parametrize(
+    ("grid", "expected"),
+    [
+        ((76, 400), (228, 400)),  # rows are repeated, see `preview_rgb`
+        ((64, 4500), (256, 1500)),
+        ((300, 6000), (300, 1500)),
+        ((4364, 10472), (624, 1496)),
+        ((9000, 600), (1500, 600)),
+    ],
+)
+def test_previews_have_the_shape_of_what_is_seen_and_a_size_to_look_at(
+    source: PlanSource, grid: tuple[int, int], expected: tuple[int, int]
+) -> None:
+    clouds = open_clouds(source, Options(max_points=1))
+    template = replace(
+        clouds.template, azimuth_rad=np.linspace(0, 6, grid[1]), elevation_rad=np.linspace(1, -1, grid[0])
+    )
+    preview = _Preview(replace(clouds, template=template))
+    for first, last in ((0, grid[0] // 3), (grid[0] // 3, grid[0])):
+        figures = np.ones((last - first, grid[1]), dtype=np.float32)
+        ids = np.zeros(figures.shape, dtype=np.int32)
+        preview.take(ScanBlock(clouds.stations[0], template, first, figures.astype(float), figures, figures, ids, ids))
+    assert preview.rgb().shape == (*expected, 3)
+
+
 @pytest.mark.parametrize("name", [*TOGETHER, *SPLIT])
 def test_clouds_written_again_have_the_same_bytes(
     source: PlanSource, files: dict[str, Path], tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
