@@ -219,7 +219,7 @@ def test_simulate_keeps_its_hands_off_a_folder_with_other_files(house: Path, tmp
     assert list(tmp_path.iterdir()) == [stations]
 
 
-def test_an_obj_in_millimetres_is_told_so_before_anything_fails(tmp_path: Path) -> None:
+def test_an_obj_in_millimetres_is_refused_with_the_unit_to_pass(tmp_path: Path) -> None:
     scene = tmp_path / "mm.obj"
     done = run("scene", "box", "-o", scene)
     assert done.returncode == 0, done.stderr
@@ -229,20 +229,13 @@ def test_an_obj_in_millimetres_is_told_so_before_anything_fails(tmp_path: Path) 
         for line in lines
     ]
     scene.write_text("\n".join(big) + "\n")
-    process = subprocess.Popen(
-        [sys.executable, "-m", "tlsplan", "plan", str(scene), "-o", str(tmp_path / "plan"), *GREEDY],
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    assert process.stderr is not None
-    said = []
-    for line in process.stderr:  # a building of kilometres would be looked at for a minute
-        said.append(line)
-        if "--units mm" in line:
-            break
-    process.send_signal(signal.SIGINT)
-    process.communicate(timeout=60)
-    assert "--units mm" in said[-1], said
-    assert not any(line.startswith("tlsplan:") for line in said)
+    wrong = run("plan", scene, "-o", tmp_path / "plan", *GREEDY)
+    assert wrong.returncode == 3
+    said = wrong.stderr.splitlines()
+    assert said[-1].startswith("tlsplan: mm.obj: read in metres it measures 6400 x 4400 x 3100 m, ")
+    assert "--units mm" in said[-1]
+    assert not any(line.startswith("survey:") and "floors" not in line for line in said)
+    assert not (tmp_path / "plan").exists()
     right = run("plan", scene, "-o", tmp_path / "plan", "--units", "mm", "--json", *GREEDY)
     assert right.returncode == 0, right.stderr
     assert json.loads(right.stdout)["scene"]["metres_per_unit"] == 0.001
