@@ -157,8 +157,10 @@ def _marks(rows: Sequence[Row]) -> list[str]:
         "network. Judged by the CPU time of all threads together, which a free machine needs by the clock at most; the",
         "clock beside it ran while others used the machine.",
         "",
-        *_table(("scene", "joined", "bound", "gap", "work", "CPU of the search", "CPU of all", "all, by the clock", "mark"),
-                map(line, rows)),
+        *_table(
+            ("scene", "joined", "bound", "gap", "work", "CPU of the search", "CPU of all", "all, by the clock", "mark"),
+            map(line, rows),
+        ),
     ]  # fmt: skip
 
 
