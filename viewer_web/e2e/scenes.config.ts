@@ -5,8 +5,9 @@ export default defineConfig({
   test: {
     root: import.meta.dirname,
     include: ['scenes.e2e.ts'],
-    // Large plans, drawn in software, on a machine that may be busy: no test here is about time.
-    testTimeout: 600_000,
+    // Large plans, drawn in software, on a machine that may be busy: no test here is about time. What a page does not answer
+    // ends earlier, a run that goes on for longer is stuck.
+    testTimeout: 5_400_000,
     hookTimeout: 300_000,
   },
 });

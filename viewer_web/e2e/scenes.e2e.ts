@@ -26,7 +26,7 @@ if (names.length === 0) throw new Error(`no plan folders in TLSPLAN_E2E_SCENES (
 const LOADS = 3;
 /** An answer of the live side, a picture of millions of points: on a busy machine these take their time. */
 const SLOW = { timeout: 240_000 };
-/** Candidates, scans and reasons of a school take twenty minutes where eight others use the same two cores. */
+/** Candidates, scans and reasons of a school take many minutes on two cores that others use as well. */
 const RUN = { timeout: 2_400_000 };
 const isPurple = ([r, g, b]: readonly number[]): boolean => b > g + 40 && r > g + 25;
 
