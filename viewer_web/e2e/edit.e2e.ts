@@ -34,6 +34,8 @@ afterAll(async () => {
 beforeEach(async () => {
   viewer = await ViewerPage.create(browser, server.address, { width: 960, height: 600 });
   await viewer.open(`#floor=${floor.id}&tab=edit`);
+  // First that there is a server, then that it is ready.
+  await viewer.page.getByRole('radiogroup', { name: 'Tool' }).waitFor();
   await viewer.page.getByTestId('live-note').waitFor({ state: 'detached', timeout: 80_000 });
   await viewer.page.getByTestId('totals').waitFor();
   await viewer.page.keyboard.press('t');
