@@ -134,6 +134,15 @@ test('of free views the one is taken that shows most of the piece', () => {
   expect(view.position.x).toBeLessThan(-0.5);
 });
 
+test('a part of a body counts as seen from its own front alone', () => {
+  // An edge: from above the middle only the inside of the steep part would show.
+  const steep = { pointM: new Vector3(1, 0, 0), normal: new Vector3(0.995, 0, 0.1) };
+  const parts = [{ pointM: AT, normal: UP }, steep, steep];
+  const { position } = viewOf({ parts, isOneSided: true, sizeM: 2 }, FREE);
+  const fromFront = parts.filter(({ pointM, normal }) => position.clone().sub(pointM).dot(normal) > 0);
+  expect(fromFront).toHaveLength(parts.length);
+});
+
 test('the camera stops short of what is in the way', () => {
   const view = viewOf(
     piece(2),
