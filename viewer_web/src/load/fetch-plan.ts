@@ -2,7 +2,7 @@
 
 import type { SerializedBVH } from 'three-mesh-bvh';
 import { NO_TOKEN } from '../api/api-error.ts';
-import { REASON } from '../heat/layers.ts';
+import { OUT_OF_SCOPE, REASON } from '../heat/layers.ts';
 import { withinScope } from '../heat/scope.ts';
 import { CloudRows, type ThinnedCloud } from './cloud-rows.ts';
 import type { StageEdges } from './edges.ts';
@@ -56,7 +56,9 @@ export async function fetchScope(
   if (!floors?.length) return null;
   try {
     const bytes = await fetchBytes(base, 'viewer/reason.u8', undefined, signal);
-    return decodeValues('reason.u8', bytes, nPatches, 1) as Uint8Array;
+    const reasons = decodeValues('reason.u8', bytes, nPatches, 1) as Uint8Array;
+    // All floors may be named one by one.
+    return reasons.includes(OUT_OF_SCOPE) ? reasons : null;
   } catch (error) {
     if (error instanceof MissingFileError) return null;
     throw error;
