@@ -110,7 +110,7 @@ _FORMATS = (
         file_name="stations-8.gsi",
         write=_lazy("planner_core.handover.gsi", "write_gsi8"),
         options=("instrument", "gsi_unit", "subtract", "floors"),
-        verified_with="a parser of the format's description; by hand geocompy 1.0",
+        verified_with="a parser of the format's description, geocompy",
         in_pack=False,
         page="station-lists.md",
     ),
@@ -120,7 +120,7 @@ _FORMATS = (
         file_name="stations-16.gsi",
         write=_lazy("planner_core.handover.gsi", "write_gsi16"),
         options=("instrument", "gsi_unit", "subtract", "floors"),
-        verified_with="a parser of the format's description; by hand geocompy 1.0",
+        verified_with="a parser of the format's description, geocompy",
         page="station-lists.md",
     ),
     Format(
@@ -183,6 +183,15 @@ _FORMATS = (
         write=_lazy("planner_core.handover.usd_stations", "write_usd_stations"),
         options=("floors",),
         verified_with="usd-core 26.11: UsdValidation, all validators",
+    ),
+    Format(
+        name="usdz",
+        title="the whole USD stage in one file: building, heat maps, stations, clouds, review",
+        file_name="plan.usdz",
+        write=_lazy("planner_core.handover.usdz", "write_usdz"),
+        verified_with="usd-core 26.11: UsdValidation, all validators",
+        in_pack=False,
+        page="usd.md",
     ),
     Format(
         name="robot",
