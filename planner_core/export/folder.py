@@ -21,7 +21,8 @@ from planner_core.export.scans import write_scan
 from planner_core.export.station_marks import station_prim_names
 from planner_core.export.stations_csv import stations_csv
 from planner_core.export.usd_clouds import cloud_layer
-from planner_core.export.usd_stage import STAGE_FILES, empty_review, write_layer, write_stage
+from planner_core.export.usd_heatmaps import HEATMAPS_FILE
+from planner_core.export.usd_stage import STAGE_FILES, empty_review, write_heatmaps, write_layer, write_stage
 from planner_core.export.viewer_files import cloud_bytes, patches_bytes
 from planner_core.export.viewer_layers import layer_file_names, layer_files
 from planner_core.model import Float32Array, Plan
@@ -144,7 +145,7 @@ class _Writer:
         self._final = final
         self._progress = progress
         self._n_done = 0
-        self._n_files = 4 * len(plan.stations) + len(STAGE_FILES) + len(report_files(plan)) + 3
+        self._n_files = 4 * len(plan.stations) + len(STAGE_FILES) + len(report_files(plan)) + 4
         self._n_files += len(layer_file_names(plan))
 
     def write(self) -> None:
@@ -155,6 +156,8 @@ class _Writer:
         self._put("viewer/patches.u8", patches_bytes(self._plan.times_seen, self._plan.achievable))
         for name, content in layer_files(self._plan, self._engine):
             self._put(name, content)
+        write_heatmaps(self._plan, self._folder)
+        self._step(HEATMAPS_FILE)
         self._put("stations.csv", stations_csv(self._plan).encode())
         for name in write_report(self._plan, self._folder / "report", engine=self._engine):
             self._step(f"report/{name}")

@@ -85,9 +85,11 @@ def put_colours(prim: PrimSpec, srgb: FloatArray, interpolation: str, indices: n
         put(prim, "primvars:displayColor:indices", TYPES.IntArray, int_array(indices))
 
 
-def put_transform(prim: PrimSpec, translation_m: FloatArray | None = None) -> None:
-    """Set the prim's one matrix4d transform: the identity, or a translation (3,)."""
+def put_transform(prim: PrimSpec, translation_m: FloatArray | None = None, *, axes: FloatArray | None = None) -> None:
+    """Set the prim's one matrix4d transform: the identity, a translation (3,), a turn by its axes, (3, 3) rows."""
     matrix = Gf.Matrix4d(1.0)
+    if axes is not None:
+        matrix.SetRotateOnly(Gf.Matrix3d(*(float(value) for value in axes.ravel())))
     if translation_m is not None:
         matrix.SetTranslateOnly(Gf.Vec3d(*(float(value) for value in translation_m)))
     put(prim, "xformOp:transform", TYPES.Matrix4d, matrix)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.export.palette import NEUTRAL
+from planner_core.export.palette import NEUTRAL, linear_from_srgb
 from planner_core.export.sdf_authoring import (
     TYPES,
     Layer,
@@ -29,6 +29,18 @@ from planner_core.export.usd_names import BUILDING_PATH, MeshPlace
 from planner_core.model import Int32Array, Survey
 
 MATERIAL_PATH = "/Plan/Looks/Surface"
+COLOUR_PATH = f"{MATERIAL_PATH}/Colour"
+"""Reads the primvar that is shown; which one it is, variants say."""
+VARIANT_SET = "heatmap"
+VARIANTS = {
+    "seen": "displayColor",
+    "times_seen": "heatTimesSeen",
+    "range": "heatRange",
+    "spacing": "heatSpacing",
+    "incidence": "heatIncidence",
+    "plain": "heatPlain",
+}
+"""Variant -> the primvar that the material shows; the first is chosen to begin with. `usd_heatmaps` has the others."""
 
 
 def author_building(layer: Layer, survey: Survey, places: tuple[MeshPlace, ...], *, flat: bool) -> None:
@@ -46,6 +58,8 @@ def author_building(layer: Layer, survey: Survey, places: tuple[MeshPlace, ...],
     put_transform(root)
     _author_offset(root, survey, flat=flat)
     _author_material(layer, root, flat=flat)
+    if not flat:
+        _author_variants(root)
     put_transform(define(layer, BUILDING_PATH, "Xform", kind="group"))
     ground_of_triangle = ground_floor_numbers(survey)
     parents: set[str] = set()
@@ -87,7 +101,7 @@ def _author_offset(root: PrimSpec, survey: Survey, *, flat: bool) -> None:
 
 
 def _author_material(layer: Layer, root: PrimSpec, *, flat: bool) -> None:
-    """A matt surface that shows displayColor; bound once at the root: per-prim binding made readers crawl."""
+    """A matt surface that shows a primvar; bound once at the root: per-prim binding made readers crawl."""
     binding = Sdf.RelationshipSpec(root, "material:binding", False)
     binding.targetPathList.explicitItems = [MATERIAL_PATH]
     define(layer, "/Plan/Looks", "Scope")
@@ -99,11 +113,27 @@ def _author_material(layer: Layer, root: PrimSpec, *, flat: bool) -> None:
     if flat:
         return
     put(shader, "inputs:roughness", TYPES.Float, 0.9)
-    reader = define(layer, f"{MATERIAL_PATH}/Colour", "Shader")
+    reader = define(layer, COLOUR_PATH, "Shader")
     put(reader, "info:id", TYPES.Token, "UsdPrimvarReader_float3", uniform=True)
-    put(reader, "inputs:varname", TYPES.String, "displayColor")
     _output(reader, "outputs:result", TYPES.Float3)
-    _connect(shader, "inputs:diffuseColor", TYPES.Color3f, f"{MATERIAL_PATH}/Colour.outputs:result")
+    _connect(shader, "inputs:diffuseColor", TYPES.Color3f, f"{COLOUR_PATH}.outputs:result")
+
+
+def _author_variants(root: PrimSpec) -> None:
+    """Variants differ in the one material's `varname` only: switching them costs nothing, however large the building.
+
+    Their opinions are weaker than any that is in none, so the material itself has no `varname`.
+    """
+    neutral = vec3f_array(linear_from_srgb(np.array([NEUTRAL])))
+    put_primvar(root, VARIANTS["plain"], TYPES.Color3fArray, neutral, "constant")
+    variants = Sdf.VariantSetSpec(root, VARIANT_SET)
+    for variant, primvar in VARIANTS.items():
+        shader = Sdf.VariantSpec(variants, variant).primSpec
+        for name in COLOUR_PATH.removeprefix("/Plan/").split("/"):
+            shader = Sdf.PrimSpec(shader, name, Sdf.SpecifierOver)
+        put(shader, "inputs:varname", TYPES.String, primvar)
+    root.variantSetNameList.prependedItems = [VARIANT_SET]
+    root.variantSelections[VARIANT_SET] = next(iter(VARIANTS))
 
 
 def _output(prim: PrimSpec, name: str, type_name: Any) -> None:

@@ -12,6 +12,7 @@ from planner_core.errors import PlanFolderError
 from planner_core.export.face_results import FaceResults
 from planner_core.export.sdf_authoring import Layer, Sdf, Tf, new_layer, set_stage_metadata
 from planner_core.export.usd_building import author_building
+from planner_core.export.usd_heatmaps import HEATMAPS_FILE, heatmaps_layer
 from planner_core.export.usd_names import mesh_places
 from planner_core.export.usd_results import author_results
 from planner_core.export.usd_stations import author_stations
@@ -26,6 +27,10 @@ STAGE_FILES = (
     "viewer/stage.usdc",
 )
 
+DOCUMENTATION = (
+    "A plan of scanner stations. Local frame in metres, z up: scene = local + tlsplan:offset of /Plan. The variants "
+    "heatmap of /Plan choose what colours show; clouds are payloads."
+)
 REVIEW_COMMENT = "What reviewers changed. This layer is the strongest of plan.usda; the plan itself stays untouched."
 
 
@@ -53,6 +58,17 @@ def write_stage(plan: Plan, results: FaceResults, folder: Path) -> None:
         write_layer(layer, folder / name)
 
 
+def write_heatmaps(plan: Plan, folder: Path) -> None:
+    """Write `HEATMAPS_FILE` below `folder`, once its `viewer/layers` is there, and put it under plan.usda's sublayers.
+
+    Raises as `write_stage`.
+    """
+    write_layer(heatmaps_layer(plan, folder), folder / HEATMAPS_FILE)
+    root = new_layer()
+    _author_root(root, with_heatmaps=True)
+    write_layer(root, folder / "plan.usda")
+
+
 def write_layer(layer: Layer, path: Path) -> None:
     """Write a layer as usda or usdc, by the file's suffix; raises PlanFolderError where that fails."""
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -77,10 +93,12 @@ def _author_review(layer: Layer) -> None:
     layer.comment = REVIEW_COMMENT
 
 
-def _author_root(layer: Layer) -> None:
+def _author_root(layer: Layer, *, with_heatmaps: bool = False) -> None:
     set_stage_metadata(layer, "Plan")
+    layer.documentation = DOCUMENTATION
     layer.subLayerPaths[:] = [
         "./review.usda",
+        *([f"./{HEATMAPS_FILE}"] if with_heatmaps else []),
         "./stage/results.usdc",
         "./stage/stations.usda",
         "./stage/building.usdc",

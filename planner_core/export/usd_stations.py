@@ -11,6 +11,7 @@ from planner_core.export.palette import ROUTE, SEEN_OFTEN, STATION
 from planner_core.export.sdf_authoring import (
     TYPES,
     Layer,
+    PrimSpec,
     Sdf,
     define,
     float_array,
@@ -30,6 +31,13 @@ from planner_core.scan.template import azimuth_step_rad, first_azimuths_rad
 MARKER_RADIUS_M = 0.12
 """About the size of an instrument."""
 
+#: A camera of 35 mm film that shows 90 degrees from left to right.
+APERTURE_MM = 36.0
+FOCAL_MM = 18.0
+NEAREST_M = 0.05
+#: Cameras show at least this far; farther where the scanner does.
+FARTHEST_M = 100.0
+
 LINK_WIDTH_M = 0.02
 ROUTE_WIDTH_M = 0.04
 
@@ -44,6 +52,8 @@ def author_stations(layer: Layer, plan: Plan, *, flat: bool) -> None:
         if not flat:
             cloud = define(layer, f"/Plan/Stations/{name}/Cloud", "Points")
             cloud.payloadList.prependedItems = [Sdf.Payload(f"./clouds/{name}.usdc")]
+            camera = define(layer, f"/Plan/Stations/{name}/Camera", "Camera")
+            author_camera(camera, _ahead(plan, station), max(plan.settings.scanner.range_max_m, FARTHEST_M))
     if not flat:
         _author_links(layer, plan)
         _author_routes(layer, plan)
@@ -74,11 +84,35 @@ def _author_station(layer: Layer, plan: Plan, name: str, station: Station) -> No
     put_colours(marker, np.array([STATION]), "constant")
 
 
+def author_camera(prim: PrimSpec, ahead_m: FloatArray, farthest_m: float) -> None:
+    """Look along the horizon from the sensor, 90 degrees wide. ahead_m : (3,), level, of unit length.
+
+    A camera of USD looks along its -z, with +y up.
+    """
+    put_transform(prim, axes=np.array([[ahead_m[1], -ahead_m[0], 0.0], [0.0, 0.0, 1.0], -ahead_m]) + 0.0)
+    put(prim, "focalLength", TYPES.Float, FOCAL_MM)
+    put(prim, "horizontalAperture", TYPES.Float, APERTURE_MM)
+    put(prim, "verticalAperture", TYPES.Float, APERTURE_MM * 2 / 3)
+    put(prim, "clippingRange", TYPES.Float2, (NEAREST_M, farthest_m))
+
+
+def _ahead(plan: Plan, station: Station) -> FloatArray:
+    """(3,) level direction, unit length, to the next station of the walk; from the last one back; +y where alone."""
+    others = sorted((each for each in plan.stations if each.order != station.order), key=lambda each: each.order)
+    following = [each for each in others if each.order > station.order]
+    if not others:
+        return np.array([0.0, 1.0, 0.0])
+    towards_m = ((following[0] if following else others[-1]).position_m - station.position_m) * (1.0, 1.0, 0.0)
+    length_m = float(np.linalg.norm(towards_m))
+    return np.asarray(towards_m / length_m) if length_m > 1e-6 else np.array([0.0, 1.0, 0.0])
+
+
 def _author_links(layer: Layer, plan: Plan) -> None:
     """One line a link, numbered: joined names of stations would meet, as those of A and B_C, and of A_B and C, do."""
     if not plan.links:
         return
-    define(layer, "/Plan/Links", "Scope")
+    scope = define(layer, "/Plan/Links", "Scope")
+    put(scope, "purpose", TYPES.Token, "guide", uniform=True)  # hundreds of lines would hide the building
     position_of = {station.id: station.position_m for station in plan.stations}
     for index, link in enumerate(plan.links):
         ends_m = np.stack([position_of[link.a], position_of[link.b]])

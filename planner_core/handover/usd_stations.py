@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,6 @@ from planner_core.export.palette import STATION
 from planner_core.export.sdf_authoring import (
     TYPES,
     Layer,
-    PrimSpec,
     Sdf,
     define,
     int_array,
@@ -29,19 +27,13 @@ from planner_core.export.sdf_authoring import (
     vec3f_array,
 )
 from planner_core.export.station_marks import prim_names_of_ids
+from planner_core.export.usd_stations import FARTHEST_M, author_camera
 from planner_core.handover.chosen import chosen_stations
 from planner_core.handover.options import Options
 from planner_core.handover.source import FieldStation, PlanSource
 from planner_core.handover.tripod import tripod
 from planner_core.model import FloatArray
 from planner_core.progress import Progress, ProgressEvent
-
-#: A camera of 35 mm film that shows 90 degrees from left to right.
-_APERTURE_MM = 36.0
-_FOCAL_MM = 18.0
-_NEAREST_M = 0.05
-#: Cameras show at least this far; farther where the scanner does.
-_FARTHEST_M = 100.0
 
 
 def write_usd_stations(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
@@ -102,7 +94,7 @@ def _author_station(
         put(prim, "tlsplan:siteGround", TYPES.Double3, tuple(station.site_ground_m.tolist()))
     _author_tripod(layer, f"{path}/Tripod", station.instrument_height_m)
     range_m = float(plan.document["scanner"]["range_max_m"])
-    _author_camera(define(layer, f"{path}/Camera", "Camera"), ahead_m, max(range_m, _FARTHEST_M))
+    author_camera(define(layer, f"{path}/Camera", "Camera"), ahead_m, max(range_m, FARTHEST_M))
 
 
 def _author_tripod(layer: Layer, path: str, height_m: float) -> None:
@@ -115,23 +107,6 @@ def _author_tripod(layer: Layer, path: str, height_m: float) -> None:
     put_transform(prim)
     put_extent(prim, vertices_m)
     put_colours(prim, np.array([STATION]), "constant")
-
-
-def _author_camera(prim: PrimSpec, ahead_m: FloatArray, farthest_m: float) -> None:
-    """Look along the horizon. A camera of USD looks along its -z, with +y up."""
-    right = np.array([ahead_m[1], -ahead_m[0], 0.0])
-    put_transform(prim)
-    prim.attributes["xformOp:transform"].default = _matrix(right, np.array([0.0, 0.0, 1.0]), -ahead_m)
-    put(prim, "focalLength", TYPES.Float, _FOCAL_MM)
-    put(prim, "horizontalAperture", TYPES.Float, _APERTURE_MM)
-    put(prim, "verticalAperture", TYPES.Float, _APERTURE_MM * 2 / 3)
-    put(prim, "clippingRange", TYPES.Float2, (_NEAREST_M, farthest_m))
-
-
-def _matrix(x: FloatArray, y: FloatArray, z: FloatArray) -> Any:
-    """A turn whose axes are these: rows, as USD multiplies from the left."""
-    rows = [*([*(axis + 0.0).tolist(), 0.0] for axis in (x, y, z)), [0.0, 0.0, 0.0, 1.0]]  # + 0.0: no -0
-    return Sdf.ValueTypeNames.Matrix4d.type.pythonClass(rows)
 
 
 def _ahead(stations: tuple[FieldStation, ...], number: int) -> FloatArray:

@@ -10,10 +10,21 @@ import numpy as np
 import pytest
 from pxr import Gf, Kind, Usd, UsdGeom, UsdShade, UsdValidation
 
-from planner_core.export.palette import face_colour_index
+from planner_core.export.palette import (
+    NEUTRAL,
+    NOT_ACHIEVABLE,
+    SEEN_OFTEN,
+    SEEN_ONCE,
+    SEEN_TWICE,
+    UNSEEN,
+    face_colour_index,
+    linear_from_srgb,
+)
 from planner_core.export.sdf_authoring import new_layer
+from planner_core.export.usd_building import VARIANTS
 from planner_core.export.usd_names import MAX_SIBLINGS, mesh_places, prim_name
 from planner_core.export.usd_stations import author_stations
+from planner_core.export.viewer_layers import layers_of
 from planner_core.model import Element, Link, Plan, Scene
 from planner_core.scan.engine import ScanEngine
 
@@ -48,6 +59,100 @@ def test_stage_has_no_validation_errors(plan_folder: Path, name: str) -> None:
     assert len(validators) > 10
     errors = UsdValidation.ValidationContext(validators).Validate(opened(plan_folder, name))
     assert [f"{error.GetName()}: {error.GetMessage()}" for error in errors] == []
+
+
+def to_switch(folder: Path) -> Usd.Stage:
+    """The stage, to choose variants of: they go to a layer of its own, as all who open a file share its layers."""
+    stage = Usd.Stage.Open(str(folder / "plan.usda"))
+    stage.SetEditTarget(stage.GetSessionLayer())
+    return stage
+
+
+def test_stage_has_no_validation_errors_whichever_heat_map_is_chosen(plan_folder: Path) -> None:
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    stage = to_switch(plan_folder)
+    variants = stage.GetDefaultPrim().GetVariantSet("heatmap")
+    assert variants.GetVariantSelection() == "seen"
+    for name in variants.GetVariantNames():
+        variants.SetVariantSelection(name)
+        errors = UsdValidation.ValidationContext(validators).Validate(stage)
+        assert [error.GetMessage() for error in errors] == [], name
+
+
+def shown_colours(stage: Usd.Stage, heatmap: str, n_triangles: int) -> np.ndarray:
+    """(T, 3) what the material shows on each face with a variant chosen: of the primvar that it reads."""
+    stage.GetDefaultPrim().GetVariantSet("heatmap").SetVariantSelection(heatmap)
+    reader = UsdShade.Shader(stage.GetPrimAtPath("/Plan/Looks/Surface/Colour"))
+    shown = np.full((n_triangles, 3), np.nan)
+    for prim in meshes(stage):
+        primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(reader.GetInput("varname").Get())
+        faces = np.array(prim.GetAttribute("primvars:tlsplan:triangle").Get())
+        shown[faces] = np.array(primvar.ComputeFlattened())
+    return shown
+
+
+def test_each_heat_map_shows_its_own_figure_of_the_faces(plan: Plan, plan_folder: Path) -> None:
+    stage, n_triangles = to_switch(plan_folder), plan.survey.scene.n_triangles
+    first = plan.survey.patches.first_patch
+    shown = {name: shown_colours(stage, name, n_triangles) for name in VARIANTS}
+    np.testing.assert_allclose(
+        shown["plain"], np.broadcast_to(linear_from_srgb(np.array(NEUTRAL)), (n_triangles, 3)), rtol=1e-6
+    )
+    root = stage.GetDefaultPrim()
+    for layer in layers_of(plan.settings.scanner):
+        steps = np.frombuffer((plan_folder / "viewer" / layer.file).read_bytes(), dtype="<u2")
+        primvar = VARIANTS[layer.id]
+        high = root.GetAttribute(f"tlsplan:{primvar}High").Get()
+        assert root.GetAttribute(f"tlsplan:{primvar}Unit").Get() == layer.unit
+        told: dict[int, tuple[float, ...]] = {}
+        for triangle in range(n_triangles):
+            patches = np.arange(first[triangle], first[triangle + 1])
+            known = steps[patches][steps[patches] != 65535] * layer.step
+            colour = tuple(shown[layer.id][triangle])
+            if known.size:
+                told.setdefault(min(int(known.mean() / high * 16 + 1e-9), 15), colour)
+                assert told[min(int(known.mean() / high * 16 + 1e-9), 15)] == colour
+            else:
+                expected = UNSEEN if plan.achievable[patches].any() else NOT_ACHIEVABLE
+                np.testing.assert_allclose(colour, linear_from_srgb(np.array(expected)), rtol=1e-6)
+        assert len(set(told.values())) == len(told) > 3
+        lightness = [np.dot(told[step], (0.21, 0.72, 0.07)) for step in sorted(told)]
+        assert lightness == sorted(lightness, reverse=True)  # near, fine and steep are light
+
+
+def test_times_seen_heat_map_counts_stations(plan: Plan, plan_folder: Path) -> None:
+    stage, n_triangles = to_switch(plan_folder), plan.survey.scene.n_triangles
+    shown = shown_colours(stage, "times_seen", n_triangles)
+    times = np.maximum.reduceat(plan.times_seen, plan.survey.patches.first_patch[:-1])
+    reachable = np.logical_or.reduceat(plan.achievable, plan.survey.patches.first_patch[:-1])
+    for number, colour in enumerate((UNSEEN, SEEN_ONCE, SEEN_TWICE, SEEN_OFTEN)):
+        faces = reachable & (np.minimum(times, 3) == number)
+        np.testing.assert_allclose(
+            shown[faces], np.broadcast_to(linear_from_srgb(np.array(colour)), (faces.sum(), 3)), rtol=1e-6
+        )
+    assert np.unique(shown, axis=0).shape[0] > 2
+
+
+def test_plan_says_what_it_is_and_links_are_drawn_when_asked_for(plan_folder: Path) -> None:
+    stage = opened(plan_folder, "plan.usda")
+    assert "scene = local + tlsplan:offset" in stage.GetRootLayer().documentation
+    assert UsdGeom.Imageable(stage.GetPrimAtPath("/Plan/Links/Link_0")).ComputePurpose() == "guide"
+    assert UsdGeom.Imageable(stage.GetPrimAtPath("/Plan/Routes/F0")).ComputePurpose() == "default"
+
+
+def test_each_station_has_a_camera_on_the_horizon(plan: Plan, plan_folder: Path) -> None:
+    stage = opened(plan_folder, "plan.usda")
+    cache = UsdGeom.XformCache()
+    stations = stage.GetPrimAtPath("/Plan/Stations").GetChildren()
+    assert len(stations) == len(plan.stations)
+    for prim, station in zip(stations, plan.stations, strict=True):
+        camera = UsdGeom.Camera(prim.GetChild("Camera"))
+        matrix = cache.GetLocalToWorldTransform(camera.GetPrim())
+        np.testing.assert_allclose(matrix.ExtractTranslation(), station.position_m, atol=1e-6)
+        ahead, up = matrix.TransformDir((0, 0, -1)), matrix.TransformDir((0, 1, 0))
+        np.testing.assert_allclose(ahead[2], 0.0, atol=1e-12)
+        np.testing.assert_allclose(up, (0, 0, 1), atol=1e-12)
+        assert camera.GetCamera(0).GetFieldOfView(Gf.Camera.FOVHorizontal) == pytest.approx(90.0)
 
 
 @pytest.mark.parametrize("name", VIEWS)
@@ -207,7 +312,7 @@ def test_moved_folder_still_composes(plan_folder: Path, tmp_path: Path) -> None:
     stage = opened(moved, "plan.usda")
     assert list(stage.GetCompositionErrors()) == []
     used = {Path(layer.realPath).resolve() for layer in stage.GetUsedLayers() if layer.realPath}
-    assert len(used) == 8  # root, review, results, stations, building and three clouds
+    assert len(used) == 9  # root, review, heat maps, results, stations, building and three clouds
     assert [path for path in used if not path.is_relative_to(moved.resolve())] == []
 
 
