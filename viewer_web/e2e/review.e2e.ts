@@ -245,7 +245,7 @@ test('two people who change the same station are told of each other, and neither
   await ada.page.getByRole('button', { name: `Reject ${id}`, exact: true }).click();
   await ada.page.getByRole('alertdialog').waitFor();
   expect(await ada.page.getByRole('alertdialog').textContent()).toMatch(
-    new RegExp(`Grace changed verdict ${id} at \\d\\d:\\d\\d`),
+    new RegExp(`Grace changed the verdict on station ${id} at \\d\\d:\\d\\d`),
   );
   await ada.screenshot('review-3-conflict');
   expect((await review(grace)).verdicts[id].by).toBe('Grace');
@@ -261,7 +261,7 @@ test('a server that is killed has lost nothing it has answered', async () => {
   const viewer = await openAs('Ada', '#tab=review');
   await viewer.page.getByLabel('New comment').fill('Before the power went');
   await viewer.page.getByRole('button', { name: 'Comment', exact: true }).click();
-  await viewer.page.getByText('Before the power went').waitFor();
+  await viewer.page.getByText('Before the power went', { exact: true }).waitFor();
   const before = await review(viewer);
   await server.stop('SIGKILL');
   await viewer.page.getByText('The server does not answer').waitFor({ timeout: 60_000 });
@@ -274,6 +274,6 @@ test('a server that is killed has lost nothing it has answered', async () => {
   server = await servePlan(server.folder, sceneOf(planFolder));
   const again = await openAs('Ada');
   expect(await review(again)).toEqual(before);
-  await again.page.getByText('Before the power went').waitFor();
+  await again.page.getByText('Before the power went', { exact: true }).waitFor();
   await close(again);
 });
