@@ -34,7 +34,8 @@ def test_plan_folder_holds_the_files_of_the_contract_and_no_others(plan_folder: 
     names = ["S001", "S002", "S003"]
     expected = {
         "plan.json", "plan.usda", "review.usda", "stations.csv",
-        "stage/building.usdc", "stage/results.usdc", "stage/stations.usda", "viewer/patches.u8", "viewer/stage.usdc",
+        "stage/building.usdc", "stage/heatmaps.usdc", "stage/results.usdc", "stage/stations.usda",
+        "viewer/patches.u8", "viewer/stage.usdc",
         "report/map_F0.png", "report/map_F1.png", "report/overview.png", "report/coverage_curve.png",
         "report/links_F0.png", "report/links_F1.png",
         "report/picture_F0.png", "report/picture_F1.png", "report/unseen.csv", "report/index.html",
