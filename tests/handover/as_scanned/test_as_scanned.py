@@ -23,13 +23,14 @@ from planner_core.handover.as_scanned import (
     compare_as_scanned,
     counted_links,
     is_met,
+    is_part_met,
     plan_rescan,
 )
 from planner_core.handover.as_scanned_document import as_scanned_document
 from planner_core.handover.matching import matched
 from planner_core.handover.source import PlanSource
 from planner_core.live.live_plan import LivePlan
-from planner_core.model import Plan
+from planner_core.model import PartResult, Plan
 
 
 def listed_of(source: PlanSource) -> list[ListedStation]:
@@ -186,3 +187,13 @@ def test_document_tells_the_sums_apart(live: LivePlan, source: PlanSource) -> No
     )
     assert document["met"] == found.met
     assert document["scan_again"] is None
+
+
+def test_a_requirement_is_met_where_it_reaches_what_was_asked_or_what_the_plan_had() -> None:
+    def covering(area_m2: float) -> PartResult:
+        return PartResult("overall", 0.9, achievable_area_m2=100.0, covered_area_m2=area_m2, total_area_m2=120.0)
+
+    assert is_part_met(covering(95.0), covering(90.0))  # less than planned, and still what was asked
+    assert not is_part_met(covering(95.0), covering(89.9))
+    assert is_part_met(covering(80.0), covering(80.0))  # the plan had no more stations to spend
+    assert not is_part_met(covering(80.0), covering(79.9))
