@@ -24,6 +24,7 @@ from planner_core.export.sdf_authoring import (
     vec3f_array,
 )
 from planner_core.export.station_marks import foot_m, station_prim_names
+from planner_core.export.tripod import tripod
 from planner_core.export.viewer_files import range_step_m
 from planner_core.model import FloatArray, Plan, Station
 from planner_core.scan.template import azimuth_step_rad, first_azimuths_rad
@@ -54,6 +55,7 @@ def author_stations(layer: Layer, plan: Plan, *, flat: bool) -> None:
             cloud.payloadList.prependedItems = [Sdf.Payload(f"./clouds/{name}.usdc")]
             camera = define(layer, f"/Plan/Stations/{name}/Camera", "Camera")
             author_camera(camera, _ahead(plan, station), max(plan.settings.scanner.range_max_m, FARTHEST_M))
+            author_tripod(layer, f"/Plan/Stations/{name}/Tripod", station.instrument_height_m)
     if not flat:
         _author_links(layer, plan)
         _author_routes(layer, plan)
@@ -94,6 +96,19 @@ def author_camera(prim: PrimSpec, ahead_m: FloatArray, farthest_m: float) -> Non
     put(prim, "horizontalAperture", TYPES.Float, APERTURE_MM)
     put(prim, "verticalAperture", TYPES.Float, APERTURE_MM * 2 / 3)
     put(prim, "clippingRange", TYPES.Float2, (NEAREST_M, farthest_m))
+
+
+def author_tripod(layer: Layer, path: str, height_m: float) -> None:
+    """Write the mesh of `tripod` about the sensor."""
+    vertices_m, triangles = tripod(height_m)
+    prim = define(layer, path, "Mesh")
+    put(prim, "points", TYPES.Point3fArray, vec3f_array(vertices_m))
+    put(prim, "faceVertexCounts", TYPES.IntArray, int_array(np.full(len(triangles), 3)))
+    put(prim, "faceVertexIndices", TYPES.IntArray, int_array(triangles.reshape(-1)))
+    put(prim, "subdivisionScheme", TYPES.Token, "none", uniform=True)
+    put_transform(prim)
+    put_extent(prim, vertices_m)
+    put_colours(prim, np.array([STATION]), "constant")
 
 
 def _ahead(plan: Plan, station: Station) -> FloatArray:

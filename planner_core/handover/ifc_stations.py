@@ -17,10 +17,10 @@ import numpy as np
 
 from planner_core.errors import HandoverError, MissingPackageError
 from planner_core.export import palette
+from planner_core.export.tripod import tripod
 from planner_core.handover.chosen import chosen_floors, chosen_stations
 from planner_core.handover.options import Options
 from planner_core.handover.source import FieldStation, PlanSource
-from planner_core.handover.tripod import tripod
 from planner_core.model import FloatArray, SiteFrame
 from planner_core.progress import Progress, ProgressEvent
 

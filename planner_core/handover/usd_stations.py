@@ -11,27 +11,21 @@ from pathlib import Path
 
 import numpy as np
 
-from planner_core.export.palette import STATION
 from planner_core.export.sdf_authoring import (
     TYPES,
     Layer,
     Sdf,
     define,
-    int_array,
     new_layer,
     put,
-    put_colours,
-    put_extent,
     put_transform,
     set_stage_metadata,
-    vec3f_array,
 )
 from planner_core.export.station_marks import prim_names_of_ids
-from planner_core.export.usd_stations import FARTHEST_M, author_camera
+from planner_core.export.usd_stations import FARTHEST_M, author_camera, author_tripod
 from planner_core.handover.chosen import chosen_stations
 from planner_core.handover.options import Options
 from planner_core.handover.source import FieldStation, PlanSource
-from planner_core.handover.tripod import tripod
 from planner_core.model import FloatArray
 from planner_core.progress import Progress, ProgressEvent
 
@@ -92,21 +86,9 @@ def _author_station(
     if math.isfinite(station.instrument_height_m):
         put(prim, "tlsplan:instrumentHeight", TYPES.Double, station.instrument_height_m)
         put(prim, "tlsplan:siteGround", TYPES.Double3, tuple(station.site_ground_m.tolist()))
-    _author_tripod(layer, f"{path}/Tripod", station.instrument_height_m)
+    author_tripod(layer, f"{path}/Tripod", station.instrument_height_m)
     range_m = float(plan.document["scanner"]["range_max_m"])
     author_camera(define(layer, f"{path}/Camera", "Camera"), ahead_m, max(range_m, FARTHEST_M))
-
-
-def _author_tripod(layer: Layer, path: str, height_m: float) -> None:
-    vertices_m, triangles = tripod(height_m)
-    prim = define(layer, path, "Mesh")
-    put(prim, "points", TYPES.Point3fArray, vec3f_array(vertices_m))
-    put(prim, "faceVertexCounts", TYPES.IntArray, int_array(np.full(len(triangles), 3)))
-    put(prim, "faceVertexIndices", TYPES.IntArray, int_array(triangles.reshape(-1)))
-    put(prim, "subdivisionScheme", TYPES.Token, "none", uniform=True)
-    put_transform(prim)
-    put_extent(prim, vertices_m)
-    put_colours(prim, np.array([STATION]), "constant")
 
 
 def _ahead(stations: tuple[FieldStation, ...], number: int) -> FloatArray:

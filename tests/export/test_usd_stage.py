@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Gf, Kind, Usd, UsdGeom, UsdShade, UsdValidation
+from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdShade, UsdValidation
 
 from planner_core.export.palette import (
     NEUTRAL,
@@ -41,7 +41,9 @@ def opened(folder: Path, name: str) -> Usd.Stage:
 
 
 def meshes(stage: Usd.Stage) -> list[Usd.Prim]:
-    return [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
+    """Those of the building."""
+    tripods = Sdf.Path("/Plan/Stations")
+    return [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh) and not prim.GetPath().HasPrefix(tripods)]
 
 
 def per_face(stage: Usd.Stage, name: str, n_triangles: int) -> np.ndarray:
@@ -138,6 +140,21 @@ def test_plan_says_what_it_is_and_links_are_drawn_when_asked_for(plan_folder: Pa
     assert "scene = local + tlsplan:offset" in stage.GetRootLayer().documentation
     assert UsdGeom.Imageable(stage.GetPrimAtPath("/Plan/Links/Link_0")).ComputePurpose() == "guide"
     assert UsdGeom.Imageable(stage.GetPrimAtPath("/Plan/Routes/F0")).ComputePurpose() == "default"
+
+
+def test_each_station_stands_on_a_tripod_down_to_its_ground(plan: Plan, plan_folder: Path) -> None:
+    stage = opened(plan_folder, "plan.usda")
+    boxes = UsdGeom.BBoxCache(0, [UsdGeom.Tokens.default_])
+    assert plan.stations
+    for prim, station in zip(stage.GetPrimAtPath("/Plan/Stations").GetChildren(), plan.stations, strict=True):
+        box = boxes.ComputeWorldBound(prim.GetChild("Tripod")).ComputeAlignedRange()
+        x_m, y_m, z_m = station.position_m
+        assert box.GetMin()[2] == pytest.approx(z_m - station.instrument_height_m, abs=1e-4)
+        assert box.GetMax()[2] == pytest.approx(z_m + 0.15, abs=1e-4)
+        assert box.GetMin()[0] < x_m < box.GetMax()[0] and box.GetMin()[1] < y_m < box.GetMax()[1]
+    assert (
+        not opened(plan_folder, "viewer/stage.usdc").GetPrimAtPath("/Plan/Stations").GetChildren()[0].GetChild("Tripod")
+    )
 
 
 def test_each_station_has_a_camera_on_the_horizon(plan: Plan, plan_folder: Path) -> None:

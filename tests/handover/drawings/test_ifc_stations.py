@@ -14,10 +14,10 @@ import pytest
 import trimesh
 
 from planner_core.errors import HandoverError
+from planner_core.export.tripod import tripod
 from planner_core.handover.ifc_stations import OBJECT_TYPE, PSET, write_ifc, write_ifc_model
 from planner_core.handover.options import Options
 from planner_core.handover.source import PlanSource
-from planner_core.handover.tripod import tripod
 from planner_core.model import SiteFrame
 from planner_core.progress import silent
 from planner_core.scene.load import load_scene
