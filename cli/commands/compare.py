@@ -46,6 +46,7 @@ NOT_MET = 7
 @click.pass_context
 def command(
     ctx: click.Context,
+    /,
     plan: Path,
     lists: tuple[Path, ...],
     coordinates: str,
@@ -161,7 +162,7 @@ def _fate(row: dict[str, Any]) -> str:
 
 
 def _coverage(document: dict[str, Any]) -> list[str]:
-    lines = []
+    lines: list[str] = []
     for row in document["requirements"]:
         state = "" if row["met"] else "   NOT MET"
         lines.append(
