@@ -9,7 +9,6 @@ import pytest
 from click.testing import CliRunner
 from tlsplan import exit_codes
 from tlsplan.main import COMMANDS, cli
-from tlsplan.reference import reference
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAVY = (
@@ -67,8 +66,12 @@ def test_every_command_file_is_listed() -> None:
     assert files == set(COMMANDS)
 
 
-def test_reference_in_docs_is_the_one_the_commands_give() -> None:
-    assert (ROOT / "docs" / "reference" / "cli.md").read_text(encoding="utf-8") == reference(), "run `make docs`"
+def test_reference_in_docs_is_the_one_the_commands_give(tmp_path: Path) -> None:
+    # In a process of its own: click keeps the help option of a command that a test called without its group.
+    made = tmp_path / "cli.md"
+    subprocess.run([sys.executable, "-m", "tlsplan.reference", str(made)], check=True)
+    in_docs = (ROOT / "docs" / "reference" / "cli.md").read_text(encoding="utf-8")
+    assert in_docs == made.read_text(encoding="utf-8"), "run `make docs`"
 
 
 def test_unknown_option_ends_with_code_2_and_no_traceback() -> None:
