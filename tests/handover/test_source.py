@@ -90,6 +90,48 @@ def test_a_plan_that_nobody_wrote_is_refused_in_one_line(
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("position", [math.nan, 4.0, 1.6], r"stations\[1\]\.position\[0\] of S001: got nan"),
+        ("position", [5.0, 4.0, -math.inf], r"stations\[1\]\.position\[2\] of S001: got -inf"),
+        ("position", [5.0, None, 1.6], r"stations\[1\]\.position\[1\] of S001: got None"),
+        ("position", [5.0, 1e300, 1.6], r"stations\[1\]\.position\[1\] of S001: got 1e\+300"),
+        ("instrument_height_m", math.nan, r"stations\[1\]\.instrument_height_m of S001: got nan"),
+    ],
+)
+def test_a_station_that_is_nowhere_is_refused_by_its_place(
+    written_plan: Callable[..., Path], key: str, value: object, told: str
+) -> None:
+    rows = json.loads((written_plan() / "plan.json").read_text())["stations"]
+    rows[1][key] = value
+    with pytest.raises(PlanFolderError, match=rf"plan\.json: {told}, expected finite numbers.*; plan again$") as caught:
+        open_plan(written_plan(stations=rows))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_coordinate_that_no_float_holds_is_refused(written_plan: Callable[..., Path]) -> None:
+    rows = json.loads((written_plan() / "plan.json").read_text())["stations"]
+    rows[0]["position"][0] = 10**400
+    with pytest.raises(PlanFolderError, match=r"plan\.json.*plan again"):
+        open_plan(written_plan(stations=rows))
+
+
+@pytest.mark.parametrize("key", ["scene", "floors", "stations", "registration"])
+def test_what_is_missing_is_told_with_the_whole_path(
+    written_plan: Callable[..., Path], monkeypatch: pytest.MonkeyPatch, key: str
+) -> None:
+    file = written_plan() / "plan.json"
+    document = json.loads(file.read_text())
+    del document[key]
+    file.write_text(json.dumps(document))
+    monkeypatch.chdir(file.parent)
+    for path in (Path(), Path("plan.json")):
+        with pytest.raises(PlanFolderError) as caught:
+            open_plan(path)
+        assert str(caught.value) == f"{file}: {key} is missing, expected a plan of this version; plan again"
+
+
 def test_coordinates_that_can_not_be_had_are_refused(written_plan: Callable[..., Path]) -> None:
     with pytest.raises(CoordinatesError):
         open_plan(written_plan(), frame=FrameRequest(crs="EPSG:4326"))
