@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import CrsNeededError, RequirementError
+from planner_core.errors import CrsNeededError, HandoverError, RequirementError
 from planner_core.export.atomic import staged_file, staged_folder
 from planner_core.handover.options import Options
 from planner_core.handover.source import PlanSource, open_plan
@@ -408,12 +408,13 @@ def hand_over_pack(
 ) -> Written:
     """Write a plan in several formats into one folder, each under its standard name; as `hand_over`.
 
-    Of all formats, those that need a CRS are left out of a plan without one, and remarks say so.
+    Of all formats, those that need a CRS are left out of a plan without one, those that need the scene file where it
+    is not found, and remarks say so. What is asked for by its own name, or with a scene file that is told, is refused.
     """
     chosen = formats_named(names)
     opened = plan if isinstance(plan, PlanSource) else open_plan(plan, scene=scene, frame=frame)
+    chosen, remarks = _without_scene(opened, chosen, names)
     _check_scene(opened, chosen)
-    remarks: list[str] = []
     held: list[Format] = []
     with target_guarded(opened, target):
         check_folder(target, overwrite=overwrite)
@@ -442,6 +443,21 @@ def _written(plan: PlanSource, target: Path, remarks: Sequence[str]) -> Written:
 def _names_of(formats: Sequence[Format]) -> dict[str, str]:
     """Name -> what it is called in a folder."""
     return {each.name: each.file_name for each in formats}
+
+
+def _without_scene(
+    plan: PlanSource, chosen: tuple[Format, ...], names: Sequence[str]
+) -> tuple[tuple[Format, ...], list[str]]:
+    """Return the formats that can be had, and remarks on those of `all` that need a scene file which is not found."""
+    spare = [each for each in chosen if each.needs_scene and each.name not in names]
+    if not spare or plan.told_scene is not None:
+        return chosen, []
+    try:
+        plan.scene_path()
+    except HandoverError as error:
+        remarks = [f"left out: {each.name}: {error}" for each in spare]
+        return tuple(each for each in chosen if each not in spare), remarks
+    return chosen, []
 
 
 def _check_scene(plan: PlanSource, formats: Sequence[Format]) -> None:

@@ -280,6 +280,40 @@ def test_a_missing_scene_is_told_before_anything_is_written(written_plan: Callab
     assert not (tmp_path / "a").exists()
 
 
+@pytest.fixture
+def pack_of_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pack of stations and of something made from the scene."""
+    of_scene = Format("of-scene", "a folder", "of-scene", two_files, needs_scene=True)
+    monkeypatch.setitem(FORMATS, "of-scene", of_scene)
+    monkeypatch.setattr(formats, "_FORMATS", (FORMATS["csv"], of_scene))
+
+
+@pytest.mark.usefixtures("pack_of_scene")
+def test_a_pack_goes_without_what_needs_a_scene_that_is_missing(box_folder: Path, tmp_path: Path) -> None:
+    hand_over_pack([ALL], box_folder / "plan", tmp_path / "whole")
+    assert (tmp_path / "whole" / "of-scene").is_dir()
+    (box_folder / "box.ifc").rename(box_folder / "moved.ifc")
+    written = hand_over_pack([ALL], box_folder / "plan", tmp_path / "pack")
+    assert sorted(path.name for path in (tmp_path / "pack").iterdir()) == [RECORD, "stations.csv"]
+    (remark,) = [remark for remark in written.remarks if "left out" in remark]
+    assert remark.startswith("left out: of-scene: ")
+    assert "box.ifc is not found" in remark
+    assert "--scene" in remark
+    assert json.loads((tmp_path / "pack" / RECORD).read_text())["formats"] == {"csv": "stations.csv"}
+    hand_over_pack([ALL], box_folder / "plan", tmp_path / "told", scene=box_folder / "moved.ifc")
+    assert (tmp_path / "told" / "of-scene").is_dir()
+
+
+@pytest.mark.usefixtures("pack_of_scene")
+def test_a_scene_that_is_asked_for_by_name_is_not_left_out(written_plan: Callable[..., Path], tmp_path: Path) -> None:
+    plan = written_plan(stations=[STATION])
+    with pytest.raises(HandoverError, match="--scene"):
+        hand_over_pack([ALL, "of-scene"], plan, tmp_path / "pack")
+    with pytest.raises(HandoverError, match=r"none\.ifc: no such file.*--scene"):
+        hand_over_pack([ALL], plan, tmp_path / "pack", scene=tmp_path / "none.ifc")
+    assert not (tmp_path / "pack").exists()
+
+
 def test_the_same_plan_gives_the_same_bytes(box_folder: Path, tmp_path: Path) -> None:
     names = [each.name for each in FORMATS.values() if each.in_pack and not each.needs_scene]
     packs = []
