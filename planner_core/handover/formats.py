@@ -384,7 +384,7 @@ def hand_over(
             check_folder(target, overwrite=overwrite)
             with staged_folder(target, replace=overwrite) as staging:
                 remarks = chosen.write(opened, staging, options, progress)
-                write_record(opened, _names_of([chosen]), staging)
+                write_record(opened, _names_of([chosen]), staging, _subtracted([chosen], options))
         else:
             check_file(target, overwrite=overwrite)
             check_is_no_source(opened, target)
@@ -431,7 +431,7 @@ def hand_over_pack(
                     if ALL not in names:
                         raise
                     remarks.append(f"left out: {error}")
-            write_record(opened, _names_of(held), staging)
+            write_record(opened, _names_of(held), staging, _subtracted(held, options))
     return _written(opened, target, remarks)
 
 
@@ -443,6 +443,15 @@ def _written(plan: PlanSource, target: Path, remarks: Sequence[str]) -> Written:
 def _names_of(formats: Sequence[Format]) -> dict[str, str]:
     """Name -> what it is called in a folder."""
     return {each.name: each.file_name for each in formats}
+
+
+def _subtracted(formats: Sequence[Format], options: Options) -> dict[str, list[float]]:
+    """File -> E, N, H taken off its coordinates, of formats that take the option; none where nothing is taken off."""
+    if not any(options.subtract):
+        return {}
+    return {
+        each.file_name: [float(value) for value in options.subtract] for each in formats if "subtract" in each.options
+    }
 
 
 def _without_scene(

@@ -116,8 +116,13 @@ def size_of(target: Path) -> tuple[int, int]:
     return len(files), sum(path.stat().st_size for path in files)
 
 
-def write_record(plan: PlanSource, formats: Mapping[str, str], staging: Path) -> None:
-    """Write down what the folder holds: of which plan, in which coordinates, and files with their bytes."""
+def write_record(
+    plan: PlanSource, formats: Mapping[str, str], staging: Path, subtracted_m: Mapping[str, list[float]]
+) -> None:
+    """Write down what the folder holds: of which plan, in which coordinates, and files with their bytes.
+
+    subtracted_m : of files whose coordinates are less than the site's, by name: E, N, H taken off.
+    """
     frame = plan.frame
     document: dict[str, Any] = {
         "schema": SCHEMA,
@@ -131,6 +136,7 @@ def write_record(plan: PlanSource, formats: Mapping[str, str], staging: Path) ->
         "notes": list(frame.notes),
         "warnings": list(frame.warnings),
         "scene_to_site": [[float(value) for value in row] for row in frame.matrix],
+        "subtracted_m": dict(subtracted_m),
         "formats": dict(formats),
         "files": _files(staging),
     }

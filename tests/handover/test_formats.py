@@ -269,6 +269,19 @@ def test_a_pack_holds_each_format_under_its_standard_name(written_plan: Callable
     assert record["coordinates"] == "scene coordinates, no CRS"
 
 
+def test_the_record_says_which_files_are_less_than_the_site(written_plan: Callable[..., Path], tmp_path: Path) -> None:
+    plan, names = written_plan(stations=[STATION]), ["csv", "gsi16", "landxml"]
+    hand_over_pack(names, plan, tmp_path / "less", Options(subtract=(458_000.0, 5_438_000.0, 0.0)), frame=UTM)
+    record = json.loads((tmp_path / "less" / RECORD).read_text())
+    less_m = [458_000.0, 5_438_000.0, 0.0]
+    assert record["subtracted_m"] == {"stations.csv": less_m, "stations-16.gsi": less_m}
+    assert set(record["subtracted_m"]) < set(record["files"])
+    row = next(csv.reader((tmp_path / "less" / "stations.csv").read_text().splitlines()))
+    assert row[1:3] == ["875.0000", "264.0000"]
+    hand_over_pack(names, plan, tmp_path / "whole", frame=UTM)
+    assert json.loads((tmp_path / "whole" / RECORD).read_text())["subtracted_m"] == {}
+
+
 @pytest.mark.usefixtures("own_formats")
 def test_a_missing_scene_is_told_before_anything_is_written(written_plan: Callable[..., Path], tmp_path: Path) -> None:
     for ask in (
