@@ -66,7 +66,7 @@ def write_gsi8(plan: PlanSource, path: Path, options: Options, progress: Progres
     Raises
     ------
     HandoverError
-        A coordinate of more digits, or a ground point that is not known.
+        A coordinate or a subtraction of more digits, or a ground point that is not known.
     """
     return _write(plan, path, options, _Layout("GSI-8", 8, "", _unit(options, "mm")))
 
@@ -77,7 +77,7 @@ def write_gsi16(plan: PlanSource, path: Path, options: Options, progress: Progre
     Raises
     ------
     HandoverError
-        A ground point that is not known.
+        A subtraction of more digits, or a ground point that is not known.
     """
     return _write(plan, path, options, _Layout("GSI-16", 16, "*", _unit(options, "0.1mm")))
 
@@ -107,18 +107,29 @@ def _write(plan: PlanSource, path: Path, options: Options, layout: _Layout) -> t
 
 def _system_block(frame: SiteFrame, options: Options, layout: _Layout) -> str:
     """Return a code block: which point is meant, in which system; readers of points pass it over."""
-    words = _system_words(frame, options)
+    words = _system_words(frame, options, layout)
     texts = [layout.text(str(42 + place), word[: layout.width]) for place, word in enumerate(words)]
     return layout.text("41", "CRS", f"{1:04d}") + "".join(texts)
 
 
-def _system_words(frame: SiteFrame, options: Options) -> list[str]:
+def _system_words(frame: SiteFrame, options: Options, layout: _Layout) -> list[str]:
     """Return words such as GROUND, EPSG, 25832, HEIGHTS, EPSG, 7837; a code has a word of its own, for want of room."""
     words = ["SENSOR" if options.instrument == "sensor" else "GROUND", *_name_words(frame)]
     if any(options.subtract):
         # The heights' system gives way: there are eight words, and these tell how to get back.
-        return [*words, "LESS", *(f"{value:.10g}" for value in options.subtract)]
+        return [*words, "LESS", *(_less_word(value, layout) for value in options.subtract)]
     return words + (["HEIGHTS", *_crs_words(frame.vertical_crs)] if frame.vertical_crs else [])
+
+
+def _less_word(value_m: float, layout: _Layout) -> str:
+    """Return what is taken off as a word's data; one that is cut off would lead back to another place."""
+    text = f"{value_m:.15g}"
+    if len(text) > layout.width or "e" in text or float(text) != value_m:
+        raise HandoverError(
+            f"--subtract: got {value_m!r}, expected numbers of at most {layout.width} characters, as {layout.title} "
+            "holds in its first block; take off whole metres"
+        )
+    return text
 
 
 def _name_words(frame: SiteFrame) -> list[str]:

@@ -154,6 +154,39 @@ def test_the_first_block_tells_what_is_taken_off(write: Write, site_plan: PlanSo
     assert read(path, 8)[1] == [["CRS", "SENSOR", "EPSG", "25832", "LESS", "690000", "5334000", "7.5"]]
 
 
+@pytest.mark.parametrize(
+    ("width", "less"),
+    [
+        (8, (458000.1234, 0.0, 0.0)),
+        (8, (0.0, 5438000.25, 0.0)),
+        (16, (0.0, 0.1 + 0.2, 0.0)),
+        (16, (1e-5, 0.0, 0.0)),
+        (16, (0.0, 0.0, 1e17)),
+    ],
+)
+def test_a_subtraction_that_the_first_block_can_not_hold_is_refused(
+    write: Write, site_plan: PlanSource, width: int, less: tuple[float, float, float]
+) -> None:
+    with pytest.raises(HandoverError, match=rf"^--subtract: got .*at most {width} char.*GSI-{width}.*whole metres$"):
+        write(WRITERS[width], site_plan, subtract=less)
+
+
+@pytest.mark.parametrize(
+    ("width", "less"),
+    [(8, (690000.0, 5334000.0, -7.25)), (8, (691000.5, 5334000.0, 0.0)), (16, (690000.1234, 5334000.1234, 0.0))],
+)
+def test_a_subtraction_leads_back_to_the_digit(
+    write: Write, site_plan: PlanSource, width: int, less: tuple[float, float, float]
+) -> None:
+    path, _ = write(WRITERS[width], site_plan, subtract=less)
+    points, ((*_, east, north, height),) = read(path, width)
+    assert tuple(float(word or "0") for word in (east, north, height)) == less  # the parser strips zeros
+    site_m = on_site(9.0, 5.0, 0.0)
+    half = 0.501e-3 if width == 8 else 0.501e-4
+    for key, word, value in zip(("east", "north", "height"), (east, north, height), site_m, strict=True):
+        assert float(str(points[0][key])) + float(word or "0") == pytest.approx(value, abs=half)
+
+
 def test_names_of_more_than_eight_characters_are_shortened_in_gsi_8_only(write: Write) -> None:
     plan = field_plan(stations={"Küche-0017": ("F0", 1.0, 2.0, 0.0, 1.5, False)})
     path, remarks = write(write_gsi8, plan)
