@@ -71,7 +71,8 @@ def draw_band(
     _draw_scale(ink, plan.frame, tile, scale)
     _draw_title(ink, plan, view, tile, title, sheet=sheet, n_sheets=n_sheets)
     if tile.n_columns * tile.n_rows > 1:
-        _draw_key(ink, tile, neighbours, Box(scale.left + 25, scale.bottom + 15.5, 16, 16))
+        side = 11 if _has_two_arrows(plan.frame) else 16
+        _draw_key(ink, tile, neighbours, Box(scale.left + 41 - side, scale.bottom + 31.5 - side, side, side))
 
 
 # ------------------------------------------------------------------------------------------------- legend
@@ -143,8 +144,13 @@ def _draw_hatch(ink: Ink, box: Box, kind: tuple[float, float], pen: Pen) -> None
 
 # -------------------------------------------------------------------------------------------------- scale
 def _draw_scale(ink: Ink, frame: SiteFrame, tile: Tile, box: Box) -> None:
-    """Draw the arrow of north, and the scale bar in light and dark pieces."""
-    _draw_north(ink, frame, (box.left + 12, box.top - 10.5))
+    """Draw the arrow of north or the axes, and the scale bar in light and dark pieces."""
+    if not frame.is_scene:
+        _draw_north(ink, frame.grid_north_rad, (box.left + 12, box.top - 10.5))
+    else:
+        _draw_axes(ink, (box.left + (8 if _has_two_arrows(frame) else 12), box.top - 10.5))
+        if frame.true_north_rad is not None:
+            _draw_north(ink, frame.true_north_rad, (box.left + 22.5, box.top - 9.5), size=0.55)
     length_m = nice_length_m((box.width - 9) / tile.mm_per_m)
     n_pieces = 5 if f"{length_m:g}"[0] in "15" else 4
     piece_mm = length_m / n_pieces * tile.mm_per_m
@@ -160,24 +166,36 @@ def _draw_scale(ink: Ink, frame: SiteFrame, tile: Tile, box: Box) -> None:
              colour=QUIET)  # fmt: skip
 
 
-def _draw_north(ink: Ink, frame: SiteFrame, middle: tuple[float, float]) -> None:
-    """Draw an arrow to the site's north; without a site that is known, the axes of the scene."""
-    at, turn = np.array(middle), frame.grid_north_rad
+def _has_two_arrows(frame: SiteFrame) -> bool:
+    """Whether the axes of the listed coordinates are shown and north, which is another way, beside them."""
+    return frame.is_scene and frame.true_north_rad is not None
+
+
+def _axes_rad(frame: SiteFrame) -> float:
+    """How far the axes of the listed coordinates are turned on paper, clockwise: drawings are upright in the scene."""
+    return 0.0 if frame.is_scene else frame.grid_north_rad
+
+
+def _draw_axes(ink: Ink, middle: tuple[float, float]) -> None:
+    """Draw the axes of the scene, which are those of the paper."""
+    start = np.array(middle) - 4.5
+    for way, name in ((np.array([1.0, 0.0]), "x"), (np.array([0.0, 1.0]), "y")):
+        ink.lines([np.stack([start, start + 9 * way])], Pen(0.35))
+        base, aside = start + 8.6 * way, 0.9 * np.array([-way[1], way[0]])
+        ink.area([np.array([start + 11 * way, base + aside, base - aside])], INK)
+        _letter(ink, start + 12.8 * way, name)
+
+
+def _draw_north(ink: Ink, turn: float, middle: tuple[float, float], *, size: float = 1.0) -> None:
+    """Draw an arrow to the north, turned clockwise."""
+    at = np.array(middle)
     ahead, right = np.array([math.sin(turn), math.cos(turn)]), np.array([math.cos(turn), -math.sin(turn)])
-    if frame.is_scene:
-        for way, name in ((right, "x"), (ahead, "y")):
-            start = at - 4.5 * (ahead + right)
-            ink.lines([np.stack([start, start + 9 * way])], Pen(0.35))
-            base, aside = start + 8.6 * way, 0.9 * np.array([-way[1], way[0]])
-            ink.area([np.array([start + 11 * way, base + aside, base - aside])], INK)
-            _letter(ink, start + 12.8 * way, name)
-        return
-    tail = at - 8 * ahead
-    left_half = np.array([at + 5 * ahead, tail - 3.2 * right, tail + 2.2 * ahead])
-    right_half = np.array([at + 5 * ahead, tail + 3.2 * right, tail + 2.2 * ahead])
+    tip, tail = at + 5 * size * ahead, at - 8 * size * ahead
+    left_half = np.array([tip, tail - 3.2 * size * right, tail + 2.2 * size * ahead])
+    right_half = np.array([tip, tail + 3.2 * size * right, tail + 2.2 * size * ahead])
     ink.area([right_half], INK)
     ink.lines([left_half, right_half], Pen(0.25), closed=True)
-    _letter(ink, at + 7.2 * ahead, "N")
+    _letter(ink, tip + 2.2 * ahead, "N")
 
 
 def _letter(ink: Ink, at: FloatArray, letter: str) -> None:
@@ -253,7 +271,7 @@ def draw_grid(ink: Ink, frame: SiteFrame, tile: Tile, elevation_m: float) -> Non
     height_m = float(frame.to_site(around[0])[2])
     crossings = np.array([(e, n, height_m) for e in eastings for n in northings]).reshape(-1, 3)
     spots = tile.on_paper(frame.to_scene(crossings)[:, :2])
-    turn = frame.grid_north_rad
+    turn = _axes_rad(frame)
     ahead, right = np.array([math.sin(turn), math.cos(turn)]), np.array([math.cos(turn), -math.sin(turn)])
     with ink.clip(box):
         ink.lines([np.stack([s - 1.3 * way, s + 1.3 * way]) for s in spots for way in (ahead, right)], _GRID)

@@ -115,8 +115,20 @@ def gather(plan: PlanSource, options: Options) -> Contents:
         floors=tuple(floors),
         summary=tuple(table for table in summary if table is not None),
         histograms=tuple(_histograms(plan, there, remarks)),
-        remarks=(*remarks, *_unprintable(plan)),
+        remarks=(*remarks, *_cut_lower(floors, options), *_unprintable(plan)),
     )
+
+
+def _cut_lower(floors: Sequence[FloorSheets], options: Options) -> list[str]:
+    """Say where the height wanted is not that at which walls are cut."""
+    views = [floor.view for floor in floors if floor.view.surface is not None]
+    lower = [f"{view.floor.name!r} at {view.cut_m:.3g} m" for view in views if view.cut_m < options.cut_m - 1e-6]
+    if not lower:
+        return []
+    more = f" and {len(lower) - 3} more" if len(lower) > 3 else ""
+    return [
+        f"walls are cut lower than at {options.cut_m:.3g} m, half-way to the floor above: {', '.join(lower[:3])}{more}"
+    ]
 
 
 def _worth_a_sheet(plan: PlanSource, floor: FieldFloor, options: Options) -> bool:

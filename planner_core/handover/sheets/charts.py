@@ -59,6 +59,12 @@ class Histogram:
     """Share of the seen area that keeps the limit."""
     more: bool
 
+    @property
+    def unit(self) -> str:
+        """Written behind figures: what `words` end with."""
+        unit = self.words.partition(", ")[2]
+        return "°" if unit == "degrees" else f" {unit}".rstrip()
+
 
 def histograms_of(plan: PlanSource, building: Building) -> list[Histogram]:
     """Histograms of range, incidence and point spacing, as far as the plan folder has the figures."""
@@ -124,13 +130,13 @@ def draw_histogram(ink: Ink, made: Histogram, box: Box) -> None:
             bar = _bar(to_x(low), to_x(high), plot.bottom, to_y(100 * share))
             ink.area([bar], _BAR)
             ink.lines([bar], _BAR_EDGE, closed=True)
-    lines = [f"half of it at most {made.median:.3g}, 95 % at most {made.at_95:.3g}"]
+    lines = [f"half of it at most {made.median:.3g}{made.unit}, 95 % at most {made.at_95:.3g}{made.unit}"]
     if made.more:
         lines.append("the last bar is of all beyond, too")
     if made.asked is not None and made.within is not None:
         x = to_x(made.asked)
         ink.lines([np.array([(x, plot.bottom), (x, plot.top)])], _ASKED)
-        _boxed(ink, (x, plot.top - 2.0), f"asked: {made.asked:.4g}", plot)
+        _boxed(ink, (x, plot.top - 2.0), f"asked: {made.asked:.4g}{made.unit}", plot)
         lines.append(f"{100 * made.within:.1f} % keep the limit")
     ink.text((plot.right, box.top - 7.6), "; ".join(lines), _SIZE_PT, align="right", colour=QUIET)
 

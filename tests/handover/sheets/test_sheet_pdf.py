@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from planner_core.handover.sheets.building import Building, read_building
 from planner_core.handover.sheets.floor_view import view_floor
 from planner_core.handover.sheets.pdf import write_pdf
 from planner_core.handover.source import PlanSource, open_plan
+from planner_core.model import SiteFrame
 from planner_core.progress import silent
 from planner_core.scene.patches import patch_triangles
 
@@ -229,6 +231,45 @@ def test_sheets_in_scene_coordinates_say_so_and_claim_no_north(
     assert all("scene coordinates, no CRS" in words for words in sheets.texts)
     marks = [mark.text for mark in sheets.words(_drawing(sheets, "Level 1"))]
     assert "N" not in marks and {"x", "y"} <= set(marks)
+
+
+@pytest.mark.parametrize("north_rad", [0.3, math.radians(50), -2.5])
+def test_axes_in_scene_coordinates_are_those_of_the_listed_coordinates(
+    scene_plan: PlanSource, pdf_of: Callable[..., Any], north_rad: float
+) -> None:
+    sheets = pdf_of(replace(scene_plan, frame=SiteFrame(true_north_rad=north_rad)), paper="A4")
+    page = _drawing(sheets, "Level 1")
+    to_paper, words = _to_paper(sheets, page, scene_plan, "F0"), sheets.words(page)
+    x, y, north = (next(mark for mark in words if mark.text == name) for name in ("x", "y", "N"))
+    # x ends to the right of where y starts, y above of where x starts: 12.8 mm from one corner, along the paper.
+    np.testing.assert_allclose((x.middle - y.middle) / 12.8, (1.0, -1.0), atol=0.08)
+    named = [mark for mark in words if re.fullmatch(r"[xy] [\d ]+", mark.text)]
+    assert {mark.text[0] for mark in named} == {"x", "y"}
+    for mark in named:
+        value = float(mark.text[2:].replace(" ", ""))
+        if mark.text[0] == "x":
+            assert abs(mark.left - 0.7 - to_paper(value, 0.0)[0]) < 0.4, mark
+        else:
+            assert abs(mark.bottom - 0.7 - to_paper(0.0, value)[1]) < 0.4, mark
+    turned = [mark for mark in sheets.paths(page) if np.hypot(*(mark.middle - north.middle)) < 8]
+    arrow = [mark for mark in turned if 5 < math.hypot(mark.right - mark.left, mark.top - mark.bottom) < 8.5]
+    away = north.middle - np.mean([mark.middle for mark in arrow], axis=0)
+    assert abs(math.remainder(math.atan2(away[0], away[1]) - north_rad, math.tau)) < 0.2
+
+
+def test_walls_cut_lower_than_wanted_are_told(
+    site_plan: PlanSource, site_sheets: Any, pdf_of: Callable[..., Any]
+) -> None:
+    told = [remark for remark in pdf_of(site_plan, cut_m=2.0).remarks if "cut lower" in remark]
+    assert told == ["walls are cut lower than at 2 m, half-way to the floor above: 'Level 1' at 1.4 m"]
+    assert not [remark for remark in site_sheets.remarks if "cut lower" in remark]
+
+
+def test_figures_of_charts_have_units(site_sheets: Any) -> None:
+    words = " ".join(" ".join(site_sheets.texts).split())
+    for unit in (" m", "°", " mm"):
+        assert re.search(rf"half of it at most [\d.]+{unit}, 95 % at most [\d.]+{unit};", words), unit
+    assert "asked: 4 m" in words and "asked: 75°" in words and "asked: 500 mm" in words
 
 
 def test_cover_tells_the_scale_of_the_grid(sheet_folder: Path, pdf_of: Callable[..., Any]) -> None:
