@@ -72,7 +72,7 @@ def command(
     from planner_core.handover.actual_stations import read_actual
     from planner_core.handover.as_scanned import compare_as_scanned
     from planner_core.handover.as_scanned_document import as_scanned_document
-    from planner_core.handover.matching import doubts, matched
+    from planner_core.handover.matching import check_heights, doubts, matched
     from planner_core.handover.source import open_plan
     from planner_core.live.opening import open_live
 
@@ -82,10 +82,12 @@ def command(
     if folder is not None:
         check_output(folder, overwrite=overwrite)
     source = open_plan(plan, scene=scene, frame=frame_request(told))
-    actual = read_actual(lists, source, coordinates=coordinates, heights=heights, columns=columns)
+    actual = read_actual(lists, source, coordinates=coordinates, heights=heights, columns=columns, within_m=within_m)
+    if heights == "sensor" and any(_has_heights(each) for each in lists):
+        check_heights(source.stations, actual.stations, by=match, within_m=within_m)
     matches = matched(source.stations, actual.stations, by=match, within_m=within_m)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        reporter.warn((*source.frame.warnings, *doubts(matches, within_m)))
+        reporter.warn((*actual.doubts, *source.frame.warnings, *doubts(matches, within_m)))
         live = open_live(
             source.folder, scene=scene, engine=engine, device=device, with_ground=False, progress=reporter.show
         )
@@ -102,6 +104,11 @@ def command(
         if folder is not None:
             output.say(f"plan folder   {folder if rescan is not None else 'not written: nothing was planned'}")
     ctx.exit(0 if found.met else NOT_MET)
+
+
+def _has_heights(path: Path) -> bool:
+    """Whether `--heights` can tell whose a list's heights are: of a CSV it does, of poses and plans not."""
+    return path.suffix.lower() not in (".e57", ".json") and not path.is_dir()
 
 
 def _rescan(live: LivePlan, found: AsScanned, reporter: ProgressReporter) -> Rescan:

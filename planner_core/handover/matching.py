@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.errors import RequirementError
+from planner_core.errors import RequirementError, StationListError
 from planner_core.handover.actual_stations import ListedStation
 from planner_core.handover.source import FieldStation
 from planner_core.model import FloatArray
@@ -19,6 +19,8 @@ MATCHES = ("name", "place")
 #: From so many stations on, that all are off alike is worth telling.
 _FEWEST_ALIKE = 3
 _ALIKE_M, _TELLING_M = 0.05, 0.10
+#: A list whose heights are this near to those of the planned ground points, nearly all of them, is one of these.
+_AT_GROUND_M, _NEARLY_ALL = 0.05, 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +99,38 @@ def _nearest(
 def _moved_m(planned: FieldStation, actual: ListedStation) -> FloatArray:
     was_m = planned.ground_m if actual.is_ground else planned.position_m
     return np.asarray(actual.position_m - was_m)
+
+
+def check_heights(
+    planned: Sequence[FieldStation], listed: Sequence[ListedStation], *, by: str = "name", within_m: float = WITHIN_M
+) -> None:
+    """Refuse lists of sensors that are ground points: all figures would be of a scanner that lies on the floor.
+
+    Raises
+    ------
+    StationListError
+        Nearly all stations of the list are at the planned ground points, by their heights, and not at the sensors.
+    """
+    grounds = [replace(each, is_ground=True) for each in listed if not each.is_ground]
+    pairs = [match for match in matched(planned, grounds, by=by, within_m=within_m) if _has_ground(match)]
+    there = [match for match in pairs if _is_at_ground(match, within_m)]
+    as_sensors = [match for match in matched(planned, listed, by=by, within_m=within_m) if _has_ground(match)]
+    if there and len(there) >= _NEARLY_ALL * max(len(pairs), len(as_sensors)):
+        raise StationListError(
+            f"stations: the heights of {len(there)} of {len(pairs)} stations are those of the planned ground points, "
+            "not of the sensors; give --heights ground"
+        )
+
+
+def _has_ground(match: Match) -> bool:
+    return match.planned is not None and match.actual is not None and bool(np.isfinite(match.planned.ground_m).all())
+
+
+def _is_at_ground(match: Match, within_m: float) -> bool:
+    assert match.planned is not None
+    dx, dy, dz = match.moved_m.tolist()
+    is_low = match.planned.instrument_height_m <= 2.0 * _AT_GROUND_M  # sensor and ground are one
+    return float(np.hypot(dx, dy)) <= within_m and abs(dz) <= _AT_GROUND_M and not is_low
 
 
 def doubts(matches: Sequence[Match], within_m: float = WITHIN_M) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -107,6 +108,50 @@ def test_swapped_columns_and_millimetres_are_guessed(source: PlanSource, tmp_pat
         read_actual([write_csv(tmp_path / "mm.csv", millimetres)], source, coordinates="site")
 
 
+def test_reduced_coordinates_are_a_shift_and_no_millimetres(source: PlanSource, tmp_path: Path) -> None:
+    by = np.array([458_000.0, 5_438_000.0, 0.0])
+    rows = [(each.id, each.site_m - by) for each in source.stations]
+    with pytest.raises(StationListError, match=r"-458000\.00, -5438000\.00, 0\.00 m from the plan's site") as caught:
+        read_actual([write_csv(tmp_path / "reduced.csv", rows)], source)
+    assert "millimetres" not in str(caught.value)
+    unnamed = [(f"scan {k}", at) for k, (_, at) in enumerate(rows)]
+    with pytest.raises(StationListError) as caught:
+        read_actual([write_csv(tmp_path / "unnamed.csv", unnamed)], source)
+    assert "millimetres" not in str(caught.value)
+
+
+def test_units_are_guessed_in_either_coordinates(source: PlanSource, tmp_path: Path) -> None:
+    for scale, unit in ((1000.0, "millimetres"), (1.0 / 0.3048, "in feet"), (3937.0 / 1200.0, "US survey feet")):
+        rows = [(each.id, scale * each.site_m) for each in source.stations]
+        with pytest.raises(StationListError, match=unit):
+            read_actual([write_csv(tmp_path / "scaled.csv", rows)], source)
+    rows = [(f"scan {k}", 1000.0 * each.position_m + 200_000.0) for k, each in enumerate(source.stations)]
+    with pytest.raises(StationListError) as caught:  # whatever it is, that it is not
+        read_actual([write_csv(tmp_path / "scaled.csv", rows)], source)
+    assert "millimetres" not in str(caught.value)
+
+
+def test_swapped_easting_and_northing_are_named_whatever_the_list_is_nearer_to(
+    source: PlanSource, tmp_path: Path
+) -> None:
+    rows = [(each.id, each.site_m[[1, 0, 2]]) for each in source.stations]
+    with pytest.raises(StationListError, match="easting and northing may be swapped"):
+        read_actual([write_csv(tmp_path / "swapped.csv", rows)], source)
+
+
+@pytest.mark.parametrize("is_named", [True, False])
+def test_swapped_columns_at_the_plan_are_doubted(source: PlanSource, tmp_path: Path, is_named: bool) -> None:
+    names = [each.id if is_named else f"scan {k}" for k, each in enumerate(source.stations)]
+    moved = np.array([0.1, -0.1, 0.0])
+    rows = [(name, (each.position_m + moved)[[1, 0, 2]]) for name, each in zip(names, source.stations, strict=True)]
+    actual = read_actual([write_csv(tmp_path / "swapped.csv", rows)], source, within_m=0.5)
+    (line,) = actual.doubts
+    n = len(rows)
+    assert line.startswith(f"x and y of the list may be swapped: exchanged, {n} of {n} stations are within 0.5 m")
+    rows = [(name, each.position_m + moved) for name, each in zip(names, source.stations, strict=True)]
+    assert not read_actual([write_csv(tmp_path / "right.csv", rows)], source).doubts
+
+
 def test_site_coordinates_of_an_unknown_site_are_refused(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:
     from planner_core.coordinates.request import FrameRequest
     from planner_core.handover.source import open_plan
@@ -121,7 +166,8 @@ def test_site_coordinates_of_an_unknown_site_are_refused(house_plan: Path, sourc
 
 def test_words_that_are_none_are_refused(source: PlanSource, tmp_path: Path) -> None:
     path = write_csv(tmp_path / "list.csv", [("S001", source.stations[0].position_m)])
-    for told in ({"coordinates": "local"}, {"heights": "eye"}, {"columns": "PQ"}):
+    wrong: tuple[dict[str, Any], ...] = ({"coordinates": "local"}, {"heights": "eye"}, {"columns": "PQ"})
+    for told in wrong:
         with pytest.raises(RequirementError, match=rf"--{next(iter(told))}: got"):
             read_actual([path], source, **told)
 

@@ -70,6 +70,28 @@ def test_bad_input_is_refused_before_anything_is_loaded(house_plan: Path, tmp_pa
     assert isinstance(result.exception, OutputExistsError)
 
 
+def test_a_list_of_ground_points_is_refused_unless_it_is_told(
+    house_plan: Path, source: PlanSource, tmp_path: Path
+) -> None:
+    rows = [f"{each.id},{','.join(f'{v:.4f}' for v in each.site_ground_m)}" for each in source.stations]
+    (tmp_path / "ground.csv").write_text("\n".join(rows))
+    asked = (house_plan, "--stations", tmp_path / "ground.csv", "--columns", "PENZ", "--no-scan-again", "--json")
+    result = run(*asked)
+    assert isinstance(result.exception, StationListError)
+    assert "give --heights ground" in str(result.exception)
+    result = run(*asked, "--heights", "ground")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["counts"]["as planned"] == len(source.stations)
+
+
+def test_swapped_columns_are_the_first_warning(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:
+    rows = [f"{each.id},{','.join(f'{v:.4f}' for v in each.position_m)}" for each in source.stations]
+    (tmp_path / "swapped.csv").write_text("\n".join(rows))
+    result = run(house_plan, "--stations", tmp_path / "swapped.csv", "--columns", "PNEZ", "--no-scan-again", "-q")
+    warnings = [line for line in result.stderr.splitlines() if line.startswith("warning:")]
+    assert warnings[0].startswith("warning: x and y of the list may be swapped")
+
+
 @pytest.mark.parametrize("option", ["--coordinates", "--heights", "--match"])
 def test_words_that_no_option_has_are_refused(house_plan: Path, option: str) -> None:
     assert run(house_plan, "--stations", "x.csv", option, "nonsense").exit_code == 2

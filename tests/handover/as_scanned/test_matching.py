@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.errors import RequirementError
+from planner_core.errors import RequirementError, StationListError
 from planner_core.handover.actual_stations import ListedStation
-from planner_core.handover.matching import doubts, matched
+from planner_core.handover.matching import check_heights, doubts, matched
 from planner_core.handover.source import FieldStation
 
 
@@ -99,3 +99,37 @@ def test_another_word_and_no_distance_are_refused() -> None:
         matched([planned("S1", 0.0)], [], by="number")
     with pytest.raises(RequirementError, match="--within"):
         matched([planned("S1", 0.0)], [], within_m=math.nan)
+
+
+def test_ground_points_listed_as_sensors_are_refused() -> None:
+    stations = [planned(f"S{k}", 3.0 * k, height_m=1.3 + 0.1 * k) for k in range(5)]
+    at_ground = [listed(each.id, each.ground_m[0] + 0.3, 0.0, each.ground_m[2] + 0.02) for each in stations]
+    with pytest.raises(StationListError, match=r"heights of 5 of 5 stations.*give --heights ground"):
+        check_heights(stations, at_ground)
+    nearly_all = [*at_ground[:4], listed("S4", 12.0)]
+    with pytest.raises(StationListError, match="4 of 5"):
+        check_heights(stations, nearly_all)
+    others = [listed(f"scan {k}", *each.position_m.tolist()) for k, each in enumerate(at_ground)]
+    with pytest.raises(StationListError, match="5 of 5"):
+        check_heights(stations, others)
+    with pytest.raises(StationListError, match="5 of 5"):
+        check_heights(stations, at_ground, by="place")
+
+
+def test_sensors_and_points_told_to_be_on_the_ground_are_not_refused() -> None:
+    stations = [planned(f"S{k}", 3.0 * k) for k in range(5)]
+    check_heights(stations, [listed(each.id, each.position_m[0]) for each in stations])
+    check_heights(stations, [listed(each.id, each.position_m[0], 0.0, 1.2) for each in stations])
+    on_ground = [ListedStation(each.id, each.ground_m, None, None, is_ground=True) for each in stations]
+    check_heights(stations, on_ground)
+    some = [listed("S0", 0.0, 0.0, 0.0), *(listed(each.id, each.position_m[0]) for each in stations[1:])]
+    check_heights(stations, some)
+    check_heights([planned("S0", 0.0, height_m=math.nan)], [listed("S0", 0.0, 0.0, 0.0)])
+    check_heights([planned("S0", 0.0, height_m=0.0)], [listed("S0", 0.0)])
+    check_heights(stations, [])
+
+
+def test_sensors_too_high_to_be_matched_to_grounds_are_not_refused_for_one_that_lies_there() -> None:
+    stations = [planned(f"S{k}", 5.0 * k, height_m=2.5) for k in range(5)]
+    there = [listed("A", 0.0, 0.0, -1.0), *(listed(f"L{k}", 5.0 * k) for k in range(1, 5))]
+    check_heights(stations, there)
