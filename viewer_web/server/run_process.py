@@ -188,6 +188,9 @@ def run(folder: Path, scene: Path) -> int:
     interrupts.install()
     telling = Telling(folder, interrupts)
     try:
+        # One that came before `install` is lost where the server was started with interrupts off, as by `nohup ... &`.
+        if (folder / CANCEL).exists():
+            raise KeyboardInterrupt
         plan = plan_run(folder, scene, telling, interrupts)
         interrupts.close()
     except KeyboardInterrupt:

@@ -17,7 +17,7 @@ from planner_core.export.plan_settings import settings_of
 from planner_core.progress import BestSoFar, ProgressEvent
 from viewer_web.server import run_process
 from viewer_web.server.run_documents import RunDocument, RunRequest
-from viewer_web.server.run_files import BASIS, LOG, read_run, write_begun, write_run
+from viewer_web.server.run_files import BASIS, CANCEL, LOG, read_run, write_begun, write_run
 from viewer_web.server.run_process import Interrupts, Telling
 from viewer_web.server.run_settings import run_settings
 
@@ -62,6 +62,15 @@ def test_a_run_writes_the_plan_that_was_asked_for_and_tells_its_figures(hall: Pa
     lines = [json.loads(line) for line in (folder / LOG).read_text().splitlines()]
     assert {"load", "candidates", "scan", "select", "export"} <= {line.get("stage") for line in lines}
     assert lines[-1]["state"] == "finished"
+
+
+def test_a_run_that_was_cancelled_before_it_heard_signals_plans_nothing(hall: Path, tmp_path: Path) -> None:
+    folder = make_run(hall, tmp_path / "R001", RunRequest())
+    (folder / CANCEL).write_text("it is late", encoding="utf-8")
+    assert run_process.run(folder, hall.parent / "no-such.ifc") == 130
+    ended = read_run(folder)
+    assert (ended.state, ended.plan) == ("cancelled", None)
+    assert "because it is late before it had a plan" in str(ended.message)
 
 
 def test_what_can_not_be_planned_fails_in_the_words_of_the_library(hall: Path, tmp_path: Path) -> None:
