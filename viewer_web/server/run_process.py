@@ -167,6 +167,9 @@ def best_of(plan: Plan) -> RunBest:
 
 def plan_run(folder: Path, scene: Path, telling: Telling, interrupts: Interrupts) -> Plan:
     """Plan as the run asks, and write the plan's folder."""
+    # An interrupt before `install` is lost where the server was started with interrupts off, as by `nohup ... &`.
+    if (folder / CANCEL).exists():
+        raise KeyboardInterrupt
     basis, place = folder / BASIS, folder.stat().st_ino
     settings = run_settings(basis, telling.run.request, begun_m=read_begun(folder))
     loaded = load_scene(scene, options=load_options_of(read_plan_json(basis)), progress=telling.show)
@@ -188,9 +191,6 @@ def run(folder: Path, scene: Path) -> int:
     interrupts.install()
     telling = Telling(folder, interrupts)
     try:
-        # One that came before `install` is lost where the server was started with interrupts off, as by `nohup ... &`.
-        if (folder / CANCEL).exists():
-            raise KeyboardInterrupt
         plan = plan_run(folder, scene, telling, interrupts)
         interrupts.close()
     except KeyboardInterrupt:
