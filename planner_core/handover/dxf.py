@@ -17,7 +17,7 @@ import numpy as np
 from planner_core.errors import RequirementError
 from planner_core.export import palette
 from planner_core.export.link_drawing import STRONG_TIMES
-from planner_core.handover.chosen import chosen_floors, chosen_stations
+from planner_core.handover.chosen import chosen_floors, chosen_stations, scanned_before
 from planner_core.handover.dxf_document import (
     STYLE,
     Layer,
@@ -332,7 +332,7 @@ def _draw_station(drawing: _Drawing, station: FieldStation) -> None:
             "H_GROUND": f"{station.site_ground_m[2]:.4f}" if known else "not known",
             "H_INSTR": f"{station.instrument_height_m:.4f}" if known else "not known",
             "H_SENSOR": f"{station.site_m[2]:.4f}",
-            "STATE": "scanned before" if station.fixed else "planned",
+            "STATE": "scanned before" if station.id in scanned_before(drawing.plan) else "planned",
         }
     )
     for attrib in mark.attribs:

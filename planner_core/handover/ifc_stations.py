@@ -18,7 +18,7 @@ import numpy as np
 from planner_core.errors import HandoverError, MissingPackageError
 from planner_core.export import palette
 from planner_core.export.tripod import tripod
-from planner_core.handover.chosen import chosen_floors, chosen_stations
+from planner_core.handover.chosen import chosen_floors, chosen_stations, scanned_before
 from planner_core.handover.options import Options
 from planner_core.handover.source import FieldStation, PlanSource
 from planner_core.model import FloatArray, SiteFrame
@@ -265,7 +265,7 @@ def _tell(target: _Target, plan: PlanSource, station: FieldStation, proxy: Any) 
         ("Id", "IfcIdentifier", station.id, None),
         ("Number", "IfcInteger", station.number, None),
         ("Floor", "IfcLabel", station.floor_name, None),
-        ("State", "IfcLabel", "scanned before" if station.fixed else "planned", None),
+        ("State", "IfcLabel", "scanned before" if station.id in scanned_before(plan) else "planned", None),
         ("CoordinateSystem", "IfcText", plan.frame.crs_line, None),
         ("Easting", "IfcLengthMeasure", east_m, target.metre),
         ("Northing", "IfcLengthMeasure", north_m, target.metre),

@@ -66,3 +66,15 @@ def house_in_munich(house_folder: Path) -> PlanSource:
 @pytest.fixture(scope="session")
 def stations_m(house: PlanSource) -> np.ndarray:
     return np.array([station.position_m for station in house.stations])
+
+
+@pytest.fixture(scope="session")
+def evaluated_house(house: PlanSource) -> PlanSource:
+    """A list of given stations, all fixed, of which only the first was scanned before."""
+    first, *_ = house.stations
+    settled = [{"id": first.id, "role": "scanned"}]
+    return replace(
+        house,
+        document={**house.document, "site": {**house.document["site"], "settled": settled}},
+        stations=tuple(replace(station, fixed=True) for station in house.stations),
+    )

@@ -65,6 +65,14 @@ def test_every_station_is_a_block_with_its_figures(drawing, house):
         assert shown == {"NUMBER", "ID"}
 
 
+def test_only_stations_with_scans_are_told_as_scanned_before(evaluated_house, tmp_path):
+    write_dxf(evaluated_house, tmp_path / "given.dxf", Options(), silent)
+    marks = ezdxf.readfile(tmp_path / "given.dxf").modelspace().query(f'INSERT[name=="{BLOCK}"]')
+    told = {mark.get_attrib_text("ID"): mark.get_attrib_text("STATE") for mark in marks}
+    first, *others = evaluated_house.stations
+    assert told == {first.id: "scanned before", **{station.id: "planned" for station in others}}
+
+
 def test_gdal_reads_stations_walls_and_links_where_they_are(drawing_file, house):
     meta, _, geometry, columns = pyogrio.raw.read(drawing_file)
     columns = dict(zip(meta["fields"], columns, strict=True))

@@ -61,6 +61,14 @@ def test_geometry_engine_finds_sensors_and_their_ground(name, request, house):
         assert np.abs(corners_m[:, :2].mean(axis=0) - station.position_m[:2]).max() < 0.1
 
 
+def test_only_stations_with_scans_are_told_as_scanned_before(evaluated_house, tmp_path):
+    write_ifc(evaluated_house, tmp_path / "given.ifc", Options(), silent)
+    model = ifcopenshell.open(str(tmp_path / "given.ifc"))  # held: its entities die with it
+    told = {each.Name: ifcopenshell.util.element.get_psets(each)[PSET]["State"] for each in _proxies(model)}
+    first, *others = evaluated_house.stations
+    assert told == {first.id: "scanned before", **{station.id: "planned" for station in others}}
+
+
 @pytest.mark.parametrize("name", ["alone", "within"])
 def test_stations_are_in_the_storeys_of_their_floors_with_their_figures(name, request, house_in_munich):
     model = ifcopenshell.open(str(request.getfixturevalue(name)))
