@@ -52,18 +52,21 @@ def write_usd_stations(plan: PlanSource, path: Path, options: Options, progress:
     return ()
 
 
+def site_data(plan: PlanSource) -> dict[str, str]:
+    """What a layer says of the site's coordinates: their words and systems, and the 4 x 4 matrix from the scene's."""
+    rows = [value for row in plan.frame.matrix.tolist() for value in row]
+    return {
+        "coordinates": plan.frame.crs_line,
+        "crs": plan.frame.crs,
+        "verticalCrs": plan.frame.vertical_crs,
+        "sceneToSite": " ".join(repr(float(value)) for value in rows),
+    }
+
+
 def _author_root(layer: Layer, plan: PlanSource, offset_m: FloatArray) -> None:
     set_stage_metadata(layer, "Plan")
     layer.documentation = f"Scanner stations of {plan.title}. Coordinates: {plan.frame.crs_line}."
-    rows = [value for row in plan.frame.matrix.tolist() for value in row]
-    layer.customLayerData = {
-        "tlsplan": {
-            "coordinates": plan.frame.crs_line,
-            "crs": plan.frame.crs,
-            "verticalCrs": plan.frame.vertical_crs,
-            "sceneToSite": " ".join(repr(float(value)) for value in rows),
-        }
-    }
+    layer.customLayerData = {"tlsplan": site_data(plan)}
     root = define(layer, "/Plan", "Xform", kind="assembly")
     put(root, "tlsplan:offset", TYPES.Double3, tuple(offset_m.tolist()))
     put_transform(root)

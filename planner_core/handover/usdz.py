@@ -12,6 +12,7 @@ from planner_core.errors import HandoverError
 from planner_core.export.sdf_authoring import Sdf, Tf
 from planner_core.handover.options import Options
 from planner_core.handover.source import PlanSource
+from planner_core.handover.usd_stations import site_data
 from planner_core.progress import Progress, ProgressEvent
 
 ROOT = "plan.usda"
@@ -45,16 +46,7 @@ def write_usdz(plan: PlanSource, path: Path, options: Options, progress: Progres
 def _root_text(plan: PlanSource) -> str:
     """The text of plan.usda, with the site's coordinates."""
     layer = _opened(plan.folder / ROOT)
-    rows = [value for row in plan.frame.matrix.tolist() for value in row]
-    layer.customLayerData = {
-        **dict(layer.customLayerData),
-        "tlsplan": {
-            "coordinates": plan.frame.crs_line,
-            "crs": plan.frame.crs,
-            "verticalCrs": plan.frame.vertical_crs,
-            "sceneToSite": " ".join(repr(float(value)) for value in rows),
-        },
-    }
+    layer.customLayerData = {**dict(layer.customLayerData), "tlsplan": site_data(plan)}
     return str(layer.ExportToString())
 
 
