@@ -157,6 +157,7 @@ _FORMATS = (
         write=_lazy("planner_core.handover.dxf", "write_dxf"),
         options=("floors", "paper", "cut_m"),
         verified_with="ezdxf 1.4 (audit), GDAL (pyogrio)",
+        page="drawings.md",
     ),
     Format(
         name="ifc",
@@ -165,6 +166,7 @@ _FORMATS = (
         write=_lazy("planner_core.handover.ifc_stations", "write_ifc"),
         options=("floors",),
         verified_with="IfcOpenShell 0.9: geometry, validate with express rules",
+        page="drawings.md",
     ),
     Format(
         name="ifc-model",
@@ -175,6 +177,7 @@ _FORMATS = (
         options=("floors",),
         verified_with="IfcOpenShell 0.9: geometry, validate",
         in_pack=False,
+        page="drawings.md",
     ),
     Format(
         name="usd-stations",
@@ -183,6 +186,7 @@ _FORMATS = (
         write=_lazy("planner_core.handover.usd_stations", "write_usd_stations"),
         options=("floors",),
         verified_with="usd-core 26.11: UsdValidation, all validators",
+        page="drawings.md",
     ),
     Format(
         name="usdz",
