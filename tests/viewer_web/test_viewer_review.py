@@ -12,6 +12,7 @@ import httpx
 import pytest
 from starlette.applications import Starlette
 
+from planner_core.errors import PlanFolderError
 from planner_core.review import changes as c
 from planner_core.review.store import ReviewStore
 from viewer_web.server import create_app, events
@@ -182,6 +183,24 @@ def test_pages_are_told_when_a_review_can_be_read_again(plan_folder: Path) -> No
     session.look()
     session.look()
     assert told == [("review", 0)]
+
+
+@pytest.mark.parametrize("was_read", [False, True])
+def test_pages_are_told_what_came_between_their_question_and_the_first_look(plan_folder: Path, was_read: bool) -> None:
+    session, told = Session(plan_folder), []
+    session.events.publish = lambda name, document: told.append((name, document["revision"]))  # type: ignore[method-assign, assignment]
+    review = plan_folder / "review.usda"
+    if was_read:
+        assert session.review().revision == 0
+        ReviewStore(plan_folder).commit(0, [c.LockStation("S001")], "Ben")
+    else:
+        review.write_text("my notes")
+        with pytest.raises(PlanFolderError, match="damaged"):
+            session.review()
+        review.unlink()
+    session.look()
+    session.look()
+    assert told == [("review", 1 if was_read else 0)]
 
 
 def test_a_fault_of_ours_is_told_in_words(app: Starlette, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,8 +36,19 @@ class Session:
         self._told_revision: int | None = None
 
     def review(self) -> Review:
-        """Return the review as it is on disk; raises `PlanFolderError` where it can't be read."""
-        return self.store.current()
+        """Return the review as it is on disk; raises `PlanFolderError` where it can't be read.
+
+        Whoever asks is told of what comes after the answer, though nobody looked before.
+        """
+        try:
+            review = self.store.current()
+        except PlannerError:
+            self._remember_unreadable()
+            raise
+        with self._told:
+            if self._told_revision is None:
+                self._told_revision = review.revision
+        return review
 
     def plan(self) -> PlanUnderReview:
         """Return what the review refers to; raises `PlanFolderError` where it can't be read."""
@@ -55,8 +66,7 @@ class Session:
         try:
             review = self.store.current()
         except PlannerError:  # whoever asks for the review is told
-            with self._told:
-                self._told_revision = _UNREADABLE
+            self._remember_unreadable()
             return
         with self._told:
             known, self._told_revision = self._told_revision, review.revision
@@ -65,3 +75,7 @@ class Session:
             last = max(newer.values(), key=lambda touch: touch.revision, default=None)
             author = "another program" if last is None else last.by
             self.events.publish("review", {"revision": review.revision, "author": author, "objects": sorted(newer)})
+
+    def _remember_unreadable(self) -> None:
+        with self._told:
+            self._told_revision = _UNREADABLE
