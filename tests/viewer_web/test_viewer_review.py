@@ -185,22 +185,30 @@ def test_pages_are_told_when_a_review_can_be_read_again(plan_folder: Path) -> No
     assert told == [("review", 0)]
 
 
-@pytest.mark.parametrize("was_read", [False, True])
-def test_pages_are_told_what_came_between_their_question_and_the_first_look(plan_folder: Path, was_read: bool) -> None:
+@pytest.mark.parametrize("ask", [Session.review, Session.plan])
+def test_pages_are_told_of_a_review_mended_before_the_first_look(
+    plan_folder: Path, ask: Callable[[Session], object]
+) -> None:
     session, told = Session(plan_folder), []
     session.events.publish = lambda name, document: told.append((name, document["revision"]))  # type: ignore[method-assign, assignment]
     review = plan_folder / "review.usda"
-    if was_read:
-        assert session.review().revision == 0
-        ReviewStore(plan_folder).commit(0, [c.LockStation("S001")], "Ben")
-    else:
-        review.write_text("my notes")
-        with pytest.raises(PlanFolderError, match="damaged"):
-            session.review()
-        review.unlink()
+    review.write_text("my notes")
+    with pytest.raises(PlanFolderError, match="damaged"):
+        ask(session)
+    review.unlink()
     session.look()
     session.look()
-    assert told == [("review", 1 if was_read else 0)]
+    assert told == [("review", 0)]
+
+
+def test_pages_are_told_of_a_change_between_their_answer_and_the_first_look(plan_folder: Path) -> None:
+    session, told = Session(plan_folder), []
+    session.events.publish = lambda name, document: told.append((name, document["revision"]))  # type: ignore[method-assign, assignment]
+    assert session.review().revision == 0
+    ReviewStore(plan_folder).commit(0, [c.LockStation("S001")], "Ben")
+    session.look()
+    session.look()
+    assert told == [("review", 1)]
 
 
 def test_a_fault_of_ours_is_told_in_words(app: Starlette, monkeypatch: pytest.MonkeyPatch) -> None:

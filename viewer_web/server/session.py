@@ -51,8 +51,12 @@ class Session:
         return review
 
     def plan(self) -> PlanUnderReview:
-        """Return what the review refers to; raises `PlanFolderError` where it can't be read."""
-        return self.store.plan()
+        """Return what the review refers to; raises `PlanFolderError` where that or the review can't be read."""
+        try:
+            return self.store.plan()
+        except PlannerError:
+            self._remember_unreadable()
+            raise
 
     def tell_review(self, review: Review, author: str, objects: tuple[str, ...]) -> None:
         """Tell all pages of a commit that was made here."""
