@@ -117,10 +117,15 @@ def numbers(text: str, option: str, form: str, sizes: tuple[int, ...]) -> list[f
     except ValueError:
         values = []
     if len(values) not in sizes or not all(math.isfinite(value) for value in values):
-        raise RequirementError(
-            f"{option}: got {text!r}, expected {form} in metres, such as {'1.5,2,0,1'[: 3 + 2 * sizes[0]]}"
-        )
+        raise RequirementError(f"{option}: got {text!r}, expected {form} in metres, such as {_example(form)}")
     return values
+
+
+def _example(form: str) -> str:
+    """Return what a user may type for a form: as many numbers as that has, of the size that they have."""
+    parts = form.partition(" or ")[0].split(",")
+    like = {"E": "458870.25", "N": "5438260.5", "H": "110.3", "X": "1.5", "Y": "2"}
+    return ",".join(like.get(part, "0") for part in parts)
 
 
 def with_settled(problem: PlanSettings, settling: Settling) -> PlanSettings:

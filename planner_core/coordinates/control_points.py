@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from planner_core.coordinates.text_file import text_of
 from planner_core.errors import CoordinatesError
 from planner_core.model import FloatArray
 
@@ -51,12 +52,7 @@ def read_control_points(path: Path) -> ControlPoints:
     CoordinatesError
         With the line of what is wrong.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise CoordinatesError(f"{path}: no such file, expected control points; check --control-points") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise CoordinatesError(f"{path}: can't be read ({error}), expected a CSV in UTF-8; check the file") from error
+    text = text_of(path, "a CSV of control points", CoordinatesError)
     lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     lines = [(number, line) for number, line in lines if not line.lstrip().startswith("#")]
     if len(lines) < 2:

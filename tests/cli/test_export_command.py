@@ -155,3 +155,11 @@ def test_coordinates_that_make_no_sense_are_one_line(
     assert told in str(result.exception)
     assert "\n" not in str(result.exception)
     assert not (tmp_path / "out.csv").exists()
+
+
+@pytest.mark.parametrize("option", ["--origin", "--subtract"])
+def test_the_coordinates_that_a_refusal_suggests_are_taken(export: Export, option: str) -> None:
+    refused = str(export(option, "1,2").exception)
+    example = refused.rpartition("such as ")[2]
+    assert example.count(",") == 2
+    assert export(option, example).exit_code == 0

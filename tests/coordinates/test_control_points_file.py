@@ -76,8 +76,28 @@ def test_a_missing_file_is_told(tmp_path: Path) -> None:
         read_control_points(tmp_path / "none.csv")
 
 
-def test_bytes_that_are_no_text_are_told(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("raw", "line", "byte"),
+    [
+        ("name,x,y,E,N\nP1,1,2,3,4\nTürpfosten,1,2,3,4\n".encode("cp1252"), 3, "0xfc"),
+        (b"\xef\xbb\xbfname,x,y,E,N\r\n\xe9,1,2,3,4\r\n", 2, "0xe9"),
+        ("name,x,y,E,N\nP1,1,2,3,4\n".encode("utf-16"), 1, "0xff"),
+    ],
+    ids=["cp1252", "cp1252 behind a mark", "utf-16"],
+)
+def test_another_encoding_is_told_with_its_line_and_the_way_out(
+    tmp_path: Path, raw: bytes, line: int, byte: str
+) -> None:
     path = tmp_path / "points.csv"
-    path.write_bytes(b"name,x,y,E,N\n\xff\xfe1,2,3\n")
-    with pytest.raises(CoordinatesError, match="UTF-8"):
+    path.write_bytes(raw)
+    with pytest.raises(CoordinatesError) as caught:
         read_control_points(path)
+    said = str(caught.value)
+    assert said.startswith(f"{path}, line {line}: byte {byte} is not UTF-8")
+    assert "save the file as UTF-8" in said
+    assert "\n" not in said
+
+
+def test_a_folder_is_no_file_of_control_points(tmp_path: Path) -> None:
+    with pytest.raises(CoordinatesError, match=r"can't be read \(Is a directory\)"):
+        read_control_points(tmp_path)
