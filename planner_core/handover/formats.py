@@ -417,9 +417,10 @@ def hand_over_pack(
     """
     chosen = formats_named(names)
     opened = plan if isinstance(plan, PlanSource) else open_plan(plan, scene=scene, frame=frame)
-    chosen, remarks = _without_scene(opened, chosen, names)
+    chosen, left_out = _without_scene(opened, chosen, names)
     _check_scene(opened, chosen)
     held: list[Format] = []
+    told: dict[str, list[str]] = {}
     with target_guarded(opened, target):
         check_folder(target, overwrite=overwrite)
         with staged_folder(target, replace=overwrite) as staging:
@@ -429,14 +430,17 @@ def hand_over_pack(
                 if each.is_folder:
                     path.mkdir()
                 try:
-                    remarks += [f"{each.name}: {remark}" for remark in each.write(opened, path, options, progress)]
+                    for remark in dict.fromkeys(each.write(opened, path, options, progress)):
+                        told.setdefault(remark, []).append(each.name)
                     held.append(each)
                 except CrsNeededError as error:
                     if ALL not in names:
                         raise
-                    remarks.append(f"left out: {error}")
+                    left_out.append(f"left out: {error}")
             write_record(opened, _names_of(held), staging, _subtracted(held, options))
-    return _written(opened, target, remarks)
+    # What several formats remark, as on the way to longitude and latitude, is told once.
+    remarks = [f"{', '.join(by)}: {remark}" for remark, by in told.items()]
+    return _written(opened, target, (*left_out, *remarks))
 
 
 def _written(plan: PlanSource, target: Path, remarks: Sequence[str]) -> Written:

@@ -269,6 +269,22 @@ def test_a_pack_holds_each_format_under_its_standard_name(written_plan: Callable
     assert record["coordinates"] == "scene coordinates, no CRS"
 
 
+@pytest.mark.usefixtures("own_formats")
+def test_what_several_formats_of_a_pack_remark_is_told_once(
+    written_plan: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    again = Format("again", "a folder", "again", two_files)
+    monkeypatch.setitem(FORMATS, "again", again)
+    written = hand_over_pack(["folder", "csv", "again"], written_plan(stations=[STATION]), tmp_path / "pack")
+    assert [remark for remark in written.remarks if "of the folder" in remark] == ["folder, again: of the folder"]
+
+
+def test_the_way_to_degrees_of_a_pack_is_told_once(written_plan: Callable[..., Path], tmp_path: Path) -> None:
+    written = hand_over_pack(["geojson", "kml"], written_plan(stations=[STATION]), tmp_path / "pack", frame=UTM)
+    (line,) = [remark for remark in written.remarks if "longitude and latitude by" in remark]
+    assert line.startswith("geojson, kml: ")
+
+
 def test_the_record_says_which_files_are_less_than_the_site(written_plan: Callable[..., Path], tmp_path: Path) -> None:
     plan, names = written_plan(stations=[STATION]), ["csv", "gsi16", "landxml"]
     hand_over_pack(names, plan, tmp_path / "less", Options(subtract=(458_000.0, 5_438_000.0, 0.0)), frame=UTM)
