@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -188,11 +189,16 @@ def _network(document: dict[str, Any]) -> list[str]:
     ]
     lost = [f"{link['a']}-{link['b']}" for link in network["lost_links"]]
     if lost:
-        more = f" and {len(lost) - _MOST_TOLD} more" if len(lost) > _MOST_TOLD else ""
-        lines.append(f"links lost    {', '.join(lost[:_MOST_TOLD])}{more}")
+        lines.append(f"links lost    {_some(lost)}")
     if network["actual_parts"] > 1:
-        lines += [f"  part        {', '.join(part)}" for part in network["networks"][1:]]
+        lines.append("not joined    as scanned, links join the stations of each line below, and no line to another:")
+        lines += [f"  part {number:<7} {_some(part)}" for number, part in enumerate(network["networks"], start=1)]
     return lines
+
+
+def _some(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _MOST_TOLD} more" if len(names) > _MOST_TOLD else ""
+    return f"{', '.join(names[:_MOST_TOLD])}{more}"
 
 
 def _parts(number: int) -> str:

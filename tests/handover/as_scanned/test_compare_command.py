@@ -60,6 +60,21 @@ def test_without_looking_for_further_stations_there_are_none(
     assert json.loads(result.stdout)["scan_again"] is None
 
 
+def test_stations_that_nothing_joins_are_told_part_by_part(
+    house_plan: Path, source: PlanSource, tmp_path: Path
+) -> None:
+    apart = [source.stations_of(floor.id)[0].id for floor in source.floors if source.stations_of(floor.id)]
+    listed = {source.stations[1].id, *apart}
+    actual = without(house_plan, tmp_path, *({each.id for each in source.stations} - listed))
+    words = run(house_plan, "--stations", actual, "--no-scan-again").stdout
+    _, _, told = words.partition("not joined")
+    lines = [line.split() for line in told.splitlines()[1:] if line.startswith("  part ")]
+    assert len(lines) > 1
+    assert [line[:2] for line in lines] == [["part", str(number)] for number in range(1, len(lines) + 1)]
+    assert f" {len(lines)} parts as scanned" in words
+    assert sorted(name.strip(",") for line in lines for name in line[2:]) == sorted(listed)
+
+
 def test_bad_input_is_refused_before_anything_is_loaded(house_plan: Path, tmp_path: Path) -> None:
     (tmp_path / "far.csv").write_text("id,x,y,z\nA,500000,0,1\n")
     result = run(house_plan, "--stations", tmp_path / "far.csv")
