@@ -21,7 +21,8 @@ from planner_core.export.report_tables import (
     unseen_section,
     unseen_surfaces_csv,
 )
-from planner_core.model import Plan
+from planner_core.model import Link, Plan
+from planner_core.register.weak_motion import overlap_percent, weak_motion
 from planner_core.scan.engine import ScanEngine
 
 
@@ -101,7 +102,8 @@ def report_page(plan: Plan, *, without_pictures: str = "") -> str:
     ]
     body = "\n".join(part for part in parts if part)
     return (
-        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>Scan plan of {name}</title>\n'
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="viewport" '
+        f'content="width=device-width">\n<title>Scan plan of {name}</title>\n'
         f"<style>{_STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
     )
 
@@ -152,8 +154,14 @@ def _registration(plan: Plan) -> str:
     weakest = of.networks[0].bottleneck if of is not None and of.networks else None
     hangs = "" if weakest is None else f"; weakest link {escape(weakest.a)} to {escape(weakest.b)}, "
     if weakest is not None:
-        hangs += f"{100 * weakest.overlap:.0f} % overlap, {escape(weakest.weak_axis)}"
+        hangs += f"{overlap_percent(weakest.overlap)} % overlap{_held_least(weakest)}"
     return f"{counted} links with at least {100 * asked.overlap:g} % overlap; {state}{hangs}"
+
+
+def _held_least(link: Link) -> str:
+    motion = weak_motion(link.weak_axis)
+    north = " (north is up on the maps: y of the model)" if motion.by_compass else ""
+    return f"; held least is the {escape(motion.words)}{north}" if motion.words else ""
 
 
 def _field(plan: Plan) -> Iterator[tuple[str, str]]:

@@ -17,6 +17,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import Link
 from planner_core.model.registration import FloorNetworks, NetworkGap, Registration, RegistrationNetwork
 from planner_core.register.overlap import MIN_LISTED_OVERLAP
+from planner_core.register.weak_motion import overlap_percent, weak_motion
 
 #: More networks than these are counted, not told one by one.
 _TOLD = 6
@@ -243,19 +244,22 @@ def _apart(registration: Registration, number: int, gap: NetworkGap, floor_names
     verb = "does" if len(network.stations) == 1 else "do"
     head = f"{_placed(network, floor_names)} {verb} not register with the others"
     best = gap.best
-    # Rounded down: what is just short must not read as enough.
-    overlap = f"{math.floor(1000 * best.overlap) / 10:.1f} %"
-    named = f"{head}: the best link, {best.a} to {best.b}, overlaps {overlap}"
+    named = f"{head}: the best link, {best.a} to {best.b}, overlaps {overlap_percent(best.overlap)} %"
     if best.overlap < registration.threshold:
         return (
             f"{named}, {100 * registration.threshold:g} % are required; open the doors or add a station "
             f"{_between(registration, gap)}, or register with targets"
         )
-    motion = f": it {best.weak_axis}" if best.weak_axis else ""
     return (
-        f"{named} but is too weak, strength {round(best.strength, 4):g} of {registration.min_strength:g}{motion}; move "
-        "one to where both see a surface that stops this, or register with targets"
+        f"{named} but is too weak, strength {round(best.strength, 4):g} of {registration.min_strength:g}"
+        f"{_held_least(best)}; move one to where both see a surface that stops this, or register with targets"
     )
+
+
+def _held_least(link: Link) -> str:
+    motion = weak_motion(link.weak_axis)
+    north = ", north being +y" if motion.by_compass else ""
+    return f": held least is the {motion.words}{north}" if motion.words else ""
 
 
 def _between(registration: Registration, gap: NetworkGap) -> str:

@@ -195,8 +195,8 @@ def test_warnings_name_what_is_apart_why_and_what_to_do():
         "station D on floor 'Level 2' does not register with the others: the best link, B to D, overlaps 12.0 %, 30 % "
         "are required; open the doors or add a station on the stairs between their floors, or register with targets",
         "station E on floor 'F1' does not register with the others: the best link, B to E, overlaps 45.6 % but is too "
-        "weak, strength 0.0004 of 0.01: it slides along x; move one to where both see a surface that "
-        "stops this, or register with targets",
+        "weak, strength 0.0004 of 0.01: held least is the shift E–W, north being +y; move one to where both see a "
+        "surface that stops this, or register with targets",
         "station F on floor 'F1' does not register with the others: no link reaches 5 % overlap; look for shut doors "
         "in between, or register with targets",
     )

@@ -1,0 +1,27 @@
+"""What the report says of registration."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from planner_core.export.report import report_page
+from planner_core.model import Link, Plan, Registration, RegistrationNetwork
+
+
+@pytest.mark.parametrize(
+    ("weak_axis", "told"),
+    [
+        ("tilts about 134 degrees from x to y", "held least is the tilt about NW–SE (north is up on the maps: y of"),
+        ("turns about the vertical", "38.4 % overlap; held least is the turn (heading)</td>"),
+        ("", "38.4 % overlap</td>"),
+    ],
+)
+def test_report_tells_the_weakest_link_in_words_of_a_survey(plan: Plan, weak_axis: str, told: str) -> None:
+    weakest = Link("S001", "S002", 0.38499, 0.02, weak_axis)
+    network = RegistrationNetwork(("S001", "S002"), ("F0",), 1, (weakest,), (), weakest)
+    registration = Registration(0.3, 0.01, False, (network,), (), (), ())
+    page = report_page(replace(plan, registration=registration))
+    assert told in page
+    assert "degrees from" not in page
