@@ -14,6 +14,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from planner_core.coordinates.frame import site_frame
 from planner_core.errors import PlanFolderError
 from planner_core.export.plan_asked import exact, registration_document, requirements_document, site_document
 from planner_core.export.route_json import field_time_document, route_document, sealed_document
@@ -27,6 +28,7 @@ from planner_core.model import (
     Plan,
     Scanner,
     Scene,
+    SiteFrame,
     Station,
     UnseenElement,
 )
@@ -73,6 +75,17 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "versions": _versions(),
         "timings_s": {stage: _number(plan.timings_s[stage], 3) for stage in sorted(plan.timings_s)},
     }
+
+
+def site_frame_of(plan: Plan) -> SiteFrame:
+    """Site coordinates as the plan's scene file tells them: what formats of others are written in, unless told else."""
+    return site_frame(
+        {
+            "scene": {"georeference": _georeference(plan.survey.scene.georeference)},
+            "floors": [_floor(floor, plan) for floor in plan.survey.floors],
+            "stations": [_station(station, plan.survey.scene) for station in plan.stations],
+        }
+    )
 
 
 def plan_text(plan: Plan, folder: Path | None = None) -> str:

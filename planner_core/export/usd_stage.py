@@ -10,13 +10,15 @@ from pathlib import Path
 
 from planner_core.errors import PlanFolderError
 from planner_core.export.face_results import FaceResults
+from planner_core.export.plan_json import site_frame_of
 from planner_core.export.sdf_authoring import Layer, Sdf, Tf, new_layer, set_stage_metadata
 from planner_core.export.usd_building import author_building
 from planner_core.export.usd_heatmaps import HEATMAPS_FILE, heatmaps_layer
 from planner_core.export.usd_names import mesh_places
 from planner_core.export.usd_results import author_results
+from planner_core.export.usd_site import put_site
 from planner_core.export.usd_stations import author_stations
-from planner_core.model import Plan
+from planner_core.model import Plan, SiteFrame
 
 STAGE_FILES = (
     "plan.usda",
@@ -52,7 +54,7 @@ def write_stage(plan: Plan, results: FaceResults, folder: Path) -> None:
         author_stations(flat, plan, flat=True)
         author_results(flat, results, places)
         _author_review(review)
-        _author_root(root)
+        _author_root(root, site_frame_of(plan))
     layers = (root, review, coverage, stations, building, flat)
     for name, layer in zip(STAGE_FILES, layers, strict=True):
         write_layer(layer, folder / name)
@@ -65,7 +67,7 @@ def write_heatmaps(plan: Plan, folder: Path) -> None:
     """
     write_layer(heatmaps_layer(plan, folder), folder / HEATMAPS_FILE)
     root = new_layer()
-    _author_root(root, with_heatmaps=True)
+    _author_root(root, site_frame_of(plan), with_heatmaps=True)
     write_layer(root, folder / "plan.usda")
 
 
@@ -93,9 +95,10 @@ def _author_review(layer: Layer) -> None:
     layer.comment = REVIEW_COMMENT
 
 
-def _author_root(layer: Layer, *, with_heatmaps: bool = False) -> None:
+def _author_root(layer: Layer, frame: SiteFrame, *, with_heatmaps: bool = False) -> None:
     set_stage_metadata(layer, "Plan")
     layer.documentation = DOCUMENTATION
+    put_site(layer, frame)
     layer.subLayerPaths[:] = [
         "./review.usda",
         *([f"./{HEATMAPS_FILE}"] if with_heatmaps else []),

@@ -22,6 +22,7 @@ from planner_core.export.sdf_authoring import (
     set_stage_metadata,
 )
 from planner_core.export.station_marks import prim_names_of_ids
+from planner_core.export.usd_site import put_site
 from planner_core.export.usd_stations import FARTHEST_M, author_camera, author_tripod
 from planner_core.handover.chosen import chosen_stations
 from planner_core.handover.options import Options
@@ -52,21 +53,10 @@ def write_usd_stations(plan: PlanSource, path: Path, options: Options, progress:
     return ()
 
 
-def site_data(plan: PlanSource) -> dict[str, str]:
-    """What a layer says of the site's coordinates: their words and systems, and the 4 x 4 matrix from the scene's."""
-    rows = [value for row in plan.frame.matrix.tolist() for value in row]
-    return {
-        "coordinates": plan.frame.crs_line,
-        "crs": plan.frame.crs,
-        "verticalCrs": plan.frame.vertical_crs,
-        "sceneToSite": " ".join(repr(float(value)) for value in rows),
-    }
-
-
 def _author_root(layer: Layer, plan: PlanSource, offset_m: FloatArray) -> None:
     set_stage_metadata(layer, "Plan")
     layer.documentation = f"Scanner stations of {plan.title}. Coordinates: {plan.frame.crs_line}."
-    layer.customLayerData = {"tlsplan": site_data(plan)}
+    put_site(layer, plan.frame)
     root = define(layer, "/Plan", "Xform", kind="assembly")
     put(root, "tlsplan:offset", TYPES.Double3, tuple(offset_m.tolist()))
     put_transform(root)

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from planner_core.errors import HandoverError
 from planner_core.export.sdf_authoring import Sdf, Tf
+from planner_core.export.usd_site import put_site
 from planner_core.handover.options import Options
 from planner_core.handover.source import PlanSource
-from planner_core.handover.usd_stations import site_data
 from planner_core.progress import Progress, ProgressEvent
 
 ROOT = "plan.usda"
@@ -46,7 +46,7 @@ def write_usdz(plan: PlanSource, path: Path, options: Options, progress: Progres
 def _root_text(plan: PlanSource) -> str:
     """The text of plan.usda, with the site's coordinates."""
     layer = _opened(plan.folder / ROOT)
-    layer.customLayerData = {**dict(layer.customLayerData), "tlsplan": site_data(plan)}
+    put_site(layer, plan.frame)
     return str(layer.ExportToString())
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdShade, UsdValidation
 
+from planner_core.export.face_results import face_results, unseen_range
 from planner_core.export.palette import (
     NEUTRAL,
     NOT_ACHIEVABLE,
@@ -23,9 +24,10 @@ from planner_core.export.palette import (
 from planner_core.export.sdf_authoring import new_layer
 from planner_core.export.usd_building import VARIANTS
 from planner_core.export.usd_names import MAX_SIBLINGS, mesh_places, prim_name
+from planner_core.export.usd_stage import write_heatmaps, write_stage
 from planner_core.export.usd_stations import author_stations
 from planner_core.export.viewer_layers import layers_of
-from planner_core.model import Element, Link, Plan, Scene
+from planner_core.model import Element, Georeference, Link, Plan, Scene
 from planner_core.scan.engine import ScanEngine
 
 VIEWS = ("plan.usda", "viewer/stage.usdc")
@@ -180,6 +182,46 @@ def test_stage_is_in_metres_with_z_up(plan_folder: Path, name: str) -> None:
     root = stage.GetDefaultPrim()
     assert root.GetPath() == "/Plan"
     assert [root.GetAttribute(f"tlsplan:offset{axis}").Get() for axis in "XYZ"] == [500000.0, 4000000.0, 100.0]
+
+
+UTM_32 = Georeference(
+    operation="IfcMapConversion",
+    to_map=((0.8, -0.6, 0.0, 458_870.25), (0.6, 0.8, 0.0, 5_438_230.5), (0.0, 0.0, 1.0, 110.125), (0.0, 0.0, 0.0, 1.0)),
+    crs_name="EPSG:25832", vertical_datum="DHHN2016",
+)  # fmt: skip
+
+
+def test_stage_of_a_georeferenced_scene_names_its_systems_and_the_way_there(
+    plan: Plan, plan_folder: Path, tmp_path: Path
+) -> None:
+    scene = dataclasses.replace(plan.survey.scene, georeference=UTM_32)
+    located = dataclasses.replace(plan, survey=dataclasses.replace(plan.survey, scene=scene))
+    no_ranges = unseen_range(scene.n_triangles)
+    folders = [Path(shutil.copytree(plan_folder, tmp_path / name)) for name in ("without heat maps", "with them")]
+    for folder in folders:
+        write_stage(located, face_results(located, no_ranges), folder)
+    write_heatmaps(located, folders[1])
+    for folder in folders:
+        stage = Usd.Stage.Open(str(folder / "plan.usda"))
+        told = stage.GetRootLayer().customLayerData["tlsplan"]
+        assert told["crs"] == "EPSG:25832"
+        assert told["verticalCrs"] == "EPSG:7837"
+        assert told["coordinates"] == "EPSG:25832 ETRS89 / UTM zone 32N; heights EPSG:7837 DHHN2016 height"
+        assert (
+            np.array(told["sceneToSite"].split(), dtype=float).reshape(4, 4).tolist()
+            == np.array(UTM_32.to_map).tolist()
+        )
+        validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+        errors = UsdValidation.ValidationContext(validators).Validate(stage)
+        assert [error.GetMessage() for error in errors] == []
+
+
+def test_stage_of_a_scene_without_a_place_says_so(plan_folder: Path) -> None:
+    told = opened(plan_folder, "plan.usda").GetRootLayer().customLayerData["tlsplan"]
+    assert told == {
+        "coordinates": "scene coordinates, no CRS", "crs": "", "verticalCrs": "",
+        "sceneToSite": "1.0 0.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 0.0 1.0",
+    }  # fmt: skip
 
 
 def test_offset_of_the_full_stage_is_one_vector_too(plan_folder: Path) -> None:
