@@ -1,60 +1,36 @@
-"""The command group: finds each command in its own module, loaded only when it is called or listed.
+"""Where the command begins and ends: a Ctrl-C of any moment, and every error, is one line and a documented exit code.
 
-`tlsplan --help` must answer in a fraction of a second, so no module under `commands/` imports anything heavy at its
-top: the library and its packages come in inside the function that runs.
+Nothing but this is imported before signals are heeded: click and the commands take a tenth of a second or more.
 """
 
 from __future__ import annotations
 
-import importlib
+import os
+import signal
 import sys
 
-import click
+TYPE_CHECKING = False  # so that not even `typing` is imported
+if TYPE_CHECKING:
+    from types import FrameType
+    from typing import NoReturn
 
-from .environment import prepare
-from .exit_codes import exit_code_of, one_line
-
-COMMANDS = (
-    "plan", "view", "export", "floors", "evaluate", "compare", "simulate", "scanners", "scene", "demo", "reproduce",
-    "doctor", "tune",
-)  # fmt: skip
-
-
-class LazyGroup(click.Group):
-    """A click group whose commands live in `tlsplan.commands.<name>` as `command`, listed in the order of use."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names in the order in which a user meets them."""
-        return list(COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import and return one command; None where there is none of that name."""
-        if cmd_name not in COMMANDS:
-            return None
-        module = importlib.import_module(f".commands.{cmd_name}", package=__package__)
-        command = module.command
-        assert isinstance(command, click.Command)
-        return command
-
-
-@click.command(
-    cls=LazyGroup,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
-    epilog="Example:  tlsplan plan building.ifc -o plan/   then   tlsplan view plan/",
-)
-@click.version_option(package_name="tlsplan", prog_name="tlsplan")
-@click.option("--debug", is_flag=True, help="Show the Python traceback of an error (for bug reports).")
-@click.pass_context
-def cli(ctx: click.Context, debug: bool) -> None:
-    """Plan terrestrial laser scanning of a building, and prove how good the plan is."""
-    ctx.obj = {"debug": debug}
+_INTERRUPTED = "tlsplan: interrupted; nothing was left half-written. Run the same command to start again."
+_INTERRUPTED_CODE = 130
 
 
 def main() -> None:
     """Run the command line; every error ends in one line on standard error and a documented exit code."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _leave)
     debug = "--debug" in sys.argv[1:2]
-    prepare(debug=debug)
+    import click
+
+    from .environment import prepare
+    from .exit_codes import exit_code_of, one_line
+    from .group import cli
+
     try:
+        prepare(debug=debug)  # from here on an interrupt ends the work in good order
         code = cli.main(standalone_mode=False)
     except click.exceptions.Exit as stop:
         code = stop.exit_code
@@ -66,10 +42,8 @@ def main() -> None:
         click.echo(f"tlsplan: {error.format_message()}", err=True)
         code = error.exit_code
     except (KeyboardInterrupt, click.exceptions.Abort):
-        click.echo(
-            "tlsplan: interrupted; nothing was left half-written. Run the same command to start again.", err=True
-        )
-        code = exit_code_of(KeyboardInterrupt())
+        click.echo(_INTERRUPTED, err=True)
+        code = _INTERRUPTED_CODE
     except BrokenPipeError:
         # The reader of a pipe (`tlsplan floors x | head`) went away: not an error, and nobody left to tell.
         sys.stderr.close()
@@ -80,3 +54,12 @@ def main() -> None:
         click.echo(one_line(error), err=True)
         code = exit_code_of(error)
     sys.exit(code if isinstance(code, int) else 0)
+
+
+def _leave(number: int, frame: FrameType | None) -> NoReturn:
+    """End at once, by one line: nothing has begun, and an exception might be lost inside what is being imported."""
+    try:  # noqa: SIM105 (no import in here: one is being interrupted)
+        os.write(2, f"{_INTERRUPTED}\n".encode())
+    except OSError:  # standard error is closed: nobody to tell
+        pass
+    os._exit(_INTERRUPTED_CODE)

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from .exit_codes import EXIT_CODES
-from .main import cli
+from .group import cli
 
 WIDTH = 100
 """Columns of the text blocks, whatever terminal generates them."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from tlsplan import exit_codes
-from tlsplan.main import COMMANDS, cli
+from tlsplan.group import COMMANDS, cli
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAVY = (
@@ -37,7 +37,7 @@ def run(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess
 def test_help_loads_no_heavy_package(arguments: list[str]) -> None:
     program = (
         "import sys, click\n"
-        "from tlsplan.main import cli\n"
+        "from tlsplan.group import cli\n"
         f"cli.main({arguments!r}, standalone_mode=False)\n"
         f"print(sorted(set(sys.modules) & set({HEAVY!r})), file=sys.stderr)\n"
     )

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from tlsplan.commands import reproduce
-from tlsplan.main import cli
+from tlsplan.group import cli
 from tlsplan.reproduction import figures as registry
 from tlsplan.reproduction.figure import Bench, Figure, Outcome, Picture
 from tlsplan.reproduction.page import write_index, write_page

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from tlsplan.exit_codes import exit_code_of, one_line
-from tlsplan.main import cli
+from tlsplan.group import cli
 from tlsplan.output import materials
 
 import scenes_synthetic

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner, Result
 from tlsplan import environment
-from tlsplan.main import cli
+from tlsplan.group import cli
 
 from viewer_web import server
 from viewer_web.server.live_side import LiveSide

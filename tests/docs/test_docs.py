@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 import pytest
-from tlsplan.main import cli
+from tlsplan.group import cli
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])

@@ -7,7 +7,7 @@ import laspy
 import numpy as np
 from click.testing import CliRunner
 from cloud_room import expected_scan
-from tlsplan.main import cli
+from tlsplan.group import cli
 
 from planner_core.handover.formats import FORMATS, formats_named
 

@@ -1,0 +1,46 @@
+"""The command group: finds each command in its own module, loaded only when it is called or listed.
+
+`tlsplan --help` must answer in a fraction of a second, so no module under `commands/` imports anything heavy at its
+top: the library and its packages come in inside the function that runs.
+"""
+
+from __future__ import annotations
+
+import importlib
+
+import click
+
+COMMANDS = (
+    "plan", "view", "export", "floors", "evaluate", "compare", "simulate", "scanners", "scene", "demo", "reproduce",
+    "doctor", "tune",
+)  # fmt: skip
+
+
+class LazyGroup(click.Group):
+    """A click group whose commands live in `tlsplan.commands.<name>` as `command`, listed in the order of use."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names in the order in which a user meets them."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import and return one command; None where there is none of that name."""
+        if cmd_name not in COMMANDS:
+            return None
+        module = importlib.import_module(f".commands.{cmd_name}", package=__package__)
+        command = module.command
+        assert isinstance(command, click.Command)
+        return command
+
+
+@click.command(
+    cls=LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+    epilog="Example:  tlsplan plan building.ifc -o plan/   then   tlsplan view plan/",
+)
+@click.version_option(package_name="tlsplan", prog_name="tlsplan")
+@click.option("--debug", is_flag=True, help="Show the Python traceback of an error (for bug reports).")
+@click.pass_context
+def cli(ctx: click.Context, debug: bool) -> None:
+    """Plan terrestrial laser scanning of a building, and prove how good the plan is."""
+    ctx.obj = {"debug": debug}

@@ -1,0 +1,92 @@
+"""Ctrl-C in the first tenths of a second, while the command is still being imported: one line, exit code 130."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+INTERRUPTED = "tlsplan: interrupted; nothing was left half-written. Run the same command to start again."
+
+#: Begins the command, and interrupts it when a module is about to be imported, as a user would from outside.
+AT_IMPORT = """
+import os, signal, sys
+_, module, sent = sys.argv
+class Interrupting:
+    def find_spec(name, path=None, target=None):
+        if name == module:
+            os.kill(os.getpid(), getattr(signal, sent))
+sys.meta_path.insert(0, Interrupting)
+from tlsplan.main import main
+sys.argv[1:] = ["export", "plan", "--list"]
+main()
+"""
+
+
+def interrupted_at(module: str, sent: str = "SIGINT") -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", AT_IMPORT, module, sent], capture_output=True, text=True, timeout=120, check=False
+    )
+
+
+@pytest.mark.parametrize(
+    "module",
+    ["click", "click.core", "tlsplan.environment", "tlsplan.exit_codes", "tlsplan.group", "tlsplan.commands.export",
+     "tlsplan.options", "planner_core.handover.formats", "numpy"],
+)  # fmt: skip
+def test_an_interrupt_of_any_import_is_one_line_and_exit_code_130(module: str) -> None:
+    done = interrupted_at(module)
+    assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
+
+
+def test_who_asks_the_process_to_end_while_it_begins_is_answered_alike() -> None:
+    done = interrupted_at("tlsplan.group", "SIGTERM")
+    assert (done.returncode, done.stderr) == (130, f"{INTERRUPTED}\n")
+
+
+def test_the_command_begins_without_any_import_that_takes_time() -> None:
+    program = "import json, sys; before = set(sys.modules); import tlsplan.main; print(json.dumps(sorted(set(sys.modules) - before)))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    added = [name for name in json.loads(done.stdout) if not name.startswith("tlsplan")]
+    assert set(added) <= {"signal", "_signal", "enum"}
+
+
+def test_an_interrupt_while_standard_error_is_closed_is_no_traceback() -> None:
+    command = f"{sys.executable} -c '{AT_IMPORT}' click SIGINT 2>&-; echo $?"
+    done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "130\n"
+
+
+def test_an_interrupt_from_outside_at_any_moment_after_the_beginning_is_one_line(tmp_path: Path) -> None:
+    # The child says when it heeds interrupts; then it is interrupted after longer and longer waits.
+    program = (
+        "import os, sys, signal; from tlsplan import main as begun\n"
+        "heed = signal.signal\n"
+        "def told(number, handler):\n"
+        "    before = heed(number, handler)\n"
+        "    if number == signal.SIGTERM and handler is begun._leave: os.write(1, b'heeds\\n')\n"
+        "    return before\n"
+        "signal.signal = told\n"
+        "sys.argv[1:] = ['demo', '-o', sys.argv[1]]\n"
+        "begun.main()\n"
+    )
+    for wait_s in (0.0, 0.03, 0.1, 0.3):
+        child = subprocess.Popen(
+            [sys.executable, "-c", program, str(tmp_path / "demo")],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "COLUMNS": "100"},
+        )  # fmt: skip
+        assert child.stdout is not None
+        assert child.stdout.readline() == "heeds\n"
+        time.sleep(wait_s)
+        child.send_signal(signal.SIGINT)
+        _, said = child.communicate(timeout=120)
+        assert child.returncode == 130, said
+        assert [line for line in said.splitlines() if line.startswith("tlsplan")] == [INTERRUPTED]
+        assert "Traceback" not in said
+    assert not (tmp_path / "demo").exists()
