@@ -130,11 +130,11 @@ def test_plan_refuses_to_overwrite_and_says_how(
     assert snapshot(folder) == before
 
 
-@pytest.mark.parametrize("stage", ["load", "scan", "export"])
-def test_interrupted_plan_leaves_nothing_half_written(stage: str, house: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("stage", "grid_m"), [("load", "1.0"), ("scan", "0.4"), ("export", "1.0")])
+def test_interrupted_plan_leaves_nothing_half_written(stage: str, grid_m: str, house: Path, tmp_path: Path) -> None:
     process = subprocess.Popen(
         [
-            sys.executable, "-m", "tlsplan", "plan", str(house), "-o", str(tmp_path / "plan"), "--grid", "0.4",
+            sys.executable, "-m", "tlsplan", "plan", str(house), "-o", str(tmp_path / "plan"), "--grid", grid_m,
             "--method", "greedy",
         ],
         stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
