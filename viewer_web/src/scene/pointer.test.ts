@@ -121,3 +121,12 @@ test('after it is gone it hears nothing', () => {
   release(10);
   expect(clicks).toEqual([]);
 });
+
+test('what is held beside itself is dragged beside the pointer', () => {
+  const said: string[] = [];
+  pointer.add(taker(said));
+  pointer.down(send('pointerdown', { x: 300 }, new EventTarget()), 'S001', { x: 250, y: 0 });
+  send('pointermove', { x: 320 }, window);
+  release(340);
+  expect(said).toEqual(['down 50', 'move 70', 'up 90 false']);
+});

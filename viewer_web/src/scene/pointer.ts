@@ -9,6 +9,7 @@
 const CLICK_PIXELS = 5;
 
 export interface PointerPlace {
+  /** Of the pointer; of a drag of a station, where the station is dragged to. */
   readonly clientX: number;
   readonly clientY: number;
   /** The marker that was pressed; null: the canvas. */
@@ -31,11 +32,20 @@ export interface PointerConsumer {
   onClick?(place: PointerPlace): boolean;
 }
 
+/** How far from what is dragged the pointer took hold of it: it stays so far off. */
+export interface Grip {
+  readonly x: number;
+  readonly y: number;
+}
+
+const AT_ITSELF: Grip = { x: 0, y: 0 };
+
 interface Press {
   readonly x: number;
   readonly y: number;
   readonly pointerId: number;
   readonly stationId: string | null;
+  readonly grip: Grip;
   readonly taker: PointerConsumer | null;
   hasMoved: boolean;
 }
@@ -70,12 +80,12 @@ export class Pointer {
   }
 
   /** Pressed on the canvas, or on the marker of a station. */
-  down(event: PointerEvent, stationId: string | null): void {
+  down(event: PointerEvent, stationId: string | null, grip: Grip = AT_ITSELF): void {
     if (!event.isPrimary || event.button !== 0) return;
-    const place = placeOf(event, stationId);
+    const place = placeOf(event, stationId, grip);
     const taker = this.consumers.find((consumer) => consumer.onDown?.(place)) ?? null;
     const { clientX: x, clientY: y, pointerId } = event;
-    this.press = { x, y, pointerId, stationId, taker, hasMoved: false };
+    this.press = { x, y, pointerId, stationId, grip, taker, hasMoved: false };
     if (taker !== null) this.onTaken(true);
   }
 
@@ -85,21 +95,21 @@ export class Pointer {
 
   private hover(event: PointerEvent): void {
     if (this.press !== null || event.buttons !== 0) return;
-    for (const consumer of this.consumers) consumer.onHover?.(placeOf(event, null));
+    for (const consumer of this.consumers) consumer.onHover?.(placeOf(event, null, AT_ITSELF));
   }
 
   private move(event: PointerEvent): void {
     const { press } = this;
     if (press === null || press.pointerId !== event.pointerId) return;
     press.hasMoved ||= Math.hypot(event.clientX - press.x, event.clientY - press.y) > CLICK_PIXELS;
-    if (press.hasMoved) press.taker?.onMove?.(placeOf(event, press.stationId));
+    if (press.hasMoved) press.taker?.onMove?.(placeOf(event, press.stationId, press.grip));
   }
 
   private up(event: PointerEvent): void {
     const { press } = this;
     if (press === null || press.pointerId !== event.pointerId) return;
     this.press = null;
-    const place = placeOf(event, press.stationId);
+    const place = placeOf(event, press.stationId, press.grip);
     if (press.taker !== null) {
       if (press.hasMoved) swallowClick();
       press.taker.onUp?.(place, !press.hasMoved);
@@ -131,6 +141,6 @@ function swallowClick(): void {
   setTimeout(() => over.abort());
 }
 
-function placeOf(event: PointerEvent, stationId: string | null): PointerPlace {
-  return { clientX: event.clientX, clientY: event.clientY, stationId, event };
+function placeOf(event: PointerEvent, stationId: string | null, grip: Grip): PointerPlace {
+  return { clientX: event.clientX - grip.x, clientY: event.clientY - grip.y, stationId, event };
 }

@@ -1,4 +1,4 @@
-/** Which markers of many are drawn as dots: numbers on top of each other nobody reads. */
+/** Which markers are drawn as dots: where too many numbers meet, not even those moved aside can be read. */
 
 export interface PlacedMarker {
   readonly id: string;
@@ -10,21 +10,24 @@ export interface PlacedMarker {
 const WIDTH = 30;
 const HEIGHT = 22;
 
-/** Ids of markers that lie on one that comes before them; those named first keep their numbers. */
-export function crowdedMarkers(markers: readonly PlacedMarker[]): Set<string> {
+/**
+ * Ids of markers that lie on `most` or more numbers that come before them: those are dots; those named first keep their
+ * numbers.
+ */
+export function crowdedMarkers(markers: readonly PlacedMarker[], most: number): Set<string> {
   const crowded = new Set<string>();
   // Cells as large as a marker: only markers of neighbouring cells can touch.
   const kept = new Map<string, PlacedMarker[]>();
   for (const marker of markers) {
     const [column, row] = [Math.floor(marker.x / WIDTH), Math.floor(marker.y / HEIGHT)];
-    let isOn = false;
-    for (let i = column - 1; i <= column + 1 && !isOn; i++) {
-      for (let j = row - 1; j <= row + 1 && !isOn; j++) {
+    let nUnder = 0;
+    for (let i = column - 1; i <= column + 1; i++) {
+      for (let j = row - 1; j <= row + 1; j++) {
         const near = kept.get(`${i} ${j}`) ?? [];
-        isOn = near.some(({ x, y }) => Math.abs(x - marker.x) < WIDTH && Math.abs(y - marker.y) < HEIGHT);
+        nUnder += near.filter(({ x, y }) => Math.abs(x - marker.x) < WIDTH && Math.abs(y - marker.y) < HEIGHT).length;
       }
     }
-    if (isOn) {
+    if (nUnder >= most) {
       crowded.add(marker.id);
       continue;
     }

@@ -2,14 +2,23 @@
 import { useEffect, useRef } from 'preact/hooks';
 import type { MarkerPlace, PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
-import { crowdedMarkers, type PlacedMarker } from './crowding.ts';
+import { crowdedMarkers } from './crowding.ts';
+import { type Offset, Spreader } from './spreading.ts';
 
 export function Markers({ store, view }: { store: Store; view: PlanView }) {
+  const layer = useRef<HTMLDivElement>(null);
   const buttons = useRef(new Map<string, HTMLButtonElement>());
+  const stems = useRef(new Map<string, HTMLElement>());
+  const placed = useRef<ReadonlyMap<string, PlacedMarker>>(new Map());
   useEffect(() => {
+    const spreader = new Spreader();
+    let dots: ReadonlySet<string> = new Set();
     view.onMarkers = (places) => {
-      const crowded = crowdedMarkers(numbersFirst(places, store.stationId.peek()));
-      for (const [id, button] of buttons.current) move(button, places.get(id), crowded.has(id));
+      const pinned = store.editing.underWay.peek()?.stationId ?? store.stationId.peek();
+      dots = dotsAmong(places, pinned, dots);
+      placed.current = placeMarkers(places, pinned, dots, spreader);
+      for (const [id, button] of buttons.current) moveButton(button, placed.current.get(id));
+      for (const [id, stem] of stems.current) moveStem(stem, placed.current.get(id));
     };
     return () => {
       view.onMarkers = () => undefined;
@@ -17,8 +26,17 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
   }, [view]);
   const stations = store.shownStations.value;
   const isChosen = (id: string): boolean => store.stationId.value === id;
+  /** How far beside its station a number was pressed: dragged, the station must not jump to the pointer. */
+  const gripOf = (event: PointerEvent, id: string): Offset => {
+    const [box, place] = [layer.current?.getBoundingClientRect(), placed.current.get(id)];
+    if (box === undefined || place === undefined) return { x: 0, y: 0 };
+    return { x: event.clientX - box.left - place.x, y: event.clientY - box.top - place.y };
+  };
   return (
-    <div class="markers">
+    <div class="markers" ref={layer}>
+      {stations.map(({ id }) => (
+        <i key={id} class="marker-stem" aria-hidden="true" hidden ref={(stem) => keep(stems.current, id, stem)} />
+      ))}
       {stations.map((station) => (
         <button
           key={station.id}
@@ -33,11 +51,8 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
           aria-label={`Station ${station.id}`}
           aria-pressed={isChosen(station.id)}
           data-station={station.id}
-          ref={(button) => {
-            if (button) buttons.current.set(station.id, button);
-            else buttons.current.delete(station.id);
-          }}
-          onPointerDown={(event) => view.pointer.down(event, station.id)}
+          ref={(button) => keep(buttons.current, station.id, button)}
+          onPointerDown={(event) => view.pointer.down(event, station.id, gripOf(event, station.id))}
           onClick={() => store.chooseStation(station.id)}
         >
           {station.order}
@@ -47,21 +62,71 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
   );
 }
 
-/** Above this many, numbers that cover each other become dots. */
-const MANY_MARKERS = 40;
+function keep<T>(held: Map<string, T>, id: string, element: T | null): void {
+  if (element) held.set(id, element);
+  else held.delete(id);
+}
 
-/** In the order in which they keep their numbers: the chosen one, then those that nothing hides. */
-function numbersFirst(places: ReadonlyMap<string, MarkerPlace>, chosen: string | null): PlacedMarker[] {
-  if (places.size <= MANY_MARKERS) return [];
-  const rank = (id: string, { isHidden }: MarkerPlace): number => (id === chosen ? 0 : isHidden ? 2 : 1);
-  return [...places].sort(([a, p], [b, q]) => rank(a, p) - rank(b, q)).map(([id, { x, y }]) => ({ id, x, y }));
+/** A station's place on the canvas, and how far beside it its number is drawn. */
+interface PlacedMarker extends MarkerPlace {
+  readonly offset: Offset;
+  readonly isDot: boolean;
+}
+
+/** Above this many, numbers that cover each other become dots: moved aside they would fill the picture with lines. */
+const MANY_MARKERS = 40;
+/** Of fewer, so many numbers are read around one spot; what is more are dots. */
+const MOST_AT_ONE_SPOT = 7;
+
+/** Those that are dots; the pinned one keeps its number, then those that nothing hides, then those that had theirs. */
+function dotsAmong(
+  places: ReadonlyMap<string, MarkerPlace>,
+  pinned: string | null,
+  before: ReadonlySet<string>,
+): Set<string> {
+  const rank = (id: string, { isHidden }: MarkerPlace): number =>
+    id === pinned ? 0 : (isHidden ? 3 : 1) + (before.has(id) ? 1 : 0);
+  const ranked = [...places].sort(([a, p], [b, q]) => rank(a, p) - rank(b, q));
+  const most = places.size > MANY_MARKERS ? 1 : MOST_AT_ONE_SPOT;
+  return crowdedMarkers(
+    ranked.map(([id, { x, y }]) => ({ id, x, y })),
+    most,
+  );
+}
+
+function placeMarkers(
+  places: ReadonlyMap<string, MarkerPlace>,
+  pinned: string | null,
+  dots: ReadonlySet<string>,
+  spreader: Spreader,
+): Map<string, PlacedMarker> {
+  const numbers = [...places].filter(([id]) => !dots.has(id));
+  const offsets = spreader.offsets(numbers.map(([id, { x, y }]) => ({ id, x, y, isPinned: id === pinned })));
+  return new Map(
+    [...places].map(([id, place]) => [
+      id,
+      { ...place, offset: offsets.get(id) ?? { x: 0, y: 0 }, isDot: dots.has(id) },
+    ]),
+  );
 }
 
 /** Styles set from a script, not written into the page: the content security policy allows only those. */
-function move(button: HTMLButtonElement, place: MarkerPlace | undefined, isCrowded: boolean): void {
+function moveButton(button: HTMLButtonElement, place: PlacedMarker | undefined): void {
   button.hidden = place === undefined;
   if (place === undefined) return;
-  button.style.transform = `translate(-50%, -50%) translate(${place.x.toFixed(1)}px, ${place.y.toFixed(1)}px)`;
+  const [x, y] = [place.x + place.offset.x, place.y + place.offset.y];
+  button.style.transform = `translate(-50%, -50%) translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
   button.classList.toggle('marker-behind', place.isHidden);
-  button.classList.toggle('marker-dot', isCrowded);
+  button.classList.toggle('marker-dot', place.isDot);
+}
+
+/** A line from the station to its number, where that is beside it. */
+function moveStem(stem: HTMLElement, place: PlacedMarker | undefined): void {
+  const length = place === undefined ? 0 : Math.hypot(place.offset.x, place.offset.y);
+  stem.hidden = length < 1;
+  if (place === undefined || stem.hidden) return;
+  const angle = Math.atan2(place.offset.y, place.offset.x);
+  stem.style.width = `${length.toFixed(1)}px`;
+  stem.style.transform = `translate(${place.x.toFixed(1)}px, ${(place.y - 1).toFixed(1)}px) rotate(${angle.toFixed(3)}rad)`;
+  stem.classList.toggle('marker-behind', place.isHidden);
 }
