@@ -159,8 +159,11 @@ test('marks are those of the bits, little endian in each byte', () => {
   const [a, b] = [Uint8Array.of(0b0000_0101, 0b1), Uint8Array.of(0b0000_0110, 0b1)];
   expect([0, 1, 2, 8, 9].map((patch) => isSeen(a, patch))).toEqual([true, false, true, true, false]);
   expect([...sharedMarks(a, b, 10)]).toEqual([0, 0, 1, 0, 0, 0, 0, 0, 1, 0]);
-  const marks = ownMarks(a, Uint8Array.of(1, 1, 2, 0, 0, 0, 0, 0, 1, 255));
+  const times = Uint8Array.of(1, 1, 2, 0, 0, 0, 0, 0, 1, 255);
+  const marks = ownMarks(a, times, 1, () => true);
   expect([...marks]).toEqual([1, 0, 0, 0, 0, 0, 0, 0, 1, 0]);
+  expect([...ownMarks(a, times, 2, () => true)]).toEqual([0, 0, 1, 0, 0, 0, 0, 0, 0, 0]);
+  expect([...ownMarks(a, times, 1, (patch) => patch > 4)]).toEqual([0, 0, 0, 0, 0, 0, 0, 0, 1, 0]);
   expect(markedArea(marks, new Float32Array(10).fill(0.5))).toBe(1);
 });
 

@@ -1,12 +1,13 @@
 /** Points out the patches that the store's choices are about: a pair's shared surface, an unseen piece, a station's own. */
 import { effect } from '@preact/signals';
+import { Vector3 } from 'three';
 import { fetchPatchValues, fetchPieces, fetchSeen, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { Building } from '../scene/building.ts';
 import type { PatchPlaces } from '../scene/patch-places.ts';
 import { boxOf } from '../scene/piece-parts.ts';
 import type { Store, UnseenFocus } from '../store.ts';
 import { LEFT_BY_EDITS, NOT_ACHIEVABLE, type PatchValues, REASON } from './layers.ts';
-import { markedArea, ownMarks, pieceMarks, sharedMarks } from './marks.ts';
+import { isWithin, markedArea, ownMarks, pieceMarks, sharedMarks } from './marks.ts';
 import type { PatchPaint } from './patch-paint.ts';
 
 export class MarkFollower {
@@ -50,7 +51,7 @@ export class MarkFollower {
         const [a, b] = await Promise.all(pair.map((id) => this.seen(id)));
         marks = sharedMarks(a, b, this.paint.timesSeen.length);
       } else if (focus !== null) marks = await this.pieceMarks(focus);
-      else marks = ownMarks(await this.seen(own ?? ''), this.paint.timesSeen);
+      else marks = await this.ownMarks(own ?? '');
       // Of a piece the list knows the figure: it is a part of the surface's, and both stand side by side.
       const areaM2 = pair === null ? focus?.surface.pieces[focus.piece]?.area_m2 : undefined;
       if (turn === this.latest) this.set(marks, areaM2);
@@ -75,6 +76,19 @@ export class MarkFollower {
     const station = this.loaded.stage.stations.find((one) => one.id === id);
     if (station === undefined) throw new Error(`The plan has no station ${id}.`);
     return fetchSeen(this.loaded, station);
+  }
+
+  /** What the plan would lose with a station: of what was asked for, and where the station sees it as was asked. */
+  private async ownMarks(id: string): Promise<Uint8Array> {
+    const bits = await this.seen(id);
+    const { seen_from: seenFrom = 1, asked } = this.loaded.plan.requirements;
+    const limits = { range_m: asked?.range_m ?? null, incidence_rad: asked?.incidence_rad ?? null };
+    const station = this.store.shownStations.peek().find((one) => one.id === id);
+    const isAsked = limits.range_m !== null || limits.incidence_rad !== null;
+    if (station === undefined || !isAsked) return ownMarks(bits, this.paint.timesSeen, seenFrom, () => true);
+    const fromM = new Vector3(...station.positionM);
+    const places = this.places();
+    return ownMarks(bits, this.paint.timesSeen, seenFrom, (patch) => isWithin(fromM, patch, limits, places));
   }
 
   /** Why each patch is unseen; null: an older version made the plan. */

@@ -64,13 +64,20 @@ function Pose({ plan, station }: StationProps) {
       {seconds !== null && (
         <Figure name="Time" value={duration(seconds)} hint="Setting up and scanning, without the walk" />
       )}
-      <Figure
-        name="Only it sees"
-        value={squareMetres(station.own_area_m2)}
-        hint="Area that no other station of the plan sees"
-      />
+      <Figure name={ownName(plan)} value={squareMetres(station.own_area_m2)} hint={ownHint(plan)} />
     </dl>
   );
+}
+
+/** Where several stations must see a surface, it needs a station as soon as no more than so many do. */
+function ownName({ requirements: { seen_from: seenFrom = 1 } }: PlanJson): string {
+  return seenFrom > 1 ? 'Needs it' : 'Only it sees';
+}
+
+function ownHint({ requirements: { seen_from: seenFrom = 1 } }: PlanJson): string {
+  return seenFrom > 1
+    ? `Area that ${seenFrom} stations see, as is asked for, and it is one of them`
+    : 'Area that no other station of the plan sees';
 }
 
 /** Set-up and scan of one station; null: it is not known how long a scan takes. */
@@ -105,7 +112,7 @@ function OwnSurface({ store, plan, station }: StationProps) {
             store.showsOwn.value = event.currentTarget.checked;
           }}
         />
-        Point out what only it sees
+        Point out what {(plan.requirements.seen_from ?? 1) > 1 ? 'needs it' : 'only it sees'}
       </label>
     </div>
   );
