@@ -13,11 +13,13 @@ import numpy as np
 from planner_core.errors import MissingPackageError, PlanFolderError, RequirementError
 from planner_core.export.atomic import staged_file
 from planner_core.export.palette import range_colour_index, range_ramp_srgb
-from planner_core.model import ScanBatch, Station, Survey, UInt8Array
+from planner_core.model import Float32Array, ScanBatch, Station, Survey, UInt8Array
 from planner_core.scan.template import azimuth_step_rad, directions, first_azimuths_rad
 
 PREVIEW_WIDTH = 1500
 PREVIEW_MIN_HEIGHT = 240
+_ROWS_AT_ONCE = 64
+"""Of a preview, coloured in float64."""
 
 _BEAM_TABLE = ("azimuthStep", "azimuths", "elevations")
 """Header fields that only an image needs: points tell where they are."""
@@ -66,12 +68,21 @@ def preview_rgb(scan: ScanBatch, range_max_m: float) -> UInt8Array:
     """
     step = max(1, scan.range_m.shape[2] // PREVIEW_WIDTH)
     range_m, cosine = scan.range_m[0, :, ::step], scan.cos_incidence[0, :, ::step]
+    rgb: UInt8Array = np.empty((*range_m.shape, 3), dtype=np.uint8)
+    for first in range(0, len(rgb), _ROWS_AT_ONCE):
+        rows = slice(first, first + _ROWS_AT_ONCE)
+        rgb[rows] = _shaded(range_m[rows], cosine[rows], range_max_m)
+    return np.repeat(rgb, max(1, round(PREVIEW_MIN_HEIGHT / range_m.shape[0])), axis=0)
+
+
+def _shaded(range_m: Float32Array, cosine: Float32Array, range_max_m: float) -> UInt8Array:
+    """(R, C, 3) sRGB of some rows."""
     hit = np.isfinite(range_m)
     ramp = range_ramp_srgb()
     index = range_colour_index(np.where(hit, range_m, 0), range_max_m)
     shade = 0.45 + 0.55 * np.where(hit, cosine, 0)
     rgb = np.where(hit[..., None], ramp[index] * shade[..., None], 0.06)
-    return np.repeat(np.rint(255 * rgb).astype(np.uint8), max(1, round(PREVIEW_MIN_HEIGHT / range_m.shape[0])), axis=0)
+    return np.asarray(np.rint(255 * rgb), dtype=np.uint8)
 
 
 def _open_image_io() -> Any:

@@ -1,11 +1,12 @@
-"""Clouds of a plan's stations as streams: blocks of rows of the beam grid, and the points that come back in them.
+"""Clouds of stations as streams: blocks of rows of the beam grid, and the points that come back in them.
 
-`PlanSource`, `Options` -> `Clouds`; a station -> blocks, one after the other. Memory holds one block, however many
-beams a scan has. Coordinates: scene and site, metres; frames: the head of `planner_core.model`.
+`PlanSource`, `Options` -> `Clouds`; a station -> blocks, one after the other. Memory holds what is cast at once and one
+block, however many beams a scan has. Coordinates: scene and site, metres; frames: the head of `planner_core.model`.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -32,11 +33,14 @@ from planner_core.model import (
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import ScanEngine, open_engine
-from planner_core.scan.template import bands
+from planner_core.scan.template import Band, bands
 
 STAGE = "clouds"
-_BLOCK_BEAMS = 2**19
-"""Beams of a block, unless one row has more: some 150 bytes each while it is worked on."""
+_BLOCK_BEAMS = 2**16
+"""Beams of a block, unless one row has more: some 150 bytes each while it is worked on. Larger arrays come from a heap
+that they fragment, so that memory creeps up as blocks go by; docs/benchmarks/clouds.md has figures."""
+_BLOCKS_CAST = 8
+"""Blocks whose beams are cast at once, 16 bytes a beam: few calls keep devices busy."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,13 +135,16 @@ class Tally:
 
 @dataclass(frozen=True, eq=False)
 class Clouds:
-    """The simulated clouds of some of a plan's stations.
+    """The simulated clouds of stations.
 
-    template : the beams that are cast: every `step`-th row and column of the scanner's. noise : None: exact. frame : of
-    the site. tally counts on as blocks are made.
+    title : of the scene. identity : what, with the stations, tells these clouds from all others. frame : of the site.
+    template : the beams that are cast: every `step`-th row and column of the scanner's. noise : None: exact.
+    caster : of the survey's scene; None: opened when first needed. tally counts on as blocks are made.
     """
 
-    source: PlanSource
+    title: str
+    identity: tuple[str, ...]
+    frame: SiteFrame
     settings: PlanSettings
     survey: Survey
     stations: tuple[FieldStation, ...]
@@ -147,12 +154,8 @@ class Clouds:
     seed: int
     progress: Progress
     block_beams: int
+    caster: ScanEngine | None = None
     tally: Tally = field(default_factory=Tally)
-
-    @property
-    def frame(self) -> SiteFrame:
-        """The site's coordinates."""
-        return self.source.frame
 
     @property
     def reflectivity(self) -> float:
@@ -161,8 +164,8 @@ class Clouds:
 
     @cached_property
     def engine(self) -> ScanEngine:
-        """What casts the beams; opened when first needed."""
-        return open_engine(self.survey.scene, self.survey.patches)
+        """What casts the beams."""
+        return self.caster or open_engine(self.survey.scene, self.survey.patches)
 
     def blocks(self, station: FieldStation) -> Iterator[ScanBlock]:
         """Scan from a station, block by block, top row first.
@@ -173,12 +176,15 @@ class Clouds:
         n_rows, n_columns = self.template.shape
         n_beams = n_rows * n_columns
         n_before = self.stations.index(station) * n_beams
-        for band in bands(self.template, max_beams=self.block_beams):
-            block = self._block(station, band.first_row, band.template, self.engine.scan(band.template, position_m))
-            self.tally.n_points += int(np.isfinite(block.range_m).sum())
-            yield block
-            done = n_before + (band.first_row + band.template.shape[0]) * n_columns
-            self.progress(ProgressEvent(STAGE, done, n_beams * len(self.stations), station.id))
+        for cast in bands(self.template, max_beams=_BLOCKS_CAST * self.block_beams):
+            scan = self.engine.scan(cast.template, position_m)
+            for part in bands(cast.template, max_beams=self.block_beams):
+                first_row = cast.first_row + part.first_row
+                block = self._block(station, first_row, part.template, _rows(scan, part))
+                self.tally.n_points += int(np.isfinite(block.range_m).sum())
+                yield block
+                done = n_before + (first_row + part.template.shape[0]) * n_columns
+                self.progress(ProgressEvent(STAGE, done, n_beams * len(self.stations), station.id))
 
     def points(self, station: FieldStation) -> Iterator[Points]:
         """Returns of a station, block by block; blocks without any are left out."""
@@ -263,9 +269,15 @@ def open_clouds(source: PlanSource, options: Options, *, progress: Progress = si
     stations = stations_asked(source, options)
     noise = noise_model(settings.scanner) if options.noise else None
     survey = source.survey(progress=progress)
+    scene = source.document["scene"]
     step = thinning_step(survey.template.shape, options.max_points)
     return Clouds(
-        source=source,
+        title=source.title,
+        identity=(
+            str(scene["sha256"]),
+            json.dumps([scene["load_options"], source.document["scanner"]], sort_keys=True),
+        ),
+        frame=source.frame,
         settings=settings,
         survey=survey,
         stations=stations,
@@ -318,6 +330,12 @@ def every_nth(template: BeamTemplate, step: int) -> BeamTemplate:
         elevation_rad=np.ascontiguousarray(template.elevation_rad[::step]),
         azimuth_offset_rad=None if offset is None else np.ascontiguousarray(offset[::step]),
     )
+
+
+def _rows(scan: ScanBatch, part: Band) -> ScanBatch:
+    """The rows of a part of what was cast."""
+    rows = np.s_[:, part.first_row : part.first_row + part.template.shape[0]]
+    return ScanBatch(scan.range_m[rows], scan.triangle[rows], scan.patch[rows], scan.cos_incidence[rows])
 
 
 def _kept(values: Float32Array, kept: BoolArray) -> Float32Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import uuid
 from collections.abc import Callable
@@ -36,7 +35,7 @@ def facts(clouds: Clouds) -> dict[str, str]:
     n_rows, n_columns = clouds.template.shape
     noise = "none" if clouds.noise is None else f"by the scanner's figures, seed {clouds.seed}"
     return {
-        "plan": clouds.source.title,
+        "plan": clouds.title,
         "scanner": f"{scanner.name}{f':{scanner.mode}' if scanner.mode else ''}",
         "beams": f"{n_rows} x {n_columns}" + (f", every {clouds.step}. of both" if clouds.step > 1 else ""),
         "noise": noise,
@@ -67,9 +66,7 @@ def numbers(values: FloatArray, n_decimals: int) -> str:
 
 def guid_of(clouds: Clouds, station: FieldStation | None = None) -> str:
     """`{...}`: the same for the same cloud; None: of all stations together."""
-    document = clouds.source.document
-    told = [str(document["scene"]["sha256"]), *facts(clouds).values()]
-    told.append(json.dumps([document["scene"]["load_options"], document["scanner"]], sort_keys=True))
+    told = [*clouds.identity, *facts(clouds).values()]
     told.append(numbers(clouds.frame.matrix.ravel(), 9))
     for one in clouds.stations if station is None else (station,):
         told.extend(facts_of(one).values())

@@ -149,7 +149,7 @@ def test_memory_does_not_grow_with_the_number_of_beams(
     plan_folder: Path, tmp_path: Path, name: str, noise: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     n_columns, n_few, n_many = 60, 3_000, 6_000  # previews of either have 1500 rows
-    monkeypatch.setattr("planner_core.handover.clouds.points._BLOCK_BEAMS", 1000 * n_columns)
+    monkeypatch.setattr("planner_core.handover.clouds.points._BLOCK_BEAMS", 125 * n_columns)  # 1000 rows are cast
     peak = []
     for n_rows in (n_few, n_few, n_many):  # the first one pays for what is loaded and built once
         rows = np.deg2rad(np.linspace(90, -60, n_rows)).tolist()

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from planner_core.errors import HandoverError, RequirementError
 from planner_core.handover.clouds.points import Clouds, ScanBlock, open_clouds, stations_asked, thinning_step
 from planner_core.handover.options import Options
 from planner_core.handover.source import PlanSource, open_plan
+from planner_core.model import BeamTemplate, FloatArray, ScanBatch
 from planner_core.progress import ProgressEvent
+from planner_core.scan.engine import ScanEngine
 
 FIELDS = ("range_m", "cos_incidence", "intensity", "triangle", "patch")
 
@@ -83,6 +86,22 @@ def test_the_size_of_blocks_changes_no_bit(source: PlanSource, block_beams: int,
         np.testing.assert_array_equal(one[name], other[name])
     sizes = [block.range_m.shape[0] for block in small.blocks(clouds.stations[0])]
     assert max(sizes) == max(1, block_beams // SHAPE[1])
+
+
+def test_beams_of_several_blocks_are_cast_at_once_and_never_more(source: PlanSource) -> None:
+    clouds = replace(open_clouds(source, Options()), block_beams=SHAPE[1])
+    n_cast: list[int] = []
+
+    class Counting:
+        warnings = ()
+
+        def scan(self, template: BeamTemplate, positions_m: FloatArray) -> ScanBatch:
+            n_cast.append(template.shape[0])
+            return clouds.engine.scan(template, positions_m)
+
+    counted = whole(replace(clouds, caster=cast(ScanEngine, Counting())))
+    assert (max(n_cast), sum(n_cast)) == (8, SHAPE[0])
+    np.testing.assert_array_equal(counted["range_m"], whole(clouds)["range_m"])
 
 
 def test_noisy_points_are_the_same_whatever_the_blocks(source: PlanSource) -> None:
