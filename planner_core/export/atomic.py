@@ -5,9 +5,13 @@ the two are exchanged in one step (Linux `renameat2`): a run killed at any momen
 under NAME, and at worst the other one under the staging name, which the next run removes. File systems without that
 call get two renames; a run killed between them leaves the old folder as `.NAME.old-<token>`, which `recover` puts back.
 
-Both names belong to whoever holds the lock (`flock`) on the file `.NAME.lock-<token>`, which ends with its process,
-however that dies. A writer creates them only once it holds the lock on the file that bears the name, and removes the
-file last; whoever cleans up holds the same lock meanwhile. Where the file system knows no locks, nothing is cleaned up.
+A file STEM.SUFFIX is staged likewise, as `.STEM.partial-<token>.SUFFIX`; what has to wait beside a target is in
+`.STEM.waiting-<token>`.
+
+These names belong to whoever holds the lock (`flock`) on the file `.NAME.lock-<token>`, of files with their suffix
+behind, which ends with its process, however that dies. A writer creates them only once it holds the lock on the file
+that bears the name, and removes the file last; whoever cleans up, which is the next writer of the same name, holds the
+same lock meanwhile. Where the file system knows no locks, nothing is cleaned up.
 """
 
 from __future__ import annotations
@@ -18,7 +22,6 @@ import errno
 import fcntl
 import os
 import re
-import secrets
 import shutil
 import stat
 import tempfile
@@ -35,11 +38,12 @@ _UNSUPPORTED = (errno.ENOSYS, errno.EINVAL, errno.EOPNOTSUPP, errno.EPERM)
 
 @dataclass(frozen=True)
 class _Names:
-    """The names beside a folder that one writer uses."""
+    """The names beside a folder or file that one writer uses."""
 
     lock: Path
     staging: Path
     aside: Path
+    waiting: Path
 
 
 @contextlib.contextmanager
@@ -64,7 +68,7 @@ def staged_folder(
     folder = folder.absolute()
     folder.parent.mkdir(parents=True, exist_ok=True)
     recover(folder)
-    names, lock = _claim(folder)
+    names, lock = _claim(folder.parent, folder.name)
     try:
         names.staging.mkdir()
         yield names.staging
@@ -75,51 +79,47 @@ def staged_folder(
         _confirm(folder)
     finally:
         # After an exchange the staging name holds the old folder; after a rename nothing; after a failure the rest.
-        _remove(names.staging, names.lock)
-        os.close(lock)
+        _release(names, lock)
 
 
 def recover(folder: Path) -> None:
     """Put back what a killed run left: an old folder moved aside comes back, unused staging folders go."""
     folder = folder.absolute()
-    for names in _left_beside(folder):
-        lock = _lock_if_unused(names.lock)
-        if lock is None:
-            continue
+    for names, lock in _left_beside(folder.parent, folder.name):
         try:
             if names.aside.exists() and not folder.exists():
                 names.aside.rename(folder)
             shutil.rmtree(names.aside, ignore_errors=True)
-            _remove(names.staging, names.lock)
         finally:
-            os.close(lock)
+            _release(names, lock)
 
 
 @contextlib.contextmanager
 def staged_file(path: Path) -> Iterator[Path]:
-    """Yield a name beside `path`, of the same suffix; on leaving it becomes `path`, on an exception it is removed."""
-    staging = path.with_name(f".{path.stem}.partial-{secrets.token_hex(4)}{path.suffix}")
+    """Yield a name beside `path`, of the same suffix; on leaving it becomes `path`, on an exception it is removed.
+
+    What writers of the same path left when they were killed goes first.
+    """
+    names, lock = _claim_anew(path.parent, path.stem, path.suffix)
     try:
-        yield staging
-        staging.replace(path)
+        yield names.staging
+        names.staging.replace(path)
     finally:
-        staging.unlink(missing_ok=True)
+        _release(names, lock)
 
 
 @contextlib.contextmanager
 def scratch_folder(path: Path) -> Iterator[Path]:
     """Yield an empty folder beside `path` for what has to wait; on leaving it is removed, whatever happened."""
-    # Its name is chosen before it is there: an interrupt inside `tempfile` can leave a folder that nobody knows of.
-    scratch = path.with_name(f".{path.stem}.waiting-{secrets.token_hex(4)}")
+    names, lock = _claim_anew(path.parent, path.stem)
     try:
-        scratch.mkdir()
-        yield scratch
+        names.waiting.mkdir()
+        yield names.waiting
     finally:
         try:
-            shutil.rmtree(scratch, ignore_errors=True)
-        except BaseException:  # an interrupt while it was being removed
-            shutil.rmtree(scratch, ignore_errors=True)
-            raise
+            shutil.rmtree(names.waiting, ignore_errors=True)
+        finally:  # again, where an interrupt came while it was being removed
+            _release(names, lock)
 
 
 def sync_tree(folder: Path) -> None:
@@ -142,28 +142,41 @@ def sync(path: Path) -> None:
         os.close(handle)
 
 
-def _names(folder: Path, token: str) -> _Names:
-    return _Names(*(folder.with_name(f".{folder.name}.{what}-{token}") for what in ("lock", "partial", "old")))
+def _names(parent: Path, stem: str, token: str, suffix: str) -> _Names:
+    return _Names(*(parent / f".{stem}.{what}-{token}{suffix}" for what in ("lock", "partial", "old", "waiting")))
 
 
-def _claim(folder: Path) -> tuple[_Names, int]:
+def _claim(parent: Path, stem: str, suffix: str = "") -> tuple[_Names, int]:
     """Names that nobody else uses, and the handle of their lock."""
-    prefix = f".{folder.name}.lock-"
+    prefix = f".{stem}.lock-"
     while True:
-        handle, path = tempfile.mkstemp(prefix=prefix, dir=folder.parent)
+        # Its folder is the absolute one, or two writers might not mean the same by it.
+        handle, path = tempfile.mkstemp(prefix=prefix, suffix=suffix, dir=parent.absolute())
         with contextlib.suppress(OSError):  # a file system without locks: `recover` can't take it either
             fcntl.flock(handle, fcntl.LOCK_EX)
         if _is_named(handle, Path(path)):
-            return _names(folder, Path(path).name[len(prefix) :]), handle
+            return _names(parent, stem, Path(path).name.removeprefix(prefix).removesuffix(suffix), suffix), handle
         os.close(handle)  # somebody cleaned the file up before it was locked
 
 
-def _left_beside(folder: Path) -> list[_Names]:
-    if not folder.parent.is_dir():
-        return []
-    lock = re.compile(rf"\.{re.escape(folder.name)}\.lock-([a-z0-9_]{{8}})")
-    found = (lock.fullmatch(path.name) for path in folder.parent.iterdir())
-    return [_names(folder, token) for token in sorted(match[1] for match in found if match)]
+def _claim_anew(parent: Path, stem: str, suffix: str = "") -> tuple[_Names, int]:
+    """As `_claim`, once what killed writers of the same left is gone."""
+    for names, lock in _left_beside(parent, stem, suffix):
+        _release(names, lock)
+    return _claim(parent, stem, suffix)
+
+
+def _left_beside(parent: Path, stem: str, suffix: str = "") -> Iterator[tuple[_Names, int]]:
+    """Names that writers left who are no more, with the handles of their locks: for the caller to release."""
+    if not parent.is_dir():
+        return
+    lock_name = re.compile(rf"\.{re.escape(stem)}\.lock-([a-z0-9_]{{8}}){re.escape(suffix)}")
+    found = (lock_name.fullmatch(path.name) for path in parent.iterdir())
+    for token in sorted(match[1] for match in found if match):
+        names = _names(parent, stem, token, suffix)
+        handle = _lock_if_unused(names.lock)
+        if handle is not None:
+            yield names, handle
 
 
 def _lock_if_unused(path: Path) -> int | None:
@@ -190,12 +203,19 @@ def _is_named(handle: int, path: Path) -> bool:
         return False
 
 
-def _remove(staging: Path, lock: Path) -> None:
-    """Remove a staging folder, and its lock unless something of the folder stays: the next run tries again."""
-    shutil.rmtree(staging, ignore_errors=True)
-    if not os.path.lexists(staging):
-        with contextlib.suppress(OSError):  # an empty hidden file is no reason to call a written plan failed
-            lock.unlink(missing_ok=True)
+def _release(names: _Names, lock: int) -> None:
+    """Remove what is staged, and the lock unless something of it stays: the next run tries again."""
+    try:
+        left = (names.staging, names.waiting)
+        for path in left:
+            shutil.rmtree(path, ignore_errors=True)  # of a folder
+            with contextlib.suppress(OSError):  # of a file
+                path.unlink(missing_ok=True)
+        if not any(os.path.lexists(path) for path in left):
+            with contextlib.suppress(OSError):  # an empty hidden file is no reason to call what is written failed
+                names.lock.unlink(missing_ok=True)
+    finally:
+        os.close(lock)
 
 
 def _install(names: _Names, folder: Path, *, replace: bool) -> None:
