@@ -85,6 +85,7 @@ def georeference_of(document: Mapping[str, Any]) -> Georeference | None:
     if row is None:
         return None
     try:
+        _check_numbers(row)
         rows, north, at_m = row["to_map"], row["true_north"], row["site_position"]
         texts = {
             key: str(row[key])
@@ -110,6 +111,17 @@ def georeference_of(document: Mapping[str, Any]) -> Georeference | None:
             f"plan.json: scene.georeference can't be read ({type(error).__name__}: {error}), expected what this "
             "version writes; plan again"
         ) from error
+
+
+def _check_numbers(row: Mapping[str, Any]) -> None:
+    """Raise ValueError where there is not-a-number: with it, no coordinate would be one, and no warning would show."""
+    shapes: dict[str, tuple[int, ...]] = {"to_map": (4, 4), "true_north": (2,), "site_position": (3,)}
+    for key in (*shapes, "site_latitude_deg", "site_longitude_deg", "site_elevation_m"):
+        if row[key] is None:
+            continue
+        numbers = np.array(row[key], dtype=np.float64)
+        if numbers.shape != shapes.get(key, ()) or not np.isfinite(numbers).all():
+            raise ValueError(f"{key} is {row[key]}")
 
 
 def matrix_of(origin_m: Sequence[float], rotation_rad: float, scale: float) -> FloatArray:

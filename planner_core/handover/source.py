@@ -12,14 +12,12 @@ import numpy as np
 
 from planner_core.coordinates.frame import site_frame
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import HandoverError, PlanFolderError, PlannerError
+from planner_core.errors import HandoverError, PlanFolderError
 from planner_core.export.plan_json import read_plan_json
 from planner_core.export.plan_settings import find_scene, load_options_of, settings_of
+from planner_core.handover.plan_check import check_plan
 from planner_core.model import FloatArray, Scene, SiteFrame, Survey
 from planner_core.progress import Progress, silent
-
-#: No plan has a station further out: scenes take no vertex that is, see `planner_core.scene.repair`.
-_MAX_COORDINATE_M = 1e9
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,35 +164,21 @@ def open_plan(folder: Path, *, scene: Path | None = None, frame: FrameRequest | 
     for key in ("scene", "floors", "stations", "registration"):
         if key not in document:
             raise PlanFolderError(f"{file}: {key} is missing, expected a plan of this version; plan again")
+    check_plan(file, document)
     of_site = site_frame(document, frame)
-    try:
-        _check_heights_and_positions(file, document["stations"])
-        floors = tuple(_floor(row) for row in document["floors"])
-        stations = _stations(document["stations"], floors, of_site)
-        links = _links(document["registration"])
-        title = str(document["scene"]["file"]).replace("\\", "/").rpartition("/")[2] or plan_folder.name
-    except PlannerError:
-        raise
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise PlanFolderError(
-            f"{file}: its floors, stations or links can't be read ({type(error).__name__}: "
-            f"{error}), expected a plan of this version; plan again"
-        ) from error
+    floors = tuple(_floor(row) for row in document["floors"])
+    stations = _stations(document["stations"], floors, of_site)
+    links = _links(document["registration"])
+    title = _title(file, document["scene"]) or plan_folder.name
     return PlanSource(plan_folder, document, of_site, stations, floors, links, title, scene)
 
 
-def _check_heights_and_positions(file: Path, rows: list[Mapping[str, Any]]) -> None:
-    """Refuse stations that are nowhere: formats would leave their coordinates empty. A height may be null: unknown."""
-    for place, row in enumerate(rows):
-        known = {f"position[{axis}]": value for axis, value in enumerate(row["position"])}
-        if row["instrument_height_m"] is not None:
-            known["instrument_height_m"] = row["instrument_height_m"]
-        for key, value in known.items():
-            if value is None or not abs(float(value)) <= _MAX_COORDINATE_M:
-                raise PlanFolderError(
-                    f"{file}: stations[{place}].{key} of {row['id']}: got {value}, expected finite numbers of metres, "
-                    f"at most {_MAX_COORDINATE_M:.0e}; plan again"
-                )
+def _title(file: Path, scene: Any) -> str:
+    """Return the name of the scene file, without its folder; plans of Windows name that with backslashes."""
+    name = scene.get("file") if isinstance(scene, Mapping) else None
+    if not isinstance(name, str):
+        raise PlanFolderError(f"{file}: scene.file: got {name}, expected the scene file's name; plan again")
+    return name.replace("\\", "/").rpartition("/")[2]
 
 
 def _floor(row: Mapping[str, Any]) -> FieldFloor:

@@ -51,7 +51,10 @@ def test_who_asks_the_process_to_end_while_it_begins_is_answered_alike() -> None
 
 
 def test_the_command_begins_without_any_import_that_takes_time() -> None:
-    program = "import json, sys; before = set(sys.modules); import tlsplan.main; print(json.dumps(sorted(set(sys.modules) - before)))"
+    program = (
+        "import json, sys; before = set(sys.modules); import tlsplan.main; "
+        "print(json.dumps(sorted(set(sys.modules) - before)))"
+    )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
     added = [name for name in json.loads(done.stdout) if not name.startswith("tlsplan")]
     assert set(added) <= {"signal", "_signal", "enum"}

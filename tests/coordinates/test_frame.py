@@ -246,6 +246,24 @@ def test_a_georeference_that_nobody_wrote_is_refused(broken: Any) -> None:
         georeference_of(plan_of(broken))
 
 
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("to_map", [[1.0, 0.0, 0.0, math.nan], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]),
+        ("to_map", [[1.0, 0.0], [0.0, 1.0, 0.0]]),
+        ("to_map", [[1.0, 0.0, 0.0, 0.0]]),
+        ("true_north", [math.inf, 1.0]),
+        ("site_position", [0.0, math.nan, 0.0]),
+        ("site_latitude_deg", math.nan),
+        ("site_elevation_m", -math.inf),
+    ],
+)
+def test_numbers_of_a_georeference_that_are_none_are_refused_in_one_line(key: str, value: Any) -> None:
+    with pytest.raises(PlanFolderError, match=r"georeference can't be read.*plan again") as caught:
+        site_frame(plan_of({**TOLD, key: value}))
+    assert "\n" not in str(caught.value)
+
+
 # -------------------------------------------------------------------------------------------------- doubts
 def test_swapped_axes_are_seen() -> None:
     frame = site_frame(plan_of(), FrameRequest(crs="EPSG:25832", origin_m=(ORIGIN[1], ORIGIN[0], 0.0)))

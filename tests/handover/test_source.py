@@ -80,6 +80,11 @@ def test_the_file_itself_names_its_folder(written_plan: Callable[..., Path]) -> 
         {"scene": {}},
         {"scene": None},
         {"stations": [{"id": "S", "floor": "F0", "order": "x"}]},
+        {"floors": {"F0": {}}},
+        {"floors": ["F0"]},
+        {"registration": []},
+        {"coverage": None},
+        {"coverage": {"floors": [3]}},
     ],
 )
 def test_a_plan_that_nobody_wrote_is_refused_in_one_line(
@@ -108,6 +113,95 @@ def test_a_station_that_is_nowhere_is_refused_by_its_place(
     with pytest.raises(PlanFolderError, match=rf"plan\.json: {told}, expected finite numbers.*; plan again$") as caught:
         open_plan(written_plan(stations=rows))
     assert "\n" not in str(caught.value)
+
+
+NUMBERS = {
+    ("floors", 1, "elevation_m"): "floors[1].elevation_m of F1",
+    ("floors", 0, "bounds", 1, 0): "floors[0].bounds[1][0] of F0",
+    ("stations", 2, "own_area_m2"): "stations[2].own_area_m2 of S003",
+    ("stations", 0, "covered_area_m2"): "stations[0].covered_area_m2 of S002",
+    ("registration", "threshold"): "registration.threshold",
+    ("registration", "min_strength"): "registration.min_strength",
+    ("registration", "links", 1, "overlap"): "registration.links[1].overlap of S002-S003",
+    ("registration", "links", 1, "strength"): "registration.links[1].strength of S002-S003",
+    ("coverage", "total_area_m2"): "coverage.total_area_m2",
+    ("coverage", "fraction_of_total"): "coverage.fraction_of_total",
+    ("coverage", "floors", 0, "covered_area_m2"): "coverage.floors[0].covered_area_m2 of F0",
+}
+FIGURES = {
+    "achievable_area_m2": 8.0, "total_area_m2": 10.0, "covered_area_m2": 6.0, "fraction_of_achievable": 0.75,
+    "fraction_of_total": 0.6,
+}  # fmt: skip
+
+
+def with_value(folder: Path, place: tuple[str | int, ...], value: object) -> Path:
+    """Write one value into the plan.json of a folder, which gets figures of coverage besides."""
+    file = folder / "plan.json"
+    document = json.loads(file.read_text())
+    document["coverage"] = {**FIGURES, "floors": [{"floor": "F0", **FIGURES}]}
+    inner = document
+    for key in place[:-1]:
+        inner = inner[key]
+    inner[place[-1]] = value
+    file.write_text(json.dumps(document))
+    return folder
+
+
+@pytest.mark.parametrize("place", NUMBERS, ids=NUMBERS.values())
+@pytest.mark.parametrize(
+    "value",
+    [math.nan, math.inf, -math.inf, "3", True, [1.0], {}, 10**400, -5e12, 1e300],
+    ids=lambda value: str(value)[:6],
+)
+def test_what_is_no_number_there_is_refused_by_its_place(
+    written_plan: Callable[..., Path], place: tuple[str | int, ...], value: object
+) -> None:
+    folder = with_value(written_plan(), place, value)
+    with pytest.raises(PlanFolderError) as caught:
+        open_plan(folder)
+    said = str(caught.value)
+    assert said.startswith(f"{folder}/plan.json: {NUMBERS[place]}: got ")
+    assert said.endswith("; plan again")
+    assert "\n" not in said
+    assert len(said) < len(str(folder)) + 250
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "told"),
+    [
+        (("floors", 0, "id"), 5, "floors[0].id: got 5, expected a text"),
+        (("floors", 0, "id"), "", "floors[0].id: got '', expected a text of one letter or more"),
+        (("floors", 1, "id"), "F0", "floors[1].id of F0: got 'F0', expected one of its own"),
+        (("floors", 0, "name"), None, "floors[0].name of F0: got None, expected a text"),
+        (("floors", 0, "bounds"), [[0.0, 0.0]], "floors[0].bounds of F0: got [[0.0, 0.0]], expected a list of 2"),
+        (("floors", 0, "bounds"), [[9.0, 0.0], [1.0, 8.0]], "expected the lower corner first"),
+        (("stations", 0, "id"), ["S"], "stations[0].id: got ['S'], expected a text"),
+        (("stations", 0, "id"), "S001", "stations[1].id of S001: got 'S001', expected one of its own"),
+        (("stations", 0, "floor"), 0, "stations[0].floor of S002: got 0, expected a text"),
+        (("stations", 0, "order"), 1.5, "stations[0].order of S002: got 1.5, expected a whole number"),
+        (("stations", 0, "order"), True, "stations[0].order of S002: got True, expected a whole number"),
+        (("stations", 0, "position"), "here", "stations[0].position of S002: got 'here', expected a list of 3"),
+        (("stations", 0, "fixed"), "no", "stations[0].fixed of S002: got 'no', expected true or false"),
+        (("registration", "links", 0, "a"), 1, "registration.links[0].a: got 1, expected a text"),
+        (("registration", "links", 0, "overlap"), 1.5, "got 1.5, expected a share from 0 to 1"),
+        (("registration", "links", 0, "overlap"), None, "got None, expected a share from 0 to 1"),
+        (("registration", "links"), {}, "registration.links: got {}, expected a list"),
+        (("scene", "file"), 7, "scene.file: got 7, expected the scene file's name"),
+    ],
+)
+def test_what_is_of_another_type_is_refused_by_its_place(
+    written_plan: Callable[..., Path], place: tuple[str | int, ...], value: object, told: str
+) -> None:
+    with pytest.raises(PlanFolderError) as caught:
+        open_plan(with_value(written_plan(), place, value))
+    assert told in str(caught.value)
+
+
+def test_what_may_be_unknown_is_no_error(written_plan: Callable[..., Path]) -> None:
+    plan = open_plan(with_value(written_plan(), ("registration", "links", 0, "strength"), None))
+    assert math.isnan(plan.links[0].strength)
+    whole = with_value(written_plan(), ("floors", 0, "elevation_m"), 3)
+    assert open_plan(whole).floors[0].elevation_m == 3.0
 
 
 def test_a_coordinate_that_no_float_holds_is_refused(written_plan: Callable[..., Path]) -> None:
