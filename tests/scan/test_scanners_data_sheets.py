@@ -63,10 +63,24 @@ def test_accuracy_and_beam_are_as_their_sources_say() -> None:
     assert rtc360.ranging_accuracy == pytest.approx((0.001, 10e-6))
     assert rtc360.angular_accuracy_rad == pytest.approx(18 / 3600 * math.pi / 180)
     assert p50.angular_accuracy_rad == pytest.approx(8 / 3600 * math.pi / 180)
+    assert p50.ranging_accuracy == pytest.approx((0.003, 0.0))
+    assert vz.ranging_accuracy == pytest.approx((0.005, 0.0))
     assert p50.dual_axis_compensator
     assert (vz.beam_divergence_rad, vz.beam_width_at) == (pytest.approx(0.35e-3), "1/e2")
     assert (imager.beam_divergence_rad, imager.wavelength_m) == (pytest.approx(0.6e-3), pytest.approx(1500e-9))
     assert imager.angular_accuracy_rad == pytest.approx(14.4 / 3600 * math.pi / 180)
+
+
+def test_accuracy_of_the_hdl_64e_is_what_two_simulators_quote() -> None:
+    scanner = load_scanner("hdl-64e")
+    assert scanner.ranging_accuracy == pytest.approx((0.02, 0.0))
+    assert scanner.wavelength_m == pytest.approx(905e-9)
+    assert "blensor" in scanner.source and "helios" in scanner.source
+
+
+def test_scanners_whose_ranges_are_not_told_to_scatter_are_these() -> None:
+    silent = [each.name for each in list_scanners() if each.ranging_accuracy is None]
+    assert silent == ["blk360-g2", "pandar64", "x12", "x9"]
 
 
 def test_what_no_source_tells_is_absent() -> None:
