@@ -38,6 +38,8 @@ COORDINATE_OPTIONS = {
                                       help="Instead, with --crs: by the latitude and longitude of an IFC file's site."),
     "scene_coordinates": click.option("--scene-coordinates", is_flag=True,
                                       help="Scene coordinates, whatever the scene file says."),
+    "as_told": click.option("--as-told", is_flag=True,
+                            help="Take coordinates that are surely wrong, such as swapped ones, with a warning."),
 }  # fmt: skip
 
 
@@ -74,6 +76,7 @@ def frame_request(told: Mapping[str, Any]) -> FrameRequest:
         residual_limit_m=FrameRequest.residual_limit_m if limit_m is None else limit_m,
         by_site_placement=told["by_site_placement"],
         scene_coordinates=told["scene_coordinates"],
+        as_told=told["as_told"],
     )
 
 

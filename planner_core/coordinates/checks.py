@@ -1,20 +1,23 @@
 """Doubts about a site frame, and what a surveyor has to know of it: where the plan lies in its CRS, how true that is.
 
 A frame can be wrong in ways that no formula notices: axes swapped, millimetres, coordinates shifted twice. Each shows
-in where the plan comes to lie.
+in where the plan comes to lie. Some of it is certain: nobody builds where the CRS is nowhere near.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.coordinates.crs import MapCrs
+from planner_core.coordinates.crs import MapCrs, geodesic_m
 from planner_core.model import FloatArray, SiteFrame
 
 FAR_M = 20_000.0
 """A plan further from its origin, or from where its CRS is used, is hardly meant to be there."""
+NOWHERE_NEAR_M = 1_000_000.0
+"""Further than this from where its CRS is used no plan can be, whichever zone next door a country goes on with."""
 _TELLING_PPM = 1.0
 _UNITS = {0.001: "millimetres", 0.3048: "feet", 1000.0: "kilometres"}
 _ON_EARTH_M = 2e7
@@ -23,13 +26,21 @@ _SURVEYED_PPM = 2000.0
 """Grids that people survey in distort less, heights included."""
 
 
-def doubts_of(frame: SiteFrame, plane: MapCrs | None, points_m: FloatArray) -> tuple[str, ...]:
-    """Return warnings, one line each.
+@dataclass(frozen=True)
+class Doubt:
+    """text : one line for the user. certain : it is no doubt: the coordinates are wrong."""
+
+    text: str
+    certain: bool = False
+
+
+def doubts_of(frame: SiteFrame, plane: MapCrs | None, points_m: FloatArray) -> tuple[Doubt, ...]:
+    """Return what may be, or is, wrong.
 
     Parameters
     ----------
     frame
-        Named, without these warnings.
+        Named, without these doubts.
     plane
         Its system; None where it is not known.
     points_m
@@ -42,33 +53,69 @@ def doubts_of(frame: SiteFrame, plane: MapCrs | None, points_m: FloatArray) -> t
     moved = not np.array_equal(frame.matrix, np.eye(4))
     if moved and away_m > FAR_M:
         doubts.append(
-            f"the plan lies {away_m / 1000:.0f} km from the scene's origin, which is placed on the site besides: the "
-            "scene may be in site coordinates already, then pass --crs alone"
+            Doubt(
+                f"the plan lies {away_m / 1000:.0f} km from the scene's origin, which is placed on the site besides: "
+                "the scene may be in site coordinates already, then pass --crs alone"
+            )
         )
     if plane is not None:
         doubts += _where_doubts(frame, plane, frame.to_site(points_m)[:, :2])
     return tuple(doubts)
 
 
-def _where_doubts(frame: SiteFrame, plane: MapCrs, east_north_m: FloatArray) -> list[str]:
+def _where_doubts(frame: SiteFrame, plane: MapCrs, east_north_m: FloatArray) -> list[Doubt]:
     outside_m = plane.outside_m(east_north_m)
     middle_m = east_north_m.mean(axis=0)
     if outside_m == 0.0:
-        return _scale_doubts(frame, plane, middle_m)
+        return [Doubt(line) for line in _scale_doubts(frame, plane, middle_m)]
     where = f"E {middle_m[0]:.0f}, N {middle_m[1]:.0f}"
     how_far = "nowhere in" if math.isinf(outside_m) else f"{_kilometres(outside_m)} outside of where one uses"
     line = f"the plan lies at {where}, {how_far} {plane.name} ({plane.area_name()})"
+    nowhere_near = outside_m > NOWHERE_NEAR_M
     if np.array_equal(frame.matrix, np.eye(4)):
-        return [f"{line}: the scene's coordinates are taken as they are; give --origin or --control-points"]
+        as_they_are = f"{line}: the scene's coordinates are taken as they are; give --origin or --control-points"
+        return [Doubt(as_they_are, nowhere_near)]
     if plane.outside_m(east_north_m[:, ::-1]) == 0.0:
-        return [f"{line}, and inside with E and N exchanged: they look swapped"]
+        swapped = f"{line}, and inside with E and N exchanged: they look swapped; exchange them"
+        return [Doubt(swapped, outside_m > FAR_M)]
     for size, name in _UNITS.items():
         if size == 0.001 and np.abs(middle_m).max() < _ON_EARTH_M:
             continue
         if plane.outside_m(east_north_m * size) == 0.0:
-            return [f"{line}, and inside where coordinates are read as {name}: their unit looks wrong"]
+            unit = f"{line}, and inside where coordinates are read as {name}: their unit looks wrong; give metres"
+            return [Doubt(unit, nowhere_near or size == 0.001)]
     far = ": check origin and CRS" if outside_m > FAR_M else ""
-    return [line + far]
+    return [Doubt(line + far, nowhere_near)]
+
+
+def doubts_of_renaming(of_file: MapCrs, given: MapCrs, east_north_m: FloatArray) -> tuple[Doubt, ...]:
+    """Return what is wrong with taking coordinates of the scene file's system for those of another one.
+
+    Two names of one grid, or two datums, leave the plan within metres of where it was; two zones or two grids do not.
+
+    Parameters
+    ----------
+    east_north_m
+        (N, 2) of the plan, by the scene file's map conversion.
+    """
+    if given.text == of_file.text or not len(east_north_m):
+        return ()
+    middle_m = east_north_m.mean(axis=0)[None, :]
+    was, now = of_file.degrees(middle_m)[0], given.degrees(middle_m)[0]
+    line = f"the scene file's map conversion is in {of_file.name}, and is taken to be in {given.name}"
+    if not np.isfinite(was).all():  # where the plan is cannot be told, and that is a doubt of its own
+        return (Doubt(line),)
+    away_m = geodesic_m(was, now)
+    if away_m <= FAR_M:
+        return (Doubt(f"{line}, {away_m:.1f} m from where it was"),)
+    how_far = f"{away_m / 1000:.0f} km from" if math.isfinite(away_m) else "nowhere near"
+    return (
+        Doubt(
+            f"{line}, {how_far} where it was; --crs names coordinates and converts none: leave it out, or say where "
+            "the scene lies in it with --origin or --control-points",
+            certain=True,
+        ),
+    )
 
 
 def _scale_doubts(frame: SiteFrame, plane: MapCrs, middle_m: FloatArray) -> list[str]:

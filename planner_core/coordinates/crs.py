@@ -107,6 +107,16 @@ class MapCrs:
         return Transformer.from_crs(self._crs, "EPSG:4326", always_xy=True)
 
 
+def geodesic_m(one_deg: FloatArray, other_deg: FloatArray) -> float:
+    """Metres on WGS 84 between two places (2,) of longitude and latitude; inf where one is none."""
+    if not (np.isfinite(one_deg).all() and np.isfinite(other_deg).all()):
+        return math.inf
+    from pyproj import Geod
+
+    _, _, away_m = Geod(ellps="WGS84").inv(one_deg[0], one_deg[1], other_deg[0], other_deg[1])
+    return float(away_m)
+
+
 @dataclass(frozen=True)
 class VerticalCrs:
     """A system of heights, in metres, upwards. text : `EPSG:7837`, else WKT. name : for people."""

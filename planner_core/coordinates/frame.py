@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.coordinates.checks import FAR_M, doubts_of, notes_of
+from planner_core.coordinates.checks import FAR_M, Doubt, doubts_of, doubts_of_renaming, notes_of
 from planner_core.coordinates.control_points import ControlPoints, read_control_points
 from planner_core.coordinates.crs import MapCrs, VerticalCrs, map_crs, vertical_crs, vertical_crs_of_datum
 from planner_core.coordinates.helmert import Fit, fit_4, fit_7
@@ -34,6 +34,8 @@ class _Systems:
     """Where a file names one that is not known here."""
     height: VerticalCrs | None = None
     height_words: str = ""
+    of_file: MapCrs | None = None
+    """The scene file's own, where `plane` goes before it."""
     warnings: tuple[str, ...] = ()
 
 
@@ -44,11 +46,13 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
     ----------
     document
         Of `planner_core.export.plan_json.read_plan_json`.
+    request
+        None: nobody asks for coordinates yet; what is wrong with those of the scene file is a warning.
 
     Raises
     ------
     CoordinatesError
-        What was said of coordinates can't be used.
+        What was said of coordinates can't be used; or they are surely wrong, and not to be taken `as_told`.
     PlanFolderError
         `scene.georeference` of the document is not as it is written.
     """
@@ -64,6 +68,11 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
         return SiteFrame(true_north_rad=north, place=place, warnings=() if told is None else told.warnings)
     points_m = _points_of(document)
     named = _named(frame, systems)
+    doubts = doubts_of(named, systems.plane, points_m)
+    if systems.of_file is not None and systems.plane is not None:
+        doubts = (*doubts_of_renaming(systems.of_file, systems.plane, named.to_site(points_m)[:, :2]), *doubts)
+    if request is not None and not request.as_told:
+        _refuse_certain(doubts)
     return replace(
         named,
         true_north_rad=north,
@@ -71,7 +80,7 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
         warnings=(
             *systems.warnings,
             *frame.warnings,
-            *doubts_of(named, systems.plane, points_m),
+            *(doubt.text for doubt in doubts),
             *_doubts_of_place(named, systems.plane, told),
         ),
         notes=(*frame.notes, *notes_of(named, systems.plane, points_m)),
@@ -269,7 +278,7 @@ def _systems_told(asked: FrameRequest) -> _Systems:
 def _systems_of_file(asked: FrameRequest, told: Georeference) -> _Systems:
     """The file's systems; the user's word goes before."""
     given = _systems_told(asked)
-    warnings = []
+    warnings: tuple[str, ...] = ()
     plane, height = given.plane, given.height
     of_file: MapCrs | None = None
     words = told.crs_name or told.description
@@ -279,13 +288,11 @@ def _systems_of_file(asked: FrameRequest, told: Georeference) -> _Systems:
             height = height or height_of_file
         except CoordinatesError as error:
             if plane is None:
-                warnings.append(f"{error}; files name it as the scene file does; pass --crs")
-    if plane is not None and of_file is not None and plane.text != of_file.text:
-        warnings.append(f"the scene file's map conversion is in {of_file.name}, and is taken to be in {plane.name}")
+                warnings = (f"{error}; files name it as the scene file does; pass --crs",)
     plane = plane or of_file
     if height is None and told.vertical_datum:
         height = vertical_crs_of_datum(told.vertical_datum)
-    return _Systems(plane, words, height, told.vertical_datum, tuple(warnings))
+    return _Systems(plane, words, height, told.vertical_datum, of_file, warnings)
 
 
 def _named(frame: SiteFrame, systems: _Systems) -> SiteFrame:
@@ -300,6 +307,13 @@ def _named(frame: SiteFrame, systems: _Systems) -> SiteFrame:
 
 
 # ----------------------------------------------------------------------------------------------------- words
+def _refuse_certain(doubts: Sequence[Doubt]) -> None:
+    """Raise where one is certain; the others go with it, since one of them may say why."""
+    if any(doubt.certain for doubt in doubts):
+        told = "; ".join(doubt.text for doubt in sorted(doubts, key=lambda doubt: not doubt.certain))
+        raise CoordinatesError(f"coordinates: {told}; --as-told takes them even so")
+
+
 def _doubts_of_fit(points: ControlPoints, fit: Fit, asked: FrameRequest, suspect: str) -> tuple[str, ...]:
     off_m, limit_m = fit.off_m, asked.residual_limit_m
     doubts = [

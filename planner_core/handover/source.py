@@ -165,7 +165,7 @@ def open_plan(folder: Path, *, scene: Path | None = None, frame: FrameRequest | 
         if key not in document:
             raise PlanFolderError(f"{file}: {key} is missing, expected a plan of this version; plan again")
     check_plan(file, document)
-    of_site = site_frame(document, frame)
+    of_site = site_frame(document, frame or FrameRequest())
     floors = tuple(_floor(row) for row in document["floors"])
     stations = _stations(document["stations"], floors, of_site)
     links = _links(document["registration"])

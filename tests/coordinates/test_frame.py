@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,17 @@ def only(lines: tuple[str, ...], *words: str) -> str:
     return found
 
 
+def surely_wrong(document: dict[str, Any], asked: FrameRequest) -> tuple[str, ...]:
+    """The warnings that are had where one insists; without that they are the refusal."""
+    with pytest.raises(CoordinatesError, match=r"^coordinates: .*; --as-told takes them even so$") as caught:
+        site_frame(document, asked)
+    said = str(caught.value)
+    assert "\n" not in said
+    warnings = site_frame(document, replace(asked, as_told=True)).warnings
+    assert any(line in said for line in warnings)
+    return warnings
+
+
 # -------------------------------------------------------------------------------------------- ways to it
 @pytest.mark.parametrize("document", [plan_of(), {**plan_of(), "scene": {"file": "x.obj"}}])
 def test_nothing_told_is_scene_coordinates(document: dict[str, Any]) -> None:
@@ -94,7 +106,30 @@ def test_a_crs_alone_renames_the_file_s_and_says_so() -> None:
     assert (same.source, same.vertical_crs, same.warnings) == ("ifc map conversion", "EPSG:5783", ())
     other = site_frame(plan_of(TOLD), FrameRequest(crs="EPSG:32632"))
     assert other.crs == "EPSG:32632"
-    assert only(other.warnings, "EPSG:25832", "is taken to be in", "EPSG:32632")
+    assert only(other.warnings, "EPSG:25832", "is taken to be in", "EPSG:32632", "0.0 m from where it was")
+
+
+def test_a_crs_of_another_datum_is_a_warning_with_how_far() -> None:
+    # ED50 and ETRS89 are about 200 m apart in UTM: which of the two the file means, its user may know better.
+    (line,) = site_frame(plan_of(TOLD), FrameRequest(crs="EPSG:23032")).warnings
+    found = re.search(r"is taken to be in EPSG:23032 .*, (\d+\.\d) m from where it was$", line)
+    assert found
+    assert 100 < float(found[1]) < 300
+
+
+@pytest.mark.parametrize("crs", ["EPSG:25833", "EPSG:31467", "EPSG:2056", "EPSG:32732"])
+def test_a_crs_of_another_zone_over_a_map_conversion_is_refused(crs: str) -> None:
+    asked = FrameRequest(crs=crs)
+    line = only(surely_wrong(plan_of(TOLD), asked), "is taken to be in", crs)
+    assert "--crs names coordinates and converts none: leave it out, or say where the scene lies" in line
+    assert site_frame(plan_of(TOLD), FrameRequest(crs=crs, as_told=True)).crs == crs
+
+
+def test_six_degrees_between_two_zones_are_as_far_as_on_the_ground() -> None:
+    line = only(surely_wrong(plan_of(TOLD), FrameRequest(crs="EPSG:25833")), "is taken to be in")
+    found = re.search(r"(\d+) km from where it was", line)
+    assert found
+    assert int(found[1]) == pytest.approx(math.radians(6) * 6371 * math.cos(math.radians(49.096)), abs=3)
 
 
 def test_a_system_that_is_not_known_keeps_the_file_s_words() -> None:
@@ -116,8 +151,8 @@ def test_a_crs_without_anything_else_takes_scene_coordinates_as_they_are() -> No
     frame = site_frame(plan_of(at=ORIGIN[:2]), FrameRequest(crs="EPSG:25832"))
     assert (frame.is_scene, frame.crs, frame.warnings) == (False, "EPSG:25832", ())
     assert np.array_equal(frame.matrix, np.eye(4))
-    near_zero = site_frame(plan_of(), FrameRequest(crs="EPSG:25832"))
-    assert only(near_zero.warnings, "taken as they are", "--origin")
+    near_zero = surely_wrong(plan_of(), FrameRequest(crs="EPSG:25832"))
+    assert only(near_zero, "taken as they are", "--origin")
 
 
 def test_an_origin_with_turn_and_scale_is_the_textbook_s_formula() -> None:
@@ -265,21 +300,36 @@ def test_numbers_of_a_georeference_that_are_none_are_refused_in_one_line(key: st
 
 
 # -------------------------------------------------------------------------------------------------- doubts
-def test_swapped_axes_are_seen() -> None:
-    frame = site_frame(plan_of(), FrameRequest(crs="EPSG:25832", origin_m=(ORIGIN[1], ORIGIN[0], 0.0)))
-    assert only(frame.warnings, "look swapped")
+def test_swapped_axes_are_refused() -> None:
+    asked = FrameRequest(crs="EPSG:25832", origin_m=(ORIGIN[1], ORIGIN[0], 0.0))
+    assert only(surely_wrong(plan_of(), asked), "look swapped; exchange them")
 
 
-def test_millimetres_and_feet_are_seen() -> None:
-    for size, unit in ((1000.0, "millimetres"), (1 / 0.3048, "feet"), (0.001, "kilometres")):
-        east, north, _ = (value * size for value in ORIGIN)
-        frame = site_frame(plan_of(), FrameRequest(crs="EPSG:25832", origin_m=(east, north, 0.0)))
-        assert only(frame.warnings, f"read as {unit}")
+def test_swapped_control_points_are_refused(tmp_path: Path) -> None:
+    # Both pairs swapped: a proper fit, at a place that is none.
+    site = SiteFrame(matrix=matrix_of(ORIGIN, TURN, 1.0)).to_site(CORNERS)[:, [1, 0, 2]]
+    path = points_file(tmp_path, site, CORNERS[:, [1, 0, 2]])
+    assert only(surely_wrong(plan_of(), FrameRequest(crs="EPSG:25832", control_points=path)), "look swapped")
+
+
+@pytest.mark.parametrize(("size", "unit"), [(1000.0, "millimetres"), (1 / 0.3048, "feet"), (0.001, "kilometres")])
+def test_other_units_are_refused_by_name(size: float, unit: str) -> None:
+    east, north, _ = (value * size for value in ORIGIN)
+    asked = FrameRequest(crs="EPSG:25832", origin_m=(east, north, 0.0))
+    assert only(surely_wrong(plan_of(), asked), f"read as {unit}", "give metres")
 
 
 def test_a_grid_elsewhere_is_not_taken_for_millimetres() -> None:
-    frame = site_frame(plan_of(), FrameRequest(crs="EPSG:27700", origin_m=ORIGIN))
-    assert "read as" not in only(frame.warnings, "outside of where one uses")
+    asked = FrameRequest(crs="EPSG:27700", origin_m=ORIGIN)
+    assert "read as" not in only(surely_wrong(plan_of(), asked), "outside of where one uses")
+
+
+def test_a_scene_file_that_is_surely_wrong_is_refused_once_somebody_asks_for_its_coordinates() -> None:
+    swapped = matrix_of((ORIGIN[1], ORIGIN[0], 0.0), TURN, 1.0).tolist()
+    told = {**TOLD, "to_map": swapped, "site_latitude_deg": None}
+    assert only(surely_wrong(plan_of(told), FrameRequest()), "look swapped")
+    assert only(site_frame(plan_of(told)).warnings, "look swapped")  # a plan is written of it nevertheless
+    assert site_frame(plan_of(told), FrameRequest(scene_coordinates=True)).is_scene
 
 
 def test_a_projection_that_nobody_surveys_in_is_told() -> None:
@@ -291,13 +341,18 @@ def test_a_projection_that_nobody_surveys_in_is_told() -> None:
 def test_a_plan_outside_the_area_of_use_is_told_with_how_far() -> None:
     frame = site_frame(plan_of(), FrameRequest(crs="EPSG:25832", origin_m=(800_000.0, 5_438_260.0, 0.0)))
     assert only(frame.warnings, "outside of where one uses", "km")
-    far = site_frame(plan_of(), FrameRequest(crs="EPSG:25832", origin_m=(458_870.0, 2_000_000.0, 0.0)))
-    assert only(far.warnings, "check origin and CRS")
+    # The zone next door goes on: countries of two zones survey in one.
+    beside = site_frame(plan_of(), FrameRequest(crs="EPSG:25832", origin_m=(1_200_000.0, 5_438_260.0, 0.0)))
+    assert only(beside.warnings, "check origin and CRS")
+    far = FrameRequest(crs="EPSG:25832", origin_m=(458_870.0, 1_000_000.0, 0.0))
+    assert only(surely_wrong(plan_of(), far), "check origin and CRS")
 
 
-def test_coordinates_that_are_shifted_twice_are_seen() -> None:
-    frame = site_frame(plan_of(TOLD, at=ORIGIN[:2]))
-    assert only(frame.warnings, "site coordinates already")
+def test_coordinates_that_are_shifted_twice_are_refused() -> None:
+    warnings = surely_wrong(plan_of(TOLD, at=ORIGIN[:2]), FrameRequest())
+    assert only(warnings, "site coordinates already")
+    with pytest.raises(CoordinatesError, match="then pass --crs alone"):
+        site_frame(plan_of(TOLD, at=ORIGIN[:2]), FrameRequest())
 
 
 @pytest.mark.parametrize(("longitude", "told"), [(9.5, "78 km from where"), (-171.6, "half the earth|km from where")])
