@@ -30,6 +30,7 @@ from planner_core.handover.sheets.marks import (
 )
 from planner_core.handover.sheets.paper import Tile
 from planner_core.handover.sheets.spans import Family, spans_of_rings
+from planner_core.handover.sheets.words import reached_percent, required_on
 from planner_core.handover.source import PlanSource
 from planner_core.model import FloatArray, SiteFrame
 
@@ -68,10 +69,11 @@ def draw_band(
     ink.lines([np.array([(band.left, band.top), (band.right, band.top)])], _FRAME)
     ink.lines([np.array([(box.left, box.bottom), (box.left, box.top)]) for box in (scale, title)], _LINE)
     _draw_legend(ink, view, legend)
-    _draw_scale(ink, plan.frame, tile, scale)
+    _draw_north_or_axes(ink, plan, scale)
+    _draw_scale(ink, tile, scale)
     _draw_title(ink, plan, view, tile, title, sheet=sheet, n_sheets=n_sheets)
     if tile.n_columns * tile.n_rows > 1:
-        side = 11 if _has_two_arrows(plan.frame) else 16
+        side = 8 if _has_two_arrows(plan.frame) else 14
         _draw_key(ink, tile, neighbours, Box(scale.left + 41 - side, scale.bottom + 31.5 - side, side, side))
 
 
@@ -143,14 +145,31 @@ def _draw_hatch(ink: Ink, box: Box, kind: tuple[float, float], pen: Pen) -> None
 
 
 # -------------------------------------------------------------------------------------------------- scale
-def _draw_scale(ink: Ink, frame: SiteFrame, tile: Tile, box: Box) -> None:
-    """Draw the arrow of north or the axes, and the scale bar in light and dark pieces."""
+def _draw_north_or_axes(ink: Ink, plan: PlanSource, box: Box) -> None:
+    """Draw the arrow of the site's north; or the scene's axes, and beside them true north where it is known."""
+    frame = plan.frame
     if not frame.is_scene:
         _draw_north(ink, frame.grid_north_rad, (box.left + 12, box.top - 10.5))
     else:
-        _draw_axes(ink, (box.left + (8 if _has_two_arrows(frame) else 12), box.top - 10.5))
+        _draw_axes(ink, (box.left + (7 if _has_two_arrows(frame) else 12), box.top - 10.5))
         if frame.true_north_rad is not None:
-            _draw_north(ink, frame.true_north_rad, (box.left + 22.5, box.top - 9.5), size=0.55)
+            _draw_north(ink, frame.true_north_rad, (box.left + 26.0, box.top - 10.0), size=0.55, kind="true")
+    words = fitted(_north_words(plan), 5.8, box.width - 2)
+    ink.text((box.left + box.width / 2, box.bottom + 13.4), words, 5.8, align="middle", colour=QUIET)
+
+
+def _north_words(plan: PlanSource) -> str:
+    """Say which north the arrow points to and how that is known, in few words."""
+    frame = plan.frame
+    if not frame.is_scene:
+        return "N: grid north" if frame.crs else "N: axis N of the site's coordinates"
+    if frame.true_north_rad is None:
+        return "x, y of the scene; north not known"
+    return f"true north: as the {plan.document['scene']['format'].upper()} file says"
+
+
+def _draw_scale(ink: Ink, tile: Tile, box: Box) -> None:
+    """Draw the scale bar in light and dark pieces."""
     length_m = nice_length_m((box.width - 9) / tile.mm_per_m)
     n_pieces = 5 if f"{length_m:g}"[0] in "15" else 4
     piece_mm = length_m / n_pieces * tile.mm_per_m
@@ -186,8 +205,8 @@ def _draw_axes(ink: Ink, middle: tuple[float, float]) -> None:
         _letter(ink, start + 12.8 * way, name)
 
 
-def _draw_north(ink: Ink, turn: float, middle: tuple[float, float], *, size: float = 1.0) -> None:
-    """Draw an arrow to the north, turned clockwise."""
+def _draw_north(ink: Ink, turn: float, middle: tuple[float, float], *, size: float = 1.0, kind: str = "") -> None:
+    """Draw an arrow to the north, turned clockwise. kind : a word at its letter where it is not the grid's."""
     at = np.array(middle)
     ahead, right = np.array([math.sin(turn), math.cos(turn)]), np.array([math.cos(turn), -math.sin(turn)])
     tip, tail = at + 5 * size * ahead, at - 8 * size * ahead
@@ -195,7 +214,12 @@ def _draw_north(ink: Ink, turn: float, middle: tuple[float, float], *, size: flo
     right_half = np.array([tip, tail + 3.2 * size * right, tail + 2.2 * size * ahead])
     ink.area([right_half], INK)
     ink.lines([left_half, right_half], Pen(0.25), closed=True)
-    _letter(ink, tip + 2.2 * ahead, "N")
+    letter = tip + (2.9 if kind else 2.2) * ahead
+    _letter(ink, letter, "N")
+    if kind:
+        # On the side away from the arrow.
+        ink.text((float(letter[0]), float(letter[1]) + (1.5 if ahead[1] >= 0 else -2.9)), kind, 5.6, bold=True,
+                 align="middle")  # fmt: skip
 
 
 def _letter(ink: Ink, at: FloatArray, letter: str) -> None:
@@ -252,8 +276,8 @@ def _reached(plan: PlanSource, view: FloorView) -> str:
     found = [each for each in plan.document["coverage"]["floors"] if each["floor"] == view.floor.id]
     if not found:
         return ""
-    share, area = 100 * float(found[0]["fraction_of_achievable"]), float(found[0]["achievable_area_m2"])
-    return f"; seen: {share:.1f} % of {area:.0f} m²"
+    share = reached_percent(float(found[0]["fraction_of_achievable"]), required_on(plan, view.floor))
+    return f"; seen: {share} % of {float(found[0]['achievable_area_m2']):.0f} m²"
 
 
 # --------------------------------------------------------------------------------------------------- grid

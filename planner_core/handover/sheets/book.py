@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 from planner_core.errors import HandoverError, RequirementError
 from planner_core.handover.chosen import chosen_floors, chosen_stations
@@ -13,6 +14,7 @@ from planner_core.handover.options import Options
 from planner_core.handover.sheets.building import Building, read_building
 from planner_core.handover.sheets.charts import Histogram, draw_curve, draw_histogram, histograms_of
 from planner_core.handover.sheets.cover import MAX_WARNINGS, draw_cover, draw_frame, text_room
+from planner_core.handover.sheets.cover_figures import WHOLE_PLAN
 from planner_core.handover.sheets.floor_page import Neighbour, draw_floor, is_empty
 from planner_core.handover.sheets.floor_view import FloorView, is_planned, view_floor
 from planner_core.handover.sheets.fonts import has_letters
@@ -61,6 +63,8 @@ class Contents:
     """What sheets are made of, however they are laid out. remarks : of making them, one line each."""
 
     plan: PlanSource
+    part: tuple[FieldFloor, ...]
+    """The floors that sheets are asked of; empty: the whole plan."""
     floors: tuple[FloorSheets, ...]
     summary: tuple[Table, ...]
     histograms: tuple[Histogram, ...]
@@ -102,21 +106,32 @@ def gather(plan: PlanSource, options: Options) -> Contents:
         view = view_floor(plan, floor, there, cut_m=options.cut_m)
         tiles = tuple(tile for tile in tiles_of(view.window_m, options.paper) if not is_empty(view, tile))
         floors.append(FloorSheets(view, tiles, stations_table(plan, floor.name, plan.stations_of(floor.id))))
+    part = _part(plan, options)
     summary = (
         _nowhere(plan, options),
-        floors_table(plan),
-        asked_table(plan),
-        networks_table(plan),
-        gaps_table(plan),
-        unseen_table(plan),
+        floors_table(plan, part),
+        *(_whole(table, part) for table in (asked_table(plan), networks_table(plan), gaps_table(plan))),
+        unseen_table(plan, part),
     )
     return Contents(
         plan=plan,
+        part=part,
         floors=tuple(floors),
         summary=tuple(table for table in summary if table is not None),
         histograms=tuple(_histograms(plan, there, remarks)),
         remarks=(*remarks, *_cut_lower(floors, options), *_unprintable(plan)),
     )
+
+
+def _part(plan: PlanSource, options: Options) -> tuple[FieldFloor, ...]:
+    """Floors that sheets are asked of; none where these are all of the plan."""
+    chosen = chosen_floors(plan, options)
+    return () if len(chosen) == len(plan.floors) else chosen
+
+
+def _whole(table: Table | None, part: Sequence[FieldFloor]) -> Table | None:
+    """Say of a table that it is of all floors, where the other sheets are not."""
+    return replace(table, title=f"{table.title}: {WHOLE_PLAN}") if table is not None and part else table
 
 
 def _cut_lower(floors: Sequence[FloorSheets], options: Options) -> list[str]:
@@ -182,10 +197,20 @@ def _cover(contents: Contents, sheet: Sheet, pages: list[Page]) -> Page:
 
     def draw(ink: Ink, number: int, n_sheets: int) -> None:
         draw_frame(ink, contents.plan, sheet, "Plan of the laser scans", number=number, n_sheets=n_sheets)
-        index = [f"{place}   {page.title}" for place, page in enumerate(pages, start=1)]
-        draw_cover(ink, contents.plan, sheet, remarks=contents.remarks, index=index)
+        index = _index([page.title for page in pages])
+        draw_cover(ink, contents.plan, sheet, part=contents.part, remarks=contents.remarks, index=index)
 
     return Page("Cover", sheet, draw)
+
+
+def _index(titles: Sequence[str]) -> list[str]:
+    """Sheets by number, those of one title in one line."""
+    lines, first = [], 1
+    for title, same in groupby(titles):
+        last = first + len(list(same)) - 1
+        lines.append(f"{first}{f'–{last}' if last > first else ''}   {title}")
+        first = last + 1
+    return lines
 
 
 def _drawings(plan: PlanSource, floor: FloorSheets, *, first: int) -> list[Page]:
@@ -217,14 +242,21 @@ def _table_pages(plan: PlanSource, title: str, tables: Sequence[Table], sheet: S
 
 
 def _charts(contents: Contents, sheet: Sheet) -> Page:
+    title = charts_title(contents.part)
+
     def draw(ink: Ink, number: int, n_sheets: int) -> None:
-        draw_frame(ink, contents.plan, sheet, "How well it is seen", number=number, n_sheets=n_sheets)
+        draw_frame(ink, contents.plan, sheet, title, number=number, n_sheets=n_sheets)
         boxes = _quarters(text_room(sheet))
         draw_curve(ink, contents.plan, boxes[0])
         for made, box in zip(contents.histograms, boxes[1:], strict=False):
             draw_histogram(ink, made, box)
 
-    return Page("How well it is seen", sheet, draw)
+    return Page(title, sheet, draw)
+
+
+def charts_title(part: Sequence[FieldFloor]) -> str:
+    """What stands above the charts, which are always of all floors."""
+    return "How well it is seen" + (f": {WHOLE_PLAN}" if part else "")
 
 
 def _quarters(room: Box) -> list[Box]:

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from planner_core.handover.sheets.band import corners
+from planner_core.handover.sheets.cover_figures import WHOLE_PLAN, cover_figures, part_words
 from planner_core.handover.sheets.fonts import fitted, wrapped
 from planner_core.handover.sheets.ink import QUIET, RULE, Box, Ink, Pen
 from planner_core.handover.sheets.paper import Sheet
-from planner_core.handover.sheets.words import plan_figures, warnings_of
-from planner_core.handover.source import PlanSource
+from planner_core.handover.sheets.words import warnings_of
+from planner_core.handover.source import FieldFloor, PlanSource
 
 SUBTITLE = "Plan of the laser scans: stations, drawings to scale, registration, coverage"
 OVERVIEW = "report/overview.png"
@@ -48,28 +49,48 @@ def draw_frame(ink: Ink, plan: PlanSource, sheet: Sheet, title: str, *, number: 
 
 
 def draw_cover(
-    ink: Ink, plan: PlanSource, sheet: Sheet, *, remarks: Sequence[str] = (), index: Sequence[str] = ()
+    ink: Ink,
+    plan: PlanSource,
+    sheet: Sheet,
+    *,
+    part: Sequence[FieldFloor] = (),
+    remarks: Sequence[str] = (),
+    index: Sequence[str] = (),
 ) -> None:
-    """Draw title, figures, picture, warnings. remarks : of making these sheets. index : what is on which of them."""
+    """Draw title, figures, picture, warnings.
+
+    part : the floors that the sheets are of, empty for all. remarks : of making them. index : what is on which.
+    """
     room = text_room(sheet)
     ink.text((room.left, room.top - 8), fitted(plan.title, _TITLE_PT, room.width, bold=True), _TITLE_PT, bold=True)
-    ink.text((room.left, room.top - 14.5), SUBTITLE, 10.0, colour=QUIET)
+    if part:
+        ink.text((room.left, room.top - 14.5), fitted(part_words(plan, part), 12.0, room.width, bold=True), 12.0,
+                 bold=True)  # fmt: skip
+    else:
+        ink.text((room.left, room.top - 14.5), SUBTITLE, 10.0, colour=QUIET)
     warnings = [*warnings_of(plan), *remarks]
     foot = _draw_warnings(ink, warnings, room)
     body = Box(room.left, foot, room.width, room.top - 20 - foot)
     picture = plan.folder / OVERVIEW
     left_mm = body.width if not has_picture(plan) else min(0.46 * body.width, 150.0)
-    _draw_figures(ink, plan, Box(body.left, body.bottom, left_mm, body.height))
+    _draw_figures(ink, cover_figures(plan, part), Box(body.left, body.bottom, left_mm, body.height))
     if has_picture(plan):
         beside = Box(body.left + left_mm + 6, body.bottom, body.width - left_mm - 6, body.height)
-        index_mm = min(0.5 * body.height, _INDEX_MM * -(-len(index) // 2) + 14)
+        index_mm = min(0.5 * body.height, _INDEX_MM * -(-len(index) // 2) + 18)
         foot_mm = _draw_picture(ink, picture, Box(beside.left, foot + index_mm, beside.width, body.height - index_mm))
-        _draw_index(ink, index, Box(beside.left, body.bottom, beside.width, foot_mm - body.bottom - 4))
+        ink.text((beside.left, foot_mm - 3.2), fitted(picture_words(part), 6.6, beside.width), 6.6, colour=QUIET)
+        _draw_index(ink, index, Box(beside.left, body.bottom, beside.width, foot_mm - body.bottom - 8))
 
 
-def _draw_figures(ink: Ink, plan: PlanSource, box: Box) -> None:
+def picture_words(part: Sequence[FieldFloor]) -> str:
+    """What is said below the picture of all floors."""
+    words = "In a grey copy its shades are not told apart: the drawings hatch what stays unseen."
+    return f"{WHOLE_PLAN.capitalize()}. {words}" if part else words
+
+
+def _draw_figures(ink: Ink, figures: Sequence[tuple[str, str]], box: Box) -> None:
     top = box.top
-    for name, value in plan_figures(plan):
+    for name, value in figures:
         lines = wrapped(value, _SIZE_PT, box.width - _NAME_MM)
         ink.text((box.left, top - 4.0), name, _SIZE_PT, bold=True)
         for place, line in enumerate(lines):

@@ -5,6 +5,7 @@ It has Latin, Greek and Cyrillic letters and what plans need besides; what it ha
 
 from __future__ import annotations
 
+import re
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,9 @@ from planner_core.handover.sheets.ink import MM_PER_POINT, clean
 REGULAR, BOLD = "SheetSans", "SheetSans-Bold"
 _FILES = {REGULAR: "DejaVuSans.ttf", BOLD: "DejaVuSans-Bold.ttf"}
 ELLIPSIS = "…"
+#: Blanks at which no line is broken: between a number and its unit, or what stands in brackets behind it.
+_KEPT = r"(?:%|m²?|mm|min)(?![\w²])|\(\d"
+_KEPT_BLANK, _BLANK = re.compile(rf"(?<=\d) (?={_KEPT})"), re.compile(rf" (?!{_KEPT})|(?<!\d) ")
 
 
 @cache
@@ -71,11 +75,16 @@ def fitted(words: str, size_pt: float, room_mm: float, *, bold: bool = False) ->
     return words[:fits].rstrip() + ELLIPSIS
 
 
+def unbroken(words: str) -> str:
+    """Return words for programs that break lines by themselves: blanks where none is to be broken are no-break ones."""
+    return _KEPT_BLANK.sub("\u00a0", clean(words))
+
+
 def wrapped(words: str, size_pt: float, room_mm: float, *, bold: bool = False) -> list[str]:
     """Lines of at most `room_mm`, broken at blanks, and inside words only where one is wider than that."""
     lines: list[str] = []
     line = ""
-    for word in clean(words).split(" "):
+    for word in _BLANK.split(clean(words)):
         joined = f"{line} {word}" if line else word
         if width_mm(joined, size_pt, bold=bold) <= room_mm:
             line = joined

@@ -11,14 +11,16 @@ from html import escape
 from pathlib import Path
 
 from planner_core.handover.options import Options
-from planner_core.handover.sheets.book import Contents, FloorSheets, gather, plan_guarded
+from planner_core.handover.sheets.book import Contents, FloorSheets, charts_title, gather, plan_guarded
 from planner_core.handover.sheets.charts import draw_curve, draw_histogram
-from planner_core.handover.sheets.cover import OVERVIEW, SUBTITLE, has_picture
+from planner_core.handover.sheets.cover import OVERVIEW, SUBTITLE, has_picture, picture_words
+from planner_core.handover.sheets.cover_figures import cover_figures, part_words
 from planner_core.handover.sheets.floor_page import Neighbour, draw_floor
-from planner_core.handover.sheets.ink import Box, Ink, clean
+from planner_core.handover.sheets.fonts import unbroken
+from planner_core.handover.sheets.ink import Box, Ink
 from planner_core.handover.sheets.paper import MARGIN_MM, sheet_of
 from planner_core.handover.sheets.svg_ink import SvgInk
-from planner_core.handover.sheets.words import Table, plan_figures, warnings_of
+from planner_core.handover.sheets.words import Table, warnings_of
 from planner_core.handover.source import PlanSource
 from planner_core.progress import Progress, ProgressEvent
 
@@ -33,19 +35,32 @@ margin:1.5rem auto;padding:0 1rem}}
 h1{{margin:0 0 .2em;font-size:1.9em;overflow-wrap:anywhere}}h2{{margin:1.8em 0 .4em;font-size:1.25em}}
 .quiet{{color:#555;margin:.2em 0}}
 table{{border-collapse:collapse;width:100%;font-size:13px;margin-bottom:1.2em}}
-th,td{{padding:.3em .8em .3em 0;text-align:left;vertical-align:top;border-bottom:1px solid #bbb;overflow-wrap:anywhere}}
+th,td{{padding:.3em .8em .3em 0;text-align:left;vertical-align:top;border-bottom:1px solid #bbb;
+overflow-wrap:break-word}}
+.figures{{table-layout:fixed}}.figures th{{width:8.2em}}
 thead th{{border-bottom:2px solid #111;color:#444}}
-.n{{text-align:right;font-variant-numeric:tabular-nums;}}td.n{{white-space:nowrap}}.b{{font-weight:bold}}
+.n{{text-align:right;font-variant-numeric:tabular-nums;}}td.n,td.b{{white-space:nowrap}}.b{{font-weight:bold}}
 .heed{{border:2px solid #111;padding:.6em 1.2em}}.heed ul{{padding-left:1.2em;margin:.3em 0}}
 figure{{margin:1rem 0}}img,svg{{max-width:100%;height:auto;display:block}}
 .charts{{display:flex;flex-wrap:wrap;gap:8mm}}
 .wide{{overflow-x:auto}}
+@media screen and (max-width:640px){{body{{margin:1rem auto;padding:0 .8rem}}h1{{font-size:1.5em}}
+.figures th{{width:7.6em}}
+.rows,.rows tbody,.rows tr{{display:block}}.rows thead{{display:none}}
+.rows tr{{border-bottom:2px solid #111;padding:.5em 0}}.rows tr:first-child{{border-top:2px solid #111}}
+.rows td{{display:flex;justify-content:space-between;gap:1.2em;padding:.1em 0;border:0;text-align:right;
+white-space:normal}}
+.rows td::before{{content:attr(data-name);color:#555;font-weight:normal;text-align:left;flex:0 0 42%}}
+.rows td:empty{{display:none}}
+.sheet{{overflow-x:auto}}.sheet svg{{width:760px;max-width:none}}.sheet.upright svg{{width:560px}}
+.charts svg{{max-width:none}}}}
 @page{{size:{paper} landscape;margin:{margin}mm}}
 @page upright{{size:{paper} portrait;margin:{margin}mm}}
 @media print{{body{{margin:0;padding:0;max-width:none;font-size:12px}}table{{font-size:10px}}
 .sheet{{break-before:page;break-after:page;break-inside:avoid;margin:0}}.upright{{page:upright}}
 .screen{{display:none}}img{{max-height:95mm;max-width:none;width:auto}}
-.sheet svg{{max-width:none}}tr,.charts svg{{break-inside:avoid}}h2{{break-after:avoid}}.wide{{overflow:visible}}}}
+.sheet svg{{max-width:none}}tr,.charts svg{{break-inside:avoid}}h2{{break-after:avoid}}.wide{{overflow:visible}}
+td{{overflow-wrap:anywhere}}}}
 """
 
 
@@ -73,9 +88,10 @@ def _page(contents: Contents, paper: str) -> str:
     parts = [
         f"<h1>{name}</h1>",
         f'<p class="quiet">{SUBTITLE}</p>',
-        _figures(plan),
+        f"<p><b>{_words(part_words(plan, contents.part))}</b></p>" if contents.part else "",
+        _figures(cover_figures(plan, contents.part)),
         _heed([*warnings_of(plan), *contents.remarks]),
-        _overview(plan),
+        _overview(contents),
     ]
     first = 1
     for floor in contents.floors:
@@ -89,19 +105,18 @@ def _page(contents: Contents, paper: str) -> str:
     body = "\n".join(part for part in parts if part)
     return (
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="viewport" '
-        f'content="width=device-width">\n<title>Scan plan of {name}</title>\n<style>{style}</style>\n</head>\n<body>\n'
-        f"{body}\n</body>\n</html>\n"
+        f'content="width=device-width,initial-scale=1">\n<title>Scan plan of {name}</title>\n<style>{style}</style>\n'
+        f"</head>\n<body>\n{body}\n</body>\n</html>\n"
     )
 
 
 def _words(words: str) -> str:
-    return escape(clean(words))
+    return escape(unbroken(words))
 
 
-def _figures(plan: PlanSource) -> str:
-    rows = "\n".join(f'<tr><th scope="row">{_words(name)}</th><td>{_words(value)}</td></tr>' for name, value in
-                     plan_figures(plan))  # fmt: skip
-    return f"<table>\n{rows}\n</table>"
+def _figures(figures: Sequence[tuple[str, str]]) -> str:
+    rows = "\n".join(f'<tr><th scope="row">{_words(name)}</th><td>{_words(value)}</td></tr>' for name, value in figures)
+    return f'<table class="figures">\n{rows}\n</table>'
 
 
 def _heed(lines: Sequence[str]) -> str:
@@ -111,11 +126,15 @@ def _heed(lines: Sequence[str]) -> str:
     return f'<div class="heed"><b>To be heeded</b>\n<ul>\n{items}\n</ul></div>'
 
 
-def _overview(plan: PlanSource) -> str:
+def _overview(contents: Contents) -> str:
+    plan = contents.plan
     if not has_picture(plan):
         return ""
     content = base64.b64encode((plan.folder / OVERVIEW).read_bytes()).decode("ascii")
-    return f'<figure><img src="data:image/png;base64,{content}" alt="All floors, cut open"></figure>'
+    return (
+        f'<figure><img src="data:image/png;base64,{content}" alt="All floors, cut open">\n'
+        f'<figcaption class="quiet">{picture_words(contents.part)}</figcaption></figure>'
+    )
 
 
 def _drawings(plan: PlanSource, floor: FloorSheets, first: int, n_sheets: int) -> list[str]:
@@ -135,16 +154,19 @@ def _table(table: Table) -> str:
     """A table; its head is repeated on every page when printed."""
     kinds = ["".join(f" {mark}" for mark, on in (("n", c.number), ("b", c.bold)) if on).strip() for c in table.columns]
 
-    def cells(tag: str, row: Sequence[str]) -> str:
-        marks = (f' class="{kind}"' if kind else "" for kind in kinds)
+    # On phones every row is a block, and its cells say themselves what they are.
+    names = [f' data-name="{_words(column.title)}"' for column in table.columns]
+
+    def cells(tag: str, row: Sequence[str], more: Sequence[str]) -> str:
+        marks = (f' class="{kind}"{name}' if kind else name for kind, name in zip(kinds, more, strict=True))
         return "".join(f"<{tag}{mark}>{_words(cell)}</{tag}>" for mark, cell in zip(marks, row, strict=True))
 
-    head = cells("th", [column.title for column in table.columns])
-    rows = "\n".join(f"<tr>{cells('td', row)}</tr>" for row in table.rows)
+    head = cells("th", [column.title for column in table.columns], [""] * len(names))
+    rows = "\n".join(f"<tr>{cells('td', row, names)}</tr>" for row in table.rows)
     note = f'<p class="quiet">{_words(table.note)}</p>\n' if table.note else ""
     return (
-        f'<h2>{_words(table.title)}</h2>\n{note}<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n'
-        f"{rows}\n</tbody>\n</table></div>"
+        f'<h2>{_words(table.title)}</h2>\n{note}<div class="wide"><table class="rows">\n'
+        f"<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table></div>"
     )
 
 
@@ -159,4 +181,5 @@ def _charts(contents: Contents) -> str:
         charts.append(
             drawn(f"histogram{place}", made.title, lambda ink, made=made: draw_histogram(ink, made, _CHART))  # type: ignore[misc]
         )
-    return '<h2>How well it is seen</h2>\n<div class="charts">\n' + "\n".join(charts) + "\n</div>"
+    boxes = "\n".join(f'<div class="wide">{chart}</div>' for chart in charts)
+    return f'<h2>{charts_title(contents.part)}</h2>\n<div class="charts">\n{boxes}\n</div>'

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from planner_core.handover.options import Options
-from planner_core.handover.sheets.book import Page, gather, pages_of, plan_guarded
+from planner_core.handover.sheets.book import Contents, Page, gather, pages_of, plan_guarded
 from planner_core.handover.sheets.pdf_ink import PdfBook
 from planner_core.handover.source import PlanSource
 from planner_core.progress import Progress, ProgressEvent
@@ -26,13 +26,15 @@ def write_pdf(plan: PlanSource, path: Path, options: Options, progress: Progress
     with plan_guarded(plan):
         contents = gather(plan, options)
         pages = pages_of(contents, options.paper)
-        _write(plan, pages, path, progress)
+        _write(contents, pages, path, progress)
     progress(ProgressEvent(STAGE, len(pages), len(pages)))
     return contents.remarks
 
 
-def _write(plan: PlanSource, pages: Sequence[Page], path: Path, progress: Progress) -> None:
-    book = PdfBook(path, title=f"Scan plan of {plan.title}", subject=f"Coordinates: {plan.frame.crs_line}")
+def _write(contents: Contents, pages: Sequence[Page], path: Path, progress: Progress) -> None:
+    plan = contents.plan
+    floors = f": {', '.join(floor.name for floor in contents.part)}" if contents.part else ""
+    book = PdfBook(path, title=f"Scan plan of {plan.title}{floors}", subject=f"Coordinates: {plan.frame.crs_line}")
     for number, page in enumerate(pages, start=1):
         progress(ProgressEvent(STAGE, number - 1, len(pages), page.title))
         page.draw(

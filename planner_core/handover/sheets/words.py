@@ -1,4 +1,4 @@
-"""What sheets say of a plan in words and rows: its figures, what was asked, stations, networks, unseen surface.
+"""What sheets say of a plan in rows: what was asked and reached, stations, networks, unseen surface.
 
 PlanSource -> text; no layout. Coordinates are the site's; lengths in metres.
 """
@@ -16,6 +16,7 @@ from planner_core.handover.chosen import scanned_before
 from planner_core.handover.sheets.floor_view import WEAK, is_planned, link_class
 from planner_core.handover.source import FieldFloor, FieldStation, PlanSource
 from planner_core.model import FloatArray
+from planner_core.register.weak_motion import overlap_percent, weak_motion
 
 #: Coordinates on paper are for people who set up a tripod: to the millimetre.
 _DIGITS = 3
@@ -47,97 +48,37 @@ class Table:
     note: str = ""
 
 
-def plan_figures(plan: PlanSource) -> list[tuple[str, str]]:
-    """Names and values for the cover."""
-    document = plan.document
-    coverage, asked = document["coverage"], document["requirements"]
-    of_achievable, area = 100 * coverage["fraction_of_achievable"], coverage["achievable_area_m2"]
-    figures = [
-        ("Stations", stations_words(document)),
-        ("Coverage", f"{of_achievable:.1f} % of {area:.0f} m² achievable; asked for: {100 * asked['coverage']:g} %"),
-        ("Registration", network_words(plan)),
-    ]
-    route, time = document.get("route"), document.get("field_time")
-    if route is not None:
-        back = ", and back to the start" if route["returns"] else ""
-        figures.append(("Walk", f"{route['length_m']:.0f} m between the stations{back}"))
-    if time is not None:
-        figures.append(("Field time", time_words(time)))
-    scanner, settings = document["scanner"], document["settings"]
-    mode = f", mode {scanner['mode']}" if scanner["mode"] else ""
-    figures.append(("Scanner", f"{scanner['title']}{mode}; range {scanner['range_max_m']:g} m"))
-    figures.append(("Coordinates", plan.frame.crs_line + _accuracy(plan)))
-    scene = document["scene"]
-    figures.append(("Scene", f"{scene['file']} ({scene['format'].upper()}), SHA-256 {scene['sha256'][:16]}…"))
-    made = document.get("versions", {}).get("tlsplan")
-    basis = f"{_thousands(settings['n_patches'])} patches, {_thousands(settings['n_candidates'])} candidates"
-    figures.append(("Worked out", basis + (f"; tlsplan {made}" if made else "")))
-    return figures
-
-
-def _thousands(number: int) -> str:
-    return f"{number:,}".replace(",", "\u202f")
-
-
-def stations_words(document: Mapping[str, Any]) -> str:
-    """Say how many stations there are, and how few there can be."""
-    n, best = len(document["stations"]), document["optimality"]
-    if best["proven"]:
-        return f"{n}: proven, no plan on these candidates takes fewer"
-    if best["lower_bound"] is None:
-        return str(n)
-    gap = "" if best["gap"] is None else f" (gap {100 * best['gap']:.0f} %)"
-    return f"{n}; at least {best['lower_bound']} are needed on these candidates{gap}"
-
-
-def network_words(plan: PlanSource) -> str:
-    """Say how the stations hang together."""
-    of = plan.document["registration"]
-    counted = sum((link_class(plan, link) or WEAK) > WEAK for link in plan.links)
-    links = f"{counted} links of at least {100 * of['threshold']:g} % overlap"
-    if of["connected"]:
-        return f"one network of {len(plan.stations)} stations by {links}"
-    sizes = [len(network["stations"]) for network in of["networks"]]
-    told = ", ".join(map(str, sizes[:12])) + (" …" if len(sizes) > 12 else "")
-    return f"NOT one network: {len(sizes)} of {told}; {links}"
-
-
-def time_words(time: Mapping[str, Any]) -> str:
-    """Say how long the day is, as far as that is known."""
-    parts = (("scanning", time["scanning_s"]), ("setting up", time["set_up_s"]), ("walking", time["walking_s"]))
-    told = ", ".join(f"{seconds / 60:.0f} min {name}" for name, seconds in parts if seconds is not None)
-    if time["total_s"] is None:
-        return f"{told}; how long a scan takes is not known"
-    return f"{_hours(time['total_s'])}: {told}"
-
-
-def _hours(seconds: float) -> str:
-    hours, minutes = divmod(round(seconds / 60), 60)
-    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min"
-
-
-def _accuracy(plan: PlanSource) -> str:
-    scale, residuals = plan.frame.horizontal_scale, plan.frame.residuals_m
-    words = "" if abs(scale - 1.0) < 1e-7 else f"; 1 m of the building is {scale:.6f} m on the grid"
-    if not residuals:
-        return words
-    return f"{words}; {len(residuals)} control points, largest residual {1000 * max(residuals):.1f} mm"
-
-
 def warnings_of(plan: PlanSource) -> list[str]:
     """Warnings of coordinates, then those of the plan."""
     return [*plan.frame.warnings, *(str(line) for line in plan.document.get("warnings", ()))]
 
 
+def reached_percent(share: float, required: float) -> str:
+    """Return a share in percent with one decimal; rounded down where it would read as what is required and is not."""
+    words = f"{100 * share:.1f}"
+    if share < required - 1e-9 and float(words) >= 100 * required:
+        return f"{math.floor(1000 * share) / 10:.1f}"
+    return words
+
+
+def required_on(plan: PlanSource, floor: FieldFloor) -> float:
+    """Return the share of a floor's achievable surface that was asked for."""
+    asked = plan.document["requirements"]
+    # A part that is one whole floor has a requirement of its own; its result bears the floor's name.
+    own = [float(each["required"]) for each in asked["results"] if each["name"] == floor.name]
+    return own[0] if own else float(asked["coverage"])
+
+
 # ------------------------------------------------------------------------------------------------- tables
-def floors_table(plan: PlanSource) -> Table:
-    """Stations and coverage by floor."""
+def floors_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table:
+    """Stations and coverage by floor. part : the floors that are listed; empty: all."""
     reached = {each["floor"]: each for each in plan.document["coverage"]["floors"]}
     rows = []
-    for floor in plan.floors:
+    for floor in part or plan.floors:
         figures = reached.get(floor.id, {})
         share, area = figures.get("fraction_of_achievable"), figures.get("achievable_area_m2")
-        seen = ("", "") if share is None or area is None else (f"{100 * share:.1f}", f"{area:.0f}")
+        known = share is not None and area is not None
+        seen = (reached_percent(share, required_on(plan, floor)), f"{area:.0f}") if known else ("", "")
         seen = seen if is_planned(plan, floor) else ("not planned", "")
         height = plan.frame.to_site(_middle(floor))[2]
         rows.append((floor.id, floor.name, f"{height:.2f}", str(len(plan.stations_of(floor.id))), *seen))
@@ -164,20 +105,19 @@ def asked_table(plan: PlanSource) -> Table:
         Column("Of points", 46),
         Column("Required, %", 13, number=True),
         Column("Reached, %", 13, number=True),
-        Column("", 12, bold=True),
+        Column("Result", 12, bold=True),
         Column("Of achievable, m²", 17, number=True),
     )
     return Table("What was asked, and what is reached", columns, rows)
 
 
 def _asked_row(result: Mapping[str, Any]) -> tuple[str, ...]:
-    reached = 100 * float(result["fraction_of_achievable"])
-    shown = reached if result["met"] else math.floor(10 * reached) / 10  # 94.96 % are not 95.0 %
+    required = float(result["required"])
     return (
         str(result["name"]),
         asked_words(result["asked"], int(result["seen_from"])),
-        f"{100 * float(result['required']):g}",
-        f"{shown:.1f}",
+        f"{100 * required:g}",
+        reached_percent(float(result["fraction_of_achievable"]), 0.0 if result["met"] else required),
         "met" if result["met"] else "NOT met",
         f"{float(result['achievable_area_m2']):.1f}",
     )
@@ -233,7 +173,7 @@ def _station_row(
         _metres(float(station.site_ground_m[2])),
         _metres(station.instrument_height_m),
         _metres(sensor),
-        ", ".join(f"{number} ({100 * overlap:.0f})" for overlap, number in linked) or "NONE",
+        ", ".join(f"{number} ({overlap_percent(overlap)})" for overlap, number in linked) or "NONE",
         f"{station.own_area_m2:.1f}",
         "; ".join(_notes(plan, station)),
         TICK,
@@ -276,8 +216,7 @@ def networks_table(plan: PlanSource) -> Table | None:
     rows = []
     for place, network in enumerate(networks, start=1):
         weakest = network["bottleneck"]
-        hangs = "" if weakest is None else f"{_pair(weakest, number)}: {100 * weakest['overlap']:.0f} %"
-        hangs += "" if weakest is None or not weakest["weak_axis"] else f", {weakest['weak_axis']}"
+        hangs = "" if weakest is None else _weakest_words(plan, weakest, number)
         bridges = ", ".join(f"{number.get(a, a)} to {number.get(b, b)}" for a, b in network["bridges"])
         stations = ", ".join(str(number.get(name, name)) for name in network["stations"])
         rows.append((str(place), stations, ", ".join(network["floors"]), hangs, bridges or "none"))
@@ -285,12 +224,19 @@ def networks_table(plan: PlanSource) -> Table | None:
         Column("No.", 7, number=True, bold=True),
         Column("Stations, by number", 62),
         Column("Floors", 14),
-        Column("Weakest link that it needs", 44),
+        Column("Weakest link that it needs, and its weakest motion", 44),
         Column("Links it falls apart without", 40),
     )
     more = len(rows) - _MAX_NETWORKS
     note = f"{more} more: see plan.json." if more > 0 else ""
     return Table("How the scans register", columns, tuple(rows[:_MAX_NETWORKS]), note)
+
+
+def _weakest_words(plan: PlanSource, link: Mapping[str, Any], number: Mapping[str, int]) -> str:
+    """`4 to 5: 32.7 %, tilt about E–W`: the motion by grid north, or by the scene's axes where that is not known."""
+    north_rad = None if plan.frame.is_scene else plan.frame.grid_north_rad
+    motion = weak_motion(str(link["weak_axis"]), north_rad=north_rad).words
+    return f"{_pair(link, number)}: {overlap_percent(link['overlap'])} %" + (f", {motion}" if motion else "")
 
 
 def gaps_table(plan: PlanSource) -> Table | None:
@@ -303,7 +249,7 @@ def gaps_table(plan: PlanSource) -> Table | None:
         (
             f"{gap['networks'][0] + 1} and {gap['networks'][1] + 1}",
             _pair(gap["best"], number),
-            f"{100 * gap['best']['overlap']:.1f}",
+            overlap_percent(gap["best"]["overlap"]),
         )
         for gap in gaps[:_MAX_NETWORKS]
     )
@@ -317,12 +263,17 @@ def _pair(link: Mapping[str, Any], number: Mapping[str, int]) -> str:
     return f"{number.get(link['a'], link['a'])} to {number.get(link['b'], link['b'])}"
 
 
-def unseen_table(plan: PlanSource) -> Table | None:
-    """Largest surfaces that are not covered, with the reason; None where nobody looked for reasons."""
+def unseen_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table | None:
+    """Largest surfaces that are not covered, with the reason; None where nobody looked for reasons.
+
+    part : the floors whose surfaces are listed; empty: all.
+    """
     why = plan.document.get("why")
     if why is None:
         return None
-    surfaces = sorted(why["unseen_surfaces"], key=lambda each: (-each["area_m2"], each["element"]))
+    floors = {floor.id for floor in part}
+    wanted = [each for each in why["unseen_surfaces"] if not floors or each["floor"] in floors]
+    surfaces = sorted(wanted, key=lambda each: (-each["area_m2"], each["element"]))
     left_out = [each for each in surfaces if each["reason"] == _LEFT_OUT][:_MAX_SURFACES]
     others = [each for each in surfaces if each["reason"] != _LEFT_OUT][:_MAX_SURFACES]
     rows = tuple(_unseen_row(each) for each in (*left_out, *others))

@@ -55,11 +55,11 @@ Sheets = Callable[..., "reading.Pdf"]
 
 @pytest.fixture
 def pdf_of(tmp_path: Path) -> Sheets:
-    """Call with a plan and options; returns what a PDF reader finds."""
+    """Call with a plan and options, A4 where no paper is told; returns what a PDF reader finds."""
 
     def write(plan: PlanSource, **options: Any) -> reading.Pdf:
         path = tmp_path / f"sheets{len(list(tmp_path.iterdir()))}.pdf"
-        remarks = write_pdf(plan, path, Options(**options), silent)
+        remarks = write_pdf(plan, path, Options(**{"paper": "A4", **options}), silent)
         return reading.Pdf(path, remarks)
 
     return write
@@ -82,6 +82,12 @@ def site_sheets(site_plan: PlanSource, tmp_path_factory: pytest.TempPathFactory)
     """The house in site coordinates on A4; tests only read it."""
     path = tmp_path_factory.mktemp("site") / "sheets.pdf"
     return reading.Pdf(path, write_pdf(site_plan, path, Options(paper="A4"), silent))
+
+
+@pytest.fixture
+def rename_station() -> Callable[[Any, str, str], None]:
+    """Call with plan.json's document, an id and a new one."""
+    return house.rename_station
 
 
 @pytest.fixture

@@ -134,3 +134,12 @@ def edited(plan: Path, folder: Path, edit: Callable[[dict[str, Any]], None]) -> 
         (folder / name).symlink_to(plan / name)
     (folder / "plan.json").write_text(json.dumps(document), encoding="utf-8")
     return folder
+
+
+def rename_station(document: Any, old: str, new: str) -> None:
+    """Give a station of plan.json another id, wherever it is named as a value."""
+    for key, value in list(document.items()) if isinstance(document, dict) else list(enumerate(document)):
+        if value == old:
+            document[key] = new
+        elif isinstance(value, dict | list):
+            rename_station(value, old, new)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,6 +12,8 @@ import numpy as np
 import pypdf
 import pypdfium2
 from numpy.typing import NDArray
+
+from planner_core.handover.source import PlanSource
 
 MM_PER_POINT = 25.4 / 72
 
@@ -50,6 +53,33 @@ class Pdf:
 
     def pages_with(self, words: str) -> list[int]:
         return [number for number, text in enumerate(self.texts) if words in text]
+
+    def drawings(self, floor_name: str) -> list[int]:
+        """Pages with a drawing of a floor."""
+        named = re.compile(rf"^{floor_name}$", re.MULTILINE)
+        return [page for page in self.pages_with("true to scale") if named.search(self.texts[page])]
+
+    def drawing(self, floor_name: str) -> int:
+        """The one page with the drawing of a floor."""
+        (page,) = self.drawings(floor_name)
+        return page
+
+    def scale(self, page: int) -> int:
+        """What a drawing says of its scale."""
+        found = re.search(r"^1:(\d+)$", self.texts[page], re.MULTILINE)
+        assert found is not None
+        return int(found[1])
+
+    @staticmethod
+    def positions_m(plan: PlanSource, floor: str) -> NDArray[np.float64]:
+        """(N, 2) of a floor's stations as plan.json has them."""
+        return np.array([each["position"][:2] for each in plan.document["stations"] if each["floor"] == floor])
+
+    def to_paper(self, page: int, plan: PlanSource, floor: str) -> Callable[[float, float], NDArray[np.float64]]:
+        """From scene metres to millimetres on a page, by the marks of its stations: upright, to one scale."""
+        mm_per_m = 1000.0 / self.scale(page)
+        shift = (self.spots(page) - mm_per_m * self.positions_m(plan, floor)).mean(axis=0)
+        return lambda x, y: mm_per_m * np.array([x, y]) + shift
 
     def words(self, page: int) -> list[Mark]:
         """Every piece of text of a page."""

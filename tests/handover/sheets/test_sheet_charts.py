@@ -1,8 +1,10 @@
 """Histograms against NumPy's, weighted by area; and marks that grey print keeps apart."""
 
 import json
+import re
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -78,6 +80,13 @@ def test_building_is_read_as_it_was_planned(site_plan: PlanSource, sheet_folder:
         triangles = building.scene.triangles[building.ground_of_triangle == number]
         heights_m = building.scene.vertices_m[triangles][..., 2] + building.scene.offset_m[2]
         assert triangles.size and np.allclose(heights_m, floor.elevation_m, atol=1e-5)
+
+
+def test_figures_of_charts_have_units(site_sheets: Any) -> None:
+    words = " ".join(" ".join(site_sheets.texts).split())
+    for unit in (" m", "°", " mm"):
+        assert re.search(rf"half of it at most [\d.]+{unit}, 95 % at most [\d.]+{unit};", words), unit
+    assert "asked: 4 m" in words and "asked: 75°" in words and "asked: 500 mm" in words
 
 
 # ---------------------------------------------------------------------------------------------------- grey

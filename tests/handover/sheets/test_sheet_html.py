@@ -72,6 +72,23 @@ def test_every_station_is_in_the_tables_once(page: str, site_plan: PlanSource) -
     assert [cell for cell in cells if cell in ids] == ids
 
 
+def test_cells_say_what_they_are_where_no_head_has_room(page: str) -> None:
+    tables = re.findall(r'<table class="rows">(.*?)</table>', page, re.DOTALL)
+    assert len(tables) >= 5
+    for table in tables:
+        head, body = table.split("</thead>")
+        names = re.findall(r"<th(?: [^>]*)?>(.*?)</th>", head)
+        rows = re.findall(r"<tr>(.*?)</tr>", body)
+        assert rows and all(names)
+        assert all(re.findall(r'<td[^>]* data-name="([^"]*)"', row) == names for row in rows)
+
+
+def test_numbers_and_their_units_stay_on_one_line(page: str) -> None:
+    words = "".join(_Page(page).words)
+    assert re.search(r"[\d.]+\u00a0% of [\d.]+\u00a0m² achievable", words)
+    assert not re.search(r"\d (%|m²|m\b|\(\d)", words.partition("Drawing of")[0])
+
+
 def test_drawings_are_to_scale_on_paper(page: str, site_plan: PlanSource) -> None:
     drawings = _drawings(page)
     assert len(drawings) == 2
@@ -95,10 +112,12 @@ def test_page_says_what_the_pdf_says(page: str) -> None:
         assert expected in words
 
 
-def test_names_that_are_markup_stay_words(edited: Callable[..., PlanSource], html_of: Callable[..., str]) -> None:
+def test_names_that_are_markup_stay_words(
+    edited: Callable[..., PlanSource], html_of: Callable[..., str], rename_station: Callable[..., None]
+) -> None:
     def rename(document: dict[str, Any]) -> None:
         document["floors"][0]["name"] = "</title><script>alert(1)</script>"
-        document["stations"][0]["id"] = '"><img src=x onerror=alert(1)>\ud800\x00'
+        rename_station(document, "S001", '"><img src=x onerror=alert(1)>\ud800\x00')
         document["scene"]["file"] = "a&b<i>.ifc"
 
     text = html_of(edited(rename))
