@@ -299,8 +299,12 @@ describe.each(names)('%s', (name) => {
     await page.getByRole('button', { name: `Reject ${second.id}`, exact: true }).click();
     await page.getByRole('button', { name: `Accept ${first.id}`, exact: true }).click();
     await expect.poll(async () => Object.keys((await review()).verdicts).length, SLOW).toBe(plan.stations.length);
+    await expect.poll(() => page.locator('.concerns').textContent()).toContain(second.id);
+    await page.getByLabel(/^Sign off with these points open/).check();
+    await shot('8-open-points');
     await page.getByRole('button', { name: 'Sign off as Ada' }).click();
     await page.getByTestId('signature').waitFor();
+    await page.getByTestId('signature').scrollIntoViewIfNeeded();
     await shot('8-signed');
   });
 
