@@ -28,7 +28,9 @@ function MarkLegend({ store }: { store: Store }) {
       ? `Seen by both ${pair[0]} and ${pair[1]}`
       : store.unseenFocus.value !== null
         ? `Unseen: ${store.unseenFocus.value.surface.reason}`
-        : `Seen by ${store.stationId.value} alone`;
+        : (store.loaded.value?.plan.requirements.seen_from ?? 1) > 1
+          ? `Needs ${store.stationId.value}`
+          : `Seen by ${store.stationId.value} alone`;
   return (
     <figure class="legend" aria-label="Legend" data-testid="legend" data-state={marking.kind}>
       {marking.kind === 'failed' && <p class="note note-warn">{marking.message}</p>}

@@ -74,7 +74,7 @@ interface PlacedMarker extends MarkerPlace {
 }
 
 /** Above this many, numbers that cover each other become dots: moved aside they would fill the picture with lines. */
-const MANY_MARKERS = 40;
+const MANY_MARKERS = 60;
 /** Of fewer, so many numbers are read around one spot; what is more are dots. */
 const MOST_AT_ONE_SPOT = 7;
 
