@@ -65,15 +65,20 @@ def _span(numbers: list[int]) -> str:
 
 def _greedy_ratio(problem: CoverProblem) -> tuple[list[int], FloatArray]:
     """Candidates in greedy order until nothing is gained, and covered ticks over stations after each."""
+    from scipy.sparse import csr_array
+
+    sees = csr_array((np.ones_like(problem.row), problem.row, problem.starts), (problem.n_candidates, problem.n_rows))
+    seen_by = sees.T.tocsr()
+    gain = sees @ problem.ticks
     left = problem.ticks.copy()
     order: list[int] = []
     covered: list[int] = []
-    while True:
-        gain = [int(left[problem.rows_of(i)].sum()) for i in range(problem.n_candidates)]
+    while gain.max() > 0:
         best = int(np.argmax(gain))
-        if gain[best] == 0:
-            break
         order.append(best)
-        covered.append((covered[-1] if covered else 0) + gain[best])
-        left[problem.rows_of(best)] = 0
+        covered.append((covered[-1] if covered else 0) + int(gain[best]))
+        new = problem.rows_of(best)
+        new = new[left[new] > 0]
+        gain = gain - left[new] @ seen_by[new]
+        left[new] = 0
     return order, np.array(covered) / np.arange(1, len(order) + 1)
