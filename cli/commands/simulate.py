@@ -47,17 +47,12 @@ def command(
     quiet: bool,
 ) -> None:
     """Simulate the scans of a station list in SCENE: range images and point clouds, one a station."""
-    import numpy as np
-
     from planner_core.evaluate import place_stations
-    from planner_core.export.atomic import staged_folder
-    from planner_core.export.scans import write_scan
-    from planner_core.export.station_marks import station_prim_names
     from planner_core.export.stations_csv import read_station_list
     from planner_core.ground.free_space import free_space
+    from planner_core.handover.clouds.simulated import simulated_clouds, write_simulated_scans
     from planner_core.model import PlanSettings
     from planner_core.scan.scanners import load_scanner
-    from planner_core.simulate import simulate_scans
 
     from .. import inputs, output
     from ..progress import ProgressReporter
@@ -65,7 +60,6 @@ def command(
     _check_folder(folder, overwrite=overwrite)
     settings = PlanSettings(scanner=load_scanner(scanner))
     given = read_station_list(stations)
-    scans: list[dict[str, Any]] = []
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, caster, told = inputs.open_survey(
             scene, settings, reading, reporter, engine=engine, device=device, listed_in="`tlsplan floors --json`"
@@ -74,20 +68,17 @@ def command(
         listed, remarks = place_stations(survey, settings, caster, given, space)
         warnings = [*told, *remarks]
         reporter.warn(warnings)
-        positions_m = np.stack([station.position_m for station in listed])
-        names = station_prim_names(listed)
-        batches = simulate_scans(caster, survey.template, positions_m, progress=reporter.show)
-        with staged_folder(folder, replace=overwrite) as staging:
-            for name, station, scan in zip(names, listed, batches, strict=True):
-                files = [write_scan(survey, station, scan, staging / f"{name}.{suffix}") for suffix in formats]
-                scans.append(
-                    {
-                        "station": station.id,
-                        "n_beams": survey.template.shape[0] * survey.template.shape[1],
-                        "n_returns": int(np.isfinite(scan.range_m).sum()),
-                        "files": [str(folder / path.name) for path in files],
-                    }
-                )
+        clouds = simulated_clouds(survey, settings, listed, caster, progress=reporter.show)
+        written = write_simulated_scans(clouds, formats, folder, overwrite=overwrite)
+    scans: list[dict[str, Any]] = [
+        {
+            "station": scan.station_id,
+            "n_beams": scan.n_beams,
+            "n_returns": scan.n_returns,
+            "files": [str(folder / name) for name in scan.files],
+        }
+        for scan in written
+    ]
     if as_json:
         output.as_json({"scanner": settings.scanner.name, "scans": scans, "warnings": warnings})
     elif not quiet:

@@ -1,4 +1,4 @@
-"""Simulated scans as files, one a station: range image (EXR), preview (PNG), point cloud (PLY).
+"""Scans of a plan's stations as files, one a station: range image (EXR) and preview (PNG).
 
 Survey, station, ScanBatch -> files. What is in them: docs/formats/scans.md. No file says when it was written.
 """
@@ -14,15 +14,12 @@ from planner_core.errors import MissingPackageError, PlanFolderError, Requiremen
 from planner_core.export.atomic import staged_file
 from planner_core.export.palette import range_colour_index, range_ramp_srgb
 from planner_core.model import Float32Array, ScanBatch, Station, Survey, UInt8Array
-from planner_core.scan.template import azimuth_step_rad, directions, first_azimuths_rad
+from planner_core.scan.template import azimuth_step_rad, first_azimuths_rad
 
 PREVIEW_WIDTH = 1500
 PREVIEW_MIN_HEIGHT = 240
 _ROWS_AT_ONCE = 64
 """Of a preview, coloured in float64."""
-
-_BEAM_TABLE = ("azimuthStep", "azimuths", "elevations")
-"""Header fields that only an image needs: points tell where they are."""
 
 NO_SURFACE = 0xFFFFFFFF
 """Triangle and patch of a beam without return: -1 as uint32."""
@@ -34,7 +31,7 @@ def write_scan(survey: Survey, station: Station, scan: ScanBatch, path: Path) ->
     Parameters
     ----------
     path
-        Its suffix chooses the format: .exr, .png or .ply.
+        Its suffix chooses the format: .exr or .png.
 
     Raises
     ------
@@ -43,9 +40,9 @@ def write_scan(survey: Survey, station: Station, scan: ScanBatch, path: Path) ->
     PlanFolderError
         The file can't be written.
     MissingPackageError
-        OpenImageIO is missing (EXR, PNG).
+        OpenImageIO is missing.
     """
-    writers = {".exr": _write_exr, ".png": _write_png, ".ply": _write_ply}
+    writers = {".exr": _write_exr, ".png": _write_png}
     if path.suffix not in writers:
         raise RequirementError(
             f"{path}: format is {path.suffix!r}, expected one of {', '.join(writers)}; give the file such a name"
@@ -147,31 +144,3 @@ def _pose(survey: Survey, station: Station) -> dict[str, str]:
         "azimuths": " ".join(f"{value:.9f}" for value in first_azimuths_rad(template)),
         "elevations": " ".join(f"{value:.9f}" for value in template.elevation_rad),
     }
-
-
-def _write_ply(survey: Survey, station: Station, scan: ScanBatch, path: Path) -> None:
-    """Binary little-endian points in the scene frame, with range, cosine of incidence, triangle and patch."""
-    hit = scan.triangle[0] >= 0
-    origin_m = station.position_m + survey.scene.offset_m
-    xyz = origin_m + directions(survey.template)[hit] * scan.range_m[0][hit][:, None].astype(np.float64)
-    columns = (
-        ("x", "double", "<f8", xyz[:, 0]),
-        ("y", "double", "<f8", xyz[:, 1]),
-        ("z", "double", "<f8", xyz[:, 2]),
-        ("range", "float", "<f4", scan.range_m[0][hit]),
-        ("cos_incidence", "float", "<f4", scan.cos_incidence[0][hit]),
-        ("triangle", "int", "<i4", scan.triangle[0][hit]),
-        ("patch", "int", "<i4", scan.patch[0][hit]),
-    )
-    points = np.empty(xyz.shape[0], dtype=[(name, dtype) for name, _, dtype, _ in columns])
-    for name, _, _, values in columns:
-        points[name] = values
-    header = [
-        "ply",
-        "format binary_little_endian 1.0",
-        *(f"comment tlsplan {key} {value}" for key, value in _pose(survey, station).items() if key not in _BEAM_TABLE),
-        f"element vertex {points.size}",
-        *(f"property {kind} {name}" for name, kind, _, _ in columns),
-        "end_header",
-    ]
-    path.write_bytes(("\n".join(header) + "\n").encode("ascii", "replace") + points.tobytes())

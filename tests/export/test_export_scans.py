@@ -1,11 +1,10 @@
-"""Scans as files, read back with other eyes: OpenImageIO for pictures, trimesh for points."""
+"""Scans as files, read back by OpenImageIO."""
 
 from pathlib import Path
 
 import numpy as np
 import OpenImageIO as Oiio
 import pytest
-import trimesh
 
 from planner_core.errors import PlanFolderError, RequirementError
 from planner_core.export.scans import write_scan
@@ -23,7 +22,7 @@ def write_all(plan: Plan, engine: ScanEngine, folder: Path) -> list[Path]:
             folder / f"{station.id}{suffix}",
         )
         for station in plan.stations
-        for suffix in (".exr", ".png", ".ply")
+        for suffix in (".exr", ".png")
     ]
 
 
@@ -32,7 +31,7 @@ def folder(plan: Plan, engine: ScanEngine, tmp_path_factory: pytest.TempPathFact
     folder = tmp_path_factory.mktemp("scans") / "out"
     files = write_all(plan, engine, folder)
     assert sorted(files) == sorted(folder.iterdir())
-    assert len(files) == 9
+    assert len(files) == 6
     return folder
 
 
@@ -55,16 +54,6 @@ def test_exr_holds_the_scan_exactly_with_pose_and_without_date(plan: Plan, engin
     file.close()
 
 
-def test_ply_points_lie_where_the_beams_met_the_scene(plan: Plan, engine: ScanEngine, folder: Path) -> None:
-    station = plan.stations[0]
-    cloud = np.asarray(trimesh.load(folder / "S001.ply", process=False).vertices)
-    scan = engine.scan(plan.survey.template, station.position_m[None])
-    assert len(cloud) == (scan.triangle >= 0).sum()
-    way = cloud - plan.survey.scene.offset_m - station.position_m
-    hits = engine.cast_rays(np.broadcast_to(station.position_m, way.shape), way, range_max_m=10.0)
-    np.testing.assert_allclose(np.linalg.norm(way, axis=1), hits.range_m, atol=1e-4)
-
-
 def test_preview_is_a_picture_with_more_than_one_colour(folder: Path) -> None:
     picture = Oiio.ImageBuf(str(folder / "S001.png")).get_pixels(Oiio.UINT8)
     assert picture.shape[2] == 3
@@ -85,7 +74,7 @@ def test_unknown_format_is_refused_before_anything_is_written(plan: Plan, engine
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("suffix", [".exr", ".png", ".ply"])
+@pytest.mark.parametrize("suffix", [".exr", ".png"])
 def test_scan_that_cannot_be_written_is_told_with_its_file(
     plan: Plan, engine: ScanEngine, tmp_path: Path, suffix: str
 ) -> None:
@@ -99,15 +88,16 @@ def test_scan_that_cannot_be_written_is_told_with_its_file(
 def test_interrupted_scan_file_leaves_nothing(
     plan: Plan, engine: ScanEngine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    write = Path.write_bytes
     station = plan.stations[0]
     scan = engine.scan(plan.survey.template, station.position_m[None])
+    begun: list[str] = []
 
-    def stop(self: Path, content: bytes) -> int:
-        write(self, content[:10])
+    def stop(*_: object) -> None:
+        begun.extend(path.name for path in tmp_path.iterdir())
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Path, "write_bytes", stop)
+    monkeypatch.setattr("planner_core.export.scans._finish", stop)
     with pytest.raises(KeyboardInterrupt):
-        write_scan(plan.survey, station, scan, tmp_path / "S001.ply")
+        write_scan(plan.survey, station, scan, tmp_path / "S001.exr")
+    assert any(name.startswith(".S001.partial-") for name in begun)
     assert list(tmp_path.iterdir()) == []

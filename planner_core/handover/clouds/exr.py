@@ -35,13 +35,29 @@ def write_exr(plan: PlanSource, folder: Path, options: Options, progress: Progre
     """Write an EXR and a PNG a station into `folder`."""
     clouds = open_clouds(plan, options, progress=progress)
     for station, name in zip(clouds.stations, file_names(clouds), strict=True):
-        preview = _Preview(clouds)
-        _write_exr(clouds, station, folder / f"{name}.exr", preview)
-        preview.write(folder / f"{name}.png")
+        write_images(clouds, station, folder / name)
     remarks = clouds.remarks()
     if clouds.noise is not None and clouds.noise.angle_sigma_rad:
         remarks = (*remarks, "ranges of images have noise, angles are those of the grid")
     return remarks
+
+
+def write_images(clouds: Clouds, station: FieldStation, path: Path, *, exr: bool = True, png: bool = True) -> None:
+    """Write the images of one station's scan, or one of them: `path` with the suffix of each behind.
+
+    Raises
+    ------
+    MissingPackageError
+        OpenImageIO is missing.
+    """
+    preview = _Preview(clouds)
+    if exr:
+        _write_exr(clouds, station, path.with_name(f"{path.name}.exr"), preview)
+    else:
+        for block in clouds.blocks(station):
+            preview.take(block)
+    if png:
+        preview.write(path.with_name(f"{path.name}.png"))
 
 
 def _image_io() -> Any:

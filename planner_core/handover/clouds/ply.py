@@ -34,18 +34,19 @@ _RECORD = np.dtype([(name, dtype) for name, _, dtype in _PROPERTIES])
 def write_ply(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     """Write the clouds of all stations into the file `path`."""
     clouds = open_clouds(plan, options, progress=progress)
-    _write(clouds, clouds.stations, path)
+    write_points(clouds, clouds.stations, path)
     return clouds.remarks()
 
 
 def write_ply_split(plan: PlanSource, folder: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     """Write a file a station into `folder`."""
     clouds = open_clouds(plan, options, progress=progress)
-    each_alone(clouds, folder, ".ply", _write)
+    each_alone(clouds, folder, ".ply", write_points)
     return clouds.remarks()
 
 
-def _write(clouds: Clouds, stations: tuple[FieldStation, ...], path: Path) -> None:
+def write_points(clouds: Clouds, stations: tuple[FieldStation, ...], path: Path) -> None:
+    """Write the points of some of the clouds' stations into the file `path`."""
     rows, columns = clouds.template.shape
     room = len(_header(clouds, stations, rows * columns * len(stations)))
     n_points = 0

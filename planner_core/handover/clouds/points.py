@@ -153,7 +153,7 @@ class Clouds:
     noise: NoiseModel | None
     seed: int
     progress: Progress
-    block_beams: int
+    block_beams: int = field(default_factory=lambda: _BLOCK_BEAMS)
     caster: ScanEngine | None = None
     tally: Tally = field(default_factory=Tally)
 
@@ -286,7 +286,6 @@ def open_clouds(source: PlanSource, options: Options, *, progress: Progress = si
         noise=noise,
         seed=options.seed,
         progress=progress,
-        block_beams=_BLOCK_BEAMS,
     )
 
 
