@@ -1,9 +1,10 @@
 """Occupancy grids for robots: one a floor, as the PNG and YAML pair that ROS's map_server and its followers read.
 
-Input a `Survey` and its `Reach` (local frame, metres), output an `OccupancyMap`, and its two files. Free is every cell
-that can be stepped on, however near to walls: robots keep the distance of their own body. Occupied is what stands
-between step and head height above the floor, hollows that nobody gets into (walls are hollow in models), and every edge
-of free ground, a drop like a wall. The rest is unknown.
+Input a `Survey` and its `Reach` (local frame, metres), output an `OccupancyMap` a sheet, and its two files. Free is
+every cell that can be stepped on, however near to walls: robots keep the distance of their own body. Occupied is what
+stands between step and head height above the floor, hollows that nobody gets into (walls are hollow in models), and
+every edge of free ground, a drop like a wall: of two free neighbours a step leads from each to the other. The rest is
+unknown.
 
     pixel 254 free, 0 occupied, 205 unknown; row 0 of the picture is the highest y, and `origin` the lower left corner
 
@@ -25,7 +26,8 @@ from planner_core.ground.footprints import footprints
 from planner_core.ground.free_space import FreeSpace, components
 from planner_core.ground.reach import Reach
 from planner_core.ground.spread import NEIGHBOURS
-from planner_core.model import BoolArray, FloatArray, Survey, UInt8Array
+from planner_core.handover.map_sheets import MapSheets
+from planner_core.model import BoolArray, FloatArray, Int64Array, Survey, UInt8Array
 
 FREE, OCCUPIED, UNKNOWN = 254, 0, 205
 #: An occupancy of (255 - 205) / 255 = 0.19608 is between the two: unknown.
@@ -35,12 +37,15 @@ _PNG_LEVEL = 9
 
 @dataclass(frozen=True, eq=False)
 class OccupancyMap:
-    """One floor. cells : (ny, nx) uint8 of `FREE`, `OCCUPIED`, `UNKNOWN`, row 0 the lowest y. Local frame, metres.
+    """One sheet. cells : (ny, nx) uint8 of `FREE`, `OCCUPIED`, `UNKNOWN`, row 0 the lowest y. Local frame, metres.
 
-    low_m : (2,) float64, the lower left corner of the lower left cell.
+    name : of its files. low_m : (2,) float64, the lower left corner of the lower left cell. over : it shows only what
+    lies over other ground of its floor.
     """
 
+    name: str
     floor: int
+    over: bool
     cells: UInt8Array
     low_m: FloatArray
     cell_m: float
@@ -55,14 +60,20 @@ class OccupancyMap:
         return out
 
 
-def occupancy_maps(survey: Survey, reach: Reach, floors: tuple[int, ...]) -> tuple[OccupancyMap, ...]:
-    """Lay the free space of floors (indices) out as maps on one grid."""
-    standing = _standing(survey, reach.space, floors)
-    entered = _entered(reach)
-    return tuple(_map_of(reach.space, entered, floor, solid) for floor, solid in zip(floors, standing, strict=True))
+def occupancy_maps(survey: Survey, space: FreeSpace, sheets: MapSheets) -> tuple[OccupancyMap, ...]:
+    """Lay the free space out as maps, one a sheet, all on one grid."""
+    standing = _standing(survey, space)
+    nothing = np.zeros_like(standing[0])
+    maps = []
+    for sheet, (floor, over) in enumerate(zip(sheets.floor, sheets.over, strict=True)):
+        solid = nothing if over else standing[floor] | _hollow(space, sheets, floor)
+        cells = _cells_of(space, sheets.of_node == sheet, solid).reshape(space.grid.ny, space.grid.nx)
+        name = sheets.name(sheet, survey.floors)
+        maps.append(OccupancyMap(name, floor, over, cells, space.grid.low_m, space.grid.cell_m))
+    return tuple(maps)
 
 
-def _entered(reach: Reach) -> BoolArray:
+def entered(reach: Reach) -> BoolArray:
     """(N,) bool: nodes that are joined to one where the mover can stand, but for those inside solids and cupboards."""
     space, sealed = reach.space, {id(region) for region in reach.sealed}
     is_room = np.array([*(region.reached or id(region) in sealed for region in reach.regions), False])
@@ -72,32 +83,61 @@ def _entered(reach: Reach) -> BoolArray:
     return stands[label]
 
 
-def _map_of(space: FreeSpace, entered: BoolArray, floor: int, solid: BoolArray) -> OccupancyMap:
-    on_floor = space.floor == floor
-    here = on_floor & entered
+def _hollow(space: FreeSpace, sheets: MapSheets, floor: int) -> BoolArray:
+    """(C,) bool: columns with ground of a floor that nobody gets to."""
+    out = np.zeros(space.grid.nx * space.grid.ny, dtype=bool)
+    out[space.column[(space.floor == floor) & (sheets.of_node < 0)]] = True
+    return out
+
+
+def _cells_of(space: FreeSpace, here: BoolArray, solid: BoolArray) -> UInt8Array:
+    """(C,) uint8 of the sheet of nodes `here`; `solid` is what stands there."""
     cells = np.full(solid.size, UNKNOWN, dtype=np.uint8)
-    cells[solid | _edges(space, here)] = OCCUPIED
-    cells[space.column[on_floor & ~entered]] = OCCUPIED
+    cells[solid] = OCCUPIED
     cells[_ground_beyond(space, here)] = UNKNOWN
+    cells[_edges(space, here)] = OCCUPIED
     cells[space.column[here]] = FREE
+    cells[space.column[_below_ledges(space, here)]] = OCCUPIED
+    return cells
+
+
+def beside(space: FreeSpace, node: Int64Array, direction: int) -> tuple[Int64Array, Int64Array]:
+    """Return those of nodes (K,) whose neighbour, by `NEIGHBOURS`, is on the grid, and its column."""
     grid = space.grid
-    return OccupancyMap(floor, cells.reshape(grid.ny, grid.nx), grid.low_m, grid.cell_m)
+    dx, dy = NEIGHBOURS[direction].tolist()
+    x, y = space.column[node] % grid.nx + dx, space.column[node] // grid.nx + dy
+    inside = (x >= 0) & (x < grid.nx) & (y >= 0) & (y < grid.ny)
+    return node[inside], (y * grid.nx + x)[inside]
 
 
 def _edges(space: FreeSpace, here: BoolArray) -> BoolArray:
     """(C,) bool: columns next to nodes `here` that no step leads to."""
     out = np.zeros(space.grid.nx * space.grid.ny, dtype=bool)
-    cell = space.cells()
-    for direction, (dx, dy) in enumerate(NEIGHBOURS.tolist()):
-        node = np.flatnonzero(here & (space.links[:, direction] < 0))
-        x, y = cell[node, 0] + dx, cell[node, 1] + dy
-        inside = (x >= 0) & (x < space.grid.nx) & (y >= 0) & (y < space.grid.ny)
-        out[(y * space.grid.nx + x)[inside]] = True
+    for direction in range(NEIGHBOURS.shape[0]):
+        _, column = beside(space, np.flatnonzero(here & (space.links[:, direction] < 0)), direction)
+        out[column] = True
     return out
 
 
+def _below_ledges(space: FreeSpace, here: BoolArray) -> Int64Array:
+    """(K,) nodes `here` beside a higher one of them to which no step leads.
+
+    That is the floor beside a flight, a podium or a landing, and what lies before the underside of stairs. The lower
+    one is taken: nobody's body has its middle there, while a flight keeps its full width.
+    """
+    at = np.full(space.grid.nx * space.grid.ny, -1, dtype=np.int64)
+    at[space.column[here]] = np.flatnonzero(here)
+    lower = []
+    for direction in range(NEIGHBOURS.shape[0]):
+        node, column = beside(space, np.flatnonzero(here), direction)
+        other = at[column]
+        apart = (other >= 0) & (space.links[node, direction] != other)
+        lower.append(node[apart & (space.ground_m[node] < space.ground_m[other])])
+    return np.concatenate(lower)
+
+
 def _ground_beyond(space: FreeSpace, here: BoolArray) -> BoolArray:
-    """(C,) bool: columns of another floor's ground that one steps onto from this one: a stair goes on there."""
+    """(C,) bool: columns of another sheet's ground that one steps onto from this one: a stair goes on there."""
     out = np.zeros(space.grid.nx * space.grid.ny, dtype=bool)
     to = space.links[here]
     to = to[to >= 0]
@@ -105,17 +145,17 @@ def _ground_beyond(space: FreeSpace, here: BoolArray) -> BoolArray:
     return out
 
 
-def _standing(survey: Survey, space: FreeSpace, floors: tuple[int, ...]) -> list[BoolArray]:
+def _standing(survey: Survey, space: FreeSpace) -> list[BoolArray]:
     """Return for each floor (C,) bool: columns with a surface between step and head height above its ground."""
     scene, mover = survey.scene, space.mover
     corners_m = scene.vertices_m[scene.triangles]
     if mover.opens_doors:
         is_door = np.array([element.kind == "IfcDoor" for element in scene.elements], dtype=bool)
         corners_m = corners_m[~is_door[scene.element_of_triangle]]
-    out = [np.zeros(space.grid.nx * space.grid.ny, dtype=bool) for _ in floors]
+    out = [np.zeros(space.grid.nx * space.grid.ny, dtype=bool) for _ in survey.floors]
     for piece in footprints(corners_m, space.grid):
-        for floor, solid in zip(floors, out, strict=True):
-            ground_m = survey.floors[floor].elevation_m
+        for floor, solid in zip(survey.floors, out, strict=True):
+            ground_m = floor.elevation_m
             stands = (piece.high_m > ground_m + mover.step_m) & (piece.low_m < ground_m + mover.height_m)
             solid[piece.column[stands]] = True
     return out
@@ -136,10 +176,10 @@ def map_yaml(occupancy: OccupancyMap, image: str, said: str) -> str:
     )
 
 
-def write_map(occupancy: OccupancyMap, folder: Path, name: str, said: str) -> None:
-    """Write `name`.png and `name`.yaml into a folder."""
-    (folder / f"{name}.png").write_bytes(grey_png(occupancy.cells[::-1]))
-    (folder / f"{name}.yaml").write_text(map_yaml(occupancy, f"{name}.png", said), encoding="utf-8")
+def write_map(occupancy: OccupancyMap, folder: Path, said: str) -> None:
+    """Write the map's PNG and YAML, of its name, into a folder."""
+    (folder / f"{occupancy.name}.png").write_bytes(grey_png(occupancy.cells[::-1]))
+    (folder / f"{occupancy.name}.yaml").write_text(map_yaml(occupancy, f"{occupancy.name}.png", said), encoding="utf-8")
 
 
 def grey_png(picture: UInt8Array) -> bytes:

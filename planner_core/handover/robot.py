@@ -1,8 +1,9 @@
 """A robot's mission without ROS: stations as waypoints with heading, ways between them, a map of every floor.
 
-A folder: mission.json, the same as mission.yaml, mission.geojson, and maps/F0.png with maps/F0.yaml. Positions are in
-the map frame: scene coordinates, less the scene's offset where it lies far from its origin, because robots reckon in
-single precision. Metres, radians, headings counter-clockwise from +x; `map_to_site` leads to the site's coordinates.
+A folder: mission.json, the same as mission.yaml, mission.geojson, and maps/F0.png with maps/F0.yaml. Ways keep to free
+cells of the maps; stations stay where they are, and what they stand on is told. Positions are in the map frame: scene
+coordinates, less the scene's offset where it lies far from its origin, because robots reckon in single precision.
+Metres, radians, headings counter-clockwise from +x; `map_to_site` leads to the site's coordinates.
 """
 
 from __future__ import annotations
@@ -16,12 +17,14 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.ground.free_space import FreeSpace
+from planner_core.ground.local_site import LocalSite, local_site
 from planner_core.handover.chosen import chosen_floors, chosen_stations, has_ground, named, scanned_before
 from planner_core.handover.geographic import geographic_of
 from planner_core.handover.geojson import feature, local_positions
-from planner_core.handover.occupancy import FREE, OccupancyMap, occupancy_maps, write_map
+from planner_core.handover.map_sheets import map_sheets
+from planner_core.handover.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, entered, occupancy_maps, write_map
 from planner_core.handover.options import Options
+from planner_core.handover.robot_ways import Ground, Piece, RobotWay, nodes_under, robot_ways
 from planner_core.handover.source import FieldStation, PlanSource
 from planner_core.handover.walk import Way, walk_remarks, ways_of
 from planner_core.model import FloatArray, PlanSettings, Survey
@@ -33,6 +36,19 @@ STAGE = "robot"
 _LEAST_STEP_M = 0.05
 #: A robot on wheels climbs no more: then the ways are for legs.
 _WHEELS_STEP_M = 0.05
+_CELLS = {FREE: "free", OCCUPIED: "occupied", UNKNOWN: "unknown"}
+
+
+@dataclass(frozen=True)
+class _Stand:
+    """A station on the maps. sheet : of its map, -1 for none. cell : what it stands on there, None for no map.
+
+    clearance_m : to the nearest obstacle; None where there is no ground right below.
+    """
+
+    sheet: int
+    cell: str | None
+    clearance_m: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +61,22 @@ class _Mission:
     offset_m: FloatArray
     visited: tuple[FieldStation, ...]
     left_out: tuple[FieldStation, ...]
-    ways: tuple[Way, ...]
-    pieces: tuple[tuple[tuple[str, FloatArray], ...], ...]
-    """Of each way: floor ids and corners (M, 3), map frame."""
-    maps: tuple[OccupancyMap, ...]
-    clearance_m: dict[str, float]
-    """Of visited stations that stand on free ground."""
+    ways: tuple[RobotWay, ...]
+    ground: Ground
+    floors: frozenset[int]
+    """Those whose maps are written."""
+    stands: dict[str, _Stand]
+    """Of visited stations."""
+
+    @property
+    def maps(self) -> tuple[OccupancyMap, ...]:
+        """What is written."""
+        return tuple(each for each in self.ground.maps if each.floor in self.floors)
+
+    def map_name(self, sheet: int) -> str | None:
+        """Name of a sheet's map; None where there is none, or it is not written."""
+        each = self.ground.maps[sheet] if sheet >= 0 else None
+        return each.name if each is not None and each.floor in self.floors else None
 
     def place(self, scene_m: FloatArray) -> list[float]:
         """Position in the map frame, to 0.1 mm."""
@@ -68,9 +94,7 @@ def write_robot(plan: PlanSource, path: Path, options: Options, progress: Progre
     mission, remarks = _mission(plan, options, progress)
     (path / "maps").mkdir()
     for each in mission.maps:
-        floor = mission.survey.floors[each.floor]
-        said = f"{floor.id} {' '.join(floor.name.split())}, ground at z = {floor.elevation_m:.4f} m of the map frame"
-        write_map(each, path / "maps", floor.id, said)
+        write_map(each, path / "maps", _said(mission, each))
     document = _document(mission)
     text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
     (path / "mission.json").write_text(text + "\n", encoding="utf-8")
@@ -80,55 +104,57 @@ def write_robot(plan: PlanSource, path: Path, options: Options, progress: Progre
     return (*remarks, *more)
 
 
+def _said(mission: _Mission, occupancy: OccupancyMap) -> str:
+    floor = mission.survey.floors[occupancy.floor]
+    name = " ".join(floor.name.split())
+    what = "what lies over other ground of it" if occupancy.over else "its ground"
+    return f"{floor.id} {name}, {what}; {floor.id} is at z = {floor.elevation_m:.4f} m of the map frame"
+
+
 def _mission(plan: PlanSource, options: Options, progress: Progress) -> tuple[_Mission, tuple[str, ...]]:
     from planner_core.export.plan_settings import settings_of
-    from planner_core.ground.free_space import free_space
-    from planner_core.ground.local_site import local_site
-    from planner_core.ground.reach import reachability
-    from planner_core.route.floors_passed import floor_under, pieces_by_floor
 
     stations = chosen_stations(plan, options)
     progress(ProgressEvent(STAGE, 0, 3, "scene"))
     settings, survey = settings_of(plan.document), plan.survey(progress=progress)
     site = local_site(survey, settings.site)
     progress(ProgressEvent(STAGE, 1, 3, "free space"))
-    space = free_space(survey, site.mover, zones=site.zones, progress=progress)
+    ground = _ground(survey, site, progress)
+    progress(ProgressEvent(STAGE, 2, 3, "ways"))
     chosen = {floor.id for floor in chosen_floors(plan, options)}
-    floors = tuple(index for index, floor in enumerate(survey.floors) if floor.id in chosen)
-    progress(ProgressEvent(STAGE, 2, 3, "maps"))
+    floors = frozenset(index for index, floor in enumerate(survey.floors) if floor.id in chosen)
     all_ways, ids = ways_of(plan), {station.id for station in stations}
-    ways = tuple(way for way in all_ways if way.walkable and {way.from_id, way.to_id} & ids)
-    offset_m = survey.scene.offset_m
-    pieces = []
-    for way in ways:
-        corners_m, floor = pieces_by_floor(space, way.points_m - offset_m)
-        pieces.append(_runs(corners_m, [survey.floors[index].id for index in floor.tolist()]))
+    legs = tuple(way for way in all_ways if way.walkable and {way.from_id, way.to_id} & ids)
+    ways, of_ways = robot_ways(ground, legs, survey.scene.offset_m)
     visited, left_out = _visits(plan, stations, all_ways)
-    maps = occupancy_maps(survey, reachability(survey, space, site.entrances_m), floors)
-    feet_m = np.array([station.ground_m for station in visited]).reshape(-1, 3) - offset_m
-    stands = dict(zip((each.id for each in visited), floor_under(space, feet_m) >= 0, strict=True))
-    room = {
-        each.id: _clearance_m(space, foot_m) for each, foot_m in zip(visited, feet_m, strict=True) if stands[each.id]
+    index_of = {floor.id: index for index, floor in enumerate(survey.floors)}
+    stands = {
+        each.id: _stand(ground, each.ground_m - survey.scene.offset_m, index_of.get(each.floor_id, -1))
+        for each in visited
     }
-    mission = _Mission(plan, settings, survey, offset_m, visited, left_out, ways, tuple(pieces), maps, room)
-    return mission, (*_remarks(mission, site.mover.step_m), *walk_remarks(all_ways))
+    mission = _Mission(
+        plan, settings, survey, survey.scene.offset_m, visited, left_out, ways, ground, floors, stands
+    )  # fmt: skip
+    return mission, (*_remarks(mission, site.mover.step_m), *of_ways, *walk_remarks(all_ways))
 
 
-def _clearance_m(space: FreeSpace, foot_m: FloatArray) -> float:
-    """Return the distance to the nearest obstacle from ground (3,), as far as the free space looked for one."""
-    node = space.node_below(foot_m + np.array([0.0, 0.0, space.mover.step_m]))
-    return float(space.clearance_m[node]) if node >= 0 else 0.0
+def _ground(survey: Survey, site: LocalSite, progress: Progress) -> Ground:
+    from planner_core.ground.free_space import free_space
+    from planner_core.ground.reach import reachability
+
+    space = free_space(survey, site.mover, zones=site.zones, progress=progress)
+    reach = reachability(survey, space, site.entrances_m)
+    sheets = map_sheets(space, survey.floors, entered(reach))
+    return Ground(reach, sheets, occupancy_maps(survey, space, sheets))
 
 
-def _runs(corners_m: FloatArray, floors: list[str]) -> tuple[tuple[str, FloatArray], ...]:
-    """Join pieces between corners (M, 3), floors (M - 1), to runs on one floor each."""
-    runs = []
-    start = 0
-    for end in range(1, len(floors) + 1):
-        if end == len(floors) or floors[end] != floors[start]:
-            runs.append((floors[start], corners_m[start : end + 1]))
-            start = end
-    return tuple(runs)
+def _stand(ground: Ground, foot_m: FloatArray, floor: int) -> _Stand:
+    """Look a station up: its ground point (3,), local frame, and its floor's index, -1 for none."""
+    node = int(nodes_under(ground.space, foot_m[None])[0])
+    shown = node >= 0 and ground.sheets.of_node[node] >= 0
+    sheet = int(ground.sheets.of_node[node]) if shown else floor  # the sheets of floors come first
+    cell = _CELLS[int(ground.maps[sheet].at(foot_m[None, :2])[0])] if sheet >= 0 else None
+    return _Stand(sheet, cell, float(ground.space.clearance_m[node]) if shown else None)
 
 
 def _visits(
@@ -147,10 +173,15 @@ def _visits(
 
 def _remarks(mission: _Mission, step_m: float) -> tuple[str, ...]:
     remarks = []
-    room = mission.clearance_m
-    off = [each.id for each in mission.visited if each.id not in room or _cell(mission, each) not in (None, FREE)]
-    if off:
-        remarks.append(f"{named(off)} not on free ground of the map: a robot can't stand there")
+    taken = [name for name, stand in mission.stands.items() if stand.cell == "occupied"]
+    if taken:
+        remarks.append(
+            f"{named(taken)} on an occupied cell of the map, where something stands or the ground ends: a robot can't "
+            "stand right there"
+        )
+    nowhere = [name for name, stand in mission.stands.items() if stand.clearance_m is None and name not in taken]
+    if nowhere:
+        remarks.append(f"{named(nowhere)} not over ground that can be walked: a robot can't get there")
     if step_m > _WHEELS_STEP_M:
         remarks.append(
             f"free ground and ways climb steps of up to {step_m:g} m, stairs too; for a robot on wheels plan with "
@@ -159,14 +190,6 @@ def _remarks(mission: _Mission, step_m: float) -> tuple[str, ...]:
     if mission.left_out:
         remarks.append(f"{named([station.id for station in mission.left_out])} not in the walk: no waypoints")
     return tuple(remarks)
-
-
-def _cell(mission: _Mission, station: FieldStation) -> int | None:
-    """Return the cell that a station stands on; None where its floor has no map."""
-    for each in mission.maps:
-        if mission.survey.floors[each.floor].id == station.floor_id:
-            return int(each.at((station.ground_m - mission.offset_m)[None, :2])[0])
-    return None
 
 
 # ------------------------------------------------------------------------------------------------- the document
@@ -194,7 +217,7 @@ def _document(mission: _Mission) -> dict[str, Any]:
         "opens_doors": mover.opens_doors,
         "maps": [_map_entry(mission, each) for each in mission.maps],
         "waypoints": [_waypoint(mission, station) for station in mission.visited],
-        "paths": [_path(way, pieces) for way, pieces in zip(mission.ways, mission.pieces, strict=True)],
+        "paths": [_path(mission, way) for way in mission.ways],
         "not_visited": [{"id": station.id, "reason": _reason(plan, station)} for station in mission.left_out],
         "keep_out": [_zone(mission, row) for row in mission.plan.document["site"]["keep_out"]],
     }
@@ -203,25 +226,28 @@ def _document(mission: _Mission) -> dict[str, Any]:
 def _map_entry(mission: _Mission, occupancy: OccupancyMap) -> dict[str, Any]:
     floor = mission.survey.floors[occupancy.floor]
     return {
+        "map": occupancy.name,
         "floor": floor.id,
         "name": floor.name,
         "ground_z_m": round(floor.elevation_m, 4),
-        "yaml": f"maps/{floor.id}.yaml",
+        "yaml": f"maps/{occupancy.name}.yaml",
     }
 
 
 def _waypoint(mission: _Mission, station: FieldStation) -> dict[str, Any]:
     heading_rad, heading_of = _heading(station.id, mission.ways)
-    settings = mission.settings
+    settings, stand = mission.settings, mission.stands[station.id]
     scan_s = settings.seconds_per_scan if settings.seconds_per_scan is not None else settings.scanner.seconds_per_scan
     return {
         "id": station.id,
         "order": station.number,
         "floor": station.floor_id,
+        "map": mission.map_name(stand.sheet),
+        "cell": stand.cell,
         "position_m": mission.place(station.ground_m),
         "heading_rad": heading_rad,
         "heading_of": heading_of,
-        "clearance_m": round(mission.clearance_m[station.id], 2) if station.id in mission.clearance_m else None,
+        "clearance_m": None if stand.clearance_m is None else round(stand.clearance_m, 2),
         "instrument_height_m": round(station.instrument_height_m, 4),
         "sensor_m": mission.place(station.position_m),
         "site_ground_m": [round(float(value), 4) + 0.0 for value in station.site_ground_m],
@@ -231,7 +257,7 @@ def _waypoint(mission: _Mission, station: FieldStation) -> dict[str, Any]:
     }
 
 
-def _heading(station_id: str, ways: tuple[Way, ...]) -> tuple[float | None, str | None]:
+def _heading(station_id: str, ways: tuple[RobotWay, ...]) -> tuple[float | None, str | None]:
     """Return the direction in which the walk comes to a station; of the first stop, in which it leaves; else None."""
     first = ways[0].from_id if ways else ""
     comes = next((way for way in ways if way.to_id == station_id), None)
@@ -253,15 +279,20 @@ def _direction(points_m: FloatArray, sense: float) -> float | None:
     return round(math.atan2(y, x), 6) + 0.0
 
 
-def _path(way: Way, pieces: tuple[tuple[str, FloatArray], ...]) -> dict[str, Any]:
+def _path(mission: _Mission, way: RobotWay) -> dict[str, Any]:
     return {
         "from": way.from_id or None,
         "to": way.to_id or None,
         "length_m": round(way.length_m, 3) if math.isfinite(way.length_m) else None,
+        "as_planned": way.as_planned,
         "pieces": [
-            {"floor": floor, "points_m": (np.round(corners_m, 4) + 0.0).tolist()} for floor, corners_m in pieces
+            {**_where(mission, piece), "points_m": (np.round(piece.points_m, 4) + 0.0).tolist()} for piece in way.pieces
         ],
     }
+
+
+def _where(mission: _Mission, piece: Piece) -> dict[str, Any]:
+    return {"floor": mission.survey.floors[piece.floor].id, "map": mission.map_name(piece.sheet)}
 
 
 def _reason(plan: PlanSource, station: FieldStation) -> str:
@@ -301,10 +332,10 @@ def _write_geojson(mission: _Mission, document: dict[str, Any], path: Path) -> t
         feature("Point", positions(np.array(row["position_m"]))[0], {"kind": "waypoint", **_flat(row)})
         for row in document["waypoints"]
     ]
-    for way, pieces in zip(mission.ways, mission.pieces, strict=True):
-        for number, (floor, corners_m) in enumerate(pieces, start=1):
-            told = {"kind": "path", "id": f"{way.title} {number}", "from": way.from_id, "to": way.to_id, "floor": floor}
-            features.append(feature("LineString", positions(corners_m), told))
+    for way in mission.ways:
+        for number, piece in enumerate(way.pieces, start=1):
+            told = {"kind": "path", "id": f"{way.title} {number}", "from": way.from_id, "to": way.to_id}
+            features.append(feature("LineString", positions(piece.points_m), {**told, **_where(mission, piece)}))
     text = json.dumps({**head, "features": features}, indent=1, ensure_ascii=False, allow_nan=False)
     path.write_text(text + "\n", encoding="utf-8")
     return remarks

@@ -82,6 +82,17 @@ def test_the_upper_floor_ends_at_the_well_and_not_at_the_top_of_the_flight(maps:
     assert set(down) == {FREE, UNKNOWN}
 
 
+def test_the_floor_beside_the_flight_is_walled_off(maps: dict[str, Served]) -> None:
+    served = maps["F0"]
+    for x in np.arange(FOOT_X_M - (N_STEPS - 3) * TREAD_M, FOOT_X_M - 1.2 * TREAD_M, 0.01):
+        across = [int(served.at(x, y)) for y in np.arange(3.5, 4.5, 0.01)]
+        assert OCCUPIED in across, f"nothing between floor and flight at x = {x:.2f}"
+        assert across[0] == across[-1] == FREE
+    assert OCCUPIED not in {int(served.at(FOOT_X_M - 0.5 * TREAD_M, y)) for y in np.arange(3.5, 4.5, 0.01)}
+    up = {int(served.at(x, 4.5)) for x in np.arange(FOOT_X_M - (N_STEPS - 3) * TREAD_M, 9.0, 0.01)}
+    assert up == {FREE}
+
+
 def test_the_picture_has_north_on_top(maps: dict[str, Served]) -> None:
     pixels = np.where(maps["F0"].cells[::-1] == OCCUPIED, 1, 0)
     half = pixels.shape[0] // 2
@@ -102,7 +113,9 @@ def test_every_cell_of_rooms_is_free_where_boxes_leave_room(maps: dict[str, Serv
         return out
 
     flight = (x > 5.5 - half) & (x < 8.2 + half) & (y > 4 - half)
-    clear = inside & ~touched(half + 1e-9) & ~flight
+    # The cells along the flight's side, from its second tread on, are its edge.
+    beside = (x > FOOT_X_M - (N_STEPS - 1) * TREAD_M - 3 * half) & (x < FOOT_X_M) & (y > 4 - 3 * half) & ~flight
+    clear = inside & ~touched(half + 1e-9) & ~flight & ~beside
     blocked = touched(-half) & ~flight
     assert (maps["F0"].cells[clear] == FREE).all()
     assert (maps["F0"].cells[blocked] == OCCUPIED).all()

@@ -78,11 +78,11 @@ def test_ways_stay_on_free_ground_of_their_floor(house_plan: PlanSource, mission
     assert [(path["from"], path["to"]) for path in paths] == [("S1", "S2"), ("S2", "S3"), ("S3", "S4")]
     for path in paths:
         for piece in path["pieces"]:
-            met = set(pixel_at(folder, piece["floor"], along(piece["points_m"])).tolist())
-            # The last cell of a piece may be the next floor's first, which this map does not know.
-            assert met <= ({254, 205} if len(path["pieces"]) > 1 else {254}), (path["from"], piece["floor"])
-            inner = pixel_at(folder, piece["floor"], along(piece["points_m"])[8:-8])
-            assert set(inner.tolist()) == {254}, (path["from"], piece["floor"])
+            assert piece["map"] == piece["floor"]
+            # Its ends are on the borders of cells where the map changes.
+            met = set(pixel_at(folder, piece["map"], along(piece["points_m"])[1:-1]).tolist())
+            assert met == {254}, (path["from"], piece["map"])
+        assert path["as_planned"]
 
 
 def test_ways_join_up_and_are_as_long_as_said(house_plan: PlanSource, mission: Mission) -> None:
@@ -127,6 +127,68 @@ def test_what_is_not_visited_says_why(house_plan: PlanSource, mission: Mission) 
     assert document_of(folder)["not_visited"] == [{"id": "S5", "reason": "no way leads there"}]
     assert "S5 not in the walk: no waypoints" in remarks
     assert any("climb steps of up to 0.25 m" in remark for remark in remarks)
+
+
+def moved(plan: PlanSource, places: dict[str, tuple[float, float, float]]) -> PlanSource:
+    """The plan with stations elsewhere, and a walk from each straight to the next."""
+    ground = {**{name: STATIONS[name] for name in ("S1", "S2", "S3", "S4")}, **places}
+    stations = tuple(
+        replace(each, ground_m=np.array(ground[each.id]), position_m=np.add(ground[each.id], [0, 0, HEIGHT_M]))
+        for each in plan.stations
+        if each.id in ground
+    )
+    legs = [
+        {
+            "from": a,
+            "to": b,
+            "points": [ground[a], ground[b]],
+            "length_m": math.dist(ground[a], ground[b]),
+            "floors": [],
+        }
+        for a, b in pairwise(ground)
+    ]
+    return replace(plan, stations=stations, document={**plan.document, "route": {"legs": legs, "left_out": []}})
+
+
+def test_a_station_in_an_edges_cell_stays_and_is_told(house_plan: PlanSource, mission: Mission) -> None:
+    # Right beside the flight's flank, which is at y 4, and on the table.
+    folder, remarks = mission(moved(house_plan, {"S3": (7.6, 3.96, 0.0), "S1": (1.5, 1.5, 0.75)}))
+    document = document_of(folder)
+    points = {point["id"]: point for point in document["waypoints"]}
+    assert points["S3"]["position_m"] == [7.6, 3.96, 0.0]
+    assert {name: point["cell"] for name, point in points.items()} == {
+        "S1": "occupied", "S2": "free", "S3": "occupied", "S4": "free"
+    }  # fmt: skip
+    assert points["S1"]["clearance_m"] is None
+    assert points["S3"]["clearance_m"] is not None
+    (told,) = (remark for remark in remarks if "on an occupied cell" in remark)
+    assert told.startswith("S1, S3 on an occupied cell of the map, where something stands or the ground ends")
+    assert not any("not over ground" in remark for remark in remarks)
+    assert pixel_at(folder, "F0", [points["S3"]["position_m"], points["S1"]["position_m"]]).tolist() == [0, 0]
+    # The way ends beside it, where a robot can stand.
+    (path,) = (path for path in document["paths"] if path["to"] == "S3")
+    assert not path["as_planned"]
+    end = path["pieces"][-1]["points_m"][-1]
+    assert 0.05 < math.dist(end, points["S3"]["position_m"]) < 0.6
+
+
+def test_ways_through_what_stands_are_laid_around_it(house_plan: PlanSource, mission: Mission) -> None:
+    folder, remarks = mission(moved(house_plan, {"S3": (6.0, 0.6, 0.0)}))
+    document = document_of(folder)
+    # Straight from S1 to S2 is the table, from S2 to S3 the wall; from S3 to S4 there is no straight line at all.
+    assert [(path["to"], path["as_planned"]) for path in document["paths"]] == [
+        ("S2", False), ("S3", False), ("S4", False)
+    ]  # fmt: skip
+    assert "the way from S1 to S2, S2 to S3, S3 to S4 meets cells that are not free: it is laid around them" in remarks
+    for path in document["paths"]:
+        for piece in path["pieces"]:
+            assert set(pixel_at(folder, piece["map"], along(piece["points_m"])[1:-1]).tolist()) == {254}
+    (through,) = (path for path in document["paths"] if path["to"] == "S3")
+    crossed = [x for a in [along(through["pieces"][0]["points_m"])] for x, y, _ in a if 2.0 < y < 3.0]
+    assert min(crossed) < 4.0
+    assert max(crossed) > 4.2  # the gap in the wall
+    length = sum(math.dist(*ends) for ends in pairwise(through["pieces"][0]["points_m"]))
+    assert through["length_m"] == pytest.approx(length, abs=2e-3)
 
 
 def test_keep_outs_are_told_and_kept_to(house_plan: PlanSource, mission: Mission) -> None:
@@ -197,9 +259,10 @@ def test_one_floor_has_its_map_and_waypoints_only(house_plan: PlanSource, missio
     folder, _ = mission(house_plan, floors=("F1",))
     assert sorted(path.name for path in (folder / "maps").iterdir()) == ["F1.png", "F1.yaml"]
     document = document_of(folder)
-    assert [entry["floor"] for entry in document["maps"]] == ["F1"]
+    assert [(entry["map"], entry["floor"]) for entry in document["maps"]] == [("F1", "F1")]
     assert [point["id"] for point in document["waypoints"]] == ["S4"]
     assert [path["to"] for path in document["paths"]] == ["S4"]
+    assert [piece["map"] for piece in document["paths"][0]["pieces"]] == [None, "F1"]
 
 
 def test_the_same_plan_gives_the_same_bytes(house_plan: PlanSource, mission: Mission) -> None:
@@ -216,7 +279,9 @@ def test_a_plan_without_a_walk_has_waypoints_without_headings(house_plan: PlanSo
     assert document["paths"] == []
     assert {(point["heading_rad"], point["heading_of"]) for point in document["waypoints"]} == {(None, None)}
     assert "the plan has no walk: no ways are written" in remarks
-    assert "S5 not on free ground of the map: a robot can't stand there" in remarks
+    assert "S5 not over ground that can be walked: a robot can't get there" in remarks
+    (roof,) = (point for point in document["waypoints"] if point["id"] == "S5")
+    assert roof["clearance_m"] is None
 
 
 def test_scanned_stations_off_the_walk_are_not_visited(house_plan: PlanSource, mission: Mission) -> None:

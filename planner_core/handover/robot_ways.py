@@ -1,0 +1,205 @@
+"""A robot's ways: the legs of the walk, cut where one map goes over into another, and kept on the free cells of maps.
+
+Legs in the scene frame, ways in the local one, metres. People who carry a scanner may step along an edge; where a leg
+of theirs meets cells that are not free, a robot gets a way of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from planner_core.ground.free_space import FreeSpace
+from planner_core.ground.reach import Reach
+from planner_core.ground.spread import spread
+from planner_core.ground.walking import Walking
+from planner_core.handover.map_sheets import MapSheets
+from planner_core.handover.occupancy import FREE, OccupancyMap, beside
+from planner_core.handover.walk import Way
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
+
+#: A straight walk may run this far above or below the ground: over the nosings of a flight of stairs.
+_OFF_GROUND_M = 0.5
+#: A way whose cells keep this many cells off others stays off them with all of its line.
+_LINE_CELLS = 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """Part of a way on one map and one floor. sheet : of the map. floor : index. points_m : (M, 3) float64, local."""
+
+    sheet: int
+    floor: int
+    points_m: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class RobotWay:
+    """A leg as a robot goes it. points_m : (M, 3) float64, local. as_planned : it is the plan's own."""
+
+    from_id: str
+    to_id: str
+    points_m: FloatArray
+    length_m: float
+    pieces: tuple[Piece, ...]
+    as_planned: bool
+
+    @property
+    def title(self) -> str:
+        """`S001 to S002`."""
+        return f"{self.from_id or 'start'} to {self.to_id or 'end'}"
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What ways are laid on: the maps, one a sheet, and which node is on which."""
+
+    reach: Reach
+    sheets: MapSheets
+    maps: tuple[OccupancyMap, ...]
+
+    @property
+    def space(self) -> FreeSpace:
+        """The free space of all maps."""
+        return self.reach.space
+
+    def cell_of(self, node: Int64Array) -> Int32Array:
+        """(N,) pixel of each of nodes (N,) on its own map; -1 for no node, or one that no map shows."""
+        out = np.full(node.size, -1, dtype=np.int32)
+        sheet = np.where(node >= 0, self.sheets.of_node[node], -1)
+        for number, each in enumerate(self.maps):
+            here = sheet == number
+            out[here] = each.cells.reshape(-1)[self.space.column[node[here]]]
+        return out
+
+
+def robot_ways(
+    ground: Ground, legs: tuple[Way, ...], offset_m: FloatArray
+) -> tuple[tuple[RobotWay, ...], tuple[str, ...]]:
+    """Cut legs that can be walked to ways on the maps, and lay those anew that leave the free cells; and remarks."""
+    ways, anew, lost = [], [], []
+    rounds: tuple[Walking, ...] | None = None
+    for leg in legs:
+        points_m = leg.points_m - offset_m
+        pieces, is_free = pieces_by_map(ground, points_m)
+        if is_free:
+            ways.append(RobotWay(leg.from_id, leg.to_id, points_m, leg.length_m, pieces, as_planned=True))
+            continue
+        rounds = _walkings(ground) if rounds is None else rounds
+        way = _laid_anew(ground, rounds, leg, points_m)
+        if way is None:
+            lost.append(leg.title)
+        else:
+            ways.append(way)
+            anew.append(leg.title)
+    remarks = []
+    if anew:
+        remarks.append(f"the way from {', '.join(anew)} meets cells that are not free: it is laid around them")
+    if lost:
+        remarks.append(f"no way on free cells of the maps leads from {', '.join(lost)}: left out of the paths")
+    return tuple(ways), tuple(remarks)
+
+
+def nodes_under(space: FreeSpace, place_m: FloatArray) -> Int64Array:
+    """(N,) int64 node nearest in height below or above places (N, 3); -1 where there is none within 0.5 m."""
+    cell = space.grid.index_of(place_m[:, :2])
+    inside = ((cell >= 0) & (cell < [space.grid.nx, space.grid.ny])).all(axis=1)
+    column = np.where(inside, cell[:, 1] * space.grid.nx + cell[:, 0], -1)
+    first, end = np.searchsorted(space.column, [column, column + 1])
+    out = np.full(place_m.shape[0], -1, dtype=np.int64)
+    best = np.full(place_m.shape[0], _OFF_GROUND_M)
+    for layer in range(int((end - first).max(initial=0))):
+        there = np.flatnonzero(first + layer < end)
+        node = first[there] + layer
+        off = np.abs(space.ground_m[node] - place_m[there, 2])
+        nearer = off < best[there]
+        out[there[nearer]], best[there[nearer]] = node[nearer], off[nearer]
+    return out
+
+
+def pieces_by_map(ground: Ground, points_m: FloatArray) -> tuple[tuple[Piece, ...], bool]:
+    """Cut corners (M, 3), local frame, M >= 2, exactly where the map changes; and whether all its cells are free."""
+    corners_m, is_corner = _crossings(ground.space, points_m)
+    node = nodes_under(ground.space, 0.5 * (corners_m[1:] + corners_m[:-1]))
+    pixel = ground.cell_of(node)
+    known = np.flatnonzero(pixel >= 0)
+    if not known.size:
+        return (), False
+    last = np.maximum.accumulate(np.where(pixel >= 0, np.arange(node.size), known[0]))
+    sheet, floor = ground.sheets.of_node[node[last]], ground.space.floor[node[last]]
+    changes = np.flatnonzero((np.diff(sheet) != 0) | (np.diff(floor) != 0)) + 1
+    pieces = []
+    for start, end in zip([0, *changes.tolist()], [*changes.tolist(), node.size], strict=True):
+        kept = is_corner[start : end + 1].copy()
+        kept[[0, -1]] = True
+        pieces.append(Piece(int(sheet[start]), int(floor[start]), corners_m[start : end + 1][kept]))
+    return tuple(pieces), bool((pixel == FREE).all())
+
+
+def _crossings(space: FreeSpace, points_m: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Corners (K, 3) of a way and, between them, all places where it passes from cell to cell; which are corners."""
+    low_m, cell_m = space.grid.low_m, space.grid.cell_m
+    out, is_corner = [points_m[:1]], [True]
+    for a, b in pairwise(points_m):
+        lines = []
+        for axis in (0, 1):
+            from_, to = (float(p[axis] - low_m[axis]) / cell_m for p in (a, b))
+            at = np.arange(np.floor(min(from_, to)) + 1, np.ceil(max(from_, to)))
+            lines.append((at - from_) / (to - from_ if to != from_ else 1.0))
+        share = np.unique(np.concatenate(lines))
+        share = share[(share > 1e-9) & (share < 1 - 1e-9) & (np.diff(share, prepend=-1.0) > 1e-9)]
+        out += [a + (b - a) * share[:, None], b[None]]
+        is_corner += [False] * share.size + [True]
+    return np.concatenate(out), np.array(is_corner)
+
+
+def _laid_anew(ground: Ground, rounds: tuple[Walking, ...], leg: Way, points_m: FloatArray) -> RobotWay | None:
+    """Return the way between a leg's ends on free cells: the roomiest that ends where it should, else any, or None."""
+    found = None
+    for walking in rounds:
+        path = walking.path(points_m[0], points_m[-1])
+        if path.points_m.shape[0] < 2:
+            continue
+        pieces, is_free = pieces_by_map(ground, path.points_m)
+        if not is_free:
+            continue
+        found = RobotWay(leg.from_id, leg.to_id, path.points_m, path.length_m, pieces, as_planned=False)
+        off_m = np.abs(path.points_m[[0, -1], :2] - points_m[[0, -1], :2]).max()
+        if off_m <= ground.space.grid.cell_m:
+            break
+    return found
+
+
+def _walkings(ground: Ground) -> tuple[Walking, ...]:
+    """Walking off edges: by the radius of the mover, and as near as a line can pass without touching other cells."""
+    space = ground.space
+    least_m = _LINE_CELLS * space.grid.cell_m
+    off_m = _off_others_m(ground, max(space.mover.radius_m, least_m))
+    out = []
+    for keep_m in dict.fromkeys((max(space.mover.radius_m, least_m), least_m)):
+        region = np.where(off_m >= keep_m - 1e-9, ground.reach.region, -1).astype(np.int32)
+        out.append(Walking(replace(ground.reach, region=region)))
+    return tuple(out)
+
+
+def _off_others_m(ground: Ground, reach_m: float) -> FloatArray:
+    """(N,) float64: from a node along the ground to the nearest cell that is not free or that no step leads to."""
+    space = ground.space
+    cell = space.cells()
+    node = np.arange(space.n_nodes)
+    source = np.full(space.n_nodes, -1, dtype=np.int64)
+    place = []
+    n_places = 0
+    for direction in (1, 3, 5, 7, 0, 2, 4, 6):  # the nearer ones, along the axes, last: they stay
+        bare, column = beside(space, np.flatnonzero(space.links[:, direction] < 0), direction)
+        source[bare] = n_places + np.arange(bare.size)
+        place.append(np.column_stack([column % space.grid.nx, column // space.grid.nx]))
+        n_places += bare.size
+    taken = np.flatnonzero(ground.cell_of(node) != FREE)
+    source[taken] = n_places + np.arange(taken.size)
+    place.append(cell[taken])
+    at = np.concatenate(place).astype(np.float64)
+    distance, _ = spread(space.links, cell, source, at, reach_cells=reach_m / space.grid.cell_m + 1.0)
+    return distance * space.grid.cell_m
