@@ -76,11 +76,11 @@ function Compass({ leftRad, spanRad }: { leftRad: number; spanRad: number }) {
   ];
   const turn = 2 * Math.PI;
   return (
-    <svg class="compass" viewBox="0 0 100 3" aria-hidden="true">
+    <svg class="compass" aria-hidden="true">
       {axes.map(([name, azimuth]) => {
         const share = ((((leftRad - azimuth) % turn) + turn) % turn) / spanRad;
         return share <= 1 ? (
-          <text key={name} x={Math.min(98.5, Math.max(1.5, 100 * share))} y="2" text-anchor="middle">
+          <text key={name} x={`${Math.min(98.5, Math.max(1.5, 100 * share))}%`} y="13" text-anchor="middle">
             {name}
           </text>
         ) : null;
