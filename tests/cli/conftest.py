@@ -1,4 +1,4 @@
-"""The command line run in this process: one of its own spends most of its time on imports and full-size pictures."""
+"""The command line run in this process: its own would spend most of their time on imports and full-size pictures."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from typing import IO
 
 import pytest
 from tlsplan.main import main
+from tlsplan.reproduction import charts
 
 _FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, _FOLDER)
@@ -25,6 +26,14 @@ finally:
     sys.path.remove(_FOLDER)
 
 Tlsplan = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def coarse_charts() -> Iterator[None]:
+    """Draw the charts of the reproduction in few pixels: nobody looks at them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(charts, "DPI", 40)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -21,10 +21,11 @@ from scenes_synthetic.model import Room
 
 
 def shrunk(grid_step_m: float) -> Callable[..., Level]:
-    """Return `open_level` for scans of few columns from few positions."""
+    """Return `open_level` for scans of few columns from few positions, on large patches."""
 
     def opened(bench: Bench, scene: Any, **options: Any) -> Level:
-        return open_level(bench, scene, **{**options, "n_azimuths": 90, "grid_step_m": grid_step_m})
+        few = {"n_azimuths": 90, "grid_step_m": grid_step_m, "max_patch_area_m2": 0.25}
+        return open_level(bench, scene, **{**options, **few})
 
     return opened
 
