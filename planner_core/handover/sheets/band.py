@@ -153,7 +153,7 @@ def _draw_north_or_axes(ink: Ink, plan: PlanSource, box: Box) -> None:
     else:
         _draw_axes(ink, (box.left + (7 if _has_two_arrows(frame) else 12), box.top - 10.5))
         if frame.true_north_rad is not None:
-            _draw_north(ink, frame.true_north_rad, (box.left + 26.0, box.top - 10.0), size=0.55, kind="true")
+            _draw_north(ink, frame.true_north_rad, (box.left + 24.3, box.top - 10.0), size=0.55, kind="true")
     words = fitted(_north_words(plan), 5.8, box.width - 2)
     ink.text((box.left + box.width / 2, box.bottom + 13.4), words, 5.8, align="middle", colour=QUIET)
 

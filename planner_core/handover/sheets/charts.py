@@ -120,11 +120,17 @@ def _round_up(width: float) -> float:
     return float(next(step * power for step in (1, 2, 2.5, 5, 10) if step * power >= width * (1 - 1e-9)))
 
 
+def share_axis(highest: float) -> Axis:
+    """Return the axis for bars of at most that share: round numbers, five ticks or fewer, little room above."""
+    most = 108 * highest
+    step = _round_up(most / 5)
+    return Axis("share of the seen surface, %", step * math.ceil(most / step - 1e-9), step)
+
+
 def draw_histogram(ink: Ink, made: Histogram, box: Box) -> None:
     """Draw one in a box, with the asked limit as a dashed line."""
-    most = _round_up(100 * float(made.shares.max()) * 1.08 / 5) * 5
     x_axis = Axis(made.words, float(made.edges[-1]), _round_up(float(made.edges[-1]) / 7))
-    plot, to_x, to_y = _draw_axes(ink, made.title, box, x_axis, Axis("share of the seen surface, %", most, most / 5))
+    plot, to_x, to_y = _draw_axes(ink, made.title, box, x_axis, share_axis(float(made.shares.max())))
     for low, high, share in zip(made.edges[:-1], made.edges[1:], made.shares, strict=True):
         if share > 0:
             bar = _bar(to_x(low), to_x(high), plot.bottom, to_y(100 * share))
@@ -158,7 +164,9 @@ def draw_curve(ink: Ink, plan: PlanSource, box: Box) -> None:
     curve = 100 * np.array([0.0, *shares], dtype=np.float64)
     n = max(1, len(curve) - 1)
     title = "What each further station adds" + (", the most useful first" if steps else "")
-    x_axis = Axis("stations", 1.04 * n, float(math.ceil(_round_up(max(n, 12) / 12))))
+    named = steps if len(steps) <= _MAX_NAMES else []
+    words = "stations; at each point the number of the one that is added" if named else "stations"
+    x_axis = Axis(words, 1.04 * n, float(math.ceil(_round_up(max(n, 12) / 12))))
     plot, to_x, to_y = _draw_axes(ink, title, box, x_axis, Axis("seen share of the achievable surface, %", 105, 20))
     asked = 100 * float(plan.document["requirements"]["coverage"])
     ink.lines([np.array([(plot.left, to_y(asked)), (plot.right, to_y(asked))])], _ASKED)
@@ -169,7 +177,7 @@ def draw_curve(ink: Ink, plan: PlanSource, box: Box) -> None:
         for x, y in spots.tolist():
             ink.disc((x, y), 0.8, _CURVE.colour, Pen(0.2, PAPER))
     number = {station.id: station.number for station in plan.stations}
-    for step, (x, y) in zip(steps if len(steps) <= _MAX_NAMES else [], spots[1:].tolist(), strict=False):
+    for step, (x, y) in zip(named, spots[1:].tolist(), strict=False):
         ink.text((x + 0.6, y - 3.4), str(number.get(step["station"], step["station"])), 5.8)
 
 

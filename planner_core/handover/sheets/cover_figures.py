@@ -78,6 +78,8 @@ def _basis_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     yield "Scanner", f"{scanner['title']}{mode}; range {scanner['range_max_m']:g} m"
     yield "Coordinates", plan.frame.crs_line + _accuracy(plan)
     yield "North", north_words(plan)
+    if plan.frame.place:
+        yield "Place", f"{plan.frame.place}, roughly: as the {scene['format'].upper()} file says"
     yield "Scene", f"{scene['file']} ({scene['format'].upper()}), SHA-256 {scene['sha256'][:16]}…"
     made = document.get("versions", {}).get("tlsplan")
     basis = f"{_thousands(settings['n_patches'])} patches, {_thousands(settings['n_candidates'])} candidates"
@@ -135,10 +137,14 @@ def network_words(plan: PlanSource) -> str:
 def time_words(time: Mapping[str, Any]) -> str:
     """Say how long the day is, as far as that is known."""
     parts = (("scanning", time["scanning_s"]), ("setting up", time["set_up_s"]), ("walking", time["walking_s"]))
-    told = ", ".join(f"{seconds / 60:.0f} min {name}" for name, seconds in parts if seconds is not None)
+    told = ", ".join(f"{_minutes(seconds)} {name}" for name, seconds in parts if seconds is not None)
     if time["total_s"] is None:
         return f"{told}; how long a scan takes is not known"
     return f"{_hours(time['total_s'])}: {told}"
+
+
+def _minutes(seconds: float) -> str:
+    return "less than 1 min" if 0 < seconds < 30 else f"{seconds / 60:.0f} min"
 
 
 def _hours(seconds: float) -> str:

@@ -58,8 +58,8 @@ white-space:normal}}
 @page upright{{size:{paper} portrait;margin:{margin}mm}}
 @media print{{body{{margin:0;padding:0;max-width:none;font-size:12px}}table{{font-size:10px}}
 .sheet{{break-before:page;break-after:page;break-inside:avoid;margin:0}}.upright{{page:upright}}
-.screen{{display:none}}img{{max-height:95mm;max-width:none;width:auto}}
-.sheet svg{{max-width:none}}tr,.charts svg{{break-inside:avoid}}h2{{break-after:avoid}}.wide{{overflow:visible}}
+.screen{{display:none}}img{{max-height:80mm;max-width:none;width:auto}}
+.sheet svg{{max-width:none}}tr,.charts svg{{break-inside:avoid}}h2,.quiet{{break-after:avoid}}.wide{{overflow:visible}}
 td{{overflow-wrap:anywhere}}}}
 """
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from planner_core.handover.sheets import marks
 from planner_core.handover.sheets.building import Building, read_building
-from planner_core.handover.sheets.charts import histogram, histograms_of
+from planner_core.handover.sheets.charts import histogram, histograms_of, share_axis
 from planner_core.handover.sheets.ink import Pen
 from planner_core.handover.source import PlanSource
 
@@ -40,6 +40,14 @@ def test_histogram_is_numpys_weighted_by_area(pairs: list[tuple[float, float]], 
     if asked is not None:
         assert made.edges[-1] >= asked
         assert np.isclose(made.within, areas[values <= asked * (1 + 1e-9)].sum() / areas.sum())
+
+
+@given(st.floats(1e-3, 1.0))
+def test_bars_have_room_below_the_highest_share_and_take_most_of_it(highest: float) -> None:
+    axis = share_axis(highest)
+    assert 100 * highest < axis.most < 108 * highest + axis.step * 1.001
+    ticks = axis.most / axis.step
+    assert abs(ticks - round(ticks)) < 1e-6 and 2 <= round(ticks) <= 5
 
 
 def test_half_of_the_area_lies_below_the_median() -> None:

@@ -10,7 +10,7 @@ import pypdf
 import pytest
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.handover.sheets.cover_figures import cover_figures, north_words
+from planner_core.handover.sheets.cover_figures import cover_figures, north_words, time_words
 from planner_core.handover.source import PlanSource, open_plan
 from planner_core.model import SiteFrame
 
@@ -43,6 +43,14 @@ def test_picture_that_is_none_is_left_out(sheet_folder: Path, tmp_path: Path, pd
     (tmp_path / "bare" / "plan.json").write_bytes((sheet_folder / "plan.json").read_bytes())
     (tmp_path / "bare" / "report" / "overview.png").write_bytes(b"no picture")
     assert "Coverage" in pdf_of(open_plan(tmp_path / "bare")).texts[0]
+
+
+@pytest.mark.parametrize(
+    ("walking_s", "told"), [(12.0, "less than 1 min"), (0.0, "0 min"), (29.9, "less"), (44.3, "1 min")]
+)
+def test_short_walks_are_no_walks_of_nothing(walking_s: float, told: str) -> None:
+    words = time_words({"scanning_s": 120.0, "set_up_s": 360.0, "walking_s": walking_s, "total_s": None})
+    assert words.startswith(f"2 min scanning, 6 min setting up, {told}")
 
 
 # ---------------------------------------------------------------------------------------------- some floors
@@ -125,6 +133,12 @@ def test_sheets_of_one_title_are_one_line_of_the_index(
 )
 def test_cover_says_which_north_and_where_it_comes_from(scene_plan: PlanSource, frame: SiteFrame, told: str) -> None:
     assert north_words(replace(scene_plan, frame=frame)).startswith(told)
+
+
+def test_cover_says_where_the_scene_file_puts_the_site(scene_plan: PlanSource) -> None:
+    assert "Place" not in dict(cover_figures(scene_plan))
+    placed = replace(scene_plan, frame=SiteFrame(place="49.10043 N, 8.43654 E"))
+    assert dict(cover_figures(placed))["Place"] == "49.10043 N, 8.43654 E, roughly: as the OBJ file says"
 
 
 def test_cover_says_grid_north_where_there_is_a_grid(site_sheets: Any) -> None:
