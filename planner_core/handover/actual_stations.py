@@ -15,6 +15,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError, StationListError
 from planner_core.export.stations_csv import GivenStation, read_station_list, stations_of_text
+from planner_core.handover.elsewhere import AT_STATION_M, guess, is_near, shape_doubts, swap_doubts
 from planner_core.handover.source import FieldStation, PlanSource
 from planner_core.model import FloatArray
 
@@ -22,17 +23,6 @@ from planner_core.model import FloatArray
 COORDINATES = ("auto", "scene", "site")
 #: Whose height a column of heights is told to hold.
 HEIGHTS = ("sensor", "ground")
-#: Lists are at the plan where a station is no further than this from the box around the planned ones.
-_NEAR_M = 100.0
-#: Differences of stations of the same names that vary by less are one shift.
-_SAME_SHIFT_M = 1.0
-#: Shifts whose spreads differ by less are as good as one another.
-_SAME_SPREAD_M = 0.05
-#: Another reading fits where so many of the stations are at planned ones: known by their names, or only by places.
-_MOST, _MOST_BY_PLACE, _FEWEST, _FEWEST_BY_PLACE = 0.6, 0.8, 2, 3
-#: Stations this near to a planned one are at it.
-_AT_STATION_M = 2.0
-_SCALES = ((0.001, "millimetres"), (0.01, "centimetres"), (0.3048, "feet"), (1200.0 / 3937.0, "US survey feet"))
 _HEADERS = {
     "P": "id", "E": "x", "X": "x", "N": "y", "Y": "y", "Z": "z", "S": "z", "G": "ground_z",
     "H": "instrument_height", "F": "floor", "C": "code", "D": "description", "O": "order", "R": "crs",
@@ -69,7 +59,7 @@ def read_actual(
     coordinates: str = "auto",
     heights: str = "sensor",
     columns: str = "",
-    within_m: float = _AT_STATION_M,
+    within_m: float = AT_STATION_M,
 ) -> ActualList:
     """Read where stations really stood.
 
@@ -193,140 +183,21 @@ def _at_plan(listed: Sequence[ListedStation], plan: PlanSource, coordinates: str
     away_m = {name: _median_away_m(at_m, plan.stations) for name, at_m in readings.items()}
     chosen = min(readings, key=lambda name: away_m[name])  # the first, the scene's own, where both are as near
     at_m = readings[chosen]
-    if not _is_near(at_m, plan.stations):
+    if not is_near(at_m, plan.stations):
         told = " and ".join(f"{_length(away_m[name])} as {name} coordinates" for name in readings)
         raise StationListError(
             f"stations: none of {len(listed)} lies at the plan, they are off by {told}; "
-            f"{_guess(listed, tuple(readings), plan, within_m)}"
+            f"{guess(listed, tuple(readings), plan, within_m)}"
         )
     stations = tuple(replace(each, position_m=place) for each, place in zip(listed, at_m, strict=True))
-    return ActualList(stations, chosen, _swap_doubts(listed, at_m, chosen, plan, within_m))
+    doubts = swap_doubts(listed, at_m, chosen, plan, within_m) or shape_doubts(listed, at_m, plan, within_m)
+    return ActualList(stations, chosen, doubts)
 
 
 def _median_away_m(at_m: FloatArray, stations: Sequence[FieldStation]) -> float:
     planned_m = np.array([station.position_m for station in stations])
     nearest = [float(np.linalg.norm(planned_m - place, axis=1).min()) for place in at_m]
     return float(np.median(nearest))
-
-
-def _is_near(at_m: FloatArray, stations: Sequence[FieldStation]) -> bool:
-    planned_m = np.array([station.position_m for station in stations])
-    low, high = planned_m.min(axis=0) - _NEAR_M, planned_m.max(axis=0) + _NEAR_M
-    return bool(((at_m >= low) & (at_m <= high)).all(axis=1).any())
-
-
-def _guess(listed: Sequence[ListedStation], readings: Sequence[str], plan: PlanSource, within_m: float) -> str:
-    """Return what may be wrong with a list that is elsewhere, by what would bring it to the plan."""
-    as_listed = np.array([each.position_m for each in listed])
-    swapped = {name: _in_scene(as_listed[:, [1, 0, 2]], name, plan) for name in readings}
-    if any(_fits(listed, at_m, plan, within_m) for at_m in swapped.values()):
-        return _SWAPPED
-    shift = _shift(listed, readings, plan)
-    if shift:
-        return shift
-    for scale, unit in _SCALES:
-        if any(_fits(listed, _in_scene(scale * as_listed, name, plan), plan, _AT_STATION_M) for name in readings):
-            return f"they may be in {unit}, expected metres; convert them"
-    if "site" in swapped and _is_near(swapped["site"], plan.stations):
-        return _SWAPPED
-    what = "scene coordinates" if plan.frame.is_scene else "scene coordinates or in the site's"
-    return f"expected them in {what}; tell the site's with --crs and --origin or --control-points"
-
-
-_SWAPPED = "easting and northing may be swapped; name the columns, or give --columns"
-
-
-def _in_scene(values: FloatArray, coordinates: str, plan: PlanSource) -> FloatArray:
-    return plan.frame.to_scene(values) if coordinates == "site" else values
-
-
-def _shift(listed: Sequence[ListedStation], readings: Sequence[str], plan: PlanSource) -> str:
-    """Return what to do about a shift that all stations have; empty where they have none in common."""
-    known = {station.id.casefold(): station for station in plan.stations}
-    pairs = [(each, known[each.id.casefold()]) for each in listed if each.id.casefold() in known]
-    if len(pairs) < _FEWEST:
-        return ""
-    best: tuple[float, FloatArray, str, bool] | None = None
-    for name in readings:
-        for of_ground in (False, True):
-            shifts_m = np.array(
-                [each.position_m - _place(was, name, of_ground or each.is_ground) for each, was in pairs]
-            )
-            spread_m = float(np.ptp(shifts_m, axis=0).max())  # NaN, an unknown height, is not less
-            if spread_m < (_SAME_SHIFT_M if best is None else best[0] - _SAME_SPREAD_M):
-                best = spread_m, np.median(shifts_m, axis=0), name, of_ground
-    if best is None:
-        return ""
-    _, shift_m, name, of_ground = best
-    e, n, h = (shift_m + 0.0).tolist()
-    by = f"all are shifted alike, by {e:.2f}, {n:.2f}, {h:.2f} m"
-    ground = "; their heights look like the ground's (--heights ground)" if of_ground else ""
-    if plan.frame.is_scene:
-        return f"{by}: where that is the site's origin, give --origin {e:.2f},{n:.2f},{h:.2f}{ground}"
-    return f"{by} from the plan's {name} coordinates: add what they were reduced by, or check origin and CRS{ground}"
-
-
-def _place(station: FieldStation, coordinates: str, of_ground: bool) -> FloatArray:
-    if coordinates == "site":
-        return station.site_ground_m if of_ground else station.site_m
-    return station.ground_m if of_ground else station.position_m
-
-
-def _swap_doubts(
-    listed: Sequence[ListedStation], at_m: FloatArray, coordinates: str, plan: PlanSource, within_m: float
-) -> tuple[str, ...]:
-    """Return a line where a list at the plan fits it with its first two columns exchanged, and does not as it is."""
-    as_listed = np.array([each.position_m for each in listed])
-    swapped_m = _in_scene(as_listed[:, [1, 0, 2]], coordinates, plan)
-    now = _at_stations(listed, at_m, plan.stations, within_m)
-    then = _at_stations(listed, swapped_m, plan.stations, within_m)
-    if _are_most(*then, len(listed), by_name_only=True):
-        were, are = now[0], then[0]
-    elif _are_most(*then, len(listed)):
-        were, are = max(now), then[1]
-    else:
-        return ()
-    if 2 * were > are:
-        return ()
-    names = "x and y" if coordinates == "scene" else "easting and northing"
-    return (
-        f"{names} of the list may be swapped: exchanged, {are} of {len(listed)} stations are within "
-        f"{within_m:g} m of planned ones, as listed {were}; name the columns, or give --columns",
-    )
-
-
-def _fits(listed: Sequence[ListedStation], at_m: FloatArray, plan: PlanSource, within_m: float) -> bool:
-    """Whether most stations, (N, 3) in the scene frame, are at planned ones."""
-    return _are_most(*_at_stations(listed, at_m, plan.stations, within_m), len(listed))
-
-
-def _are_most(by_name: int, by_place: int, n_listed: int, *, by_name_only: bool = False) -> bool:
-    if by_name >= max(_FEWEST, _MOST * n_listed):
-        return True
-    return not by_name_only and by_place >= max(_FEWEST_BY_PLACE, _MOST_BY_PLACE * n_listed)
-
-
-def _at_stations(
-    listed: Sequence[ListedStation], at_m: FloatArray, stations: Sequence[FieldStation], within_m: float
-) -> tuple[int, int]:
-    """Count stations at the planned one of their name; and at any, each of which counts once."""
-    away_m = np.array([_away_m(at_m, station) for station in stations])
-    number = {station.id.casefold(): k for k, station in enumerate(stations)}
-    known = [(number[each.id.casefold()], i) for i, each in enumerate(listed) if each.id.casefold() in number]
-    by_name = sum(bool(away_m[k, i] <= within_m) for k, i in known)
-    taken: set[int] = set()
-    there: set[int] = set()
-    for k, i in sorted(np.argwhere(away_m <= within_m).tolist(), key=lambda pair: float(away_m[pair[0], pair[1]])):
-        if k not in taken and i not in there:
-            taken.add(k)
-            there.add(i)
-    return by_name, len(taken)
-
-
-def _away_m(at_m: FloatArray, station: FieldStation) -> FloatArray:
-    """Distances of places to a station's sensor, or to its ground point where that is nearer."""
-    to_sensor = np.linalg.norm(at_m - station.position_m, axis=1)
-    return np.asarray(np.fmin(to_sensor, np.linalg.norm(at_m - station.ground_m, axis=1)))
 
 
 def _length(metres: float) -> str:
