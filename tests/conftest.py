@@ -4,9 +4,18 @@
 """
 
 import os
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
+
+_FOLDER = str(Path(__file__).parent)
+sys.path.insert(0, _FOLDER)
+try:
+    import small_pictures  # noqa: F401 - from here on it is known by its name
+finally:
+    sys.path.remove(_FOLDER)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -15,15 +15,9 @@ from tempfile import TemporaryFile
 from typing import IO
 
 import pytest
+from small_pictures import draw_small
 from tlsplan.main import main
 from tlsplan.reproduction import charts
-
-_FOLDER = str(Path(__file__).parent)
-sys.path.insert(0, _FOLDER)
-try:
-    from small_pictures import draw_small
-finally:
-    sys.path.remove(_FOLDER)
 
 Tlsplan = Callable[..., "subprocess.CompletedProcess[str]"]
 

@@ -143,7 +143,11 @@ def test_names_of_no_format_are_refused(export: Export, names: str, told: str) -
         (["--parameters", "7"], CoordinatesError, "--parameters: got it without --control-points"),
         (["--origin", "1,2"], RequirementError, "expected E,N,H"),
         (["--origin", "1,2,3", "--scene-coordinates"], CoordinatesError, "got both"),
-        (["--crs", "25832", "--origin", "5438260,458870,110"], CoordinatesError, "look swapped; exchange them; --as-told"),
+        (
+            ["--crs", "25832", "--origin", "5438260,458870,110"],
+            CoordinatesError,
+            "look swapped; exchange them; --as-told",
+        ),
         (["--crs", "25832", "--origin", "458870000,5438260000,110000"], CoordinatesError, "read as millimetres"),
         (["--crs", "EPSG:1"], CoordinatesError, "no coordinate reference system"),
         (["--control-points", "no-such.csv"], CoordinatesError, "no such file"),

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import small_pictures
 
 DROPPABLE = ("timings_s", "versions", "device")
 COARSE = ("--grid", "1.0", "--height", "1.5", "--patch-area", "0.2", "--coverage", "80")
@@ -103,9 +104,8 @@ def test_same_input_gives_the_same_bytes_in_a_process_of_its_own_with_one_core(
 ) -> None:
     folder, _ = planned
     again = folder.with_name("plan-one-core")
-    program = [sys.executable, str(Path(__file__).with_name("small_pictures.py"))]
     done = subprocess.run(
-        [*program, "plan", str(house), "-o", str(again), "--quiet", *QUICK],
+        [sys.executable, small_pictures.__file__, "tlsplan", "plan", str(house), "-o", str(again), "--quiet", *QUICK],
         env={**os.environ, "POCL_MAX_PTHREAD_COUNT": "1", "OMP_NUM_THREADS": "1"},
         capture_output=True, text=True, check=False,
     )  # fmt: skip

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import small_pictures
 
 import scenes_synthetic
 from planner_core.model import Plan, PlanSettings
@@ -33,8 +34,9 @@ def started(building: Path, folder: Path) -> "subprocess.Popen[str]":
         "coverage: 97 %\nseen_from: 2\nclasses:\n  IfcSlab: {coverage: 98 %}\nfloors:\n  F0: {coverage: 96 %}\n"
     )
     options = ["--grid", "0.8", "--patch-area", "0.4", "--set", "work_limit=1000"]
+    program = [sys.executable, small_pictures.__file__, "tlsplan"]
     process = subprocess.Popen(
-        [sys.executable, "-m", "tlsplan", "plan", building, "-o", folder, "--requirements", asked, *options],
+        [*program, "plan", building, "-o", folder, "--requirements", asked, *options],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stderr is not None

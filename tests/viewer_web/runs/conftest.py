@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+import small_pictures
 
 import scenes_synthetic
-from planner_core.export import maps, pictures, sheet
 from planner_core.export.folder import write_plan_folder
 from planner_core.model import PartRequirement, PlanSettings, Requirements
 from planner_core.plan import make_plan
 from planner_core.scan.scanners import load_scanner
 from planner_core.scene.load import load_scene
+from viewer_web.server import runs
 
 PART = PartRequirement(name="upper half", coverage=0.5, heights_m=(1.0, 4.0))
 
@@ -27,15 +31,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.xdist_group("runs"))
 
 
-@pytest.fixture(scope="session", autouse=True)
-def small_pictures() -> object:
-    """Draw what is drawn in this process small: nobody looks at it."""
-    with pytest.MonkeyPatch.context() as patch:
-        for module in (sheet, maps, pictures):
-            patch.setattr(module, "DPI", 20)
-        patch.setattr(pictures, "CAP_CELLS", 80)
-        patch.setattr(pictures, "OVERSAMPLING", 1)
-        yield
+@pytest.fixture(autouse=True)
+def drawn_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw what is drawn in this process, and in those of runs, small: nobody looks at it."""
+
+    def begin_small(command: list[str], **options: Any) -> subprocess.Popen[bytes]:
+        before, [flag, *module_and_arguments] = command[:2], command[2:]
+        assert flag == "-m"
+        return subprocess.Popen([*before, small_pictures.__file__, *module_and_arguments], **options)
+
+    small_pictures.draw_small(monkeypatch)
+    monkeypatch.setattr(runs, "subprocess", SimpleNamespace(Popen=begin_small, DEVNULL=subprocess.DEVNULL))
 
 
 @pytest.fixture(scope="session")
@@ -51,7 +57,9 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> Path:
         max_patch_area_m2=0.25,
         special_places=False,
     )
-    write_plan_folder(make_plan(load_scene(scene), settings), root / "plan")
+    with pytest.MonkeyPatch.context() as patch:
+        small_pictures.draw_small(patch)
+        write_plan_folder(make_plan(load_scene(scene), settings), root / "plan")
     return root
 
 

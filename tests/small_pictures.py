@@ -1,17 +1,20 @@
-"""`tlsplan` with pictures nobody looks at: drawn small, in this process or, run as a program, in one of its own.
+"""Plans with pictures nobody looks at, drawn small: in this process, or in that of a module run through this program.
 
 At their full size the pictures of a small plan take longer than the plan; tests/export looks at them.
+`python small_pictures.py MODULE ARGUMENT...` is `python -m MODULE ARGUMENT...` but for that.
 """
 
 from __future__ import annotations
 
-import pytest
-from tlsplan.main import main
+import runpy
+import sys
 
-from planner_core.export import maps, pictures, sheet
+import pytest
 
 
 def draw_small(patch: pytest.MonkeyPatch) -> None:
+    from planner_core.export import maps, pictures, sheet  # a while to import, for tests that draw nothing
+
     for module in (sheet, maps, pictures):
         patch.setattr(module, "DPI", 20)
     patch.setattr(pictures, "CAP_CELLS", 80)
@@ -21,4 +24,5 @@ def draw_small(patch: pytest.MonkeyPatch) -> None:
 if __name__ == "__main__":
     with pytest.MonkeyPatch.context() as own:
         draw_small(own)
-        main()
+        sys.argv = sys.argv[1:]
+        runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
