@@ -21,10 +21,12 @@ finally:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep these tests on one worker, so that the house is planned once."""
+    """Keep tests of the same things on one worker, so that the house is planned once, and scenes are loaded once."""
+    groups = {"test_ledges.py": None, "test_robot_scenes.py": "robot scenes"}
     for item in items:
-        if item.path.parent == Path(__file__).parent:
-            item.add_marker(pytest.mark.xdist_group("robot house"))
+        group = groups.get(item.path.name, "robot house")
+        if item.path.parent == Path(__file__).parent and group is not None:
+            item.add_marker(pytest.mark.xdist_group(group))
 
 
 @pytest.fixture(scope="session")

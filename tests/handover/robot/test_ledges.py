@@ -156,11 +156,14 @@ def test_a_balcony_ends_at_its_drop() -> None:
 
 
 # ------------------------------------------------------------------------------------------------- sheets
-def open_flight(elevations: tuple[float, ...]) -> Site:
-    """A flight that one can walk below from 1.8 m on, and, where there are two floors, the upper one at its head."""
+def open_flight(elevations: tuple[float, ...], *, wall: range = range(0)) -> Site:
+    """A flight that one can walk below from 1.8 m on, and, where there are two floors, the upper one at its head.
+
+    wall : rows y below the flight where there is no ground.
+    """
     steps = flight(range(5, 55), range(4), tread=4)  # up to 2.6 m
     ground = {cell: found for cell, found in level(range(60), range(12)).items()
-              if cell not in steps or steps[cell][0][0] >= 1.8}  # fmt: skip
+              if cell not in steps or (steps[cell][0][0] >= 1.8 and cell[1] not in wall)}  # fmt: skip
     top = level(range(55, 60), range(12), 2.8, 1) if len(elevations) > 1 else {}
     return site_of(joined(ground, steps, top), (60, 12), elevations)
 
@@ -176,6 +179,15 @@ def test_a_flight_over_its_floor_goes_on_in_the_well_of_the_next() -> None:
     assert (upper[:4, cut - 1] == UNKNOWN).all(), "the way down"
     assert (upper[4, cut:54] == OCCUPIED).all(), "the side of the flight"
     assert {each.name for each in site.ground.maps} == {"F0", "F1"}
+
+
+def test_a_flight_is_cut_along_a_whole_tread() -> None:
+    site = open_flight((0.0, 2.8), wall=range(2))
+    lower, upper = site.cells("F0"), site.cells("F1")
+    assert (lower[:4, :37] == FREE).all()
+    assert lower[0, 37] == UNKNOWN, "the way up"
+    assert (lower[1:4, 37] == OCCUPIED).all(), "the underside of the stairs, and the wall beside it"
+    assert (upper[:4, 37:] == FREE).all()
 
 
 def test_a_flight_over_the_only_floor_has_a_sheet_of_its_own() -> None:
