@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.handover.chosen import chosen_floors, chosen_stations, description_of, scanned_before
+from planner_core.handover.floor_outlines import FloorOutline, outlines_of
 from planner_core.handover.geographic import geographic_of
 from planner_core.handover.options import Options
 from planner_core.handover.source import FieldFloor, FieldStation, PlanSource
@@ -49,11 +50,12 @@ def write_geojson(plan: PlanSource, path: Path, options: Options, progress: Prog
         positions, remarks = local_positions, (_local_remark(plan.frame),)
     document["coordinates"] = plan.frame.crs_line if options.geojson_crs == "local" else "WGS84 longitude, latitude"
     document["heights"] = f"metres; {plan.frame.crs_line}"
-    features = list(_features(plan, options, positions))
+    outlines, of_floors = outlines_of(plan, chosen_floors(plan, options))
+    features = list(_features(plan, options, positions, outlines))
     text = ",\n".join(json.dumps(feature, ensure_ascii=False, allow_nan=False) for feature in features)
     head = json.dumps(document, ensure_ascii=False)[:-1]
     path.write_text(f'{head}, "features": [\n{text}\n]}}\n', encoding="utf-8")
-    return (*remarks, *walk_remarks(ways_of(plan)))
+    return (*remarks, *of_floors, *walk_remarks(ways_of(plan)))
 
 
 def local_positions(site_m: FloatArray) -> list[list[float]]:
@@ -76,11 +78,13 @@ def _named_crs(frame: SiteFrame) -> dict[str, Any] | None:
     return {"type": "name", "properties": {"name": f"urn:ogc:def:crs:{authority}::{code}"}}
 
 
-def _features(plan: PlanSource, options: Options, positions: Positions) -> Iterator[dict[str, Any]]:
+def _features(
+    plan: PlanSource, options: Options, positions: Positions, outlines: Mapping[str, FloorOutline]
+) -> Iterator[dict[str, Any]]:
     stations = chosen_stations(plan, options)
     at = {station.id: station for station in stations}
     for floor in chosen_floors(plan, options):
-        yield _floor_feature(plan, floor, positions)
+        yield _floor_feature(plan, floor, positions, outlines[floor.id])
     for way in ways_of(plan):
         if way.walkable and {way.from_id, way.to_id} & set(at):
             yield _walk_feature(plan, way, positions)
@@ -101,13 +105,27 @@ def _features(plan: PlanSource, options: Options, positions: Positions) -> Itera
         yield feature("Point", positions(_ground_in_plan(station))[0], _station_properties(plan, station))
 
 
-def _floor_feature(plan: PlanSource, floor: FieldFloor, positions: Positions) -> dict[str, Any]:
-    """Return the rectangle around a floor's ground, counter-clockwise and closed as RFC 7946 wants it."""
-    (x0, y0), (x1, y1) = floor.bounds.tolist()
-    corners = np.array([[x, y, floor.elevation_m] for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0))])
-    height_m = float(plan.frame.to_site(corners[0])[2])
-    properties = {"kind": "floor", "id": floor.id, "name": floor.name, "ground_height_m": round(height_m, 4)}
-    return feature("Polygon", [positions(plan.frame.to_site(corners))], properties)
+def _floor_feature(plan: PlanSource, floor: FieldFloor, positions: Positions, outline: FloorOutline) -> dict[str, Any]:
+    """Return a floor's ground: outer rings counter-clockwise, openings clockwise, closed, as RFC 7946 wants them."""
+    polygons = [
+        [
+            positions(plan.frame.to_site(np.column_stack([ring, np.full(len(ring), floor.elevation_m)])))
+            for ring in (np.concatenate([open_ring, open_ring[:1]]) for open_ring in rings)
+        ]
+        for rings in outline.polygons
+    ]
+    height_m = float(plan.frame.to_site(np.array([*floor.bounds[0], floor.elevation_m]))[2])
+    properties = {
+        "kind": "floor",
+        "id": floor.id,
+        "name": floor.name,
+        "ground_height_m": round(height_m, 4),
+        "outline": outline.made_of,
+        "area_m2": round(outline.area_m2, 4),
+    }
+    if len(polygons) == 1:
+        return feature("Polygon", polygons[0], properties)
+    return feature("MultiPolygon", polygons, properties)
 
 
 def _walk_feature(plan: PlanSource, way: Way, positions: Positions) -> dict[str, Any]:

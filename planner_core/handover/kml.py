@@ -25,6 +25,7 @@ from planner_core.handover.chosen import (
     stations_by_floor,
 )
 from planner_core.handover.csv_profiles import metres
+from planner_core.handover.floor_outlines import GROUND, outlines_of
 from planner_core.handover.geographic import DECIMALS, Geographic, geographic_of
 from planner_core.handover.options import Options
 from planner_core.handover.source import FieldFloor, FieldLink, FieldStation, PlanSource
@@ -82,10 +83,10 @@ def write_kml(plan: PlanSource, path: Path, options: Options, progress: Progress
     ways = ways_of(plan)
     _add_walk(document, plan, [way for way in ways if way.walkable and {way.from_id, way.to_id} & set(kept)], places)
     _add_links(document, [link for link in plan.links if link.a in kept and link.b in kept], kept, places)
-    _add_floors(document, plan, chosen_floors(plan, options), places)
+    of_floors = _add_floors(document, plan, chosen_floors(plan, options), places)
     ElementTree.indent(root, " ")
     path.write_bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
-    return (*degrees.remarks, *walk_remarks(ways))
+    return (*degrees.remarks, *of_floors, *walk_remarks(ways))
 
 
 def _about(plan: PlanSource, options: Options) -> str:
@@ -183,14 +184,23 @@ def _add_links(
         _add_line(placemark, np.stack([stations[link.a].site_m, stations[link.b].site_m]), places)
 
 
-def _add_floors(document: ElementTree.Element, plan: PlanSource, floors: Sequence[FieldFloor], places: _Places) -> None:
+def _add_floors(
+    document: ElementTree.Element, plan: PlanSource, floors: Sequence[FieldFloor], places: _Places
+) -> tuple[str, ...]:
     folder = _folder(document, "floors")
+    outlines, remarks = outlines_of(plan, floors)
     for floor in floors:
-        (x0, y0), (x1, y1) = floor.bounds.tolist()
-        corners = np.array([[x, y, floor.elevation_m] for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0))])
-        polygon = ElementTree.SubElement(
-            _placemark(folder, floor.name, f"the rectangle around the ground of {floor.id}", "floor"), "Polygon"
-        )
-        _texts(polygon, altitudeMode=places.mode)
-        ring = ElementTree.SubElement(ElementTree.SubElement(polygon, "outerBoundaryIs"), "LinearRing")
-        _texts(ring, coordinates=places.text(plan.frame.to_site(corners)))
+        outline = outlines[floor.id]
+        said = f"{'the ground' if outline.made_of == GROUND else 'the rectangle around the ground'} of {floor.id}"
+        parent = _placemark(folder, floor.name, f"{said}, {outline.area_m2:.1f} m2", "floor")
+        if len(outline.polygons) > 1:
+            parent = ElementTree.SubElement(parent, "MultiGeometry")
+        for rings in outline.polygons:
+            polygon = ElementTree.SubElement(parent, "Polygon")
+            _texts(polygon, altitudeMode=places.mode)
+            for number, ring in enumerate(rings):
+                boundary = ElementTree.SubElement(polygon, "innerBoundaryIs" if number else "outerBoundaryIs")
+                closed = np.column_stack([ring, np.full(len(ring), floor.elevation_m)])[[*range(len(ring)), 0]]
+                line = ElementTree.SubElement(boundary, "LinearRing")
+                _texts(line, coordinates=places.text(plan.frame.to_site(closed)))
+    return remarks
