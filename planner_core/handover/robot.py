@@ -107,8 +107,8 @@ def write_robot(plan: PlanSource, path: Path, options: Options, progress: Progre
 def _said(mission: _Mission, occupancy: OccupancyMap) -> str:
     floor = mission.survey.floors[occupancy.floor]
     name = " ".join(floor.name.split())
-    what = "what lies over other ground of it" if occupancy.over else "its ground"
-    return f"{floor.id} {name}, {what}; {floor.id} is at z = {floor.elevation_m:.4f} m of the map frame"
+    what = "what lies over its ground" if occupancy.over else "ground"
+    return f"{floor.id} {name}, {what} at z = {floor.elevation_m:.4f} m of the map frame"
 
 
 def _mission(plan: PlanSource, options: Options, progress: Progress) -> tuple[_Mission, tuple[str, ...]]:
