@@ -16,8 +16,8 @@
     Object.assign(bar.style, {
       position: 'fixed',
       bottom: '1rem',
-      left: '50%',
-      transform: 'translateX(-50%)',
+      // The legend is on the left.
+      right: '1rem',
       zIndex: '1000',
       maxWidth: '90vw',
       padding: '0.5rem 1rem',

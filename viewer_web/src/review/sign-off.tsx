@@ -44,7 +44,7 @@ function ConcernList({ concerns }: { concerns: readonly Concern[] }) {
   if (concerns.length === 0) return null;
   return (
     <>
-      <p>Still open:</p>
+      <p class="concerns-title">Still open:</p>
       <ul class="concerns" aria-label="Open points">
         {concerns.map(({ kind, words }) => (
           <li key={words} data-concern={kind}>

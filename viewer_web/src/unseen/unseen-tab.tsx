@@ -177,7 +177,7 @@ function Pieces({ store, surface, piece }: { store: Store; surface: UnseenSurfac
           </button>
           piece {piece + 1} of {n}
           {surface.n_pieces > n ? ` (the largest of ${whole(surface.n_pieces)})` : ''}:{' '}
-          {squareMetres(surface.pieces[piece].area_m2)}
+          <span class="figure-word">{squareMetres(surface.pieces[piece].area_m2)}</span>
           <button type="button" class="chip" aria-label="Next piece" onClick={() => step(1)}>
             ›
           </button>
@@ -185,8 +185,9 @@ function Pieces({ store, surface, piece }: { store: Store; surface: UnseenSurfac
       )}
       {spot !== null && (
         <p>
-          Best seen from {spot.position.map((x) => metres(x)).join(', ')}: {squareMetres(spot.sees_m2)} of it, and{' '}
-          {squareMetres(spot.adds_m2)} of all that is unseen.
+          Best seen from {spot.position.map((x) => metres(x)).join(', ')}:{' '}
+          <span class="figure-word">{squareMetres(spot.sees_m2)}</span> of it, and{' '}
+          <span class="figure-word">{squareMetres(spot.adds_m2)}</span> of all that is unseen.
         </p>
       )}
     </div>
