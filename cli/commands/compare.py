@@ -36,6 +36,8 @@ NOT_MET = 7
               help="name: by names, and the others by place; place: names don't count.")  # fmt: skip
 @click.option("--within", "within_m", type=click.FloatRange(min=0.0), default=2.0, show_default=True, metavar="METRES",
               help="Stations further apart than this are not matched by place.")  # fmt: skip
+@click.option("--floor", "floors", multiple=True, metavar="ID|NAME",
+              help="Only this floor; may be repeated. Stations of the others are taken as planned. [all]")  # fmt: skip
 @click.option("--scan-again/--no-scan-again", default=True, show_default=True,
               help="Where something is not met, look for the fewest further stations.")  # fmt: skip
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
@@ -55,6 +57,7 @@ def command(
     columns: str,
     match: str,
     within_m: float,
+    floors: tuple[str, ...],
     scan_again: bool,
     folder: Path | None,
     scene: Path | None,
@@ -73,7 +76,9 @@ def command(
     from planner_core.handover.actual_stations import read_actual
     from planner_core.handover.as_scanned import compare_as_scanned
     from planner_core.handover.as_scanned_document import as_scanned_document
+    from planner_core.handover.chosen import chosen_floors
     from planner_core.handover.matching import check_heights, doubts, matched
+    from planner_core.handover.options import Options
     from planner_core.handover.source import open_plan
     from planner_core.live.opening import open_live
 
@@ -83,16 +88,20 @@ def command(
     if folder is not None:
         check_output(folder, overwrite=overwrite)
     source = open_plan(plan, scene=scene, frame=frame_request(told))
+    compared = [floor.id for floor in chosen_floors(source, Options(floors=floors))] if floors else []
     actual = read_actual(lists, source, coordinates=coordinates, heights=heights, columns=columns, within_m=within_m)
     if heights == "sensor" and any(_has_heights(each) for each in lists):
         check_heights(source.stations, actual.stations, by=match, within_m=within_m)
     matches = matched(source.stations, actual.stations, by=match, within_m=within_m)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        reporter.warn((*actual.doubts, *source.frame.warnings, *doubts(matches, within_m)))
+        looked_at = [
+            each for each in matches if not compared or each.planned is None or each.planned.floor_id in compared
+        ]
+        reporter.warn((*actual.doubts, *source.frame.warnings, *doubts(looked_at, within_m)))
         live = open_live(
             source.folder, scene=scene, engine=engine, device=device, with_ground=False, progress=reporter.show
         )
-        found = compare_as_scanned(live, matches, progress=reporter.show)
+        found = compare_as_scanned(live, matches, floors=compared, progress=reporter.show)
         reporter.warn(found.warnings)
         rescan = _rescan(live, found, reporter) if scan_again and not found.met else None
         if folder is not None and rescan is not None:
@@ -148,6 +157,8 @@ def _stations(document: dict[str, Any]) -> list[str]:
     lines.append(f"as planned    {counts['as planned']}")
     if counts["scanned before"]:
         lines.append(f"before        {counts['scanned before']} were scanned before the plan, and need not be listed")
+    if counts["not compared"]:
+        lines.append(f"not compared  {counts['not compared']} of other floors, which are taken as planned")
     for fate in ("moved", "missing", "additional"):
         of_fate = sorted((row for row in rows if row["fate"] == fate), key=lambda row: -row["lost_area_m2"])
         lines.append(f"{fate:<13} {counts[fate]}")

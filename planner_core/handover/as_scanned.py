@@ -7,7 +7,7 @@ by the same reckoning, and the fewest further stations that bring back what was 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -38,8 +38,8 @@ from planner_core.progress import Progress, ProgressEvent, silent
 SAME_PLACE_M = 0.001
 STAGE = "comparing"
 #: What became of a station, in the order in which people read about it.
-AS_PLANNED, MOVED, MISSING, SCANNED_BEFORE, ADDITIONAL = FATES = (
-    "as planned", "moved", "missing", "scanned before", "additional",
+AS_PLANNED, MOVED, MISSING, SCANNED_BEFORE, ADDITIONAL, NOT_COMPARED = FATES = (
+    "as planned", "moved", "missing", "scanned before", "additional", "not compared",
 )  # fmt: skip
 
 
@@ -128,7 +128,9 @@ def registration_of(plan: Plan) -> Registration:
 
 
 # ------------------------------------------------------------------------------------------------ comparison
-def compare_as_scanned(live: LivePlan, matches: Sequence[Match], *, progress: Progress = silent) -> AsScanned:
+def compare_as_scanned(
+    live: LivePlan, matches: Sequence[Match], *, floors: Collection[str] = (), progress: Progress = silent
+) -> AsScanned:
     """Compare what was scanned to the plan.
 
     Parameters
@@ -137,6 +139,9 @@ def compare_as_scanned(live: LivePlan, matches: Sequence[Match], *, progress: Pr
         Of the plan.
     matches
         From `matched`: each planned station once, then additional ones.
+    floors
+        Ids of those that are compared; empty: all. Stations of the others are taken to stand where planned, whatever
+        the list has there.
 
     Raises
     ------
@@ -145,15 +150,16 @@ def compare_as_scanned(live: LivePlan, matches: Sequence[Match], *, progress: Pr
     DeviceError
         The device fails.
     """
-    placed, warnings = _placed(live, matches)
-    stations = [each for each in placed if each is not None]
+    everywhere, warnings = _placed(live, matches, floors)
+    pairs = [pair for pair in zip(matches, everywhere, strict=True) if not _is_stray(*pair, floors)]
+    stations = [each for _, each in pairs if each is not None]
     draft = Draft(tuple(stations))
     planned, actual = live.figures(live.draft), live.figures(draft)
     fates = []
-    for number, (match, there) in enumerate(zip(matches, placed, strict=True)):
-        progress(ProgressEvent(STAGE, number, len(matches)))
-        fates.append(_fate(live, match, there, planned.plan))
-    progress(ProgressEvent(STAGE, len(matches), len(matches)))
+    for number, (match, there) in enumerate(pairs):
+        progress(ProgressEvent(STAGE, number, len(pairs)))
+        fates.append(_fate(live, match, there, planned.plan, floors))
+    progress(ProgressEvent(STAGE, len(pairs), len(pairs)))
     seen_from = live.settings.requirements.seen_from
     gone = (planned.plan.times_seen >= seen_from) & (actual.plan.times_seen < seen_from) & planned.plan.achievable
     return AsScanned(
@@ -178,14 +184,29 @@ def counted_links(plan: Plan) -> tuple[Link, ...]:
     return tuple(link for link in plan.links if registration_of(plan).counts(link))
 
 
-def _placed(live: LivePlan, matches: Sequence[Match]) -> tuple[list[DraftStation | None], tuple[str, ...]]:
+def _is_elsewhere(match: Match, floors: Collection[str]) -> bool:
+    """Whether it is of a planned station on a floor that is not compared."""
+    return bool(floors) and match.planned is not None and match.planned.floor_id not in floors
+
+
+def _is_stray(match: Match, there: DraftStation | None, floors: Collection[str]) -> bool:
+    """Whether it is of an additional station on a floor that is not compared."""
+    return bool(floors) and match.planned is None and there is not None and there.floor not in floors
+
+
+def _placed(
+    live: LivePlan, matches: Sequence[Match], floors: Collection[str]
+) -> tuple[list[DraftStation | None], tuple[str, ...]]:
     """Return where each match's station stands, None where nobody scanned there; and what is odd about places."""
     known = {station.id: station for station in live.draft.stations}
     taken = set(known)
     placed: list[DraftStation | None] = []
     remarks: list[str] = []
     for match in matches:
-        if match.actual is None:
+        if _is_elsewhere(match, floors):
+            assert match.planned is not None
+            placed.append(known[match.planned.id])
+        elif match.actual is None:
             assert match.planned is not None
             before = known[match.planned.id]
             placed.append(before if before.fixed else None)
@@ -196,7 +217,7 @@ def _placed(live: LivePlan, matches: Sequence[Match]) -> tuple[list[DraftStation
             taken.add(name)
             station, said = _elsewhere(live, match, name)
             placed.append(station)
-            remarks += said
+            remarks += () if _is_stray(match, station, floors) else said
     return placed, tuple(remarks)
 
 
@@ -236,7 +257,9 @@ def _sensor(match: Match) -> tuple[FloatArray, float | None]:
     return actual.position_m + np.array([0.0, 0.0, height_m]), height_m
 
 
-def _fate(live: LivePlan, match: Match, there: DraftStation | None, planned: Plan) -> StationFate:
+def _fate(
+    live: LivePlan, match: Match, there: DraftStation | None, planned: Plan, floors: Collection[str]
+) -> StationFate:
     known = {station.id: station for station in live.draft.stations}
     offset_m = live.survey.scene.offset_m
     zeros = np.zeros(3)
@@ -246,6 +269,8 @@ def _fate(live: LivePlan, match: Match, there: DraftStation | None, planned: Pla
         at_m = there.at_m + offset_m
         return StationFate(there.id, match.actual.id, ADDITIONAL, "", there.floor, at_m, zeros, lost_m2)
     before = known[match.planned.id]
+    if _is_elsewhere(match, floors):
+        return StationFate(before.id, "", NOT_COMPARED, "", before.floor, before.at_m + offset_m, zeros, 0.0)
     if match.actual is None:
         fate = SCANNED_BEFORE if there is not None else MISSING
         lost_m2 = 0.0 if there is not None else _lost_m2(live, live.draft.without(before.id), planned)
@@ -290,7 +315,12 @@ def rescan_settings(live: LivePlan, found: AsScanned) -> PlanSettings:
     """Return the settings that further stations are planned with."""
     before, offset_m = live.settings, live.survey.scene.offset_m
     settled = [station for station in before.site.settled if station.role == "forbidden"]
-    settled += [_settled(station, "scanned", offset_m) for station in found.draft.stations]
+    # Of floors that are not compared nobody knows whether they are scanned: they stay in the plan.
+    to_come = {station.id for station in found.of_fate(NOT_COMPARED)}
+    settled += [
+        _settled(station, "locked" if station.id in to_come and not station.fixed else "scanned", offset_m)
+        for station in found.draft.stations
+    ]
     missing = {station.id for station in found.of_fate(MISSING)}
     settled += [_settled(station, "kept", offset_m) for station in live.draft.stations if station.id in missing]
     proven = before.method == "proven"

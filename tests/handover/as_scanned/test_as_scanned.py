@@ -19,6 +19,7 @@ from planner_core.handover.as_scanned import (
     AS_PLANNED,
     MISSING,
     MOVED,
+    NOT_COMPARED,
     AsScanned,
     compare_as_scanned,
     counted_links,
@@ -143,6 +144,43 @@ def test_what_is_to_be_scanned_again_brings_back_what_was_asked(live: LivePlan, 
     assert all_met
 
 
+def test_one_floor_is_compared_with_the_others_as_planned(live: LivePlan, source: PlanSource, tmp_path: Path) -> None:
+    here, there = (source.stations_of(floor.id) for floor in source.floors)
+    assert len(here) > 1
+    assert there
+    kept = [each for each in listed_of(source) if each.id != here[0].id]
+    expected = evaluated(live, kept, tmp_path)
+    above = {each.id for each in there}
+    today = [each for each in kept if each.id not in above]
+    astray = ListedStation(there[0].id, there[0].position_m + np.array([0.7, 0.0, 0.0]), None, None)
+    more = ListedStation("X1", there[-1].position_m + np.array([0.6, 0.3, 0.0]), None, None)
+    for listed in (today, [*today, astray, more]):
+        matches = matched(source.stations, listed, within_m=0.1)
+        found = compare_as_scanned(live, matches, floors=[here[0].floor_id])
+        assert {each.id for each in found.of_fate(NOT_COMPARED)} == above
+        assert [each.id for each in found.of_fate(MISSING)] == [here[0].id]
+        assert not (found.of_fate(MOVED) or found.of_fate(ADDITIONAL))
+        assert found.actual.plan.coverage == expected.coverage
+        assert found.actual.plan.coverage_by_floor == expected.coverage_by_floor
+
+
+def test_floors_that_are_not_compared_stay_in_the_plan_of_what_to_scan_again(
+    live: LivePlan, source: PlanSource
+) -> None:
+    here, there = (source.stations_of(floor.id) for floor in source.floors)
+    gone = {each.id for each in here[:2]}
+    listed = [each for each in listed_of(source) if each.id in {station.id for station in here} - gone]
+    found = compare_as_scanned(live, matched(source.stations, listed), floors=[here[0].floor_id])
+    assert not found.met
+    rescan = plan_rescan(live, found)
+    assert rescan.met
+    fixed = {station.id: station.fixed for station in rescan.plan.stations}
+    assert {name for name in fixed if fixed[name]} == {each.id for each in listed}
+    assert {each.id for each in there} <= set(fixed)
+    assert not {each.id for each in there} & {each.id for each in rescan.further}
+    assert len(rescan.further) <= len(gone)
+
+
 def test_no_further_stations_are_planned_where_one_alone_suffices_not(live: LivePlan, source: PlanSource) -> None:
     """One missing station never needs more than one: itself."""
     worst = max(live.document["stations"], key=lambda row: row["own_area_m2"])["id"]
@@ -178,7 +216,7 @@ def test_document_tells_the_sums_apart(live: LivePlan, source: PlanSource) -> No
     document = as_scanned_document(live, source.frame, "scene", found, None)
     n = len(source.stations)
     assert document["counts"] == {
-        "as planned": n - 2, "moved": 1, "missing": 1, "scanned before": 0, "additional": 0,
+        "as planned": n - 2, "moved": 1, "missing": 1, "scanned before": 0, "additional": 0, "not compared": 0,
     }  # fmt: skip
     moved = next(row for row in document["stations"] if row["fate"] == "moved")
     np.testing.assert_allclose(source.frame.to_scene(np.array(moved["site_position"])), moved["position"], atol=2e-4)

@@ -10,7 +10,7 @@ import small_pictures
 from click.testing import CliRunner, Result
 from tlsplan.commands.compare import command
 
-from planner_core.errors import OutputExistsError, StationListError
+from planner_core.errors import OutputExistsError, RequirementError, StationListError
 from planner_core.handover.source import PlanSource
 
 
@@ -75,6 +75,21 @@ def test_stations_that_nothing_joins_are_told_part_by_part(
     assert [line[:2] for line in lines] == [["part", str(number)] for number in range(1, len(lines) + 1)]
     assert f" {len(lines)} parts as scanned" in words
     assert sorted(name.strip(",") for line in lines for name in line[2:]) == sorted(listed)
+
+
+def test_one_floor_alone_is_compared_by_its_name(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:
+    lower, upper = source.floors
+    above = [each.id for each in source.stations_of(upper.id)]
+    asked = (house_plan, "--stations", without(house_plan, tmp_path, *above), "--no-scan-again")
+    result = run(*asked, "--floor", lower.name.upper())
+    assert result.exit_code == 0, result.output
+    assert f"list          {len(source.stations_of(lower.id))} stations" in result.stdout
+    assert f"not compared  {len(above)} of other floors, which are taken as planned" in result.stdout
+    assert "missing       0" in result.stdout
+    assert run(*asked).exit_code == 7
+    result = run(*asked, "--floor", "Attic")
+    assert isinstance(result.exception, RequirementError)
+    assert f"got 'Attic', expected one of {lower.id} ({lower.name})" in str(result.exception)
 
 
 def test_bad_input_is_refused_before_anything_is_loaded(house_plan: Path, tmp_path: Path) -> None:
