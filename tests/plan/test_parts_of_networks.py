@@ -1,5 +1,7 @@
 """Parts of the candidates' network: plans are made in as few of them as can meet what is asked."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,8 +17,9 @@ from planner_core.survey import make_survey
 SETTINGS = PlanSettings(
     scanner=load_scanner("hdl-64e"),
     method="proven",
-    method_options=(("work_limit", "1"),),
+    method_options=(("work_limit", "0.2"),),
     max_patch_area_m2=0.2,
+    refine=False,
 )
 
 
@@ -35,13 +38,7 @@ def test_rooms_that_cannot_be_registered_stay_apart_and_are_all_planned() -> Non
     plan = make_plan(scene, SETTINGS, engine="opencl")
     free = make_plan(
         scene,
-        PlanSettings(
-            scanner=SETTINGS.scanner,
-            method="proven",
-            method_options=SETTINGS.method_options,
-            max_patch_area_m2=0.2,
-            requirements=Requirements(network="none"),
-        ),
+        replace(SETTINGS, requirements=Requirements(network="none")),
         engine="opencl",
     )
     assert plan.registration is not None
@@ -72,7 +69,7 @@ def test_a_room_of_its_own_is_not_left_aside_however_little_is_asked() -> None:
 def test_where_hardly_any_two_can_be_registered_nobody_is_left_aside() -> None:
     """Without slabs nothing holds heights: no link counts, and every candidate is a part by itself."""
     scene = scenes_synthetic.build("without-slabs").scene
-    greedy = make_plan(scene, PlanSettings(scanner=SETTINGS.scanner, max_patch_area_m2=0.2), engine="opencl")
+    greedy = make_plan(scene, replace(SETTINGS, method="greedy", method_options=()), engine="opencl")
     plan = make_plan(scene, SETTINGS, engine="opencl")
     assert plan.n_bounded is not None and plan.n_bounded >= greedy.n_candidates
     assert len(plan.stations) <= len(greedy.stations)
