@@ -1,7 +1,7 @@
 """A robot's ways: the legs of the walk, cut where one map goes over into another, and kept on the free cells of maps.
 
-Legs in the scene frame, ways in the local one, metres. People who carry a scanner may step along an edge; where a leg
-of theirs meets cells that are not free, a robot gets a way of its own.
+Legs in the scene frame, ways in the local one, metres. People who carry a scanner may step along a drop; where a leg
+of theirs does, or meets cells that are not free, a robot gets a way of its own.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
 _OFF_GROUND_M = 0.5
 #: A way whose cells keep this many cells off others stays off them with all of its line.
 _LINE_CELLS = 1.5
+#: For room alone no way is taken that is longer than another by this factor.
+_DETOUR = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,25 +80,33 @@ class Ground:
 def robot_ways(
     ground: Ground, legs: tuple[Way, ...], offset_m: FloatArray
 ) -> tuple[tuple[RobotWay, ...], tuple[str, ...]]:
-    """Cut legs that can be walked to ways on the maps, and lay those anew that leave the free cells; and remarks."""
+    """Cut legs that can be walked to ways on the maps, and lay those anew that leave the free cells; and remarks.
+
+    Those that pass a drop nearer than the mover's radius are laid anew where there is room.
+    """
     ways, anew, lost = [], [], []
+    off_m = _off_others_m(ground)
     rounds: tuple[Walking, ...] | None = None
     for leg in legs:
         points_m = leg.points_m - offset_m
-        pieces, is_free = pieces_by_map(ground, points_m)
-        if is_free:
-            ways.append(RobotWay(leg.from_id, leg.to_id, points_m, leg.length_m, pieces, as_planned=True))
-            continue
-        rounds = _walkings(ground) if rounds is None else rounds
-        way = _laid_anew(ground, rounds, leg, points_m)
+        pieces, node = pieces_by_map(ground, points_m)
+        is_free = bool((ground.cell_of(node) == FREE).all())
+        planned = RobotWay(leg.from_id, leg.to_id, points_m, leg.length_m, pieces, as_planned=True)
+        way: RobotWay | None = planned
+        if not is_free or off_m[node].min() < _off_m(ground.space) - _LINE_CELLS * ground.space.grid.cell_m:
+            rounds = _walkings(ground, off_m) if rounds is None else rounds
+            way = _laid_anew(ground, rounds[:1] if is_free else rounds, planned, is_free=is_free)
         if way is None:
             lost.append(leg.title)
-        else:
-            ways.append(way)
+            continue
+        ways.append(way)
+        if not way.as_planned:
             anew.append(leg.title)
     remarks = []
     if anew:
-        remarks.append(f"the way from {', '.join(anew)} meets cells that are not free: it is laid around them")
+        remarks.append(
+            f"the way from {', '.join(anew)} meets cells that are not free or a drop: it is laid around them"
+        )
     if lost:
         remarks.append(f"no way on free cells of the maps leads from {', '.join(lost)}: left out of the paths")
     return tuple(ways), tuple(remarks)
@@ -119,15 +129,18 @@ def nodes_under(space: FreeSpace, place_m: FloatArray) -> Int64Array:
     return out
 
 
-def pieces_by_map(ground: Ground, points_m: FloatArray) -> tuple[tuple[Piece, ...], bool]:
-    """Cut corners (M, 3), local frame, M >= 2, exactly where the map changes; and whether all its cells are free."""
+def pieces_by_map(ground: Ground, points_m: FloatArray) -> tuple[tuple[Piece, ...], Int64Array]:
+    """Cut corners (M, 3), local frame, M >= 2, exactly where the map changes; and nodes (K,) below it, cell by cell.
+
+    -1 : there is no ground. A place over no ground that a map shows is of the piece before it; no pieces, none is.
+    """
     corners_m, is_corner = _crossings(ground.space, points_m)
     node = nodes_under(ground.space, 0.5 * (corners_m[1:] + corners_m[:-1]))
-    pixel = ground.cell_of(node)
-    known = np.flatnonzero(pixel >= 0)
+    shown = (node >= 0) & (ground.sheets.of_node[node] >= 0)
+    known = np.flatnonzero(shown)
     if not known.size:
-        return (), False
-    last = np.maximum.accumulate(np.where(pixel >= 0, np.arange(node.size), known[0]))
+        return (), node
+    last = np.maximum.accumulate(np.where(shown, np.arange(node.size), known[0]))
     sheet, floor = ground.sheets.of_node[node[last]], ground.space.floor[node[last]]
     changes = np.flatnonzero((np.diff(sheet) != 0) | (np.diff(floor) != 0)) + 1
     pieces = []
@@ -135,7 +148,7 @@ def pieces_by_map(ground: Ground, points_m: FloatArray) -> tuple[tuple[Piece, ..
         kept = is_corner[start : end + 1].copy()
         kept[[0, -1]] = True
         pieces.append(Piece(int(sheet[start]), int(floor[start]), corners_m[start : end + 1][kept]))
-    return tuple(pieces), bool((pixel == FREE).all())
+    return tuple(pieces), node
 
 
 def _crossings(space: FreeSpace, points_m: FloatArray) -> tuple[FloatArray, BoolArray]:
@@ -155,37 +168,48 @@ def _crossings(space: FreeSpace, points_m: FloatArray) -> tuple[FloatArray, Bool
     return np.concatenate(out), np.array(is_corner)
 
 
-def _laid_anew(ground: Ground, rounds: tuple[Walking, ...], leg: Way, points_m: FloatArray) -> RobotWay | None:
-    """Return the way between a leg's ends on free cells: the roomiest that ends where it should, else any, or None."""
-    found = None
+def _laid_anew(ground: Ground, rounds: tuple[Walking, ...], planned: RobotWay, *, is_free: bool) -> RobotWay | None:
+    """Return the roomiest way on free cells between a planned one's ends that is no great detour.
+
+    That is the planned one itself where it `is_free` and no other serves. Where no way ends there, it is one that ends
+    beside, at arm's length; else None.
+    """
+    to_ends: list[RobotWay] = []
+    beside: list[RobotWay] = []
     for walking in rounds:
-        path = walking.path(points_m[0], points_m[-1])
+        path = walking.path(planned.points_m[0], planned.points_m[-1])
         if path.points_m.shape[0] < 2:
             continue
-        pieces, is_free = pieces_by_map(ground, path.points_m)
-        if not is_free:
+        pieces, node = pieces_by_map(ground, path.points_m)
+        if not (ground.cell_of(node) == FREE).all():
             continue
-        found = RobotWay(leg.from_id, leg.to_id, path.points_m, path.length_m, pieces, as_planned=False)
-        off_m = np.abs(path.points_m[[0, -1], :2] - points_m[[0, -1], :2]).max()
-        if off_m <= ground.space.grid.cell_m:
-            break
-    return found
+        way = replace(planned, points_m=path.points_m, length_m=path.length_m, pieces=pieces, as_planned=False)
+        off_m = np.abs(path.points_m[[0, -1], :2] - planned.points_m[[0, -1], :2]).max()
+        (to_ends if off_m <= ground.space.grid.cell_m else beside).append(way)
+    found = [*to_ends, planned] if is_free else to_ends or beside[-1:]
+    least_m = min((way.length_m for way in found), default=0.0)
+    return next((way for way in found if way.length_m <= _DETOUR * least_m), None)
 
 
-def _walkings(ground: Ground) -> tuple[Walking, ...]:
+def _off_m(space: FreeSpace) -> float:
+    """Metres that ways keep off edges where there is room: the body's radius."""
+    return max(space.mover.radius_m, _LINE_CELLS * space.grid.cell_m)
+
+
+def _walkings(ground: Ground, off_m: FloatArray) -> tuple[Walking, ...]:
     """Walking off edges: by the radius of the mover, and as near as a line can pass without touching other cells."""
-    space = ground.space
-    least_m = _LINE_CELLS * space.grid.cell_m
-    off_m = _off_others_m(ground, max(space.mover.radius_m, least_m))
     out = []
-    for keep_m in dict.fromkeys((max(space.mover.radius_m, least_m), least_m)):
+    for keep_m in dict.fromkeys((_off_m(ground.space), _LINE_CELLS * ground.space.grid.cell_m)):
         region = np.where(off_m >= keep_m - 1e-9, ground.reach.region, -1).astype(np.int32)
         out.append(Walking(replace(ground.reach, region=region)))
     return tuple(out)
 
 
-def _off_others_m(ground: Ground, reach_m: float) -> FloatArray:
-    """(N,) float64: from a node along the ground to the nearest cell that is not free or that no step leads to."""
+def _off_others_m(ground: Ground) -> FloatArray:
+    """(N,) float64: from a node along the ground to the nearest cell that is not free or that no step leads to.
+
+    inf where that is well further than ways keep off.
+    """
     space = ground.space
     cell = space.cells()
     node = np.arange(space.n_nodes)
@@ -201,5 +225,5 @@ def _off_others_m(ground: Ground, reach_m: float) -> FloatArray:
     source[taken] = n_places + np.arange(taken.size)
     place.append(cell[taken])
     at = np.concatenate(place).astype(np.float64)
-    distance, _ = spread(space.links, cell, source, at, reach_cells=reach_m / space.grid.cell_m + 1.0)
+    distance, _ = spread(space.links, cell, source, at, reach_cells=_off_m(space) / space.grid.cell_m + 1.0)
     return distance * space.grid.cell_m

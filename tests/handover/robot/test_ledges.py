@@ -18,7 +18,7 @@ from planner_core.ground.reach import Reach, Region
 from planner_core.ground.walking import Walking
 from planner_core.handover.map_sheets import map_sheets
 from planner_core.handover.occupancy import FREE, OCCUPIED, UNKNOWN, occupancy_maps
-from planner_core.handover.robot_ways import Ground, Piece, pieces_by_map, robot_ways
+from planner_core.handover.robot_ways import Ground, Piece, robot_ways
 from planner_core.handover.walk import Way
 from planner_core.model import Floor, Survey
 
@@ -229,7 +229,7 @@ def test_a_way_round_an_open_corner_keeps_off_the_drop() -> None:
     leg = way_on(site, site.node.index((2, 38, 0.0)), site.node.index((38, 2, 0.0)))
     past = Way("A", "B", np.array([leg.points_m[0], [1.01, 1.01, 0.0], leg.points_m[-1]]), 3.0, ("F0",))
     (way,), remarks = robot_ways(site.ground, (past,), np.zeros(3))
-    assert remarks == ("the way from A to B meets cells that are not free: it is laid around them",)
+    assert remarks == ("the way from A to B meets cells that are not free or a drop: it is laid around them",)
     assert not way.as_planned
     np.testing.assert_array_equal(way.points_m[[0, -1]], past.points_m[[0, -1]])
     length_m = np.linalg.norm(np.diff(way.points_m, axis=0), axis=1).sum()
@@ -239,6 +239,31 @@ def test_a_way_round_an_open_corner_keeps_off_the_drop() -> None:
     # The corner of the drop is at (1.0, 1.0): the mover's body keeps off it.
     segments = [a + (b - a) * t for a, b in pairwise(way.points_m[:, :2]) for t in np.linspace(0, 1, 200)]
     assert min(np.hypot(*(point - 1.0)) for point in segments) > 0.25 - CELL
+
+
+def test_a_way_along_a_drop_keeps_off_it_where_there_is_room() -> None:
+    # A strip with nothing on either side; where it is narrow the plan's way is as good as any.
+    for n_rows, as_planned in ((30, False), (8, True)):
+        site = site_of(level(range(60), range(5, 5 + n_rows)), (60, 40), (0.0,), radius_m=0.25)
+        ends = [0.1, 5.9 * CELL, 0.0], [2.9, 5.9 * CELL, 0.0]
+        along_edge = [[0.1, 0.6, 0.0], ends[0], ends[1], [2.9, 0.6, 0.0]]
+        leg = Way("A", "B", np.array(along_edge), 3.4, ("F0",))
+        (way,), remarks = robot_ways(site.ground, (leg,), np.zeros(3))
+        assert way.as_planned == as_planned
+        assert bool(remarks) == (not as_planned)
+        nearest_m = way.points_m[:, 1].min() - 5 * CELL
+        assert nearest_m == pytest.approx(0.9 * CELL) if as_planned else nearest_m > 0.25 - CELL
+
+
+def test_no_great_detour_is_made_to_keep_off_a_drop() -> None:
+    # A ridge of 0.2 m leads straight over a pit; round the pit there is room.
+    edge = set(range(15)) | set(range(65, 80))
+    frame = {(x, y): found for (x, y), found in level(range(80), range(80)).items() if x in edge or y in edge}
+    site = site_of({**frame, **level(range(15, 65), range(38, 42))}, (80, 80), (0.0,), radius_m=0.25)
+    across = Way("A", "B", np.array([[0.375, 2.0, 0.0], [3.625, 2.0, 0.0]]), 3.25, ("F0",))
+    (way,), remarks = robot_ways(site.ground, (across,), np.zeros(3))
+    assert way.as_planned
+    assert remarks == ()
 
 
 def test_a_leg_without_free_ground_is_left_out_and_told() -> None:
@@ -308,6 +333,10 @@ def test_ways_never_leave_free_cells(
             np.testing.assert_array_equal(way.points_m, leg.points_m)
 
 
-def test_a_way_over_no_ground_at_all_has_no_pieces() -> None:
+def test_a_leg_over_no_ground_at_all_is_left_out_and_told() -> None:
     site = site_of(level(range(10), range(8)), (10, 8), (0.0,))
-    assert pieces_by_map(site.ground, np.array([[0.1, 0.1, 9.0], [0.3, 0.3, 9.0]])) == ((), False)
+    high = Way("", "B", np.array([[0.1, 0.1, 9.0], [0.3, 0.3, 9.0]]), 0.3, ("F0",))
+    assert robot_ways(site.ground, (high,), np.zeros(3)) == (
+        (),
+        ("no way on free cells of the maps leads from start to B: left out of the paths",),
+    )
