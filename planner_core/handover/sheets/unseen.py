@@ -13,11 +13,14 @@ from planner_core.handover.section import kind_of
 from planner_core.handover.sheets.building import Building
 from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.scene.patches import patch_triangles
+from planner_core.scene.plumb_lines import crossings
 
 #: Surface this upright is a wall: 72 degrees and more. As level as the other, ground.
 _UPRIGHT, _LEVEL = 0.3, 0.9
 #: Layers of one floor: coverings above the ground, slabs below it.
 _ABOVE_M, _BELOW_M = 0.12, 0.35
+#: Level surfaces this near above each other are one.
+_SAME_M = 0.001
 #: What stands upright and is no wall.
 _THINGS = ("furniture", "stair", "railing")
 #: Length of wall that is judged at once, and how much of it has to be missed to be marked.
@@ -33,7 +36,8 @@ _PLANE_M = 0.04
 class UnseenSurface:
     """Of one floor. seen, missed, out_of_reach : level surface at the height of the ground, as triangles (N, 3, 2).
 
-    A place may be in several of them, where layers lie on each other: the first of the three is what one sees.
+    Of level surfaces that lie on each other (a covering on its slab, the slab's underside) the topmost counts.
+    A place may still be in several of them, where one lies on a part of the other: the first of the three is seen.
     missed : some allowed spot sees it, no station does. out_of_reach : no allowed spot sees it.
     walls : (K, 2, 2) ends of strips of wall of which at least half could be seen and is not.
     """
@@ -67,6 +71,7 @@ def unseen_surface(building: Building, floor: int, *, height_m: FloatArray, wind
     seen, achievable = building.times_seen[patch] > 0, building.achievable[patch]
     level = np.abs(normal[:, 2]) > _LEVEL * twice_m2
     level &= (middle_m[:, 2] > low_m - _BELOW_M) & (middle_m[:, 2] < low_m + _ABOVE_M)
+    level[level] = ~_lies_under(middle_m[level], corners_m[level])
     plan_m = corners_m[:, :, :2]
     upright = achievable & (np.abs(normal[:, 2]) < _UPRIGHT * twice_m2)
     upright &= (middle_m[:, 2] >= low_m) & (middle_m[:, 2] < high_m) & of_wall
@@ -97,6 +102,14 @@ def _patches_near(
     thing = np.array([kind_of(element) in _THINGS for element in scene.elements], dtype=np.bool_)
     of_wall = ~thing[scene.element_of_triangle[triangle]]
     return patch_triangles(part, some), number, np.repeat(ground[triangle], count), np.repeat(of_wall, count)
+
+
+def _lies_under(middle_m: FloatArray, corners_m: FloatArray) -> BoolArray:
+    """(N,) whether another of these level patches, (N, 3, 3), lies above the middle of each."""
+    under = np.zeros(len(middle_m), dtype=np.bool_)
+    for met in crossings(middle_m, corners_m):
+        under[met.point[met.z_m > middle_m[met.point, 2] + _SAME_M]] = True
+    return under
 
 
 def _strips(middle_m: FloatArray, normal: FloatArray, area_m2: FloatArray, missed: BoolArray) -> FloatArray:
