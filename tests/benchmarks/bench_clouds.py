@@ -51,7 +51,8 @@ SPARE_BYTES = 2_500_000_000
 _MEMORY = """
 ## Memory
 The greatest that was resident. Libraries are some 160 MiB of it; of the scan, half a million beams are held as they
-were cast, and a block of 65 536 that is worked on. It does not grow with the scan.
+were cast, and a block of 65 536 that is worked on. It does not grow with the scan, but for angles of rows and columns,
+and for the preview that lies beside an EXR: its size is bounded.
 
 While blocks were as large as what is cast, it was 390 to 550 MiB and looked as if it grew. glibc maps memory for large
 arrays at first, but takes them from its heap once one of their size was freed; there arrays of 0.5 to 12 MB leave gaps
@@ -148,7 +149,7 @@ def as_markdown(rows: list[Row], left_out: list[str]) -> str:
         f"{row.n_bytes / row.n_beams:.1f} | {row.memory_mib:.0f} | {row.cpu_s:.0f} | {row.wall_s:.0f} |"
         for row in rows
     ]
-    lines += [f"\nLeft out, for want of room on the disk: {', '.join(left_out)}."] if left_out else []
+    lines += [f"\nLeft out, for want of time or of room on the disk: {', '.join(left_out)}."] if left_out else []
     return "\n".join([*lines, _MEMORY, ""])
 
 
