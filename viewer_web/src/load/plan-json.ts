@@ -91,9 +91,13 @@ const RequirementResult = v.object({
 
 const seconds = v.nullable(v.number());
 
+/** Rows from the scene's coordinates to the map's; null: the file does not say. */
+const MapRows = v.nullable(v.array(v.array(v.number())));
+const Georeference = v.nullable(v.object({ to_map: MapRows }));
+
 const PlanJson = v.object({
   schema: v.literal(SCHEMA),
-  scene: v.object({ file: v.string() }),
+  scene: v.object({ file: v.string(), georeference: v.optional(Georeference, null) }),
   scanner: v.object({
     name: v.string(),
     title: v.optional(v.string()),

@@ -7,7 +7,7 @@ import type { Store } from '../store.ts';
 import type { Counting, NetworkReport } from './graph.ts';
 import { type LinkGroup, lackInWords, linkGroups } from './link-groups.ts';
 import { strengthColor } from './strength.ts';
-import { NORTH_HINT, weakMotionOf } from './weak-motion.ts';
+import { northHint, weakMotionOf } from './weak-motion.ts';
 import './network.css';
 
 const LINKS_A_PAGE = 40;
@@ -21,6 +21,7 @@ interface LinkListProps {
 export function LinkList({ store, report, counting }: LinkListProps) {
   return (
     <>
+      <p class="muted">{northHint(store.loaded.value?.plan.scene.georeference?.to_map ?? null)}</p>
       {linkGroups(store.shownLinks.value, report).map((group) => (
         <Group key={group.title} group={group} store={store} report={report} counting={counting} />
       ))}
@@ -71,7 +72,7 @@ function LinkRow({ store, link, isWeakest, lack }: LinkRowProps) {
         type="button"
         class={isChosen ? 'row row-link row-chosen' : 'row row-link'}
         aria-pressed={isChosen}
-        title={weak === null ? undefined : `Held least: ${weak.long}. ${weak.why} ${NORTH_HINT}`}
+        title={weak === null ? undefined : `Held least: ${weak.long}. ${weak.why}`.trimEnd()}
         onClick={() => store.choosePair(isChosen ? null : [link.a, link.b])}
       >
         <svg class="link-line" viewBox="0 0 18 6" aria-hidden="true">

@@ -5,7 +5,7 @@ import { Figure } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { countingOf, counts, networkOf } from './graph.ts';
 import { strengthInWords } from './strength.ts';
-import { NORTH_HINT, weakMotionOf } from './weak-motion.ts';
+import { northHint, weakMotionOf } from './weak-motion.ts';
 import './network.css';
 
 export function PairCard({ store }: { store: Store }) {
@@ -18,6 +18,7 @@ export function PairCard({ store }: { store: Store }) {
   const { bridges } = networkOf(ids, store.shownLinks.value, counting);
   const marking = store.marking.value;
   const weak = weakMotionOf(link?.weak_axis ?? '');
+  const north = northHint(plan.scene.georeference?.to_map ?? null);
   return (
     <Card
       title={`${pair[0]} – ${pair[1]}`}
@@ -39,9 +40,9 @@ export function PairCard({ store }: { store: Store }) {
           value={link === undefined ? '–' : strengthInWords(link.strength)}
           hint="How firmly the shared surface holds the two scans: 0 not at all, 1 as a box all around"
         />
-        {weak !== null && <Figure name="Held least" value={weak.long} hint={NORTH_HINT} />}
+        {weak !== null && <Figure name="Held least" value={weak.long} hint={north} />}
       </dl>
-      {weak !== null && weak.why !== '' && <p class="muted weak-why">{`${weak.why} ${NORTH_HINT}`}</p>}
+      {weak !== null && weak.why !== '' && <p class="muted weak-why">{`${weak.why} ${north}`}</p>}
       <ul class="chips">
         {pair.map((id) => (
           <li key={id}>

@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { weakMotionOf } from './weak-motion.ts';
+import { northHint, weakMotionOf } from './weak-motion.ts';
 
 test.each([
   ['slides along x', 'shift E–W'],
@@ -49,4 +49,19 @@ test('the line that is named is the nearest of four', () => {
 test('what is not known has no words, and other words stay as they are', () => {
   expect(weakMotionOf('')).toBeNull();
   expect(weakMotionOf('wobbles')?.short).toBe('wobbles');
+});
+
+test('where the map is turned, its north is told beside that of the words', () => {
+  const turned = (deg: number): number[][] => {
+    const [cos, sin] = [Math.cos((deg * Math.PI) / 180), Math.sin((deg * Math.PI) / 180)];
+    return [
+      [cos, -sin, 0, 458870],
+      [sin, cos, 0, 5438260],
+    ];
+  };
+  expect(northHint(null)).toBe('North is up on the maps: y of the model.');
+  expect(northHint(turned(0.1))).toBe('North is up on the maps: y of the model.');
+  // The map's axes turned by 24.5 degrees: its y is what lies that far from the model's y towards x.
+  expect(northHint(turned(24.5))).toMatch(/Grid north is 25° clockwise from it/);
+  expect(northHint(turned(-30))).toMatch(/Grid north is 30° anticlockwise from it/);
 });

@@ -15,8 +15,17 @@ export interface WeakMotion {
   readonly why: string;
 }
 
-export const NORTH_HINT = 'North is up on the maps: y of the model.';
+/** Which way the words call north. `toMap`: rows from the scene's coordinates to the map's; null: nobody knows. */
+export function northHint(toMap: readonly (readonly number[])[] | null): string {
+  const north = 'North is up on the maps: y of the model';
+  const [x, y] = toMap?.[1] ?? [0, 1];
+  const turnDeg = degrees(Math.atan2(x, y));
+  if (Math.abs(turnDeg) < LEAST_TURN_DEG) return `${north}.`;
+  return `${north}. Grid north is ${Math.abs(turnDeg).toFixed(0)}° ${turnDeg > 0 ? 'clockwise' : 'anticlockwise'} from it.`;
+}
 
+/** Turned less than this, the two norths are one to a reader. */
+const LEAST_TURN_DEG = 0.5;
 /** Directions steeper than this have no direction in plan, those flatter are level. */
 const STEEP_DEG = 80;
 const LEVEL_DEG = 10.5;

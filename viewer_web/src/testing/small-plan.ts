@@ -21,7 +21,7 @@ export function smallPlan(): PlanJson {
   });
   return {
     schema: 'tlsplan/plan/1',
-    scene: { file: 'house.ifc' },
+    scene: { file: 'house.ifc', georeference: null },
     scanner: { name: 'hdl-64e', range_max_m: 5 },
     requirements: { coverage: 0.95, overlap: 0.3 },
     floors: [
