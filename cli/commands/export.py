@@ -23,7 +23,10 @@ _WEB_TITLE = "the viewer and the plan as a folder for any static web host; works
 
 
 def _ids(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
-    return tuple(name.strip() for name in text.split(",") if name.strip()) if text else ()
+    names = tuple(name.strip() for name in (text or "").split(",") if name.strip())
+    if text is not None and not names:
+        raise click.BadParameter("names no station, expected ids such as S001,S002; leave the option out for all")
+    return names
 
 
 def _metres(_: click.Context, option: click.Parameter, text: str | None) -> tuple[float, ...] | None:

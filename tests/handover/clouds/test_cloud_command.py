@@ -5,6 +5,7 @@ from pathlib import Path
 
 import laspy
 import numpy as np
+import pytest
 from click.testing import CliRunner
 from cloud_room import expected_scan
 from tlsplan.group import cli
@@ -47,4 +48,13 @@ def test_a_station_that_is_not_there_is_told_in_one_line(plan_folder: Path, tmp_
     done = CliRunner().invoke(cli, words)
     assert done.exit_code != 0
     assert str(done.exception).startswith("station: got 'S9', expected one of S001, S002")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("names", ["", " , "])
+def test_a_list_of_no_stations_is_not_taken_for_all(names: str, plan_folder: Path, tmp_path: Path) -> None:
+    words = ["export", str(plan_folder), "--format", "ply", "-o", str(tmp_path / "x.ply"), "--stations", names]
+    done = CliRunner().invoke(cli, words)
+    assert done.exit_code == 2
+    assert "names no station, expected ids such as S001,S002" in done.output
     assert list(tmp_path.iterdir()) == []
