@@ -74,19 +74,24 @@ def registration_report(
 
 
 def registration_warnings(registration: Registration, floor_names: Mapping[str, str] = _NO_NAMES) -> tuple[str, ...]:
-    """One line for each network that stands apart but overlaps others, one for all that do not, and one for each that
-    hangs on single links where loops are asked.
+    """One line for each network that stands apart but overlaps others, one for two that are the nearest to each other,
+    one for all that overlap none, and one for each that hangs on single links where loops are asked.
 
     floor_names : names of floor ids, for people; ids stand for themselves where they have none.
     """
     gaps = {number: _best_gap(registration, number) for number in range(1, len(registration.networks))}
     alone = [number for number, gap in gaps.items() if gap is None]
-    near = [(number, gap) for number, gap in gaps.items() if gap is not None]
-    lines = [_apart(registration, number, gap, floor_names) for number, gap in near[:_TOLD]]
-    if len(near) > _TOLD:
-        n_stations = sum(len(registration.networks[number].stations) for number, _ in near[_TOLD:])
+    near: dict[tuple[int, int], list[int]] = {}  # of both sides of a gap, where it is the best of both
+    for number, gap in gaps.items():
+        if gap is not None:
+            near.setdefault(gap.networks, []).append(number)
+    best = {gap.networks: gap for gap in gaps.values() if gap is not None}
+    lines = [_apart(registration, near[pair], best[pair], floor_names) for pair in list(near)[:_TOLD]]
+    more = [number for pair in list(near)[_TOLD:] for number in near[pair]]
+    if more:
+        n_stations = sum(len(registration.networks[number].stations) for number in more)
         lines.append(
-            f"{len(near) - _TOLD} more networks, of {n_stations} stations, do not register with the others; see the "
+            f"{len(more)} more networks, of {n_stations} stations, do not register with the others; see the "
             "links of the plan"
         )
     if alone:
@@ -239,10 +244,13 @@ def _alone(networks: Sequence[RegistrationNetwork], floor_names: Mapping[str, st
     )
 
 
-def _apart(registration: Registration, number: int, gap: NetworkGap, floor_names: Mapping[str, str]) -> str:
-    network = registration.networks[number]
-    verb = "does" if len(network.stations) == 1 else "do"
-    head = f"{_placed(network, floor_names)} {verb} not register with the others"
+def _apart(registration: Registration, numbers: list[int], gap: NetworkGap, floor_names: Mapping[str, str]) -> str:
+    networks = [registration.networks[number] for number in numbers]
+    places = [_placed(network, floor_names) for network in networks]
+    if len(networks) > 1:
+        head = f"{_listed(places, '; ')} register neither with one another nor with the others"
+    else:
+        head = f"{places[0]} {'does' if len(networks[0].stations) == 1 else 'do'} not register with the others"
     best = gap.best
     named = f"{head}: the best link, {best.a} to {best.b}, overlaps {overlap_percent(best.overlap)} %"
     if best.overlap < registration.threshold:

@@ -202,6 +202,17 @@ def test_warnings_name_what_is_apart_why_and_what_to_do():
     )
 
 
+def test_two_networks_that_are_the_nearest_to_each_other_share_a_line():
+    ids = ["A", "B", "C", "D", "E"]
+    links = [Link("A", "B", 0.5, 0.1), Link("C", "D", 0.5, 0.1), Link("B", "C", 0.1, 0.1), Link("D", "E", 0.264, 0.1)]
+    lines = registration_warnings(report(links, ids))
+    assert lines == (
+        "stations C, D on floor 'F1'; station E on floor 'F1' register neither with one another nor with the others: "
+        "the best link, D to E, overlaps 26.4 %, 30 % are required; open the doors or add a station between them, or "
+        "register with targets",
+    )
+
+
 def test_many_networks_apart_are_counted():
     ids = [f"S{number}" for number in range(20)]
     links = [Link("S0", "S1", 0.5, 0.1), *(Link("S0", one, 0.2, 0.1) for one in ids[2:])]
