@@ -71,7 +71,8 @@ def read_station_list(path: Path, *, z_is_ground: bool = False) -> tuple[GivenSt
     A CSV needs a header line with x, y and z, or x, y, ground_z and instrument_height; floor and instrument_height
     are taken where present. So is the id, under one of many names (`Point No`, `Pt`, `Name`, `Station` ...). Only a
     list that has no other column than these goes without: it is numbered S001, S002, ... line by line. Otherwise
-    columns of other names are ignored. Upper and lower case, units in the name (`x_m`, `X [m]`), separators comma,
+    columns of other names are ignored; but a line has as many fields as the header, so that none is taken for
+    another's. Upper and lower case, units in the name (`x_m`, `X [m]`), separators comma,
     semicolon and tab, a byte order mark: all the same.
 
     Parameters
@@ -136,26 +137,50 @@ def _checked_position(values: Sequence[float]) -> FloatArray:
     return position
 
 
-def stations_of_text(path: Path, text: str, *, z_is_ground: bool = False) -> tuple[GivenStation, ...]:
-    """Read stations from the text of a CSV as `read_station_list` does; path : for messages."""
+def stations_of_text(
+    path: Path, text: str, *, z_is_ground: bool = False, header: Sequence[str] = ()
+) -> tuple[GivenStation, ...]:
+    """Read stations from the text of a CSV as `read_station_list` does.
+
+    path : for messages. header : names of the columns of a text that has no header line.
+    """
     lines = text.splitlines()
     header_line = next((line for line in lines if line.strip()), "")
     separator = max(",;\t", key=header_line.count)
     rows = csv.reader(io.StringIO(text), delimiter=separator)
-    columns: dict[str, tuple[int, str]] | None = None
+    names = list(header)
+    columns = _columns(path, 1, names, z_is_ground=z_is_ground) if names else None
     stations: list[GivenStation] = []
     try:
         for row in rows:
             if not any(cell.strip() for cell in row):
                 continue
             if columns is None:
-                columns = _columns(path, rows.line_num, row, z_is_ground=z_is_ground)
+                names, columns = row, _columns(path, rows.line_num, row, z_is_ground=z_is_ground)
             else:
+                _check_fields(f"{path}, line {rows.line_num}", row, names, separator, is_told=bool(header))
                 line = _Row(path, rows.line_num, row, columns)
                 stations.append(_station(line, len(stations), separator, z_is_ground=z_is_ground))
     except csv.Error as error:
         raise StationListError(f"{path}, line {rows.line_num}: {error}, expected CSV; repair the line") from error
     return _checked(path, tuple(stations))
+
+
+def _check_fields(where: str, row: list[str], names: list[str], separator: str, *, is_told: bool) -> None:
+    """Refuse a line of another number of fields than the header: its figures would be those of other columns.
+
+    Empty fields at the end, of the line or the header, are none.
+    """
+    n, n_expected = len(row), len(names)
+    if not any(cell.strip() for cell in (*row[n_expected:], *names[n:])):
+        return
+    remedy = "an empty one needs its separator, too"
+    if n > n_expected:
+        remedy = "text with a separator in it needs quotes"
+        if separator == ",":
+            remedy = "decimal commas need semicolons or tabs between the fields, text with commas needs quotes"
+    told = "--columns" if is_told else "the header"
+    raise StationListError(f"{where}: has {n} fields, {told} {n_expected}, expected as many; {remedy}")
 
 
 def _checked(path: Path, stations: tuple[GivenStation, ...]) -> tuple[GivenStation, ...]:

@@ -106,7 +106,8 @@ def _read(path: Path, heights: str, columns: str) -> tuple[ListedStation, ...]:
             return tuple(station for each in files for station in _poses(each))
     z_is_ground = heights == "ground" and not is_list
     if columns and not is_list:
-        given = stations_of_text(path, _with_header(path, columns), z_is_ground=z_is_ground)
+        header = _header(columns)
+        given = stations_of_text(path, _without_remarks(path), z_is_ground=z_is_ground, header=header)
     else:
         given = read_station_list(path, z_is_ground=z_is_ground)
     return tuple(_listed(each, z_is_ground=z_is_ground) for each in given)
@@ -117,19 +118,21 @@ def _listed(given: GivenStation, *, z_is_ground: bool) -> ListedStation:
     return ListedStation(given.id, given.position_m, given.instrument_height_m, given.floor, on_ground)
 
 
-def _with_header(path: Path, columns: str) -> str:
-    """Return a CSV's text with a header line of its columns, and without lines that are remarks."""
+def _header(columns: str) -> list[str]:
     letters = columns.upper()
     wrong = next((letter for letter in letters if letter not in _HEADERS), None)
     if wrong is not None:
         raise RequirementError(f"--columns: got {columns!r}, expected letters of {''.join(_HEADERS)}, such as PENZ")
+    return [_HEADERS[letter] for letter in letters]
+
+
+def _without_remarks(path: Path) -> str:
+    """Return a CSV's text; lines that are remarks are empty in it, so that the others keep their numbers."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise StationListError(f"{path}: can't be read ({error}), expected a CSV in UTF-8; check the file") from error
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    separator = max(",;\t", key=lines[0].count) if lines else ","
-    return "\n".join([separator.join(_HEADERS[letter] for letter in letters), *lines])
+    return "\n".join("" if line.lstrip().startswith("#") else line for line in text.splitlines())
 
 
 # ---------------------------------------------------------------------------------------------- E57

@@ -123,7 +123,13 @@ def test_height_is_the_sensors_z_where_nothing_else_is(
         ("id,x,y,z\nA,1,2,3\n ,1,2,3\n", ("line 3", "column id", "empty")),
         ("id,x,y,ground_z,height\nA,1,2,3,1.5\n", ("line 1", "column height", "instrument_height_m")),
         ("id,x_m,y_m,z_m\nA,1,2,3\nB,1,two,3\n", ("line 3", "y_m", "'two'")),
-        ("id,x_m,y_m,z_m\nA,1,2\n", ("line 2", "z_m", "''")),
+        ("id,x_m,y_m,z_m\nA,1,2,\n", ("line 2", "z_m", "''")),
+        ("id,x_m,y_m,z_m\nA,1,2\n", ("line 2", "has 3 fields, the header 4", "empty one needs its separator")),
+        (
+            "id,x,y,z\nS001,8,85,2,78,1,40\n",
+            ("line 2: has 7 fields, the header 4", "decimal commas need semicolons or tabs"),
+        ),
+        ("id;x;y;z\nA;1,0;2;3\nB;1,0;2;3;too;many\n", ("line 3: has 6 fields, the header 4", "needs quotes")),
         ("id,x_m,y_m,z_m\nA,1,nan,3\n", ("line 2", "y_m", "'nan'")),
         ("id,x_m,y_m,z_m\nA,1,inf,3\n", ("line 2", "y_m")),
         ("id,easting,z_m\nA,1,3\n", ("line 1", "easting")),
@@ -140,6 +146,18 @@ def test_bad_station_list_is_refused_with_the_place(tmp_path: Path, text: str, e
     message = str(caught.value)
     assert "\n" not in message
     assert [part for part in (str(file), *expected) if part not in message] == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["id,x,y,z\nA,1,2,3,,\n", "id,x,y,z,,\nA,1,2,3\n", 'id,x,y,z,remark\nA,1,2,3,"door, left"\n'],
+    ids=["empty fields at the end", "empty names at the end", "a quoted comma"],
+)
+def test_fields_that_say_nothing_or_are_quoted_do_not_count(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "mine.csv"
+    file.write_text(text)
+    (station,) = read_station_list(file)
+    assert (station.id, station.position_m.tolist()) == ("A", [1.0, 2.0, 3.0])
 
 
 def test_binary_file_and_missing_file_are_no_station_lists(tmp_path: Path) -> None:

@@ -264,6 +264,26 @@ def test_words_that_are_none_are_refused(source: PlanSource, tmp_path: Path) -> 
             read_actual([path], source, **told)
 
 
+@pytest.mark.parametrize("in_site", [False, True])
+def test_decimal_commas_between_commas_are_refused_and_not_read_as_other_numbers(
+    source: PlanSource, tmp_path: Path, in_site: bool
+) -> None:
+    rows = [
+        f"{each.id},{','.join(f'{v:.2f}'.replace('.', ',') for v in (each.site_m if in_site else each.position_m))}"
+        for each in source.stations
+    ]
+    path = tmp_path / "commas.csv"
+    path.write_text("\n".join(["id,x,y,z", *rows]))
+    with pytest.raises(StationListError, match=r"line 2: has 7 fields, the header 4.* decimal commas need semicolons"):
+        read_actual([path], source)
+    path.write_text("\n".join(["# by the crew", "", *rows]))
+    with pytest.raises(StationListError, match=r"line 3: has 7 fields, --columns 4"):
+        read_actual([path], source, columns="PENZ")
+    path.write_text("\n".join(["id;x;y;z", *(row.replace(",", ";", 1).replace(",", ".") for row in rows)]))
+    with pytest.raises(StationListError, match=r"line 2: has 2 fields, the header 4"):
+        read_actual([path], source)
+
+
 def test_heights_of_the_ground_with_their_own_instrument_height_are_the_sensor(
     source: PlanSource, tmp_path: Path
 ) -> None:
