@@ -385,7 +385,8 @@ describe.each(names)('%s', (name) => {
     const before: GlCount = await glCount(page);
     const toggle = page.getByRole('button', { name: 'Clouds', exact: true });
     await toggle.click();
-    await page.locator('[data-testid=cloud][data-state=shown]').waitFor();
+    // A picture of them is drawn with every cloud that comes.
+    await page.locator('[data-testid=cloud][data-state=shown]').waitFor(RUN);
     await viewer.settle();
     const shown = await glCount(page);
     expect(shown.points).toBeGreaterThan(0);
