@@ -14,6 +14,7 @@ from planner_core.errors import RequirementError, StationListError
 from planner_core.handover.actual_stations import ListedStation
 from planner_core.handover.matching import check_heights, doubts, matched
 from planner_core.handover.source import FieldStation
+from planner_core.model import SiteFrame
 
 
 def planned(name: str, x: float, y: float = 0.0, height_m: float = 1.5) -> FieldStation:
@@ -77,21 +78,76 @@ def test_a_planned_ground_that_is_not_known_is_not_matched_by_place() -> None:
     assert pairs(*matched([planned("S1", 0.0)], [on_ground])) == [("S1", "A")]
 
 
-def test_names_of_other_stations_are_doubted() -> None:
-    found = matched([planned("S1", 0.0), planned("S2", 9.0)], [listed("S2", 0.1), listed("S1", 9.1)])
-    lines = doubts(found)
-    assert len(lines) == 2
-    assert "S1: is 9.1 m from its planned place" in lines[0]
-    assert "0.10 m from S2" in lines[0]
-    assert "--match place" in lines[0]
+@pytest.mark.parametrize("n_turned", [1, 4])
+def test_exchanged_names_are_matched_by_place_and_told_in_one_line(n_turned: int) -> None:
+    stations = [planned(f"S{k}", 9.0 * k) for k in range(6)]
+    crew = [listed(f"S{(k + n_turned) % 6}", 9.0 * k + 0.02 * k) for k in range(6)]
+    found = matched(stations, crew)
+    assert pairs(*found) == [(f"S{k}", f"S{(k + n_turned) % 6}") for k in range(6)]
+    assert all(match.exchanged and match.by == "place" for match in found)
+    (line,) = doubts(found)
+    assert line.startswith("all 6 planned places are occupied, only names differ: 6 are listed under names of others")
+    assert f"(S0 as S{n_turned}, S1 as S{1 + n_turned}, " in line
+    assert "and 3 more" in line
+    assert not doubts(matched(stations, crew, by="place"))  # as it was asked for
+
+
+def test_two_exchanged_names_leave_the_others_alone() -> None:
+    stations = [planned(f"S{k}", 9.0 * k) for k in range(4)]
+    crew = [listed("S0", 0.2), listed("S2", 9.1), listed("S1", 18.1), listed("S3", 27.0)]
+    found = matched(stations, crew)
+    assert pairs(*found) == [("S0", "S0"), ("S1", "S2"), ("S2", "S1"), ("S3", "S3")]
+    assert [match.exchanged for match in found] == [False, True, True, False]
+
+
+def test_a_crew_that_numbers_on_after_a_station_left_out_misses_that_one_only() -> None:
+    stations = [planned(f"S{k}", 9.0 * k, 2.0 * k * k) for k in range(5)]
+    at = [each.position_m for each in stations]
+    crew = [listed("S0", *at[0][:2]), listed("S1", *at[2][:2]), listed("S2", *at[3][:2]), listed("S3", *at[4][:2])]
+    found = matched(stations, crew)
+    assert pairs(*found) == [("S0", "S0"), ("S1", ""), ("S2", "S1"), ("S3", "S2"), ("S4", "S3")]
+    (line,) = doubts(found)
+    assert line.startswith("3 places are listed under names of other stations (S2 as S1, S3 as S2, S4 as S3)")
+
+
+def test_a_station_that_moved_to_where_another_stands_keeps_its_name() -> None:
+    stations = [planned("S1", 0.0), planned("S2", 9.0), planned("S3", 30.0)]
+    found = matched(stations, [listed("S1", 8.0), listed("S2", 9.1), listed("S3", 30.0)])
+    assert pairs(*found) == [("S1", "S1"), ("S2", "S2"), ("S3", "S3")]
+    (line,) = doubts(found)
+    assert "S1: is 8.0 m from its planned place, and 1.00 m from S2; if" in line
+    assert "--match place" in line
+
+
+def test_a_row_of_stations_shifted_to_the_next_ones_places_keeps_its_names() -> None:
+    stations = [planned(f"S{k}", 5.0 * k) for k in range(6)]
+    found = matched(stations, [listed(each.id, float(each.position_m[0]) + 5.0) for each in stations])
+    assert not any(match.exchanged for match in found)
+    (line,) = doubts(found)
+    assert "all stations are off alike, by x +5.00, y +0.00, z +0.00 m: check the list's origin" in line
+    assert "--heights" not in line
 
 
 def test_a_list_that_is_shifted_as_a_whole_is_doubted() -> None:
     stations = [planned(f"S{k}", 3.0 * k) for k in range(4)]
     shifted = [listed(each.id, float(each.position_m[0]), 0.0, 0.0) for each in stations]
     (line,) = doubts(matched(stations, shifted))
-    assert "by 0.00, 0.00, -1.50 m" in line
+    assert "by x +0.00, y +0.00, z -1.50 m" in line
+    assert "--heights ground" in line
     assert not doubts(matched(stations, [listed(each.id, float(each.position_m[0])) for each in stations]))
+
+
+def test_a_shift_of_a_list_in_site_coordinates_is_told_in_these() -> None:
+    cos, sin = math.cos(0.4), math.sin(0.4)
+    matrix = np.array([[cos, -sin, 0.0, 4e5], [sin, cos, 0.0, 5e6], [0.0, 0.0, 1.0, 110.0], [0.0, 0.0, 0.0, 1.0]])
+    frame = SiteFrame(matrix, source="given epsg")
+    stations = [planned(f"S{k}", 7.0 * k, 2.0 * k * k) for k in range(4)]
+    to_east_north = matrix[:3, :3].T @ np.array([5.0, 3.0, 0.0])
+    crew = [ListedStation(each.id, each.position_m + to_east_north, None, None) for each in stations]
+    (line,) = doubts(matched(stations, crew), 2.0, frame)
+    assert "by E +5.00, N +3.00, H +0.00 m" in line
+    (line,) = doubts(matched(stations, crew))
+    assert f"by x {5 * cos + 3 * sin:+.2f}, y {3 * cos - 5 * sin:+.2f}, z +0.00 m" in line
 
 
 def test_another_word_and_no_distance_are_refused() -> None:
