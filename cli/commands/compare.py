@@ -70,7 +70,8 @@ def command(
 ) -> None:
     """Say what it costs that the scanner did not stand where PLAN has it, and what to scan again before leaving.
 
-    Ends with exit code 0 where what was asked is still met, and 7 where it is not.
+    Ends with exit code 0 where what was asked is met as far as the plan met it, and 7 where it is not. With -q only
+    warnings and that code tell.
     """
     from planner_core.export.folder import check_output
     from planner_core.handover.actual_stations import read_actual
@@ -97,7 +98,8 @@ def command(
         looked_at = [
             each for each in matches if not compared or each.planned is None or each.planned.floor_id in compared
         ]
-        reporter.warn((*actual.doubts, *source.frame.warnings, *doubts(looked_at, within_m)))
+        of_list = source.frame if actual.coordinates == "site" else None
+        reporter.warn((*actual.doubts, *source.frame.warnings, *doubts(looked_at, within_m, of_list)))
         live = open_live(
             source.folder, scene=scene, engine=engine, device=device, with_ground=False, progress=reporter.show
         )
@@ -155,6 +157,10 @@ def _stations(document: dict[str, Any]) -> list[str]:
     system = document["site_coordinates"] if document["list_coordinates"] == "site" else "scene coordinates"
     lines = [f"list          {sum(row['listed_as'] is not None for row in rows)} stations in {system}"]
     lines.append(f"as planned    {counts['as planned']}")
+    there = [(row["id"], row["listed_as"]) for row in rows if row["fate"] == "as planned"]
+    renamed = [f"{name} as {listed_as}" for name, listed_as in there if name.casefold() != listed_as.casefold()]
+    if renamed:
+        lines.append(f"  listed under other names: {_some(renamed)}")
     if counts["scanned before"]:
         lines.append(f"before        {counts['scanned before']} were scanned before the plan, and need not be listed")
     if counts["not compared"]:
@@ -183,7 +189,7 @@ def _fate(row: dict[str, Any]) -> str:
 def _coverage(document: dict[str, Any]) -> list[str]:
     lines: list[str] = []
     for row in document["requirements"]:
-        state = "" if row["met"] else "   NOT MET"
+        state = _state(row)
         lines.append(
             f"{'coverage' if not lines else '':<13} {row['name']:<24} {_percent(row['asked'])} asked, "
             f"{_percent(row['planned'])} planned, {_percent(row['actual'])} as scanned{state}"
@@ -191,9 +197,15 @@ def _coverage(document: dict[str, Any]) -> list[str]:
     return lines
 
 
+def _state(row: dict[str, Any]) -> str:
+    if not row["met"]:
+        return "   NOT MET"
+    return "" if row["asked_is_met"] else "   not met, in the plan neither"
+
+
 def _network(document: dict[str, Any]) -> list[str]:
     network = document["network"]
-    state = "" if network["met"] else "   NOT MET"
+    state = _state(network)
     lines = [
         f"network       {_parts(network['planned_parts'])} planned, {_parts(network['actual_parts'])} as scanned; "
         f"{network['planned_links']} links planned, {network['actual_links']} as scanned{state}"
@@ -233,11 +245,17 @@ def _lost(document: dict[str, Any]) -> list[str]:
 
 
 def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
+    again, parts = document["scan_again"], document["network"]["actual_parts"]
     if document["met"]:
-        return ["What was asked is still met: nothing need be scanned again."]
-    again = document["scan_again"]
+        missed = _missed(document, document["network"], parts, "asked_is_met")
+        if not missed:
+            return ["What was asked is still met: nothing need be scanned again."]
+        return [
+            "Nothing that the plan met is lost: nothing need be scanned again.",
+            f"NOT met, in the plan neither: {missed}.",
+        ]
     if again is None:
-        return ["What was asked is NOT met."]
+        return [f"What was asked is NOT met: {_missed(document, document['network'], parts, 'met')}."]
     rows = again["stations"]
     fewest = "fewest possible" if again["fewest_is_proven"] else "fewest found"
     many = "station" if len(rows) == 1 else "stations"
@@ -249,9 +267,43 @@ def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
             f"  {row['id']:<10} floor {row['floor']:<5} {x:.3f} {y:.3f} {z:.3f}{height}"
             f"{' (planned, missing)' if row['is_planned'] else ''}"
         )
-    state = "all that was asked is met again" if again["met"] else "not all that was asked is met even so"
-    lines.append(f"with them     {_percent(again['coverage'])} coverage, {_parts(again['network_parts'])}: {state}")
-    return lines
+        lines.append(f"{'':<13}{_purpose(row)}")
+    lost = [row["id"] for row in rows if row["for_what_was_lost"]]
+    others = [row["id"] for row in rows if not row["for_what_was_lost"]]
+    if others:
+        does, are = "does" if len(lost) == 1 else "do", "is" if len(others) == 1 else "are"
+        lines.append(
+            f"enough        {_some(lost)} {does} for what was lost; {_some(others)} {are} for what the plan did not "
+            "meet either"
+        )
+    return [*lines, _with_them(document, again)]
+
+
+def _purpose(row: dict[str, Any]) -> str:
+    adds = [f"{each['area_m2']:.1f} m2 on floor {each['floor']}" for each in row["adds"] if each["area_m2"] >= 0.05]
+    parts = [part[0] if len(part) == 1 else f"{part[0]} and {len(part) - 1} more" for part in row["joins"]]
+    said = [f"adds {', '.join(adds)} to the scans"] if adds else []
+    said += [f"joins {' with '.join(parts)}"] if parts else []
+    return "; ".join(said) or "adds no area to the scans, and joins no parts"
+
+
+def _with_them(document: dict[str, Any], again: dict[str, Any]) -> str:
+    missed = _missed(again, again["network"], again["network_parts"], "asked_is_met")
+    planned = _missed(document, document["network"], document["network"]["planned_parts"], "planned_is_met")
+    if not again["met"]:
+        state = f"even so, NOT met: {_missed(again, again['network'], again['network_parts'], 'met')}"
+    elif missed:
+        state = f"what was lost is back; NOT met, in the plan neither: {missed}"
+    else:
+        state = f"all that was asked is met{'' if planned else ' again'}"
+    return f"with them     {_percent(again['coverage'])} coverage, {_parts(again['network_parts'])}: {state}"
+
+
+def _missed(of: dict[str, Any], network: dict[str, Any], n_parts: int, key: str) -> str:
+    """Words for what of the requirements, and of the network, `key` says is not met; empty where all is."""
+    names = [f"coverage {row['name']}" for row in of["requirements"] if not row[key]]
+    names += [] if network[key] else [f"the network ({_parts(n_parts)})"]
+    return ", ".join(names)
 
 
 def _percent(share: float) -> str:

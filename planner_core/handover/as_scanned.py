@@ -16,6 +16,7 @@ from planner_core.candidates.written_places import as_written_m
 from planner_core.errors import StationListError
 from planner_core.evaluate import place_stations
 from planner_core.export.stations_csv import GivenStation
+from planner_core.handover.as_scanned_purposes import Purpose, purposes_of
 from planner_core.handover.matching import WITHIN_M, Match
 from planner_core.live.draft import Draft, DraftStation, Place
 from planner_core.live.live_plan import DraftFigures, LivePlan
@@ -93,13 +94,15 @@ class AsScanned:
 class Rescan:
     """plan : scanned stations, which are fixed, and the further ones. further : these alone, in walking order.
 
-    figures : of all of them, by the reckoning of the earlier plan. met : they bring back what was asked.
+    figures : of all of them, by the reckoning of the earlier plan. met : they bring back what was asked, as far as the
+    plan met it. purposes : of the further ones, in their order.
     """
 
     plan: Plan
     further: tuple[Station, ...]
     figures: DraftFigures
     met: bool
+    purposes: tuple[Purpose, ...] = ()
 
 
 def is_met(planned: Plan, found: Plan) -> bool:
@@ -119,6 +122,11 @@ def is_network_met(planned: Plan, found: Plan) -> bool:
     if planned.settings.requirements.network == "none" or now.met:
         return True
     return not was.met and len(now.networks) <= len(was.networks) and (now.connected or not was.connected)
+
+
+def is_network_asked_met(plan: Plan) -> bool:
+    """Whether the stations hang together as asked, whatever another plan had."""
+    return plan.settings.requirements.network == "none" or registration_of(plan).met
 
 
 def registration_of(plan: Plan) -> Registration:
@@ -306,9 +314,10 @@ def plan_rescan(live: LivePlan, found: AsScanned, *, progress: Progress = silent
     plan = plan_survey(live.survey, settings, live.engine, progress=progress)
     scanned = {station.id for station in found.draft.stations}
     further = tuple(station for station in plan.stations if station.id not in scanned)
-    all_stations = (*found.draft.stations, *(_as_draft(station) for station in further))
-    figures = live.figures(Draft(all_stations))
-    return Rescan(plan, further, figures, is_met(found.planned.plan, figures.plan))
+    drafted = tuple(_as_draft(station) for station in further)
+    figures = live.figures(Draft((*found.draft.stations, *drafted)))
+    purposes = purposes_of(live, found.draft, drafted, lambda each: is_met(found.planned.plan, each))
+    return Rescan(plan, further, figures, is_met(found.planned.plan, figures.plan), purposes)
 
 
 def rescan_settings(live: LivePlan, found: AsScanned) -> PlanSettings:

@@ -13,10 +13,12 @@ from planner_core.handover.as_scanned import (
     AsScanned,
     Rescan,
     counted_links,
+    is_network_asked_met,
     is_network_met,
     is_part_met,
     registration_of,
 )
+from planner_core.handover.as_scanned_purposes import Purpose
 from planner_core.live.live_plan import DraftFigures, LivePlan
 from planner_core.live.unseen import LeftSurface
 from planner_core.model import Coverage, FloatArray, Link, Plan, SiteFrame, Station
@@ -54,6 +56,8 @@ def as_scanned_document(
             "planned_parts": len(registration_of(planned).networks),
             "actual_parts": len(registration_of(actual).networks),
             "met": is_network_met(planned, actual),
+            "planned_is_met": is_network_asked_met(planned),
+            "asked_is_met": is_network_asked_met(actual),
             "networks": [list(each.stations) for each in registration_of(actual).networks],
             "planned_links": len(counted_links(planned)),
             "actual_links": len(counted_links(actual)),
@@ -85,6 +89,8 @@ def _figures(live: LivePlan, was: DraftFigures, now: DraftFigures) -> dict[str, 
                 "planned": _rounded(before.fraction_of_achievable, 6),
                 "actual": _rounded(after.fraction_of_achievable, 6),
                 "met": is_part_met(before, after),
+                "planned_is_met": before.met,
+                "asked_is_met": after.met,
             }
             for before, after in zip(was.plan.requirements, now.plan.requirements, strict=True)
         ],
@@ -123,13 +129,30 @@ def _rescan(live: LivePlan, frame: SiteFrame, found: AsScanned, rescan: Rescan) 
     return {
         "met": rescan.met,
         "fewest_is_proven": _is_proven(rescan.plan),
-        "stations": [_further(each, each.id in known, frame, each.position_m + offset_m) for each in rescan.further],
+        "stations": [
+            {**_further(each, each.id in known, frame, each.position_m + offset_m), **_purpose(purpose)}
+            for each, purpose in zip(rescan.further, rescan.purposes, strict=True)
+        ],
         "coverage": _rounded(after.coverage.fraction_of_achievable, 6),
         "network_parts": len(registration_of(after).networks),
+        "network": {"met": is_network_met(planned, after), "asked_is_met": is_network_asked_met(after)},
         "requirements": [
-            {"name": now.name, "actual": _rounded(now.fraction_of_achievable, 6), "met": is_part_met(was, now)}
+            {
+                "name": now.name,
+                "actual": _rounded(now.fraction_of_achievable, 6),
+                "met": is_part_met(was, now),
+                "asked_is_met": now.met,
+            }
             for was, now in zip(planned.requirements, after.requirements, strict=True)
         ],
+    }
+
+
+def _purpose(purpose: Purpose) -> dict[str, Any]:
+    return {
+        "for_what_was_lost": purpose.for_lost,
+        "adds": [{"floor": floor, "area_m2": _rounded(area_m2)} for floor, area_m2 in purpose.gains_m2],
+        "joins": [list(part) for part in purpose.joins],
     }
 
 

@@ -28,6 +28,7 @@ from planner_core.handover.as_scanned import (
     plan_rescan,
 )
 from planner_core.handover.as_scanned_document import as_scanned_document
+from planner_core.handover.as_scanned_purposes import purposes_of
 from planner_core.handover.matching import matched
 from planner_core.handover.source import PlanSource
 from planner_core.live.live_plan import LivePlan
@@ -142,6 +143,46 @@ def test_what_is_to_be_scanned_again_brings_back_what_was_asked(live: LivePlan, 
     assert is_met(found.planned.plan, rescan.figures.plan)
     all_met = all(result.met for result in rescan.figures.plan.requirements)
     assert all_met
+
+
+def parts_of(plan: Plan) -> set[frozenset[str]]:
+    """Stations that links join, by growing sets."""
+    parts = [{station.id} for station in plan.stations]
+    for link in counted_links(plan):
+        joined = [part for part in parts if part & {link.a, link.b}]
+        parts = [part for part in parts if part not in joined] + [set().union(*joined)]
+    return {frozenset(part) for part in parts}
+
+
+def test_purposes_of_further_stations_are_those_of_evaluations(
+    live: LivePlan, source: PlanSource, tmp_path: Path
+) -> None:
+    rest = [each for number, each in enumerate(listed_of(source)) if number not in (0, 3)]
+    found = compared(live, source, rest)
+    back = [each for each in live.draft.stations if each.id in {station.id for station in found.of_fate(MISSING)}]
+    idle = replace(found.draft.stations[0], id="idle")  # where a scan stands already
+    planned = found.planned.plan
+    purposes = purposes_of(live, found.draft, [*back, idle], lambda plan: is_met(planned, plan))
+    assert [each.station for each in purposes] == [*(each.id for each in back), "idle"]
+    assert [each.for_lost for each in purposes][-1] is False
+    assert any(each.for_lost for each in purposes)
+    assert purposes[-1].gains_m2 == ()
+    everyone = parts_of(planned)
+    for purpose, number in zip(purposes, (0, 3), strict=False):
+        here = listed_of(source)[number]
+        alone = evaluated(live, [*rest, here], tmp_path).coverage_by_floor
+        was = found.actual.plan.coverage_by_floor
+        gains = {
+            floor.id: now.covered_area_m2 - before.covered_area_m2
+            for floor, now, before in zip(live.survey.floors, alone, was, strict=True)
+            if now.covered_area_m2 > before.covered_area_m2
+        }
+        assert dict(purpose.gains_m2) == pytest.approx(gains)
+        others = parts_of(evaluated(live, [each for each in listed_of(source) if each.id != here.id], tmp_path))
+        (own,) = (part for part in everyone if here.id in part)
+        apart = {part for part in others if part <= own}
+        told = {frozenset(part) - {"idle"} for part in purpose.joins} - {frozenset()}
+        assert told == (apart if len(apart) > 1 else set())
 
 
 def test_one_floor_is_compared_with_the_others_as_planned(live: LivePlan, source: PlanSource, tmp_path: Path) -> None:
