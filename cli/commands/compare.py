@@ -200,7 +200,7 @@ def _coverage(document: dict[str, Any]) -> list[str]:
 def _state(row: dict[str, Any]) -> str:
     if not row["met"]:
         return "   NOT MET"
-    return "" if row["asked_is_met"] else "   not met, in the plan neither"
+    return "" if row["asked_is_met"] else "   not met, as in the plan"
 
 
 def _network(document: dict[str, Any]) -> list[str]:
@@ -252,7 +252,7 @@ def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
             return ["What was asked is still met: nothing need be scanned again."]
         return [
             "Nothing that the plan met is lost: nothing need be scanned again.",
-            f"NOT met, in the plan neither: {missed}.",
+            f"NOT met, as in the plan: {missed}.",
         ]
     if again is None:
         return [f"What was asked is NOT met: {_missed(document, document['network'], parts, 'met')}."]
@@ -293,7 +293,7 @@ def _with_them(document: dict[str, Any], again: dict[str, Any]) -> str:
     if not again["met"]:
         state = f"even so, NOT met: {_missed(again, again['network'], again['network_parts'], 'met')}"
     elif missed:
-        state = f"what was lost is back; NOT met, in the plan neither: {missed}"
+        state = f"what was lost is back; NOT met, as in the plan: {missed}"
     else:
         state = f"all that was asked is met{'' if planned else ' again'}"
     return f"with them     {_percent(again['coverage'])} coverage, {_parts(again['network_parts'])}: {state}"

@@ -164,10 +164,10 @@ def test_every_station_to_scan_again_tells_what_it_is_for(source: PlanSource) ->
 
 def test_what_is_still_not_met_is_told_and_not_that_all_is(source: PlanSource) -> None:
     *_, last = _again(rescan_document(network_met=False, lost=True), source)
-    assert last.endswith("what was lost is back; NOT met, in the plan neither: the network (2 parts)")
+    assert last.endswith("what was lost is back; NOT met, as in the plan: the network (2 parts)")
     lines = _again(rescan_document(network_met=False, lost=False), source)
     assert lines[0] == "Nothing that the plan met is lost: nothing need be scanned again."
-    assert lines[1] == "NOT met, in the plan neither: the network (2 parts)."
+    assert lines[1] == "NOT met, as in the plan: the network (2 parts)."
     document = rescan_document(network_met=False, lost=True)
     document["scan_again"].update(met=False, requirements=[{"name": "overall", "met": False, "asked_is_met": False}])
     assert _again(document, source)[-1].endswith("even so, NOT met: coverage overall")

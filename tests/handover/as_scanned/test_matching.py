@@ -119,6 +119,14 @@ def test_a_station_that_moved_to_where_another_stands_keeps_its_name() -> None:
     assert "--match place" in line
 
 
+def test_one_of_many_moved_stations_that_meets_anothers_place_keeps_its_name() -> None:
+    stations = [planned(f"S{k}", 9.0 * k) for k in range(4)]
+    crew = [listed("S0", 9.5), *(listed(f"S{k}", 9.0 * k, 4.0 + k * k) for k in (1, 2, 3))]
+    found = matched(stations, crew)
+    assert pairs(*found) == [(f"S{k}", f"S{k}") for k in range(4)]
+    assert not any(match.exchanged for match in found)
+
+
 def test_a_row_of_stations_shifted_to_the_next_ones_places_keeps_its_names() -> None:
     stations = [planned(f"S{k}", 5.0 * k) for k in range(6)]
     found = matched(stations, [listed(each.id, float(each.position_m[0]) + 5.0) for each in stations])
