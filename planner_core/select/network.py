@@ -10,7 +10,7 @@ candidates always hangs together, and adding candidates can make any set do so.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -72,6 +72,25 @@ class Network:
             n_faults += sum(self._is_avoidable(chosen[a], chosen[b], parts, n_of_part) for a, b in bridges)
         return n_faults
 
+    def completes(self, rest: Sequence[int]) -> Callable[[int], bool]:
+        """Return what says of a candidate, not of `rest`, whether it and `rest` hang together.
+
+        The same as `faults([*rest, candidate]) == 0`, for many candidates: without `loops` each costs its links alone.
+        """
+        component = np.full(self.n_candidates, -1, dtype=np.int64)
+        component[list(rest)] = _components(self.links_among(rest))
+        parts = {int(part) for part in self.part[list(rest)]}
+        n_components = int(component.max(initial=-1)) + 1
+
+        def hang_together(candidate: int) -> bool:
+            near = component[self.neighbours(candidate)]
+            n_left = n_components + 1 - np.unique(near[near >= 0]).size
+            if n_left > len(parts | {int(self.part[candidate])}):
+                return False
+            return not self.loops or self.faults([*rest, candidate]) == 0
+
+        return hang_together
+
     def avoidable_bridges(self, chosen: Sequence[int]) -> list[tuple[int, int]]:
         """Links (a, b) of `chosen`, a < b, that are bridges and might not be: what `loops` forbids."""
         parts, n_of_part = np.unique(self.part[list(chosen)], return_counts=True)
@@ -100,6 +119,24 @@ def network_within(network: Network, keep: BoolArray) -> Network:
         part=network.part[keep],
         loops=network.loops,
     )
+
+
+def _components(linked: list[list[int]]) -> list[int]:
+    """Number of each node's component, from 0 in the order of their first nodes."""
+    number = [-1] * len(linked)
+    n_components = 0
+    for root in range(len(linked)):
+        if number[root] >= 0:
+            continue
+        number[root] = n_components
+        front = [root]
+        while front:
+            for other in linked[front.pop()]:
+                if number[other] < 0:
+                    number[other] = n_components
+                    front.append(other)
+        n_components += 1
+    return number
 
 
 def _components_and_bridges(linked: list[list[int]]) -> tuple[int, list[tuple[int, int]]]:

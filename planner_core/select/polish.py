@@ -8,7 +8,7 @@ each exchange makes (kept ones, ticks covered) larger, so that it ends, always i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -88,11 +88,14 @@ class _Polish:
         better = self._keep if bring_back else (worth > worth[out]) & (self._keep >= self._keep[out])
         allowed = np.flatnonzero((covered >= problem.required[:, None]).all(axis=0) & better)
         allowed = np.setdiff1d(allowed, self._chosen)
-        for other in allowed[np.argsort(-worth[allowed], kind="stable")].tolist():
-            rest = [*self._chosen[:place], other, *self._chosen[place + 1 :]]
-            if self._network is None or self._network.faults(rest) == 0:
-                return int(other)
-        return out
+        if not allowed.size:
+            return out
+        hang_together = self._completes([*self._chosen[:place], *self._chosen[place + 1 :]])
+        others = allowed[np.argsort(-worth[allowed], kind="stable")]
+        return next((int(other) for other in others if hang_together(int(other))), out)
+
+    def _completes(self, rest: list[int]) -> Callable[[int], bool]:
+        return (lambda _: True) if self._network is None else self._network.completes(rest)
 
 
 class _Looks:

@@ -210,6 +210,17 @@ def test_check_refuses_just_the_sets_that_do_not_hang_together(seed, loops):
                 check_selection(problem, chosen, network=network)
 
 
+@settings(max_examples=60, deadline=None)
+@given(SEEDS, st.booleans(), st.sampled_from([0.1, 0.3]))
+def test_candidates_complete_a_set_just_where_it_hangs_together_with_them(seed, loops, share):
+    network = random_network(seed, 9, share=share, loops=loops)
+    order = [int(c) for c in np.random.default_rng(seed).permutation(9)]
+    for size in range(9):
+        rest, others = order[:size], order[size:]
+        completes = network.completes(rest)
+        assert [completes(one) for one in others] == [hangs_together(network, [*rest, one]) for one in others]
+
+
 def test_a_start_that_is_not_joined_is_joined_and_network_and_host_agree():
     problem = random_problem(5, n=14, r=40, seen_from=(1, 2))
     network = random_network(6, 14, share=0.2)
