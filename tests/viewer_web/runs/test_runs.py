@@ -29,8 +29,13 @@ def runs(own_hall: Path) -> Iterator[Runs]:
     found = Runs(own_hall)
     yield found
     found.stop()
-    if (holder := holder_of_turn(own_hall / "runs")) is not None and holder.pid is not None:
-        os.kill(holder.pid, signal.SIGKILL)
+    if (pid := pid_of_run(own_hall)) is not None:
+        os.kill(pid, signal.SIGKILL)
+
+
+def pid_of_run(plan_folder: Path) -> int | None:
+    holder = holder_of_turn(plan_folder / "runs")
+    return None if holder is None else holder.pid
 
 
 def is_searching(runs: Runs, run: str) -> bool:
@@ -111,10 +116,22 @@ def test_a_run_that_is_cancelled_at_once_has_no_plan_and_its_number_is_not_given
     with pytest.raises(RunNotFoundError, match="R001"):
         runs.get("R001")
     assert runs.start(LONG).id == "R002"
-    plan = own_hall.absolute() / "runs/R002/plan"
-    assert Runs(own_hall).stop() == LeftRun("R002", is_ending=False, plan=plan)  # another server's
-    assert runs.stop() == LeftRun("R002", is_ending=True, plan=plan)
-    until(lambda: runs.get("R002").state == "cancelled")
+
+
+def test_a_server_that_stops_tells_of_the_run_that_goes_on(runs: Runs, own_hall: Path, until: Until) -> None:
+    assert Runs(own_hall).stop() is None
+    run = runs.start(LONG).id
+    plan = own_hall.absolute() / "runs" / run / "plan"
+    assert Runs(own_hall).stop() == LeftRun(run, is_ending=False, plan=plan)  # another server's
+    until(lambda: pid_of_run(own_hall) is not None)
+    pid = pid_of_run(own_hall)
+    assert pid is not None
+    os.kill(pid, signal.SIGSTOP)  # else it may have ended before it is looked at
+    try:
+        assert runs.stop() == LeftRun(run, is_ending=True, plan=plan)
+    finally:
+        os.kill(pid, signal.SIGCONT)
+    until(lambda: runs.get(run).state == "cancelled")
     assert not list((own_hall / "runs").glob(".*-*"))
 
 
