@@ -132,6 +132,7 @@ def make_plan(survey: Survey, engine: ScanEngine) -> Plan:
     )
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist asks for groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Keep tests of the plan folder on one worker, so that it is written once."""
     for item in items:

@@ -47,6 +47,7 @@ ASKING = replace(
 )
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist asks for groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Keep these tests on one worker: another one would make the same plans again."""
     folder = Path(__file__).parent

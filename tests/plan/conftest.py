@@ -36,6 +36,7 @@ def plan_of(name: str, settings: PlanSettings) -> Plan:
     return make_plan(built(name), settings)
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist asks for groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Keep tests that share plans on one worker, so that each is made once."""
     for item in items:

@@ -34,6 +34,7 @@ SETTINGS = PlanSettings(
 )
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist asks for groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Keep these tests on one worker: another one would make the same plan again."""
     folder = Path(__file__).parent

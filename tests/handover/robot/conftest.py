@@ -20,6 +20,7 @@ finally:
     sys.path.remove(_FOLDER)
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist asks for groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Keep tests of the same things on one worker, so that the house is planned once, and scenes are loaded once."""
     groups = {"test_ledges.py": None, "test_robot_scenes.py": "robot scenes"}

@@ -27,6 +27,7 @@ ORIGIN_M, ROTATION_RAD = (691_000.0, 5_334_000.0, 512.0), 0.35
 FRAME = FrameRequest(crs="EPSG:25832", origin_m=ORIGIN_M, rotation_rad=ROTATION_RAD)
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist asks for groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Keep these tests on one worker, so that the house is planned once."""
     for item in items:

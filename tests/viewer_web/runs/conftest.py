@@ -24,6 +24,7 @@ from viewer_web.server import runs
 PART = PartRequirement(name="upper half", coverage=0.5, heights_m=(1.0, 4.0))
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist asks for groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Keep all of them on one worker: they share the plan."""
     for item in items:
