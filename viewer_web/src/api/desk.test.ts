@@ -192,6 +192,16 @@ test('what is in the way of a run is known, and runs that are deleted are gone',
   await expect.poll(() => [desk.runs.value.length, desk.runObstacle.value]).toEqual([0, null]);
 });
 
+test('a run that is deleted while the runs are asked for does not come back with the answer', async () => {
+  const { desk, server, heard } = await openDesk();
+  server.runs = { runs: [{ id: 'R001' }, { id: 'R002' }], obstacle: null };
+  const asked = desk.refreshRuns(); // answered with both, and not yet heard
+  server.runs = { runs: [{ id: 'R002' }], obstacle: null };
+  heard.run_deleted?.({ id: 'R001' });
+  await asked;
+  expect(desk.runs.value.map(({ id }) => id)).toEqual(['R002']);
+});
+
 class FakeStorage {
   private readonly texts = new Map<string, string>();
   getItem(key: string): string | null {

@@ -76,6 +76,7 @@ export class Desk {
   readonly redoable: ReadonlySignal<string | null> = computed(() => this.undone.value.at(-1)?.label ?? null);
   private readonly done: Signal<readonly Step[]> = signal([]);
   private readonly undone: Signal<readonly Step[]> = signal([]);
+  private nRunsHeard = 0;
   private queue: Promise<unknown> = Promise.resolve();
   private stopListening: () => void = () => undefined;
   private readonly listen: typeof listenToEvents;
@@ -116,6 +117,7 @@ export class Desk {
         },
         run: (run) => this.hearRun(run),
         run_deleted: ({ id }) => {
+          this.nRunsHeard += 1;
           this.runs.value = this.runs.peek().filter((run) => run.id !== id);
         },
       },
@@ -186,7 +188,14 @@ export class Desk {
   }
 
   async refreshRuns(): Promise<void> {
-    const { runs, obstacle } = await this.client.json<RunList>('runs');
+    let answer: RunList;
+    let nBefore: number;
+    do {
+      // An answer that was overtaken by what was told meanwhile is older than that.
+      nBefore = this.nRunsHeard;
+      answer = await this.client.json<RunList>('runs');
+    } while (nBefore !== this.nRunsHeard);
+    const { runs, obstacle } = answer;
     batch(() => {
       this.runs.value = runs;
       this.knowsRuns.value = true;
@@ -324,6 +333,7 @@ export class Desk {
   }
 
   private hearRun(run: Run): void {
+    this.nRunsHeard += 1;
     const others = this.runs.peek().filter(({ id }) => id !== run.id);
     this.runs.value = [...others, run].sort((a, b) => a.id.localeCompare(b.id));
   }
