@@ -24,11 +24,12 @@ from planner_core.handover.geojson import feature, local_positions
 from planner_core.handover.map_sheets import map_sheets
 from planner_core.handover.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, entered, occupancy_maps, write_map
 from planner_core.handover.options import Options
-from planner_core.handover.robot_ways import Ground, Piece, RobotWay, nodes_under, robot_ways
+from planner_core.handover.robot_ways import Ground, Piece, RobotWay, robot_ways
 from planner_core.handover.source import FieldStation, PlanSource
 from planner_core.handover.walk import Way, walk_remarks, ways_of
 from planner_core.model import FloatArray, PlanSettings, Survey
 from planner_core.progress import Progress, ProgressEvent
+from planner_core.route.floors_passed import nodes_under
 
 SCHEMA = "tlsplan/robot-mission/1"
 STAGE = "robot"

@@ -19,9 +19,8 @@ from planner_core.handover.map_sheets import MapSheets
 from planner_core.handover.occupancy import FREE, OccupancyMap, beside
 from planner_core.handover.walk import Way
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
+from planner_core.route.floors_passed import nodes_under
 
-#: A straight walk may run this far above or below the ground: over the nosings of a flight of stairs.
-_OFF_GROUND_M = 0.5
 #: A way whose cells keep this many cells off others stays off them with all of its line.
 _LINE_CELLS = 1.5
 #: For room alone no way is taken that is longer than another by this factor.
@@ -110,23 +109,6 @@ def robot_ways(
     if lost:
         remarks.append(f"no way on free cells of the maps leads from {', '.join(lost)}: left out of the paths")
     return tuple(ways), tuple(remarks)
-
-
-def nodes_under(space: FreeSpace, place_m: FloatArray) -> Int64Array:
-    """(N,) int64 node nearest in height below or above places (N, 3); -1 where there is none within 0.5 m."""
-    cell = space.grid.index_of(place_m[:, :2])
-    inside = ((cell >= 0) & (cell < [space.grid.nx, space.grid.ny])).all(axis=1)
-    column = np.where(inside, cell[:, 1] * space.grid.nx + cell[:, 0], -1)
-    first, end = np.searchsorted(space.column, [column, column + 1])
-    out = np.full(place_m.shape[0], -1, dtype=np.int64)
-    best = np.full(place_m.shape[0], _OFF_GROUND_M)
-    for layer in range(int((end - first).max(initial=0))):
-        there = np.flatnonzero(first + layer < end)
-        node = first[there] + layer
-        off = np.abs(space.ground_m[node] - place_m[there, 2])
-        nearer = off < best[there]
-        out[there[nearer]], best[there[nearer]] = node[nearer], off[nearer]
-    return out
 
 
 def pieces_by_map(ground: Ground, points_m: FloatArray) -> tuple[tuple[Piece, ...], Int64Array]:

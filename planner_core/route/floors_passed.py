@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from planner_core.ground.free_space import FreeSpace
-from planner_core.model import FloatArray, Int32Array
+from planner_core.model import FloatArray, Int32Array, Int64Array
 
 #: A straight walk may run this far above or below the ground: over the nosings of a flight of stairs.
 _OFF_GROUND_M = 0.5
@@ -35,20 +35,26 @@ def pieces_by_floor(space: FreeSpace, points_m: FloatArray) -> tuple[FloatArray,
 
 def floor_under(space: FreeSpace, place_m: FloatArray) -> Int32Array:
     """(N,) int32 floor of the ground nearest in height to places (N, 3); -1 where there is none within 0.5 m."""
+    node = nodes_under(space, place_m)
+    out = np.full(node.size, -1, dtype=np.int32)
+    out[node >= 0] = space.floor[node[node >= 0]]
+    return out
+
+
+def nodes_under(space: FreeSpace, place_m: FloatArray) -> Int64Array:
+    """(N,) int64 node nearest in height below or above places (N, 3); -1 where there is none within 0.5 m."""
     cell = space.grid.index_of(place_m[:, :2])
-    column = cell[:, 1] * space.grid.nx + cell[:, 0]
     inside = ((cell >= 0) & (cell < [space.grid.nx, space.grid.ny])).all(axis=1)
-    out = np.full(place_m.shape[0], -1, dtype=np.int32)
+    column = np.where(inside, cell[:, 1] * space.grid.nx + cell[:, 0], -1)
+    first, end = np.searchsorted(space.column, [column, column + 1])
+    out = np.full(place_m.shape[0], -1, dtype=np.int64)
     best = np.full(place_m.shape[0], _OFF_GROUND_M)
-    first = np.searchsorted(space.column, column)
-    for layer in range(int(np.bincount(space.column).max(initial=0))):
-        node = first + layer
-        there = np.flatnonzero(inside & (node < space.n_nodes))
-        there = there[space.column[node[there]] == column[there]]
-        off = np.abs(space.ground_m[node[there]] - place_m[there, 2])
+    for layer in range(int((end - first).max(initial=0))):
+        there = np.flatnonzero(first + layer < end)
+        node = first[there] + layer
+        off = np.abs(space.ground_m[node] - place_m[there, 2])
         nearer = off < best[there]
-        out[there[nearer]] = space.floor[node[there[nearer]]]
-        best[there[nearer]] = off[nearer]
+        out[there[nearer]], best[there[nearer]] = node[nearer], off[nearer]
     return out
 
 

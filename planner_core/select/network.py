@@ -78,7 +78,7 @@ class Network:
         The same as `faults([*rest, candidate]) == 0`, for many candidates: without `loops` each costs its links alone.
         """
         component = np.full(self.n_candidates, -1, dtype=np.int64)
-        component[list(rest)] = _components(self.links_among(rest))
+        component[list(rest)] = components_of(self.links_among(rest))
         parts = {int(part) for part in self.part[list(rest)]}
         n_components = int(component.max(initial=-1)) + 1
 
@@ -121,7 +121,7 @@ def network_within(network: Network, keep: BoolArray) -> Network:
     )
 
 
-def _components(linked: list[list[int]]) -> list[int]:
+def components_of(linked: list[list[int]]) -> list[int]:
     """Number of each node's component, from 0 in the order of their first nodes."""
     number = [-1] * len(linked)
     n_components = 0

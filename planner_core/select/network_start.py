@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner_core.model import Int64Array
-from planner_core.select.network import Network
+from planner_core.select.network import Network, components_of
 from planner_core.select.problem import CoverProblem
 
 _FAR = 2**31
@@ -32,7 +32,7 @@ def joined(problem: CoverProblem, network: Network, chosen: Sequence[int]) -> li
 def _between_components(problem: CoverProblem, network: Network, chosen: list[int]) -> list[int] | None:
     """Candidates of a shortest way between two components of one part; None: there are no two."""
     side = np.full(network.n_candidates, -1, dtype=np.int64)
-    side[chosen] = _components(network.links_among(chosen))
+    side[chosen] = components_of(network.links_among(chosen))
     of_part = np.unique(np.stack([network.part[chosen], side[chosen]]), axis=1)[0]
     split = np.unique(of_part[:-1][np.diff(of_part) == 0])
     if split.size == 0:
@@ -47,27 +47,11 @@ def _way_round(problem: CoverProblem, network: Network, chosen: list[int], bridg
     linked = network.links_among(chosen)
     for a, b in (ends, ends[::-1]):
         linked[a].remove(b)
-    component = np.array(_components(linked))
+    component = np.array(components_of(linked))
     side = np.full(network.n_candidates, -1, dtype=np.int64)
     for end in ends:
         side[np.array(chosen)[component == component[end]]] = component[end]
     return _shortest_way(problem, network, chosen, side, barred=bridge)
-
-
-def _components(linked: list[list[int]]) -> list[int]:
-    """Component of every node, numbered by their first ones."""
-    component = [-1] * len(linked)
-    for root in range(len(linked)):
-        if component[root] >= 0:
-            continue
-        component[root] = root
-        left = [root]
-        while left:
-            for other in linked[left.pop()]:
-                if component[other] < 0:
-                    component[other] = root
-                    left.append(other)
-    return component
 
 
 def _shortest_way(
