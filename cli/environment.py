@@ -1,7 +1,7 @@
 """Makes the process fit for a user before anything heavy is imported: signals, caches, streams, warnings.
 
-- A Ctrl-C that arrives while a compiled package starts up is lost there: it is noted here and raised again at the next
-  step of progress.
+- A Ctrl-C that arrives while a compiled package starts up would be lost there, or told as an error of the package: it
+  waits until it is loaded. One that is lost in spite of this is raised again at the next step of progress.
 - Compilers and fonts keep caches below the home folder. Where that can't be written they go to a temporary folder.
 - Warnings of packages are for developers: they are shown with --debug only.
 """
@@ -15,11 +15,16 @@ import signal
 import sys
 import tempfile
 import warnings
+from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
+#: Between two looks whether what an interrupt waits for is loaded.
+_LOOK_AGAIN_S = 0.005
+
 _interrupted = False
+_waits_for_loading = False
 _asked_to_end = False
 _caches_are_kept = True
 _own_caches: str | None = None
@@ -32,6 +37,7 @@ def prepare(*, debug: bool) -> None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, PTH123 (lives with the process)
     signal.signal(signal.SIGINT, _note_interrupt)
     signal.signal(signal.SIGTERM, _note_interrupt)  # logout and batch queues send it: what is half-written has to go
+    signal.signal(signal.SIGALRM, _look_again)
     if not debug:
         warnings.simplefilter("ignore")
     _use_writable_caches()
@@ -42,7 +48,13 @@ def raise_if_interrupted() -> None:
     global _interrupted
     if _interrupted:
         _interrupted = False
-        raise KeyboardInterrupt
+        _raise()
+
+
+def raise_what_waits() -> None:
+    """Raise KeyboardInterrupt where one still waits for the end of a load: the work ended before the next look."""
+    if _waits_for_loading:
+        _raise()
 
 
 def settle_interrupts() -> None:
@@ -80,6 +92,29 @@ def _note_interrupt(number: int, frame: FrameType | None) -> None:
     global _interrupted, _asked_to_end
     _interrupted = True
     _asked_to_end = _asked_to_end or number == signal.SIGTERM
+    _raise_unless_loading(frame)
+
+
+def _look_again(number: int, frame: FrameType | None) -> None:
+    if _waits_for_loading:
+        _raise_unless_loading(frame)
+
+
+def _raise_unless_loading(frame: FrameType | None) -> None:
+    global _waits_for_loading
+    while frame is not None:
+        if isinstance(frame.f_locals.get("self"), ExtensionFileLoader):  # its C code may be what imports, as in pxr
+            _waits_for_loading = True
+            signal.setitimer(signal.ITIMER_REAL, _LOOK_AGAIN_S)
+            return
+        frame = frame.f_back
+    _raise()
+
+
+def _raise() -> NoReturn:
+    global _waits_for_loading
+    _waits_for_loading = False
+    signal.setitimer(signal.ITIMER_REAL, 0)
     raise KeyboardInterrupt
 
 

@@ -25,13 +25,16 @@ def main() -> None:
     debug = "--debug" in sys.argv[1:2]
     import click
 
-    from .environment import prepare
+    from .environment import prepare, raise_what_waits
     from .exit_codes import exit_code_of, one_line
     from .group import cli
 
     try:
         prepare(debug=debug)  # from here on an interrupt ends the work in good order
-        code = cli.main(standalone_mode=False)
+        try:
+            code = cli.main(standalone_mode=False)
+        finally:
+            raise_what_waits()
     except click.exceptions.Exit as stop:
         code = stop.exit_code
     except click.UsageError as error:

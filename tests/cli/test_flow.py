@@ -16,6 +16,9 @@ from typing import Any
 
 import pytest
 import small_pictures
+from tlsplan.commands import plan as plan_command
+
+import scenes_synthetic
 
 DROPPABLE = ("timings_s", "versions", "device")
 COARSE = ("--grid", "1.0", "--height", "1.5", "--patch-area", "0.2", "--coverage", "80")
@@ -313,6 +316,17 @@ def test_demo_keeps_a_file_of_the_name_its_building_would_get(tlsplan: Tlsplan, 
     assert "--overwrite" in done.stderr
     assert mine.read_text() == "my own building"
     assert list(tmp_path.iterdir()) == [mine]
+
+
+def test_demo_goes_on_where_an_interrupted_one_left_its_building(
+    tlsplan: Tlsplan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    planned: list[Path] = []
+    monkeypatch.setattr(plan_command, "run", lambda scene, folder, **_: planned.append(scene))
+    left = scenes_synthetic.write(scenes_synthetic.build("house"), tmp_path / "house.ifc")
+    done = tlsplan("demo", "-o", tmp_path / "house")
+    assert done.returncode == 0, done.stderr
+    assert planned == [left]
 
 
 def test_a_height_in_millimetres_is_refused_in_one_line(tlsplan: Tlsplan, house: Path, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -17,22 +18,23 @@ INTERRUPTED = "tlsplan: interrupted; nothing was left half-written. Run the same
 #: Begins the command, and interrupts it when a module is about to be imported, as a user would from outside.
 AT_IMPORT = """
 import os, signal, sys
-_, module, sent = sys.argv
+_, module, sent, *arguments = sys.argv
 class Interrupting:
     def find_spec(name, path=None, target=None):
         if name == module:
             os.kill(os.getpid(), getattr(signal, sent))
 sys.meta_path.insert(0, Interrupting)
 from tlsplan.main import main
-sys.argv[1:] = ["export", "plan", "--list"]
+sys.argv[1:] = arguments
 main()
 """
 
 
-def interrupted_at(module: str, sent: str = "SIGINT") -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-c", AT_IMPORT, module, sent], capture_output=True, text=True, timeout=120, check=False
-    )
+def interrupted_at(
+    module: str, sent: str = "SIGINT", arguments: Sequence[str | Path] = ("export", "plan", "--list")
+) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", AT_IMPORT, module, sent, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
 
 
 @pytest.mark.parametrize(
@@ -93,3 +95,10 @@ def test_an_interrupt_from_outside_at_any_moment_after_the_beginning_is_one_line
         assert [line for line in said.splitlines() if line.startswith("tlsplan")] == [INTERRUPTED]
         assert "Traceback" not in said
     assert not (tmp_path / "demo").exists()
+
+
+@pytest.mark.parametrize("module", ["pxr.Ar", "pxr.Plug._plug", "pxr.Vt._vt"])
+def test_an_interrupt_of_an_import_by_compiled_code_waits_until_that_is_loaded(module: str, tmp_path: Path) -> None:
+    # The C++ of pxr imports other modules of it, and prints a traceback for whatever is raised there.
+    done = interrupted_at(module, arguments=("plan", tmp_path / "none.ifc", "-o", tmp_path / "plan"))
+    assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
