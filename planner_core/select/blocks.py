@@ -23,7 +23,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from planner_core.model import BoolArray, Int64Array
+from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.progress import Progress, silent
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.network import Network, network_within
@@ -34,6 +34,8 @@ from planner_core.select.relaxation import independent_targets
 #: Blocks that share more than this part of what the lesser one sees are one; the smallest are merged beyond so many.
 _SHARED = 0.02
 _MOST_BLOCKS = 6
+#: Parts that are compared with each other, and parts by rows: a quarter of a gigabyte.
+_MOST_PARTS, _MOST_ENTRIES = 1000, 32_000_000
 #: Work of looking for a set that meets a demand, and of one turn of a proof.
 _FIND_WORK, _PROOF_WORK = 0.5, 1.0
 #: Finds few candidates that meet all targets, and says what work it was: of a problem and network, with candidates that
@@ -76,37 +78,63 @@ def blocks_of(problem: CoverProblem, network: Network, pinned: Sequence[int] = (
     """Parts of the network, those together that share rows, with what they see; none where that is one block.
 
     None either where a target asks for several looks and blocks share rows: a row may then count for the whole that
-    counts for no block.
+    counts for no block. Nor where there are too many parts to compare.
     """
-    owner_part = np.repeat(network.part, np.diff(problem.starts)).astype(np.int64)
-    sees: BoolArray = np.zeros((network.n_parts, problem.n_rows), dtype=bool)
-    sees[owner_part, problem.row] = True
-    used = sorted({*owner_part.tolist(), *(int(network.part[c]) for c in pinned)})
-    groups = _apart([[part] for part in used], sees, problem.ticks)
+    part_of_entry = np.repeat(network.part, np.diff(problem.starts))
+    used = np.union1d(part_of_entry, network.part[list(pinned)])
+    if used.size < 2 or used.size > _MOST_PARTS or used.size * problem.n_rows > _MOST_ENTRIES:
+        return []
+    sees = np.zeros((used.size, problem.n_rows))
+    sees[np.searchsorted(used, part_of_entry), problem.row] = 1.0
+    groups = _apart(sees.copy(), problem.ticks)
     if len(groups) < 2:
         return []
     if (problem.seen_from > 1).any() and (np.array([sees[g].any(axis=0) for g in groups]).sum(axis=0) > 1).any():
         return []
+    groups = sorted(used[group].tolist() for group in groups)
     return [_block(problem, network, np.isin(network.part, group), pinned) for group in groups]
 
 
-def _apart(groups: list[list[int]], sees: BoolArray, ticks: Int64Array) -> list[list[int]]:
-    """Merge groups of parts until no two share much, and there are not too many."""
+def _apart(sees: FloatArray, ticks: Int64Array) -> list[list[int]]:
+    """Merge parts, of which `sees`, (P, M), is 1 where one sees a row, until no two share much, and there are few.
+
+    The two that share most go first. A merged group has the next number: of equals the latest are merged. `sees` is
+    overwritten.
+    """
+    n = len(sees)
+    groups = {number: [number] for number in range(n)}
+    place = np.arange(n)  # of a group's row: where the first of its parts was
+    number_at = np.arange(n)  # of the group that is there; -1 where it became part of another
+    area = sees @ ticks
+    share = (sees * ticks) @ sees.T / np.maximum(1, np.minimum(area[:, None], area))
+    np.fill_diagonal(share, -1.0)
+    most = share.max(axis=1)
     while len(groups) > 1:
-        seen = np.array([sees[group].any(axis=0) for group in groups])
-        area = (seen * ticks).sum(axis=1)
-        shared = [
-            (int(ticks[seen[a] & seen[b]].sum()) / max(1, min(int(area[a]), int(area[b]))), a, b)
-            for a in range(len(groups))
-            for b in range(a)
-        ]
-        most, a, b = max(shared)
-        if most <= _SHARED:
+        first = _latest(np.flatnonzero(most == most.max()), number_at)
+        second = _latest(np.flatnonzero(share[first] == most[first]), number_at)
+        if most[first] <= _SHARED:
             if len(groups) <= _MOST_BLOCKS:
                 break
-            a, b = sorted(np.argsort(area, kind="stable")[:2].tolist(), reverse=True)
-        groups = [*(g for i, g in enumerate(groups) if i not in (a, b)), groups[b] + groups[a]]
-    return sorted(groups)
+            order = place[np.lexsort((number_at[place], area[place]))]
+            first, second = order[0], order[1]
+        a, b = sorted((first, second), key=lambda at: int(number_at[at]), reverse=True)
+        groups[n] = groups.pop(int(number_at[b])) + groups.pop(int(number_at[a]))
+        number_at[b], number_at[a], n = n, -1, n + 1
+        place = np.flatnonzero(number_at >= 0)
+        np.maximum(sees[b], sees[a], out=sees[b])
+        area[b] = sees[b] @ ticks
+        share[a], share[:, a] = -1.0, -1.0
+        share[b] = -1.0
+        others = place[place != b]
+        both = sees @ (sees[b] * ticks)
+        share[b, others] = both[others] / np.maximum(1, np.minimum(area[b], area[others]))
+        share[:, b] = share[b]
+        most = share.max(axis=1)
+    return list(groups.values())
+
+
+def _latest(at: Int64Array, number_at: Int64Array) -> int:
+    return int(at[np.argmax(number_at[at])])
 
 
 def _block(problem: CoverProblem, network: Network, keep: BoolArray, pinned: Sequence[int]) -> Block:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from selection_instances import network_of, problem_of
 
 from planner_core.select import proven
-from planner_core.select.blocks import BlockProof, blocks_of
+from planner_core.select.blocks import BlockProof, _apart, blocks_of
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.network_start import joined
@@ -177,3 +177,39 @@ def test_interrupted_proof_by_blocks_keeps_a_bound_that_holds(monkeypatch):
         proof.advance(work=1.0)
     assert proof.lower_bound == before <= smallest(problem, network)
     assert not proof.finished
+
+
+def merged_one_by_one(sees, ticks):
+    """Groups of parts by looking at all pairs of them before every merge."""
+    groups = [[part] for part in range(len(sees))]
+    while len(groups) > 1:
+        seen = [sees[group].any(axis=0) for group in groups]
+        area = [int(ticks[one].sum()) for one in seen]
+        most, b, a = max(
+            (int(ticks[seen[a] & seen[b]].sum()) / max(1, min(area[a], area[b])), b, a)
+            for a, b in itertools.combinations(range(len(groups)), 2)
+        )
+        if most <= 0.02:
+            if len(groups) <= 6:
+                break
+            a, b = sorted(sorted(range(len(groups)), key=lambda g: (area[g], g))[:2])
+        groups = [*(group for g, group in enumerate(groups) if g not in (a, b)), groups[a] + groups[b]]
+    return groups
+
+
+@settings(max_examples=200, deadline=None)
+@given(SEEDS, st.integers(2, 14), st.integers(5, 40), st.sampled_from([0.01, 0.03, 0.05, 0.1, 0.3]), st.integers(1, 50))
+def test_parts_are_merged_as_by_looking_at_all_pairs_each_time(seed, n_parts, n_rows, share, most_ticks):
+    rng = np.random.default_rng(seed)
+    sees = rng.random((n_parts, n_rows)) < share
+    ticks = rng.integers(1, most_ticks, n_rows, endpoint=True)
+    apart = _apart(sees.astype(np.float64), ticks)
+    assert sorted(map(sorted, apart)) == sorted(map(sorted, merged_one_by_one(sees, ticks))), f"seed {seed}"
+
+
+def test_more_parts_than_can_be_compared_are_proven_as_one():
+    many = 1001
+    problem = problem_of(
+        np.eye(many, dtype=bool), np.ones(many, dtype=np.int64), np.ones((1, many), dtype=bool), [many]
+    )
+    assert blocks_of(problem, network_of(nx.empty_graph(many))) == []
