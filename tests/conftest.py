@@ -1,6 +1,7 @@
-"""What holds for all tests: they share no cache with the user who runs them, and workers share no work.
+"""What holds for all tests: they share no cache with the user, workers share no work, and chance plays no part.
 
-`make pytest` deals tests out to its workers one by one unless they are of one group.
+`make pytest` deals tests out to its workers one by one unless they are of one group. Hypothesis asks the same examples
+in every run, however slow the machine is; `--hypothesis-profile=default` asks others.
 """
 
 import os
@@ -9,6 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+settings.register_profile("tlsplan", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("tlsplan")
 
 _FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, _FOLDER)
