@@ -17,14 +17,16 @@ if TYPE_CHECKING:
 
 def show(document: dict[str, Any]) -> None:
     """Print the figures of a plan.json document, each with what it is a figure of."""
-    coverage = document["coverage"]
+    from planner_core.handover.sheets.words import reached_percent
+
+    coverage, asks = document["coverage"], document["requirements"]
     scanner = document["scanner"]
     optimality = document["optimality"]
     floors = {floor["id"]: floor["name"] for floor in document["floors"]}
     output.say(f"scanner       {scanner['title']}, range {scanner['range_max_m']:g} m{_scan_mode(document)}")
     output.say(f"stations      {len(document['stations'])}{_bound(optimality)}")
     output.say(
-        f"coverage      {100 * coverage['fraction_of_achievable']:.1f} % of the "
+        f"coverage      {reached_percent(coverage['fraction_of_achievable'], asks['coverage'])} % of the "
         f"{coverage['achievable_area_m2']:.0f} m2 that this scanner can see from admissible positions"
     )
     output.say(
@@ -37,19 +39,21 @@ def show(document: dict[str, Any]) -> None:
     if scene["n_doors_open"]:
         doors = "door is" if scene["n_doors_open"] == 1 else "doors are"
         output.say(f"doors         {scene['n_doors_open']} {doors} open (--doors shut takes them as modelled)")
-    asked = {name.casefold() for name in document["requirements"]["floors"]}
+    asked = {name.casefold() for name in asks["floors"]}
     for figures in coverage["floors"]:
         if asked and not asked & {figures["floor"].casefold(), floors[figures["floor"]].casefold()}:
             continue
         n_stations = sum(station["floor"] == figures["floor"] for station in document["stations"])
+        reached = reached_percent(figures["fraction_of_achievable"], asks["coverage"])
         output.say(
             f"  {figures['floor']:<4} {floors[figures['floor']]:<22} {n_stations:>3} stations  "
-            f"{100 * figures['fraction_of_achievable']:5.1f} % of {figures['achievable_area_m2']:.0f} m2"
+            f"{reached:>5} % of {figures['achievable_area_m2']:.0f} m2"
         )
-    for result in document["requirements"]["results"]:
+    for result in asks["results"]:
         if not result["met"]:
             output.say(
-                f"NOT MET       {result['name']}: {100 * result['fraction_of_achievable']:.1f} %, "
+                f"NOT MET       {result['name']}: "
+                f"{reached_percent(result['fraction_of_achievable'], result['required'])} %, "
                 f"{100 * result['required']:g} % are asked"
             )
     output.say(f"registration  {_registration(document)}")
@@ -59,6 +63,8 @@ def show(document: dict[str, Any]) -> None:
 
 def _registration(document: dict[str, Any]) -> str:
     """Return how the stations hang together, in a line."""
+    from planner_core.register.weak_motion import overlap_percent
+
     registration = document["registration"]
     least = registration["min_strength"]
     counted = [
@@ -69,9 +75,12 @@ def _registration(document: dict[str, Any]) -> str:
     links = "link" if len(counted) == 1 else "links"
     n_networks = len(registration["networks"])
     state = "all stations are connected" if n_networks <= 1 else f"{n_networks} separate networks"
-    weakest = registration["networks"][0]["bottleneck"] if n_networks else None
-    hangs = "" if weakest is None else f"; weakest: {weakest['a']} to {weakest['b']}, {100 * weakest['overlap']:.0f} %"
-    return f"{len(counted)} {links} of at least {100 * registration['threshold']:.0f} % overlap; {state}{hangs}"
+    needed = [network["bottleneck"] for network in registration["networks"] if network["bottleneck"] is not None]
+    weakest = min(needed, key=lambda link: float(link["overlap"]), default=None)
+    hangs = ""
+    if weakest is not None:
+        hangs = f"; weakest: {weakest['a']} to {weakest['b']}, {overlap_percent(weakest['overlap'])} %"
+    return f"{len(counted)} {links} of at least {100 * registration['threshold']:g} % overlap; {state}{hangs}"
 
 
 def _field(document: dict[str, Any]) -> list[str]:

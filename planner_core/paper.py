@@ -243,7 +243,7 @@ def repair(
     lines = []
     if done.short:
         lines.append(
-            f"overlap repair: the circles of {len(done.short)} stations still overlap less than {100 * required:.0f} % "
+            f"overlap repair: the circles of {len(done.short)} stations still overlap less than {100 * required:g} % "
             "and no candidate is left for them; use a finer grid step"
         )
     if not done.is_joined:

@@ -151,7 +151,8 @@ def _registration(plan: Plan) -> str:
     state = "all stations connected" if plan.connected else "<b>not all stations connected</b>"
     if of is not None and len(of.networks) > 1:
         state = f"<b>{len(of.networks)} separate networks</b> of {', '.join(str(len(n.stations)) for n in of.networks)}"
-    weakest = of.networks[0].bottleneck if of is not None and of.networks else None
+    needed = [each.bottleneck for each in (() if of is None else of.networks) if each.bottleneck is not None]
+    weakest = min(needed, key=lambda link: link.overlap, default=None)
     hangs = "" if weakest is None else f"; weakest link {escape(weakest.a)} to {escape(weakest.b)}, "
     if weakest is not None:
         hangs += f"{overlap_percent(weakest.overlap)} % overlap{_held_least(weakest)}"

@@ -22,6 +22,7 @@ from planner_core.handover.as_scanned_purposes import Purpose
 from planner_core.live.live_plan import DraftFigures, LivePlan
 from planner_core.live.unseen import LeftSurface
 from planner_core.model import Coverage, FloatArray, Link, Plan, SiteFrame, Station
+from planner_core.register.weak_motion import overlap_share
 
 SCHEMA = "tlsplan-as-scanned/1"
 
@@ -179,7 +180,7 @@ def _places(frame: SiteFrame, scene_m: FloatArray) -> dict[str, Any]:
 
 def _link(link: Link) -> dict[str, Any]:
     strength = None if math.isnan(link.strength) else _rounded(link.strength, 6)
-    return {"a": link.a, "b": link.b, "overlap": _rounded(link.overlap, 6), "strength": strength}
+    return {"a": link.a, "b": link.b, "overlap": overlap_share(link.overlap, 6), "strength": strength}
 
 
 def _numbers(values: FloatArray) -> list[float]:

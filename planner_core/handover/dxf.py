@@ -39,6 +39,7 @@ from planner_core.handover.union_border import union_border
 from planner_core.handover.walk import ways_of
 from planner_core.model import FloatArray, Floor
 from planner_core.progress import Progress, ProgressEvent
+from planner_core.register.weak_motion import overlap_share
 
 BLOCK = "TLSPLAN-STATION"
 BETWEEN = "ALL"
@@ -358,7 +359,7 @@ def _draw_links(drawing: _Drawing, stations: tuple[FieldStation, ...]) -> None:
         if _is_strong(link, least):
             drawn.dxf.lineweight = 60
         strength = f"{link.strength:.4f}" if math.isfinite(link.strength) else ""
-        say(drawn, a=link.a, b=link.b, overlap=f"{link.overlap:.4f}", strength=strength)
+        say(drawn, a=link.a, b=link.b, overlap=f"{overlap_share(link.overlap, 4):.4f}", strength=strength)
 
 
 def _is_strong(link: FieldLink, least: float) -> bool:

@@ -24,6 +24,7 @@ from planner_core.handover.source import FieldFloor, FieldStation, PlanSource
 from planner_core.handover.walk import Way, walk_remarks, ways_of
 from planner_core.model import FloatArray, SiteFrame
 from planner_core.progress import Progress
+from planner_core.register.weak_motion import overlap_share
 
 #: From (N, 3) site coordinates to a list of GeoJSON positions.
 Positions = Callable[[FloatArray], list[list[float]]]
@@ -96,7 +97,7 @@ def _features(
                 "id": f"{link.a}-{link.b}",
                 "from": link.a,
                 "to": link.b,
-                "overlap": _known(link.overlap),
+                "overlap": overlap_share(link.overlap, 4),
                 "strength": _known(link.strength),
                 "counts": link.counts,
             }

@@ -23,6 +23,7 @@ from planner_core.handover.options import Options
 from planner_core.handover.source import FieldStation, PlanSource
 from planner_core.model import FloatArray, SiteFrame
 from planner_core.progress import Progress, ProgressEvent
+from planner_core.register.weak_motion import overlap_percent
 
 try:
     import ifcopenshell
@@ -294,13 +295,13 @@ def _tell(target: _Target, plan: PlanSource, station: FieldStation, proxy: Any) 
 
 
 def _linked(plan: PlanSource, station: FieldStation) -> str:
-    """`S002 56 %, S004 41 %`: stations whose scans register with this one's, and their overlap."""
+    """`S002 56.3 %, S004 41.0 %`: stations whose scans register with this one's, and their overlap."""
     linked = [
         (link.b if link.a == station.id else link.a, link.overlap)
         for link in plan.links
         if link.counts and station.id in (link.a, link.b)
     ]
-    return ", ".join(f"{other} {100 * overlap:.0f} %" for other, overlap in linked) or "none"
+    return ", ".join(f"{other} {overlap_percent(overlap)} %" for other, overlap in linked) or "none"
 
 
 # ---------------------------------------------------------------------------------------------- a new file

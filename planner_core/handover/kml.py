@@ -32,6 +32,7 @@ from planner_core.handover.source import FieldFloor, FieldLink, FieldStation, Pl
 from planner_core.handover.walk import Way, walk_remarks, ways_of
 from planner_core.model import FloatArray
 from planner_core.progress import Progress
+from planner_core.register.weak_motion import overlap_percent
 
 NAMESPACE = "http://www.opengis.net/kml/2.2"
 #: Style -> colour of lines (alpha, blue, green, red in hexadecimal) and their width in pixels.
@@ -179,7 +180,7 @@ def _add_links(
     folder = _folder(document, "links")
     for link in links:
         strength = f", strength {link.strength:.4f}" if math.isfinite(link.strength) else ""
-        said = f"overlap {link.overlap:.1%}{strength}{'' if link.counts else ', does not count'}"
+        said = f"overlap {overlap_percent(link.overlap)} %{strength}{'' if link.counts else ', does not count'}"
         placemark = _placemark(folder, f"{link.a}-{link.b}", said, "link" if link.counts else "weak")
         _add_line(placemark, np.stack([stations[link.a].site_m, stations[link.b].site_m]), places)
 

@@ -240,7 +240,7 @@ def _alone(networks: Sequence[RegistrationNetwork], floor_names: Mapping[str, st
     single = len(networks) == 1 and len(networks[0].stations) == 1
     return (
         f"{_listed(places, '; ')} {'does' if single else 'do'} not register with the others: no link reaches "
-        f"{100 * MIN_LISTED_OVERLAP:.0f} % overlap; look for shut doors in between, or register with targets"
+        f"{100 * MIN_LISTED_OVERLAP:g} % overlap; look for shut doors in between, or register with targets"
     )
 
 

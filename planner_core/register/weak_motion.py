@@ -29,7 +29,17 @@ class WeakMotion:
 
 def overlap_percent(overlap: float) -> str:
     """Return a fraction in percent with one decimal, rounded down: what is just short must not read as enough."""
-    return str((100 * Decimal(repr(float(overlap)))).quantize(Decimal("0.1"), rounding=ROUND_DOWN))
+    return f"{100 * _rounded_down(overlap, 3):.1f}"
+
+
+def overlap_share(overlap: float, decimals: int) -> float:
+    """Return a fraction as a fraction of so many decimals, rounded down as well: for files that keep numbers short."""
+    return float(_rounded_down(overlap, decimals))
+
+
+def _rounded_down(overlap: float, decimals: int) -> Decimal:
+    """Exact: of the shortest decimal that is this float, as 0.289 * 1000 is not 289."""
+    return Decimal(repr(float(overlap))).quantize(Decimal(1).scaleb(-decimals), rounding=ROUND_DOWN)
 
 
 def weak_motion(weak_axis: str, *, north_rad: float | None = 0.0) -> WeakMotion:

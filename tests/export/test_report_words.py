@@ -25,3 +25,10 @@ def test_report_tells_the_weakest_link_in_words_of_a_survey(plan: Plan, weak_axi
     page = report_page(replace(plan, registration=registration))
     assert told in page
     assert "degrees from" not in page
+
+
+def test_report_tells_the_weakest_link_of_all_networks(plan: Plan) -> None:
+    links = (Link("S001", "S002", 0.45, 0.02, ""), Link("S003", "S004", 0.31, 0.02, ""))
+    networks = tuple(RegistrationNetwork((one.a, one.b), ("F0",), 1, (one,), (), one) for one in links)
+    registration = Registration(0.3, 0.01, False, networks, (), (), ())
+    assert "weakest link S003 to S004, 31.0 % overlap" in report_page(replace(plan, registration=registration))

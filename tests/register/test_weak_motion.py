@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner_core.register.weak_motion import overlap_percent, weak_motion
+from planner_core.register.weak_motion import overlap_percent, overlap_share, weak_motion
 
 BEARING_DEG = {"N–S": 0.0, "NE–SW": 45.0, "E–W": 90.0, "NW–SE": 135.0}
 
@@ -85,3 +85,10 @@ def test_overlap_is_rounded_down_to_tenths_of_a_percent(overlap: float) -> None:
 )
 def test_overlap_of_whole_tenths_stays_and_what_is_short_never_reads_as_enough(overlap: float, told: str) -> None:
     assert overlap_percent(overlap) == told
+
+
+@given(st.floats(0.0, 1.0), st.integers(3, 9))
+def test_overlap_of_few_decimals_is_the_largest_that_is_no_more(overlap: float, decimals: int) -> None:
+    told, exact = overlap_share(overlap, decimals), Fraction(repr(overlap))
+    assert 0 <= exact - Fraction(repr(told)) < Fraction(1, 10**decimals)
+    assert round(told, decimals) == told

@@ -3,6 +3,7 @@ import math
 import subprocess
 import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import ezdxf
@@ -13,6 +14,7 @@ import shapely
 
 from planner_core.errors import RequirementError
 from planner_core.handover.dxf import BLOCK, write_dxf
+from planner_core.handover.dxf_document import APP
 from planner_core.handover.dxf_sheets import SCALES, scale_for
 from planner_core.handover.options import Options
 from planner_core.handover.sheets.building import read_building
@@ -269,3 +271,12 @@ def test_same_plan_gives_the_same_bytes_in_another_process(house_folder, drawing
     classes = [lines[at + 2] for at, line in enumerate(lines) if line == "CLASS"]
     assert len(classes) > 5
     assert classes == sorted(classes)  # what ezdxf takes out of a set
+
+
+def test_overlap_that_falls_short_never_reads_as_what_was_asked(house, tmp_path):
+    links = tuple(replace(link, overlap=0.29996, counts=False) for link in house.links[:3])
+    write_dxf(replace(house, links=links), tmp_path / "short.dxf", Options(), silent)
+    lines = ezdxf.readfile(tmp_path / "short.dxf").modelspace().query('LINE[layer ? ".*LINK-WEAK"]')
+    told = [{text.value for text in line.get_xdata(APP)} for line in lines]
+    assert len(told) == 3
+    assert all("overlap=0.2999" in texts for texts in told)

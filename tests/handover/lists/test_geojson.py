@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -139,3 +140,9 @@ def test_one_floor_holds_its_own_only(write: Write, site_plan: PlanSource) -> No
     assert [fields["id"] for fields, _ in of_kind(path, "station")] == ["S003", "S004"]
     assert [fields["id"] for fields, _ in of_kind(path, "link")] == ["S003-S004"]
     assert [fields["id"] for fields, _ in of_kind(path, "floor")] == ["F1"]
+
+
+def test_overlap_that_falls_short_never_reads_as_what_was_asked(write: Write, site_plan: PlanSource) -> None:
+    short = replace(site_plan.links[0], overlap=0.29996, counts=False)
+    ((fields, _),) = of_kind(write(write_geojson, replace(site_plan, links=(short,)), "out.geojson")[0], "link")
+    assert (fields["overlap"], bool(fields["counts"])) == (0.2999, False)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -116,3 +117,9 @@ def test_an_unknown_ground_point_is_refused(write: Write) -> None:
 def test_an_unknown_kind_of_heights_is_refused(write: Write, site_plan: PlanSource) -> None:
     with pytest.raises(RequirementError, match="--kml-heights: got 'deep'"):
         write(write_kml, site_plan, kml_heights="deep")
+
+
+def test_overlap_that_falls_short_never_reads_as_what_was_asked(write: Write, site_plan: PlanSource) -> None:
+    short = replace(site_plan.links[0], overlap=0.29996, counts=False)
+    path, _ = write(write_kml, replace(site_plan, links=(short,)), "out.kml")
+    assert layer(path, "links")[0][0]["description"] == "overlap 29.9 %, strength 0.1530, does not count"

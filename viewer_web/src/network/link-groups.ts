@@ -1,6 +1,6 @@
 /** The links as the list has them: what is missing, what all hangs on, what registers, and what is too weak to. */
 import type { PlanLink } from '../load/plan-json.ts';
-import { percent } from '../panels/figures.ts';
+import { askedPercent } from '../panels/figures.ts';
 import { byOverlap, type Counting, type NetworkReport } from './graph.ts';
 
 export interface LinkGroup {
@@ -41,7 +41,7 @@ export function linkGroups(links: readonly PlanLink[], report: NetworkReport): L
 
 /** What a link lacks to count; null: it counts. */
 export function lackInWords({ overlap, strength }: PlanLink, { threshold, minStrength }: Counting): string | null {
-  if (overlap < threshold) return `less than ${percent(threshold, 0)} overlap`;
+  if (overlap < threshold) return `less than ${askedPercent(threshold)} overlap`;
   if (strength !== null && strength < minStrength) return `strength below ${minStrength}`;
   return null;
 }

@@ -1,6 +1,6 @@
 /** The tab "Network": how the stations register with each other, what that hangs on, and what is missing. */
 import { useState } from 'preact/hooks';
-import { percent } from '../panels/figures.ts';
+import { askedPercent, overlapPercent } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import { Badge } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
@@ -95,7 +95,7 @@ function Figures({ store, report, counting }: { store: Store; report: NetworkRep
       <Figure
         name="Links that count"
         value={report.counting.length}
-        hint={`At least ${percent(counting.threshold, 0)} overlap${strength}`}
+        hint={`At least ${askedPercent(counting.threshold)} overlap${strength}`}
       />
       <Figure name="Bridges" value={bridges.size} hint="Links without which a network falls apart" />
       <Figure
@@ -109,7 +109,7 @@ function Figures({ store, report, counting }: { store: Store; report: NetworkRep
           hint="The smallest overlap that some two stations need on their best way to each other"
           value={
             <button type="button" class="link" onClick={() => store.choosePair([weakest.a, weakest.b])}>
-              {weakest.a} – {weakest.b}, {percent(weakest.overlap, 0)}
+              {weakest.a} – {weakest.b}, {overlapPercent(weakest.overlap)}
             </button>
           }
         />

@@ -4,6 +4,17 @@ const area = new Intl.NumberFormat('en', { maximumFractionDigits: 1, minimumFrac
 const count = new Intl.NumberFormat('en');
 
 export const percent = (fraction: number, digits = 1): string => `${(100 * fraction).toFixed(digits)} %`;
+/**
+ * An overlap, rounded down: what is just short must not read as enough. As `overlap_percent` of the library, digit by digit:
+ * `thousandths / 1000` is the float that a decimal of three places is read as.
+ */
+export function overlapPercent(overlap: number): string {
+  const nearest = Math.round(1000 * overlap);
+  const thousandths = nearest / 1000 > overlap ? nearest - 1 : nearest;
+  return `${(thousandths / 10).toFixed(1)} %`;
+}
+/** What was asked for, with as many digits as it was asked with: an overlap of 29.6 % is not less than one of 30 % then. */
+export const askedPercent = (fraction: number): string => `${Number((100 * fraction).toPrecision(6))} %`;
 /** Square decimetres are told where there is nothing else to tell. */
 export const squareMetres = (m2: number): string =>
   m2 > 0 && m2 < 0.05 ? `${m2.toFixed(2)} m²` : `${area.format(m2)} m²`;

@@ -1,7 +1,7 @@
 /** What the plan is worth as a whole. */
 import { type TotalsBeside, totalsBeside } from '../edit/totals-beside.ts';
 import type { Store } from '../store.ts';
-import { counted, percent, squareMetres } from './figures.ts';
+import { askedPercent, counted, percent, squareMetres } from './figures.ts';
 import { Figure, Section } from './section.tsx';
 import { Targets } from './targets.tsx';
 
@@ -43,7 +43,7 @@ export function Summary({ store }: { store: Store }) {
           value={
             <Badge isGood={registration.connected}>{registration.connected ? 'connected' : 'not connected'}</Badge>
           }
-          hint={`${counted(nLinks, 'link')} of at least ${percent(registration.threshold, 0)} overlap`}
+          hint={`${counted(nLinks, 'link')} of at least ${askedPercent(registration.threshold)} overlap`}
         />
         <Figure name="Scanner" value={scanner.title ?? scanner.name} />
       </dl>

@@ -2,7 +2,7 @@
 import type { PlanJson, PlanLink, PlanStation } from '../load/plan-json.ts';
 import { countingOf, counts } from '../network/graph.ts';
 import { Card } from '../panels/card.tsx';
-import { counted, duration, metres, percent, squareMetres } from '../panels/figures.ts';
+import { askedPercent, counted, duration, metres, overlapPercent, squareMetres } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -128,7 +128,7 @@ function Links({ store, plan, station }: StationProps) {
   return (
     <div class="links">
       <h3>
-        {counted(strong.length, 'link')} of at least {percent(counting.threshold, 0)} overlap
+        {counted(strong.length, 'link')} of at least {askedPercent(counting.threshold)} overlap
       </h3>
       <ul class="chips">
         {own.slice(0, MOST_LINKS).map((link) => (
@@ -139,7 +139,7 @@ function Links({ store, plan, station }: StationProps) {
               title={strong.includes(link) ? 'Enough to register; show what is shared' : 'Too little to register'}
               onClick={() => store.choosePair([station.id, otherEnd(link)])}
             >
-              {otherEnd(link)} <span>{percent(link.overlap, 0)}</span>
+              {otherEnd(link)} <span>{overlapPercent(link.overlap)}</span>
             </button>
           </li>
         ))}

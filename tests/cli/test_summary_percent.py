@@ -1,0 +1,66 @@
+"""Shares in the summary of a plan: none that falls short reads as what was asked for."""
+
+from typing import Any
+
+import pytest
+from tlsplan import summary
+
+
+def network(*overlaps: float | None) -> dict[str, Any]:
+    """A plan's registration: a network a figure, whose weakest link overlaps so much; None for a single station."""
+    return {
+        "registration": {
+            "threshold": 0.295,
+            "min_strength": 0.0,
+            "links": [],
+            "networks": [
+                {"bottleneck": None if overlap is None else {"a": f"A{k}", "b": f"B{k}", "overlap": overlap}}
+                for k, overlap in enumerate(overlaps)
+            ],
+        }
+    }
+
+
+@pytest.mark.parametrize(("overlap", "shown"), [(0.29499, "29.4 %"), (0.2999999, "29.9 %"), (0.3, "30.0 %")])
+def test_overlap_of_the_weakest_link_is_rounded_down_beside_the_threshold_as_asked(overlap: float, shown: str) -> None:
+    assert summary._registration(network(overlap)) == (
+        f"0 links of at least 29.5 % overlap; all stations are connected; weakest: A0 to B0, {shown}"
+    )
+
+
+def test_weakest_link_is_that_of_all_networks() -> None:
+    assert summary._registration(network(0.42, 0.31, None)).endswith("3 separate networks; weakest: A1 to B1, 31.0 %")
+
+
+def document(reached: float) -> dict[str, Any]:
+    figures = {"fraction_of_achievable": reached, "achievable_area_m2": 10.0}
+    return {
+        **network(None),
+        "scanner": {"title": "T", "range_max_m": 5.0, "n_azimuths": 10, "n_channels": 10},
+        "settings": {"scan_mode": "beams"},
+        "stations": [],
+        "optimality": {"objective": "stations", "lower_bound": None, "stations": 0},
+        "coverage": {
+            **figures, "fraction_of_total": 0.1, "total_area_m2": 100.0, "floors": [{"floor": "F0", **figures}],
+        },
+        "floors": [{"id": "F0", "name": "Ground"}],
+        "scene": {"glass_area_m2": 0.0, "mirror_area_m2": 0.0, "glass": "stop", "n_doors_open": 0},
+        "requirements": {
+            "coverage": 0.95,
+            "floors": [],
+            "results": [{"name": "overall", "met": reached >= 0.95, "required": 0.95, **figures}],
+        },
+        "route": None,
+        "field_time": None,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("reached", "shown"), [(0.94996, "94.9 %"), (0.95, "95.0 %"), (0.9516, "95.2 %")])
+def test_coverage_reads_as_what_was_asked_only_where_it_is(
+    reached: float, shown: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    summary.show(document(reached))
+    said = capsys.readouterr().out
+    assert said.count(shown) == (3 if reached < 0.95 else 2)  # overall and the floor; and once more as not met
+    assert ("NOT MET" in said) == (reached < 0.95)
+    assert "95.0 %" not in said.replace(shown, "")
