@@ -2,13 +2,15 @@ import { expect, test } from 'vitest';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
 import { ApiClient } from './client.ts';
 import { Desk, UNNAMED } from './desk.ts';
-import type { Change, Point } from './documents.ts';
+import type { Change, LiveState, Point, Run } from './documents.ts';
 import type { listenToEvents } from './events.ts';
 import { UndoMemory } from './undo-memory.ts';
 
 const move = (x: number, station = 'S001'): Change => ({ kind: 'move_station', station, position_m: [x, 0, 1.3] });
 
 interface Heard {
+  live?: (state: LiveState) => void;
+  run?: (run: Run) => void;
   review?: (event: { revision: number; author: string; objects: string[] }) => void;
   run_deleted?: (event: { id: string }) => void;
 }
@@ -200,6 +202,35 @@ test('a run that is deleted while the runs are asked for does not come back with
   heard.run_deleted?.({ id: 'R001' });
   await asked;
   expect(desk.runs.value.map(({ id }) => id)).toEqual(['R002']);
+});
+
+test('runs that tell more often than the server answers are shown, and hold up nothing', async () => {
+  const { desk, server, heard, line, placeOf } = await openDesk();
+  await desk.refreshRuns();
+  server.runs = { runs: [{ id: 'R001' }, { id: 'R002' }], obstacle: null };
+  const run = { id: 'R001', state: 'running' } as Run;
+  server.onAsked = (what) => {
+    if (what === 'GET api/runs') heard.run?.({ ...run, title: `told ${server.asked.length} questions in` });
+  };
+  line.onOpen?.();
+  expect(await desk.commit('mine', [move(1)])).toBe(true);
+  expect(placeOf()).toEqual([1, 0, 1.3]);
+  expect(desk.runs.value.map(({ id, title }) => [id, title?.slice(0, 4)])).toEqual([
+    ['R001', 'told'],
+    ['R002', undefined],
+  ]);
+});
+
+test('a live side that gets ready while the session is asked for stays ready', async () => {
+  const { desk, server, heard, line } = await openDesk();
+  server.live = { state: 'starting', step: 'loading the scene', fraction: 0.9, message: null };
+  server.onAsked = (what) => {
+    // After the answer that says that it starts.
+    if (what === 'GET api/review') heard.live?.({ state: 'ready', step: null, fraction: null, message: null });
+  };
+  line.onOpen?.();
+  await desk.commit('in turn', [move(2)]);
+  expect(desk.live.value.state).toBe('ready');
 });
 
 class FakeStorage {

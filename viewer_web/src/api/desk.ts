@@ -35,10 +35,15 @@ export interface Activity {
   readonly at: Date;
 }
 
+/** What the runs are after it, of what they were before. */
+type RunNews = (known: readonly Run[]) => readonly Run[];
+
 type Direction = 'do' | 'undo' | 'redo';
 
 const LIVE_OFF: LiveState = { state: 'off', step: null, fraction: null, message: null };
 const MOST_ACTIVITIES = 200;
+/** A run may tell more often than a busy server answers. */
+const MOST_QUESTIONS_IN_A_ROW = 3;
 const AUTHOR_KEY = 'tlsplan-author';
 export const UNNAMED = 'Unnamed reviewer';
 const REPLACED = 'The plan was replaced by another one since this page was loaded. Reload the page.';
@@ -76,7 +81,9 @@ export class Desk {
   readonly redoable: ReadonlySignal<string | null> = computed(() => this.undone.value.at(-1)?.label ?? null);
   private readonly done: Signal<readonly Step[]> = signal([]);
   private readonly undone: Signal<readonly Step[]> = signal([]);
-  private nRunsHeard = 0;
+  private nLiveHeard = 0;
+  /** What was told of runs while they were asked for, of every question under way. */
+  private readonly runNews = new Set<RunNews[]>();
   private queue: Promise<unknown> = Promise.resolve();
   private stopListening: () => void = () => undefined;
   private readonly listen: typeof listenToEvents;
@@ -112,14 +119,12 @@ export class Desk {
       {
         review: (event) => this.hear(event),
         live: (state) => {
+          this.nLiveHeard += 1;
           this.live.value = state;
           if (state.state === 'ready') void this.refreshFigures();
         },
-        run: (run) => this.hearRun(run),
-        run_deleted: ({ id }) => {
-          this.nRunsHeard += 1;
-          this.runs.value = this.runs.peek().filter((run) => run.id !== id);
-        },
+        run: (run) => this.hearOfRuns((known) => [...known.filter(({ id }) => id !== run.id), run]),
+        run_deleted: ({ id }) => this.hearOfRuns((known) => known.filter((run) => run.id !== id)),
       },
       {
         // The first time too: what happened between the session's answer and this line was told to nobody.
@@ -187,23 +192,28 @@ export class Desk {
     }
   }
 
+  /** An answer that was overtaken by what was told meanwhile is older than that: the news go over it, and it is asked for again. */
   async refreshRuns(): Promise<void> {
-    let answer: RunList;
-    let nBefore: number;
-    do {
-      // An answer that was overtaken by what was told meanwhile is older than that.
-      nBefore = this.nRunsHeard;
-      answer = await this.client.json<RunList>('runs');
-    } while (nBefore !== this.nRunsHeard);
-    const { runs, obstacle } = answer;
-    batch(() => {
-      this.runs.value = runs;
-      this.knowsRuns.value = true;
-      this.runObstacle.value = obstacle;
-    });
+    const news: RunNews[] = [];
+    this.runNews.add(news);
+    try {
+      for (let n = 0; n < MOST_QUESTIONS_IN_A_ROW; n++) {
+        news.length = 0;
+        const { runs, obstacle } = await this.client.json<RunList>('runs');
+        batch(() => {
+          this.runs.value = news.reduce<readonly Run[]>((known, tell) => tell(known), runs);
+          this.knowsRuns.value = true;
+          this.runObstacle.value = obstacle;
+        });
+        if (news.length === 0) return;
+      }
+    } finally {
+      this.runNews.delete(news);
+    }
   }
 
   private async reload(): Promise<void> {
+    const nLiveBefore = this.nLiveHeard;
     const session = await this.client.session();
     const known = this.session.peek();
     if (known !== null && known.plan_sha256 !== session.plan_sha256) {
@@ -214,7 +224,8 @@ export class Desk {
     batch(() => {
       this.fault.value = null;
       this.session.value = session;
-      this.live.value = session.live;
+      // What was told meanwhile is newer than the answer.
+      if (this.nLiveHeard === nLiveBefore) this.live.value = session.live;
       this.review.value = review;
       if (known === null) this.recallSteps(session, review);
     });
@@ -332,10 +343,10 @@ export class Desk {
     }
   }
 
-  private hearRun(run: Run): void {
-    this.nRunsHeard += 1;
-    const others = this.runs.peek().filter(({ id }) => id !== run.id);
-    this.runs.value = [...others, run].sort((a, b) => a.id.localeCompare(b.id));
+  private hearOfRuns(tell: RunNews): void {
+    const inOrder: RunNews = (known) => [...tell(known)].sort((a, b) => a.id.localeCompare(b.id));
+    for (const news of this.runNews) news.push(inOrder);
+    this.runs.value = inOrder(this.runs.peek());
   }
 }
 

@@ -32,6 +32,8 @@ export class FakeReviewServer {
   review: Review = EMPTY_REVIEW;
   /** Requests in the order they came, as "METHOD path". */
   readonly asked: string[] = [];
+  /** Called with every request before it is answered. */
+  onAsked: (what: string) => void = () => undefined;
   isGone = false;
   /** What everything is refused with; null: nothing is. */
   refusal: { readonly status: number; readonly message: string } | null = null;
@@ -40,7 +42,9 @@ export class FakeReviewServer {
   live: LiveState = { state: 'off', step: null, fraction: null, message: 'no scene' };
 
   readonly fetch = async (address: string, options?: RequestInit): Promise<Response> => {
-    this.asked.push(`${options?.method ?? 'GET'} ${address}`);
+    const what = `${options?.method ?? 'GET'} ${address}`;
+    this.asked.push(what);
+    this.onAsked(what);
     if (this.isGone) throw new TypeError('connection refused');
     if (this.refusal !== null) return json(this.refusal.status, { message: this.refusal.message });
     if (address === 'api/runs') return json(200, this.runs);
