@@ -28,6 +28,7 @@ export class Editor {
   private readonly pins = new Pins();
   private groundOverlay: GroundOverlay | null = null;
   private readonly grounds = new Map<string, Promise<GroundMap>>();
+  private groundAsked: Promise<GroundMap> | null = null;
   private readonly endings: (() => void)[];
   /** Computed, so that a drag redraws only what it changes. */
   private readonly reviewed = computed(() => this.areasOfReview());
@@ -91,9 +92,12 @@ export class Editor {
     const floorId = this.groundFloor.value;
     desk.review.value;
     if (floorId === null) return;
-    void this.groundOf(floorId)
+    const asked = this.groundOf(floorId);
+    this.groundAsked = asked;
+    void asked
       .then((ground) => {
-        if (store.editing.ground.peek() !== ground) store.editing.ground.value = ground;
+        // An answer may be overtaken by that of another floor, or of a newer review.
+        if (asked === this.groundAsked) store.editing.ground.value = ground;
       })
       .catch((error: Error) => desk.warn(error.message));
   }

@@ -10,7 +10,7 @@ import { addStation, moveStation } from './changes.ts';
 import { type DraftStation, localOf, sceneOf } from './draft.ts';
 import type { DraftFollower } from './draft-follower.ts';
 import type { UnderWay } from './editing.ts';
-import type { GroundMap } from './ground-map.ts';
+import type { GroundMap, Place } from './ground-map.ts';
 import { PreviewLoop } from './preview-loop.ts';
 import { askPreview, type Preview, PreviewPaint, type Wish } from './previews.ts';
 import { isLive, toolInHand } from './readiness.ts';
@@ -29,6 +29,8 @@ export class StationMover {
   private readonly loop: PreviewLoop<Wish, Preview>;
   private readonly endings: (() => void)[];
   private grabbed: DraftStation | null = null;
+  /** Where the pointer is with what was grabbed, scene frame; null: it has not moved. */
+  private wantedAt: Place | null = null;
   private detail = 1;
   /** Rising over reloads of the page too: the server drops questions older than one it has had. */
   private sequence = Date.now();
@@ -114,7 +116,7 @@ export class StationMover {
       onMove: (place) => this.drag(place),
       onUp: (_, isClick) => {
         if (isClick) this.cancel();
-        else void this.finish();
+        else void this.drop();
       },
       onCancel: () => this.cancel(),
     };
@@ -127,20 +129,35 @@ export class StationMover {
     const station = this.follower.stations.peek().find(({ id }) => id === stationId);
     if (station === undefined || station.isFixed) return false;
     this.grabbed = station;
-    void this.groundOf(station.floorId).catch((error: Error) => this.desk.warn(error.message));
+    this.wantedAt = null;
+    void this.groundOf(station.floorId)
+      .then((ground) => {
+        if (this.grabbed !== station) return;
+        store.editing.ground.value = ground;
+        this.follow();
+      })
+      .catch((error: Error) => this.desk.warn(error.message));
     return true;
   }
 
   private drag({ clientX, clientY }: PointerPlace): void {
-    const { grabbed, loaded, store } = this;
-    const ground = store.editing.ground.peek();
-    if (grabbed === null || ground?.floorId !== grabbed.floorId) return;
+    const { grabbed, loaded } = this;
+    if (grabbed === null) return;
     const { offsetM } = loaded.stage;
     const level = localOf(grabbed.positionM, offsetM)[2];
     const at = this.view.levelAt(clientX, clientY, grabbed.floorId, level);
     if (at === null) return;
     const [x, y] = sceneOf(at, offsetM);
-    const place = ground.nearestAdmissible([x, y]);
+    this.wantedAt = [x, y];
+    this.follow();
+  }
+
+  /** As near to the pointer as a tripod can stand, as soon as it is known where one can. */
+  private follow(): void {
+    const { grabbed, wantedAt } = this;
+    const ground = this.store.editing.ground.peek();
+    if (grabbed === null || wantedAt === null || ground?.floorId !== grabbed.floorId) return;
+    const place = ground.nearestAdmissible(wantedAt);
     if (place === null) return;
     this.put({
       stationId: grabbed.id,
@@ -148,6 +165,17 @@ export class StationMover {
       positionM: [place[0], place[1], grabbed.positionM[2]],
       heightM: grabbed.instrumentHeightM ?? this.usualHeightM(grabbed.floorId),
     });
+  }
+
+  /** Let go of what was dragged; where the ground is not known yet, it is waited for. */
+  private async drop(): Promise<void> {
+    const { grabbed } = this;
+    if (grabbed !== null && this.store.editing.underWay.peek() === null) {
+      // What went wrong was told when it was grabbed.
+      await this.groundOf(grabbed.floorId).catch(() => undefined);
+      if (this.grabbed !== grabbed) return;
+    }
+    await this.finish();
   }
 
   private put(underWay: UnderWay): void {
