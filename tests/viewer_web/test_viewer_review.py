@@ -261,14 +261,16 @@ async def heard(app: Starlette, act: Callable[[], None], n_events: int) -> list[
             done.set()
 
     stream = asyncio.create_task(app(scope, receive, take))
-    await asyncio.wait_for(opened.wait(), 20)
+    await asyncio.wait_for(opened.wait(), 120)
     await asyncio.to_thread(act)
-    await asyncio.wait_for(done.wait(), 20)
-    await asyncio.wait_for(stream, 20)  # it ends when the page goes
+    await asyncio.wait_for(done.wait(), 120)
+    await asyncio.wait_for(stream, 120)  # it ends when the page goes
     return told
 
 
-def test_pages_are_told_of_changes_as_they_are_made(app: Starlette, ask: Ask) -> None:
+def test_pages_are_told_of_changes_as_they_are_made(app: Starlette, ask: Ask, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(events, "LOOK_S", 1000.0)  # a look between the commit and its telling tells of it, too
+
     def act() -> None:
         post(ask, 0, {"kind": "lock_station", "station": "S001"}, {"kind": "add_comment", "text": "x"}, author="Ben")
 
@@ -300,7 +302,7 @@ def streamed(hub: EventHub, act: Callable[[], None], *, limit: int = 100) -> lis
                 break
         return parts
 
-    return asyncio.run(asyncio.wait_for(listen(), 20))
+    return asyncio.run(asyncio.wait_for(listen(), 120))
 
 
 def test_a_stream_ends_when_the_server_stops_and_none_begins_after() -> None:

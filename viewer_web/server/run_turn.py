@@ -14,7 +14,7 @@ from pathlib import Path
 
 FILE = ".turn"
 #: Others that look whether there is a holder hold the lock for an instant themselves.
-_TRIES, _PAUSE_S = 5, 0.02
+_TRIES, _PAUSE_S = 50, 0.02
 
 
 @dataclass(frozen=True)

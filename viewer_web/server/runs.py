@@ -220,8 +220,10 @@ class Runs:
 
     # ------------------------------------------------------------------------------------------ watching
     def watch(self) -> None:
-        """Tell what becomes of runs, in a thread of its own, until `stop`."""
-        self._watcher = threading.Thread(target=self._watch, name="runs", daemon=True)
+        """Tell what becomes of runs from now on, in a thread of its own, until `stop`."""
+        known: dict[str, tuple[object, bool]] = {}
+        self._look(known, tell=lambda _: None)
+        self._watcher = threading.Thread(target=self._watch, args=(known,), name="runs", daemon=True)
         self._watcher.start()
 
     def stop(self) -> LeftRun | None:
@@ -240,26 +242,25 @@ class Runs:
             return None
         return LeftRun(left.id, left.cancelling, self._runs / left.id / PLAN) if left.state == "running" else None
 
-    def _watch(self) -> None:
-        known: dict[str, tuple[object, bool]] = {}
-        is_first = True
-        while True:
-            going = self._going()
-            there = [run_id(number) for number in run_numbers(self._runs)]
-            for run in sorted(known.keys() - set(there)):
-                del known[run]
-                self._tell_deleted(run)
-            for run in there:
-                stamp, before = _stamp(self._runs / run / DOCUMENT), known.get(run)
-                if before is not None and before[0] == stamp and not (before[1] and going != run):
-                    continue
-                document = self._quietly(run)
-                known[run] = stamp, document is not None and document.state == "running"
-                if document is not None and not is_first:
-                    self._tell(document.model_dump())
-            is_first = False
-            if self._stopping.wait(_WATCH_S):
-                return
+    def _watch(self, known: dict[str, tuple[object, bool]]) -> None:
+        while not self._stopping.wait(_WATCH_S):
+            self._look(known, tell=self._tell)
+
+    def _look(self, known: dict[str, tuple[object, bool]], *, tell: Callable[[Mapping[str, Any]], None]) -> None:
+        """Tell what has changed since the last look. known : of each run its file's stamp, and whether it went on."""
+        going = self._going()
+        there = [run_id(number) for number in run_numbers(self._runs)]
+        for run in sorted(known.keys() - set(there)):
+            del known[run]
+            self._tell_deleted(run)
+        for run in there:
+            stamp, before = _stamp(self._runs / run / DOCUMENT), known.get(run)
+            if before is not None and before[0] == stamp and not (before[1] and going != run):
+                continue
+            document = self._quietly(run)
+            known[run] = stamp, document is not None and document.state == "running"
+            if document is not None:
+                tell(document.model_dump())
 
     def _quietly(self, run: str) -> RunDocument | None:
         try:
