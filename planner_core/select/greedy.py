@@ -94,10 +94,8 @@ def drop_redundant(
             own = _at_count(problem, problem.rows_of(candidate), n_seen, problem.seen_from)
             if candidate not in fixed and (own <= spare).all():
                 loose.append((int(own.sum()), -place))
-        places = (-place for _, place in sorted(loose))
-        if network is not None:
-            places = (place for place in places if network.faults(kept[:place] + kept[place + 1 :]) == 0)
-        spared = next(places, None)
+        may_go = (lambda _: True) if network is None else network.can_spare(kept)
+        spared = next((-place for _, place in sorted(loose) if may_go(-place)), None)
         if spared is None:
             break
         rows = problem.rows_of(kept.pop(spared))

@@ -51,7 +51,7 @@ class Network:
     def bridges(self) -> frozenset[tuple[int, int]]:
         """Links (a, b), a < b, whose failure parts the candidates' graph itself: with `loops` they are let pass."""
         linked = [self.neighbours(candidate).tolist() for candidate in range(self.n_candidates)]
-        return frozenset(_components_and_bridges(linked)[1])
+        return frozenset(_components_bridges_and_pieces(linked)[1])
 
     def links_among(self, chosen: Sequence[int]) -> list[list[int]]:
         """Places in `chosen` that each of the chosen candidates is linked to, in ascending order."""
@@ -65,7 +65,7 @@ class Network:
 
     def faults(self, chosen: Sequence[int]) -> int:
         """Components of `chosen` beyond one a part, and with `loops` avoidable bridges; 0: it hangs together."""
-        n_components, bridges = _components_and_bridges(self.links_among(chosen))
+        n_components, bridges, _ = _components_bridges_and_pieces(self.links_among(chosen))
         parts, n_of_part = np.unique(self.part[list(chosen)], return_counts=True)
         n_faults = n_components - int(parts.size)
         if self.loops:
@@ -91,12 +91,28 @@ class Network:
 
         return hang_together
 
+    def can_spare(self, chosen: Sequence[int]) -> Callable[[int], bool]:
+        """Return what says of a place in `chosen` whether the others hang together without the candidate there.
+
+        The same as `faults` of the others being 0, for many places: without `loops` all of them cost one search.
+        """
+        n_components, _, n_pieces = _components_bridges_and_pieces(self.links_among(chosen))
+        parts, of_part, n_of_part = np.unique(self.part[list(chosen)], return_inverse=True, return_counts=True)
+
+        def hang_together(place: int) -> bool:
+            alone = int(n_of_part[of_part[place]]) == 1
+            if n_components - 1 + n_pieces[place] > parts.size - alone:
+                return False
+            return not self.loops or self.faults([*chosen[:place], *chosen[place + 1 :]]) == 0
+
+        return hang_together
+
     def avoidable_bridges(self, chosen: Sequence[int]) -> list[tuple[int, int]]:
         """Links (a, b) of `chosen`, a < b, that are bridges and might not be: what `loops` forbids."""
         parts, n_of_part = np.unique(self.part[list(chosen)], return_counts=True)
         return sorted(
             (min(chosen[a], chosen[b]), max(chosen[a], chosen[b]))
-            for a, b in _components_and_bridges(self.links_among(chosen))[1]
+            for a, b in _components_bridges_and_pieces(self.links_among(chosen))[1]
             if self._is_avoidable(chosen[a], chosen[b], parts, n_of_part)
         )
 
@@ -139,15 +155,16 @@ def components_of(linked: list[list[int]]) -> list[int]:
     return number
 
 
-def _components_and_bridges(linked: list[list[int]]) -> tuple[int, list[tuple[int, int]]]:
-    """Number of components, and links (a, b), a < b, whose failure makes one more of them.
+def _components_bridges_and_pieces(linked: list[list[int]]) -> tuple[int, list[tuple[int, int]], list[int]]:
+    """Number of components, links (a, b), a < b, whose failure makes one more of them, and pieces around each node.
 
-    Depth first, without recursion: a link to a node from which nothing before it can be reached another way is a
-    bridge (Tarjan 1974).
+    Pieces: what a node's component falls into without it, none where it is alone. Depth first, without recursion: a
+    link to a node from which nothing before it can be reached another way is a bridge (Tarjan 1974).
     """
     n = len(linked)
     found, low, parent, following = [0] * n, [0] * n, [-1] * n, [0] * n
     bridges = []
+    n_pieces = [0] * n
     n_components = time = 0
     for root in range(n):
         if found[root]:
@@ -170,8 +187,10 @@ def _components_and_bridges(linked: list[list[int]]) -> tuple[int, list[tuple[in
                 continue
             above = parent[node]
             if above >= 0:
+                n_pieces[node] += 1  # what is above it
+                n_pieces[above] += low[node] >= found[above]
                 low[above] = min(low[above], low[node])
                 if low[node] > found[above]:
                     bridges.append((min(above, node), max(above, node)))
             node = above
-    return n_components, bridges
+    return n_components, bridges, n_pieces

@@ -66,11 +66,11 @@ def _shortest_way(
 
     side : (N,), the side of all chosen candidates of the parts in question, -1 elsewhere. There must be a way.
     """
-    gain = _gains(problem, problem.times_seen(chosen))
     source = np.repeat(np.arange(network.n_candidates), np.diff(network.starts))
     ends = np.stack([source, network.neighbour])
     if barred is not None:
         ends = ends[:, ~((np.sort(ends, axis=0) == np.array(barred)[:, None]).all(axis=0))]
+    gains = _Gains(problem, chosen)
     side, distance = side.copy(), np.where(side >= 0, 0, _FAR)
     seen, before = np.zeros(side.size, dtype=np.int64), np.full(side.size, -1)
     for step in range(1, side.size):
@@ -81,9 +81,19 @@ def _shortest_way(
         a, b = a[order], b[order]
         first = np.append(True, np.diff(b) != 0)
         a, b = a[first], b[first]
-        side[b], distance[b], seen[b], before[b] = side[a], step, seen[a] + gain[b], a
-    a, b = ends[:, (side[ends[0]] >= 0) & (side[ends[1]] >= 0) & (side[ends[0]] != side[ends[1]])]
-    best = np.lexsort((b, a, -(seen[a] + seen[b]), distance[a] + distance[b]))[0]
+        side[b], distance[b], before[b] = side[a], step, a
+        # The ends of a meeting are at most one step apart: of one that is found later, one end is yet to be reached.
+        between = _meetings(ends, side)
+        if between.size and int(distance[between].sum(axis=0).min()) <= 2 * step:
+            break
+        seen[b] = seen[a] + gains.of(b)
+    between = _meetings(ends, side)
+    length = distance[between].sum(axis=0)
+    a, b = between[:, length == length.min()]
+    late = np.unique(np.concatenate([a, b]))
+    late = late[distance[late] > 0]
+    seen[late] = seen[before[late]] + gains.of(late)
+    best = np.lexsort((b, a, -(seen[a] + seen[b])))[0]
     way = []
     for node in (int(a[best]), int(b[best])):
         while distance[node] > 0:
@@ -92,9 +102,20 @@ def _shortest_way(
     return way
 
 
-def _gains(problem: CoverProblem, n_seen: Int64Array) -> Int64Array:
-    """(N,) ticks of looks that each candidate adds to what has been seen so often, over all targets."""
-    wanted = (problem.counts_for & (n_seen < problem.seen_from[:, None])).sum(axis=0) * problem.ticks
-    before = np.concatenate([[0], np.cumsum(wanted[problem.row])])
-    gains: Int64Array = before[problem.starts[1:]] - before[problem.starts[:-1]]
-    return gains
+def _meetings(ends: Int64Array, side: Int64Array) -> Int64Array:
+    """(2, L): links, of (2, M), between two sides."""
+    met: Int64Array = ends[:, (side[ends[0]] >= 0) & (side[ends[1]] >= 0) & (side[ends[0]] != side[ends[1]])]
+    return met
+
+
+class _Gains:
+    """Ticks of looks that candidates add to those of a set, over all targets."""
+
+    def __init__(self, problem: CoverProblem, chosen: list[int]) -> None:
+        n_seen = problem.times_seen(chosen)
+        self._problem = problem
+        self._wanted = (problem.counts_for & (n_seen < problem.seen_from[:, None])).sum(axis=0) * problem.ticks
+
+    def of(self, candidates: Int64Array) -> Int64Array:
+        """(N',) ticks."""
+        return np.array([self._wanted[self._problem.rows_of(c)].sum() for c in candidates], dtype=np.int64)

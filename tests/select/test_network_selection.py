@@ -185,6 +185,19 @@ def test_any_set_can_be_joined_and_nothing_spare_stays(seed, loops, share):
         assert not (hangs_together(network, rest) and meets(problem, rest, problem.required)), f"seed {seed}"
 
 
+@settings(max_examples=60, deadline=None)
+@given(SEEDS, st.sampled_from([0.03, 0.06, 0.1]))
+def test_two_stations_are_joined_by_as_few_as_a_shortest_path_has(seed, share):
+    problem, network = random_problem(seed, n=40, r=30), random_network(seed, 40, share=share)
+    graph = nx.Graph((a, int(b)) for a in range(40) for b in network.neighbours(a))
+    graph.add_nodes_from(range(40))
+    a, b = np.random.default_rng(seed).choice(40, 2, replace=False).tolist()
+    expected = len(nx.shortest_path(graph, a, b)) if nx.has_path(graph, a, b) else 2
+    whole = joined(problem, network, [a, b])
+    assert len(whole) == expected, f"seed {seed}"
+    assert hangs_together(network, whole), f"seed {seed}"
+
+
 def test_a_way_between_two_stations_is_the_shortest_and_of_equals_that_which_sees_more():
     # 0 and 5 apart; over 1, 2 or over 3, 4, or over 6, 7, 8. 4 sees what nobody else does.
     graph = nx.Graph()
@@ -219,6 +232,18 @@ def test_candidates_complete_a_set_just_where_it_hangs_together_with_them(seed, 
         rest, others = order[:size], order[size:]
         completes = network.completes(rest)
         assert [completes(one) for one in others] == [hangs_together(network, [*rest, one]) for one in others]
+
+
+@settings(max_examples=60, deadline=None)
+@given(SEEDS, st.booleans(), st.sampled_from([0.1, 0.2, 0.3]))
+def test_a_set_can_spare_just_those_without_whom_it_hangs_together(seed, loops, share):
+    network = random_network(seed, 12, share=share, loops=loops)
+    order = [int(c) for c in np.random.default_rng(seed).permutation(12)]
+    for size in range(1, 13):
+        chosen = order[:size]
+        can_spare = network.can_spare(chosen)
+        rests = [[*chosen[:place], *chosen[place + 1 :]] for place in range(size)]
+        assert [can_spare(place) for place in range(size)] == [hangs_together(network, rest) for rest in rests]
 
 
 def test_a_start_that_is_not_joined_is_joined_and_network_and_host_agree():
