@@ -97,14 +97,15 @@ def _summary(rows: Sequence[Row]) -> list[str]:
 
 def _older(rows: dict[str, Row], state: str) -> list[str]:
     """Which rows an earlier planner made."""
-    new = [key for key, row in rows.items() if row.get("state") == state]
-    if len(new) == len(rows):
+    old = [key for key, row in rows.items() if row.get("state") != state]
+    if not old:
         return []
-    made = f"all but {', '.join(new)}" if new else "all of them"
+    new = [key for key in rows if key not in old]
+    made = ", ".join(old) if len(old) < len(new) else f"all but {', '.join(new)}" if new else "all of them"
     return [
         "## State of the rows",
-        f"The planner is now of this state: {state}. {len(rows) - len(new)} of {len(rows)} rows are of an earlier one "
-        f"({made}): their bounds are those of branching on single candidates of the whole alone.",
+        f"The planner is now of this state: {state}. {len(old)} of {len(rows)} rows are of an earlier one ({made}): "
+        "their bounds are those of branching on single candidates of the whole alone.",
         "",
     ]
 
