@@ -1,7 +1,8 @@
 """Makes the process fit for a user before anything heavy is imported: signals, caches, streams, warnings.
 
 - A Ctrl-C that arrives while a compiled package starts up would be lost there, or told as an error of the package: it
-  waits until it is loaded. One that is lost in spite of this is raised again at the next step of progress.
+  waits until it is loaded. One that strikes what Python calls by the way (`__del__`, a callback of a weak reference)
+  would be printed and lost: it is raised again at once. Any other that is lost is, at the next step of progress.
 - Compilers and fonts keep caches below the home folder. Where that can't be written they go to a temporary folder.
 - Warnings of packages are for developers: they are shown with --debug only.
 """
@@ -9,6 +10,7 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import os
 import shutil
 import signal
@@ -18,13 +20,16 @@ import warnings
 from importlib.machinery import ExtensionFileLoader
 from pathlib import Path
 from types import FrameType
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
-#: Between two looks whether what an interrupt waits for is loaded.
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
+
+#: Between two looks whether what an interrupt waits for is over.
 _LOOK_AGAIN_S = 0.005
 
 _interrupted = False
-_waits_for_loading = False
+_waits = False
 _asked_to_end = False
 _caches_are_kept = True
 _own_caches: str | None = None
@@ -38,6 +43,7 @@ def prepare(*, debug: bool) -> None:
     signal.signal(signal.SIGINT, _note_interrupt)
     signal.signal(signal.SIGTERM, _note_interrupt)  # logout and batch queues send it: what is half-written has to go
     signal.signal(signal.SIGALRM, _look_again)
+    sys.unraisablehook = _hear_unraisable
     if not debug:
         warnings.simplefilter("ignore")
     _use_writable_caches()
@@ -52,8 +58,8 @@ def raise_if_interrupted() -> None:
 
 
 def raise_what_waits() -> None:
-    """Raise KeyboardInterrupt where one still waits for the end of a load: the work ended before the next look."""
-    if _waits_for_loading:
+    """Raise KeyboardInterrupt where one still waits: the work ended before the next look."""
+    if _waits:
         _raise()
 
 
@@ -67,7 +73,8 @@ def leave_at_once(code: int) -> NoReturn:
     """End the process but for Python's own way out, which aborts under a thread that is inside a compiler."""
     _remove_own_caches()
     for stream in (sys.stdout, sys.stderr):
-        stream.flush()
+        with contextlib.suppress(OSError, ValueError):  # its reader went away
+            stream.flush()
     os._exit(code)
 
 
@@ -96,24 +103,35 @@ def _note_interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def _look_again(number: int, frame: FrameType | None) -> None:
-    if _waits_for_loading:
+    if _waits:
         _raise_unless_loading(frame)
 
 
 def _raise_unless_loading(frame: FrameType | None) -> None:
-    global _waits_for_loading
     while frame is not None:
         if isinstance(frame.f_locals.get("self"), ExtensionFileLoader):  # its C code may be what imports, as in pxr
-            _waits_for_loading = True
-            signal.setitimer(signal.ITIMER_REAL, _LOOK_AGAIN_S)
+            _wait()
             return
         frame = frame.f_back
     _raise()
 
 
+def _hear_unraisable(told: UnraisableHookArgs) -> None:
+    if issubclass(told.exc_type, KeyboardInterrupt):
+        _wait()
+    else:
+        sys.__unraisablehook__(told)
+
+
+def _wait() -> None:
+    global _waits
+    _waits = True
+    signal.setitimer(signal.ITIMER_REAL, _LOOK_AGAIN_S)
+
+
 def _raise() -> NoReturn:
-    global _waits_for_loading
-    _waits_for_loading = False
+    global _waits
+    _waits = False
     signal.setitimer(signal.ITIMER_REAL, 0)
     raise KeyboardInterrupt
 

@@ -11,6 +11,7 @@ import sys
 
 TYPE_CHECKING = False  # so that not even `typing` is imported
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from types import FrameType
     from typing import NoReturn
 
@@ -20,12 +21,11 @@ _INTERRUPTED_CODE = 130
 
 def main() -> None:
     """Run the command line; every error ends in one line on standard error and a documented exit code."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _leave)
+    _take_signals(_leave)
     debug = "--debug" in sys.argv[1:2]
     import click
 
-    from .environment import prepare, raise_what_waits
+    from .environment import leave_at_once, prepare, raise_what_waits
     from .exit_codes import exit_code_of, one_line
     from .group import cli
 
@@ -45,6 +45,7 @@ def main() -> None:
         click.echo(f"tlsplan: {error.format_message()}", err=True)
         code = error.exit_code
     except (KeyboardInterrupt, click.exceptions.Abort):
+        _take_signals(signal.SIG_IGN)  # who presses twice is told once
         click.echo(_INTERRUPTED, err=True)
         code = _INTERRUPTED_CODE
     except BrokenPipeError:
@@ -56,7 +57,14 @@ def main() -> None:
             raise
         click.echo(one_line(error), err=True)
         code = exit_code_of(error)
-    sys.exit(code if isinstance(code, int) else 0)
+    status = code if isinstance(code, int) else 0
+    _take_signals(lambda *_: leave_at_once(status))  # all is done: Python's own way out is what is left to interrupt
+    sys.exit(status)
+
+
+def _take_signals(handler: Callable[[int, FrameType | None], NoReturn] | signal.Handlers) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handler)
 
 
 def _leave(number: int, frame: FrameType | None) -> NoReturn:

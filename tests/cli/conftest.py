@@ -59,8 +59,9 @@ def run_here(*arguments: str | Path, env: dict[str, str] | None = None) -> subpr
 @contextmanager
 def signals_and_warnings_kept() -> Iterator[None]:
     """The program sets handlers and filters for good: its process is its own."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    with warnings.catch_warnings():
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)}
+    with warnings.catch_warnings(), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "unraisablehook", sys.unraisablehook)
         try:
             yield
         finally:

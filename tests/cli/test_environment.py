@@ -17,21 +17,17 @@ from planner_core.progress import ProgressEvent
 
 def run(program: str, **variables: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, env={**os.environ, **variables}
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=240, env={**os.environ, **variables}
     )
 
 
 def test_an_interrupt_that_a_package_swallowed_ends_the_work_at_the_next_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = signal.getsignal(signal.SIGINT)
     monkeypatch.setattr(environment, "_interrupted", False)
-    try:
-        environment.prepare(debug=True)
-        with contextlib.suppress(KeyboardInterrupt):  # as compiled packages do while they start
-            signal.raise_signal(signal.SIGINT)
-        with ProgressReporter(quiet=True) as reporter, pytest.raises(KeyboardInterrupt):
-            reporter.show(ProgressEvent("scan", 1, 2))
-    finally:
-        signal.signal(signal.SIGINT, before)
+    environment.prepare(debug=True)
+    with contextlib.suppress(KeyboardInterrupt):  # as compiled packages do while they start
+        signal.raise_signal(signal.SIGINT)
+    with ProgressReporter(quiet=True) as reporter, pytest.raises(KeyboardInterrupt):
+        reporter.show(ProgressEvent("scan", 1, 2))
 
 
 SHOW_CACHE = (
@@ -68,14 +64,14 @@ def test_a_home_that_can_be_written_is_left_alone(tmp_path: Path) -> None:
 
 def test_closed_standard_error_is_no_error() -> None:
     command = f"{sys.executable} -m tlsplan scanners 2>&-"
-    done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, timeout=240)
     assert done.returncode == 0
     assert "hdl-64e" in done.stdout
 
 
 @pytest.mark.parametrize("arguments", [["plan"], ["plan", "x.ifc", "--grid", "abc"], ["view", "x", "--port", "99999"]])
 def test_usage_errors_are_one_line_that_names_the_help(arguments: list[str]) -> None:
-    done = subprocess.run([sys.executable, "-m", "tlsplan", *arguments], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-m", "tlsplan", *arguments], capture_output=True, text=True, timeout=240)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert f"tlsplan {arguments[0]} --help" in done.stderr
@@ -86,23 +82,18 @@ def test_who_asks_the_process_to_end_is_not_told_of_a_plan_that_will_not_come(
 ) -> None:
     note = ProgressEvent("select", 0, 0, "the best plan so far is taken", settles_interrupts=True)
     stream = io.StringIO()
-    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
     monkeypatch.setattr(environment, "_interrupted", False)
     monkeypatch.setattr(environment, "_asked_to_end", False)
-    try:
-        environment.prepare(debug=True)
-        with ProgressReporter(quiet=True, stream=stream) as reporter:
-            with contextlib.suppress(KeyboardInterrupt):
-                signal.raise_signal(signal.SIGINT)
+    environment.prepare(debug=True)
+    with ProgressReporter(quiet=True, stream=stream) as reporter:
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        reporter.show(note)
+        assert "best plan so far" in stream.getvalue()
+    stream.truncate(0)
+    with ProgressReporter(quiet=True, stream=stream) as reporter:
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        with pytest.raises(KeyboardInterrupt):
             reporter.show(note)
-            assert "best plan so far" in stream.getvalue()
-        stream.truncate(0)
-        with ProgressReporter(quiet=True, stream=stream) as reporter:
-            with contextlib.suppress(KeyboardInterrupt):
-                signal.raise_signal(signal.SIGTERM)
-            with pytest.raises(KeyboardInterrupt):
-                reporter.show(note)
-            assert "best plan so far" not in stream.getvalue()
-    finally:
-        signal.signal(signal.SIGINT, before[0])
-        signal.signal(signal.SIGTERM, before[1])
+        assert "best plan so far" not in stream.getvalue()

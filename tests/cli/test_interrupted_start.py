@@ -18,11 +18,16 @@ INTERRUPTED = "tlsplan: interrupted; nothing was left half-written. Run the same
 #: Begins the command, and interrupts it when a module is about to be imported, as a user would from outside.
 AT_IMPORT = """
 import os, signal, sys
-_, module, sent, *arguments = sys.argv
+_, module, sent, how, *arguments = sys.argv
+def strike():
+    os.kill(os.getpid(), getattr(signal, sent))
+class ByTheWay:
+    def __del__(self):  # whatever is raised in here is printed and goes no further
+        strike()
 class Interrupting:
     def find_spec(name, path=None, target=None):
         if name == module:
-            os.kill(os.getpid(), getattr(signal, sent))
+            strike() if how == "import" else ByTheWay()
 sys.meta_path.insert(0, Interrupting)
 from tlsplan.main import main
 sys.argv[1:] = arguments
@@ -31,10 +36,18 @@ main()
 
 
 def interrupted_at(
-    module: str, sent: str = "SIGINT", arguments: Sequence[str | Path] = ("export", "plan", "--list")
+    module: str,
+    sent: str = "SIGINT",
+    arguments: Sequence[str | Path] = ("export", "plan", "--list"),
+    *,
+    how: str = "import",
 ) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", AT_IMPORT, module, sent, *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    return python(AT_IMPORT, module, sent, how, *map(str, arguments))
+
+
+def python(program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", program, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
 
 
 @pytest.mark.parametrize(
@@ -57,14 +70,14 @@ def test_the_command_begins_without_any_import_that_takes_time() -> None:
         "import json, sys; before = set(sys.modules); import tlsplan.main; "
         "print(json.dumps(sorted(set(sys.modules) - before)))"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    done = python(program)
     added = [name for name in json.loads(done.stdout) if not name.startswith("tlsplan")]
     assert set(added) <= {"signal", "_signal", "enum"}
 
 
 def test_an_interrupt_while_standard_error_is_closed_is_no_traceback() -> None:
-    command = f"{sys.executable} -c '{AT_IMPORT}' click SIGINT 2>&-; echo $?"
-    done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, timeout=60)
+    command = f"{sys.executable} -c '{AT_IMPORT}' click SIGINT import 2>&-; echo $?"
+    done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, timeout=240)
     assert done.stdout == "130\n"
 
 
@@ -90,7 +103,7 @@ def test_an_interrupt_from_outside_at_any_moment_after_the_beginning_is_one_line
         assert child.stdout.readline() == "heeds\n"
         time.sleep(wait_s)
         child.send_signal(signal.SIGINT)
-        _, said = child.communicate(timeout=120)
+        _, said = child.communicate(timeout=240)
         assert child.returncode == 130, said
         assert [line for line in said.splitlines() if line.startswith("tlsplan")] == [INTERRUPTED]
         assert "Traceback" not in said
@@ -102,3 +115,33 @@ def test_an_interrupt_of_an_import_by_compiled_code_waits_until_that_is_loaded(m
     # The C++ of pxr imports other modules of it, and prints a traceback for whatever is raised there.
     done = interrupted_at(module, arguments=("plan", tmp_path / "none.ifc", "-o", tmp_path / "plan"))
     assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
+
+
+@pytest.mark.parametrize("module", ["click.decorators", "planner_core.handover.formats", "numpy"])
+def test_an_interrupt_of_what_python_calls_by_the_way_is_neither_lost_nor_a_traceback(module: str) -> None:
+    done = interrupted_at(module, how="by the way")
+    assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
+
+
+def test_who_interrupts_again_while_it_is_told_is_told_once() -> None:
+    program = AT_IMPORT.replace(
+        "from tlsplan.main import main\n",
+        "import click\n"
+        "def interrupted_echo(*words, echo=click.echo, **how):\n"
+        "    strike()\n"
+        "    echo(*words, **how)\n"
+        "click.echo = interrupted_echo\n"
+        "from tlsplan.main import main\n",
+    )
+    done = python(program, "numpy", "SIGINT", "import", "export", "plan", "--list")
+    assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
+
+
+def test_an_interrupt_of_the_end_of_the_process_leaves_its_result_as_it_is() -> None:
+    program = (
+        "import atexit, os, signal, sys; from tlsplan.main import main; sys.argv[1:] = ['--version'];"
+        "atexit.register(lambda: os.kill(os.getpid(), signal.SIGINT)); main()"
+    )
+    done = python(program)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("tlsplan")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -39,13 +38,9 @@ def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
     """Run tlsplan in this process, where the driver can be wrapped: exit code, standard output, standard error."""
 
     def run(*arguments: object) -> tuple[int, str, str]:
-        before = signal.getsignal(signal.SIGINT)
         monkeypatch.setattr(sys, "argv", ["tlsplan", *map(str, arguments)])
-        try:
-            with pytest.raises(SystemExit) as stopped:
-                main()
-        finally:
-            signal.signal(signal.SIGINT, before)
+        with pytest.raises(SystemExit) as stopped:
+            main()
         said = capsys.readouterr()
         return int(stopped.value.code or 0), said.out, said.err
 

@@ -6,7 +6,6 @@ import json
 import os
 import shutil
 import signal
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -20,14 +19,6 @@ from viewer_web.server.run_documents import RunDocument, RunRequest
 from viewer_web.server.run_files import BASIS, CANCEL, LOG, read_run, write_begun, write_run
 from viewer_web.server.run_process import Interrupts, Telling
 from viewer_web.server.run_settings import run_settings
-
-
-@pytest.fixture(autouse=True)
-def own_signals() -> Iterator[None]:
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    yield
-    for number, handler in before.items():
-        signal.signal(number, handler)
 
 
 def make_run(hall: Path, folder: Path, request: RunRequest) -> Path:
