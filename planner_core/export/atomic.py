@@ -24,7 +24,6 @@ import os
 import re
 import shutil
 import stat
-import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -148,15 +147,23 @@ def _names(parent: Path, stem: str, token: str, suffix: str) -> _Names:
 
 def _claim(parent: Path, stem: str, suffix: str = "") -> tuple[_Names, int]:
     """Names that nobody else uses, and the handle of their lock."""
-    prefix = f".{stem}.lock-"
+    # Its folder is the absolute one, or two writers might not mean the same by it.
+    parent = parent.absolute()
     while True:
-        # Its folder is the absolute one, or two writers might not mean the same by it.
-        handle, path = tempfile.mkstemp(prefix=prefix, suffix=suffix, dir=parent.absolute())
-        with contextlib.suppress(OSError):  # a file system without locks: `recover` can't take it either
-            fcntl.flock(handle, fcntl.LOCK_EX)
-        if _is_named(handle, Path(path)):
-            return _names(parent, stem, Path(path).name.removeprefix(prefix).removesuffix(suffix), suffix), handle
-        os.close(handle)  # somebody cleaned the file up before it was locked
+        token = os.urandom(4).hex()
+        names = _names(parent, stem, token, suffix)
+        try:
+            handle = os.open(names.lock, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+            with contextlib.suppress(OSError):  # a file system without locks: `recover` can't take it either
+                fcntl.flock(handle, fcntl.LOCK_EX)
+            if _is_named(handle, names.lock):
+                return names, handle
+            os.close(handle)  # somebody cleaned the file up before it was locked
+        except FileExistsError:
+            continue
+        except KeyboardInterrupt:  # of any moment since the name was taken: its file is ours
+            names.lock.unlink(missing_ok=True)
+            raise
 
 
 def _claim_anew(parent: Path, stem: str, suffix: str = "") -> tuple[_Names, int]:

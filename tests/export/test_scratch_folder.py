@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 import shutil
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from planner_core.export.atomic import scratch_folder
+from planner_core.export.atomic import scratch_folder, staged_file, staged_folder
 
 
 def test_scratch_folder_is_beside_its_target_and_goes(tmp_path: Path) -> None:
@@ -37,6 +41,25 @@ def test_scratch_folder_goes_when_it_is_interrupted_as_it_comes(
     monkeypatch.setattr(Path, "mkdir", interrupted)
     with pytest.raises(KeyboardInterrupt), scratch_folder(tmp_path / "a.ply"):
         pass
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("call", ["os.open", "fcntl.flock"])
+@pytest.mark.parametrize("how", [scratch_folder, staged_file, lambda path: staged_folder(path, replace=False)])
+def test_nothing_stays_of_an_interrupt_as_a_name_is_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str, how: Callable[[Path], AbstractContextManager[Path]]
+) -> None:
+    module = {"os": os, "fcntl": fcntl}[call.split(".")[0]]
+    real = getattr(module, call.split(".")[1])
+
+    def interrupted(*arguments: Any, **options: Any) -> None:
+        real(*arguments, **options)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(module, call.split(".")[1], interrupted)
+        with how(tmp_path / "a.ply"):
+            pass
     assert list(tmp_path.iterdir()) == []
 
 
