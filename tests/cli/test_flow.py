@@ -150,7 +150,7 @@ def test_interrupted_plan_leaves_nothing_half_written(stage: str, grid_m: str, h
         pytest.fail(f"no progress of {stage} was shown")
     time.sleep(0.3)
     process.send_signal(signal.SIGINT)
-    _, rest = process.communicate(timeout=60)
+    _, rest = process.communicate(timeout=240)
     assert process.returncode == 130
     assert "interrupted" in rest
     assert "Traceback" not in rest
@@ -289,15 +289,15 @@ def test_view_serves_the_plan_on_loopback_until_interrupted(planned: tuple[Path,
         assert found
         with_token = urllib.request.build_opener()
         with_token.addheaders = [("x-tlsplan-token", found[2])]
-        with with_token.open(f"{found[1]}plan/plan.json", timeout=20) as answer:
+        with with_token.open(f"{found[1]}plan/plan.json", timeout=120) as answer:
             assert json.load(answer)["stations"] == planned[1]["stations"]
         with pytest.raises(urllib.error.HTTPError):
-            urllib.request.urlopen(f"{found[1]}plan/plan.json", timeout=20)
+            urllib.request.urlopen(f"{found[1]}plan/plan.json", timeout=120)
         with pytest.raises(urllib.error.HTTPError):
-            with_token.open(f"{found[1]}plan/../../etc/passwd", timeout=20)
+            with_token.open(f"{found[1]}plan/../../etc/passwd", timeout=120)
     finally:
         process.send_signal(signal.SIGINT)
-        _, rest = process.communicate(timeout=30)
+        _, rest = process.communicate(timeout=240)
     assert "Traceback" not in rest
 
 

@@ -80,12 +80,12 @@ def test_being_asked_to_end_leaves_nothing(tmp_path: Path) -> None:
         str(tmp_path / "c.ply"),
     ]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        limit = time.monotonic() + 60
+        limit = time.monotonic() + 240
         while not list(tmp_path.iterdir()) and time.monotonic() < limit:
             time.sleep(0.05)
-        assert list(tmp_path.iterdir()), "nothing was begun within a minute"
+        assert list(tmp_path.iterdir()), "nothing was begun within four minutes"
         process.send_signal(signal.SIGTERM)
-        _, told = process.communicate(timeout=60)
+        _, told = process.communicate(timeout=240)
     assert process.returncode == 130
     assert "interrupted; nothing was left half-written" in told
     assert list(tmp_path.iterdir()) == []

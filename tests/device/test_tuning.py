@@ -71,7 +71,7 @@ def test_a_fresh_process_reads_what_was_kept(device: Device) -> None:
         "from planner_core.device import open_device; from planner_core.scan.tuning import tile_shape;"
         "print(tile_shape(open_device()))"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=240, check=True)
     assert done.stdout.strip() == str(OTHER)
 
 

@@ -33,7 +33,7 @@ def test_writers_of_one_folder_at_a_time_never_lose_each_others_work(tmp_path: P
         subprocess.Popen([sys.executable, "-c", WRITER, str(folder), str(n)], stderr=subprocess.PIPE, text=True)
         for n in range(4)
     ]
-    said = [writer.communicate(timeout=100)[1] for writer in writers]
+    said = [writer.communicate(timeout=240)[1] for writer in writers]
     assert said == [""] * 4
     assert [path.name for path in tmp_path.iterdir()] == ["plan"]
     assert sorted(path.name for path in folder.iterdir()) == ["a", "b", "c"]

@@ -45,6 +45,6 @@ def test_a_review_that_is_committed_while_its_plan_is_replaced_is_not_lost(
     monkeypatch.setattr(folder_module, "carry_over", carry_over_slowly)
     monkeypatch.setattr(folder_module, "_check_review", lambda _: None)  # it looked before the commit, say
     write_plan_folder(plan, folder, engine=engine, overwrite=True)
-    thread.join(20)
+    thread.join(240)
     assert isinstance(outcomes[0], Committed)
     assert {comment.text for comment in ReviewStore(folder).current().comments.values()} == {"do not lose me"}

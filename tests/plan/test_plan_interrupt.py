@@ -1,6 +1,7 @@
 """Plans that are cut short: a limit of time, Ctrl-C while stations are chosen, and a second Ctrl-C."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -17,6 +18,19 @@ from planner_core.model import Plan, PlanSettings
 from planner_core.plan import make_plan
 from planner_core.progress import ProgressEvent
 
+#: Runs another program of this folder, and stops once it has told that it was interrupted: it would go on meanwhile.
+STOPPING = """
+import os, runpy, signal, sys
+from tlsplan.progress import ProgressReporter
+def warn(self, lines, warn=ProgressReporter.warn):
+    told = list(lines)
+    warn(self, told)
+    if any("interrupted" in line for line in told):
+        os.kill(os.getpid(), signal.SIGSTOP)
+ProgressReporter.warn = warn
+sys.argv = sys.argv[1:]
+runpy.run_path(sys.argv[0], run_name="__main__")
+"""
 Planned = Callable[[str, PlanSettings], Plan]
 
 
@@ -27,14 +41,14 @@ def comb_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def started(building: Path, folder: Path) -> "subprocess.Popen[str]":
-    """A plan that would take minutes, in the midst of choosing stations."""
+def started(building: Path, folder: Path, *before: str) -> "subprocess.Popen[str]":
+    """A plan that would take minutes, in the midst of choosing stations; `before` : what runs it."""
     asked = folder.parent / "asked.yaml"
     asked.write_text(
         "coverage: 97 %\nseen_from: 2\nclasses:\n  IfcSlab: {coverage: 98 %}\nfloors:\n  F0: {coverage: 96 %}\n"
     )
     options = ["--grid", "0.8", "--patch-area", "0.4", "--set", "work_limit=1000"]
-    program = [sys.executable, small_pictures.__file__, "tlsplan"]
+    program = [sys.executable, *before, small_pictures.__file__, "tlsplan"]
     process = subprocess.Popen(
         [*program, "plan", building, "-o", folder, "--requirements", asked, *options],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -68,15 +82,15 @@ def test_an_interrupt_while_stations_are_chosen_leaves_the_best_plan_so_far(comb
 
 def test_a_second_interrupt_leaves_nothing(comb_file: Path, tmp_path: Path) -> None:
     folder = tmp_path / "plan"
-    process = started(comb_file, folder)
+    process = started(comb_file, folder, "-c", STOPPING)
     process.send_signal(signal.SIGINT)
-    assert process.stderr is not None
-    for line in process.stderr:
-        if "interrupted: the best plan so far" in line:
-            break
+    is_stopped = os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WEXITED | os.WNOWAIT).si_code == os.CLD_STOPPED
     process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGCONT)
     _, said = process.communicate(timeout=300)
+    assert is_stopped, said
     assert process.returncode == 130
+    assert "interrupted: the best plan so far" in said
     assert said.splitlines()[-1].startswith("tlsplan: interrupted")
     assert "Traceback" not in said
     assert [path.name for path in tmp_path.iterdir()] == ["asked.yaml"]

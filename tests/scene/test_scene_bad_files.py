@@ -480,7 +480,7 @@ def test_bad_files_neither_crash_the_process_nor_reach_stderr(tmp_path, write_ho
         "    else:\n        print('loaded')\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", program, *map(str, paths)], capture_output=True, text=True, check=False, timeout=120
+        [sys.executable, "-c", program, *map(str, paths)], capture_output=True, text=True, check=False, timeout=240
     )
     assert (done.returncode, done.stderr) == (0, "")
     answers = done.stdout.split()

@@ -99,7 +99,7 @@ def test_damaged_file_of_a_native_library_is_read_or_refused(tmp_path, write_hou
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=240,
     )
     assert done.returncode == 0, done.stderr[-2000:]
     told = done.stdout.split()
