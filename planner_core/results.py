@@ -38,7 +38,7 @@ from planner_core.reasons.why import explain
 from planner_core.register.network_report import registration_report, registration_warnings
 from planner_core.register.overlap import MIN_LISTED_OVERLAP, overlap_links, surface_of_patches
 from planner_core.requirements.demand import Demand, Rows
-from planner_core.requirements.figures import coverage_curve, part_results, rows_of_quality, times_met
+from planner_core.requirements.figures import coverage_curve, losses_of, part_results, rows_of_quality, times_met
 from planner_core.route.field_time import field_time_of
 from planner_core.route.route import route_warnings
 from planner_core.route.sealed import sealed_areas
@@ -141,6 +141,7 @@ def describe_plan(
         n_candidates=int(surroundings.candidate_m.shape[0]),
         engine=f"{engine.name}: {engine.device}",
         requirements=part_results(demand, rows),
+        losses=losses_of(demand, rows),
         qualities=demand.qualities,
         times_met=np.minimum(demand.times_met, _MOST_TIMES_MET).astype(np.uint8),
         registration=registration,

@@ -38,9 +38,26 @@ _FILES = frozenset(
     }
 )
 _FOLDERS = frozenset(
-    {"stage", "stage/clouds", "viewer", "viewer/clouds", "viewer/layers", "viewer/seen", "scans", "report"}
+    {
+        "stage",
+        "stage/clouds",
+        "viewer",
+        "viewer/clouds",
+        "viewer/layers",
+        "viewer/seen",
+        "viewer/lost",
+        "scans",
+        "report",
+    }
 )
-_OF_A_STATION = ("stage/clouds/{}.usdc", "viewer/clouds/{}.u16", "viewer/seen/{}.bits", "scans/{}.exr", "scans/{}.png")
+_OF_A_STATION = (
+    "stage/clouds/{}.usdc",
+    "viewer/clouds/{}.u16",
+    "viewer/seen/{}.bits",
+    "viewer/lost/{}.u32",
+    "scans/{}.exr",
+    "scans/{}.png",
+)
 _OF_A_FLOOR = re.compile(r"report/(map|links|picture)_F[0-9]+\.png")
 
 

@@ -14,6 +14,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from planner_core.coordinates.frame import site_frame
 from planner_core.errors import PlanFolderError
 from planner_core.export.plan_asked import exact, registration_document, requirements_document, site_document
@@ -24,6 +26,7 @@ from planner_core.model import (
     Element,
     Floor,
     Georeference,
+    Loss,
     Optics,
     Plan,
     Scanner,
@@ -60,7 +63,7 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "settings": _settings(plan),
         "site": site_document(plan.settings.site),
         "floors": [_floor(floor, plan) for floor in plan.survey.floors],
-        "stations": [_station(station, plan.survey.scene) for station in plan.stations],
+        "stations": _stations(plan),
         "coverage": _coverage(plan),
         "coverage_curve": [_number(value, 9) for value in plan.coverage_curve],
         "optimality": _optimality(plan),
@@ -284,6 +287,32 @@ def _station(station: Station, scene: Scene) -> dict[str, Any]:
         "fixed": station.fixed,
         "covered_area_m2": _number(station.covered_area_m2),
         "own_area_m2": _number(station.own_area_m2),
+    }
+
+
+def _stations(plan: Plan) -> list[dict[str, Any]]:
+    """Stations with what the plan would lose without each; null where that was not worked out."""
+    rows = [_station(station, plan.survey.scene) for station in plan.stations]
+    if not plan.losses:
+        return [{**row, "lost_area_m2": None, "losses": None} for row in rows]
+    return [{**row, **_losses(losses, plan)} for row, losses in zip(rows, plan.losses, strict=True)]
+
+
+def _losses(losses: tuple[Loss, ...], plan: Plan) -> dict[str, Any]:
+    # What several requirements would lose counts once.
+    lost = np.unique(np.concatenate([loss.patch for loss in losses]))
+    return {
+        "lost_area_m2": _number(float(plan.survey.patches.area_m2[lost].sum())),
+        "losses": [
+            {
+                "requirement": loss.requirement,
+                "area_m2": _number(loss.area_m2),
+                "fraction_of_achievable": _number(loss.fraction_of_achievable, 9),
+                "met": loss.met,
+            }
+            for loss in losses
+            if loss.patch.size
+        ],
     }
 
 

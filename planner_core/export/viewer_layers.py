@@ -7,7 +7,7 @@ once more, as their candidates were when the plan was made: by beams or by sampl
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -19,7 +19,7 @@ from planner_core.export.plan_asked import asked_document
 from planner_core.export.station_marks import station_prim_names
 from planner_core.metrics.levels import Sights, with_noise
 from planner_core.metrics.looking import looks_in_batches
-from planner_core.model import REASONS, FloatArray, Int32Array, Plan, Scanner
+from planner_core.model import REASONS, FloatArray, Int32Array, Loss, Plan, Scanner
 from planner_core.model.unseen import OUT_OF_SCOPE
 from planner_core.scan.engine import ScanEngine
 
@@ -125,10 +125,17 @@ def seen_bytes(patch: Int32Array, n_patches: int) -> bytes:
     return np.packbits(seen, bitorder="little").tobytes()
 
 
+def lost_bytes(losses: Sequence[Loss]) -> bytes:
+    """What requirements would lose without a station: uint32 number of patches of each, then the patches of each."""
+    sizes = np.array([loss.patch.size for loss in losses], dtype="<u4")
+    return sizes.tobytes() + b"".join(loss.patch.astype("<u4").tobytes() for loss in losses)
+
+
 def layer_file_names(plan: Plan) -> tuple[str, ...]:
     """Names of all that `layer_files` makes, below the plan folder."""
     return (
         *(f"viewer/seen/{name}.bits" for name in station_prim_names(plan.stations)),
+        *_lost_by_station(plan),
         *(f"viewer/{layer.file}" for layer in layers_of(plan.settings.scanner)),
         *(f"viewer/{name}" for name in _by_patch(plan)),
         "viewer/layers.json",
@@ -149,6 +156,7 @@ def layer_files(plan: Plan, engine: ScanEngine) -> Iterator[tuple[str, bytes]]:
     for sights in _sights_of_stations(plan, engine):
         figures.add(sights)
         yield f"viewer/seen/{next(names)}.bits", seen_bytes(sights.patch, n_patches)
+    yield from _lost_by_station(plan).items()
     for layer in layers:
         yield f"viewer/{layer.file}", layer.quantised(figures.of(layer)).astype("<u2").tobytes()
     for name, content in _by_patch(plan).items():
@@ -174,6 +182,12 @@ def _sights_of_stations(plan: Plan, engine: ScanEngine) -> Iterator[Sights]:
             if settings.scanner.range_noise:
                 sights = with_noise(sights, settings.scanner, reflectivity=settings.requirements.reflectivity)
             yield sights
+
+
+def _lost_by_station(plan: Plan) -> dict[str, bytes]:
+    """Names and contents; none where nobody worked it out."""
+    names = station_prim_names(plan.stations)
+    return {f"viewer/lost/{name}.u32": lost_bytes(losses) for name, losses in zip(names, plan.losses, strict=False)}
 
 
 def _by_patch(plan: Plan) -> dict[str, bytes]:

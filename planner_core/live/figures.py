@@ -19,7 +19,7 @@ from planner_core.metrics.coverage import (
 from planner_core.model import Link, Plan, PlanSettings, Registration, Station, Survey
 from planner_core.register.network_report import registration_report
 from planner_core.requirements.demand import Demand, Rows
-from planner_core.requirements.figures import coverage_curve, part_results, rows_of_quality, times_met
+from planner_core.requirements.figures import coverage_curve, losses_of, part_results, rows_of_quality, times_met
 from planner_core.scan.engine import ScanEngine
 
 
@@ -73,6 +73,7 @@ def plan_of(
         n_candidates=0,
         engine=f"{engine.name}: {engine.device}",
         requirements=part_results(demand, rows),
+        losses=losses_of(demand, rows),
         registration=registration,
     )
 

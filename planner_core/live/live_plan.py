@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.export.viewer_files import cloud_bytes
-from planner_core.export.viewer_layers import UInt16Array, layers_of
+from planner_core.export.viewer_layers import UInt16Array, layers_of, lost_bytes
 from planner_core.ground.local_site import floor_named
 from planner_core.ground.reach import Reach
 from planner_core.live.draft import Draft, DraftStation, Place, local_place
@@ -31,8 +31,8 @@ from planner_core.model import CurveStep, FieldTime, Plan, PlanSettings, Route, 
 from planner_core.progress import Progress, silent
 from planner_core.reasons.why import steepest_curve
 from planner_core.register.overlap import MIN_LISTED_OVERLAP
-from planner_core.requirements.demand import Demand
-from planner_core.requirements.figures import rows_of_quality
+from planner_core.requirements.demand import Demand, Rows
+from planner_core.requirements.figures import losses_of, rows_of_quality
 from planner_core.requirements.goals import Goal
 from planner_core.route.field_time import field_time_of
 from planner_core.route.route import ends_of, plan_route
@@ -122,8 +122,7 @@ class LivePlan:
     # ------------------------------------------------------------------------------------------ figures
     def figures(self, draft: Draft) -> DraftFigures:
         """Compute what plan.json says of a plan, for a draft."""
-        standing = self._standing(draft)
-        rows = rows_of(standing.tally.looks, self._demand.n_patches, len(self._demand.qualities))
+        standing, rows = self._standing(draft), self._rows(draft)
         plan = plan_of(
             self.survey, self.settings, self._engine, self._demand, self._parts, draft.stations, rows, standing.links
         )
@@ -248,12 +247,20 @@ class LivePlan:
         bits[self._looker.look(draft.station(station).position_m).patch] = True
         return np.packbits(bits, bitorder="little").tobytes()
 
+    def lost(self, draft: Draft, station: str) -> bytes:
+        """What requirements would lose without a station, as its file below viewer/lost; raises as `seen`."""
+        at = draft.ids.index(draft.station(station).id)
+        return lost_bytes(losses_of(self._demand, self._rows(draft))[at])
+
     def cloud(self, draft: Draft, station: str) -> bytes:
         """Return the scan of a station, as viewer/clouds holds it; raises as `seen`."""
         scans = self._engine.scan(self.survey.template, draft.station(station).at_m[None])
         return cloud_bytes(scans.range_m[0], scans.cos_incidence[0], self.survey.template)
 
     # ------------------------------------------------------------------------------------------ inside
+    def _rows(self, draft: Draft) -> Rows:
+        return rows_of(self._standing(draft).tally.looks, self._demand.n_patches, len(self._demand.qualities))
+
     def _standing(self, draft: Draft) -> Standing:
         known = self._standings.get(draft.stations)
         if known is not None:

@@ -14,7 +14,7 @@ from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32
 from planner_core.model.planning import Candidates, PlanSettings, Survey
 from planner_core.model.registration import FloorNetworks, Link, NetworkGap, Registration, RegistrationNetwork
 from planner_core.model.requirements import NETWORKS, Asked, PartRequirement, PartResult, Requirements
-from planner_core.model.results import Coverage, Plan, Station, UnseenElement
+from planner_core.model.results import Coverage, Loss, Plan, Station, UnseenElement
 from planner_core.model.review import (
     Comment,
     ForbiddenPlace,
@@ -69,6 +69,7 @@ __all__ = [
     "Leg",
     "Link",
     "LoadReport",
+    "Loss",
     "NetworkGap",
     "Optics",
     "OwnPart",

@@ -64,6 +64,21 @@ class UnseenElement:
 
 
 @dataclass(frozen=True)
+class Loss:
+    """What one requirement would lose if a station went. patch : (K,) int32, rising, what would no longer be as asked:
+    no other station, or too few, see it well enough. Only what is achievable, as only that counts as covered.
+    """
+
+    requirement: str
+    patch: Int32Array
+    area_m2: float
+    fraction_of_achievable: float
+    """Of the requirement, without the station."""
+    met: bool
+    """Whether the requirement would be met without it."""
+
+
+@dataclass(frozen=True)
 class Plan:
     """The result: stations and what they are worth. Everything an export needs, apart from the scans themselves.
 
@@ -103,6 +118,8 @@ class Plan:
     """(Q, P) uint8, candidates that meet each quality on each patch, 255 for more; None: not known."""
     registration: Registration | None = None
     """How the stations hang together; `connected` says the same in a word."""
+    losses: tuple[tuple[Loss, ...], ...] = ()
+    """For each station, one a requirement, in the order of `requirements`; empty: not worked out."""
     why_stopped: str = ""
     """Why the search for fewer stations ended: `proven`, `work limit` ...; empty where the method does not search."""
     route: Route | None = None

@@ -5,10 +5,12 @@ A `Demand` and the stations' rows (`Demand.rows.take`, or `rows_from` for places
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from planner_core.metrics.coverage import times_seen
-from planner_core.model import Int32Array, PartResult, Visibility
+from planner_core.model import Int32Array, Loss, PartResult, Visibility
 from planner_core.requirements.demand import Demand, Rows
 from planner_core.requirements.wording import area_in_words, asked_in_words
 
@@ -38,6 +40,23 @@ def part_results(demand: Demand, rows: Rows) -> tuple[PartResult, ...]:
             )
         )
     return tuple(results)
+
+
+def losses_of(demand: Demand, rows: Rows) -> tuple[tuple[Loss, ...], ...]:
+    """For each row, a loss a goal in the order of `Demand.goals`: what only it, or it among too few, meets as asked."""
+    area_m2, met = demand.area_m2[: demand.n_patches], times_met(demand, rows)
+    of_quality = [rows_of_quality(demand, rows, quality) for quality in range(len(demand.qualities))]
+    losses: list[list[Loss]] = [[] for _ in range(rows.seen.n_positions)]
+    for goal, result in zip(demand.goals, part_results(demand, rows), strict=True):
+        quality = demand.qualities.index(goal.asked)
+        needed = demand.achievable(goal) & (met[quality] == goal.seen_from)
+        for row, of_station in enumerate(losses):
+            patch = of_quality[quality].row(row)
+            patch = patch[needed[patch]]
+            lost_m2 = float(area_m2[patch].sum())
+            without = replace(result, covered_area_m2=max(result.covered_area_m2 - lost_m2, 0.0))
+            of_station.append(Loss(goal.name, patch, lost_m2, without.fraction_of_achievable, without.met))
+    return tuple(tuple(of_station) for of_station in losses)
 
 
 def missed_in_words(results: tuple[PartResult, ...]) -> tuple[str, ...]:

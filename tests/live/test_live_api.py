@@ -227,6 +227,8 @@ def test_files_of_the_plan_are_what_the_routes_give_of_the_unchanged_draft(desk:
     for station in desk.plan.stations:
         seen = desk.client.get(f"/api/live/stations/{station.id}/seen").content
         assert seen == (viewer / f"seen/{station.id}.bits").read_bytes()
+        lost = desk.client.get(f"/api/live/stations/{station.id}/lost").content
+        assert lost == (viewer / f"lost/{station.id}.u32").read_bytes()
 
 
 def test_walk_goes_through_all_stations(desk: Desk) -> None:
@@ -256,7 +258,9 @@ def test_previews_that_make_no_sense_are_refused_in_words(
         assert words in answer.json()["message"]
 
 
-@pytest.mark.parametrize("path", ["ground/F9", "layers/colour", "stations/S777/seen", "stations/S777/cloud"])
+@pytest.mark.parametrize(
+    "path", ["ground/F9", "layers/colour", "stations/S777/seen", "stations/S777/lost", "stations/S777/cloud"]
+)
 def test_names_that_are_not_there_are_not_found(desk: Desk, path: str) -> None:
     answer = desk.client.get(f"/api/live/{path}")
     assert answer.status_code == 404
@@ -281,7 +285,7 @@ def test_every_answer_is_one_that_the_document_describes(desk: Desk, mode: Gener
             case.call_and_validate(base_url="http://127.0.0.1", excluded_checks=excluded)
 
         check()
-    assert n_operations == (5 if mode is GenerationMode.POSITIVE else 1)
+    assert n_operations == (6 if mode is GenerationMode.POSITIVE else 1)
 
 
 @settings(max_examples=20, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))

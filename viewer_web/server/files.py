@@ -23,7 +23,9 @@ MEDIA_TYPES = {
     ".woff2": "font/woff2",
 }
 # Clouds stay as they are: noise does not compress, and they are read piece by piece.
-COMPRESSED_SUFFIXES = frozenset({".bits", ".css", ".csv", ".html", ".i32", ".js", ".json", ".svg", ".u8", ".usdc"})
+COMPRESSED_SUFFIXES = frozenset(
+    {".bits", ".css", ".csv", ".html", ".i32", ".js", ".json", ".svg", ".u32", ".u8", ".usdc"}
+)
 # Below, the headers cost more than is gained; above, compressing would hold up the first byte and fill the cache.
 COMPRESSED_BYTES = range(1024, 8 * 1024 * 1024)
 # Hashing holds up the first byte of the first answer by a millisecond a megabyte; what is larger has its time and size.

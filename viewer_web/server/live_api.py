@@ -161,6 +161,21 @@ def _add_files(router: APIRouter, desk: _Desk) -> None:
         )
 
     @router.get(
+        "/stations/{station:path}/lost",
+        response_class=Response,
+        responses={200: {"content": {_BYTES: _BINARY}}, **_READ},
+        summary="What the draft would lose without a station",
+    )
+    def lost(request: Request, station: str) -> Response:
+        """As viewer/lost: how many patches each requirement would lose, then which."""
+        return desk.cached(
+            request,
+            f"lost {station}",
+            lambda live, draft: live.lost(draft, station),
+            of=lambda draft: _in(draft, station).stations,
+        )
+
+    @router.get(
         "/stations/{station:path}/cloud",
         response_class=Response,
         responses={200: {"content": {_BYTES: _BINARY}}, **_READ},

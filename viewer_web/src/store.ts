@@ -61,6 +61,8 @@ export interface UnseenFocus {
 export interface StationSource {
   /** One bit a patch. */
   seen(stationId: string): Promise<Uint8Array | null>;
+  /** Bytes as of viewer/lost/*.u32. */
+  lost(stationId: string): Promise<ArrayBuffer | null>;
   /** Bytes as of viewer/clouds/*.u16. */
   cloud(stationId: string): Promise<ArrayBuffer | null>;
 }
@@ -148,6 +150,8 @@ export interface Store {
   readonly unseenFocus: Signal<UnseenFocus | null>;
   /** Point out what only the chosen station sees. */
   readonly showsOwn: Signal<boolean>;
+  /** Of what would be lost with the station, what this requirement would lose; null: all of it. */
+  readonly ownRequirement: Signal<string | null>;
   readonly marking: Signal<Marking>;
   /** Where the camera was left by hand: position and target, local metres; null: where the choice of floor puts it. */
   readonly camera: Signal<readonly number[] | null>;
@@ -203,6 +207,7 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
   const pair = signal<Pair | null>(null);
   const unseenFocus = signal<UnseenFocus | null>(null);
   const showsOwn = signal(false);
+  const ownRequirement = signal<string | null>(null);
   const isWalking = signal(false);
   const sheet = signal<SheetId | null>(null);
   const draftRoute = signal<PlanRoute | null>(null);
@@ -238,6 +243,7 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     lowerCut();
     stationId.value = null;
     showsOwn.value = false;
+    ownRequirement.value = null;
     pair.value = null;
     unseenFocus.value = null;
     picked.value = null;
@@ -328,6 +334,7 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     pair,
     unseenFocus,
     showsOwn,
+    ownRequirement,
     marking: signal<Marking>({ kind: 'none' }),
     camera: signal<readonly number[] | null>(null),
     showLinks: signal(false),

@@ -7,7 +7,7 @@ import { TIMES_SEEN } from '../heat/layers.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { PlanLink, PlanRoute } from '../load/plan-json.ts';
-import type { ShownStation } from '../stations/shown.ts';
+import type { ShownStation, StationWorth } from '../stations/shown.ts';
 import type { Draft, LayerSource, StationSource, Store } from '../store.ts';
 import { countEdits, type DraftStation, draftStations, localOf, shownInDraft } from './draft.ts';
 import { floorAt } from './review-areas.ts';
@@ -105,16 +105,20 @@ export class DraftFollower {
 
   /** What stations see that are not where the plan has them; the plan folder has the others. */
   private stationSource(): StationSource {
+    const ask = (id: string, what: string): Promise<ArrayBuffer> =>
+      this.desk.client.bytes(`live/stations/${encodeURIComponent(id)}/${what}`);
     const fetchOf = (id: string, what: string): Promise<ArrayBuffer> | null => {
       const station = this.stations.peek().find((one) => one.id === id);
       const isChanged = station !== undefined && (station.isAdded || station.movedFromM !== null);
-      return isChanged ? this.desk.client.bytes(`live/stations/${encodeURIComponent(id)}/${what}`) : null;
+      return isChanged ? ask(id, what) : null;
     };
     return {
       seen: async (id) => {
         const bytes = await fetchOf(id, 'seen');
         return bytes === null ? null : new Uint8Array(bytes);
       },
+      // What others no longer see, or now see too, changes it for stations that stayed where they are.
+      lost: async (id) => ask(id, 'lost'),
       cloud: async (id) => fetchOf(id, 'cloud'),
     };
   }
@@ -131,7 +135,7 @@ export class DraftFollower {
     const { offsetM } = loaded.stage;
     const links = desk.figures.value?.registration.links ?? loaded.plan.registration.links;
     const figures = new Map(desk.figures.value?.stations.map((station) => [station.id, station]));
-    const shown = shownInDraft(stations, offsetM).map((station) => withAreas(station, figures.get(station.id)));
+    const shown = shownInDraft(stations, offsetM).map((station) => withWorth(station, figures.get(station.id)));
     if (moving === null) return { stations: shown, links: amongShown(links, shown) };
     const { stationId } = moving;
     const placed = shown.map((station) =>
@@ -171,14 +175,8 @@ export class DraftFollower {
   }
 }
 
-interface Areas {
-  readonly covered_area_m2: number;
-  readonly own_area_m2: number;
-}
-
-function withAreas(station: ShownStation, areas: Areas | undefined): ShownStation {
-  if (areas === undefined) return station;
-  return { ...station, coveredAreaM2: areas.covered_area_m2, ownAreaM2: areas.own_area_m2 };
+function withWorth(station: ShownStation, worth: StationWorth | undefined): ShownStation {
+  return worth === undefined ? station : { ...station, worth };
 }
 
 function amongShown(links: readonly (DraftLink | PlanLink)[], shown: readonly { readonly id: string }[]): PlanLink[] {

@@ -4,6 +4,7 @@ import { DIFFERENCE_ID } from '../compare/difference.ts';
 import { metres, squareMetres } from '../panels/figures.ts';
 import { DARK, LIGHT } from '../scene/palette.ts';
 import { CloudControl } from '../stations/cloud-control.tsx';
+import { lossLegend } from '../stations/losses.ts';
 import { rampBytes } from '../stations/range-ramp.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import { cssColor, stationColor } from '../stations/station-color.ts';
@@ -23,14 +24,15 @@ export function Legend({ store }: { store: Store }) {
 function MarkLegend({ store }: { store: Store }) {
   const marking = store.marking.value;
   const pair = store.pair.value;
+  const plan = store.loaded.value?.plan;
   const about =
     pair !== null
       ? `Seen by both ${pair[0]} and ${pair[1]}`
       : store.unseenFocus.value !== null
         ? `Unseen: ${store.unseenFocus.value.surface.reason}`
-        : (store.loaded.value?.plan.requirements.seen_from ?? 1) > 1
-          ? `Needs ${store.stationId.value}`
-          : `Seen by ${store.stationId.value} alone`;
+        : plan === undefined
+          ? ''
+          : lossLegend(plan, store.stationId.value ?? '', store.ownRequirement.value);
   return (
     <figure class="legend" aria-label="Legend" data-testid="legend" data-state={marking.kind}>
       {marking.kind === 'failed' && <p class="note note-warn">{marking.message}</p>}

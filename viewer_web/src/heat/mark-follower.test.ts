@@ -3,7 +3,7 @@ import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { UnseenSurface } from '../load/plan-json.ts';
 import type { Building } from '../scene/building.ts';
 import { PatchPlaces } from '../scene/patch-places.ts';
-import { createStore } from '../store.ts';
+import { createStore, type Marking } from '../store.ts';
 import { smallPlan } from '../testing/small-plan.ts';
 import { LEFT_BY_EDITS } from './layers.ts';
 import { MarkFollower } from './mark-follower.ts';
@@ -94,18 +94,42 @@ test('of the edited plan those are marked that its stations do not see', async (
 
 type Requirements = LoadedPlan['plan']['requirements'];
 
-/** Patches that are marked as a station's own, which sees all four, once each: it stands 1 m above the middle of the first. */
-async function ownMarksOf(
-  required: Partial<Requirements>,
-  timesSeen: Uint8Array,
-  scope: Uint8Array | null = null,
-): Promise<number[]> {
-  serve({ 'plan/viewer/seen/S001.bits': Uint8Array.of(0b1111) });
+/** Patches 1 and 2 of the first requirement, patch 2 and 3 of the second, as viewer/lost has them. */
+const LOST = Uint32Array.of(2, 2, 1, 2, 2, 3);
+const LIMITS = { spacing_m: 0.01, range_m: null, incidence_rad: null, noise_m: null };
+
+interface OwnMarks {
+  readonly required?: Partial<Requirements>;
+  readonly timesSeen?: Uint8Array;
+  readonly scope?: Uint8Array | null;
+  /** The plan tells what is lost with its stations. */
+  readonly isTold?: boolean;
+  readonly requirement?: string | null;
+  /** What the live side says is lost. */
+  readonly live?: Uint32Array;
+}
+
+/** What is marked as lost with a station which sees all four patches, and the state of that. */
+async function ownMarksOf({
+  required = {},
+  timesSeen = Uint8Array.of(1, 1, 2, 1),
+  scope = null,
+  isTold = true,
+  requirement = null,
+  live,
+}: OwnMarks): Promise<{ marks: number[]; state: Marking }> {
+  serve({ 'plan/viewer/seen/S001.bits': Uint8Array.of(0b1111), 'plan/viewer/lost/S001.u32': LOST.buffer });
   const plan = smallPlan();
-  const positionM = [1 / 3, 1 / 3, 1];
+  const results = ['overall', 'Walls'].map((name) => ({
+    name,
+    required: 0.9,
+    fraction_of_achievable: 0.95,
+    met: true,
+  }));
+  const stations = plan.stations.map((station) => ({ ...station, losses: isTold ? [] : null }));
   const loaded = {
     base: '',
-    plan: { ...plan, requirements: { ...plan.requirements, ...required } },
+    plan: { ...plan, stations, requirements: { ...plan.requirements, results, ...required } },
     patchSeen: withinScope(timesSeen, scope),
     scope,
     layers: null,
@@ -114,7 +138,7 @@ async function ownMarksOf(
       triangles: TRIANGLES,
       elements: [],
       floors: [],
-      stations: [{ id: 'S001', floorId: 'F0', order: 1, positionM, cloudUri: 'clouds/S001.u16' }],
+      stations: [{ id: 'S001', floorId: 'F0', order: 1, positionM: [0, 0, 1], cloudUri: 'clouds/S001.u16' }],
     },
   } as unknown as LoadedPlan;
   const store = createStore();
@@ -129,28 +153,53 @@ async function ownMarksOf(
   store.loaded.value = loaded;
   const paint = new PatchPaint(store, loaded, building, nothing);
   const follower = new MarkFollower(store, loaded, building, paint, () => new PatchPlaces(TRIANGLES as never), nothing);
+  if (live !== undefined) {
+    const none = async (): Promise<null> => null;
+    store.stationSource.value = { seen: none, cloud: none, lost: async () => live.slice().buffer };
+  }
   store.stationId.value = 'S001';
   store.showsOwn.value = true;
-  await vi.waitFor(() => expect(store.marking.value.kind).toBe('shown'));
+  store.ownRequirement.value = requirement;
+  await vi.waitFor(() => expect(['shown', 'failed']).toContain(store.marking.value.kind));
   follower.dispose();
   paint.dispose();
-  return marks;
+  return { marks, state: store.marking.value };
 }
 
-test('what only a station sees is marked where it was asked for, and nowhere else', async () => {
-  const seenOnce = Uint8Array.of(1, 1, 2, 1);
-  expect(await ownMarksOf({}, seenOnce)).toEqual([1, 1, 0, 1]);
-  expect(await ownMarksOf({ floors: ['F0'] }, seenOnce, Uint8Array.of(0, 255, 0, 255))).toEqual([1, 0, 0, 0]);
+test('what requirements would lose without a station is marked as the plan tells it, each patch once', async () => {
+  const { marks, state } = await ownMarksOf({ required: { asked: LIMITS } });
+  expect(marks).toEqual([0, 1, 1, 1]);
+  expect(state).toEqual({ kind: 'shown', areaM2: 1.5 });
 });
 
-test('where two stations are asked for, what two see needs each of them', async () => {
-  expect(await ownMarksOf({ seen_from: 2 }, Uint8Array.of(1, 2, 3, 2))).toEqual([0, 1, 0, 1]);
+test('of one requirement only what it would lose is marked', async () => {
+  const parts = [{ name: 'Walls' }];
+  expect((await ownMarksOf({ required: { parts }, requirement: 'overall' })).marks).toEqual([0, 1, 1, 0]);
+  expect((await ownMarksOf({ required: { parts }, requirement: 'Walls' })).marks).toEqual([0, 0, 1, 1]);
 });
 
-test('what a station sees from too far or too obliquely is not its own: another sees it as asked', async () => {
-  const asked = { spacing_m: null, range_m: null, incidence_rad: null, noise_m: null };
-  const once = Uint8Array.of(1, 1, 1, 1);
-  // The patches' middles are 0, 1, 2 and 3 m aside.
-  expect(await ownMarksOf({ asked: { ...asked, range_m: 2.3 } }, once)).toEqual([1, 1, 1, 0]);
-  expect(await ownMarksOf({ asked: { ...asked, incidence_rad: (50 * Math.PI) / 180 } }, once)).toEqual([1, 1, 0, 0]);
+test('while stations are edited, the live side tells what would be lost', async () => {
+  const live = Uint32Array.of(1, 0, 0);
+  expect((await ownMarksOf({ required: { asked: LIMITS }, live })).marks).toEqual([1, 0, 0, 0]);
+});
+
+test('of an older plan what only a station sees is marked where it was asked for, and nowhere else', async () => {
+  expect((await ownMarksOf({ isTold: false })).marks).toEqual([1, 1, 0, 1]);
+  const scope = Uint8Array.of(0, 255, 0, 255);
+  expect((await ownMarksOf({ isTold: false, required: { floors: ['F0'] }, scope })).marks).toEqual([1, 0, 0, 0]);
+});
+
+test.each([
+  ['limits', { asked: LIMITS }],
+  ['two stations', { seen_from: 2 }],
+  ['limits of a part', { parts: [{ name: 'Walls' }] }],
+])('an older plan that asks for %s says that it does not tell, rather than guess', async (_, required) => {
+  const { marks, state } = await ownMarksOf({ isTold: false, required });
+  expect(marks).toEqual([]);
+  expect(state).toMatchObject({ kind: 'failed', message: expect.stringContaining('Plan again') });
+});
+
+test('a file that does not fit the plan’s requirements is refused', async () => {
+  const { state } = await ownMarksOf({ required: { asked: LIMITS }, live: Uint32Array.of(2, 2, 1) });
+  expect(state).toMatchObject({ kind: 'failed', message: expect.stringContaining('can’t be read') });
 });

@@ -1,13 +1,13 @@
 /** Points out the patches that the store's choices are about: a pair's shared surface, an unseen piece, a station's own. */
 import { effect } from '@preact/signals';
-import { Vector3 } from 'three';
-import { fetchPatchValues, fetchPieces, fetchSeen, type LoadedPlan } from '../load/fetch-plan.ts';
+import { fetchLost, fetchPatchValues, fetchPieces, fetchSeen, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { Building } from '../scene/building.ts';
 import type { PatchPlaces } from '../scene/patch-places.ts';
 import { boxOf } from '../scene/piece-parts.ts';
+import { asksMore, parseLost } from '../stations/losses.ts';
 import type { Store, UnseenFocus } from '../store.ts';
 import { LEFT_BY_EDITS, NOT_ACHIEVABLE, type PatchValues, REASON } from './layers.ts';
-import { isWithin, markedArea, ownMarks, pieceMarks, sharedMarks } from './marks.ts';
+import { listedMarks, markedArea, ownMarks, pieceMarks, sharedMarks } from './marks.ts';
 import type { PatchPaint } from './patch-paint.ts';
 
 export class MarkFollower {
@@ -38,6 +38,7 @@ export class MarkFollower {
     const { store } = this;
     const [pair, focus, draft] = [store.pair.value, store.unseenFocus.value, store.draft.value];
     const own = store.showsOwn.value ? store.stationId.value : null;
+    const requirement = store.ownRequirement.value;
     store.stationSource.value;
     const turn = ++this.latest;
     if (pair === null && focus === null && own === null) {
@@ -51,7 +52,7 @@ export class MarkFollower {
         const [a, b] = await Promise.all(pair.map((id) => this.seen(id)));
         marks = sharedMarks(a, b, this.paint.timesSeen.length);
       } else if (focus !== null) marks = await this.pieceMarks(focus);
-      else marks = await this.ownMarks(own ?? '');
+      else marks = await this.ownMarks(own ?? '', requirement);
       // Of a piece the list knows the figure: it is a part of the surface's, and both stand side by side.
       const areaM2 = pair === null ? focus?.surface.pieces[focus.piece]?.area_m2 : undefined;
       if (turn === this.latest) this.set(marks, areaM2);
@@ -78,17 +79,29 @@ export class MarkFollower {
     return fetchSeen(this.loaded, station);
   }
 
-  /** What the plan would lose with a station: of what was asked for, and where the station sees it as was asked. */
-  private async ownMarks(id: string): Promise<Uint8Array> {
-    const bits = await this.seen(id);
-    const { seen_from: seenFrom = 1, asked } = this.loaded.plan.requirements;
-    const limits = { range_m: asked?.range_m ?? null, incidence_rad: asked?.incidence_rad ?? null };
-    const station = this.store.shownStations.peek().find((one) => one.id === id);
-    const isAsked = limits.range_m !== null || limits.incidence_rad !== null;
-    if (station === undefined || !isAsked) return ownMarks(bits, this.paint.timesSeen, seenFrom, () => true);
-    const fromM = new Vector3(...station.positionM);
-    const places = this.places();
-    return ownMarks(bits, this.paint.timesSeen, seenFrom, (patch) => isWithin(fromM, patch, limits, places));
+  /** What the plan would lose with a station: all of it, or what one requirement would. */
+  private async ownMarks(id: string, requirement: string | null): Promise<Uint8Array> {
+    const { plan } = this.loaded;
+    const nPatches = this.paint.timesSeen.length;
+    const bytes = await this.lost(id);
+    if (bytes === null) {
+      if (!asksMore(plan)) return ownMarks(await this.seen(id), this.paint.timesSeen);
+      throw new Error('An older version made this plan, without what is lost with a station. Plan again to see it.');
+    }
+    const names = (plan.requirements.results ?? []).map(({ name }) => name);
+    const lost = parseLost(bytes, names.length);
+    if (lost === null) throw new Error(`What is lost without ${id} can’t be read. Write the plan again.`);
+    const shown = requirement === null ? lost : lost.filter((_, i) => names[i] === requirement);
+    return listedMarks(shown, nPatches);
+  }
+
+  /** As viewer/lost; null: an older version made the plan, and nothing computes it. */
+  private async lost(id: string): Promise<ArrayBuffer | null> {
+    const live = await this.store.stationSource.peek()?.lost(id);
+    if (live) return live;
+    const station = this.loaded.stage.stations.find((one) => one.id === id);
+    const isKnown = this.loaded.plan.stations.some((one) => one.id === id && one.losses !== null);
+    return station !== undefined && isKnown ? fetchLost(this.loaded, station) : null;
   }
 
   /** Why each patch is unseen; null: an older version made the plan. */

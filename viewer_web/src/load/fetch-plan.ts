@@ -90,6 +90,12 @@ export async function fetchSeen({ base, patchSeen }: LoadedPlan, station: StageS
   return bits;
 }
 
+/** What each requirement would lose without a station, see `parseLost`. */
+export async function fetchLost({ base }: LoadedPlan, station: StageStation): Promise<ArrayBuffer> {
+  const file = station.cloudUri.replace(/^clouds\//, 'lost/').replace(/\.u16$/, '.u32');
+  return fetchBytes(base, `viewer/${file}`);
+}
+
 /** Values of a layer of the plan folder, by its id. */
 export async function fetchPatchValues({ base, layers, patchSeen }: LoadedPlan, id: string, signal: AbortSignal) {
   const isReason = id === REASON;

@@ -89,6 +89,14 @@ const RequirementResult = v.object({
   met: v.boolean(),
 });
 
+/** What a requirement, by its name in the results, would lose without a station. */
+const StationLoss = v.object({
+  requirement: v.string(),
+  area_m2: area,
+  fraction_of_achievable: fraction,
+  met: v.boolean(),
+});
+
 const seconds = v.nullable(v.number());
 
 /** Rows from the scene's coordinates to the map's; null: the file does not say. */
@@ -112,6 +120,7 @@ const PlanJson = v.object({
     network: v.optional(v.string()),
     floors: v.optional(v.array(v.string())),
     asked: v.optional(Asked),
+    parts: v.optional(v.array(v.object({ name: v.string() }))),
     results: v.optional(v.array(RequirementResult)),
   }),
   floors: v.array(
@@ -127,6 +136,9 @@ const PlanJson = v.object({
       fixed: v.boolean(),
       covered_area_m2: area,
       own_area_m2: area,
+      /** Null: an older version made the plan. */
+      lost_area_m2: v.optional(v.nullable(area), null),
+      losses: v.optional(v.nullable(v.array(StationLoss)), null),
     }),
   ),
   coverage: v.object({
@@ -162,6 +174,7 @@ export type PlanJson = v.InferOutput<typeof PlanJson>;
 export type PlanStation = PlanJson['stations'][number];
 export type PlanFloor = PlanJson['floors'][number];
 export type RequirementResult = v.InferOutput<typeof RequirementResult>;
+export type StationLoss = v.InferOutput<typeof StationLoss>;
 export type PlanLink = v.InferOutput<typeof Link>;
 export type PlanNetwork = v.InferOutput<typeof Network>;
 export type UnseenSurface = v.InferOutput<typeof UnseenSurface>;

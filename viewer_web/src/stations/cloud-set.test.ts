@@ -67,7 +67,7 @@ test('the chosen station’s cloud is shown, and gone when the choice goes', asy
   expect(kind(store)).toBe('none');
   store.chooseStation('S001');
   expect(store.cloud.value).toMatchObject({ kind: 'loading', n: 0, of: 1 });
-  await vi.waitFor(() => expect(kind(store)).toBe('shown'));
+  await expect.poll(() => kind(store)).toBe('shown');
   expect(store.cloud.value).toMatchObject({ nStations: 1, nReturns: ROWS * COLUMNS, stride: 1 });
   expect(store.chosenCloud.value?.stationId).toBe('S001');
   const [points] = clouds.group.children;
@@ -82,7 +82,7 @@ test('all clouds are those of the floor that is shown; what stays is not asked f
   const { store, clouds } = setUp();
   store.chooseFloor('F0');
   store.showClouds.value = true;
-  await vi.waitFor(() => expect(store.cloud.value).toMatchObject({ kind: 'shown', nStations: 2 }));
+  await expect.poll(() => store.cloud.value).toMatchObject({ kind: 'shown', nStations: 2 });
   expect(asked).toEqual(['plan/viewer/clouds/S001.u16', 'plan/viewer/clouds/S002.u16']);
   store.chooseStation('S002');
   expect(store.chosenCloud.value?.stationId).toBe('S002');
@@ -96,11 +96,11 @@ test('what is let go of while it is on its way never shows', async () => {
   isHeld = true;
   const { store, clouds } = setUp();
   store.chooseStation('S001');
-  await vi.waitFor(() => expect(open).toHaveLength(1));
+  await expect.poll(() => open).toHaveLength(1);
   store.chooseStation('S002');
-  await vi.waitFor(() => expect(open).toHaveLength(2));
+  await expect.poll(() => open).toHaveLength(2);
   for (const answer of open) answer();
-  await vi.waitFor(() => expect(kind(store)).toBe('shown'));
+  await expect.poll(() => kind(store)).toBe('shown');
   expect(store.chosenCloud.value?.stationId).toBe('S002');
   expect(clouds.group.children).toHaveLength(1);
   clouds.dispose();
@@ -110,10 +110,10 @@ test('what is let go of while it is on its way never shows', async () => {
 test('a cloud that is missing is told, and another choice shows again', async () => {
   const { store } = setUp();
   store.chooseStation('S003');
-  await vi.waitFor(() => expect(kind(store)).toBe('failed'));
+  await expect.poll(() => kind(store)).toBe('failed');
   expect(store.cloud.value).toMatchObject({ message: expect.stringMatching(/S003\.u16.*404/) });
   store.chooseStation('S001');
-  await vi.waitFor(() => expect(kind(store)).toBe('shown'));
+  await expect.poll(() => kind(store)).toBe('shown');
 });
 
 test('a station of the draft alone has the cloud that the live side gives', async () => {
@@ -122,10 +122,11 @@ test('a station of the draft alone has the cloud that the live side gives', asyn
   store.draft.value = { stations: [...store.shownStations.value, added], links: [] };
   store.stationSource.value = {
     seen: async () => null,
+    lost: async () => null,
     cloud: async (id) => (id === 'N1' ? new Uint8Array(3 * ROWS * COLUMNS).fill(2).buffer : null),
   };
   store.chooseStation('N1');
-  await vi.waitFor(() => expect(kind(store)).toBe('shown'));
+  await expect.poll(() => kind(store)).toBe('shown');
   expect(store.chosenCloud.value?.cloud.rangeSteps[0]).toBe(0x0202);
   expect(asked).toEqual([]);
 });

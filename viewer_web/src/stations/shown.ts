@@ -1,8 +1,14 @@
 /** Stations as the 3D side and the lists show them: the plan's, or those of a draft. */
 import type { LoadedPlan } from '../load/fetch-plan.ts';
+import type { PlanStation, StationLoss } from '../load/plan-json.ts';
 
 /** What a draft changed about a station. */
 export type StationMark = 'moved' | 'added' | 'removed' | 'locked';
+
+/** What a station sees by itself, and what would be lost without it, as plan.json has it. */
+export interface StationWorth extends Readonly<Pick<PlanStation, 'covered_area_m2' | 'own_area_m2' | 'lost_area_m2'>> {
+  readonly losses: readonly StationLoss[] | null;
+}
 
 export interface ShownStation {
   readonly id: string;
@@ -11,9 +17,8 @@ export interface ShownStation {
   /** The sensor's origin, local frame, metres. */
   readonly positionM: readonly [number, number, number];
   readonly marks: readonly StationMark[];
-  /** Area it sees, and that no other sees, where that is not what the plan says. */
-  readonly coveredAreaM2?: number;
-  readonly ownAreaM2?: number;
+  /** What it is worth, where that is not what the plan says. */
+  readonly worth?: StationWorth;
 }
 
 export function shownStationsOf(loaded: LoadedPlan | null): readonly ShownStation[] {

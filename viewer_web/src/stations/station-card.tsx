@@ -1,5 +1,6 @@
-/** All about the chosen station: where it stands, what only it sees, what it registers with, what it takes. */
-import type { PlanJson, PlanLink, PlanStation } from '../load/plan-json.ts';
+/** All about the chosen station: where it stands, what would be lost without it, what it registers with, what it takes. */
+import { batch } from '@preact/signals';
+import type { PlanJson, PlanLink, PlanStation, RequirementResult, StationLoss } from '../load/plan-json.ts';
 import { countingOf, counts } from '../network/graph.ts';
 import { Card } from '../panels/card.tsx';
 import { askedPercent, counted, duration, metres, overlapPercent, squareMetres } from '../panels/figures.ts';
@@ -7,6 +8,9 @@ import { Figure } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { CloudControl } from './cloud-control.tsx';
+import './losses.css';
+import { lossWords, lostM2, requirementName, verdictOf } from './losses.ts';
+import type { StationWorth } from './shown.ts';
 
 /** More chips than these are in the tab Network. */
 const MOST_LINKS = 8;
@@ -51,8 +55,9 @@ export function StationCard({ store, view }: { store: Store; view: PlanView | nu
   );
 }
 
-function Pose({ plan, station }: StationProps) {
+function Pose({ store, plan, station }: StationProps) {
   const [x, y, z] = station.position;
+  const [worth, words] = [worthOf(store, station), lossWords(plan)];
   const seconds = secondsAt(plan);
   return (
     <dl class="figures" data-testid="station-figures">
@@ -60,24 +65,18 @@ function Pose({ plan, station }: StationProps) {
       <Figure name="y" value={metres(y, 3)} hint="Sensor's origin in the scene's own coordinates" />
       <Figure name="z" value={metres(z, 3)} hint="Sensor's origin in the scene's own coordinates" />
       <Figure name="Instrument height" value={metres(station.instrument_height_m)} hint="Sensor above the ground" />
-      <Figure name="Sees" value={squareMetres(station.covered_area_m2)} hint="Area this station sees by itself" />
+      <Figure name="Sees" value={squareMetres(worth.covered_area_m2)} hint="Area this station sees by itself" />
       {seconds !== null && (
         <Figure name="Time" value={duration(seconds)} hint="Setting up and scanning, without the walk" />
       )}
-      <Figure name={ownName(plan)} value={squareMetres(station.own_area_m2)} hint={ownHint(plan)} />
+      <Figure name={words.name} value={squareMetres(lostM2(plan, worth))} hint={words.hint} />
     </dl>
   );
 }
 
-/** Where several stations must see a surface, it needs a station as soon as no more than so many do. */
-function ownName({ requirements: { seen_from: seenFrom = 1 } }: PlanJson): string {
-  return seenFrom > 1 ? 'Needs it' : 'Only it sees';
-}
-
-function ownHint({ requirements: { seen_from: seenFrom = 1 } }: PlanJson): string {
-  return seenFrom > 1
-    ? `Area that ${seenFrom} stations see, as is asked for, and it is one of them`
-    : 'Area that no other station of the plan sees';
+/** Of the plan as shown: what is edited changes what every station is worth. */
+function worthOf(store: Store, station: PlanStation): StationWorth {
+  return store.shownStations.value.find(({ id }) => id === station.id)?.worth ?? station;
 }
 
 /** Set-up and scan of one station; null: it is not known how long a scan takes. */
@@ -89,7 +88,11 @@ function secondsAt({ field_time: time, stations }: PlanJson): number | null {
 
 /** The largest of what would be lost without the station, and a button that points it out. */
 function OwnSurface({ store, plan, station }: StationProps) {
-  const parts = plan.why?.stations.find((one) => one.station === station.id)?.own_parts ?? [];
+  const worth = worthOf(store, station);
+  const results = worth === station ? plan.requirements.results : store.desk?.figures.value?.requirements;
+  // The elements are those of the plan as it was made.
+  const parts =
+    worth === station ? (plan.why?.stations.find((one) => one.station === station.id)?.own_parts ?? []) : [];
   return (
     <div class="own">
       {parts.length > 0 && (
@@ -104,18 +107,62 @@ function OwnSurface({ store, plan, station }: StationProps) {
           ))}
         </ul>
       )}
+      <Losses store={store} losses={worth.losses ?? []} results={results ?? plan.requirements.results ?? []} />
       <label class="check">
         <input
           type="checkbox"
           checked={store.showsOwn.value}
-          onChange={(event) => {
-            store.showsOwn.value = event.currentTarget.checked;
-          }}
+          onChange={(event) => showOwn(store, event.currentTarget.checked, null)}
         />
-        Point out what {(plan.requirements.seen_from ?? 1) > 1 ? 'needs it' : 'only it sees'}
+        {lossWords(plan).pointOut}
       </label>
     </div>
   );
+}
+
+interface LossesProps {
+  readonly store: Store;
+  readonly losses: readonly StationLoss[];
+  /** Of the plan with the station. */
+  readonly results: readonly Readonly<RequirementResult>[];
+}
+
+/** What each requirement would lose without the station, and whether it would still be met; a click points it out. */
+function Losses({ store, losses, results }: LossesProps) {
+  if (losses.length === 0) return null;
+  return (
+    <>
+      <h3>Without it</h3>
+      <ul class="losses" aria-label="What requirements would lose without it">
+        {losses.map((loss) => {
+          const now = results.find(({ name }) => name === loss.requirement);
+          const isShown = store.showsOwn.value && store.ownRequirement.value === loss.requirement;
+          return (
+            <li key={loss.requirement}>
+              <button
+                type="button"
+                class={loss.met ? 'loss' : 'loss loss-broken'}
+                aria-pressed={isShown}
+                title="Point out what this requirement would lose"
+                onClick={() => showOwn(store, !isShown, isShown ? null : loss.requirement)}
+              >
+                <span>{requirementName(loss.requirement)}</span>
+                <span>−{squareMetres(loss.area_m2)}</span>
+                {now !== undefined && <small>{verdictOf(loss, now)}</small>}
+              </button>
+            </li>
+          );
+        })}
+      </ul>
+    </>
+  );
+}
+
+function showOwn(store: Store, isShown: boolean, requirement: string | null): void {
+  batch(() => {
+    store.showsOwn.value = isShown;
+    store.ownRequirement.value = requirement;
+  });
 }
 
 function Links({ store, plan, station }: StationProps) {

@@ -10,7 +10,7 @@ const COLUMNS: readonly [SortKey, string, string][] = [
   ['order', '#', 'In the order to walk'],
   ['id', 'Station', 'By name'],
   ['sees', 'sees', 'Area it sees by itself'],
-  ['adds', 'adds', 'Area that no other station sees'],
+  ['adds', 'adds', 'Area that the plan would lose without it'],
   ['links', 'links', 'Stations it registers with'],
 ];
 

@@ -1,6 +1,7 @@
 /** The figures of the stations' list, and the orders it can be read in. */
 import type { PlanJson, PlanLink } from '../load/plan-json.ts';
 import { type Counting, counts } from '../network/graph.ts';
+import { lostM2 } from './losses.ts';
 import type { ShownStation } from './shown.ts';
 
 export type SortKey = 'order' | 'id' | 'sees' | 'adds' | 'links';
@@ -24,12 +25,15 @@ export function rowsOf(
   for (const link of links.filter((one) => counts(one, counting))) {
     for (const id of [link.a, link.b]) nLinks.set(id, (nLinks.get(id) ?? 0) + 1);
   }
-  return stations.map((station) => ({
-    station,
-    seesM2: station.coveredAreaM2 ?? planned.get(station.id)?.covered_area_m2 ?? null,
-    addsM2: station.ownAreaM2 ?? planned.get(station.id)?.own_area_m2 ?? null,
-    nLinks: nLinks.get(station.id) ?? 0,
-  }));
+  return stations.map((station) => {
+    const worth = station.worth ?? planned.get(station.id);
+    return {
+      station,
+      seesM2: worth?.covered_area_m2 ?? null,
+      addsM2: worth === undefined ? null : lostM2(plan, worth),
+      nLinks: nLinks.get(station.id) ?? 0,
+    };
+  });
 }
 
 /** Order and id run upwards, figures from the largest down; equals in the order of the walk. */

@@ -120,7 +120,8 @@ test('the list of stations sorts by walk, name and figures, equals by walk', () 
 
 test('a draft’s own figures go before those of the plan', () => {
   const plan = smallPlan();
-  const [row] = rowsOf([{ ...shown('S001', 1), coveredAreaM2: 3, ownAreaM2: 0 }], plan, [], countingOf(plan));
+  const worth = { covered_area_m2: 3, own_area_m2: 0, lost_area_m2: 0, losses: [] };
+  const [row] = rowsOf([{ ...shown('S001', 1), worth }], plan, [], countingOf(plan));
   expect(row).toMatchObject({ seesM2: 3, addsM2: 0 });
 });
 

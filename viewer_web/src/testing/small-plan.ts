@@ -18,6 +18,8 @@ export function smallPlan(): PlanJson {
     fixed: false,
     covered_area_m2: 40,
     own_area_m2: 10 * order,
+    lost_area_m2: null,
+    losses: null,
   });
   return {
     schema: 'tlsplan/plan/1',
