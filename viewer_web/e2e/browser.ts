@@ -15,12 +15,14 @@ const FLAGS = [
   '--ignore-gpu-blocklist',
 ];
 const PLACES = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome', '/snap/bin/chromium'];
+/** Software draws pictures slowly, and a click waits for them. */
+const PATIENCE_MS = 240_000;
 const SCREENSHOTS = fileURLToPath(new URL('../test-results/', import.meta.url));
 
 export function launchBrowser(): Promise<Browser> {
   const executablePath = process.env.TLSPLAN_CHROMIUM ?? PLACES.find((place) => existsSync(place));
   if (executablePath === undefined) throw new Error(`no Chromium at ${PLACES.join(', ')}; set TLSPLAN_CHROMIUM`);
-  return chromium.launch({ executablePath, args: FLAGS });
+  return chromium.launch({ executablePath, args: FLAGS, timeout: PATIENCE_MS });
 }
 
 export interface Look {
@@ -52,16 +54,20 @@ export class ViewerPage {
   /** A page that has not gone anywhere yet. Flights of the camera are off, so that a click ends where it shows. */
   static async create(browser: Browser, address: string, { width = 1000, height = 680, ...look }: Look = {}) {
     const page = await browser.newPage({ viewport: { width, height }, reducedMotion: 'reduce', ...look });
-    // Software draws pictures slowly, and a click waits for them.
-    page.setDefaultTimeout(80_000);
+    page.setDefaultTimeout(PATIENCE_MS);
     return new ViewerPage(page, address);
   }
 
   /** Go to the viewer at a view and wait until the building is drawn. */
   async open(hash = ''): Promise<void> {
     await this.page.goto(`${this.address}${hash}`);
-    await this.page.locator('.marker:not([hidden])').first().waitFor({ timeout: 60_000 });
+    await this.page.locator('.marker:not([hidden])').first().waitFor();
     await this.settle();
+  }
+
+  /** What follows the `#` of the address: asked of the page, for the browser tells of it later. */
+  hash(): Promise<string> {
+    return this.page.evaluate(() => window.location.hash);
   }
 
   /** Wait until the picture has been drawn: a frame asked for now comes after those asked for before. */

@@ -9,5 +9,6 @@ export default defineConfig({
     // ends earlier, a run that goes on for longer is stuck.
     testTimeout: 5_400_000,
     hookTimeout: 300_000,
+    expect: { poll: { timeout: 240_000 } },
   },
 });

@@ -6,9 +6,11 @@ export default defineConfig({
     include: ['*.e2e.ts'],
     exclude: ['scenes.e2e.ts'],
     globalSetup: ['./served-plan.ts'],
-    // Software rendering on a busy machine: no test here is about time.
-    testTimeout: 90_000,
-    hookTimeout: 90_000,
+    // Software rendering, cold caches and a busy machine: no test here is about time. What waits for the page ends first,
+    // and says what it waited for.
+    testTimeout: 300_000,
+    hookTimeout: 300_000,
+    expect: { poll: { timeout: 240_000 } },
     fileParallelism: false,
   },
 });
