@@ -3,6 +3,7 @@
 import io
 
 import pytest
+from tlsplan import progress
 from tlsplan.progress import ProgressReporter
 
 from planner_core.progress import ProgressEvent
@@ -16,7 +17,8 @@ def shown(events: list[ProgressEvent], *, quiet: bool = False) -> list[str]:
     return stream.getvalue().splitlines()
 
 
-def test_plain_progress_shows_the_first_and_the_last_event_of_a_stage() -> None:
+def test_plain_progress_shows_the_first_and_the_last_event_of_a_stage(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "PLAIN_LINE_EVERY_S", float("inf"))
     events = [ProgressEvent("scan", done, 100) for done in range(101)]
     assert shown(events) == ["scan: 0 of 100", "scan: 100 of 100"]
 

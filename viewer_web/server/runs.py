@@ -44,8 +44,8 @@ from viewer_web.server.run_turn import holder_of_turn, last_run, take_turn, tell
 
 PLAN_FILE = "plan.json"
 _WATCH_S = 0.5
-#: A run that has told how it ended gives its turn back right then.
-_LEAVES_WITHIN_S = 5.0
+#: A run that has told how it ended gives its turn back once the disk holds that: in a moment, but of a busy disk.
+_LEAVES_WITHIN_S = 20.0
 _OUTPUT_TAIL_BYTES = 4096
 _STOPPED = "`tlsplan view` was ended"
 
