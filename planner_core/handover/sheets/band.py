@@ -1,4 +1,4 @@
-"""What surrounds the drawing of a floor: frame, coordinate grid, legend, scale bar, north, title block.
+"""What surrounds the drawing of a floor: frame, legend, scale bar, north, title block.
 
 Plan, FloorView, Tile -> page.
 """
@@ -36,12 +36,9 @@ from planner_core.model import FloatArray, SiteFrame
 
 _FRAME = Pen(0.5)
 _LINE = Pen(0.25)
-_GRID = Pen(0.1, (0.45, 0.46, 0.48))
 _SCALE_WIDTH_MM = 42.0
 _MOST_TITLE_MM = 128.0
 _LEAST_TITLE_MM = 80.0
-#: Lines of the coordinate grid are at least this far apart on paper.
-_GRID_MM = 38.0
 
 
 def corners(box: Box) -> FloatArray:
@@ -190,11 +187,6 @@ def _has_two_arrows(frame: SiteFrame) -> bool:
     return frame.is_scene and frame.true_north_rad is not None
 
 
-def _axes_rad(frame: SiteFrame) -> float:
-    """How far the axes of the listed coordinates are turned on paper, clockwise: drawings are upright in the scene."""
-    return 0.0 if frame.is_scene else frame.grid_north_rad
-
-
 def _draw_axes(ink: Ink, middle: tuple[float, float]) -> None:
     """Draw the axes of the scene, which are those of the paper."""
     start = np.array(middle) - 4.5
@@ -278,53 +270,3 @@ def _reached(plan: PlanSource, view: FloorView) -> str:
         return ""
     share = reached_percent(float(found[0]["fraction_of_achievable"]), required_on(plan, view.floor))
     return f"; seen: {share} % of {float(found[0]['achievable_area_m2']):.0f} m²"
-
-
-# --------------------------------------------------------------------------------------------------- grid
-def draw_grid(ink: Ink, frame: SiteFrame, tile: Tile, elevation_m: float) -> None:
-    """Draw crosses where round site coordinates meet, and name these coordinates at the frame."""
-    step_m = next(step for step in (1, 2, 5, 10, 20, 50, 100) if step * tile.mm_per_m >= _GRID_MM)
-    box = tile.sheet.drawing
-    (x0, y0), (x1, y1) = tile.window_m
-    around = np.array([(x, y, elevation_m) for x in (x0, x1) for y in (y0, y1)])
-    site = frame.to_site(around)[:, :2]
-    eastings, northings = (
-        np.arange(math.ceil(low / step_m), math.floor(high / step_m) + 1) * float(step_m)
-        for low, high in zip(site.min(axis=0), site.max(axis=0), strict=True)
-    )
-    height_m = float(frame.to_site(around[0])[2])
-    crossings = np.array([(e, n, height_m) for e in eastings for n in northings]).reshape(-1, 3)
-    spots = tile.on_paper(frame.to_scene(crossings)[:, :2])
-    turn = _axes_rad(frame)
-    ahead, right = np.array([math.sin(turn), math.cos(turn)]), np.array([math.cos(turn), -math.sin(turn)])
-    with ink.clip(box):
-        ink.lines([np.stack([s - 1.3 * way, s + 1.3 * way]) for s in spots for way in (ahead, right)], _GRID)
-    upright = abs(math.cos(turn)) >= math.sqrt(0.5)
-    names = ("x", "y") if frame.is_scene else ("E", "N")
-    for axis, values in enumerate((eastings, northings)):
-        for value in values:
-            _name_line(ink, frame, tile, axis, float(value), height_m, names[axis], (axis == 0) == upright)
-
-
-def _name_line(
-    ink: Ink, frame: SiteFrame, tile: Tile, axis: int, value: float, height_m: float, name: str, at_foot: bool
-) -> None:
-    """Write a coordinate where its grid line meets the frame: at the foot, or at the left."""
-    box = tile.sheet.drawing
-    middle = frame.to_site(np.array([*tile.centre_m, 0.0]))
-    ends = np.stack([middle, middle])
-    ends[:, axis], ends[:, 2] = value, height_m
-    ends[1, 1 - axis] += 100.0
-    start, end = tile.on_paper(frame.to_scene(ends)[:, :2])
-    along = 1 if at_foot else 0  # the coordinate on paper that is known
-    edge = box.bottom if at_foot else box.left
-    if abs(end[along] - start[along]) < 1e-9:
-        return
-    meets = start + (edge - start[along]) / (end[along] - start[along]) * (end - start)
-    words = f"{name} {value:,.0f}".replace(",", " ")
-    if at_foot and box.left + 6 < meets[0] < box.right - 12:
-        ink.lines([np.array([(meets[0], box.bottom), (meets[0], box.bottom + 2)])], _LINE)
-        ink.text((float(meets[0]) + 0.7, box.bottom + 0.9), words, 5.2, colour=QUIET)
-    elif not at_foot and box.bottom + 6 < meets[1] < box.top - 12:
-        ink.lines([np.array([(box.left, meets[1]), (box.left + 2, meets[1])])], _LINE)
-        ink.text((box.left + 2.2, float(meets[1]) + 0.7), words, 5.2, colour=QUIET, turn_rad=math.pi / 2)

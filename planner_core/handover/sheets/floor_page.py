@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from planner_core.export.sheet import spread_apart
-from planner_core.handover.sheets.band import corners, draw_band, draw_grid
+from planner_core.handover.sheets.band import corners, draw_band
 from planner_core.handover.sheets.floor_view import COUNTS, STRONG, WEAK, FloorView
 from planner_core.handover.sheets.fonts import width_mm
 from planner_core.handover.sheets.ink import INK, PAPER, Box, Ink, Pen
@@ -33,6 +33,7 @@ from planner_core.handover.sheets.marks import (
     draw_walk,
 )
 from planner_core.handover.sheets.paper import Tile
+from planner_core.handover.sheets.site_grid import draw_grid
 from planner_core.handover.sheets.spans import Family, spans_of_rings, spans_of_triangles, without
 from planner_core.handover.source import PlanSource
 from planner_core.model import FloatArray
@@ -66,13 +67,15 @@ def draw_floor(
         _draw_ground(ink, view, tile)
         _draw_building(ink, view, tile)
         _draw_links(ink, view, tile)
-        draw_walk(ink, [tile.on_paper(way.points_m) for way in view.ways])
-    draw_grid(ink, plan.frame, tile, view.floor.elevation_m)
-    labels = Labels(ink, box, [])
+        _draw_walk(ink, view, tile)
+    others = list(_edges(tile, neighbours))
+    names = draw_grid(ink, plan.frame, tile, view.floor.elevation_m, taken=[edge for edge, _ in others])
+    labels = Labels(ink, box, [*names, *(edge for edge, _ in others)])
     with ink.clip(box):
         _draw_stations(ink, plan, view, tile, labels)
         _draw_words(view, tile, labels)
-    _draw_neighbours(ink, tile, neighbours)
+    for edge, words in others:
+        _draw_neighbour(ink, edge, words)
     draw_band(ink, plan, view, tile, sheet=sheet, n_sheets=n_sheets, neighbours=[(n.column, n.row) for n in neighbours])
 
 
@@ -135,6 +138,16 @@ def _aside(ends: FloatArray) -> FloatArray:
     return np.asarray(ends + LINK_ASIDE_MM * (np.stack([way[:, 1], -way[:, 0]], axis=1) / length[:, None])[:, None])
 
 
+def _draw_walk(ink: Ink, view: FloorView, tile: Tile) -> None:
+    low: list[FloatArray] = []
+    high: list[FloatArray] = []
+    for way in view.ways:
+        parts = way.parted_at(view.floor.elevation_m + view.cut_m)
+        low += [tile.on_paper(part) for part in parts[0]]
+        high += [tile.on_paper(part) for part in parts[1]]
+    draw_walk(ink, [tile.on_paper(way.points_m) for way in view.ways], low, high)
+
+
 def _draw_stations(ink: Ink, plan: PlanSource, view: FloorView, tile: Tile, labels: Labels) -> None:
     low_m, high_m = tile.window_m
     shown = [s for s in view.stations if ((s.position_m[:2] >= low_m) & (s.position_m[:2] <= high_m)).all()]
@@ -177,8 +190,8 @@ def _draw_words(view: FloorView, tile: Tile, labels: Labels) -> None:
         labels.put(tile.on_paper(mark.at_m), mark.words, apart=0.0)
 
 
-def _draw_neighbours(ink: Ink, tile: Tile, neighbours: Sequence[Neighbour]) -> None:
-    """Say at the edges which sheet a floor goes on at."""
+def _edges(tile: Tile, neighbours: Sequence[Neighbour]) -> Iterator[tuple[Box, str]]:
+    """Where at the edges to say which sheet a floor goes on at, and the words."""
     box = tile.sheet.drawing
     for other in neighbours:
         dx, dy = other.column - tile.column, other.row - tile.row
@@ -189,7 +202,12 @@ def _draw_neighbours(ink: Ink, tile: Tile, neighbours: Sequence[Neighbour]) -> N
         width, height = (high, long) if dx else (long, high)
         left = box.left + (box.width - width) * (0.5 + 0.5 * dx)
         bottom = box.bottom + (box.height - height) * (0.5 + 0.5 * dy)
-        ink.area([corners(Box(left, bottom, width, height))], PAPER)
-        ink.lines([corners(Box(left, bottom, width, height))], Pen(0.25), closed=True)
-        at = (left + 3.1, bottom + height / 2) if dx else (left + width / 2, bottom + 1.5)
-        ink.text(at, words, 7.0, bold=True, align="middle", turn_rad=math.pi / 2 if dx else 0.0)
+        yield Box(left, bottom, width, height), words
+
+
+def _draw_neighbour(ink: Ink, box: Box, words: str) -> None:
+    ink.area([corners(box)], PAPER)
+    ink.lines([corners(box)], Pen(0.25), closed=True)
+    upright = box.height > box.width
+    at = (box.left + 3.1, box.bottom + box.height / 2) if upright else (box.left + box.width / 2, box.bottom + 1.5)
+    ink.text(at, words, 7.0, bold=True, align="middle", turn_rad=math.pi / 2 if upright else 0.0)

@@ -89,7 +89,11 @@ def view_floor(
 ) -> FloorView:
     """Gather what the drawing of a floor shows; without a building no walls and no surface."""
     stations = plan.stations_of(floor.id)
-    ways, ends, sealed = tuple(ways_on(plan, floor)), tuple(ends_on(plan, floor)), tuple(sealed_on(plan, floor))
+    ways, ends, sealed = (
+        tuple(ways_on(plan, floor, building)),
+        tuple(ends_on(plan, floor)),
+        tuple(sealed_on(plan, floor)),
+    )
     links, elsewhere = _links_on(plan, floor)
     places = [station.position_m[None, :2] for station in stations] + [way.points_m for way in ways]
     places += [mark.at_m[None] for mark in (*ends, *sealed)]
@@ -107,8 +111,17 @@ def view_floor(
     )
     if building is None:
         return view
-    trodden_m = np.concatenate([np.zeros((0, 2)), *places])
-    return _with_building(plan, replace(view, cut_m=_cut_m(plan, floor, cut_m)), building, trodden_m)
+    view = replace(view, cut_m=_cut_m(plan, floor, cut_m))
+    return _with_building(plan, view, building, _trodden_m(view))
+
+
+def _trodden_m(view: FloorView) -> FloatArray:
+    """(N, 2) where somebody stands or walks below the cut: flights end over walls of the storey that they leave."""
+    low = [part for way in view.ways for part in way.parted_at(view.floor.elevation_m + view.cut_m)[0]]
+    stations = [station.position_m[None, :2] for station in view.stations]
+    return np.concatenate(
+        [np.zeros((0, 2)), *stations, *low, *(mark.at_m[None] for mark in (*view.ends, *view.sealed))]
+    )
 
 
 def _around(places: Sequence[FloatArray]) -> FloatArray:

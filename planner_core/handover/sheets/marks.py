@@ -22,6 +22,8 @@ OUT_OF_REACH = Pen(0.12, (0.50, 0.51, 0.53))
 MISSED_WALL = Pen(1.1, MISSED, (1.3, 0.7))
 MISSED_WALL_RIM = Pen(1.7, PAPER)
 WALK = Pen(0.5, (0.30, 0.12, 0.42), round=True)
+WALK_ABOVE = Pen(0.5, WALK.colour, (1.7, 0.8))
+"""Where it climbs higher than the walls are cut: the stairs are not drawn there."""
 WALK_RIM = Pen(1.2, PAPER, round=True)
 LEADER = Pen(0.25)
 #: By class of link: `WEAK`, `COUNTS`, `STRONG`.
@@ -53,10 +55,14 @@ def arrow_head(corners: FloatArray, length: float) -> FloatArray:
     return np.array([at + 0.6 * length * ahead, base - aside, base + aside])
 
 
-def draw_walk(ink: Ink, ways: list[FloatArray]) -> None:
-    """Draw ways (M, 2) in millimetres, with arrow heads where there is room for them."""
+def draw_walk(ink: Ink, ways: list[FloatArray], low: list[FloatArray], high: list[FloatArray]) -> None:
+    """Draw ways (M, 2) in millimetres, with arrow heads where there is room for them.
+
+    low, high : parts of them up to the height of the cut, and above.
+    """
     ink.lines(ways, WALK_RIM)
-    ink.lines(ways, WALK)
+    ink.lines(low, WALK)
+    ink.lines(high, WALK_ABOVE)
     for way in ways:
         if float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum()) > 4 * DISC_MM + ARROW_MM:
             head = arrow_head(way, ARROW_MM)

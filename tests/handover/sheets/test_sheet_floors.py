@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from planner_core.handover.sheets.building import Building, read_building
 from planner_core.handover.sheets.floor_view import view_floor
@@ -68,6 +69,74 @@ def test_walls_are_marked_where_no_station_sees_them(site_plan: PlanSource, shee
 def test_walk_goes_up_the_stairs_on_both_floors(site_sheets: Any) -> None:
     assert "to 5, Level 2" in site_sheets.texts[site_sheets.drawing("Level 1")]
     assert "from 4, Level 1" in site_sheets.texts[site_sheets.drawing("Level 2")]
+
+
+def test_walk_goes_over_to_the_upper_floor_where_its_ground_begins(site_plan: PlanSource) -> None:
+    building = read_building(site_plan.folder)
+    assert isinstance(building, Building)
+    below, above = (view_floor(site_plan, floor, building).ways for floor in site_plan.floors)
+    (up,), (on,) = ([way for way in ways if way.leaves or way.arrives] for ways in (below, above))
+    assert (up.leaves, on.arrives) == ("to 5, Level 2", "from 4, Level 1")
+    # The fourteenth step is as high as the floor above; 13 treads lead to it.
+    edge_x = 40_300.0 + 8.2 - 13 * 2.7 / 14
+    assert abs(float(up.points_m[-1, 0]) - edge_x) < 0.0101
+    np.testing.assert_array_equal(up.points_m[-1], on.points_m[0])
+    leg = next(leg for leg in site_plan.document["route"]["legs"] if leg["from"] == "S004")
+    np.testing.assert_array_equal(up.points_m[0], leg["points"][0][:2])
+    np.testing.assert_array_equal(on.points_m[-1], leg["points"][-1][:2])
+
+
+def test_walk_down_leaves_the_upper_floor_where_it_came_up(
+    site_plan: PlanSource, edited: Callable[..., PlanSource]
+) -> None:
+    def turn_back(document: dict[str, Any]) -> None:
+        document["route"]["legs"] = [
+            {**leg, "from": leg["to"], "to": leg["from"], "points": leg["points"][::-1], "floors": leg["floors"][::-1]}
+            for leg in document["route"]["legs"][::-1]
+        ]
+
+    building = read_building(site_plan.folder)
+    assert isinstance(building, Building)
+    turned = edited(turn_back)
+    for floor in site_plan.floors:
+        ahead = view_floor(site_plan, floor, building).ways
+        back = view_floor(turned, floor, building).ways[::-1]
+        assert len(ahead) == len(back)
+        for one, other in zip(ahead, back, strict=True):
+            np.testing.assert_allclose(one.points_m, other.points_m[::-1], atol=0.0201)
+            assert (one.arrives.removeprefix("from"), one.leaves.removeprefix("to")) == (
+                other.leaves.removeprefix("to"), other.arrives.removeprefix("from")
+            )  # fmt: skip
+
+
+def test_walk_without_a_building_goes_over_at_a_corner(site_plan: PlanSource) -> None:
+    (up,) = [way for way in view_floor(site_plan, site_plan.floors[0], None).ways if way.leaves]
+    leg = next(leg for leg in site_plan.document["route"]["legs"] if leg["from"] == "S004")
+    assert up.points_m[-1].tolist() in [point[:2] for point in leg["points"]]
+
+
+def test_flight_that_ends_over_a_wall_leaves_it_solid(site_plan: PlanSource, edited: Callable[..., PlanSource]) -> None:
+    def over_the_wall(document: dict[str, Any]) -> None:
+        leg = next(leg for leg in document["route"]["legs"] if leg["from"] == "S004")
+        leg["points"].insert(-2, [40_306.0, 20_205.1, 52.4])
+
+    building = read_building(site_plan.folder)
+    assert isinstance(building, Building)
+    before, then = (view_floor(plan, plan.floors[0], building) for plan in (site_plan, edited(over_the_wall)))
+    assert len(before.solids) == len(then.solids)
+
+
+def test_walk_is_dashed_above_the_cut(site_plan: PlanSource) -> None:
+    building = read_building(site_plan.folder)
+    assert isinstance(building, Building)
+    view = view_floor(site_plan, site_plan.floors[0], building)
+    (up,) = [way for way in view.ways if way.leaves]
+    (low,), (high,) = up.parted_at(view.floor.elevation_m + view.cut_m)
+    np.testing.assert_allclose(low[-1], high[0])
+    np.testing.assert_array_equal(np.concatenate([low[:-1], high[1:]]), up.points_m)
+    # From (8.107, 50.2) to (5.954, 52.496) the leg is straight.
+    assert float(high[0, 0]) == pytest.approx(40_308.107 - (1.2 - 0.2) / 2.296 * 2.153, abs=1e-3)
+    assert [len(parts) for parts in view.ways[0].parted_at(view.floor.elevation_m + view.cut_m)] == [1, 0]
 
 
 def test_walls_cut_lower_than_wanted_are_told(

@@ -77,16 +77,70 @@ def test_north_is_the_sites(site_sheets: Any) -> None:
 def test_grid_is_named_where_its_lines_meet_the_frame(site_sheets: Any, site_plan: PlanSource) -> None:
     page = site_sheets.drawing("Level 1")
     to_paper = site_sheets.to_paper(page, site_plan, "F0")
-    named = [mark for mark in site_sheets.words(page) if re.fullmatch(r"E [\d ]+", mark.text)]
-    assert len(named) >= 2
-    cos, sin = math.cos(ROTATION_RAD), math.sin(ROTATION_RAD)
+    width, height = site_sheets.size_mm(page)
+    low, high = np.array([8.0, 8.0 + 35.0]), np.array([width - 8.0, height - 8.0])
+    named = [mark for mark in site_sheets.words(page) if re.fullmatch(r"[EN] [\d ]+", mark.text)]
+    sides = []
     for mark in named:
-        easting = float(mark.text[2:].replace(" ", ""))
-        foot_mm = 8.0 + 35.0
-        # The point of the scene where that easting meets the foot of the drawing.
-        y = (foot_mm - to_paper(0.0, 0.0)[1]) / (1000.0 / site_sheets.scale(page))
-        x = (easting - ORIGIN_M[0] + sin * y) / cos
-        assert abs(mark.left - 0.7 - to_paper(x, y)[0]) < 0.4, mark
+        axis, value = "EN".index(mark.text[0]), float(mark.text[2:].replace(" ", ""))
+        # Which of the four sides of the drawing the name is at: it lies within 4 mm.
+        off = {"left": mark.right - low[0], "bottom": mark.top - low[1],
+               "right": high[0] - mark.left, "top": high[1] - mark.bottom}  # fmt: skip
+        side = min(off, key=off.__getitem__)
+        assert 0 < off[side] < 4.0, mark
+        sides.append((mark.text[0], side))
+        # Somewhere beside the name, a tick away at most, the side has that coordinate.
+        along = 0 if side in ("bottom", "top") else 1
+        edge = {"left": low[0], "right": high[0], "bottom": low[1], "top": high[1]}[side]
+        start, end = ((mark.left, mark.right), (mark.bottom, mark.top))[along]
+        values = []
+        for at in (start - 3.2, start, end, end + 3.2):
+            spot = np.array([at, edge]) if along == 0 else np.array([edge, at])
+            values.append(_on_site(spot, to_paper, site_sheets.scale(page))[axis])
+        before, behind = sorted(values[:2]), sorted(values[2:])
+        assert before[0] < value < before[1] or behind[0] < value < behind[1], mark
+    # Turned by 20 degrees, eastings leave at the foot and the top and northings at the left and the right, at least.
+    assert {("E", "bottom"), ("E", "top"), ("N", "left"), ("N", "right")} <= set(sides)
+    assert len(set(sides)) > 4
+
+
+def _on_site(spot: Any, to_paper: Callable[[float, float], Any], scale: int) -> tuple[float, float]:
+    """Easting and northing of a place on paper, by hand."""
+    x, y = (spot - to_paper(0.0, 0.0)) / (1000.0 / scale)
+    cos, sin = math.cos(ROTATION_RAD), math.sin(ROTATION_RAD)
+    return ORIGIN_M[0] + cos * x - sin * y, ORIGIN_M[1] + sin * x + cos * y
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 20.0, 45.0, 89.9, 117.0, -160.0])
+def test_every_line_of_the_grid_is_named_and_no_names_meet(
+    site_plan: PlanSource, pdf_of: Callable[..., Any], turn_deg: float
+) -> None:
+    turn = math.radians(turn_deg)
+    matrix = np.eye(4)
+    matrix[:2, :2] = [[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]]
+    matrix[:3, 3] = (650_000.0, 5_310_000.0, 400.0)
+    frame = replace(site_plan.frame, matrix=matrix)
+    sheets = pdf_of(replace(site_plan, frame=frame))
+    page = sheets.drawing("Level 1")
+    named = [mark for mark in sheets.words(page) if re.fullmatch(r"[EN] [\d ]+", mark.text)]
+    for index, one in enumerate(named):
+        for other in named[index + 1 :]:
+            assert (
+                one.right <= other.left or other.right <= one.left or one.top <= other.bottom or other.top <= one.bottom
+            )
+    to_paper, scale = sheets.to_paper(page, site_plan, "F0"), sheets.scale(page)
+    width, height = sheets.size_mm(page)
+    corners = [(x, y) for x in (8.0, width - 8.0) for y in (43.0, height - 8.0)]
+    scene = np.array([(np.array(corner) - to_paper(0.0, 0.0)) / (1000.0 / scale) for corner in corners])
+    site = scene @ matrix[:2, :2].T + matrix[:2, 3]
+    step = next(step for step in (1, 2, 5, 10) if step * 1000.0 / scale >= 38.0)
+    for axis, letter in enumerate("EN"):
+        values = sorted({float(mark.text[2:].replace(" ", "")) for mark in named if mark.text[0] == letter})
+        lines = np.arange(np.ceil(site[:, axis].min() / step), np.floor(site[:, axis].max() / step) + 1) * step
+        assert set(values) <= set(lines.tolist())
+        # At both ends; those near a corner of the drawing have no room.
+        assert len(values) >= len(lines) - 2
+        assert sum(mark.text[0] == letter for mark in named) >= 2 * (len(lines) - 2)
 
 
 def test_sheets_in_scene_coordinates_say_so_and_claim_no_north(
@@ -113,11 +167,15 @@ def test_axes_in_scene_coordinates_are_those_of_the_listed_coordinates(
     assert {mark.text[0] for mark in named} == {"x", "y"}
     for mark in named:
         value = float(mark.text[2:].replace(" ", ""))
+        # Behind its line, or before it where there is no room at the corner; all around.
         if mark.text[0] == "x":
-            assert abs(mark.left - 0.7 - to_paper(value, 0.0)[0]) < 0.4, mark
+            line = to_paper(value, 0.0)[0]
+            assert min(abs(mark.left - 0.7 - line), abs(mark.right + 0.7 - line)) < 0.4, mark
         else:
-            assert abs(mark.bottom - 0.7 - to_paper(0.0, value)[1]) < 0.4, mark
-    turned = [mark for mark in sheets.paths(page) if np.hypot(*(mark.middle - north.middle)) < 8]
+            line = to_paper(0.0, value)[1]
+            assert min(abs(mark.bottom - 0.7 - line), abs(mark.top + 0.7 - line)) < 0.4, mark
+    assert len(named) == 2 * len({mark.text for mark in named})
+    turned = [mark for mark in sheets.paths(page) if np.hypot(*(mark.middle - north.middle)) < 8 and mark.top < 43]
     arrow = [mark for mark in turned if 5 < math.hypot(mark.right - mark.left, mark.top - mark.bottom) < 8.5]
     away = north.middle - np.mean([mark.middle for mark in arrow], axis=0)
     assert abs(math.remainder(math.atan2(away[0], away[1]) - north_rad, math.tau)) < 0.2
