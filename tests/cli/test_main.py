@@ -29,7 +29,7 @@ HEAVY = (
 def run(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """Run the real command in a process of its own."""
     return subprocess.run(
-        [sys.executable, "-m", "tlsplan", *arguments], capture_output=True, text=True, cwd=cwd, timeout=240, check=False
+        [sys.executable, "-m", "tlsplan", *arguments], capture_output=True, text=True, cwd=cwd, timeout=900, check=False
     )
 
 

@@ -272,7 +272,7 @@ def tlsplan(*arguments: str, **variables: str) -> subprocess.CompletedProcess[st
         [sys.executable, "-m", "tlsplan", *arguments],
         capture_output=True,
         text=True,
-        timeout=280,
+        timeout=900,
         env={**os.environ, **variables},
     )
 
@@ -315,6 +315,11 @@ def test_doctor_shows_how_long_a_start_takes(monkeypatch: pytest.MonkeyPatch) ->
     assert not failed.ok
     assert not failed.needed
     assert "tlsplan.start_time" in failed.remedy
+
+
+def test_a_start_that_takes_too_long_is_told_as_one_that_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(start_time, "_TIME_LIMIT_S", 0.001)
+    assert start_time.cached_s() is None
 
 
 def test_a_first_use_finds_no_cache_of_the_user(monkeypatch: pytest.MonkeyPatch) -> None:
