@@ -78,48 +78,48 @@ test('what nobody asked for stays so, also in values of the draft and of a previ
   expect([...paint.timesSeen]).toEqual([2, NOT_ASKED, 3]);
   expect(building.patches.at(-1)).toEqual([[1, 2], [NOT_ASKED, 3], null]);
   store.layerId.value = 'range';
-  await vi.waitFor(() => expect(building.values).not.toBeNull());
+  await expect.poll(() => building.values).not.toBeNull();
   expect(paint.valueAt(1)).toBeNull();
   expect(paint.valueAt(0)?.value).toBe(1000);
 });
 
-const shownBy = (store: Store) => vi.waitFor(() => expect(store.layerState.value.kind).toBe('shown'));
+const shownBy = (store: Store) => expect.poll(() => store.layerState.value.kind).toBe('shown');
 
 test('the layer that the store names is fetched and painted', async () => {
   const { store, building, paint } = setUp();
   await shownBy(store);
   expect(building.values).toBeNull();
   store.layerId.value = 'range';
-  await vi.waitFor(() => expect(building.values).toEqual([1000, 2000, 65535]));
+  await expect.poll(() => building.values).toEqual([1000, 2000, 65535]);
   expect(building.paint).toMatchObject({ mode: 'ramp', low: 0, none: 65535 });
   expect(paint.valueAt(1)).toMatchObject({ value: 2000 });
   expect(paint.valueAt(2)).toBeNull();
   store.layerId.value = 'reason';
-  await vi.waitFor(() => expect(building.values).toEqual([0, 1, 2]));
+  await expect.poll(() => building.values).toEqual([0, 1, 2]);
   expect(building.paint.mode).toBe('classes');
   store.layerId.value = 'plain';
-  await vi.waitFor(() => expect(building.paint.mode).toBe('plain'));
+  await expect.poll(() => building.paint.mode).toBe('plain');
 });
 
 test('a source goes before the files, for how many see a patch too, and the files come back when it goes', async () => {
   const { store, building } = setUp();
   store.layerId.value = 'range';
-  await vi.waitFor(() => expect(building.values).toEqual([1000, 2000, 65535]));
+  await expect.poll(() => building.values).toEqual([1000, 2000, 65535]);
   const source: LayerSource = async (id) =>
     id === TIMES_SEEN ? Uint8Array.of(3, 3, 3) : id === 'range' ? Uint16Array.of(1, 2, 3) : null;
   store.layerSource.value = source;
-  await vi.waitFor(() => expect(building.values).toEqual([1, 2, 3]));
+  await expect.poll(() => building.values).toEqual([1, 2, 3]);
   expect(building.timesSeen).toEqual([3, 3, 3]);
   store.layerId.value = 'reason';
-  await vi.waitFor(() => expect(building.values).toEqual([0, 1, 2]));
+  await expect.poll(() => building.values).toEqual([0, 1, 2]);
   store.layerSource.value = null;
-  await vi.waitFor(() => expect(building.timesSeen).toEqual([1, 2, 0]));
+  await expect.poll(() => building.timesSeen).toEqual([1, 2, 0]);
 });
 
 test('changes of patches reach the layer they are of, and no other', async () => {
   const { store, building, paint } = setUp();
   store.layerId.value = 'range';
-  await vi.waitFor(() => expect(building.values).not.toBeNull());
+  await expect.poll(() => building.values).not.toBeNull();
   paint.patch([2], [1], 'range', [1500]);
   paint.patch([0], [4], 'spacing', [9]);
   paint.patch([1], null, 'range', [1700]);
@@ -141,11 +141,11 @@ test('of layers chosen in quick succession the last is shown, whichever answers 
       else answers.push(() => resolve(id === 'range' ? Uint16Array.of(5, 5, 5) : Uint8Array.of(7, 7, 7)));
     });
   store.layerId.value = 'range';
-  await vi.waitFor(() => expect(answers).toHaveLength(1));
+  await expect.poll(() => answers).toHaveLength(1);
   store.layerId.value = 'reason';
-  await vi.waitFor(() => expect(answers).toHaveLength(2));
+  await expect.poll(() => answers).toHaveLength(2);
   answers[1]();
-  await vi.waitFor(() => expect(building.values).toEqual([7, 7, 7]));
+  await expect.poll(() => building.values).toEqual([7, 7, 7]);
   answers[0]();
   await new Promise((later) => setTimeout(later, 5));
   expect(building.values).toEqual([7, 7, 7]);
@@ -154,9 +154,9 @@ test('of layers chosen in quick succession the last is shown, whichever answers 
 test('a layer the plan does not have, and one that does not come, are told in words', async () => {
   const { store } = setUp();
   store.layerId.value = 'noise';
-  await vi.waitFor(() => expect(store.layerState.value).toMatchObject({ kind: 'failed' }));
+  await expect.poll(() => store.layerState.value).toMatchObject({ kind: 'failed' });
   expect(store.layerState.value).toMatchObject({ message: expect.stringMatching(/"noise".*Plan again/) });
   store.layerSource.value = () => Promise.reject(new Error('The server is gone.'));
   store.layerId.value = 'range';
-  await vi.waitFor(() => expect(store.layerState.value).toMatchObject({ message: 'The server is gone.' }));
+  await expect.poll(() => store.layerState.value).toMatchObject({ message: 'The server is gone.' });
 });
