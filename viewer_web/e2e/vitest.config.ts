@@ -8,8 +8,8 @@ export default defineConfig({
     globalSetup: ['./served-plan.ts'],
     // Software rendering, cold caches and a busy machine: no test here is about time. What waits for the page ends first,
     // and says what it waited for.
-    testTimeout: 300_000,
-    hookTimeout: 300_000,
+    testTimeout: 600_000,
+    hookTimeout: 600_000,
     expect: { poll: { timeout: 240_000 } },
     fileParallelism: false,
   },
