@@ -36,14 +36,18 @@ export function CommentList({ store, desk, review, view }: CommentListProps) {
 
 function NewComment({ store, desk }: { store: Store; desk: Desk }) {
   const [text, setText] = useState('');
+  const [isSending, setIsSending] = useState(false);
   const spot = store.editing.commentSpot.value;
   const isPinning = store.editing.tool.value === 'comment';
   const stationId = store.stationId.value;
   const post = async (): Promise<void> => {
     const change = addComment(text.trim(), spot?.target ?? null, spot?.positionM ?? null);
-    if (!(await desk.commit('comment', [change]))) return;
-    setText('');
-    store.editing.commentSpot.value = null;
+    setIsSending(true);
+    const isDone = await desk.commit('comment', [change]).finally(() => setIsSending(false));
+    if (!isDone) return;
+    // Where the next one was begun meanwhile, it stays.
+    setText((now) => (now === text ? '' : now));
+    if (store.editing.commentSpot.peek() === spot) store.editing.commentSpot.value = null;
   };
   return (
     <form
@@ -64,7 +68,7 @@ function NewComment({ store, desk }: { store: Store; desk: Desk }) {
         />
       </label>
       <div class="buttons">
-        <button type="submit" class="button button-primary button-small" disabled={text.trim() === ''}>
+        <button type="submit" class="button button-primary button-small" disabled={text.trim() === '' || isSending}>
           Comment
         </button>
         <button

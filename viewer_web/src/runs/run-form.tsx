@@ -38,7 +38,11 @@ export function RunFormSection({ store, desk }: FormProps) {
     try {
       await desk.client.post('runs', requestOf(shown));
       await desk.refreshRuns();
-      set({ title: '' });
+      // What was changed meanwhile stays.
+      setForm((now) => {
+        const meanwhile = now ?? shown;
+        return { ...meanwhile, title: meanwhile.title === shown.title ? '' : meanwhile.title };
+      });
     } catch (error) {
       desk.warn((error as Error).message);
     }
