@@ -193,7 +193,7 @@ def _at_plan(listed: Sequence[ListedStation], plan: PlanSource, coordinates: str
             f"{guess(listed, tuple(readings), plan, within_m)}"
         )
     stations = tuple(replace(each, position_m=place) for each, place in zip(listed, at_m, strict=True))
-    doubts = swap_doubts(listed, at_m, chosen, plan, within_m) or shape_doubts(listed, at_m, plan, within_m)
+    doubts = swap_doubts(listed, at_m, chosen, plan, within_m) or shape_doubts(listed, at_m, chosen, plan, within_m)
     return ActualList(stations, chosen, doubts)
 
 

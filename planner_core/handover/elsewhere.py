@@ -167,16 +167,18 @@ def _names_words(fit: ShapeFit, listed: Sequence[ListedStation], plan: PlanSourc
 
 
 def shape_doubts(
-    listed: Sequence[ListedStation], at_m: FloatArray, plan: PlanSource, within_m: float
+    listed: Sequence[ListedStation], at_m: FloatArray, coordinates: str, plan: PlanSource, within_m: float
 ) -> tuple[str, ...]:
     """Return a line where a list (N, 3), read in the scene frame, is at the plan but fits it elsewhere only.
 
-    Lists of planned names that are all off alike are told of when they are matched, see `matching.doubts`.
+    coordinates : of the list, `scene` or `site`; in them a shift is told. Lists of planned names that are all off
+    alike are told of when they are matched, see `matching.doubts`.
     """
     now = max(_at_stations(listed, at_m, plan.stations, within_m))
     if now >= _MOST * len(listed):
         return ()
-    fit = shape_fit(at_m, _planned_m(listed, "scene", plan))
+    as_listed = np.array([each.position_m for each in listed])
+    fit = shape_fit(as_listed, _planned_m(listed, coordinates, plan))
     if fit is None or len(fit.pairs) < 2 * now:
         return ()
     if not fit.is_certain:
@@ -188,12 +190,12 @@ def shape_doubts(
     named = sum(known.get(listed[i].id.casefold()) == k for i, k in fit.pairs.tolist())
     if fit.turn_rad == 0.0 and named >= _MOST * len(listed):
         return ()
-    x, y, z = (np.round(fit.shift_m, 2) + 0.0).tolist()
-    moved = (
-        f"turned by {_degrees(fit)} degrees and shifted" if fit.turn_rad else f"shifted by {x:.2f}, {y:.2f}, {z:.2f} m"
-    )
+    axes = ("E", "N", "H") if coordinates == "site" else ("x", "y", "z")
+    shifts = zip(axes, (np.round(fit.shift_m, 2) + 0.0).tolist(), strict=True)
+    by = ", ".join(f"{axis} {value:+.2f}" for axis, value in shifts)
+    moved = f"turned by {_degrees(fit)} degrees and shifted" if fit.turn_rad else f"shifted by {by} m"
     return (
-        f"the list has the plan's shape, but {moved} in the scene: taken back, {len(fit.pairs)} of {len(listed)} "
+        f"the list has the plan's shape, but {moved}: taken back, {len(fit.pairs)} of {len(listed)} "
         f"stations are within {SHAPE_M:g} m of planned ones, as listed {now} within {within_m:g} m; check the origin "
         f"of its coordinates{_names_words(fit, listed, plan)}",
     )

@@ -185,12 +185,22 @@ def test_a_list_at_the_plan_that_is_shifted_under_other_names_is_doubted(source:
     (line,) = actual.doubts
     n = len(rows)
     assert re.match(
-        r"the list has the plan's shape, but shifted by (29\.9|30\.0)\d, -(19\.9|20\.0)\d, -?0\.0\d m in the scene",
+        r"the list has the plan's shape, but shifted by x \+(29\.9|30\.0)\d, y -(19\.9|20\.0)\d, z [+-]0\.0\d m: taken",
         line,
     )
     assert f"taken back, {n} of {n} stations are within 0.5 m of planned ones, as listed 0 within 2 m" in line
     rows = other_names(source, [each.position_m for each in source.stations])
     assert read_actual([write_csv(tmp_path / "right.csv", rows)], source).doubts == ()
+
+
+def test_a_shift_of_a_list_in_site_coordinates_is_told_in_them(source: PlanSource, tmp_path: Path) -> None:
+    rows = other_names(source, [each.site_m + np.array([30.0, -20.0, 1.0]) for each in source.stations])
+    actual = read_actual([write_csv(tmp_path / "site.csv", rows)], source)
+    (line,) = actual.doubts
+    found = re.search(r"but shifted by E (\S+), N (\S+), H (\S+) m: taken back, ", line)
+    assert found, line
+    # The names are not the plan's, so that the least squares of the shape tell it, to the noise of the list.
+    assert [float(value) for value in found.groups()] == pytest.approx([30.0, -20.0, 1.0], abs=0.1)
 
 
 def test_swapped_columns_and_millimetres_are_guessed(source: PlanSource, tmp_path: Path) -> None:
