@@ -1,9 +1,10 @@
 """A robot's mission without ROS: stations as waypoints with heading, ways between them, a map of every floor.
 
-A folder: mission.json, the same as mission.yaml, mission.geojson, and maps/F0.png with maps/F0.yaml. Ways keep to free
-cells of the maps; stations stay where they are, and what they stand on is told. Positions are in the map frame: scene
-coordinates, less the scene's offset where it lies far from its origin, because robots reckon in single precision.
-Metres, radians, headings counter-clockwise from +x; `map_to_site` leads to the site's coordinates.
+A folder: mission.json, the same as mission.yaml, maps/F0.png with maps/F0.yaml, and, where the CRS is known,
+mission.geojson. Ways keep to free cells of the maps; stations stay where they are, and what they stand on is told.
+Positions are in the map frame: scene coordinates, less the scene's offset where it lies far from its origin, because
+robots reckon in single precision. Metres, radians, headings counter-clockwise from +x; `map_to_site` leads to the
+site's coordinates.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import numpy as np
 from planner_core.ground.local_site import LocalSite, local_site
 from planner_core.handover.chosen import chosen_floors, chosen_stations, has_ground, named, scanned_before
 from planner_core.handover.geographic import geographic_of
-from planner_core.handover.geojson import feature, local_positions
+from planner_core.handover.geojson import feature
 from planner_core.handover.map_sheets import map_sheets
 from planner_core.handover.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, entered, occupancy_maps, write_map
 from planner_core.handover.options import Options
@@ -32,6 +33,7 @@ from planner_core.progress import Progress, ProgressEvent
 from planner_core.route.floors_passed import nodes_under
 
 SCHEMA = "tlsplan/robot-mission/1"
+GEOJSON = "mission.geojson"
 STAGE = "robot"
 #: A corner nearer than this to a stop is no direction.
 _LEAST_STEP_M = 0.05
@@ -100,7 +102,7 @@ def write_robot(plan: PlanSource, path: Path, options: Options, progress: Progre
     text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
     (path / "mission.json").write_text(text + "\n", encoding="utf-8")
     (path / "mission.yaml").write_text(_yaml(document), encoding="utf-8")
-    more = _write_geojson(mission, document, path / "mission.geojson")
+    more = _write_geojson(mission, document, path / GEOJSON)
     progress(ProgressEvent(STAGE, 3, 3))
     return (*remarks, *more)
 
@@ -314,19 +316,17 @@ def _yaml(document: dict[str, Any]) -> str:
 
 
 def _write_geojson(mission: _Mission, document: dict[str, Any], path: Path) -> tuple[str, ...]:
-    """Write waypoints and paths in longitude and latitude, or in the map frame where no CRS is known; say which."""
+    """Write waypoints and paths in longitude and latitude; nothing where no CRS is known: readers know no others."""
     frame = mission.plan.frame
-    head: dict[str, Any] = {"type": "FeatureCollection", "name": "mission"}
-    remarks: tuple[str, ...] = ()
-    if frame.crs:
-        degrees = geographic_of(frame, "robot")
-        head["coordinates"], remarks = "WGS84 longitude, latitude", degrees.remarks
-    else:
-        head |= {"crs": None, "coordinates": f"map frame: {document['frame']['coordinates']}"}
+    if not frame.crs:
+        return (
+            f"{GEOJSON} is left out: GeoJSON is in longitude and latitude, and the plan in {frame.name} without a CRS; "
+            "give --crs and --origin (or --control-points). mission.json holds the same in the map frame",
+        )
+    degrees = geographic_of(frame, "robot")
+    head = {"type": "FeatureCollection", "name": "mission", "coordinates": "WGS84 longitude, latitude"}
 
     def positions(map_m: FloatArray) -> list[list[float]]:
-        if not frame.crs:
-            return local_positions(map_m)
         return degrees.degrees(frame.to_site(np.atleast_2d(map_m) + mission.offset_m)).tolist()  # type: ignore[no-any-return]
 
     features = [
@@ -339,7 +339,7 @@ def _write_geojson(mission: _Mission, document: dict[str, Any], path: Path) -> t
             features.append(feature("LineString", positions(piece.points_m), {**told, **_where(mission, piece)}))
     text = json.dumps({**head, "features": features}, indent=1, ensure_ascii=False, allow_nan=False)
     path.write_text(text + "\n", encoding="utf-8")
-    return remarks
+    return degrees.remarks
 
 
 def _flat(row: dict[str, Any]) -> dict[str, Any]:

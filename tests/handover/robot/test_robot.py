@@ -250,12 +250,14 @@ def test_geojson_is_where_proj_puts_it(house_folder: Path, mission: Mission) -> 
     assert document_of(folder)["site"]["crs"] == "EPSG:25832"
 
 
-def test_geojson_without_a_crs_is_in_the_map_frame(house_plan: PlanSource, mission: Mission) -> None:
-    folder, _ = mission(house_plan)
-    document = json.loads((folder / "mission.geojson").read_text(encoding="utf-8"))
-    assert document["crs"] is None
-    assert document["coordinates"].startswith("map frame")
-    assert document["features"][0]["geometry"]["coordinates"] == pytest.approx(STATIONS["S1"])
+def test_without_a_crs_no_file_that_every_reader_takes_for_degrees_is_written(
+    house_plan: PlanSource, mission: Mission
+) -> None:
+    folder, remarks = mission(house_plan)
+    assert sorted(path.name for path in folder.iterdir()) == ["maps", "mission.json", "mission.yaml"]
+    (told,) = [remark for remark in remarks if "mission.geojson" in remark]
+    assert "left out" in told and "give --crs and --origin" in told
+    assert document_of(folder)["waypoints"][0]["position_m"] == pytest.approx(STATIONS["S1"])
 
 
 def test_one_floor_has_its_map_and_waypoints_only(house_plan: PlanSource, mission: Mission) -> None:
@@ -272,7 +274,7 @@ def test_the_same_plan_gives_the_same_bytes(house_plan: PlanSource, mission: Mis
     folders = [mission(house_plan)[0], mission(house_plan, again=True)[0]]
     first, again = ({path.relative_to(folder): path.read_bytes() for path in folder.rglob("*.*")} for folder in folders)
     assert first == again
-    assert len(first) == 7
+    assert len(first) == 6
 
 
 def test_a_plan_without_a_walk_has_waypoints_without_headings(house_plan: PlanSource, mission: Mission) -> None:
