@@ -20,6 +20,7 @@ import { rampLayersOf } from './load/layers.ts';
 import { OWN_PLAN } from './load/plan-base.ts';
 import type { PlanLink, PlanRoute, UnseenSurface } from './load/plan-json.ts';
 import type { StageElement } from './load/stage.ts';
+import { type CoveredStations, NONE_COVERED } from './stations/covered.ts';
 import { type ShownStation, shownStationsOf } from './stations/shown.ts';
 
 export type PageId = 'plan' | 'field';
@@ -149,6 +150,8 @@ export interface Store {
   readonly pair: Signal<Pair | null>;
   readonly unseenFocus: Signal<UnseenFocus | null>;
   /** Point out what only the chosen station sees. */
+  /** Stations that other floors hide in the picture. */
+  readonly covered: Signal<CoveredStations>;
   readonly showsOwn: Signal<boolean>;
   /** Of what would be lost with the station, what this requirement would lose; null: all of it. */
   readonly ownRequirement: Signal<string | null>;
@@ -333,6 +336,7 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     stationSource: signal<StationSource | null>(null),
     pair,
     unseenFocus,
+    covered: signal(NONE_COVERED),
     showsOwn,
     ownRequirement,
     marking: signal<Marking>({ kind: 'none' }),

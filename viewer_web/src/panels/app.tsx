@@ -11,6 +11,7 @@ import { OWN_PLAN } from '../load/plan-base.ts';
 import { PairCard } from '../network/pair-card.tsx';
 import { RunBanner } from '../runs/run-banner.tsx';
 import { PlanView } from '../scene/plan-view.ts';
+import { CoveredNote } from '../stations/covered-note.tsx';
 import { Markers } from '../stations/markers.tsx';
 import { StationCard } from '../stations/station-card.tsx';
 import type { Store } from '../store.ts';
@@ -108,6 +109,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
           {view !== null && <Toolbar store={store} view={view} />}
           {view !== null && <EditLayer store={store} loaded={loaded} view={view} />}
           <div class="corner">
+            {view !== null && <CoveredNote store={store} view={view} />}
             <Legend store={store} />
             {view !== null && <WalkPanel store={store} view={view} />}
           </div>

@@ -39,6 +39,8 @@ export interface MarkerPlace {
   readonly x: number;
   readonly y: number;
   readonly isHidden: boolean;
+  /** The other floor that hides it; null: none does. */
+  readonly coveredBy: string | null;
 }
 
 export class PlanView {
@@ -385,9 +387,10 @@ export class PlanView {
       const place = at && this.viewport.project(at);
       const cover = at && this.coverOf(at);
       if (cover && this.store.isWalking.peek()) continue;
-      // Behind a wall of its own floor a marker is dimmed; behind another floor it would seem to stand there.
-      if (!place || (cover && cover.slice.floorId !== null && cover.slice.floorId !== station.floorId)) continue;
-      places.set(station.id, { ...place, isHidden: cover !== null });
+      if (!place) continue;
+      const coverId = cover?.slice.floorId ?? null;
+      const coveredBy = coverId === station.floorId ? null : coverId;
+      places.set(station.id, { ...place, isHidden: cover !== null, coveredBy });
     }
     return places;
   }

@@ -4,6 +4,7 @@
  */
 import { OVERALL } from '../edit/totals.ts';
 import type { PlanJson, RequirementResult, StationLoss } from '../load/plan-json.ts';
+import { askedPercent } from '../panels/figures.ts';
 import type { StationWorth } from './shown.ts';
 
 /** Whether anything is asked besides that a station sees the surface: limits, several stations, or limits of a part. */
@@ -53,7 +54,7 @@ export function verdictOf(
   now: Readonly<RequirementResult>,
 ): string {
   const words = met ? 'still met' : now.met ? 'no longer met' : 'not met either way';
-  return `${words}: ${percentBelow(left)} of ${Number((100 * now.required).toPrecision(6))} %`;
+  return `${words}: ${percentBelow(left)}, ${askedPercent(now.required)} asked`;
 }
 
 /** Rounded down, as the library's own words: what is just short must not read as enough. */

@@ -2,6 +2,7 @@
 import { useEffect, useRef } from 'preact/hooks';
 import type { MarkerPlace, PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
+import { coveredAmong, isSameCovered } from './covered.ts';
 import { crowdedMarkers } from './crowding.ts';
 import { type Offset, Spreader } from './spreading.ts';
 
@@ -13,8 +14,11 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
   useEffect(() => {
     const spreader = new Spreader();
     let dots: ReadonlySet<string> = new Set();
-    view.onMarkers = (places) => {
+    view.onMarkers = (all) => {
       const pinned = store.editing.underWay.peek()?.stationId ?? store.stationId.peek();
+      // Behind a wall of its own floor a marker is dimmed; behind another floor it would seem to stand there.
+      const places = new Map([...all].filter(([id, { coveredBy }]) => coveredBy === null || id === pinned));
+      tellCovered(store, all, layer.current);
       dots = dotsAmong(places, pinned, dots);
       placed.current = placeMarkers(places, pinned, dots, spreader);
       for (const [id, button] of buttons.current) moveButton(button, placed.current.get(id));
@@ -60,6 +64,13 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
       ))}
     </div>
   );
+}
+
+function tellCovered(store: Store, places: ReadonlyMap<string, MarkerPlace>, layer: HTMLElement | null): void {
+  const isWhole = store.floorId.peek() === null && !store.isSpread.peek();
+  const picture = { width: layer?.clientWidth ?? 0, height: layer?.clientHeight ?? 0, isWhole };
+  const found = coveredAmong(places, store.shownStations.peek(), store.stationId.peek(), picture);
+  if (!isSameCovered(found, store.covered.peek())) store.covered.value = found;
 }
 
 function keep<T>(held: Map<string, T>, id: string, element: T | null): void {
@@ -117,6 +128,7 @@ function moveButton(button: HTMLButtonElement, place: PlacedMarker | undefined):
   const [x, y] = [place.x + place.offset.x, place.y + place.offset.y];
   button.style.transform = `translate(-50%, -50%) translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
   button.classList.toggle('marker-behind', place.isHidden);
+  button.classList.toggle('marker-through', place.coveredBy !== null);
   button.classList.toggle('marker-dot', place.isDot);
 }
 

@@ -1,0 +1,96 @@
+/** What the viewer says of stations: what requirements would lose without one, and which of them other floors hide. */
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import type { Browser } from 'playwright-core';
+import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test } from 'vitest';
+import type { PlanJson } from '../src/load/plan-json.ts';
+import { launchBrowser, ViewerPage } from './browser.ts';
+
+const plan: PlanJson = JSON.parse(readFileSync(join(inject('planFolder'), 'plan.json'), 'utf8'));
+const [ground, upper] = [...plan.floors].sort((a, b) => a.elevation_m - b.elevation_m);
+const stationsOf = (floorId: string) => plan.stations.filter(({ floor }) => floor === floorId);
+
+let browser: Browser;
+let viewer: ViewerPage;
+
+beforeAll(async () => {
+  browser = await launchBrowser();
+});
+afterAll(() => browser.close());
+beforeEach(async () => {
+  viewer = await ViewerPage.create(browser, inject('address'));
+});
+afterEach(async () => {
+  await viewer.page.close();
+  expect(viewer.faults).toEqual([]);
+});
+
+const note = () => viewer.page.getByTestId('covered');
+const marker = (id: string) => viewer.page.locator(`.marker[data-station=${id}]`);
+
+test('a card lists by requirement what would be lost without the station, and points it out', async () => {
+  const station = stationsOf(upper.id)[0];
+  await viewer.open(`#station=${station.id}`);
+  const { page } = viewer;
+  const rows = page.locator('.losses button');
+  expect(await rows.count()).toBe(station.losses?.length);
+  for (const [i, loss] of (station.losses ?? []).entries()) {
+    await rows.nth(i).click();
+    await page.locator('[data-testid=legend][data-state=shown]').waitFor();
+    await viewer.settle();
+    const area = `${loss.area_m2.toFixed(loss.area_m2 < 0.05 ? 2 : 1)} m²`;
+    expect(await rows.nth(i).textContent()).toContain(`−${area}`);
+    expect(await rows.nth(i).textContent()).toMatch(loss.met ? /still met/ : /no longer met|not met either way/);
+    await expect.poll(() => page.getByTestId('legend').textContent()).toContain(area);
+    expect(await rows.nth(i).getAttribute('aria-pressed')).toBe('true');
+  }
+  await viewer.screenshot('s-losses');
+  await rows.last().click();
+  await expect.poll(() => rows.last().getAttribute('aria-pressed')).toBe('false');
+  await page.getByText('Range of the return').waitFor();
+});
+
+test('from above the stations that upper floors hide are counted, and their floor is a click away', async () => {
+  await viewer.open();
+  const { page } = viewer;
+  await page.keyboard.press('t');
+  await viewer.settle();
+  await note().waitFor();
+  const [, n] = /^(\d+) stations? behind another floor/.exec((await note().textContent()) ?? '') ?? [];
+  const shown = await page.locator('.marker:not([hidden])').count();
+  expect(Number(n)).toBeGreaterThan(0);
+  expect(Number(n) + shown).toBe(plan.stations.length);
+  await viewer.screenshot('s-covered');
+  await note()
+    .getByRole('button', { name: `Open ${ground.name}` })
+    .click();
+  await note().waitFor({ state: 'detached' });
+  expect(await viewer.hash()).toContain(`floor=${ground.id}`);
+  expect(await page.locator('.marker:not([hidden])').count()).toBe(stationsOf(ground.id).length);
+});
+
+test('a chosen station behind an upper floor is marked through it, says so, and opens its floor', async () => {
+  await viewer.open();
+  const { page } = viewer;
+  await page.keyboard.press('t');
+  await viewer.settle();
+  await note().waitFor();
+  const hidden = await page.locator('.marker[hidden]').first().getAttribute('data-station');
+  await page.locator(`li [data-station=${hidden}]`).click();
+  await viewer.settle();
+  await page.locator('[data-floor=all]').click();
+  await page.keyboard.press('t');
+  await viewer.settle();
+  const mark = marker(hidden ?? '');
+  await expect.poll(() => mark.getAttribute('class')).toContain('marker-through');
+  expect(await mark.isVisible()).toBe(true);
+  expect(await note().textContent()).toContain(`${hidden} is behind ${upper.name}`);
+  await viewer.screenshot('s-through');
+  await note()
+    .getByRole('button', { name: `Open ${ground.name}` })
+    .first()
+    .click();
+  await note().waitFor({ state: 'detached' });
+  expect(await mark.getAttribute('class')).not.toContain('marker-through');
+  expect(await viewer.hash()).toContain(`floor=${ground.id}&station=${hidden}`);
+});
