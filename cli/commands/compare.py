@@ -187,12 +187,17 @@ def _fate(row: dict[str, Any]) -> str:
 
 
 def _coverage(document: dict[str, Any]) -> list[str]:
+    from planner_core.handover.sheets.words import reached_percent
+
     lines: list[str] = []
     for row in document["requirements"]:
-        state = _state(row)
+        asked, state = row["asked"], _state(row)
+        planned = reached_percent(row["planned"], 0.0 if row["planned_is_met"] else asked)
+        # What falls short of the plan's own figure does not read as that, either.
+        least = 0.0 if row["asked_is_met"] else asked if row["met"] else min(asked, row["planned"])
         lines.append(
-            f"{'coverage' if not lines else '':<13} {row['name']:<24} {_percent(row['asked'])} asked, "
-            f"{_percent(row['planned'])} planned, {_percent(row['actual'])} as scanned{state}"
+            f"{'coverage' if not lines else '':<13} {row['name']:<24} {_percent(asked)} asked, "
+            f"{planned} % planned, {reached_percent(row['actual'], least)} % as scanned{state}"
         )
     return lines
 
