@@ -281,9 +281,12 @@ test('a server that is killed has lost nothing it has answered', async () => {
   await viewer.page.getByText('Before the power went', { exact: true }).waitFor();
   const before = await review(viewer);
   await server.stop('SIGKILL');
-  await viewer.page.getByText('The server does not answer').waitFor();
+  // A question that was under way is told of beside it.
+  await viewer.page.getByTestId('trouble').getByText('The server does not answer').waitFor();
   await viewer.page.getByLabel('New comment').fill('While it was away');
-  await viewer.page.getByRole('button', { name: 'Comment', exact: true }).click();
+  const post = viewer.page.getByRole('button', { name: 'Comment', exact: true });
+  await post.click();
+  await expect.poll(() => post.isEnabled()).toBe(true);
   await viewer.page.getByRole('alert').waitFor();
   // What could not be sent is still there to be sent again.
   expect(await viewer.page.getByLabel('New comment').inputValue()).toBe('While it was away');
