@@ -12,14 +12,19 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
 
+# Hypothesis tries numbers and words of our modules: of those that are loaded by then, which is a matter of chance where
+# tests are dealt out to workers. It has no public way to be asked not to.
+providers._get_local_constants = lambda: providers._local_constants
 settings.register_profile("tlsplan", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tlsplan")
 
 _FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, _FOLDER)
 try:
-    import small_pictures  # noqa: F401 - from here on it is known by its name
+    import small_pictures  # noqa: F401 - from here on they are known by their names
+    from real_buildings import RealScene, real_scenes
 finally:
     sys.path.remove(_FOLDER)
 
@@ -44,6 +49,13 @@ def own_signals() -> Iterator[None]:
     sys.unraisablehook = hook
     for number, handler in before.items():
         signal.signal(number, handler)
+
+
+@pytest.fixture(scope="session")
+def real_scene(tmp_path_factory: pytest.TempPathFactory) -> RealScene:
+    """Call with `duplex` or `fzk-haus`: the scene of the real building, loaded once; skips where there is none."""
+    own = tmp_path_factory.getbasetemp()
+    return real_scenes(own.parent if "PYTEST_XDIST_WORKER" in os.environ else own)
 
 
 @pytest.hookimpl(tryfirst=True)  # before xdist asks for groups
