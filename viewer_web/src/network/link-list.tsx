@@ -21,7 +21,7 @@ interface LinkListProps {
 export function LinkList({ store, report, counting }: LinkListProps) {
   return (
     <>
-      <p class="muted">{northHint(store.loaded.value?.plan.scene.georeference?.to_map ?? null)}</p>
+      <p class="muted north">{northHint(store.loaded.value?.plan.scene.georeference?.to_map ?? null)}</p>
       {linkGroups(store.shownLinks.value, report).map((group) => (
         <Group key={group.title} group={group} store={store} report={report} counting={counting} />
       ))}

@@ -8,39 +8,41 @@ export function CoveredNote({ store, view }: { store: Store; view: PlanView }) {
   const { chosen, nByFloor } = store.covered.value;
   const floors = store.loaded.value?.plan.floors ?? [];
   const nameOf = (id: string | null): string => floors.find((floor) => floor.id === id)?.name ?? '';
-  const station = store.shownStations.value.find(({ id }) => id === chosen?.id);
+  const stations = store.shownStations.value;
+  const named = chosen.flatMap(({ id, by }) => {
+    const station = stations.find((one) => one.id === id);
+    return station === undefined ? [] : [{ station, by }];
+  });
   const hidden = floors.filter(({ id }) => nByFloor.has(id));
   const n = hidden.reduce((sum, { id }) => sum + (nByFloor.get(id) ?? 0), 0);
-  if (store.isWalking.value || (station === undefined && n === 0)) return null;
+  if (store.isWalking.value || (named.length === 0 && n === 0)) return null;
   return (
     <aside class="covered" aria-label="Hidden stations" data-testid="covered">
-      {chosen !== null && station !== undefined && (
-        <p>
+      {named.map(({ station, by }) => (
+        <p key={station.id}>
           <span>
-            {chosen.by === null
-              ? `${chosen.id} is inside, behind walls or roof`
-              : `${chosen.id} is behind ${nameOf(chosen.by)}`}
+            {by === null ? `${station.id} is inside, behind walls or roof` : `${station.id} is behind ${nameOf(by)}`}
           </span>
           <button
             type="button"
             class="chip chip-strong"
             onClick={() => {
-              store.chooseStation(chosen.id);
+              store.chooseFloor(station.floorId);
               view.approach(station.positionM, station.floorId);
             }}
           >
             Open {nameOf(station.floorId)}
           </button>
         </p>
-      )}
+      ))}
       {n > 0 && (
         <p>
           <span>
-            {counted(n, chosen === null ? 'station' : 'other station')} behind {hidden.length > 1 ? 'other' : 'another'}{' '}
-            floor{hidden.length > 1 ? 's' : ''}
+            {counted(n, named.length === 0 ? 'station' : 'other station')} behind{' '}
+            {hidden.length > 1 ? 'other' : 'another'} floor{hidden.length > 1 ? 's' : ''}
           </span>
           {hidden
-            .filter(({ id }) => id !== station?.floorId)
+            .filter(({ id }) => named.every(({ station }) => station.floorId !== id))
             .map(({ id, name }) => (
               <button key={id} type="button" class="chip" onClick={() => store.chooseFloor(id)}>
                 Open {name}

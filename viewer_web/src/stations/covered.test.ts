@@ -28,18 +28,28 @@ test('stations behind other floors are counted by the floor they stand on, the c
     ['S003', at('F2')],
     ['S004', at(null)],
   ]);
-  const none = coveredAmong(places, STATIONS, null, SPREAD);
-  expect(none.chosen).toBeNull();
+  const none = coveredAmong(places, STATIONS, [], SPREAD);
+  expect(none.chosen).toEqual([]);
   expect([...none.nByFloor]).toEqual([
     ['F0', 2],
     ['F1', 1],
   ]);
-  const one = coveredAmong(places, STATIONS, 'S002', SPREAD);
-  expect(one.chosen).toEqual({ id: 'S002', by: 'F2' });
+  const one = coveredAmong(places, STATIONS, ['S002'], SPREAD);
+  expect(one.chosen).toEqual([{ id: 'S002', by: 'F2' }]);
   expect([...one.nByFloor]).toEqual([
     ['F0', 1],
     ['F1', 1],
   ]);
+});
+
+test('of a chosen pair each is named that another floor hides', () => {
+  const places = new Map([
+    ['S001', at('F1')],
+    ['S002', at('F1')],
+    ['S003', at(null)],
+  ]);
+  const pair = coveredAmong(places, STATIONS, ['S002', 'S003'], SPREAD);
+  expect(pair).toEqual({ chosen: [{ id: 'S002', by: 'F1' }], nByFloor: new Map([['F0', 1]]) });
 });
 
 test('what lies beside the picture, or behind the camera, is not hidden by a floor', () => {
@@ -47,7 +57,7 @@ test('what lies beside the picture, or behind the camera, is not hidden by a flo
     ['S001', at('F1', true, -1)],
     ['S002', at('F1', true, 101)],
   ]);
-  expect(coveredAmong(places, STATIONS, 'S003', SPREAD)).toEqual(NONE_COVERED);
+  expect(coveredAmong(places, STATIONS, ['S003'], SPREAD)).toEqual(NONE_COVERED);
 });
 
 test('walls of its own floor hide no chosen station that is worth a word, those of a closed building do', () => {
@@ -55,14 +65,16 @@ test('walls of its own floor hide no chosen station that is worth a word, those 
     ['S001', at(null, true)],
     ['S003', at(null, true)],
   ]);
-  expect(coveredAmong(places, STATIONS, 'S001', SPREAD)).toEqual(NONE_COVERED);
-  const whole = coveredAmong(places, STATIONS, 'S001', { ...SPREAD, isWhole: true });
-  expect(whole).toEqual({ chosen: { id: 'S001', by: null }, nByFloor: new Map() });
-  expect(coveredAmong(new Map([['S001', at(null)]]), STATIONS, 'S001', { ...SPREAD, isWhole: true }).chosen).toBeNull();
+  expect(coveredAmong(places, STATIONS, ['S001'], SPREAD)).toEqual(NONE_COVERED);
+  const whole = coveredAmong(places, STATIONS, ['S001'], { ...SPREAD, isWhole: true });
+  expect(whole).toEqual({ chosen: [{ id: 'S001', by: null }], nByFloor: new Map() });
+  expect(coveredAmong(new Map([['S001', at(null)]]), STATIONS, ['S001'], { ...SPREAD, isWhole: true }).chosen).toEqual(
+    [],
+  );
 });
 
 test('what is covered is told anew only where it differs', () => {
-  const of = (by: string | null, n: number) => ({ chosen: { id: 'S001', by }, nByFloor: new Map([['F0', n]]) });
+  const of = (by: string | null, n: number) => ({ chosen: [{ id: 'S001', by }], nByFloor: new Map([['F0', n]]) });
   expect(isSameCovered(of('F1', 2), of('F1', 2))).toBe(true);
   for (const other of [of('F2', 2), of('F1', 3), NONE_COVERED, { ...of('F1', 2), nByFloor: new Map([['F1', 2]]) }]) {
     expect(isSameCovered(of('F1', 2), other)).toBe(false);

@@ -17,8 +17,9 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
     view.onMarkers = (all) => {
       const pinned = store.editing.underWay.peek()?.stationId ?? store.stationId.peek();
       // Behind a wall of its own floor a marker is dimmed; behind another floor it would seem to stand there.
-      const places = new Map([...all].filter(([id, { coveredBy }]) => coveredBy === null || id === pinned));
-      tellCovered(store, all, layer.current);
+      const through = [pinned, ...(store.pair.peek() ?? [])].filter((id) => id !== null);
+      const places = new Map([...all].filter(([id, { coveredBy }]) => coveredBy === null || through.includes(id)));
+      tellCovered(store, all, through, layer.current);
       dots = dotsAmong(places, pinned, dots);
       placed.current = placeMarkers(places, pinned, dots, spreader);
       for (const [id, button] of buttons.current) moveButton(button, placed.current.get(id));
@@ -66,10 +67,15 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
   );
 }
 
-function tellCovered(store: Store, places: ReadonlyMap<string, MarkerPlace>, layer: HTMLElement | null): void {
+function tellCovered(
+  store: Store,
+  places: ReadonlyMap<string, MarkerPlace>,
+  chosenIds: readonly string[],
+  layer: HTMLElement | null,
+): void {
   const isWhole = store.floorId.peek() === null && !store.isSpread.peek();
   const picture = { width: layer?.clientWidth ?? 0, height: layer?.clientHeight ?? 0, isWhole };
-  const found = coveredAmong(places, store.shownStations.peek(), store.stationId.peek(), picture);
+  const found = coveredAmong(places, store.shownStations.peek(), chosenIds, picture);
   if (!isSameCovered(found, store.covered.peek())) store.covered.value = found;
 }
 
