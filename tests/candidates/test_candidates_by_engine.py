@@ -1,24 +1,17 @@
 """Both engines admit the same spots of real buildings, whose planes lie in line with the grid and flush with floors."""
 
-from pathlib import Path
-
 import pytest
 
 from planner_core.candidates.grid import find_candidates
 from planner_core.model import PlanSettings
 from planner_core.scan.engine import open_engine
 from planner_core.scan.scanners import load_scanner
-from planner_core.scene.load import load_scene
 from planner_core.survey import make_survey
 
-REAL = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ifc"
 
-
-@pytest.mark.parametrize("file", ["duplex.ifc", "fzk-haus.ifc"])
-def test_candidates_of_a_real_building_do_not_depend_on_the_engine(file):
-    if not (REAL / file).is_file():
-        pytest.skip(f"{file} is not there: real input lies in ../shared/data/ifc beside the repository")
-    scene = load_scene(REAL / file)
+@pytest.mark.parametrize("name", ["duplex", "fzk-haus"])
+def test_candidates_of_a_real_building_do_not_depend_on_the_engine(name, real_scene):
+    scene = real_scene(name)
     settings = PlanSettings(
         scanner=load_scanner("hdl-64e"), grid_step_m=1.0, instrument_heights_m=(1.3,), max_patch_area_m2=0.1
     )

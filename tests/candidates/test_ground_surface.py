@@ -1,7 +1,6 @@
 """The ground below a position: against every triangle in turn, and against the ground that candidates stand on."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,11 +14,9 @@ from planner_core.model import Floor, PlanSettings, Survey
 from planner_core.scan.engine import open_engine
 from planner_core.scan.scanners import load_scanner
 from planner_core.scene.build import scene_from_arrays
-from planner_core.scene.load import load_scene
 from planner_core.survey import make_survey
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), grid_step_m=0.7, max_patch_area_m2=1.0)
-REAL = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ifc"
 
 
 @pytest.fixture(scope="module")
@@ -94,11 +91,9 @@ def test_without_slab_it_is_the_floors_elevation_inside_its_bounds() -> None:
     np.testing.assert_array_equal(found, [floor.elevation_m, np.nan, np.nan])
 
 
-@pytest.mark.parametrize("name", ["stairwell", "atrium", "house", "duplex.ifc"])
-def test_candidates_stand_as_high_above_it_as_they_say(name: str) -> None:
-    if name.endswith(".ifc") and not (REAL / name).is_file():
-        pytest.skip(f"{name} is not there: real input lies in ../shared/data/ifc beside the repository")
-    scene = load_scene(REAL / name) if name.endswith(".ifc") else scenes_synthetic.build(name).scene
+@pytest.mark.parametrize("name", ["stairwell", "atrium", "house", "duplex"])
+def test_candidates_stand_as_high_above_it_as_they_say(name: str, real_scene) -> None:
+    scene = real_scene(name) if name == "duplex" else scenes_synthetic.build(name).scene
     survey = make_survey(scene, SETTINGS)
     engine = open_engine(scene, survey.patches, engine="open3d")
     for index, floor in enumerate(survey.floors):

@@ -1,6 +1,6 @@
 """Reach: which rooms of buildings that are known can be walked to."""
 
-from pathlib import Path
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,16 +11,14 @@ from planner_core.ground.free_space import free_space
 from planner_core.ground.mover import Mover, Zone
 from planner_core.ground.outlines import over_polygon
 from planner_core.ground.reach import Reach, reachability, reachable, stand_nodes
-from planner_core.model import Candidates, Element, PlanSettings, Survey
+from planner_core.model import Candidates, Element, PlanSettings, Scene, Survey
 from planner_core.scan.engine import open_engine
 from planner_core.scan.scanners import load_scanner
 from planner_core.scene.build import scene_from_arrays
-from planner_core.scene.load import load_scene
 from planner_core.survey import make_survey
 from scenes_synthetic import SyntheticScene, build
 from scenes_synthetic.basement import ENCLOSED
 
-IFC = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ifc"
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0, instrument_heights_m=(1.5,))
 PERSON = Mover()
 KEYLESS = Mover(opens_doors=False)
@@ -188,10 +186,11 @@ def test_regions_come_largest_first_and_cover_all_standing_ground() -> None:
     assert (reach.near_region[reach.region >= 0] == reach.region[reach.region >= 0]).all()
 
 
-@pytest.mark.skipif(not IFC.exists(), reason="the IFC models of shared/data are not here")
 @pytest.mark.parametrize(("name", "least_m2"), [("duplex", (140.0, 90.0)), ("fzk-haus", (90.0, 45.0))])
-def test_both_storeys_of_a_real_house_are_one_walk(name: str, least_m2: tuple[float, float]) -> None:
-    survey = make_survey(load_scene(IFC / f"{name}.ifc"), SETTINGS)
+def test_both_storeys_of_a_real_house_are_one_walk(
+    name: str, least_m2: tuple[float, float], real_scene: Callable[[str], Scene]
+) -> None:
+    survey = make_survey(real_scene(name), SETTINGS)
     reach = reach_of(survey)
     reached = np.sum([r.area_by_floor_m2 for r in reach.regions if r.reached], axis=0)
     assert (reached > least_m2).all()

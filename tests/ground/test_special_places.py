@@ -1,7 +1,6 @@
 """Doorways, room centres and landings: against plans that are known exactly."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,12 +15,10 @@ from planner_core.model import PlanSettings, Scene, Survey
 from planner_core.scan.engine import open_engine
 from planner_core.scan.scanners import load_scanner
 from planner_core.scene.doors import without_door_leaves
-from planner_core.scene.load import load_scene
 from planner_core.survey import make_survey
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0, instrument_heights_m=(1.5,))
 MAKES = Callable[..., Scene]
-IFC = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ifc"
 
 
 def survey_of(scene: Scene) -> Survey:
@@ -105,12 +102,9 @@ def test_places_anywhere_in_a_doorway_are_moved_to_its_middle_and_those_in_the_o
     assert centre_in_doorways(engine, np.empty((0, 3))).shape == (0, 3)
 
 
-def test_every_inner_door_of_the_duplex_has_a_place_in_its_middle() -> None:
+def test_every_inner_door_of_the_duplex_has_a_place_in_its_middle(real_scene: MAKES) -> None:
     """By the boxes of the door elements, which the search does not look at."""
-    path = IFC / "duplex.ifc"
-    if not path.is_file():
-        pytest.skip(f"{path.name} is not beside the repository in shared/data/ifc")
-    shut = load_scene(path)
+    shut = real_scene("duplex")
     survey = survey_of(without_door_leaves(shut, outer_too=True))
     engine = open_engine(survey.scene, survey.patches, engine="open3d")
     space = free_space(survey)

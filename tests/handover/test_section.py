@@ -1,5 +1,4 @@
 from collections import defaultdict
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,10 +13,7 @@ from planner_core.handover.union_border import union_border
 from planner_core.model import Element, Floor, Optics, Scene
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.floors import find_floors
-from planner_core.scene.load import load_scene
 from scenes_synthetic.solids import Solid, box, pierced_box
-
-DUPLEX = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ifc" / "duplex.ifc"
 
 
 def scene_of(solids: list[tuple[str, str, Solid]], *, passing: tuple[int, ...] = (), shift=(0.0, 0.0, 0.0)) -> Scene:
@@ -277,10 +273,8 @@ def test_flight_of_one_mesh_shows_every_tread():
 
 
 # ------------------------------------------------------------------------------------------------- real files
-def test_walls_of_a_real_building_are_cut_to_closed_lines_of_the_area_that_shapely_finds():
-    if not DUPLEX.is_file():
-        pytest.skip(f"{DUPLEX.name} is not beside the repository, at ../shared/data/ifc")
-    scene = load_scene(DUPLEX)
+def test_walls_of_a_real_building_are_cut_to_closed_lines_of_the_area_that_shapely_finds(real_scene):
+    scene = real_scene("duplex")
     floor = find_floors(scene).floors[0]
     lines = [line for line in floor_section(scene, floor) if line.kind == "wall"]
     assert len(lines) > 10

@@ -1,6 +1,6 @@
 """A real building: F2 of a station against all pairs of points, patch by patch."""
 
-from pathlib import Path
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -8,22 +8,16 @@ import pytest
 from planner_core.metrics.point_distribution import PointDistribution
 from planner_core.metrics.reference_distance import reference_distances_of_patches_m2
 from planner_core.metrics.triangle_points import SampleKind, mean_squared_distance_m2, sample_triangle
-from planner_core.model import BeamTemplate
+from planner_core.model import BeamTemplate, Scene
 from planner_core.scan.engine import open_engine
 from planner_core.scan.patch_samples import places_of
 from planner_core.scan.template import directions
-from planner_core.scene.load import load_scene
 from planner_core.scene.patches import make_patches
-
-IFC_FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "ifc"
 
 
 @pytest.mark.parametrize("name", ["duplex"])
-def test_f2_in_a_building_is_that_of_all_pairs(name: str) -> None:
-    path = IFC_FOLDER / f"{name}.ifc"
-    if not path.is_file():
-        pytest.skip(f"no {path.name} beside the repository (../shared/data/ifc)")
-    scene = load_scene(path)
+def test_f2_in_a_building_is_that_of_all_pairs(name: str, real_scene: Callable[[str], Scene]) -> None:
+    scene = real_scene(name)
     patches = make_patches(scene, max_area_m2=0.04)
     engine = open_engine(scene, patches, engine="opencl")
     template = BeamTemplate(

@@ -4,8 +4,8 @@ The recomputation shares nothing with our scanning but the beam angles and the p
 their own there, so that neither our tree and kernels nor the numbering of patches take part.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import open3d as o3d
@@ -20,7 +20,6 @@ from planner_core.plan import make_plan
 from planner_core.scan.engine import open_engine
 from planner_core.scan.scanners import load_scanner
 from planner_core.scene.build import scene_from_arrays
-from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.scene.patches import patch_triangles
 
 #: A third of the beams: Open3D scans from every candidate.
@@ -31,7 +30,6 @@ COARSE = PlanSettings(
     instrument_heights_m=(1.3,),
     max_patch_area_m2=0.1,
 )
-DATA = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ifc"
 
 
 @pytest.fixture(scope="module")
@@ -80,13 +78,10 @@ def test_coverage_of_the_house_is_what_open3d_computes(house_plan: Plan) -> None
     assert abs(recomputed_fraction(house_plan) - house_plan.coverage.fraction_of_achievable) < 0.005
 
 
-@pytest.mark.parametrize("name", ["duplex.ifc", "fzk-haus.ifc"])
-def test_coverage_of_a_real_building_is_what_open3d_computes(name: str) -> None:
-    path = DATA / name
-    if not path.is_file():
-        pytest.skip(f"{name} is not beside this checkout, in ../shared/data/ifc")
+@pytest.mark.parametrize("name", ["duplex", "fzk-haus"])
+def test_coverage_of_a_real_building_is_what_open3d_computes(name: str, real_scene: Callable[[str], Scene]) -> None:
     # All that Open3D is given returns beams; glass has its own oracle, tests/scan/test_optics.py.
-    plan = make_plan(load_scene(path, options=LoadOptions(glass="return")), COARSE)
+    plan = make_plan(replace(real_scene(name), optics_of_triangle=None), COARSE)
     assert abs(recomputed_fraction(plan) - plan.coverage.fraction_of_achievable) < 0.005
 
 

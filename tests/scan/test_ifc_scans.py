@@ -1,6 +1,6 @@
 """Real buildings: every beam on which the engines disagree is explained, by a coincident surface or a grazed edge."""
 
-from pathlib import Path
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -9,19 +9,14 @@ from planner_core.model import Scene
 from planner_core.scan.engine import open_engine
 from planner_core.scan.scanners import load_scanner
 from planner_core.scan.template import directions, make_template
-from planner_core.scene.load import load_scene
 from planner_core.scene.patches import make_patches
 
-IFC_FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "ifc"
 JITTER_RAD = 2e-5
 
 
 @pytest.fixture(scope="module", params=["duplex", "fzk-haus"])
-def scene(request: pytest.FixtureRequest) -> Scene:
-    path = IFC_FOLDER / f"{request.param}.ifc"
-    if not path.is_file():
-        pytest.skip(f"no {path.name} beside the repository (../shared/data/ifc)")
-    return load_scene(path)
+def scene(request: pytest.FixtureRequest, real_scene: Callable[[str], Scene]) -> Scene:
+    return real_scene(request.param)
 
 
 def test_every_disagreement_in_a_building_is_explained(scene: Scene) -> None:

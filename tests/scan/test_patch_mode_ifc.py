@@ -1,27 +1,23 @@
 """Real buildings: patch mode sees what the beams see, and Open3D the same samples."""
 
-from pathlib import Path
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from planner_core.candidates.grid import find_candidates
-from planner_core.model import BeamTemplate, PlanSettings
+from planner_core.model import BeamTemplate, PlanSettings, Scene
 from planner_core.scan.engine import open_engine
 from planner_core.scan.patch_mode import PatchMode
 from planner_core.scan.scanners import load_scanner
-from planner_core.scene.load import load_scene
 from planner_core.survey import make_survey
-
-IFC_FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "ifc"
 
 
 @pytest.mark.parametrize("name", ["duplex", "fzk-haus"])
-def test_patch_mode_agrees_with_beams_and_with_open3d_in_a_building(name: str) -> None:
-    path = IFC_FOLDER / f"{name}.ifc"
-    if not path.is_file():
-        pytest.skip(f"no {path.name} beside the repository (../shared/data/ifc)")
-    scene = load_scene(path)
+def test_patch_mode_agrees_with_beams_and_with_open3d_in_a_building(
+    name: str, real_scene: Callable[[str], Scene]
+) -> None:
+    scene = real_scene(name)
     settings = PlanSettings(scanner=load_scanner("hdl-64e"), grid_step_m=2.0, instrument_heights_m=(1.7,))
     survey = make_survey(scene, settings)
     ours, oracle = (open_engine(scene, survey.patches, engine=engine) for engine in ("opencl", "open3d"))

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,10 +18,7 @@ from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.scanners import load_scanner
 from planner_core.scan.template import azimuth_step_rad, bands, directions, is_full_turn, make_template
 from planner_core.scan.tuning import use_shape
-from planner_core.scene.load import load_scene
 from planner_core.scene.patches import make_patches
-
-IFC_FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "ifc"
 
 
 @st.composite
@@ -204,11 +200,8 @@ def test_a_scan_is_the_same_whatever_the_tiles(
 
 
 @pytest.mark.parametrize("name", ["pandar64", "dome"])
-def test_scans_of_a_building_are_the_oracles(name: str) -> None:
-    path = IFC_FOLDER / "duplex.ifc"
-    if not path.is_file():
-        pytest.skip("no duplex.ifc beside the repository (../shared/data/ifc)")
-    scene = load_scene(path)
+def test_scans_of_a_building_are_the_oracles(name: str, real_scene: Callable) -> None:
+    scene = real_scene("duplex")
     patches = make_patches(scene, max_area_m2=0.04)
     ours, oracle = (open_engine(scene, patches, engine=engine) for engine in ("opencl", "open3d"))
     template = TEMPLATES[name]()

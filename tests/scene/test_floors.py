@@ -1,7 +1,6 @@
 """Floors against scenes whose levels are known by construction, and against two real buildings."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +10,6 @@ from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.columns import sample_columns
 from planner_core.scene.floors import find_floors
 from scenes_synthetic import house, rooms
-
-REAL = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ifc"
 
 
 def box(low, high):
@@ -219,18 +216,14 @@ def test_box_room_without_storeys_has_one_level():
 
 
 @pytest.mark.parametrize(
-    ("file", "names", "elevations_m", "n_left_out"),
+    ("name", "names", "elevations_m", "n_left_out"),
     [
-        ("duplex.ifc", ["Level 1", "Level 2"], [0.0, 3.1], 2),
-        ("fzk-haus.ifc", ["Erdgeschoss", "Dachgeschoss"], [0.0, 2.7], 0),
+        ("duplex", ["Level 1", "Level 2"], [0.0, 3.1], 2),
+        ("fzk-haus", ["Erdgeschoss", "Dachgeschoss"], [0.0, 2.7], 0),
     ],
 )
-def test_floors_of_real_buildings_are_the_storeys_people_live_on(file, names, elevations_m, n_left_out):
-    if not (REAL / file).is_file():
-        pytest.skip(f"{file} is not there: real input lies in ../shared/data/ifc beside the repository")
-    from planner_core.scene.load import load_scene
-
-    scene = load_scene(REAL / file)
+def test_floors_of_real_buildings_are_the_storeys_people_live_on(name, names, elevations_m, n_left_out, real_scene):
+    scene = real_scene(name)
     report = find_floors(scene)
     assert [f.name for f in report.floors] == names
     assert [f.elevation_m + scene.offset_m[2] for f in report.floors] == pytest.approx(elevations_m, abs=0.01)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +12,6 @@ from planner_core.scene.inside import enclosures
 from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.scene.rooms import room_of_points, room_of_surfaces
 
-DUPLEX = Path(__file__).resolve().parents[3] / "shared/data/ifc/duplex.ifc"
 FACES = np.array(
     [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4],
      [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7]]
@@ -142,9 +140,8 @@ def test_rooms_turn_with_the_building_and_take_its_unit(written):
     assert room[:, 2] == pytest.approx([slab[:, 2].min(), slab[:, 2].max()])
 
 
-@pytest.mark.skipif(not DUPLEX.is_file(), reason="shared/data/ifc/duplex.ifc is not there")
-def test_rooms_of_the_duplex_hold_their_floors():
-    scene = load_scene(DUPLEX)
+def test_rooms_of_the_duplex_hold_their_floors(real_scene):
+    scene = real_scene("duplex")
     assert len(scene.rooms) == 21
     assert {"A102 Living Room", "B201 Hallway", "A104 Bathroom 1"} <= {room.title for room in scene.rooms}
     for room in scene.rooms:

@@ -1,5 +1,6 @@
 """Doors taken open: leaves go, frames stay. Doors are built from known bodies; those of real files are shot through."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,12 +14,11 @@ from planner_core.model import Element, Room, Scene
 from planner_core.scan.engine import open_engine
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import is_outer, without_door_leaves
-from planner_core.scene.load import LoadOptions, load_scene
+from planner_core.scene.load import DOORS, LoadOptions, load_scene
 from planner_core.scene.patches import make_patches
 from scenes_synthetic import build
 from scenes_synthetic.write import write
 
-IFC = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "ifc"
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 WALL: list[Box] = [((-3.0, -0.1, 0.0), (-0.5, 0.1, 2.5)), ((0.5, -0.1, 0.0), (3.0, 0.1, 2.5))]
 
@@ -136,11 +136,10 @@ def test_doors_of_a_file_are_shut_unless_open_is_asked_for(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(("name", "n_doors"), [("duplex", 14), ("fzk-haus", 5)])
-def test_beams_pass_every_door_of_a_real_file_that_is_open_and_none_that_is_shut(name: str, n_doors: int) -> None:
-    path = IFC / f"{name}.ifc"
-    if not path.is_file():
-        pytest.skip(f"{path.name} is not beside the repository in shared/data/ifc")
-    shut = load_scene(path)
+def test_beams_pass_every_door_of_a_real_file_that_is_open_and_none_that_is_shut(
+    name: str, n_doors: int, real_scene: Callable[[str], Scene]
+) -> None:
+    shut = real_scene(name)
     opened = without_door_leaves(shut, outer_too=True)
     engines = [open_engine(scene, make_patches(scene, max_area_m2=10.0), engine="open3d") for scene in (shut, opened)]
     assert opened.report.n_doors_open == n_doors
@@ -166,13 +165,19 @@ def test_beams_pass_every_door_of_a_real_file_that_is_open_and_none_that_is_shut
 
 
 @pytest.mark.parametrize(("name", "n_inner", "n_doors"), [("duplex", 10, 14), ("fzk-haus", 3, 5)])
-def test_outer_doors_stay_shut_unless_all_are_to_be_open(name: str, n_inner: int, n_doors: int) -> None:
+def test_outer_doors_stay_shut_unless_all_are_to_be_open(
+    name: str, n_inner: int, n_doors: int, real_scene: Callable[[str], Scene]
+) -> None:
     """The duplex says which doors lead outdoors; in the other file, only its rooms tell."""
-    path = IFC / f"{name}.ifc"
-    if not path.is_file():
-        pytest.skip(f"{path.name} is not beside the repository in shared/data/ifc")
-    assert load_scene(path, options=LoadOptions(doors="open")).report.n_doors_open == n_inner
-    assert load_scene(path, options=LoadOptions(doors="all")).report.n_doors_open == n_doors
+    shut = real_scene(name)
+    assert without_door_leaves(shut).report.n_doors_open == n_inner
+    assert without_door_leaves(shut, outer_too=True).report.n_doors_open == n_doors
+
+
+def test_the_outer_doors_of_a_file_are_open_where_all_are_asked_for(tmp_path: Path) -> None:
+    path = write(build("house"), tmp_path / "house.ifc")
+    n_open = {doors: load_scene(path, options=LoadOptions(doors=doors)).report.n_doors_open for doors in DOORS}
+    assert n_open == {"shut": 0, "open": 7, "all": 8}
 
 
 @pytest.mark.parametrize("said", [None, True, False])

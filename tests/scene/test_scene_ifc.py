@@ -190,8 +190,8 @@ def add_box(writer, storey):
 
 
 # ----------------------------------------------------------------------------------------- real buildings
-def test_duplex_has_its_storeys_elements_and_size(real_ifc):
-    scene = load_scene(real_ifc("duplex.ifc"))
+def test_duplex_has_its_storeys_elements_and_size(real_scene):
+    scene = real_scene("duplex")
     assert scene.source.schema == "IFC2X3"
     assert [(s.name, round(s.elevation_m, 3)) for s in scene.storeys] == [
         ("T/FDN", -1.25),
@@ -210,8 +210,8 @@ def test_duplex_has_its_storeys_elements_and_size(real_ifc):
     assert scene.report.warnings == ()
 
 
-def test_fzk_haus_has_its_storeys_elements_and_size(real_ifc):
-    scene = load_scene(real_ifc("fzk-haus.ifc"))
+def test_fzk_haus_has_its_storeys_elements_and_size(real_scene):
+    scene = real_scene("fzk-haus")
     assert scene.source.schema == "IFC4"
     assert [(s.name, round(s.elevation_m, 3)) for s in scene.storeys] == [("Erdgeschoss", 0.0), ("Dachgeschoss", 2.7)]
     kinds = [e.kind for e in scene.elements]

@@ -2,8 +2,8 @@
 
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -185,17 +185,17 @@ def areas_by_kind(scene: Scene) -> dict[str, list[float]]:
     ("name", "wanted"),
     [
         (
-            "duplex.ifc",
+            "duplex",
             {"IfcDoor": [80.33, 5.47], "IfcWindow": [154.19, 114.4], "IfcFurnishingElement": [452.45, 7.56]},
         ),
-        ("fzk-haus.ifc", {"IfcDoor": [27.92, 7.08], "IfcWindow": [36.95, 34.06]}),
+        ("fzk-haus", {"IfcDoor": [27.92, 7.08], "IfcWindow": [36.95, 34.06]}),
     ],
 )
 def test_real_windows_have_panes_that_pass_and_frames_that_return(
-    name: str, wanted: dict[str, list[float]], real_ifc: Any
+    name: str, wanted: dict[str, list[float]], real_scene: Callable[[str], Scene]
 ) -> None:
     """Areas of both faces of each pane; duplex's furniture with glass is its tables."""
-    scene = load_scene(real_ifc(name))
+    scene = real_scene(name)
     found = areas_by_kind(scene)
     assert found == {kind: pytest.approx(areas, abs=0.02) for kind, areas in wanted.items()}
     optics = scene.optics_of_triangle

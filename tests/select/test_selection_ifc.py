@@ -1,28 +1,21 @@
 """Selection on a real floor: fewer stations than greedy selection, proven, and looked at down to patches."""
 
 from dataclasses import replace
-from pathlib import Path
-
-import pytest
 
 from planner_core.candidates.grid import find_candidates
 from planner_core.metrics.coverage import floor_of_patch
 from planner_core.model import PlanSettings
 from planner_core.scan.engine import open_engine
 from planner_core.scan.scanners import load_scanner
-from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.select.check import check_coverage
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem, floor_targets
 from planner_core.select.proven import SelectionSettings, select
 from planner_core.survey import make_survey, planned_floors, scope_of, visible_from
 
-DUPLEX = Path(__file__).resolve().parents[3] / "shared" / "data" / "ifc" / "duplex.ifc"
 
-
-@pytest.mark.skipif(not DUPLEX.exists(), reason="shared/data/ifc/duplex.ifc is not here")
-def test_upper_floor_of_duplex_is_planned_with_fewer_stations_than_greedy_takes_and_proven():
-    scene = load_scene(DUPLEX, options=LoadOptions(glass="return"))
+def test_upper_floor_of_duplex_is_planned_with_fewer_stations_than_greedy_takes_and_proven(real_scene):
+    scene = replace(real_scene("duplex"), optics_of_triangle=None)
     scanner = replace(load_scanner("hdl-64e"), range_max_m=5.0)
     settings = PlanSettings(scanner=scanner, instrument_heights_m=(1.5,), grid_step_m=0.6)
     survey = make_survey(scene, settings)

@@ -1,7 +1,7 @@
 """Ways over the maps of whole scenes, ours and others': no line of one meets a cell that is not free."""
 
+from collections.abc import Callable
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,11 +14,10 @@ from planner_core.handover.map_sheets import map_sheets
 from planner_core.handover.occupancy import FREE, entered, occupancy_maps
 from planner_core.handover.robot_ways import Ground, robot_ways
 from planner_core.handover.walk import Way
-from planner_core.model import PlanSettings, Requirements, Scanner
+from planner_core.model import PlanSettings, Requirements, Scanner, Scene
 from planner_core.scene.load import load_scene
 from planner_core.survey import make_survey
 
-REAL = Path(__file__).parents[4] / "shared" / "data" / "ifc"
 SCANNER = Scanner(
     name="few", title="few beams", source="made up", range_min_m=0.3, range_max_m=20.0, n_azimuths=8,
     elevation_rad=(0.0,), instrument_height_min_m=1.5, instrument_height_max_m=1.5,
@@ -27,18 +26,15 @@ AROUND = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
 N_WAYS = 12
 
 
-def scene_file(name: str, folder: Path) -> Path:
-    if name not in ("duplex", "fzk-haus"):
-        return scenes_synthetic.write(scenes_synthetic.build(name), folder / f"{name}.ifc")
-    path = REAL / f"{name}.ifc"
-    if not path.exists():
-        pytest.skip(f"{name}.ifc is not beside the repository")
-    return path
-
-
 @pytest.fixture(scope="module", params=["house", "atrium", "double-height-hall", "duplex", "fzk-haus"])
-def ground(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Ground:
-    scene = load_scene(scene_file(request.param, tmp_path_factory.mktemp("scenes")))
+def ground(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, real_scene: Callable[[str], Scene]
+) -> Ground:
+    if request.param in ("duplex", "fzk-haus"):
+        scene = real_scene(request.param)
+    else:
+        path = tmp_path_factory.mktemp("scenes") / f"{request.param}.ifc"
+        scene = load_scene(scenes_synthetic.write(scenes_synthetic.build(request.param), path))
     settings = PlanSettings(scanner=SCANNER, requirements=Requirements(coverage=0.5), max_patch_area_m2=25.0)
     survey = make_survey(scene, settings)
     space = free_space(survey)
