@@ -57,6 +57,11 @@ def raise_if_interrupted() -> None:
         _raise()
 
 
+def is_interrupted() -> bool:
+    """Whether a Ctrl-C came that has ended nothing yet: what fails then may be a package that took it for an error."""
+    return _interrupted
+
+
 def raise_what_waits() -> None:
     """Raise KeyboardInterrupt where one still waits: the work ended before the next look."""
     if _waits:

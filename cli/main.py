@@ -25,7 +25,7 @@ def main() -> None:
     debug = "--debug" in sys.argv[1:2]
     import click
 
-    from .environment import leave_at_once, prepare, raise_what_waits
+    from .environment import is_interrupted, leave_at_once, prepare, raise_what_waits
     from .exit_codes import exit_code_of, one_line
     from .group import cli
 
@@ -33,6 +33,10 @@ def main() -> None:
         prepare(debug=debug)  # from here on an interrupt ends the work in good order
         try:
             code = cli.main(standalone_mode=False)
+        except Exception:
+            if is_interrupted():
+                raise KeyboardInterrupt from None
+            raise
         finally:
             raise_what_waits()
     except click.exceptions.Exit as stop:

@@ -27,7 +27,10 @@ class ByTheWay:
 class Interrupting:
     def find_spec(name, path=None, target=None):
         if name == module:
-            strike() if how == "import" else ByTheWay()
+            try:
+                ByTheWay() if how == "by the way" else strike()
+            except KeyboardInterrupt:
+                raise OSError("it is not there") if how == "error" else KeyboardInterrupt
 sys.meta_path.insert(0, Interrupting)
 from tlsplan.main import main
 sys.argv[1:] = arguments
@@ -120,6 +123,11 @@ def test_an_interrupt_of_an_import_by_compiled_code_waits_until_that_is_loaded(m
 @pytest.mark.parametrize("module", ["click.decorators", "planner_core.handover.formats", "numpy"])
 def test_an_interrupt_of_what_python_calls_by_the_way_is_neither_lost_nor_a_traceback(module: str) -> None:
     done = interrupted_at(module, how="by the way")
+    assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
+
+
+def test_an_interrupt_that_a_package_takes_for_an_error_of_its_own_is_told_as_what_it_is() -> None:
+    done = interrupted_at("planner_core.handover.formats", how="error")
     assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
 
 

@@ -1,6 +1,6 @@
 /** The network as a graph: stations as they stand in plan, links coloured by strength. */
 import type { PlanLink } from '../load/plan-json.ts';
-import { overlapPercent } from '../panels/figures.ts';
+import { percentDown } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import type { NetworkReport } from './graph.ts';
 import { layOut } from './graph-layout.ts';
@@ -86,7 +86,7 @@ function Edge({ store, link, layout, kind }: EdgeProps) {
     // biome-ignore lint/a11y/noStaticElementInteractions: the list of links does the same by keyboard
     <g class={`graph-edge graph-${kind}`} onClick={() => store.choosePair([link.a, link.b])}>
       <title>
-        {`${link.a} – ${link.b}: ${overlapPercent(link.overlap)}, strength ${strengthInWords(link.strength)}${what}`}
+        {`${link.a} – ${link.b}: ${percentDown(link.overlap)}, strength ${strengthInWords(link.strength)}${what}`}
       </title>
       <line class="graph-hit" {...ends} />
       {isChosen && <line class="graph-chosen" {...ends} />}

@@ -1,7 +1,7 @@
 /** The list of links: each with its overlap, how firmly it holds, and the motion that it holds least. */
 import { useState } from 'preact/hooks';
 import type { PlanLink } from '../load/plan-json.ts';
-import { overlapPercent } from '../panels/figures.ts';
+import { percentDown } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import type { Counting, NetworkReport } from './graph.ts';
@@ -85,7 +85,7 @@ function LinkRow({ store, link, isWeakest, lack }: LinkRowProps) {
           </span>
           {words !== null && <span class="muted link-words">{words}</span>}
         </span>
-        <span class="row-area">{overlapPercent(link.overlap)}</span>
+        <span class="row-area">{percentDown(link.overlap)}</span>
       </button>
     </li>
   );

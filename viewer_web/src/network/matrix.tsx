@@ -1,7 +1,7 @@
 /** The matrix of pairwise overlap: above the diagonal how much is shared, below it how firmly that holds. */
 import { useState } from 'preact/hooks';
 import type { PlanLink } from '../load/plan-json.ts';
-import { overlapPercent } from '../panels/figures.ts';
+import { percentDown } from '../panels/figures.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import type { Pair, Store } from '../store.ts';
 import { type Counting, counts } from './graph.ts';
@@ -113,7 +113,7 @@ function inWords([a, b]: Pair, link: PlanLink | undefined, counting: Counting): 
   const weak = weakMotionOf(link.weak_axis);
   const held = weak === null ? '' : `, held least: ${weak.short}`;
   const use = counts(link, counting) ? '' : ' Too weak to register by.';
-  return `${a} – ${b}: ${overlapPercent(link.overlap)} overlap, strength ${strengthInWords(link.strength)}${held}.${use}`;
+  return `${a} – ${b}: ${percentDown(link.overlap)} overlap, strength ${strengthInWords(link.strength)}${held}.${use}`;
 }
 
 interface CellsProps {

@@ -1,6 +1,6 @@
 /** The tab "Network": how the stations register with each other, what that hangs on, and what is missing. */
 import { useState } from 'preact/hooks';
-import { askedPercent, overlapPercent } from '../panels/figures.ts';
+import { askedPercent, percentDown } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import { Badge } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
@@ -109,7 +109,7 @@ function Figures({ store, report, counting }: { store: Store; report: NetworkRep
           hint="The smallest overlap that some two stations need on their best way to each other"
           value={
             <button type="button" class="link" onClick={() => store.choosePair([weakest.a, weakest.b])}>
-              {weakest.a} – {weakest.b}, {overlapPercent(weakest.overlap)}
+              {weakest.a} – {weakest.b}, {percentDown(weakest.overlap)}
             </button>
           }
         />

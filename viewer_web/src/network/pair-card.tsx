@@ -1,6 +1,6 @@
 /** The figures of a pair of stations: what they share, and how firmly that holds their scans together. */
 import { Card } from '../panels/card.tsx';
-import { overlapPercent, squareMetres } from '../panels/figures.ts';
+import { percentDown, squareMetres } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { countingOf, counts, networkOf } from './graph.ts';
@@ -29,7 +29,7 @@ export function PairCard({ store }: { store: Store }) {
       <dl class="figures" data-testid="pair-figures">
         <Figure
           name="Overlap"
-          value={link === undefined ? '–' : overlapPercent(link.overlap)}
+          value={link === undefined ? '–' : percentDown(link.overlap)}
           hint="The smaller of both shares of seen area that the other sees too"
         />
         {marking.kind === 'shown' && (

@@ -1,14 +1,14 @@
 /** Figures as people read them. */
 import { expect, test } from 'vitest';
 import { runPython } from '../testing/python.ts';
-import { askedPercent, overlapPercent } from './figures.ts';
+import { askedPercent, percentDown } from './figures.ts';
 
 test('overlap that is just short of what is asked never reads as enough', () => {
-  expect(overlapPercent(0.2999999)).toBe('29.9 %');
-  expect(overlapPercent(0.296)).toBe('29.6 %');
-  expect(overlapPercent(0.3)).toBe('30.0 %');
-  expect(overlapPercent(0)).toBe('0.0 %');
-  expect(overlapPercent(1)).toBe('100.0 %');
+  expect(percentDown(0.2999999)).toBe('29.9 %');
+  expect(percentDown(0.296)).toBe('29.6 %');
+  expect(percentDown(0.3)).toBe('30.0 %');
+  expect(percentDown(0)).toBe('0.0 %');
+  expect(percentDown(1)).toBe('100.0 %');
 });
 
 test('overlap reads as the library writes it, for every tenth of a percent and the floats next to it', () => {
@@ -23,7 +23,7 @@ test('overlap reads as the library writes it, for every tenth of a percent and t
     'from planner_core.register.weak_motion import overlap_percent',
     'print(json.dumps([overlap_percent(overlap) + " %" for overlap in json.loads(sys.argv[1])]))',
   ].join('\n');
-  expect(near.map(overlapPercent)).toEqual(JSON.parse(runPython('-c', script, JSON.stringify(near))));
+  expect(near.map(percentDown)).toEqual(JSON.parse(runPython('-c', script, JSON.stringify(near))));
 });
 
 test('what is asked keeps the digits it was asked with', () => {

@@ -5,12 +5,12 @@ const count = new Intl.NumberFormat('en');
 
 export const percent = (fraction: number, digits = 1): string => `${(100 * fraction).toFixed(digits)} %`;
 /**
- * An overlap, rounded down: what is just short must not read as enough. As `overlap_percent` of the library, digit by digit:
- * `thousandths / 1000` is the float that a decimal of three places is read as.
+ * Rounded down: an overlap or a coverage that is just short must not read as enough. As `overlap_percent` of the library,
+ * digit by digit: `thousandths / 1000` is the float that a decimal of three places is read as.
  */
-export function overlapPercent(overlap: number): string {
-  const nearest = Math.round(1000 * overlap);
-  const thousandths = nearest / 1000 > overlap ? nearest - 1 : nearest;
+export function percentDown(fraction: number): string {
+  const nearest = Math.round(1000 * fraction);
+  const thousandths = nearest / 1000 > fraction ? nearest - 1 : nearest;
   return `${(thousandths / 10).toFixed(1)} %`;
 }
 /** What was asked for, with as many digits as it was asked with: an overlap of 29.6 % is not less than one of 30 % then. */

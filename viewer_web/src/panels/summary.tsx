@@ -1,4 +1,5 @@
 /** What the plan is worth as a whole. */
+import { countingLinks } from '../edit/totals.ts';
 import { type TotalsBeside, totalsBeside } from '../edit/totals-beside.ts';
 import type { Store } from '../store.ts';
 import { askedPercent, counted, percent, squareMetres } from './figures.ts';
@@ -9,7 +10,7 @@ export function Summary({ store }: { store: Store }) {
   const [plan, totals] = [store.loaded.value?.plan, totalsBeside(store)];
   if (plan === undefined || totals === null) return null;
   const { coverage, optimality, registration, requirements, scanner, warnings } = plan;
-  const nLinks = registration.links.filter((link) => link.overlap >= registration.threshold).length;
+  const nLinks = countingLinks(registration.links, registration.threshold, registration.min_strength ?? 0);
   return (
     <Section title="Plan">
       <Headline {...totals} />

@@ -2,7 +2,7 @@
 
 import { type Met, missedOf, OVERALL, type Totals } from '../edit/totals.ts';
 import type { TotalsBeside } from '../edit/totals-beside.ts';
-import { counted, percent } from './figures.ts';
+import { askedPercent, counted, percent, percentDown } from './figures.ts';
 import './targets.css';
 
 export function Targets({ planned, isEdited, edited, isStale }: TotalsBeside) {
@@ -27,7 +27,7 @@ export function Targets({ planned, isEdited, edited, isStale }: TotalsBeside) {
           <tr key={name}>
             <th scope="row">
               {name === OVERALL ? 'All of it' : name}
-              <small>{percent(required, 0)} asked</small>
+              <small>{askedPercent(required)} asked</small>
             </th>
             {columns.map(([title, totals]) => (
               <td key={title}>
@@ -69,7 +69,7 @@ function Verdict({ met }: { met: Met | undefined }) {
   if (met === undefined) return <span class="muted">not known</span>;
   return (
     <>
-      {percent(met.coverage)} <MetWord isMet={met.isMet} />
+      {(met.isMet ? percent : percentDown)(met.coverage)} <MetWord isMet={met.isMet} />
     </>
   );
 }

@@ -3,7 +3,7 @@ import { batch } from '@preact/signals';
 import type { PlanJson, PlanLink, PlanStation, RequirementResult, StationLoss } from '../load/plan-json.ts';
 import { countingOf, counts } from '../network/graph.ts';
 import { Card } from '../panels/card.tsx';
-import { askedPercent, counted, duration, metres, overlapPercent, squareMetres } from '../panels/figures.ts';
+import { askedPercent, counted, duration, metres, percentDown, squareMetres } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -186,7 +186,7 @@ function Links({ store, plan, station }: StationProps) {
               title={strong.includes(link) ? 'Enough to register; show what is shared' : 'Too little to register'}
               onClick={() => store.choosePair([station.id, otherEnd(link)])}
             >
-              {otherEnd(link)} <span>{overlapPercent(link.overlap)}</span>
+              {otherEnd(link)} <span>{percentDown(link.overlap)}</span>
             </button>
           </li>
         ))}
