@@ -135,8 +135,8 @@ def _arrow_head(plan_m: FloatArray, size_m: float) -> FloatArray:
     )
 
 
-def _label(axes: Any, at: FloatArray, text: str, *, marker: str, offset: tuple[int, int] = (9, 7)) -> None:
-    """Write beside a place, or on it, with a mark if there is one. offset : in points."""
+def _label(axes: Any, at: FloatArray, text: str, *, marker: str, offset: tuple[int, int] = (13, 9)) -> None:
+    """Write beside a place, or on it, with a mark if there is one. offset : in points, clear of a station there."""
     box = {"facecolor": "white", "edgecolor": palette.ROUTE, "linewidth": 0.8, "alpha": 0.9, "pad": 2.0}
     if marker:
         axes.plot(*at, marker=marker, markersize=9, color=palette.ROUTE, markeredgecolor="white", zorder=4.5)
