@@ -82,9 +82,8 @@ def _shortest_way(
         first = np.append(True, np.diff(b) != 0)
         a, b = a[first], b[first]
         side[b], distance[b], before[b] = side[a], step, a
-        # The ends of a meeting are at most one step apart: of one that is found later, one end is yet to be reached.
-        between = _meetings(ends, side)
-        if between.size and int(distance[between].sum(axis=0).min()) <= 2 * step:
+        # The ends of a meeting are at most one step apart: ways that are found later are longer.
+        if _meetings(ends, side).size:
             break
         seen[b] = seen[a] + gains.of(b)
     between = _meetings(ends, side)
