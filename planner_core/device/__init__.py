@@ -3,8 +3,26 @@
 Importing this package loads no pyopencl; the functions do, where they need it.
 """
 
-from planner_core.device.choice import DEVICE_VARIABLE, DeviceInfo, list_devices, open_device
+from planner_core.device.choice import (
+    DEVICE_VARIABLE,
+    DeviceInfo,
+    keep_fastest,
+    list_devices,
+    open_device,
+    problem_of_device,
+)
 from planner_core.device.faults import in_batches
 from planner_core.device.runtime import Buffer, Device, Program
 
-__all__ = ["DEVICE_VARIABLE", "Buffer", "Device", "DeviceInfo", "Program", "in_batches", "list_devices", "open_device"]
+__all__ = [
+    "DEVICE_VARIABLE",
+    "Buffer",
+    "Device",
+    "DeviceInfo",
+    "Program",
+    "in_batches",
+    "keep_fastest",
+    "list_devices",
+    "open_device",
+    "problem_of_device",
+]

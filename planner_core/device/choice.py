@@ -1,24 +1,26 @@
-"""The choice of an OpenCL device: by name, by number, by environment variable, or the first GPU, else the first one."""
+"""The choice of an OpenCL device: by name, by number, by environment variable, or the one that suits best."""
 
 from __future__ import annotations
 
 import os
-import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from planner_core.cache import keep, kept_file, read_kept
+from planner_core.device import check, pocl
+from planner_core.device.drivers import all_devices
 from planner_core.device.faults import driver_errors
-from planner_core.device.runtime import Device
+from planner_core.device.runtime import Device, kernels_hash
 from planner_core.errors import DeviceError
 
 #: Names the device where a call names none: part of its name or its number in `list_devices`.
 DEVICE_VARIABLE = "TLSPLAN_DEVICE"
-#: Name of PoCL's platform, in every version.
-POCL = "Portable Computing Language"
-#: The loader is there and no driver is (PLATFORM_NOT_FOUND_KHR); a driver is there and its device is not.
-_NOTHING_THERE = frozenset({-1001, -1})
-_LIBRARY_ROOTS = ("/usr/lib", "/usr/lib64", "/lib64")
+_SCHEMA = "tlsplan/fastest-device/1"
+#: Drivers to be had, for who has none, and for who has one that fails.
+GET_ONE = "`pip install pocl-binary-distribution`, or the driver of your GPU's maker"
+GET_ANOTHER = "install another driver: `pip install tlsplan[intel]`, or that of your GPU's maker"
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,8 @@ class DeviceInfo:
     """`cpu`, `gpu` or `other`."""
     n_compute_units: int
     memory_bytes: int
+    compiled_for: str = ""
+    """The processor that its driver compiles for where it does not know this one; else empty."""
     problem: str = ""
     """Why it can't be used, and the remedy; empty where nothing is known against it."""
 
@@ -47,42 +51,115 @@ def list_devices() -> tuple[DeviceInfo, ...]:
     DeviceError
         pyopencl itself can't be loaded, or the driver fails to say what there is.
     """
-    return tuple(_describe(index, device) for index, device in enumerate(_all_devices()))
+    return tuple(_describe(index, device) for index, device in enumerate(all_devices()))
 
 
 def open_device(name: str | None = None) -> Device:
-    """Open a device.
+    """Open a device whose kernels compute rightly, see `planner_core.device.check`.
 
     Parameters
     ----------
     name
         Part of the device's or its platform's name (any case), or its number in `list_devices`. None: what the
-        environment variable TLSPLAN_DEVICE says, and where it is unset the first GPU, else the first device.
+        environment variable TLSPLAN_DEVICE says, and where it is unset the one that was measured to be the fastest
+        (`tlsplan tune`), else the first GPU, else the first device. Where that one can't be used, the next that can.
 
     Raises
     ------
     DeviceError
-        No such device, or it does not open.
+        No such device, it does not open, or its kernels don't run here: why, and the remedy.
     """
     wanted = name if name is not None else os.environ.get(DEVICE_VARIABLE) or None
-    devices = _all_devices()
-    infos = [_describe(index, device) for index, device in enumerate(devices)]
+    infos = list_devices()
     if not infos:
-        raise DeviceError(
-            "no OpenCL device: got none, expected at least one; install one, e.g. `pip install "
-            "pocl-binary-distribution`, or scan without OpenCL (`--engine open3d`)"
-        )
-    if wanted is None:
-        usable = [info for info in infos if not info.problem] or infos
-        chosen = next((info for info in usable if info.kind == "gpu"), usable[0])
-    else:
-        chosen = _find(wanted, infos)
-    if chosen.problem:
-        raise DeviceError(f"OpenCL device {chosen.name}: {chosen.problem}")
-    return Device(devices[chosen.index], label=f"{chosen.name} ({chosen.platform})", kind=chosen.kind)
+        raise DeviceError(f"OpenCL: got no device, expected at least one; install a driver: {GET_ONE}")
+    if wanted is not None:
+        return _open_checked(_find(wanted, infos))
+    problems = []
+    for info in in_order_of_preference(infos):
+        try:
+            return _open_checked(info)
+        except DeviceError as error:
+            problems.append(str(error))
+    raise DeviceError("; ".join(problems))
 
 
-def _find(wanted: str, infos: list[DeviceInfo]) -> DeviceInfo:
+def open_unchecked(index: int) -> Device:
+    """Open the device of this number in `list_devices`, whatever its kernels do: for who checks it.
+
+    Raises
+    ------
+    DeviceError
+        No such device, it does not open, or it would end the process.
+    """
+    devices = all_devices()
+    if index >= len(devices):
+        raise DeviceError(f"OpenCL device: got {index}, expected a number below {len(devices)}; see `tlsplan doctor`")
+    info = _describe(index, devices[index])
+    if info.problem:
+        raise DeviceError(f"OpenCL device {info.name}: {info.problem}")
+    return Device(devices[index], label=f"{info.name} ({info.platform})", kind=info.kind)
+
+
+def in_order_of_preference(infos: Sequence[DeviceInfo]) -> list[DeviceInfo]:
+    """Devices as they are tried: the fastest by measurement first, then GPUs, then as listed."""
+    fastest = fastest_measured(infos)
+    return sorted(infos, key=lambda info: (info.index != fastest, info.kind != "gpu", info.index))
+
+
+def fastest_measured(infos: Sequence[DeviceInfo]) -> int | None:
+    """Number of the device that `keep_fastest` kept for just these devices; None where there is none."""
+    file = _fastest_file(infos)
+    try:
+        index = None if file is None else read_kept(file, _SCHEMA).get("fastest")
+    except (OSError, ValueError):
+        return None
+    return index if isinstance(index, int) and 0 <= index < len(infos) else None
+
+
+def keep_fastest(infos: Sequence[DeviceInfo], index: int) -> None:
+    """Let the device of this number be the default from now on, as long as all drivers stay as they are.
+
+    Raises
+    ------
+    OSError
+        The cache folder can't be written.
+    """
+    file = _fastest_file(infos)
+    if file is not None:
+        keep(file, {"schema": _SCHEMA, **_all_of(infos), "fastest": index})
+
+
+def _fastest_file(infos: Sequence[DeviceInfo]) -> Path | None:
+    return kept_file("fastest-device", _all_of(infos))
+
+
+def _all_of(infos: Sequence[DeviceInfo]) -> dict[str, str]:
+    devices = (
+        f"{info.name}, {info.platform} {info.version} {info.compiled_for}, {info.n_compute_units}" for info in infos
+    )
+    return {"devices": "; ".join(devices), "kernels": kernels_hash()}
+
+
+def problem_of_device(info: DeviceInfo, *, anew: bool = False) -> str:
+    """Why a device can't be used, or nothing where its kernels compute rightly; `anew`: whatever is kept of it."""
+    if info.problem:
+        return info.problem
+    try:
+        return check.problem_of(open_unchecked(info.index), info.index, anew=anew)
+    except DeviceError as error:
+        return str(error)
+
+
+def _open_checked(info: DeviceInfo) -> Device:
+    device = open_unchecked(info.index)
+    problem = check.problem_of(device, info.index)
+    if problem:
+        raise DeviceError(f"OpenCL device {device.label}: {problem}; {GET_ANOTHER}")
+    return device
+
+
+def _find(wanted: str, infos: Sequence[DeviceInfo]) -> DeviceInfo:
     if wanted.isdecimal() and int(wanted) < len(infos):
         return infos[int(wanted)]
     for info in infos:
@@ -90,30 +167,6 @@ def _find(wanted: str, infos: list[DeviceInfo]) -> DeviceInfo:
             return info
     there = "; ".join(f"{info.index} {info.name}" for info in infos)
     raise DeviceError(f"OpenCL device: got {wanted!r}, expected part of a name or a number of: {there}")
-
-
-def _all_devices() -> list[Any]:
-    try:
-        import pyopencl
-    except (ImportError, OSError) as error:
-        raise DeviceError(
-            f"pyopencl can't be loaded ({str(error).splitlines()[0]}), expected a working one; see `tlsplan doctor`"
-        ) from error
-    with driver_errors("listing OpenCL devices", "the OpenCL loader"):
-        try:
-            platforms = pyopencl.get_platforms()
-        except pyopencl.Error as error:
-            if error.code in _NOTHING_THERE:
-                return []
-            raise
-    devices = []
-    for platform in platforms:
-        try:
-            devices.extend(platform.get_devices())
-        except pyopencl.Error:
-            # No device of this driver, or a broken driver beside one that works: others may serve.
-            continue
-    return devices
 
 
 def _describe(index: int, device: Any) -> DeviceInfo:
@@ -130,24 +183,6 @@ def _describe(index: int, device: Any) -> DeviceInfo:
             kind=next((name for flag, name in kinds.items() if device.type & flag), "other"),
             n_compute_units=int(device.max_compute_units),
             memory_bytes=int(device.global_mem_size),
-            problem=_linker_problem() if platform == POCL else "",
+            compiled_for=pocl.name_given(device) or "",
+            problem=pocl.linker_problem() if platform == pocl.POCL else "",
         )
-
-
-def _linker_problem() -> str:
-    """Return why PoCL can't link kernels here, or nothing.
-
-    PoCL 3.0 calls the system's linker for every kernel it compiles and aborts the whole process where that fails, so
-    the linker and the two libraries it is asked for have to be looked for beforehand.
-    """
-    compiler = any(shutil.which(name) for name in ("cc", "gcc", "clang"))
-    libgcc = any(path.is_file() for root in _LIBRARY_ROOTS for path in Path(root).glob("gcc/*/*/libgcc.a"))
-    libc = any(
-        path.exists() for root in _LIBRARY_ROOTS for path in (Path(root, "libc.so"), *Path(root).glob("*/libc.so"))
-    )
-    if shutil.which("ld") and (compiler or (libgcc and libc)):
-        return ""
-    return (
-        "PoCL links its kernels with the system's linker and C library, which are not here; "
-        "run `apt-get install gcc libc6-dev`, or scan without OpenCL (`--engine open3d`)"
-    )

@@ -7,6 +7,7 @@ it aborted in the kernel's own event, and nowhere else for certain.
 
 from __future__ import annotations
 
+import hashlib
 import re
 import tempfile
 import warnings
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.device.faults import device_error, driver_errors
+from planner_core.device.pocl import name_given
 from planner_core.errors import DeviceError, DeviceMemoryError
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([\w.]+)"\s*$')
@@ -103,11 +105,24 @@ class Device:
             self.n_compute_units = int(device.max_compute_units)
             self.memory_bytes = int(device.global_mem_size)
             self.max_buffer_bytes = int(device.max_mem_alloc_size)
+        #: The processor that the driver was told to compile for, because it does not know this one; else None.
+        self.compiled_for = name_given(device)
         #: What the driver raises, kept for when the interpreter ends: nothing can be imported any more by then.
         self.driver_error: type[Exception] = pyopencl.Error
         self.held_bytes = 0
         self._launched: list[tuple[str, Any]] = []
         self._programs: dict[tuple[str, tuple[str, ...]], Program] = {}
+
+    def identity(self) -> dict[str, str]:
+        """What anything found out about this device holds for: another driver or kernels may behave otherwise.
+
+        The number of cores counts: work is shared out among them.
+        """
+        return {
+            "device": f"{self.name}, {self.n_compute_units} compute units",
+            "driver": f"{self.driver}, for {self.compiled_for}" if self.compiled_for else self.driver,
+            "kernels": kernels_hash(),
+        }
 
     @property
     def free_bytes(self) -> int:
@@ -127,6 +142,9 @@ class Device:
     def program_from_source(self, source: str, *, title: str, defines: Mapping[str, int]) -> Program:
         """Build OpenCL C text, whose `#include "x.h"` of our own headers are already expanded."""
         options = tuple(f"-D{name}={value}" for name, value in sorted(defines.items()))
+        if self.compiled_for:
+            # Caches of compiled kernels go by the name that the driver found, which many processors share.
+            options = (*options, f"-DCOMPILED_FOR_{self.compiled_for.upper().replace('-', '_')}")
         key = (source, options)
         if key not in self._programs:
             self._programs[key] = Program(self, self._build(source, options, title), title)
@@ -341,6 +359,17 @@ def expand_includes(text: str, file: str, seen: set[str] | None = None) -> str:
             lines.append(expand_includes(_read(name), name, seen))
         lines.append(f'#line {number + 1} "{file}"')
     return "\n".join(lines)
+
+
+@cache
+def kernels_hash() -> str:
+    """Hash of all kernel sources: what was found out with others holds no longer."""
+    digest = hashlib.sha256()
+    for source in sorted(resources.files("planner_core.kernels").iterdir(), key=lambda entry: entry.name):
+        if source.name.endswith((".cl", ".h")):
+            digest.update(source.name.encode())
+            digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def _read(file: str) -> str:

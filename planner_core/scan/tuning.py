@@ -9,25 +9,19 @@ shape is used; that is never an error.
 
 from __future__ import annotations
 
-import hashlib
-import json
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib import resources
 from pathlib import Path
-from typing import Any
 
+from planner_core.cache import CACHE_VARIABLE, keep, kept_file, read_kept
 from planner_core.device import Device
 from planner_core.errors import RequirementError
 
 Shape = tuple[int, int, int]
 
-#: Names the folder of what is measured and kept, in place of `tlsplan` in the user's cache folder.
-CACHE_VARIABLE = "TLSPLAN_CACHE"
 _SCHEMA = "tlsplan/tile-shape/1"
 #: Rows and columns of beams a tile and beams a packet, by kind of device. CPU: measured on PoCL 3.0 (AVX2),
 #: docs/howto/device.md. Others are unmeasured: a scalar packet lets a GPU's own lanes be the packet.
@@ -120,28 +114,9 @@ def shapes_to_try(device: Device) -> tuple[Shape, ...]:
     return (shipped, *(shape for shape in others if is_possible(shape) and shape != shipped))
 
 
-def cache_folder() -> Path | None:
-    """The folder of what is measured and kept: TLSPLAN_CACHE, else `tlsplan` in the user's cache folder.
-
-    None where the environment names no home to keep anything in.
-    """
-    own = os.environ.get(CACHE_VARIABLE)
-    if own:
-        return Path(own)
-    shared = os.environ.get("XDG_CACHE_HOME")
-    if shared and Path(shared).is_absolute():  # the specification says to ignore relative ones
-        return Path(shared) / "tlsplan"
-    home = os.environ.get("HOME")
-    return Path(home) / ".cache" / "tlsplan" if home else None
-
-
 def shape_file(device: Device) -> Path | None:
     """Where the shape measured on a device is kept, whether the file is there or not."""
-    folder = cache_folder()
-    if folder is None:
-        return None
-    key = "\n".join(_identity(device).values())
-    return folder / f"tile-shape-{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"
+    return kept_file("tile-shape", device.identity())
 
 
 def keep_shape(device: Device, shape: Shape, milliseconds: dict[str, float]) -> Path:
@@ -162,17 +137,14 @@ def keep_shape(device: Device, shape: Shape, milliseconds: dict[str, float]) -> 
     rows, columns, lanes = shape
     document = {
         "schema": _SCHEMA,
-        **_identity(device),
+        **device.identity(),
         "tile_rows": rows,
         "tile_columns": columns,
         "lanes": lanes,
         "milliseconds": {name: round(milliseconds[name], 4) for name in sorted(milliseconds)},
     }
-    beside = file.with_name(f".{file.name}.{os.getpid()}")
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
-        beside.replace(file)
+        keep(file, document)
     except OSError as error:
         raise RequirementError(
             f"{file}: can't be written ({error.strerror}), expected a folder to keep the measured shape in; "
@@ -182,38 +154,19 @@ def keep_shape(device: Device, shape: Shape, milliseconds: dict[str, float]) -> 
     return file
 
 
-def _identity(device: Device) -> dict[str, str]:
-    """What a measurement holds for. The number of cores counts: tiles are shared out among them."""
-    return {
-        "device": f"{device.name}, {device.n_compute_units} compute units",
-        "driver": device.driver,
-        "kernels": kernels_hash(),
-    }
-
-
-@lru_cache(maxsize=1)
-def kernels_hash() -> str:
-    """Hash of all kernel sources: other kernels may like other shapes."""
-    digest = hashlib.sha256()
-    for source in sorted(resources.files("planner_core.kernels").iterdir(), key=lambda entry: entry.name):
-        if source.name.endswith((".cl", ".h")):
-            digest.update(source.name.encode())
-            digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
-
-
 @lru_cache(maxsize=64)
 def _read(file: Path) -> tuple[Shape | None, str]:
     """Return the shape that a file keeps; or None, and why in words that follow "here"."""
     try:
-        document: Any = json.loads(file.read_text(encoding="utf-8"))
+        document = read_kept(file, _SCHEMA)
     except FileNotFoundError:
         return None, "nothing was measured with this driver and these kernels (`tlsplan tune` does)"
-    except (OSError, ValueError) as error:
+    except OSError as error:
         return None, f"{file} can't be read ({' '.join(str(error).split())})"
-    if isinstance(document, dict) and document.get("schema") == _SCHEMA:
-        found = tuple(document.get(name) for name in ("tile_rows", "tile_columns", "lanes"))
-        if all(type(value) is int for value in found) and is_possible(found):  # type: ignore[arg-type]
-            rows, columns, lanes = found
-            return (rows, columns, lanes), ""  # type: ignore[return-value]
+    except ValueError:
+        document = {}
+    found = tuple(document.get(name) for name in ("tile_rows", "tile_columns", "lanes"))
+    if all(type(value) is int for value in found) and is_possible(found):  # type: ignore[arg-type]
+        rows, columns, lanes = found
+        return (rows, columns, lanes), ""  # type: ignore[return-value]
     return None, f"{file} holds no tile shape that kernels can be built for (`tlsplan tune` writes it anew)"

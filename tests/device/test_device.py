@@ -1,6 +1,7 @@
 """The choice of a device, memory told before it is taken, and errors of the driver in one line."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pyopencl
 import pytest
 from pyopencl import _cl
 
-from planner_core.device import DEVICE_VARIABLE, Device, choice, list_devices, open_device
+from planner_core.device import DEVICE_VARIABLE, Device, check, choice, keep_fastest, list_devices, open_device
 from planner_core.device.runtime import kernel_source
 from planner_core.errors import DeviceError, PlannerError
 
@@ -44,6 +45,35 @@ def test_a_device_is_found_by_number_by_name_and_by_variable(monkeypatch: pytest
 def test_an_unknown_device_is_answered_with_those_there(name: str) -> None:
     with pytest.raises(DeviceError, match=re.escape(list_devices()[0].name)):
         open_device(name)
+
+
+def test_the_device_that_was_measured_to_be_the_fastest_goes_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TLSPLAN_CACHE", str(tmp_path))
+    info = list_devices()[0]
+    two = (replace(info, kind="gpu"), replace(info, index=1, name="another"))
+    assert [each.index for each in choice.in_order_of_preference(two)] == [0, 1]
+    keep_fastest(two, 1)
+    assert [each.index for each in choice.in_order_of_preference(two)] == [1, 0]
+    other_driver = (two[0], replace(two[1], version="new"))
+    assert [each.index for each in choice.in_order_of_preference(other_driver)] == [0, 1], "measured with another one"
+    for file in tmp_path.iterdir():
+        file.write_text(file.read_text().replace('"fastest": 1', '"fastest": 7'))
+    assert [each.index for each in choice.in_order_of_preference(two)] == [0, 1], "no such device"
+
+
+def test_a_device_that_fails_its_check_is_passed_over_and_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = list_devices()[0]
+    monkeypatch.setattr(choice, "list_devices", lambda: (real, replace(real, name="a twin of it")))
+    monkeypatch.setattr(check, "problem_of", lambda device, index: "" if len(asked) else asked.append(index) or "wrong")
+    asked: list[int] = []
+    assert open_device().name == real.name, "the second one"
+    assert asked == [0]
+    monkeypatch.setattr(check, "problem_of", lambda device, index: "it computes wrongly")
+    for name in (None, real.name):
+        with pytest.raises(DeviceError, match=r"it computes wrongly; install another driver: .*tlsplan\[intel\]"):
+            open_device(name)
 
 
 def test_a_program_runs_and_is_built_once(device: Device) -> None:
@@ -149,29 +179,3 @@ def test_kernel_sources_are_found_and_hold_no_include_of_ours(file: str) -> None
 def test_kernels_build_at_every_packet_width(device: Device, lanes: int) -> None:
     defines = {"LANES": lanes, "STACK": 64, "PREFETCH": 1, "TILE_ROWS": 8, "TILE_COLUMNS": 8}
     device.program("scan_tiles.cl", defines)
-
-
-@pytest.fixture
-def no_linker(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A machine without compiler, linker and C library, as far as the choice of a device can see."""
-    monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr(choice, "_LIBRARY_ROOTS", (str(tmp_path),))
-
-
-@pytest.mark.usefixtures("no_linker")
-def test_pocl_without_a_linker_is_refused_with_the_remedy_because_it_would_abort_the_process() -> None:
-    pocl = next(info for info in list_devices() if info.platform == choice.POCL)
-    assert "apt-get install gcc libc6-dev" in pocl.problem
-    with pytest.raises(DeviceError, match="linker") as caught:
-        open_device(str(pocl.index))
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.usefixtures("no_linker")
-def test_the_linker_alone_is_enough_where_the_libraries_it_needs_are_found(tmp_path: Path) -> None:
-    for name in ("ld", "gcc/x86_64-linux-gnu/12/libgcc.a", "x86_64-linux-gnu/libc.so"):
-        path = tmp_path / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("")
-        path.chmod(0o755)
-    assert [info.problem for info in list_devices() if info.platform == choice.POCL] == [""]

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from tlsplan import start_time
 from tlsplan.commands import doctor
 
-from planner_core.device import Device
+from planner_core.cache import cache_folder
+from planner_core.device import Device, choice, list_devices, open_device, runtime
 from planner_core.errors import DeviceError, RequirementError
 from planner_core.model import BeamTemplate, Patches, Scene
 from planner_core.progress import ProgressEvent
@@ -23,7 +24,6 @@ from planner_core.scan import tuning
 from planner_core.scan.measure_shapes import ShapeTimes, measure_shapes
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.tuning import (
-    cache_folder,
     is_possible,
     keep_shape,
     shape_file,
@@ -40,7 +40,7 @@ OTHER = (4, 16, 4)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A cache folder of the test's own; what the process remembers of files is forgotten before and after."""
     monkeypatch.setenv("TLSPLAN_CACHE", str(tmp_path / "cache"))
-    tuning.kernels_hash.cache_clear()
+    runtime.kernels_hash.cache_clear()
     tuning._read.cache_clear()
     yield tmp_path / "cache"
     tuning._read.cache_clear()
@@ -84,19 +84,19 @@ def test_another_device_or_driver_does_not_take_it(device: Device, monkeypatch: 
 
 def test_other_kernels_do_not_take_it(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     keep_shape(device, OTHER, {})
-    monkeypatch.setattr(tuning, "kernels_hash", lambda: "0" * 16)
+    monkeypatch.setattr(runtime, "kernels_hash", lambda: "0" * 16)
     assert shape_in_use(device).origin == "shipped"
 
 
 def test_the_hash_is_that_of_every_kernel_source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a.cl").write_text("one")
     (tmp_path / "b.h").write_text("two")
-    monkeypatch.setattr(tuning.resources, "files", lambda _: tmp_path)
+    monkeypatch.setattr(runtime.resources, "files", lambda _: tmp_path)
     seen = set()
     for change in (None, ("a.cl", "three"), ("b.h", "four"), ("c.cl", "five"), ("README.md", "no kernel")):
         if change is not None:
             (tmp_path / change[0]).write_text(change[1])
-        seen.add(tuning.kernels_hash.__wrapped__())
+        seen.add(runtime.kernels_hash.__wrapped__())
     assert len(seen) == 4
 
 
@@ -288,13 +288,18 @@ def test_tune_refuses_to_measure_what_it_can_not_keep() -> None:
 def test_tune_keeps_its_answer(cache: Path) -> None:
     done = tlsplan("tune", "--json", "--quick")
     assert done.returncode == 0, done.stderr
-    document = json.loads(done.stdout)
+    answer = json.loads(done.stdout)
+    document = next(each for each in answer["devices"] if each["device"] == answer["fastest"])
+    assert len(answer["devices"]) == len(list_devices()), "all that there are"
     best = (document["tile_rows"], document["tile_columns"], document["lanes"])
     assert len(document["milliseconds"]) == 3
     assert min(document["milliseconds"].values()) > 0
     kept = json.loads(Path(document["file"]).read_text(encoding="utf-8"))
     assert Path(document["file"]).parent == cache
     assert (kept["tile_rows"], kept["tile_columns"], kept["lanes"]) == best
+    fastest = choice.fastest_measured(list_devices())
+    assert fastest is not None
+    assert open_device().label == open_device(str(fastest)).label == answer["fastest"]
 
 
 def test_doctor_shows_the_shape_in_use_and_where_it_is_from(device: Device) -> None:
@@ -329,6 +334,6 @@ def test_a_first_use_finds_no_cache_of_the_user(monkeypatch: pytest.MonkeyPatch)
     assert start_time.cached_s() == 1.0
     empty, as_it_is = given
     assert as_it_is == {}
-    for name in ("HOME", "XDG_CACHE_HOME", "POCL_CACHE_DIR"):
+    for name in ("HOME", "XDG_CACHE_HOME", "POCL_CACHE_DIR", "TLSPLAN_CACHE"):
         assert empty[name] != os.environ.get(name)
         assert not Path(empty[name]).exists(), "the folder is gone afterwards"

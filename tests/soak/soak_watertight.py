@@ -33,10 +33,11 @@ from numpy.typing import NDArray
 from verdicts import Floats, Ints
 
 from planner_core.device import Device, open_device
+from planner_core.device.runtime import kernels_hash
 from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.template import directions
-from planner_core.scan.tuning import kernels_hash, tile_shape, use_shape
+from planner_core.scan.tuning import tile_shape, use_shape
 from planner_core.scene.patches import make_patches
 
 REPOSITORY = Path(__file__).resolve().parents[2]

@@ -1,0 +1,106 @@
+"""Whether a device can be trusted: its kernels are run in a child process first, and what they compute is checked.
+
+A driver may crash the process that uses it, or compute wrong results without a word; both were seen. So before a device
+is used, a child process runs `planner_core.self_check` on it. That is done once for each driver, processor and state of
+the kernels: the verdict is kept in the cache folder. Verdicts that may have been bad luck (time, memory, a signal from
+outside) are not kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+from functools import lru_cache
+from pathlib import Path
+
+from planner_core.cache import keep, kept_file, read_kept
+from planner_core.device.pocl import processor_flags
+from planner_core.device.runtime import Device
+
+#: The module that the child runs: it knows all layers whose kernels it exercises, this one knows its name alone.
+_CHILD = "planner_core.self_check"
+#: What the child prints where all is well.
+ALL_WELL = "all well"
+#: Exit code of a child that can say in one line what is wrong.
+SAID = 3
+_SCHEMA = "tlsplan/device-check/1"
+#: Compiling all kernels takes some seconds; on a busy machine minutes.
+_TIME_LIMIT_S = 600.0
+#: SIGILL, SIGTRAP, SIGABRT, SIGBUS, SIGFPE, SIGSEGV: the driver's own crashes. Others come from outside.
+_CRASHES = {4: "illegal instruction", 5: "trap", 6: "abort", 7: "bus error", 8: "arithmetic error", 11: "bad address"}
+
+
+def problem_of(device: Device, index: int, *, anew: bool = False) -> str:
+    """Return why a device can't be trusted, or nothing where its kernels compute rightly.
+
+    Parameters
+    ----------
+    index
+        Its number in `planner_core.device.list_devices`.
+    anew
+        Check again, whatever is kept.
+    """
+    holds_for = {**device.identity(), "processor": _processor()}
+    file = kept_file("device-check", holds_for)
+    kept = None if anew or file is None else _kept_problem(file)
+    if kept is not None:
+        return kept
+    problem, is_certain = _ask_child(device, index)
+    if is_certain and file is not None:
+        _kept_verdict.cache_clear()
+        try:
+            keep(file, {"schema": _SCHEMA, **holds_for, "problem": problem})
+        except OSError:
+            _checked_here[file] = problem  # this process knows, the next will ask again
+    return problem
+
+
+def _processor() -> str:
+    return hashlib.sha256(" ".join(processor_flags()).encode()).hexdigest()[:16]
+
+
+#: Verdicts that could not be written.
+_checked_here: dict[Path, str] = {}
+
+
+@lru_cache(maxsize=64)
+def _kept_verdict(file: Path) -> str:
+    return str(read_kept(file, _SCHEMA)["problem"])
+
+
+def _kept_problem(file: Path) -> str | None:
+    try:
+        return _kept_verdict(file)
+    except (OSError, ValueError, KeyError):
+        return _checked_here.get(file)
+
+
+def _ask_child(device: Device, index: int) -> tuple[str, bool]:
+    """What the child finds, and whether it would find so again."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-P", "-m", _CHILD, str(index), device.label],
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+            timeout=_TIME_LIMIT_S,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        )
+    except subprocess.TimeoutExpired:
+        return f"its kernels were not compiled and run within {_TIME_LIMIT_S:.0f} s", False
+    except OSError as error:
+        return f"a process to check it in could not be started ({error.strerror or error})", False
+    # The last line: drivers print, too.
+    said = (done.stdout.strip().splitlines() or [""])[-1]
+    if done.returncode == 0 and said == ALL_WELL:
+        return "", True
+    if done.returncode == SAID:
+        return said, True
+    if -done.returncode in _CRASHES:
+        return f"its driver crashes ({_CRASHES[-done.returncode]})", True
+    last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
+    return f"the process that checked it ended with {done.returncode} ({last[:200]})", False

@@ -1,0 +1,102 @@
+"""The OpenCL drivers that are there, and their devices as pyopencl has them.
+
+The loader finds drivers that the system names (`/etc/OpenCL/vendors`) and the PoCL beside pyopencl. Intel's runtime for
+processors, `pip install tlsplan[intel]`, is found by neither: its package names a place that does not exist. So where
+it is installed, and the user has not told the loader himself where to look, the loader is shown a folder that names it
+and all that the system names. The loader reads it once, at its first call, and it is gone after that.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from planner_core.device import pocl
+from planner_core.device.faults import driver_errors
+from planner_core.errors import DeviceError
+
+#: The loader is there and no driver is (PLATFORM_NOT_FOUND_KHR); a driver is there and its device is not.
+_NOTHING_THERE = frozenset({-1001, -1})
+#: What the loader of pyopencl's wheels, ocl-icd, reads: a folder in place of the system's.
+_VENDORS_VARIABLE = "OCL_ICD_VENDORS"
+#: By which users tell a loader where drivers are; Khronos' loader reads the last one.
+_USERS_VARIABLES = (_VENDORS_VARIABLE, "OPENCL_VENDOR_PATH", "OCL_ICD_FILENAMES")
+_SYSTEM_VENDORS = Path("/etc/OpenCL/vendors")
+_INTEL_PACKAGE = "intel-opencl-rt"
+_INTEL_LIBRARY = "libintelocl.so"
+#: Of the file that names it: last by name, so that the system's drivers come first, as without it.
+_OURS = "zz-tlsplan-intel.icd"
+_loading = threading.Lock()
+_loader_was_asked = False
+
+
+def all_devices() -> list[Any]:
+    """Every device of every driver, in the loader's order; empty where there is none.
+
+    Raises
+    ------
+    DeviceError
+        pyopencl itself can't be loaded, or the loader fails.
+    """
+    try:
+        import pyopencl
+    except (ImportError, OSError) as error:
+        raise DeviceError(
+            f"pyopencl can't be loaded ({str(error).splitlines()[0]}), expected a working one; see `tlsplan doctor`"
+        ) from error
+    with driver_errors("listing OpenCL devices", "the OpenCL loader"), _loading, _drivers_shown():
+        try:
+            platforms = pyopencl.get_platforms()
+        except pyopencl.Error as error:
+            if error.code in _NOTHING_THERE:
+                return []
+            raise
+    devices = []
+    for platform in platforms:
+        try:
+            found = platform.get_devices()
+        except pyopencl.Error:
+            # No device of this driver, or a broken driver beside one that works: others may serve.
+            continue
+        if platform.name.strip() == pocl.POCL:
+            for device in found:
+                pocl.name_processor(device)
+        devices.extend(found)
+    return devices
+
+
+def intel_library() -> Path | None:
+    """Return Intel's runtime for processors where its package is installed, else None."""
+    try:
+        files = importlib.metadata.files(_INTEL_PACKAGE) or []
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    found = (Path(str(file.locate())).resolve() for file in files if file.name == _INTEL_LIBRARY)
+    return next((path for path in found if path.is_file()), None)
+
+
+@contextmanager
+def _drivers_shown() -> Iterator[None]:
+    """Let the loader find Intel's runtime too, should this be its first call."""
+    global _loader_was_asked
+    is_first, _loader_was_asked = not _loader_was_asked, True
+    library = intel_library() if is_first and not any(os.environ.get(name) for name in _USERS_VARIABLES) else None
+    named = {file.name: file.read_bytes() for file in sorted(_SYSTEM_VENDORS.glob("*.icd"))}
+    if library is None or any(_INTEL_LIBRARY.encode() in text for text in named.values()):
+        yield
+        return
+    with ExitStack() as done_with:
+        # Without room for two small files there is one driver less, which is no reason to end here.
+        with suppress(OSError):
+            folder = done_with.enter_context(tempfile.TemporaryDirectory(prefix="tlsplan-drivers-"))
+            for name, text in {**named, _OURS: f"{library}\n".encode()}.items():
+                Path(folder, name).write_bytes(text)
+            os.environ[_VENDORS_VARIABLE] = folder
+            done_with.callback(os.environ.pop, _VENDORS_VARIABLE, None)
+        yield

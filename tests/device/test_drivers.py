@@ -1,0 +1,65 @@
+"""Where the loader looks for drivers: Intel's runtime is found where it is installed, and nothing is left behind."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from planner_core.device import drivers
+
+
+@pytest.fixture(autouse=True)
+def first_call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A loader that was not asked yet, a system with one driver, and Intel's runtime."""
+    for name in drivers._USERS_VARIABLES:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(drivers, "_loader_was_asked", False)
+    vendors = tmp_path / "vendors"
+    vendors.mkdir()
+    (vendors / "gpu.icd").write_text("libgpu.so.1\n")
+    (vendors / "README").write_text("no driver")
+    monkeypatch.setattr(drivers, "_SYSTEM_VENDORS", vendors)
+    monkeypatch.setattr(drivers, "intel_library", lambda: Path("/somewhere/libintelocl.so"))
+    return vendors
+
+
+def test_the_loader_is_shown_the_systems_drivers_and_intels_runtime_once() -> None:
+    with drivers._drivers_shown():
+        folder = Path(os.environ["OCL_ICD_VENDORS"])
+        shown = {file.name: file.read_text() for file in folder.iterdir()}
+    assert shown == {"gpu.icd": "libgpu.so.1\n", "zz-tlsplan-intel.icd": "/somewhere/libintelocl.so\n"}
+    assert sorted(shown)[0] == "gpu.icd", "the system's come first"
+    assert not folder.exists()
+    assert "OCL_ICD_VENDORS" not in os.environ
+    with drivers._drivers_shown():
+        assert "OCL_ICD_VENDORS" not in os.environ, "the loader reads it at its first call only"
+
+
+@pytest.mark.parametrize("variable", ["OCL_ICD_VENDORS", "OPENCL_VENDOR_PATH", "OCL_ICD_FILENAMES"])
+def test_who_told_the_loader_where_to_look_is_left_alone(variable: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(variable, "/mine")
+    with drivers._drivers_shown():
+        assert os.environ[variable] == "/mine"
+        assert os.environ.get("OCL_ICD_VENDORS") in (None, "/mine")
+
+
+def test_nothing_is_shown_where_there_is_no_runtime_or_the_system_names_it(
+    first_call: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (first_call / "intel.icd").write_text("/opt/intel/lib/libintelocl.so\n")
+    with drivers._drivers_shown():
+        assert "OCL_ICD_VENDORS" not in os.environ
+    (first_call / "intel.icd").unlink()
+    monkeypatch.setattr(drivers, "_loader_was_asked", False)
+    monkeypatch.setattr(drivers, "intel_library", lambda: None)
+    with drivers._drivers_shown():
+        assert "OCL_ICD_VENDORS" not in os.environ
+
+
+def test_a_full_disk_costs_the_runtime_and_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(drivers.tempfile, "mkdtemp", full)
+    with drivers._drivers_shown():
+        assert "OCL_ICD_VENDORS" not in os.environ
