@@ -8,7 +8,8 @@ from pathlib import Path
 
 EXIT_CODES: dict[int, str] = {
     0: "done",
-    1: "internal error: a bug of tlsplan; please report it with the output of --debug",
+    1: "internal error: a bug of tlsplan; please report it with the output of --debug. Of doctor: something is "
+    "missing, or a plan would fall back to the host",
     2: "the command line is wrong: unknown option, missing argument, bad value",
     3: "an input file can't be used: scene, station list, plan folder; or a file can't be read or written",
     4: "an option or requirement can't be met: unknown or unusable scanner, unknown scene or floor, no spot to stand "

@@ -8,10 +8,14 @@ import importlib.metadata
 import platform
 import sys
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
 import click
 
 from ..options import json_option
+
+if TYPE_CHECKING:
+    from planner_core.device import DeviceInfo
 
 PACKAGES = {
     "numpy": "numpy",
@@ -40,7 +44,7 @@ SYSTEM_LIBRARIES = {
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked at. `remedy` is empty where `ok`."""
+    """One thing looked at. `remedy` is empty where `ok`, and where the detail says what to do."""
 
     subject: str
     ok: bool
@@ -53,7 +57,11 @@ class Finding:
 @json_option
 @click.pass_context
 def command(ctx: click.Context, as_json: bool) -> None:
-    """Check packages, system libraries, OpenCL devices and the scan engine; say how to get what is missing."""
+    """Check packages, system libraries, OpenCL devices and the scan engine.
+
+    Kernels are built and run on every device, and what they compute is checked. Says what works, what does not, why,
+    and what to do. Exit code 1 where something is missing, or where a plan would fall back to the host.
+    """
     from .. import output
 
     findings = [_python(), *_libraries(), *_packages(), *_devices(), *_engine(), _viewer()]
@@ -62,13 +70,13 @@ def command(ctx: click.Context, as_json: bool) -> None:
         output.as_json({"healthy": healthy, "findings": [asdict(finding) for finding in findings]})
     else:
         for finding in findings:
-            mark = "ok     " if finding.ok else "MISSING" if finding.needed else "note   "
+            mark = "ok     " if finding.ok else "PROBLEM" if finding.needed else "note   "
             output.say(f"{mark}  {finding.subject:<22} {finding.detail}")
             if finding.remedy:
                 output.say(f"{'':<9}{'':<22} -> {finding.remedy}")
         output.say()
-        output.say("Everything that tlsplan needs is here." if healthy else "Something that tlsplan needs is missing.")
-    ctx.exit(0 if healthy else 6)
+        output.say("Everything that tlsplan needs is here." if healthy else "Not all is well: see PROBLEM above.")
+    ctx.exit(0 if healthy else 1)
 
 
 def _python() -> Finding:
@@ -106,44 +114,49 @@ def _packages() -> list[Finding]:
 
 
 def _devices() -> list[Finding]:
+    """Open every device, build and run kernels on it in a process of its own, and compare what they compute."""
     from planner_core.device import list_devices
     from planner_core.errors import PlannerError
 
-    remedy = "pip install pocl-binary-distribution, or install your GPU maker's OpenCL driver"
     try:
-        devices = list_devices()
+        return [_device(info) for info in list_devices()]
     except PlannerError as error:
-        return [Finding("OpenCL", False, str(error), remedy, needed=False)]
-    if not devices:
-        return [Finding("OpenCL", False, "no device; Open3D will scan instead, slower", remedy, needed=False)]
-    return [
-        Finding(
-            f"OpenCL device {d.index}",
-            not d.problem,
-            f"{d.name}, {d.kind}, {d.n_compute_units} compute units, {d.memory_bytes / 2**30:.0f} GiB; "
-            f"{d.platform} {d.version}",
-            d.problem,
-            needed=False,
-        )
-        for d in devices
-    ]
+        return [Finding("OpenCL", False, str(error), needed=False)]
+
+
+def _device(info: DeviceInfo) -> Finding:
+    from planner_core.device import problem_of_device
+    from planner_core.device.choice import GET_ANOTHER
+
+    subject = f"OpenCL device {info.index}"
+    detail = (
+        f"{info.name}, {info.kind}, {info.n_compute_units} compute units, {info.memory_bytes / 2**30:.0f} GiB; "
+        f"{info.platform} {info.version}"
+    )
+    if info.compiled_for:
+        detail += f"; its compiler does not know this processor and compiles for {info.compiled_for} instead"
+    problem = problem_of_device(info, anew=True)
+    if problem:
+        return Finding(subject, False, f"{detail}: {problem}", "" if info.problem else GET_ANOTHER, needed=False)
+    return Finding(subject, True, f"{detail}; its kernels run and compute rightly")
 
 
 def _engine() -> list[Finding]:
-    """Scan a box of known size with the engine that a plan would use: proves compiler, kernels and driver."""
+    """Scan a box of known size with the engine that a plan would use; a plan that falls back says the same words."""
     from planner_core.errors import PlannerError
 
     from .. import start_time
 
     try:
-        _, name, right = start_time.start()
+        start = start_time.start()
     except PlannerError as error:
         return [Finding("scan engine", False, str(error), "see the lines above; `--engine open3d` needs no OpenCL")]
-    if not right:
-        wrong = f"{name} computes wrong ranges in a box"
-        return [Finding("scan engine", False, wrong, "this driver computes wrongly: choose another with --device")]
-    engine = Finding("scan engine", True, f"{name}; a box is scanned rightly")
-    return [engine, *_tiles(), _start()] if name.startswith("opencl") else [engine]
+    if start.wrong:
+        wrong = f"{start.engine} computes wrongly: {start.wrong}"
+        return [Finding("scan engine", False, wrong, "choose another device with --device")]
+    if start.warnings:
+        return [Finding("scan engine", False, f"{start.engine}: {' '.join(start.warnings)}")]
+    return [Finding("scan engine", True, f"{start.engine}; a box is scanned rightly"), *_tiles(), _start()]
 
 
 def _start() -> Finding:
