@@ -1,7 +1,8 @@
-"""`tlsplan tune`: measure which shape of beam tiles suits an OpenCL device, and keep the answer for this user."""
+"""`tlsplan tune`: measure which OpenCL device is fastest, and which shape of beam tiles suits it; keep the answers."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import click
@@ -9,30 +10,112 @@ import click
 from ..options import device_option, json_option, quiet_option
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from planner_core.device import Device
     from planner_core.model import FloatArray
+    from planner_core.scan.measure_shapes import ShapeTimes
     from scenes_synthetic.model import SyntheticScene
+
+    from ..progress import ProgressReporter
 
 INSTRUMENT_HEIGHT_M = 1.5
 """In the middle of every room."""
 
 
-@click.command("tune", epilog="Example:  tlsplan tune --device nvidia")
+@click.command("tune", epilog="Example:  tlsplan tune   or   tlsplan tune --device nvidia")
 @device_option
-@click.option("--quick", is_flag=True, help="Try the first three shapes only: seconds instead of a minute.")
+@click.option("--quick", is_flag=True, help="Try the first three shapes only: seconds instead of a minute a device.")
 @json_option
 @quiet_option
 def command(device: str | None, quick: bool, as_json: bool, quiet: bool) -> None:
-    """Measure which shape of beam tiles scans fastest on a device, and keep it for all later runs.
+    """Measure which device, and which shape of beam tiles on it, scans fastest, and keep it for all later runs.
 
     Beams are cast in tiles and packets; their best shape differs from device to device. Scans of a synthetic house are
-    timed in each shape, which takes a minute or so, most of it compiling. Results of scans and plans do not depend
+    timed in each shape on every device that works, or on the one that --device names, which takes a minute or so each,
+    most of it compiling. Without --device the fastest one becomes the default. Results of scans and plans do not depend
     on the shape. A new driver or version of tlsplan asks for measuring anew; until then the shipped shape is used.
     """
+    from planner_core.cache import CACHE_VARIABLE
+    from planner_core.device import keep_fastest, list_devices, open_device, problem_of_device
+    from planner_core.errors import RequirementError
+
+    from .. import environment, output
+    from ..progress import ProgressReporter
+
+    environment.check_caches_are_kept(CACHE_VARIABLE)
+    infos = list_devices()
+    problems = [problem_of_device(info) for info in infos] if device is None else []
+    names = [str(index) for index, why in enumerate(problems) if not why] if device is None else [device]
+    if not names:
+        open_device()  # says why, with the remedy
+    with ProgressReporter(quiet=quiet or as_json) as reporter:
+        tuned = {name: _tune(open_device(name), quick, reporter) for name in names}
+    fastest = min(tuned, key=lambda name: tuned[name].least_ms)
+    if device is None:
+        try:
+            keep_fastest(infos, int(fastest))
+        except OSError as error:
+            raise RequirementError(
+                f"cache folder: can't be written ({error.strerror}), expected a place to keep the fastest device; "
+                f"set {CACHE_VARIABLE} to one"
+            ) from error
+    if as_json:
+        output.as_json({"fastest": tuned[fastest].label, "devices": [each.document() for each in tuned.values()]})
+        return
+    if quiet:
+        return
+    for each in tuned.values():
+        each.show()
+    for info, why in zip(infos, problems, strict=False):
+        if why:
+            output.say(f"{info.name} ({info.platform}) was left out: {why}")
+    if device is None:
+        output.say(f"default from now on: {tuned[fastest].label}")
+
+
+@dataclass(frozen=True)
+class _Tuned:
+    """Shapes measured on one device."""
+
+    label: str
+    best: tuple[int, int, int]
+    times: ShapeTimes
+    file: Path
+
+    @property
+    def least_ms(self) -> float:
+        return self.times.milliseconds[self.best]
+
+    def document(self) -> dict[str, object]:
+        rows, columns, lanes = self.best
+        return {
+            "device": self.label,
+            "tile_rows": rows,
+            "tile_columns": columns,
+            "lanes": lanes,
+            "milliseconds": {name_of(shape): round(ms, 4) for shape, ms in self.times.milliseconds.items()},
+            "refused": {name_of(shape): why for shape, why in self.times.refused.items()},
+            "file": str(self.file),
+        }
+
+    def show(self) -> None:
+        from .. import output
+
+        times = sorted(self.times.milliseconds.items(), key=lambda row: row[1])
+        output.table(("tile and packet", "ms a scan"), [(name_of(shape), f"{ms:.2f}") for shape, ms in times])
+        for shape, why in self.times.refused.items():
+            output.say(f"{name_of(shape)} does not run here: {why}")
+        output.say()
+        output.say(f"{self.label}: {name_of(self.best)} from now on, kept in {self.file}")
+        output.say()
+
+
+def _tune(opened: Device, quick: bool, reporter: ProgressReporter) -> _Tuned:
     from dataclasses import replace
 
     import numpy as np
 
-    from planner_core.device import open_device
     from planner_core.scan import tuning
     from planner_core.scan.measure_shapes import measure_shapes
     from planner_core.scan.opencl import OpenCLEngine
@@ -41,43 +124,14 @@ def command(device: str | None, quick: bool, as_json: bool, quiet: bool) -> None
     from planner_core.scene.patches import make_patches
     from scenes_synthetic import build
 
-    from .. import environment, output
-    from ..progress import ProgressReporter
-
-    environment.check_caches_are_kept(tuning.CACHE_VARIABLE)
-    opened = open_device(device)
     house = build("house")
     engine = OpenCLEngine(house.scene, make_patches(house.scene, max_area_m2=0.04), opened)
     template = replace(make_template(load_scanner("hdl-64e")), range_max_m=np.inf)
     shapes = tuning.shapes_to_try(opened)[: 3 if quick else None]
-    with ProgressReporter(quiet=quiet or as_json) as reporter:
-        times = measure_shapes(engine, template, _middles(house), shapes, progress=reporter.show)
+    times = measure_shapes(engine, template, _middles(house), shapes, progress=reporter.show)
     best = times.best()
     named = {name_of(shape): ms for shape, ms in times.milliseconds.items()}
-    file = tuning.keep_shape(opened, best, named)
-    if as_json:
-        output.as_json(
-            {
-                "device": opened.label,
-                "tile_rows": best[0],
-                "tile_columns": best[1],
-                "lanes": best[2],
-                "milliseconds": {name: round(ms, 4) for name, ms in named.items()},
-                "refused": {name_of(shape): why for shape, why in times.refused.items()},
-                "file": str(file),
-            }
-        )
-        return
-    if quiet:
-        return
-    output.table(
-        ("tile and packet", "ms a scan"),
-        [(name, f"{ms:.2f}") for name, ms in sorted(named.items(), key=lambda row: row[1])],
-    )
-    for shape, why in times.refused.items():
-        output.say(f"{name_of(shape)} does not run here: {why}")
-    output.say()
-    output.say(f"{opened.label}: {name_of(best)} from now on, kept in {file}")
+    return _Tuned(opened.label, best, times, tuning.keep_shape(opened, best, named))
 
 
 def name_of(shape: tuple[int, int, int]) -> str:
