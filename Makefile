@@ -129,11 +129,13 @@ api-types: $(DEV) $(NODE) ## regenerate the description of the viewer's interfac
 	$(BIN)/python -m viewer_web.server.openapi $(WEB)/src/api/openapi.json
 	cd $(WEB) && npx biome format --write src/api/openapi.json && npm run --silent types
 
-lock: $(RUNTIME) ## resolve the pinned dependencies anew
+LOCK_OPTIONS ?= --upgrade
+lock: $(RUNTIME) ## resolve the pinned dependencies anew; LOCK_OPTIONS= keeps every version that still fits
 	$(PIP) install --quiet uv
 	for name in runtime dev; do \
 	  $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-	    --no-emit-find-links --no-header --upgrade requirements/$$name.in -o requirements/$$name.lock || exit 1; \
+	    --no-emit-find-links --no-header --excludes requirements/excluded.txt $(LOCK_OPTIONS) \
+	    requirements/$$name.in requirements/checkout.in -o requirements/$$name.lock || exit 1; \
 	done
 
 clean: ## remove everything that the other targets made
@@ -153,12 +155,12 @@ $(RUNTIME): requirements/runtime.lock pyproject.toml | system
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "tlsplan set-up: $$($(PYTHON) --version) is too old, 3.11 or later is needed; pass PYTHON=path/to/python3" >&2; exit 1; }
 	@[ -x $(BIN)/python ] || $(PYTHON) -m venv $(VENV)
-	$(PIP) install --quiet --require-hashes -r requirements/runtime.lock
+	$(PIP) install --quiet --no-deps --require-hashes -r requirements/runtime.lock
 	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
 	@touch $@
 
 $(DEV): requirements/dev.lock $(RUNTIME) | system
-	$(PIP) install --quiet --require-hashes -r requirements/dev.lock
+	$(PIP) install --quiet --no-deps --require-hashes -r requirements/dev.lock
 	@touch $@
 
 $(NODE): $(WEB)/package-lock.json

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 PACKAGES = {
     "numpy": "numpy",
-    "open3d": "open3d",
+    "numba": "numba",
+    "open3d-cpu" if (sys.platform, platform.machine()) == ("linux", "x86_64") else "open3d": "open3d",
     "pyopencl": "pyopencl",
     "pyvista": "pyvista",
     "matplotlib": "matplotlib",
     "usd-core": "pxr.Usd",
     "OpenImageIO": "OpenImageIO",
     "ifcopenshell": "ifcopenshell",
-    "trimesh": "trimesh",
     "scipy": "scipy.sparse",
     "starlette": "starlette",
     "uvicorn": "uvicorn",
@@ -105,6 +105,8 @@ def _packages() -> list[Finding]:
             findings.append(Finding(distribution, False, "not installed", f"pip install {distribution}"))
             continue
         try:
+            if module == "open3d":
+                importlib.import_module("planner_core.scan.open3d").leave_out_drawing()
             importlib.import_module(module)
             findings.append(Finding(distribution, True, version))
         except (ImportError, OSError) as error:

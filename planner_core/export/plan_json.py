@@ -43,7 +43,8 @@ SCHEMA = "tlsplan/plan/1"
 DROPPABLE_KEYS = ("device", "source", "timings_s", "versions")
 """What may differ between two runs of the same plan."""
 
-_PACKAGES = ("tlsplan", "ifcopenshell", "numpy", "open3d", "pyopencl", "scipy", "trimesh", "usd-core")
+#: Open3D is `open3d-cpu` on x86-64 Linux.
+_PACKAGES = ("tlsplan", "ifcopenshell", "numba", "numpy", "open3d", "open3d-cpu", "pyopencl", "scipy", "usd-core")
 
 
 def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:

@@ -5,8 +5,10 @@ Local frame, metres. The rules all engines keep are at the head of `planner_core
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from functools import cached_property
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -43,7 +45,7 @@ class Open3DEngine:
     name = "open3d"
 
     def __init__(self, scene: Scene, patches: Patches, *, warnings: tuple[str, ...] = ()) -> None:
-        open3d = _import_open3d()
+        open3d = import_open3d()
         self._core = open3d.core
         self.device = f"Open3D {open3d.__version__} (Embree, CPU)"
         self.warnings = warnings
@@ -202,8 +204,27 @@ def _beams(template: BeamTemplate) -> Float32Array:
     return directions(template).astype(np.float32).reshape(-1, 3)
 
 
-def _import_open3d() -> Any:
+def leave_out_drawing() -> None:
+    """Let `import open3d` go without Dash and Plotly; call it before.
+
+    Open3D loads both on its import for `draw_plotly` alone. They bring 165 MB of web packages along, which the set-up
+    leaves out (docs/decisions/0002-set-up.md).
+    """
+    drawing = ModuleType("open3d.visualization.draw_plotly")
+    vars(drawing).update(dict.fromkeys(("get_plotly_fig", "draw_plotly", "draw_plotly_server")))
+    sys.modules.setdefault(drawing.__name__, drawing)
+
+
+def import_open3d() -> Any:
+    """Return the package `open3d`, without its drawing.
+
+    Raises
+    ------
+    MissingPackageError
+        It can't be loaded.
+    """
     try:
+        leave_out_drawing()
         import open3d
     except (ImportError, OSError) as error:
         # OSError: the wheel is there, but a system library that it needs is not.

@@ -22,16 +22,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import open3d
 
 from planner_core.device import open_device
 from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource
+from planner_core.scan.open3d import import_open3d
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.scanners import load_scanner
 from planner_core.scan.template import directions, make_template
 from planner_core.scan.tuning import tile_shape
 from planner_core.scene.patches import make_patches
 
+open3d = import_open3d()
 REPOSITORY = Path(__file__).resolve().parents[2]
 IFC_FOLDER = REPOSITORY.parent / "shared" / "data" / "ifc"
 PATCH_AREA_M2 = 0.04

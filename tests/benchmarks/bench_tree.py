@@ -18,12 +18,12 @@ from unittest import mock
 
 import binned_sah
 import numpy as np
-import open3d
 from bench_scan import PATCH_AREA_M2, scenes, stations_of
 
 from planner_core.device import Device, open_device
 from planner_core.model import Patches, Scene
 from planner_core.scan import opencl
+from planner_core.scan.open3d import import_open3d
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.scanners import load_scanner
 from planner_core.scan.surfaces import round_surfaces
@@ -31,6 +31,7 @@ from planner_core.scan.template import make_template
 from planner_core.scan.tree import Tree
 from planner_core.scene.patches import make_patches, squared_edges
 
+open3d = import_open3d()
 MAX_REFERENCE_TRIANGLES = 200_000
 OPEN3D = "Open3D (Embree)"
 

@@ -19,7 +19,7 @@ HEAVY = (
     "vtk",
     "OpenImageIO",
     "ifcopenshell",
-    "trimesh",
+    "numba",
     "scipy",
     "numpy",
     "rich",

@@ -26,7 +26,6 @@ from pathlib import Path
 
 import meshes
 import numpy as np
-import open3d
 import verdicts
 from meshes import Mesh
 from numpy.typing import NDArray
@@ -35,11 +34,13 @@ from verdicts import Floats, Ints
 from planner_core.device import Device, open_device
 from planner_core.device.runtime import kernels_hash
 from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource
+from planner_core.scan.open3d import import_open3d
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.template import directions
 from planner_core.scan.tuning import tile_shape, use_shape
 from planner_core.scene.patches import make_patches
 
+open3d = import_open3d()
 REPOSITORY = Path(__file__).resolve().parents[2]
 #: Of the mesh's centre from the local origin, metres; the last is ten kilometres in a skew direction.
 DISTANCES_M = (0.0, 1.0, 100.0, 10_000.0)
