@@ -19,7 +19,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large bench-planning bench-live bench-clouds plan-scenes soak kernel-check wheel test-wheel docs api-types lock clean
+.PHONY: help intel demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large bench-planning bench-live bench-clouds plan-scenes soak kernel-check wheel test-wheel docs api-types lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -33,6 +33,8 @@ demo: setup ## plan a synthetic two-storey house, or your own building with SCEN
 	fi
 
 setup: $(RUNTIME) $(VIEWER) ## everything that using tlsplan from this checkout needs: .venv/bin/tlsplan
+intel: $(RUNTIME) ## Intel's OpenCL runtime for processors beside PoCL: 0.8 GB, under Intel's own licence
+	$(PIP) install --quiet --no-deps --require-hashes -r requirements/intel.lock
 viewer: $(VIEWER) ## build the browser application
 
 # ----------------------------------------------------------------------------------------------- test
@@ -132,10 +134,10 @@ api-types: $(DEV) $(NODE) ## regenerate the description of the viewer's interfac
 LOCK_OPTIONS ?= --upgrade
 lock: $(RUNTIME) ## resolve the pinned dependencies anew; LOCK_OPTIONS= keeps every version that still fits
 	$(PIP) install --quiet uv
-	for name in runtime dev; do \
+	for name in runtime dev intel; do \
 	  $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 	    --no-emit-find-links --no-header --excludes requirements/excluded.txt $(LOCK_OPTIONS) \
-	    requirements/$$name.in requirements/checkout.in -o requirements/$$name.lock || exit 1; \
+	    requirements/$$name.in $$([ $$name = intel ] || echo requirements/checkout.in) -o requirements/$$name.lock || exit 1; \
 	done
 
 clean: ## remove everything that the other targets made

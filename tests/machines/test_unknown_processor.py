@@ -1,0 +1,59 @@
+"""A processor that PoCL's compiler does not know: nothing builds there without our remedy, all is well with it."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from planner_core.device import list_devices, pocl
+
+_MACHINE = Path(__file__).with_name("unknown_processor")
+_OPEN = """
+from planner_core.device import list_devices, problem_of_device
+from planner_core.device.pocl import POCL
+info = next(info for info in list_devices() if info.platform == POCL)
+print(info.compiled_for)
+print(problem_of_device(info))
+"""
+
+pytestmark = pytest.mark.skipif(
+    not any(info.platform == pocl.POCL and "PoCL 3.0-rc2" in info.version for info in list_devices()),
+    reason="another PoCL than that of pyopencl's wheel, or none",
+)
+
+
+def on_that_machine(tmp_path: Path, *, unaided: bool) -> list[str]:
+    """What a process there says of PoCL's device: the processor compiled for, and what is wrong. No cache is shared."""
+    own = {name: str(tmp_path / name) for name in ("POCL_CACHE_DIR", "TLSPLAN_CACHE", "XDG_CACHE_HOME")}
+    done = subprocess.run(
+        [sys.executable, "-c", _OPEN],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=900,
+        env={
+            **os.environ,
+            **own,
+            "PYTHONPATH": str(_MACHINE),
+            "PYOPENCL_NO_CACHE": "1",
+            "UNAIDED": str(int(unaided)),
+            "TMPDIR": str(tmp_path),  # for the compiler's log
+        },
+    )
+    compiled_for, problem = done.stdout.split("\n")[:2]
+    return [compiled_for, problem]
+
+
+def test_without_the_remedy_no_kernel_builds(tmp_path: Path) -> None:
+    compiled_for, problem = on_that_machine(tmp_path, unaided=True)
+    assert compiled_for == ""
+    assert "unknown target CPU 'generic'" in problem
+
+
+def test_with_the_remedy_all_kernels_build_and_compute_rightly(tmp_path: Path) -> None:
+    compiled_for, problem = on_that_machine(tmp_path, unaided=False)
+    assert compiled_for == pocl.level_of(pocl.processor_flags())
+    assert compiled_for
+    assert problem == ""
