@@ -1,4 +1,4 @@
-# `make demo` and `make test` each do all the set-up they need. `make help` lists the rest.
+# `make demo`, `make test` and `make test-slow` each do all the set-up they need. `make help` lists the rest.
 # Stamps in .venv/ and node_modules/ keep a second run from downloading anything.
 
 PYTHON ?= python3
@@ -19,7 +19,9 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help intel demo test check setup viewer system system-tests system-kernel-check lint typecheck imports pytest web e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large bench-planning bench-live bench-clouds plan-scenes soak kernel-check wheel test-wheel docs api-types lock clean
+.PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-kernel-check lint typecheck \
+  imports pytest pytest-slow web e2e e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large \
+  bench-planning bench-live bench-clouds plan-scenes soak soak-short kernel-check wheel test-wheel docs api-types lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -38,10 +40,13 @@ intel: $(RUNTIME) ## Intel's OpenCL runtime for processors beside PoCL: 0.8 GB, 
 viewer: $(VIEWER) ## build the browser application
 
 # ----------------------------------------------------------------------------------------------- test
-test: setup system-tests $(DEV) ## all checks and tests
+# Every test is in one of two tiers; CONTRIBUTING.md says which, and tests/test_tiers.py keeps it so.
+test: setup system-tests $(DEV) ## a test of every promise, in minutes: checks, all tests but the slow ones, the browser's main paths
 	@$(MAKE) --no-print-directory check
 	@$(MAKE) --no-print-directory pytest
 	@$(MAKE) --no-print-directory web
+
+test-slow: pytest-slow kernel-check soak-short e2e e2e-scenes ## the rest, in less than an hour: slow tests, kernels under oclgrind, a short soak, all of the browser
 
 check: lint typecheck imports ## the static checks of the Python code
 
@@ -55,18 +60,26 @@ typecheck: $(DEV)
 imports: $(DEV)
 	$(BIN)/lint-imports
 
-pytest: $(DEV) $(VIEWER) system-tests ## the Python tests
-	$(BIN)/pytest -q -n 2 --dist loadgroup $(PYTEST_ARGS)
+PYTEST := $(BIN)/pytest -q -n 2 --dist loadgroup
 
-web: $(NODE) $(VIEWER) $(DEV) system-tests ## the checks and tests of the viewer, those in a real browser included
-	cd $(WEB) && npm run --silent lint && npm run --silent typecheck && npm run --silent test && npm run --silent e2e
+pytest: $(DEV) $(VIEWER) system-tests ## the Python tests but the slow ones
+	$(PYTEST) -m "not slow" $(PYTEST_ARGS)
+
+pytest-slow: $(DEV) $(VIEWER) system-tests system-kernel-check ## the slow Python tests
+	$(PYTEST) -m slow $(PYTEST_ARGS)
+
+web: $(NODE) $(VIEWER) $(DEV) system-tests ## the checks and tests of the viewer, and its main paths in a real browser
+	cd $(WEB) && npm run --silent lint && npm run --silent typecheck && npm run --silent test && npm run --silent e2e:main
+
+e2e: $(NODE) $(VIEWER) $(DEV) system-tests ## the viewer in a real browser, all of it
+	cd $(WEB) && npm run --silent e2e
 
 # Plans of whole scenes: made once, in minutes, and kept. The duplex is not part of the repository.
 SCENES := $(OUT)/e2e-scenes
 DUPLEX := $(wildcard ../shared/data/ifc/duplex.ifc)
 SCENE_PLANS := $(SCENES)/school/plan.json $(if $(DUPLEX),$(SCENES)/duplex/plan.json)
 
-e2e-scenes: $(NODE) $(VIEWER) $(DEV) system-tests $(SCENE_PLANS) ## the viewer in a real browser on a duplex and on a synthetic school; not part of `make test`
+e2e-scenes: $(NODE) $(VIEWER) $(DEV) system-tests $(SCENE_PLANS) ## the viewer in a real browser on a duplex and on a synthetic school
 	$(if $(DUPLEX),,@echo "e2e-scenes: no ../shared/data/ifc/duplex.ifc, so the school alone")
 	cd $(WEB) && TLSPLAN_E2E_SCENES="$(abspath $(SCENES))" npx vitest run --config e2e/scenes.config.ts
 
@@ -108,6 +121,9 @@ plan-scenes: $(DEV) ## every synthetic scene through `tlsplan plan`; writes docs
 
 soak: $(DEV) ## a hundred million beams at shared edges and vertices, none may leak; goes on where it was interrupted
 	$(BIN)/python tests/soak/soak_watertight.py --write docs/benchmarks/watertight.md
+
+soak-short: $(DEV) ## the soak with a hundredth of its beams, from the start
+	$(BIN)/python tests/soak/soak_watertight.py --beams 1e6 --fresh --store build/soak-short.jsonl
 
 kernel-check: $(DEV) system-kernel-check ## all kernels under oclgrind: memory, races, uninitialised values
 	$(BIN)/python tests/kernels/check_kernels.py

@@ -27,6 +27,7 @@ _FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, _FOLDER)
 try:
     import small_pictures  # noqa: F401 - from here on they are known by their names
+    from made_once import MadeOnce, folders_made_once
     from real_buildings import RealScene, real_scenes
 finally:
     sys.path.remove(_FOLDER)
@@ -55,10 +56,16 @@ def own_signals() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def real_scene(tmp_path_factory: pytest.TempPathFactory) -> RealScene:
-    """Call with `duplex` or `fzk-haus`: the scene of the real building, loaded once; skips where there is none."""
+def made_once(tmp_path_factory: pytest.TempPathFactory) -> MadeOnce:
+    """Call with a name and what fills a folder: the folder, filled once for all workers; who changes it copies it."""
     own = tmp_path_factory.getbasetemp()
-    return real_scenes(own.parent if "PYTEST_XDIST_WORKER" in os.environ else own)
+    return folders_made_once(own.parent if "PYTEST_XDIST_WORKER" in os.environ else own)
+
+
+@pytest.fixture(scope="session")
+def real_scene(made_once: MadeOnce) -> RealScene:
+    """Call with `duplex` or `fzk-haus`: the scene of the real building, loaded once; skips where there is none."""
+    return real_scenes(made_once)
 
 
 @pytest.hookimpl(tryfirst=True)  # before xdist asks for groups

@@ -5,12 +5,13 @@ Tests of loading itself load them anew.
 
 from __future__ import annotations
 
-import os
 import pickle
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pytest
+from made_once import MadeOnce
 
 from planner_core.model import Scene
 
@@ -18,33 +19,20 @@ FOLDER = Path(__file__).resolve().parents[1].parent / "shared" / "data" / "ifc"
 RealScene = Callable[[str], Scene]
 
 
-def real_scenes(folder: Path) -> RealScene:
-    """What loads `duplex` or `fzk-haus` with default options, or skips the test where the file is absent.
+def real_scenes(made_once: MadeOnce) -> RealScene:
+    """What loads `duplex` or `fzk-haus` with default options, or skips the test where the file is absent."""
 
-    Scenes loaded are kept in `folder`, which processes may share.
-    """
-    loaded: dict[str, Scene] = {}
+    def load(folder: Path) -> None:
+        from planner_core.scene.load import load_scene  # a while to import, for tests that load nothing
 
+        (folder / "scene.pickle").write_bytes(pickle.dumps(load_scene(FOLDER / f"{folder.name}.ifc")))
+
+    @cache
     def scene_of(name: str) -> Scene:
-        path = FOLDER / f"{name}.ifc"
-        if not path.is_file():
-            pytest.skip(f"{path.name} is not beside the repository (../shared/data/ifc)")
-        if name not in loaded:
-            loaded[name] = _kept(path, folder / f"{name}.pickle")
-        return loaded[name]
-
-    return scene_of
-
-
-def _kept(path: Path, kept: Path) -> Scene:
-    from planner_core.scene.load import load_scene  # a while to import, for tests that load nothing
-
-    if kept.is_file():
-        scene = pickle.loads(kept.read_bytes())
+        if not (FOLDER / f"{name}.ifc").is_file():
+            pytest.skip(f"{name}.ifc is not beside the repository (../shared/data/ifc)")
+        scene = pickle.loads((made_once(name, load) / "scene.pickle").read_bytes())
         assert isinstance(scene, Scene)
         return scene
-    scene = load_scene(path)
-    own = kept.with_suffix(f".{os.getpid()}")
-    own.write_bytes(pickle.dumps(scene))
-    own.replace(kept)  # whole, for whoever reads it meanwhile
-    return scene
+
+    return scene_of

@@ -24,6 +24,7 @@ from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.patches import make_patches
 from scenes_synthetic.hole_walls import HOLES_M
 
+pytestmark = pytest.mark.slow
 SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 

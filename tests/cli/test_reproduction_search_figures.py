@@ -19,6 +19,8 @@ from planner_core.model import Visibility
 from planner_core.search import SearchHistory, SearchResult, SearchSettings, search
 from scenes_synthetic.model import Room
 
+pytestmark = pytest.mark.slow
+
 
 def shrunk(grid_step_m: float) -> Callable[..., Level]:
     """Return `open_level` for scans of few columns from few positions, on large patches."""

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from made_once import MadeOnce
 
 import scenes_synthetic
 from planner_core.export.plan_json import SCHEMA, plan_text
@@ -24,15 +25,17 @@ SCANNER = Scanner(
 
 
 @pytest.fixture(scope="session")
-def planned_box(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def planned_box(made_once: MadeOnce) -> Path:
     """The folder `plan` beside `box.ifc`, which says where on earth it is; for copying."""
-    folder = tmp_path_factory.mktemp("planned")
+    return made_once("planned-box", plan_box)
+
+
+def plan_box(folder: Path) -> None:
     path = scenes_synthetic.write(scenes_synthetic.on_map(scenes_synthetic.build("box")), folder / "box.ifc")
     settings = PlanSettings(scanner=SCANNER, requirements=Requirements(coverage=0.5), grid_step_m=1.5, refine=False)
     plan = make_plan(load_scene(path, options=LoadOptions(doors="shut")), settings, engine="open3d")
     (folder / "plan").mkdir()
     (folder / "plan" / "plan.json").write_text(plan_text(plan, folder / "plan"), encoding="utf-8")
-    return folder
 
 
 @pytest.fixture

@@ -17,6 +17,7 @@ def check() -> ModuleType:
     return check_kernels
 
 
+@pytest.mark.slow  # as `make test-slow` alone installs oclgrind
 @pytest.mark.skipif(shutil.which("oclgrind") is None, reason="oclgrind is not installed; `make kernel-check` does it")
 def test_the_checker_reports_an_access_out_of_bounds_a_race_and_an_uninitialised_value(
     check: ModuleType, tmp_path: Path

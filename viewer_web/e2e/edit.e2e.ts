@@ -93,7 +93,7 @@ async function takeAllBack(): Promise<void> {
   }
 }
 
-test('a dragged station shows what it would be worth, is kept, and goes back and forth', async () => {
+test('a dragged station shows what it would be worth, is kept, and goes back and forth', { tags: 'main' }, async () => {
   const before = await viewer.page.getByTestId('totals').textContent();
   const { revision } = await review();
   const [{ id }] = stations;

@@ -32,7 +32,7 @@ afterEach(async () => {
 const reads = (id: string, words: string): Promise<void> =>
   expect.poll(() => viewer.page.getByTestId(id).textContent()).toBe(words);
 
-test('the next station, its number and the way there are shown, station after station', async () => {
+test('the next station, its number and the way there are shown, station after station', { tags: 'main' }, async () => {
   expect(plan.route).not.toBeNull();
   await viewer.screenshot('field-1-begin');
   for (const [i, stop] of stops.slice(0, 3).entries()) {

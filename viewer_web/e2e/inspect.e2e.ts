@@ -38,7 +38,7 @@ async function choose(layerId: string): Promise<void> {
   await viewer.settle();
 }
 
-test('every layer has a legend and a picture of its own', async () => {
+test('every layer has a legend and a picture of its own', { tags: 'main' }, async () => {
   await viewer.open(`#floor=${ground.id}`);
   let before = await viewer.canvasPixels();
   const ids = ['seen', ...files.layers.layers.map(({ id }) => id), 'reason'];
@@ -90,7 +90,9 @@ test('a clicked surface tells the figures of its patch as the files have them', 
   await viewer.screenshot('i-clicked');
 });
 
-test('the unseen list is sorted by size, tells why, and flies to a piece that it points out', async () => {
+test('the unseen list is sorted by size, tells why, and flies to a piece that it points out', {
+  tags: 'main',
+}, async () => {
   await viewer.open('#tab=unseen');
   const { page } = viewer;
   const rows = page.locator('.unseen > button');
@@ -207,7 +209,7 @@ test('clouds of a floor show together, by station, and go when they are hidden',
   expect(before.shareChanged(await viewer.canvasPixels())).toBeLessThan(0.002);
 });
 
-test('a panorama shows the range image, reads ranges and looks there', async () => {
+test('a panorama shows the range image, reads ranges and looks there', { tags: 'main' }, async () => {
   const station = stationsOf(ground.id)[0];
   await viewer.open(`#floor=${ground.id}&station=${station.id}`);
   const { page } = viewer;
@@ -294,7 +296,7 @@ test('the building is walked at eye height with keys, and left with Escape', asy
   expect(await page.getByRole('region', { name: 'Walk-through' }).count()).toBe(0);
 });
 
-test('the route is drawn and stepped through from stop to stop', async () => {
+test('the route is drawn and stepped through from stop to stop', { tags: 'main' }, async () => {
   await viewer.open(`#floor=${ground.id}`);
   const { page } = viewer;
   const before = await viewer.canvasPixels();

@@ -35,7 +35,7 @@ test('what the browser finds of the network is what the planner found', () => {
   expect([...report.articulations].sort()).toEqual(registration.networks.flatMap((one) => one.articulations).sort());
 });
 
-test('the tab tells networks, bridges and the weakest link', async () => {
+test('the tab tells networks, bridges and the weakest link', { tags: 'main' }, async () => {
   await viewer.open('#tab=network');
   const shown = await viewer.figures('network-figures');
   expect(shown.Networks).toContain(report.parts.length === 1 ? 'one: all register' : `${report.parts.length} apart`);

@@ -106,7 +106,7 @@ test('comments are pinned to stations and surfaces, shown as text, and resolved'
   await close(viewer);
 });
 
-test('stations are accepted and rejected, and the plan is signed off', async () => {
+test('stations are accepted and rejected, and the plan is signed off', { tags: 'main' }, async () => {
   const viewer = await openAs('Grace');
   const { page } = viewer;
   await page.getByRole('button', { name: `Accept ${first.id}`, exact: true }).click();

@@ -63,7 +63,7 @@ test('a form that makes no sense is told so before anything starts', async () =>
   expect(await viewer.page.getByRole('button', { name: 'Start' }).isDisabled()).toBe(true);
 });
 
-test('a run is started, watched, opened, compared and deleted', async () => {
+test('a run is started, watched, opened, compared and deleted', { tags: 'main' }, async () => {
   const { page } = viewer;
   await page.getByRole('tab', { name: 'Edit' }).click();
   await page.getByRole('button', { name: `Station ${plan.stations[0].id}`, exact: true }).click();

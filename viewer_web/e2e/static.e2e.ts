@@ -65,7 +65,9 @@ afterEach(async () => {
 
 const isKept = (): Promise<void> => viewer.page.locator('html[data-offline=ready]').waitFor({ state: 'attached' });
 
-test('the export opens below a folder of a static host, without a request to a server of ours', async () => {
+test('the export opens below a folder of a static host, without a request to a server of ours', {
+  tags: 'main',
+}, async () => {
   const asked: string[] = [];
   viewer.page.on('request', (request) => asked.push(new URL(request.url()).pathname));
   await viewer.open();

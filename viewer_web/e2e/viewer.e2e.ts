@@ -50,7 +50,7 @@ async function centreOf(id: string): Promise<{ x: number; y: number }> {
   return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
 }
 
-test('the page shows the building and the figures of the plan', async () => {
+test('the page shows the building and the figures of the plan', { tags: 'main' }, async () => {
   await viewer.page.setViewportSize({ width: 1280, height: 800 });
   await viewer.open();
   const { page } = viewer;
@@ -68,7 +68,7 @@ test('the page shows the building and the figures of the plan', async () => {
   await viewer.screenshot('1-all-floors');
 });
 
-test('the floor selector changes the picture and shows only the markers of that floor', async () => {
+test('the floor selector changes the picture and shows only the markers of that floor', { tags: 'main' }, async () => {
   await viewer.open();
   let before = await viewer.canvasPixels();
   for (const floor of floorsLowestFirst) {
@@ -110,7 +110,7 @@ test('markers stand where plan.json has the stations', async () => {
   await viewer.screenshot('3-from-above');
 });
 
-test('a click on a marker shows the figures of plan.json and the cloud', async () => {
+test('a click on a marker shows the figures of plan.json and the cloud', { tags: 'main' }, async () => {
   const station = stationsOf(floorsLowestFirst[0].id)[0];
   await viewer.open(`#floor=${station.floor}`);
   const before = await viewer.canvasPixels();

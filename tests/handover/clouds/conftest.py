@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from made_once import MadeOnce
 
 from planner_core.handover.source import PlanSource, open_plan
 
@@ -17,8 +18,8 @@ finally:
 
 
 @pytest.fixture(scope="session")
-def plan_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_plan(tmp_path_factory.mktemp("clouds"))
+def plan_folder(made_once: MadeOnce) -> Path:
+    return made_once("clouds", write_plan) / "plan"
 
 
 @pytest.fixture(scope="session")
