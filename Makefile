@@ -21,7 +21,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-kernel-check lint typecheck \
   imports pytest pytest-slow web e2e e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-planning bench-live bench-clouds plan-scenes soak soak-short kernel-check wheel test-wheel docs api-types lock clean
+  bench-drivers bench-planning bench-live bench-clouds plan-scenes soak soak-short kernel-check wheel test-wheel docs api-types lock clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -94,6 +94,9 @@ $(SCENES)/duplex/plan.json: $(DUPLEX) | $(RUNTIME)
 
 bench: $(DEV) ## scan engine against Open3D; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_scan.py --write docs/benchmarks/scan.md
+
+bench-drivers: $(DEV) ## OpenCL drivers beside each other, and the host without any; writes docs/benchmarks
+	$(BIN)/python tests/benchmarks/bench_drivers.py --write docs/benchmarks/drivers.md
 
 bench-patch-mode: $(DEV) ## patch mode against beams; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_patch_mode.py --write docs/benchmarks/patch-mode.md
