@@ -28,6 +28,7 @@ PACKAGES = {
     "OpenImageIO": "OpenImageIO",
     "ifcopenshell": "ifcopenshell",
     "scipy": "scipy.sparse",
+    "numba": "numba",
     "starlette": "starlette",
     "uvicorn": "uvicorn",
 }

@@ -6,7 +6,6 @@ Local frame, metres. The rules all engines keep are at the head of `planner_core
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from functools import cached_property
 from types import ModuleType
 from typing import Any
@@ -19,21 +18,20 @@ from planner_core.model import (
     BoolArray,
     Float32Array,
     FloatArray,
-    Int32Array,
     Patches,
     PatchReturns,
     RayHits,
     ScanBatch,
     Scene,
+    UInt8Array,
     Visibility,
 )
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scan.engine import check_positions, check_rays
+from planner_core.scan.hit_rows import HitRows, Hits
 from planner_core.scan.optics import traced_surfaces
-from planner_core.scan.patch_returns import Content, Rows, RowStore, count_returns, join_bands, no_rows, sum_returns
-from planner_core.scan.surfaces import round_surfaces
+from planner_core.scan.patch_returns import Content, Rows, RowStore, join_bands, no_rows
 from planner_core.scan.template import bands, directions
-from planner_core.scene.patches import patch_code, patch_triangles, squared_edges
 
 #: Beams of a template that are cast at once; a scanner with more is scanned in bands of rows.
 _BAND_BEAMS = 2**20
@@ -52,20 +50,19 @@ class Open3DEngine:
         self._open3d, self._whole_scene = open3d, scene
         self._n_patches = patches.n_patches
         self._traced = traced_surfaces(scene, patches)
-        self._patches, self._first_patch = self._traced.patches, self._traced.first_patch
-        self._depth = self._patches.depth
-        traced = self._traced.scene
-        surfaces = round_surfaces(traced)
-        self._normal = surfaces.normal
-        self._edges = squared_edges(traced.vertices_m[traced.triangles])
-        self._rounded = replace(traced, vertices_m=traced.vertices_m.astype(np.float32).astype(np.float64))
-        self._raycasting = self._prepare(traced)
+        self._rows = HitRows(self._traced, patches.n_patches)
+        self._raycasting = self._prepare(self._traced.scene)
 
     def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
         """See `ScanEngine.cast_rays`."""
         origins, unit = check_rays(origins_m, directions, range_max_m)
         rays = np.concatenate([origins, unit], axis=1).astype(np.float32)
-        range_m, triangle, _ = self._first_hits(self._solid, rays, 0.0, range_max_m)
+        hits: dict[str, Any] = self._solid.cast_rays(self._core.Tensor(rays))
+        range_m = np.array(hits["t_hit"].numpy(), dtype=np.float32)
+        # Compared as float32, as the kernels do; a miss is infinite and so has to be asked for by itself.
+        inside = (range_m <= np.float32(range_max_m)) & np.isfinite(range_m)
+        range_m[~inside] = np.nan
+        triangle = np.where(inside, hits["primitive_ids"].numpy().astype(np.int64), -1).astype(np.int32)
         return RayHits(range_m=range_m, triangle=triangle)
 
     @cached_property
@@ -89,13 +86,15 @@ class Open3DEngine:
         triangle = np.empty(shape, dtype=np.int32)
         patch = np.empty(shape, dtype=np.int32)
         cos_incidence = np.empty(shape, dtype=np.float32)
-        beams = _beams(template)
+        rays, marks = _rays_of(_beams(template)), self._rows.no_marks()
         for index, position in enumerate(positions):
-            hits = self._scan_one(template, beams, position)
-            range_m[index] = hits[0].reshape(template.shape)
-            triangle[index] = hits[1].reshape(template.shape)
-            patch[index] = self._patch(hits[1], hits[2]).reshape(template.shape)
-            cos_incidence[index] = self._cos_incidence(beams, hits[1]).reshape(template.shape)
+            hits = self._scan_one(rays, position)
+            of_beam = self._rows.patches(hits, template.range_min_m, template.range_max_m, marks)
+            gives = of_beam >= 0
+            range_m[index] = np.where(gives, hits.range_m, np.float32(np.nan)).reshape(template.shape)
+            triangle[index] = np.where(gives, hits.triangle.astype(np.int32), -1).reshape(template.shape)
+            patch[index] = of_beam.reshape(template.shape)
+            cos_incidence[index] = self._rows.cos_incidence(of_beam, hits, rays[:, 3:]).reshape(template.shape)
         return ScanBatch(
             range_m=range_m,
             triangle=self._traced.in_whole_scene(triangle),
@@ -124,38 +123,27 @@ class Open3DEngine:
         store = RowStore(self._n_patches)
         parts = list(bands(template, max_beams=_BAND_BEAMS)) if 0 not in template.shape else []
         # Made once where one band is all there is.
-        kept = _beams(parts[0].template) if len(parts) == 1 else None
+        kept = _rays_of(_beams(parts[0].template)) if len(parts) == 1 else None
+        marks = self._rows.no_marks()
         for index, position in enumerate(positions):
             row: Rows | None = None
             for band in parts:
-                beams = _beams(band.template) if kept is None else kept
-                of_band = self._row(band.template, beams, position, content)
+                rays = _rays_of(_beams(band.template)) if kept is None else kept
+                of_band = self._row(band.template, rays, position, content, marks)
                 row = of_band if row is None else join_bands(row, of_band)
             store.append(no_rows(1) if row is None else row)
             progress(ProgressEvent("scan", index + 1, len(positions)))
         return store
 
-    def _row(self, template: BeamTemplate, beams: Float32Array, position_m: FloatArray, content: Content) -> Rows:
-        range_m, triangle, uv = self._scan_one(template, beams, position_m)
-        hit = np.flatnonzero(triangle >= 0)
-        range_m, triangle, uv = range_m[hit], triangle[hit], uv[hit]
-        patch = self._patch(triangle, uv)
-        if content is not Content.MOMENTS:
-            return count_returns(patch, content)
-        origin = position_m.astype(np.float32).astype(np.float64)
-        point_m = origin + beams[hit].astype(np.float64) * range_m[:, None].astype(np.float64)
-        first_vertex_m = self._first_vertices(triangle, patch)
-        return sum_returns(patch, point_m - first_vertex_m, self._cos_incidence(beams[hit], triangle), range_m)
-
-    def _first_vertices(self, triangle: Int32Array, patch: Int32Array) -> FloatArray:
-        """(N, 3) float64, the first vertex of the patches that lie on the triangles (N,)."""
-        used, place = np.unique(triangle, return_inverse=True)
-        part = replace(self._rounded, triangles=self._rounded.triangles[used])
-        depth = self._depth[used]
-        vertices = patch_triangles(part, replace(self._patches, depth=depth))[:, 0]
-        first = np.cumsum(1 << depth.astype(np.int64)) - (1 << depth.astype(np.int64))
-        first_vertices: FloatArray = vertices[first[place] + (patch - self._first_patch[triangle])]
-        return first_vertices
+    def _row(
+        self, template: BeamTemplate, rays: Float32Array, position_m: FloatArray, content: Content, marks: UInt8Array
+    ) -> Rows:
+        """Row of one position; `marks` are none, before and after."""
+        hits = self._scan_one(rays, position_m)
+        patch = self._rows.patches(hits, template.range_min_m, template.range_max_m, marks)
+        row = self._rows.row(patch, marks, hits, rays[:, 3:], position_m, content)
+        marks[row.arrays["patch"]] = 0
+        return row
 
     def are_hidden(self, position_m: FloatArray, targets_m: FloatArray) -> BoolArray:
         """Whether a surface lies between a position (3,) and each target (N, 3) relative to it, ends included."""
@@ -163,40 +151,16 @@ class Open3DEngine:
         rays[:, :3], rays[:, 3:] = position_m, targets_m
         return np.array(self._raycasting.test_occlusions(self._core.Tensor(rays), 0.0, 1.0).numpy(), dtype=np.bool_)
 
-    def _scan_one(
-        self, template: BeamTemplate, beams: Float32Array, position_m: FloatArray
-    ) -> tuple[Float32Array, Int32Array, Float32Array]:
-        rays = np.empty((beams.shape[0], 6), dtype=np.float32)
+    def _scan_one(self, rays: Float32Array, position_m: FloatArray) -> Hits:
+        """First hits of rays (N, 6), which are led from the position."""
         rays[:, :3] = position_m.astype(np.float32)
-        rays[:, 3:] = beams
-        range_m, triangle, uv = self._first_hits(self._raycasting, rays, template.range_min_m, template.range_max_m)
-        swallowed = (triangle >= 0) & ~self._traced.returns[triangle]
-        range_m[swallowed], triangle[swallowed] = np.nan, -1
-        return range_m, triangle, uv
+        found: dict[str, Any] = self._raycasting.cast_rays(self._core.Tensor.from_numpy(rays))
+        return Hits(*(found[name].numpy() for name in ("t_hit", "primitive_ids", "primitive_uvs")))
 
-    def _first_hits(
-        self, raycasting: Any, rays: Float32Array, range_min_m: float, range_max_m: float
-    ) -> tuple[Float32Array, Int32Array, Float32Array]:
-        """Range, triangle and barycentric (u, v) of rays (N, 6) with unit directions."""
-        hits: dict[str, Any] = raycasting.cast_rays(self._core.Tensor(rays))
-        range_m = np.array(hits["t_hit"].numpy(), dtype=np.float32)
-        # Compared as float32, as the kernels do; a miss is infinite and so has to be asked for by itself.
-        inside = (range_m >= np.float32(range_min_m)) & (range_m <= np.float32(range_max_m)) & np.isfinite(range_m)
-        triangle = np.where(inside, hits["primitive_ids"].numpy().astype(np.int64), -1).astype(np.int32)
-        range_m[~inside] = np.nan
-        return range_m, triangle, np.array(hits["primitive_uvs"].numpy(), dtype=np.float32)
 
-    def _patch(self, triangle: Int32Array, uv: Float32Array) -> Int32Array:
-        patch = np.full(triangle.shape, -1, dtype=np.int32)
-        hit = np.flatnonzero(triangle >= 0)
-        of, at = triangle[hit], uv[hit]
-        weights = np.stack([np.float32(1) - at[:, 0] - at[:, 1], at[:, 0], at[:, 1]], axis=1)
-        patch[hit] = self._first_patch[of] + patch_code(weights, self._edges[of], self._depth[of])
-        return patch
-
-    def _cos_incidence(self, beams: Float32Array, triangle: Int32Array) -> Float32Array:
-        cosine = np.abs((beams * self._normal[triangle]).sum(axis=1, dtype=np.float32))
-        return np.where(triangle >= 0, np.minimum(cosine, np.float32(1)), np.float32(np.nan)).astype(np.float32)
+def _rays_of(beams: Float32Array) -> Float32Array:
+    """(N, 6) rays along the beams (N, 3), from where they are led later."""
+    return np.concatenate([np.zeros_like(beams), beams], axis=1)
 
 
 def _beams(template: BeamTemplate) -> Float32Array:

@@ -1,4 +1,4 @@
-"""Rows of patches, one a position: kept while they stream in, joined band by band, summed from returns in NumPy.
+"""Rows of patches, one a position: kept while they stream in, joined band by band.
 
 Rows are `PatchReturns` with as much in them as was asked for: `Content`. Local frame, metres; docs/method/returns.md.
 """
@@ -15,9 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.model import (
-    Float32Array,
-    FloatArray,
-    Int32Array,
     Int64Array,
     PatchReturns,
     ReturnMoments,
@@ -185,46 +182,3 @@ def empty_moments(n_entries: int) -> dict[str, NDArray[Any]]:
         name: np.empty(shapes.get(name, n_entries), dtype=np.float32 if name in (_LEAST, _GREATEST) else np.float64)
         for name in _MOMENT_NAMES
     }
-
-
-def count_returns(patch: Int32Array, content: Content) -> Rows:
-    """Row of one position from the patches (N,) of its returns, -1 on none; counts if `content` has them."""
-    seen, count = np.unique(patch[patch >= 0], return_counts=True)
-    arrays: dict[str, NDArray[Any]] = {"patch": seen.astype(np.int32)}
-    if content is not Content.PATCHES:
-        arrays["n_returns"] = count.astype(np.int32)
-    return Rows(length=np.array([seen.size], dtype=np.int64), arrays=arrays)
-
-
-def sum_returns(patch: Int32Array, point_m: FloatArray, cos_incidence: Float32Array, range_m: Float32Array) -> Rows:
-    """Row of one position with moments, of N returns: sums in float64, the form that is easiest to believe.
-
-    patch : (N,), -1 for a return on none. point_m : (N, 3), relative to the first vertex of the return's patch.
-    """
-    on = patch >= 0
-    seen, place, count = np.unique(patch[on], return_inverse=True, return_counts=True)
-    p, cosine = point_m[on], cos_incidence[on]
-    weight = 2.0 - cosine.astype(np.float64)
-    square = (p * p).sum(axis=1)
-
-    def total(term: FloatArray) -> FloatArray:
-        sums: FloatArray = np.bincount(place, weights=term, minlength=seen.size).astype(np.float64)
-        return sums
-
-    least = np.full(seen.size, np.inf, dtype=np.float32)
-    np.minimum.at(least, place, range_m[on])
-    greatest = np.zeros(seen.size, dtype=np.float32)
-    np.maximum.at(greatest, place, cosine)
-    arrays: dict[str, NDArray[Any]] = {
-        "patch": seen.astype(np.int32),
-        "n_returns": count.astype(np.int32),
-        "point_sum_m": np.stack([total(p[:, axis]) for axis in range(3)], axis=1),
-        "square_sum_m2": total(square),
-        "weight_sum": total(weight),
-        "weighted_point_sum_m": np.stack([total(weight * p[:, axis]) for axis in range(3)], axis=1),
-        "weighted_square_sum_m2": total(weight * square),
-        "range_sum_m": total(range_m[on].astype(np.float64)),
-        _LEAST: least,
-        _GREATEST: greatest,
-    }
-    return Rows(length=np.array([seen.size], dtype=np.int64), arrays=arrays)

@@ -53,6 +53,12 @@ class Network:
         linked = [self.neighbours(candidate).tolist() for candidate in range(self.n_candidates)]
         return frozenset(_components_bridges_and_pieces(linked)[1])
 
+    def spared_links(self) -> tuple[Int32Array, Int32Array]:
+        """Other ends of each candidate's `bridges` as CSR rows, (N + 1,) and (M,) int32; none without `loops`."""
+        bridges = self.bridges if self.loops else frozenset()
+        ends = np.array(sorted([*bridges, *((b, a) for a, b in bridges)]), dtype=np.int32).reshape(-1, 2)
+        return np.searchsorted(ends[:, 0], np.arange(self.n_candidates + 1)).astype(np.int32), ends[:, 1].copy()
+
     def links_among(self, chosen: Sequence[int]) -> list[list[int]]:
         """Places in `chosen` that each of the chosen candidates is linked to, in ascending order."""
         place = np.full(self.n_candidates, -1, dtype=np.int64)

@@ -3,8 +3,8 @@
 Input a `CoverProblem` and sets of k candidates, output sets of k candidates and what each misses (ticks). A step
 exchanges one station for a candidate; kernels/swap_walks.cl says how. With a `Network` a set misses something, too,
 as long as it does not hang together. Walks are independent of each other and are the
-work-items of a kernel; `HostWalks` are the same in NumPy, for where there is no OpenCL device: everything is whole
-numbers, so that both walk the same way, bit for bit, on any number of cores.
+work-items of a kernel; `planner_core.select.host_walks` has the same on the host, for where there is no OpenCL device:
+everything is whole numbers, so that both walk the same way, bit for bit, on any number of cores.
 
 References
 ----------
@@ -20,9 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.device import Buffer, Device, list_devices, open_device
-from planner_core.errors import DeviceError, MissingPackageError
+from planner_core.errors import DeviceError
 from planner_core.genetic.layout import classes_of
-from planner_core.genetic.philox import philox
 from planner_core.model import Int32Array, Int64Array
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
@@ -43,7 +42,8 @@ STEPS_A_LOOK = 20_000
 #: What a set pays for each of its faults as a network, as a share of what a candidate sees in the mean: a fifth. With
 #: an eightieth sets come apart faster than they join.
 _PENALTY_DIVISOR = 5
-_LUCK_BITS = 12
+#: Bits of a random number that choose one of the numbers of `luck`.
+LUCK_BITS = 12
 #: Classes are bits of a word in the kernel.
 _MAX_CLASSES = 32
 UInt32Array = NDArray[np.uint32]
@@ -69,7 +69,7 @@ class Terrain:
         class_of, counts = classes_of(problem)
         self.problem, self.seed, self.network = problem, seed, network
         self.n_levels = int(problem.seen_from.max(initial=1))
-        self.class_of = class_of.astype(np.uint8)
+        self.class_of = class_of.astype(np.int32)
         self.counts = counts.astype(bool)
         self.classes = (self.counts * (1 << np.arange(counts.shape[1], dtype=np.uint64))).sum(axis=1).astype(np.uint32)
         self.near = alike(problem, N_NEAR)
@@ -81,25 +81,29 @@ class Terrain:
 
 
 def open_walks(terrain: Terrain, *, device: Device | None = None, host: bool = False) -> Walks:
-    """Walks on a CPU device, or on the host where none is or `host` says so; the same sets come out of all.
+    """Walks on a CPU device, or on the host where none is usable or `host` says so; the same sets come out of all.
 
     Parameters
     ----------
     device
         Taken if it is a CPU: a walk is one thread, for which a GPU's are slow. Otherwise a CPU is looked for.
     """
-    if host or terrain.counts.shape[1] > _MAX_CLASSES:
-        return HostWalks(terrain)
-    if device is None or device.kind != "cpu":
-        device = _cpu()
-    return HostWalks(terrain) if device is None else DeviceWalks(terrain, device)
+    on_device = None if host or terrain.counts.shape[1] > _MAX_CLASSES else _on_device(terrain, device)
+    if on_device is not None:
+        return on_device
+    from planner_core.select.host_walks import HostWalks  # brings numba along, which takes a while
+
+    return HostWalks(terrain)
 
 
-def _cpu() -> Device | None:
+def _on_device(terrain: Terrain, device: Device | None) -> DeviceWalks | None:
+    """Walks on the device or another CPU; None where there is none, or where it takes neither kernel nor problem."""
     try:
-        usable = [info for info in list_devices() if info.kind == "cpu" and not info.problem]
-        return open_device(str(usable[0].index)) if usable else None
-    except (DeviceError, MissingPackageError):
+        if device is None or device.kind != "cpu":
+            usable = [info for info in list_devices() if info.kind == "cpu" and not info.problem]
+            device = open_device(str(usable[0].index)) if usable else None
+        return None if device is None else DeviceWalks(terrain, device)
+    except DeviceError:
         return None  # the host walks the same way
 
 
@@ -122,7 +126,7 @@ class DeviceWalks:
             {
                 "starts": problem.starts.astype(np.int32),
                 "row": problem.row.astype(np.int32),
-                "class_of": terrain.class_of,
+                "class_of": terrain.class_of.astype(np.uint8),
                 "ticks": problem.ticks,
                 "required": problem.required,
                 "seen_from": problem.seen_from.astype(np.int32),
@@ -139,7 +143,7 @@ class DeviceWalks:
     ) -> Int64Array:
         """See `Walks`."""
         n_walks, n_set = sets.shape
-        _check_pinned(n_pinned, n_set)
+        check_pinned(n_pinned, n_set)
         problem, held, terrain = self._terrain.problem, self._buffers, self._terrain
         missing = np.zeros(n_walks, dtype=np.int64)
         own = self._device.upload("selection's sets", {"sets": sets, "missing": missing})
@@ -188,7 +192,8 @@ class DeviceWalks:
         ]
 
 
-def _check_pinned(n_pinned: int, n_set: int) -> None:
+def check_pinned(n_pinned: int, n_set: int) -> None:
+    """Refuse walks of sets of which nothing may go."""
     if not 0 <= n_pinned < n_set:
         raise ValueError(f"pinned candidates: got {n_pinned} of {n_set}, expected fewer than there are in a set")
 
@@ -199,113 +204,20 @@ def _link_arrays(network: Network) -> dict[str, NDArray[Any]]:
     owner = np.repeat(np.arange(n), np.diff(network.starts))
     bits = np.zeros((n, -(-n // 32)), dtype=np.uint32)
     np.bitwise_or.at(bits, (owner, network.neighbour >> 5), np.uint32(1) << (network.neighbour & 31).astype(np.uint32))
-    bridges = network.bridges if network.loops else frozenset()
-    ends = np.array(sorted([*bridges, *((b, a) for a, b in bridges)]), dtype=np.int32).reshape(-1, 2)
+    spared_starts, spared = network.spared_links()
     return {
         "link_starts": network.starts.astype(np.int32),
         "link": network.neighbour.astype(np.int32),
         "link_bits": bits,
         "part": network.part.astype(np.int32),
-        "spared_starts": np.searchsorted(ends[:, 0], np.arange(n + 1)).astype(np.int32),
-        "spared": ends[:, 1].copy(),
+        "spared_starts": spared_starts,
+        "spared": spared,
     }
-
-
-class HostWalks:
-    """The same in NumPy, one walk after the other."""
-
-    def __init__(self, terrain: Terrain) -> None:
-        self._terrain = terrain
-
-    def walk(
-        self, sets: Int32Array, *, round_: int, steps: tuple[int, int], n_steps: int, n_pinned: int = 0
-    ) -> Int64Array:
-        """See `Walks`."""
-        _check_pinned(n_pinned, sets.shape[1])
-        return np.array(
-            [self._walk(number, each, round_, steps, n_steps, n_pinned) for number, each in enumerate(sets)],
-            dtype=np.int64,
-        )
-
-    def _walk(
-        self, number: int, chosen: Int32Array, round_: int, steps: tuple[int, int], n_steps: int, n_pinned: int
-    ) -> int:
-        terrain, problem = self._terrain, self._terrain.problem
-        count = problem.times_seen(chosen.tolist())
-        inside = np.zeros(problem.n_candidates, dtype=bool)
-        inside[chosen] = True
-        covered = self._by_class(np.arange(problem.n_rows), count, down=True)
-        missing = self._missing(covered) + self._penalty(chosen)
-        for step in range(*steps):
-            if missing <= 0:
-                break
-            x = self._draws(round_, step, number)
-            warmth = int(terrain.heat[step * terrain.heat.size // n_steps])
-            place = n_pinned + (x[0][0] * (chosen.size - n_pinned) >> 32)
-            out = int(chosen[place])
-            rows = problem.rows_of(out)
-            count[rows] -= 1
-            without = covered - self._by_class(rows, count)
-            for draw in x[1:]:
-                other = self._candidate(chosen, out, draw)
-                if other is None or inside[other]:
-                    continue
-                then_covered = without + self._by_class(problem.rows_of(other), count)
-                then = self._missing(then_covered)
-                most = missing + (warmth * int(terrain.luck[draw[2] >> 20]) >> 16)
-                if then > most:
-                    continue
-                chosen[place] = other
-                then += self._penalty(chosen)
-                if then <= most:
-                    missing, covered = then, then_covered
-                    break
-                chosen[place] = out
-            count[problem.rows_of(int(chosen[place]))] += 1
-            inside[out] = False
-            inside[chosen[place]] = True
-        return missing
-
-    def _draws(self, round_: int, step: int, number: int) -> list[list[int]]:
-        words = [np.uint64(word) for word in (round_, step, number)]
-        drawn = philox((*words, np.arange(TRIES + 1, dtype=np.uint64)), self._terrain.seed)
-        table: list[list[int]] = np.stack([np.broadcast_to(word, TRIES + 1) for word in drawn], axis=1).tolist()
-        return table
-
-    def _candidate(self, chosen: Int32Array, out: int, draw: list[int]) -> int | None:
-        """Whom to try for the place of `out`, which `chosen` still holds; None: nobody."""
-        first, second, _, fourth = draw
-        near, network = self._terrain.near, self._terrain.network
-        way = first * (4 if network is None else 8) >> 32
-        if network is not None and way in (1, 2):
-            linked = network.neighbours(int(chosen[fourth * chosen.size >> 32]))
-            return int(linked[second * linked.size >> 32]) if linked.size else None
-        if way:
-            return int(near[out, second * near.shape[1] >> 32])
-        return second * self._terrain.problem.n_candidates >> 32
-
-    def _by_class(self, rows: Int64Array, count: Int64Array, *, down: bool = False) -> Int64Array:
-        """(classes, levels) ticks of `rows` that one more look brings to 1 .. levels; `down`: that have so many."""
-        ticks: Int64Array = np.zeros((self._terrain.counts.shape[1], self._terrain.n_levels), dtype=np.int64)
-        looks, class_of, worth = count[rows], self._terrain.class_of[rows], self._terrain.problem.ticks[rows]
-        for level in range(self._terrain.n_levels):
-            counts = looks > level if down else looks == level
-            np.add.at(ticks[:, level], class_of[counts], worth[counts])
-        return ticks
-
-    def _missing(self, covered: Int64Array) -> int:
-        problem = self._terrain.problem
-        left = np.maximum(problem.required[:, None] - self._terrain.counts @ covered, 0)
-        return int(left[np.arange(left.shape[1]) < problem.seen_from[:, None]].sum())
-
-    def _penalty(self, chosen: Int32Array) -> int:
-        network = self._terrain.network
-        return 0 if network is None else self._terrain.penalty * network.faults(chosen.tolist())
 
 
 def luck() -> UInt32Array:
     """(4096,) uint32: what an exponentially distributed number is, at evenly spread odds, in units of 2^-16."""
-    n = 1 << _LUCK_BITS
+    n = 1 << LUCK_BITS
     return np.array([round(-math.log((i + 0.5) / n) * 65536) for i in range(n)], dtype=np.uint32)
 
 

@@ -4,12 +4,13 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pytest
 
 from planner_core import self_check
 from planner_core.device import Device, check
+from planner_core.model import ScanBatch
 from planner_core.scan.engine import open_engine
 from planner_core.scan.open3d import Open3DEngine
 
@@ -146,14 +147,14 @@ def test_the_box_is_scanned_rightly_by_both_engines_and_wrong_ranges_are_found(m
     for name in ("opencl", "open3d"):
         assert self_check.ranges_wrongly(open_engine(scene, patches, engine=name), scene, patches) == ""
     engine = open_engine(scene, patches, engine="open3d")
-    real = Open3DEngine._first_hits
+    real = Open3DEngine.scan
 
-    def a_little_off(self: Open3DEngine, *arguments: object) -> tuple[np.ndarray, ...]:
-        range_m, *rest = real(self, *arguments)
-        range_m[-1] *= 1.001
-        return (range_m, *rest)
+    def a_little_off(self: Open3DEngine, *arguments: Any) -> ScanBatch:
+        batch = real(self, *arguments)
+        batch.range_m[0, 80, 180] *= 1.001
+        return batch
 
-    monkeypatch.setattr(Open3DEngine, "_first_hits", a_little_off)
+    monkeypatch.setattr(Open3DEngine, "scan", a_little_off)
     assert "wrong ranges" in self_check.ranges_wrongly(engine, scene, patches)
 
 

@@ -1,14 +1,15 @@
-"""Networks of chosen candidates against networkx, and walks that look for one: kernel against host, both against it."""
+"""Networks of chosen candidates against networkx, and walks that look for one: kernel and host against NumPy."""
 
 import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy_walks import NumpyWalks
 from selection_instances import graph_of, network_of, problem_of, random_network
 
 from planner_core.select.problem import CoverProblem
-from planner_core.select.swap_walks import HostWalks, Terrain, open_walks
+from planner_core.select.swap_walks import Terrain
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -65,16 +66,18 @@ def test_faults_of_a_set_are_what_networkx_counts(seed, share, loops, size):
 
 @pytest.mark.parametrize("seen_from", [(1, 1), (2, 1), (2, 3)])
 @pytest.mark.parametrize(("share", "loops"), [(None, False), (0.08, False), (0.08, True), (0.0, True), (0.6, True)])
-@pytest.mark.parametrize(("size", "n_pinned"), [(10, 0), (35, 3)])
-def test_device_and_host_walk_the_same_way_with_looks_and_links(seen_from, share, loops, size, n_pinned):
-    problem = random_problem(7, seen_from=seen_from)
-    network = None if share is None else random_network(5, 40, share=share, loops=loops)
+@pytest.mark.parametrize(("n", "size", "n_pinned"), [(40, 10, 0), (40, 35, 3), (90, 70, 2)])
+def test_device_and_host_walk_the_way_of_numpy_with_looks_and_links(
+    walks_on, seen_from, share, loops, n, size, n_pinned
+):
+    problem = random_problem(7, n=n, seen_from=seen_from)
+    network = None if share is None else random_network(5, n, share=share, loops=loops)
     terrain = Terrain(problem, seed=2**63 + 5, network=network)
-    ours, theirs = first_sets(40, size), first_sets(40, size)
+    ours, theirs = first_sets(n, size), first_sets(n, size)
     pinned = ours[:, :n_pinned].copy()
     for steps in ((0, 40), (40, 90)):
-        a = open_walks(terrain).walk(ours, round_=3, steps=steps, n_steps=90, n_pinned=n_pinned)
-        b = HostWalks(terrain).walk(theirs, round_=3, steps=steps, n_steps=90, n_pinned=n_pinned)
+        a = walks_on(terrain).walk(ours, round_=3, steps=steps, n_steps=90, n_pinned=n_pinned)
+        b = NumpyWalks(terrain).walk(theirs, round_=3, steps=steps, n_steps=90, n_pinned=n_pinned)
         assert np.array_equal(ours, theirs)
         assert np.array_equal(a, b)
     assert np.array_equal(ours[:, :n_pinned], pinned)
@@ -85,23 +88,22 @@ def test_device_and_host_walk_the_same_way_with_looks_and_links(seen_from, share
 
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.booleans())
-def test_what_a_long_walk_says_is_missing_is_missing(seed, loops):
+def test_what_a_long_walk_says_is_missing_is_missing(walks_on, seed, loops):
     problem = random_problem(seed, n=20, r=30, seen_from=(2, 1))
     terrain = Terrain(problem, seed=seed, network=random_network(seed, 20, share=0.15, loops=loops))
     sets = first_sets(20, 9)
-    missing = open_walks(terrain).walk(sets, round_=0, steps=(0, 3000), n_steps=3000)
+    missing = walks_on(terrain).walk(sets, round_=0, steps=(0, 3000), n_steps=3000)
     for chosen, left in zip(sets.tolist(), missing.tolist(), strict=True):
         assert energy(terrain, chosen) == left, f"seed {seed}"
 
 
-def test_a_set_of_pinned_candidates_alone_is_refused():
+def test_a_set_of_pinned_candidates_alone_is_refused(walks_on):
     terrain = Terrain(random_problem(1), seed=1)
-    for walks in (open_walks(terrain), HostWalks(terrain)):
-        with pytest.raises(ValueError, match="pinned"):
-            walks.walk(first_sets(40, 3), round_=0, steps=(0, 5), n_steps=5, n_pinned=3)
+    with pytest.raises(ValueError, match="pinned"):
+        walks_on(terrain).walk(first_sets(40, 3), round_=0, steps=(0, 5), n_steps=5, n_pinned=3)
 
 
-def test_walks_join_what_coverage_alone_leaves_apart():
+def test_walks_join_what_coverage_alone_leaves_apart(walks_on):
     # Rows of candidates 0, 1, 2 are all there is; 3 .. 8 see nothing, and only 3 - 4 joins all three.
     n = 9
     sees = np.zeros((n, 3), dtype=bool)
@@ -118,6 +120,6 @@ def test_walks_join_what_coverage_alone_leaves_apart():
     graph.add_edges_from([(0, 3), (1, 3), (3, 4), (4, 2), (0, 5), (5, 6), (6, 1), (7, 8), (7, 0), (8, 1)])
     terrain = Terrain(problem, seed=4, network=network_of(graph))
     sets = np.array([[0, 1, 2, 7, 8]] * 4, dtype=np.int32)
-    missing = open_walks(terrain).walk(sets, round_=0, steps=(0, 2000), n_steps=2000)
+    missing = walks_on(terrain).walk(sets, round_=0, steps=(0, 2000), n_steps=2000)
     assert missing.min() == 0
     assert sorted(sets[int(np.argmin(missing))].tolist()) == [0, 1, 2, 3, 4]

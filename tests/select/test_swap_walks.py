@@ -1,11 +1,14 @@
-"""Annealing of station sets: the kernel against NumPy, the targets against their definition."""
+"""Annealing of station sets: kernel and host against NumPy, the targets against their definition."""
 
 import numpy as np
 import pytest
+from numpy_walks import NumpyWalks
 
+from planner_core.device import Device
+from planner_core.errors import DeviceError
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import CoverProblem
-from planner_core.select.swap_walks import HostWalks, Terrain, alike, heats, luck, open_walks
+from planner_core.select.swap_walks import Terrain, alike, heats, luck, open_walks
 
 
 def problem_of(seed, *, n=40, r=200, n_targets=3):
@@ -31,31 +34,71 @@ def first_sets(problem, size, n_walks=3):
 
 @pytest.mark.parametrize("shape", [(40, 200, 3), (2, 5, 1), (30, 64, 5), (300, 30, 2)])
 @pytest.mark.parametrize("size", [1, 12])
-def test_device_and_host_walk_the_same_way(shape, size):
+def test_device_and_host_walk_the_way_of_numpy(walks_on, shape, size):
     n, r, n_targets = shape
     problem = problem_of(7, n=n, r=r, n_targets=n_targets)
     size = min(size, n - 1)
     terrain = Terrain(problem, seed=2**63 + 5)
     ours, theirs = first_sets(problem, size), first_sets(problem, size)
     for steps in ((0, 60), (60, 150)):
-        a = open_walks(terrain).walk(ours, round_=3, steps=steps, n_steps=150)
-        b = HostWalks(terrain).walk(theirs, round_=3, steps=steps, n_steps=150)
+        a = walks_on(terrain).walk(ours, round_=3, steps=steps, n_steps=150)
+        b = NumpyWalks(terrain).walk(theirs, round_=3, steps=steps, n_steps=150)
         assert np.array_equal(ours, theirs)
         assert np.array_equal(a, b)
 
 
-def test_what_a_walk_says_is_missing_is_missing_and_sets_stay_sets():
+def test_more_classes_of_rows_than_a_kernel_takes_and_a_byte_counts():
+    # Every row is counted by a target of its own, and all by one.
+    n_rows = 300
+    rng = np.random.default_rng(2)
+    sees = rng.random((40, n_rows)) < 0.1
+    counts_for = np.concatenate([np.eye(n_rows, dtype=bool), np.ones((1, n_rows), dtype=bool)])
+    ticks = rng.integers(1, 10**9, n_rows)
+    required = (counts_for * np.where(sees.any(axis=0), ticks, 0)).sum(axis=1)
+    problem = CoverProblem(
+        starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
+        row=np.nonzero(sees)[1].astype(np.int64),
+        ticks=ticks,
+        counts_for=counts_for,
+        required=required,
+        least=required,
+    )
+    terrain = Terrain(problem, seed=4)
+    assert terrain.counts.shape[1] == n_rows
+    ours, theirs = first_sets(problem, 12), first_sets(problem, 12)
+    a = open_walks(terrain).walk(ours, round_=1, steps=(0, 40), n_steps=40)
+    b = NumpyWalks(terrain).walk(theirs, round_=1, steps=(0, 40), n_steps=40)
+    assert np.array_equal(ours, theirs)
+    assert np.array_equal(a, b)
+    for chosen, left in zip(ours, a, strict=True):
+        assert int(np.maximum(required - problem.covered(chosen.tolist()), 0).sum()) == left
+
+
+def test_where_the_kernel_does_not_build_the_host_walks(monkeypatch):
+    def refuse(self, name, defines):
+        raise DeviceError(f"{name}: does not build")
+
+    terrain = Terrain(problem_of(8), seed=3)
+    ours, theirs = first_sets(terrain.problem, 9), first_sets(terrain.problem, 9)
+    a = open_walks(terrain).walk(ours, round_=1, steps=(0, 200), n_steps=200)
+    monkeypatch.setattr(Device, "program", refuse)
+    b = open_walks(terrain).walk(theirs, round_=1, steps=(0, 200), n_steps=200)
+    assert np.array_equal(ours, theirs)
+    assert np.array_equal(a, b)
+
+
+def test_what_a_walk_says_is_missing_is_missing_and_sets_stay_sets(walks_on):
     problem = problem_of(3)
     sets = first_sets(problem, 14)
-    missing = open_walks(Terrain(problem, seed=1)).walk(sets, round_=0, steps=(0, 2000), n_steps=2000)
+    missing = walks_on(Terrain(problem, seed=1)).walk(sets, round_=0, steps=(0, 2000), n_steps=2000)
     for chosen, left in zip(sets, missing, strict=True):
         assert len(set(chosen.tolist())) == 14
         assert int(np.maximum(problem.required - problem.covered(chosen.tolist()), 0).sum()) == left
 
 
-def test_walks_cut_in_pieces_go_where_they_go_in_one():
+def test_walks_cut_in_pieces_go_where_they_go_in_one(walks_on):
     problem = problem_of(4)
-    walks = open_walks(Terrain(problem, seed=1))
+    walks = walks_on(Terrain(problem, seed=1))
     whole, pieces = first_sets(problem, 9), first_sets(problem, 9)
     walks.walk(whole, round_=1, steps=(0, 900), n_steps=900)
     for first in range(0, 900, 300):
@@ -63,18 +106,18 @@ def test_walks_cut_in_pieces_go_where_they_go_in_one():
     assert np.array_equal(whole, pieces)
 
 
-def test_walks_of_one_call_differ_and_other_rounds_and_seeds_go_elsewhere():
+def test_walks_of_one_call_differ_and_other_rounds_and_seeds_go_elsewhere(walks_on):
     problem = problem_of(5)
     same = np.repeat(first_sets(problem, 9, n_walks=1), 3, axis=0)
     ends = []
     for seed, round_ in ((1, 1), (1, 2), (2, 1)):
         sets = same.copy()
-        open_walks(Terrain(problem, seed=seed)).walk(sets, round_=round_, steps=(0, 300), n_steps=300)
+        walks_on(Terrain(problem, seed=seed)).walk(sets, round_=round_, steps=(0, 300), n_steps=300)
         ends += [tuple(chosen) for chosen in sets.tolist()]
     assert len(set(ends)) == len(ends)
 
 
-def test_annealing_finds_a_hidden_cover_that_greedy_does_not():
+def test_annealing_finds_a_hidden_cover_that_greedy_does_not(walks_on):
     # Eight candidates part the rows among them; decoys see a little of several, and greedy selection takes them.
     rng = np.random.default_rng(0)
     r, k = 160, 8
@@ -91,7 +134,7 @@ def test_annealing_finds_a_hidden_cover_that_greedy_does_not():
     )
     assert len(select_greedy(problem).chosen) > k
     sets = first_sets(problem, k)
-    missing = open_walks(Terrain(problem, seed=0)).walk(sets, round_=0, steps=(0, 20_000), n_steps=20_000)
+    missing = walks_on(Terrain(problem, seed=0)).walk(sets, round_=0, steps=(0, 20_000), n_steps=20_000)
     assert missing.min() == 0
     assert sorted(sets[int(np.argmin(missing))].tolist()) == list(range(60, 68))
 

@@ -1,0 +1,361 @@
+"""Annealing of station sets on the host: kernels/swap_walks.cl and kernels/slot_network.h once more, compiled by numba.
+
+Whole numbers alone, in the kernel's order of drawing: the same sets come out, bit for bit. A walk is one thread. Unlike
+the kernel it takes any number of classes. Steps are numbered and arrays named as there; what a step does, and why, is
+said there.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner_core.compiled import compiled, in_threads
+from planner_core.model import Int32Array, Int64Array
+from planner_core.select.swap_walks import LUCK_BITS, TRIES, check_pinned
+
+if TYPE_CHECKING:
+    from planner_core.select.swap_walks import Terrain
+
+UInt64Array = NDArray[np.uint64]
+
+# numba takes a sum of uint64 and a signed number for float64: every word is a uint64, constants too.
+_ONE, _HALF, _LOW = np.uint64(1), np.uint64(32), np.uint64(0xFFFFFFFF)
+_MULTIPLY_0, _MULTIPLY_1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
+_WEYL_0, _WEYL_1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
+#: A number whose 64 windows of six bits all differ, and which bit a window stands for: where the only bit of a word is.
+_WINDOWS = np.uint64(0x03F79D71B4CB0A89)
+_BIT_OF_WINDOW = np.empty(64, dtype=np.int64)
+_BIT_OF_WINDOW[[(0x03F79D71B4CB0A89 << bit & 2**64 - 1) >> 58 for bit in range(64)]] = np.arange(64)
+_WINDOW_SHIFT = np.uint64(58)
+
+
+class HostWalks:
+    """See `planner_core.select.swap_walks.Walks`."""
+
+    def __init__(self, terrain: Terrain) -> None:
+        problem, network = terrain.problem, terrain.network
+        self._seed, self._penalty = np.uint64(terrain.seed), terrain.penalty
+        n = problem.n_candidates
+        counted = [np.flatnonzero(counts) for counts in terrain.counts]
+        self._shape = (n, problem.n_rows, terrain.counts.shape[1], terrain.n_levels)
+        self._fixed: tuple[Any, ...] = (
+            problem.starts.astype(np.int64),
+            problem.row.astype(np.int32),
+            terrain.class_of,
+            problem.ticks.astype(np.int64),
+            problem.required.astype(np.int64),
+            np.minimum(problem.seen_from, terrain.n_levels).astype(np.int64),
+            np.cumsum([0, *(classes.size for classes in counted)]).astype(np.int64),
+            np.concatenate([np.zeros(0, dtype=np.int64), *counted]).astype(np.int64),
+            terrain.near.astype(np.int64),
+            terrain.luck.astype(np.int64),
+            terrain.heat.astype(np.int64),
+            TRIES,
+            np.uint64(32 - LUCK_BITS),
+        )
+        self._links: tuple[Any, ...]
+        if network is None:
+            none, no_words = np.zeros(0, dtype=np.int64), np.zeros((0, 0), dtype=np.uint64)
+            self._links = (False, False, none, none, no_words, none, none, none, 0)
+        else:
+            spared_starts, spared = network.spared_links()
+            self._links = (
+                True,
+                network.loops,
+                network.starts.astype(np.int64),
+                network.neighbour.astype(np.int64),
+                _link_words(network.starts, network.neighbour),
+                network.part.astype(np.int64),
+                spared_starts.astype(np.int64),
+                spared.astype(np.int64),
+                network.n_parts,
+            )
+
+    def walk(
+        self, sets: Int32Array, *, round_: int, steps: tuple[int, int], n_steps: int, n_pinned: int = 0
+    ) -> Int64Array:
+        """See `Walks`."""
+        check_pinned(n_pinned, sets.shape[1])
+        missing = np.zeros(len(sets), dtype=np.int64)
+
+        def go(walk: int) -> None:
+            chosen = sets[walk].astype(np.int64)
+            own = (round_, walk, *steps, n_steps, n_pinned, chosen)
+            given: list[Any] = [*self._shape, *self._fixed, *self._links, self._penalty, self._seed, *own]
+            missing[walk] = _walk(*given)
+            sets[walk] = chosen
+
+        in_threads(go, len(sets))
+        return missing
+
+
+def _link_words(starts: Int64Array, neighbour: Int32Array) -> UInt64Array:
+    """(N, words) uint64: bit c % 64 of word c / 64 of row b, candidates b and c are linked."""
+    n = starts.size - 1
+    words = np.zeros((n, -(-n // 64)), dtype=np.uint64)
+    owner = np.repeat(np.arange(n), np.diff(starts))
+    np.bitwise_or.at(words, (owner, neighbour >> 6), _ONE << (neighbour & 63).astype(np.uint64))
+    return words
+
+
+# ------------------------------------------------------------------------------------------ kernels/genetic_random.h
+@compiled
+def _philox(round_: int, step: int, walk: int, draw: int, seed: Any) -> Any:
+    """Four numbers below 2^32, as uint64."""
+    x0, x1, x2, x3 = np.uint64(round_), np.uint64(step), np.uint64(walk), np.uint64(draw)
+    k0, k1 = seed & _LOW, seed >> _HALF
+    for _ in range(10):
+        p0, p1 = x0 * _MULTIPLY_0, x2 * _MULTIPLY_1
+        x0, x1, x2, x3 = (p1 >> _HALF) ^ x1 ^ k0, p1 & _LOW, (p0 >> _HALF) ^ x3 ^ k1, p0 & _LOW
+        k0, k1 = (k0 + _WEYL_0) & _LOW, (k1 + _WEYL_1) & _LOW
+    return x0, x1, x2, x3
+
+
+@compiled
+def _below(number: Any, n: int) -> Any:
+    return np.int64((number * np.uint64(n)) >> _HALF)
+
+
+# -------------------------------------------------------------------------------------------- kernels/slot_network.h
+@compiled
+def _lowest_bit(word: Any) -> Any:
+    return _BIT_OF_WINDOW[((word & (~word + _ONE)) * _WINDOWS) >> _WINDOW_SHIFT]
+
+
+@compiled
+def _unlink_place(bits: Any, place: int) -> None:
+    mask = ~(_ONE << np.uint64(place & 63))
+    for w in range(bits.shape[1]):
+        left = bits[place, w]
+        while left != 0:
+            bits[w * 64 + _lowest_bit(left), place >> 6] &= mask
+            left &= left - _ONE
+        bits[place, w] = 0
+
+
+@compiled
+def _link_place(bits: Any, place: int, sets: Any, n: int, link_words: Any) -> None:
+    mask = _ONE << np.uint64(place & 63)
+    linked = link_words[sets[place]]
+    for p in range(n):
+        if p == place or (linked[sets[p] >> 6] >> np.uint64(sets[p] & 63)) & _ONE == 0:
+            continue
+        bits[place, p >> 6] |= _ONE << np.uint64(p & 63)
+        bits[p, place >> 6] |= mask
+
+
+@compiled
+def _linked_from(row: Any, first: int, n: int) -> Any:
+    w = first >> 6
+    while w * 64 < n:
+        left = row[w]
+        if w == first >> 6:
+            left &= ~np.uint64(0) << np.uint64(first & 63)
+        if left != 0:
+            return w * 64 + _lowest_bit(left)
+        w += 1
+    return n
+
+
+@compiled
+def _components_of(bits: Any, queue: Any, seen: Any) -> Any:
+    n_set, words = bits.shape
+    components = 0
+    seen[:] = 0
+    for root in range(n_set):
+        if (seen[root >> 6] >> np.uint64(root & 63)) & _ONE != 0:
+            continue
+        components += 1
+        seen[root >> 6] |= _ONE << np.uint64(root & 63)
+        queue[0] = root
+        head, tail = 0, 1
+        while head < tail:
+            for w in range(words):
+                fresh = bits[queue[head], w] & ~seen[w]
+                seen[w] |= fresh
+                while fresh != 0:
+                    queue[tail] = w * 64 + _lowest_bit(fresh)
+                    tail += 1
+                    fresh &= fresh - _ONE
+            head += 1
+    return components
+
+
+@compiled
+def _components_and_bridges(
+    bits: Any, sets: Any, part: Any, n_in_part: Any, spared_starts: Any, spared: Any, marks: Any
+) -> Any:
+    found, low, parent, following = marks[0], marks[1], marks[2], marks[3]
+    n_set = bits.shape[0]
+    faults, time = 0, 0
+    found[:] = 0
+    for root in range(n_set):
+        if found[root] != 0:
+            continue
+        faults += 1
+        time += 1
+        found[root] = low[root] = time
+        parent[root] = -1
+        following[root] = 0
+        p = root
+        while p >= 0:
+            other = _linked_from(bits[p], following[p], n_set)
+            if other < n_set:
+                following[p] = other + 1
+                if found[other] == 0:
+                    time += 1
+                    found[other] = low[other] = time
+                    parent[other] = p
+                    following[other] = 0
+                    p = other
+                elif other != parent[p]:
+                    low[p] = min(low[p], found[other])
+                continue
+            above = parent[p]
+            if above >= 0:
+                low[above] = min(low[above], low[p])
+                if low[p] > found[above] and n_in_part[part[sets[p]]] > 2:
+                    avoidable = 1
+                    for e in range(spared_starts[sets[p]], spared_starts[sets[p] + 1]):
+                        if spared[e] == sets[above]:
+                            avoidable = 0
+                    faults += avoidable
+            p = above
+    return faults
+
+
+# ---------------------------------------------------------------------------------------------- kernels/swap_walks.cl
+@compiled
+def _missing_of(required: Any, seen_from: Any, class_starts: Any, classes: Any, covered: Any) -> Any:
+    missing = 0
+    for k in range(required.size):
+        for look in range(seen_from[k]):
+            left = required[k]
+            for e in range(class_starts[k], class_starts[k + 1]):
+                left -= covered[classes[e], look]
+            missing += max(left, 0)
+    return missing
+
+
+@compiled
+def _walk(
+    n_candidates: int, n_rows: int, n_classes: int, n_levels: int,
+    starts: Any, row: Any, class_of: Any, ticks: Any, required: Any, seen_from: Any, class_starts: Any, classes: Any,
+    near: Any, luck: Any, heat: Any, n_tries: int, luck_shift: Any,
+    has_network: bool, loops: bool, link_starts: Any, link: Any, link_words: Any, part: Any, spared_starts: Any,
+    spared: Any, n_parts: int,
+    penalty: int, seed: Any, round_: int, walk: int, first_step: int, last_step: int, n_steps: int, n_pinned: int,
+    sets: Any,
+) -> Any:  # fmt: skip
+    """One walk. sets : (n_set,) int64, read and written. Returns what it misses."""
+    n_set, n_near = sets.size, near.shape[1]
+    inside = np.zeros(n_candidates, dtype=np.uint8)
+    count = np.zeros(n_rows, dtype=np.uint16)
+    covered = np.zeros((n_classes, n_levels), dtype=np.int64)
+    without, then_covered = np.empty_like(covered), np.empty_like(covered)
+
+    # 1. How often each row is seen, and how much of each class.
+    for place in range(n_set):
+        inside[sets[place]] = 1
+        for e in range(starts[sets[place]], starts[sets[place] + 1]):
+            looks = count[row[e]]
+            count[row[e]] += 1
+            if looks < n_levels:
+                covered[class_of[row[e]], looks] += ticks[row[e]]
+    least = _missing_of(required, seen_from, class_starts, classes, covered)
+    n_set_of_bits = n_set if has_network else 0
+    bits = np.zeros((n_set_of_bits, (n_set_of_bits + 63) >> 6), dtype=np.uint64)
+    seen = np.zeros(bits.shape[1], dtype=np.uint64)
+    marks = np.zeros((4, n_set_of_bits), dtype=np.int64)
+    n_in_part = np.zeros(n_parts, dtype=np.int64)
+    n_parts_used = 0
+    if has_network:
+        for place in range(n_set):
+            _link_place(bits, place, sets, place, link_words)
+            n_parts_used += n_in_part[part[sets[place]]] == 0
+            n_in_part[part[sets[place]]] += 1
+        if loops:
+            faults = _components_and_bridges(bits, sets, part, n_in_part, spared_starts, spared, marks)
+        else:
+            faults = _components_of(bits, marks[0], seen)
+        least += penalty * (faults - n_parts_used)
+
+    step = first_step
+    while step < last_step and least > 0:
+        # 2. One station goes.
+        warmth = heat[step * heat.size // n_steps]
+        place = n_pinned + _below(_philox(round_, step, walk, 0, seed)[0], n_set - n_pinned)
+        out = sets[place]
+        without[:] = covered
+        for e in range(starts[out], starts[out + 1]):
+            r = row[e]
+            count[r] -= 1
+            if count[r] < n_levels:
+                without[class_of[r], count[r]] -= ticks[r]
+        if has_network:
+            _unlink_place(bits, place)
+            n_in_part[part[out]] -= 1
+            n_parts_used -= n_in_part[part[out]] == 0
+        # 3. One comes: the first that is let in.
+        into = out
+        for draw in range(1, n_tries + 1):
+            x, y, z, w = _philox(round_, step, walk, draw, seed)
+            way = _below(x, 8 if has_network else 4)
+            if has_network and (way == 1 or way == 2):
+                origin = sets[_below(w, n_set)]
+                n_links = link_starts[origin + 1] - link_starts[origin]
+                if n_links == 0:
+                    continue
+                other = link[link_starts[origin] + _below(y, n_links)]
+            elif way != 0:
+                if n_near == 0:
+                    continue
+                other = near[out, _below(y, n_near)]
+            else:
+                other = _below(y, n_candidates)
+            if inside[other] != 0:
+                continue
+            then_covered[:] = without
+            for e in range(starts[other], starts[other + 1]):
+                r = row[e]
+                if count[r] < n_levels:
+                    then_covered[class_of[r], count[r]] += ticks[r]
+            then = _missing_of(required, seen_from, class_starts, classes, then_covered)
+            most = least + ((warmth * luck[z >> luck_shift]) >> 16)
+            if then > most:
+                continue
+            if has_network:
+                sets[place] = other
+                _link_place(bits, place, sets, n_set, link_words)
+                is_first = n_in_part[part[other]] == 0
+                n_in_part[part[other]] += 1
+                if loops:
+                    faults = _components_and_bridges(bits, sets, part, n_in_part, spared_starts, spared, marks)
+                else:
+                    faults = _components_of(bits, marks[0], seen)
+                then += penalty * (faults - n_parts_used - is_first)
+                if then > most:
+                    _unlink_place(bits, place)
+                    n_in_part[part[other]] -= 1
+                    sets[place] = out
+                    continue
+                n_parts_used += is_first
+            into = other
+            least = then
+            covered[:] = then_covered
+            break
+        # 4. Whoever it is counts.
+        for e in range(starts[into], starts[into + 1]):
+            count[row[e]] += 1
+        sets[place] = into
+        inside[out] = 0
+        inside[into] = 1
+        if has_network and into == out:
+            _link_place(bits, place, sets, n_set, link_words)
+            n_parts_used += n_in_part[part[out]] == 0
+            n_in_part[part[out]] += 1
+        step += 1
+    return least
