@@ -28,7 +28,6 @@ PACKAGES = {
     "OpenImageIO": "OpenImageIO",
     "ifcopenshell": "ifcopenshell",
     "scipy": "scipy.sparse",
-    "numba": "numba",
     "starlette": "starlette",
     "uvicorn": "uvicorn",
 }
