@@ -14,14 +14,14 @@ import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.internal.conjecture import providers
 
-from planner_core.scan.open3d import leave_out_drawing
+from planner_core.scan.open3d import prepare_import
 
 # Hypothesis tries numbers and words of our modules: of those that are loaded by then, which is a matter of chance where
 # tests are dealt out to workers. It has no public way to be asked not to.
 providers._get_local_constants = lambda: providers._local_constants
 settings.register_profile("tlsplan", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tlsplan")
-leave_out_drawing()
+prepare_import()
 
 _FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, _FOLDER)

@@ -106,7 +106,7 @@ def _packages() -> list[Finding]:
             continue
         try:
             if module == "open3d":
-                importlib.import_module("planner_core.scan.open3d").leave_out_drawing()
+                importlib.import_module("planner_core.scan.open3d").prepare_import()
             importlib.import_module(module)
             findings.append(Finding(distribution, True, version))
         except (ImportError, OSError) as error:

@@ -8,6 +8,7 @@ and all that the system names. The loader reads it once, at its first call, and 
 
 from __future__ import annotations
 
+import ctypes
 import importlib.metadata
 import os
 import tempfile
@@ -30,6 +31,7 @@ _USERS_VARIABLES = (_VENDORS_VARIABLE, "OPENCL_VENDOR_PATH", "OCL_ICD_FILENAMES"
 _SYSTEM_VENDORS = Path("/etc/OpenCL/vendors")
 _INTEL_PACKAGE = "intel-opencl-rt"
 _INTEL_LIBRARY = "libintelocl.so"
+_THREADS = "libtbb.so.12"
 #: Of the file that names it: last by name, so that the system's drivers come first, as without it.
 _OURS = "zz-tlsplan-intel.icd"
 _loading = threading.Lock()
@@ -79,6 +81,18 @@ def intel_library() -> Path | None:
         return None
     found = (Path(str(file.locate())).resolve() for file in files if file.name == _INTEL_LIBRARY)
     return next((path for path in found if path.is_file()), None)
+
+
+def load_shared_threads() -> None:
+    """Load the thread library that Intel's runtime and Open3D share, if the runtime is installed: call before Open3D.
+
+    Both load `libtbb.so.12`, and a process has one of that name. Open3D's own is older, and Intel's runtime does not
+    load beside it; the newer one serves both.
+    """
+    library = intel_library()
+    if library is not None:
+        with suppress(OSError):  # the loader of OpenCL will tell that Intel's runtime does not load
+            ctypes.CDLL(str(library.with_name(_THREADS)))
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from planner_core.device.drivers import load_shared_threads
 from planner_core.errors import MissingPackageError
 from planner_core.model import (
     BeamTemplate,
@@ -168,12 +169,13 @@ def _beams(template: BeamTemplate) -> Float32Array:
     return directions(template).astype(np.float32).reshape(-1, 3)
 
 
-def leave_out_drawing() -> None:
-    """Let `import open3d` go without Dash and Plotly; call it before.
+def prepare_import() -> None:
+    """Let `import open3d` go without Dash and Plotly, and leave Intel's OpenCL runtime room beside it; call it before.
 
     Open3D loads both on its import for `draw_plotly` alone. They bring 165 MB of web packages along, which the set-up
     leaves out (docs/decisions/0002-set-up.md).
     """
+    load_shared_threads()
     drawing = ModuleType("open3d.visualization.draw_plotly")
     vars(drawing).update(dict.fromkeys(("get_plotly_fig", "draw_plotly", "draw_plotly_server")))
     sys.modules.setdefault(drawing.__name__, drawing)
@@ -188,7 +190,7 @@ def import_open3d() -> Any:
         It can't be loaded.
     """
     try:
-        leave_out_drawing()
+        prepare_import()
         import open3d
     except (ImportError, OSError) as error:
         # OSError: the wheel is there, but a system library that it needs is not.

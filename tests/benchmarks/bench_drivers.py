@@ -2,22 +2,20 @@
 
     python tests/benchmarks/bench_drivers.py [--write docs/benchmarks/drivers.md]
 
-Every device that works here; PoCL's also as it is compiled for on processors that it does not know, one for each
-x86-64 level that this one has; and Open3D, the fallback. Scan and visibility as in bench_scan.py, HDL-64E, against
-`cast_rays` of Open3D alone. Bits: whether all results of the scans are those of the first device, to the bit.
-Medians over stations and rounds. Not a test: nothing here can fail.
+Every device that works here, and Open3D, the fallback. With PYTHONPATH=tests/machines/unknown_processor PoCL is as on
+processors that it does not know, and LEVEL=x86-64-v3 compiles for a lower level than this one has. Scan and visibility
+as in bench_scan.py, HDL-64E, against `cast_rays` of Open3D alone. Results: whether all those of the scans are those of
+the first device, to the bit. Medians over stations and rounds. Not a test: nothing here can fail.
 """
 
 from __future__ import annotations
 
 import argparse
-import ctypes
 import hashlib
 import os
 import platform
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -37,38 +35,13 @@ from planner_core.scene.patches import make_patches
 _ROUNDS = 5
 
 
-@dataclass(frozen=True)
-class Driver:
-    """A row of the table: a device, None for the host, and what has to be done before kernels are built on it."""
-
-    label: str
-    device: Device | None
-    prepare: Callable[[], None] = lambda: None
-
-
-def drivers() -> Iterator[Driver]:
-    """Every device that works, PoCL's once more for each x86-64 level that this processor has, and the host."""
+def drivers() -> Iterator[tuple[str, Device | None]]:
+    """Every device that works, and None for the host, each with its label."""
     for info in list_devices():
-        if problem_of_device(info):
-            continue
-        device = open_unchecked(info.index)
-        pointer = pocl._name_pointer(device.context.devices[0]) if info.platform == pocl.POCL else None
-        if pointer is None:
-            yield Driver(info.platform, device)
-            continue
-        own = pocl._word_at(pointer)
-        yield Driver(info.platform, device, partial(_point, pointer, own))
-        levels = [level for level, _ in pocl._LEVELS]
-        for level in levels[1 : levels.index(pocl.level_of(pocl.processor_flags()) or levels[0]) + 1]:
-            named = open_unchecked(info.index)
-            named.compiled_for = level  # so that its kernels are kept apart in the driver's cache
-            yield Driver(f"the same, compiled for {level}", named, partial(_point, pointer, pocl._strdup(level)))
-    yield Driver("no OpenCL: Open3D", None)
-
-
-def _point(pointer: int, text: int) -> None:
-    """PoCL compiles a kernel when it is first launched, for the processor whose name its device points to then."""
-    ctypes.c_void_p.from_address(pointer).value = text
+        if not problem_of_device(info):
+            as_what = f", compiled for {info.compiled_for}" if info.compiled_for else ""
+            yield f"{info.platform}{as_what}", open_unchecked(info.index)
+    yield "no OpenCL: Open3D", None
 
 
 def engine_of(scene: Scene, device: Device | None) -> ScanEngine:
@@ -80,7 +53,7 @@ def template_of(range_max_m: float) -> BeamTemplate:
     return replace(make_template(load_scanner("hdl-64e")), range_max_m=range_max_m)
 
 
-def bench(name: str, scene: Scene, there: list[Driver], range_max_m: float) -> list[str]:
+def bench(name: str, scene: Scene, there: list[tuple[str, Device | None]], range_max_m: float) -> list[str]:
     """Rows of the table for one scene and range limit."""
     template = template_of(range_max_m)
     beams = directions(template).astype(np.float32).reshape(-1, 3)
@@ -89,18 +62,17 @@ def bench(name: str, scene: Scene, there: list[Driver], range_max_m: float) -> l
         open3d.core.Tensor(scene.vertices_m.astype(np.float32)), open3d.core.Tensor(scene.triangles.astype(np.uint32))
     )
     stations = stations_of(scene, 6, raycasting)
-    labels = [driver.label for driver in there]
+    labels = [label for label, _ in there]
     engines: list[tuple[str, ScanEngine]] = []
     scans, visibility = {label: Watch() for label in labels}, {label: Watch() for label in labels}
     bits = {label: hashlib.sha256() for label in labels}
     seen: dict[str, Visibility] = {}
     cast = Watch()
-    for driver in there:
-        driver.prepare()
-        engine = engine_of(scene, driver.device)
+    for label, device in there:
+        engine = engine_of(scene, device)
         engine.scan(template, stations[:1])
-        seen[driver.label] = engine.visible_patches(template, stations)
-        engines.append((driver.label, engine))
+        seen[label] = engine.visible_patches(template, stations)
+        engines.append((label, engine))
     for round_ in range(_ROUNDS):
         for station in stations:
             rays = open3d.core.Tensor(
@@ -139,6 +111,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--write", type=Path, help="also write the table to this Markdown file")
     options = parser.parse_args()
+    if level := os.environ.get("LEVEL"):
+        pocl.level_of = lambda flags: level
     there = list(drivers())
     scenes = {"synthetic office": office(36, 3, seed=1)}
     if (IFC_FOLDER / "duplex.ifc").is_file():

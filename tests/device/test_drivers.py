@@ -1,6 +1,8 @@
 """Where the loader looks for drivers: Intel's runtime is found where it is installed, and nothing is left behind."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -8,7 +10,16 @@ import pytest
 from planner_core.device import drivers
 
 
-@pytest.fixture(autouse=True)
+@pytest.mark.skipif(drivers.intel_library() is None, reason="Intel's runtime is not installed (make intel)")
+def test_intels_runtime_is_found_before_and_after_open3d_is_loaded() -> None:
+    for first in ("", "from planner_core.scan.open3d import import_open3d; import_open3d(); "):
+        names = "print([info.platform for info in list_devices()])"
+        lines = f"{first}from planner_core.device import list_devices; {names}"
+        done = subprocess.run([sys.executable, "-c", lines], capture_output=True, text=True, check=True, timeout=240)
+        assert "Intel(R) OpenCL" in done.stdout, lines
+
+
+@pytest.fixture
 def first_call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A loader that was not asked yet, a system with one driver, and Intel's runtime."""
     for name in drivers._USERS_VARIABLES:
@@ -23,6 +34,7 @@ def first_call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return vendors
 
 
+@pytest.mark.usefixtures("first_call")
 def test_the_loader_is_shown_the_systems_drivers_and_intels_runtime_once() -> None:
     with drivers._drivers_shown():
         folder = Path(os.environ["OCL_ICD_VENDORS"])
@@ -35,6 +47,7 @@ def test_the_loader_is_shown_the_systems_drivers_and_intels_runtime_once() -> No
         assert "OCL_ICD_VENDORS" not in os.environ, "the loader reads it at its first call only"
 
 
+@pytest.mark.usefixtures("first_call")
 @pytest.mark.parametrize("variable", ["OCL_ICD_VENDORS", "OPENCL_VENDOR_PATH", "OCL_ICD_FILENAMES"])
 def test_who_told_the_loader_where_to_look_is_left_alone(variable: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(variable, "/mine")
@@ -56,6 +69,7 @@ def test_nothing_is_shown_where_there_is_no_runtime_or_the_system_names_it(
         assert "OCL_ICD_VENDORS" not in os.environ
 
 
+@pytest.mark.usefixtures("first_call")
 def test_a_full_disk_costs_the_runtime_and_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
