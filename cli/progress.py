@@ -27,16 +27,19 @@ NOTE_WIDTH = 24
 
 
 class ProgressReporter:
-    """Shows `ProgressEvent`s; use as a context manager and pass `reporter.show` to the library."""
+    """Shows `ProgressEvent`s; use as a context manager and pass `reporter.show` to the library.
 
-    def __init__(self, *, quiet: bool, stream: TextIO | None = None) -> None:
+    `told` are warnings that were told before: commands with several reporters hand one set to all of them.
+    """
+
+    def __init__(self, *, quiet: bool, stream: TextIO | None = None, told: set[str] | None = None) -> None:
         self._quiet = quiet
         self._stream = stream if stream is not None else sys.stderr
         self._bars: Progress | None = None
         self._tasks: dict[str, TaskID] = {}
         self._last_line_s: dict[str, float] = {}
         self._finished: set[str] = set()
-        self._told: set[str] = set()
+        self._told = set() if told is None else told
 
     def __enter__(self) -> ProgressReporter:
         """Open the bars where the stream is a terminal."""

@@ -70,3 +70,9 @@ def in_threads(work: Callable[[int], None], n: int) -> None:
         return
     with ThreadPoolExecutor(min(n, n_threads()), thread_name_prefix="compiled") as threads:
         list(threads.map(work, range(n)))
+
+
+def share_out(work: Callable[[int, int], None], n: int) -> None:
+    """Call `work(first, end)` for parts of 0 .. n - 1, one a thread."""
+    parts = n_threads()
+    in_threads(lambda part: work(part * n // parts, (part + 1) * n // parts), parts)

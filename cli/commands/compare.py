@@ -103,6 +103,7 @@ def command(
         live = open_live(
             source.folder, scene=scene, engine=engine, device=device, with_ground=False, progress=reporter.show
         )
+        reporter.warn(live.engine.warnings)
         found = compare_as_scanned(live, matches, floors=compared, progress=reporter.show)
         reporter.warn(found.warnings)
         rescan = _rescan(live, found, reporter) if scan_again and not found.met else None
@@ -127,8 +128,7 @@ def _rescan(live: LivePlan, found: AsScanned, reporter: ProgressReporter) -> Res
     from planner_core.handover.as_scanned import plan_rescan
 
     rescan = plan_rescan(live, found, progress=reporter.show)
-    said = set(found.warnings)
-    reporter.warn(line for line in rescan.plan.warnings if line not in said)
+    reporter.warn(rescan.plan.warnings)
     return rescan
 
 

@@ -71,6 +71,7 @@ def command(
             read_only=read_only,
             live=not no_live,
             on_left=left.append,
+            on_warning=lambda line: click.echo(f"warning: {line}", err=True),
         )
     except KeyboardInterrupt:
         output.say("stopped")

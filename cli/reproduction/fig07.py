@@ -157,6 +157,7 @@ def _say(found: dict[str, tuple[Evenness, list[Evenness]]]) -> str:
 def _draw_chair(bench: Bench, corners_m: FloatArray) -> tuple[Picture, ...]:
     scene = scene_from_arrays(corners_m.reshape(-1, 3), np.arange(corners_m.size // 3).reshape(-1, 3))
     engine = open_engine(scene, make_patches(scene, max_area_m2=1.0))
+    bench.warn(engine.warnings)
     camera = camera_at(**_TOWARDS_CHAIR_RAD)
     shows = "A chair's triangles, sampled by the Halton sequence (left) and by pseudo-random numbers (right)"
     with chart(bench, "fig07.png", shows, columns=2, size_in=(3.6, 5.4)) as (_, axes, drawn):

@@ -24,6 +24,9 @@ def run(bench: Bench) -> Outcome:
     populations = bench.at((100, 250, 500), (100, 250, 500, 1000, 2000))
     iterations = bench.at(150, 1000)
     base = GeneticSettings(seed=bench.seed, max_iterations=iterations, patience=iterations, expected_active=60.0)
+    where = select_genetic(problem, replace(base, max_iterations=0))
+    if where.engine == "host":
+        return _host_alone(bench, problem, base, populations)
     ratios: list[float] = []
     shares: list[tuple[float, float]] = []
     same = True
@@ -55,12 +58,41 @@ def run(bench: Bench) -> Outcome:
             f"with {problem.n_candidates} candidates and {problem.n_rows} merged rows of patches, the whole loop on "
             f"the device takes 1 / {min(ratios):.1f} to 1 / {max(ratios):.1f} of the time of the host version, which "
             f"runs the same operators with the same random numbers on all cores (populations of {populations[0]} to "
-            f"{populations[-1]}, medians of {_REPEATS}). The device was {_device(problem, base)}: the same processor, "
+            f"{populations[-1]}, medians of {_REPEATS}). The device was {where.device}: the same processor, "
             f"unless it names a GPU. Both went the same way, bit for bit: {'yes' if same else 'NO'}."
         ),
         agrees="yes" if min(ratios) > 1.5 and same else "partly" if max(ratios) > 1.0 else "no",
         pictures=tuple(drawn),
         numbers={"populations": list(populations), "host_over_device": ratios, "same_trajectory": same},
+    )
+
+
+def _host_alone(bench: Bench, problem: CoverProblem, base: GeneticSettings, populations: tuple[int, ...]) -> Outcome:
+    """Time the host where there is no device to compare it with."""
+    times = []
+    for done, population in enumerate(populations):
+        bench.tell(done, len(populations), f"population {population}")
+        settings = replace(base, population=population, n_parents=population // 2)
+        seconds = []
+        for _ in range(_REPEATS):
+            start = time.perf_counter()
+            select_genetic(problem, settings, engine="host")
+            seconds.append(time.perf_counter() - start)
+        times.append(float(np.median(seconds)))
+    bench.tell(len(populations), len(populations))
+    shares = [one / max(times) for one in times]
+    with chart(bench, "fig16.png", "Time of an evolution by population, host alone", columns=1) as (_, axes, drawn):
+        axes[0].plot(populations, shares, "o-", color=COLOURS[1], label="host, all cores")
+        label(axes[0], f"{base.max_iterations} iterations", "population", "time, the longest is 1")
+    return Outcome(
+        found=(
+            f"no OpenCL device is usable on this machine: there was nothing to compare the host version "
+            f"with. With {problem.n_candidates} candidates and {problem.n_rows} merged rows of patches, a population "
+            f"of {populations[0]} took it {shares[0]:.2f} of the time of {populations[-1]} (medians of {_REPEATS})."
+        ),
+        agrees="not compared",
+        pictures=tuple(drawn),
+        numbers={"populations": list(populations), "host_time_share": shares},
     )
 
 
@@ -87,7 +119,3 @@ def _times(problem: CoverProblem, settings: GeneticSettings) -> tuple[list[float
             seconds.append(time.perf_counter() - start)
         same &= bool(np.array_equal(ends[0].key_by_iteration, ends[1].key_by_iteration))
     return device_s, host_s, same
-
-
-def _device(problem: CoverProblem, settings: GeneticSettings) -> str:
-    return select_genetic(problem, replace(settings, max_iterations=0)).device

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -22,12 +22,13 @@ class Picture:
 class Outcome:
     """What a run found.
 
-    found : sentences with numbers of this run. agrees : whether that is what the paper found. numbers : the figures
+    found : sentences with numbers of this run. agrees : whether that is what the paper found; not
+    compared: the machine lacks what it takes. numbers : the figures
     behind the sentences, for whoever wants to compare: plain values that JSON can hold.
     """
 
     found: str
-    agrees: Literal["yes", "partly", "no"]
+    agrees: Literal["yes", "partly", "no", "not compared"]
     pictures: tuple[Picture, ...]
     numbers: dict[str, Any] = field(default_factory=dict)
 
@@ -36,13 +37,15 @@ class Outcome:
 class Bench:
     """Where and how large to run.
 
-    full : the paper's sizes; otherwise sizes that run in minutes on two cores. seed : of everything random.
+    full : the paper's sizes; otherwise sizes that run in minutes on two cores. seed : of everything random. warn : gets
+    lines for the user.
     """
 
     folder: Path
     full: bool = False
     seed: int = 0
     progress: Progress = silent
+    warn: Callable[[Iterable[str]], None] = lambda _: None
 
     def at(self, small: Any, full: Any) -> Any:
         """Return the value for the size of this run."""

@@ -76,4 +76,6 @@ def open_level(
         scan_mode="beams",
     )
     survey = make_survey(built, settings)
-    return Level(survey, settings, open_engine(survey.scene, survey.patches), floor)
+    engine = open_engine(survey.scene, survey.patches)
+    bench.warn(engine.warnings)
+    return Level(survey, settings, engine, floor)

@@ -8,7 +8,12 @@ from pathlib import Path
 
 from .figure import Figure, Outcome
 
-_VERDICT = {"yes": "It agrees.", "partly": "It agrees in part.", "no": "It does not agree."}
+_VERDICT = {
+    "yes": "It agrees.",
+    "partly": "It agrees in part.",
+    "no": "It does not agree.",
+    "not compared": "Not compared.",
+}
 
 
 def write_page(folder: Path, figure: Figure, outcome: Outcome, *, full: bool, seed: int) -> Path:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.device import Device, open_device
-from planner_core.errors import RequirementError
+from planner_core.errors import DeviceError, RequirementError
 from planner_core.genetic.host import evolve_on_host
 from planner_core.genetic.objective import objective_of
 from planner_core.genetic.on_device import evolve_on_device
@@ -26,7 +26,7 @@ from planner_core.genetic.settings import GeneticSettings
 from planner_core.model import BoolArray, Int32Array, Int64Array
 from planner_core.progress import Progress, silent
 
-ENGINES = ("device", "host")
+ENGINES = ("auto", "device", "host")
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,7 @@ class GeneticResult:
     why_stopped: str
     """`no improvement` or `iterations`."""
     engine: str
+    """`device` or `host`."""
     device: str
     """What it ran on, for the record."""
 
@@ -59,7 +60,7 @@ def select_genetic(
     problem: CoverRows,
     settings: GeneticSettings = GeneticSettings(),  # noqa: B008 (frozen)
     *,
-    engine: str = "device",
+    engine: str = "auto",
     device: Device | str | None = None,
     given: Sequence[NDArray[np.integer]] = (),
     progress: Progress = silent,
@@ -69,9 +70,10 @@ def select_genetic(
     Parameters
     ----------
     engine
-        `device`: the whole loop on an OpenCL device; `host`: NumPy on all cores.
+        `device`: the whole loop on an OpenCL device; `host`: NumPy on all cores, slower, to the same result; `auto`:
+        the device where one is given or usable, else the host.
     device
-        An open device or a name for `planner_core.device.open_device`; for `engine="device"` alone.
+        An open device or a name for `planner_core.device.open_device`; not for `host`.
     given
         Sets of candidates that the first population holds besides random ones, e.g. a greedy selection.
 
@@ -80,18 +82,18 @@ def select_genetic(
     RequirementError
         An unknown engine, no candidates, more given sets than individuals, or candidates that do not exist.
     DeviceError
-        No device, or it fails.
+        No device, where one is asked for; or it fails.
     """
     if engine not in ENGINES:
         raise RequirementError(f"genetic engine: got {engine!r}, expected one of {', '.join(ENGINES)}")
     check_problem(problem)
     objective = objective_of(problem, settings)
     first = _given(given, settings, objective.n_candidates)
-    if engine == "host":
+    opened = None if engine == "host" else _opened(device, needed=engine == "device" or device is not None)
+    if opened is None:
         label = "NumPy"
         trajectory = evolve_on_host(problem, settings, objective, first, progress=progress)
     else:
-        opened = device if isinstance(device, Device) else open_device(device)
         label = opened.label
         trajectory = evolve_on_device(problem, settings, objective, first, device=opened, progress=progress)
     iterations = len(trajectory.history) - 1
@@ -103,9 +105,21 @@ def select_genetic(
         active_by_iteration=active,
         n_evaluations=settings.population + iterations * settings.n_offspring,
         why_stopped=trajectory.why_stopped,
-        engine=engine,
+        engine="host" if opened is None else "device",
         device=label,
     )
+
+
+def _opened(device: Device | str | None, *, needed: bool) -> Device | None:
+    """Return the device, opened; None where there is none and none is needed."""
+    if isinstance(device, Device):
+        return device
+    try:
+        return open_device(device)
+    except DeviceError:
+        if needed:
+            raise
+        return None
 
 
 def _given(given: Sequence[NDArray[np.integer]], settings: GeneticSettings, n_candidates: int) -> BoolArray:

@@ -9,14 +9,13 @@ how many there are.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.compiled import compiled, in_threads, n_threads
+from planner_core.compiled import compiled, share_out
 from planner_core.model import Float32Array, FloatArray, Int32Array, UInt8Array
 from planner_core.scan.optics import Traced
 from planner_core.scan.patch_returns import Content, Rows, empty_moments
@@ -39,13 +38,16 @@ class Hits:
 
 
 class HitRows:
-    """Patches of hits on the traced surfaces of one scene."""
+    """Patches of hits on the traced surfaces of one scene.
+
+    corners_m : (T, 3, 3) float32, of the traced triangles.
+    """
 
     def __init__(self, traced: Traced, n_patches: int) -> None:
         scene = traced.scene
         surfaces = round_surfaces(scene)
         self._n_patches = n_patches
-        self._corners_m, self._normal = surfaces.corners_m, surfaces.normal
+        self.corners_m, self._normal = surfaces.corners_m, surfaces.normal
         self._address = (
             np.ascontiguousarray(traced.first_patch, dtype=np.int32),
             traced.patches.depth,
@@ -65,13 +67,13 @@ class HitRows:
         def find(first: int, end: int) -> None:
             _find(first, end, hits.range_m, hits.triangle, hits.uv, *within, *self._address, patch, marks)
 
-        _share_out(find, patch.size)
+        share_out(find, patch.size)
         return patch
 
     def cos_incidence(self, patch: Int32Array, hits: Hits, beams: Float32Array) -> Float32Array:
         """(N,) of beams (N, 3) whose returns lie on `patch`; NaN for no return."""
         cosine = np.empty(patch.size, dtype=np.float32)
-        _share_out(
+        share_out(
             lambda first, end: _cosines(first, end, patch, hits.triangle, beams, self._normal, cosine), patch.size
         )
         return cosine
@@ -97,7 +99,7 @@ class HitRows:
         arrays: dict[str, NDArray[Any]] = {"patch": seen, "n_returns": n_returns}
         if content is Content.MOMENTS:
             first_vertex_m = np.empty((seen.size, 3))
-            _first_vertices(seen, triangle, *self._address, self._corners_m, first_vertex_m)
+            _first_vertices(seen, triangle, *self._address, self.corners_m, first_vertex_m)
             arrays |= self._moments(patch, slot, first_vertex_m, hits, beams, position_m)
         return Rows(length=length, arrays=arrays)
 
@@ -120,14 +122,8 @@ class HitRows:
                 *(sums[name] for name in _SUMS),
             )
 
-        _share_out(add, len(first_vertex_m))
+        share_out(add, len(first_vertex_m))
         return sums
-
-
-def _share_out(work: Callable[[int, int], None], n: int) -> None:
-    """Call `work(first, end)` for as many parts of 0 .. n as there are threads."""
-    parts = n_threads()
-    in_threads(lambda part: work(part * n // parts, (part + 1) * n // parts), parts)
 
 
 @compiled

@@ -19,6 +19,7 @@ from planner_core.model import (
     BoolArray,
     Float32Array,
     FloatArray,
+    Int32Array,
     Patches,
     PatchReturns,
     RayHits,
@@ -146,11 +147,21 @@ class Open3DEngine:
         marks[row.arrays["patch"]] = 0
         return row
 
-    def are_hidden(self, position_m: FloatArray, targets_m: FloatArray) -> BoolArray:
+    @property
+    def corners_m(self) -> Float32Array:
+        """(T, 3, 3) corners of the surfaces that beams meet, numbered as in `first_blockers`."""
+        return self._rows.corners_m
+
+    def first_blockers(self, position_m: FloatArray, targets_m: FloatArray | Float32Array) -> Int32Array:
+        """(N,) first surface between a position (3,) and each target (N, 3) relative to it; -1: there is none."""
+        hits: dict[str, Any] = self._raycasting.cast_rays(self._core.Tensor(_towards(position_m, targets_m)))
+        between = hits["t_hit"].numpy() < 1
+        return np.where(between, hits["primitive_ids"].numpy().astype(np.int64), -1).astype(np.int32)
+
+    def are_hidden(self, position_m: FloatArray, targets_m: FloatArray | Float32Array) -> BoolArray:
         """Whether a surface lies between a position (3,) and each target (N, 3) relative to it, ends included."""
-        rays = np.empty((targets_m.shape[0], 6), dtype=np.float32)
-        rays[:, :3], rays[:, 3:] = position_m, targets_m
-        return np.array(self._raycasting.test_occlusions(self._core.Tensor(rays), 0.0, 1.0).numpy(), dtype=np.bool_)
+        rays = self._core.Tensor(_towards(position_m, targets_m))
+        return np.array(self._raycasting.test_occlusions(rays, 0.0, 1.0).numpy(), dtype=np.bool_)
 
     def _scan_one(self, rays: Float32Array, position_m: FloatArray) -> Hits:
         """First hits of rays (N, 6), which are led from the position."""
@@ -162,6 +173,13 @@ class Open3DEngine:
 def _rays_of(beams: Float32Array) -> Float32Array:
     """(N, 6) rays along the beams (N, 3), from where they are led later."""
     return np.concatenate([np.zeros_like(beams), beams], axis=1)
+
+
+def _towards(position_m: FloatArray, targets_m: FloatArray | Float32Array) -> Float32Array:
+    """(N, 6) rays from a position (3,) to targets (N, 3) relative to it, which they reach at 1."""
+    rays = np.empty((targets_m.shape[0], 6), dtype=np.float32)
+    rays[:, :3], rays[:, 3:] = position_m, targets_m
+    return rays
 
 
 def _beams(template: BeamTemplate) -> Float32Array:

@@ -22,7 +22,6 @@ from planner_core.model import (
     FloatArray,
     Int32Array,
     Int64Array,
-    Optics,
     Patches,
     Scene,
     UInt8Array,
@@ -35,8 +34,6 @@ from planner_core.scan.patch_samples import (
     LEAST_SPAN,
     N_FINE,
     N_RIM,
-    SLACK,
-    SLACK_MOST,
     UInt32Array,
     View,
     make_groups,
@@ -47,7 +44,6 @@ from planner_core.scan.patch_samples import (
 )
 
 if TYPE_CHECKING:
-    from planner_core.scan.open3d import Open3DEngine
     from planner_core.scan.opencl import OpenCLEngine
 
 #: What `check_scan_mode` accepts.
@@ -61,8 +57,6 @@ _MARK_BYTES = 256 * 2**20
 _MAX_BATCH = 64
 #: Groups of patches a work-item: enough that most start with a blocker, few enough to spread over the cores.
 _GROUPS_A_RUN = 64
-#: Patches whose samples are cast at once through Open3D: some 100 MB.
-_OPEN3D_PATCHES = 2**16
 #: A patch counts as seen where at least this many beams are to be expected on what is seen of it.
 LEAST_RETURNS = 1.0
 
@@ -202,7 +196,7 @@ class PatchMode:
             n_patches=self._patches.n_patches,
             n_visible=_bits(mask).sum(axis=1, dtype=np.uint8),
             n_samples=np.where(mask == ALL_RIM, N_RIM, N_RIM + N_FINE).astype(np.uint8),
-            share=_share(mask).astype(np.float32),
+            share=share_of(mask).astype(np.float32),
             range_m=range_m,
             cos_incidence=cosine,
             spacing_m=spacing,
@@ -312,64 +306,6 @@ class _DeviceCaster:
         return out
 
 
-class _Open3DCaster:
-    """The same samples through Open3D's occlusion test, in NumPy."""
-
-    def __init__(self, engine: Open3DEngine, scene: Scene, patches: Patches) -> None:
-        self._engine = engine
-        places = places_of(scene, patches, np.arange(patches.n_patches, dtype=np.int32))
-        self._corners, self._normal, self._area_m2 = places.corners_m, places.normal, places.area_m2
-        self._rounding_m = rounding_of(scene)
-        self._weights = sample_pattern()[:, :2]
-        optics = scene.optics_of_triangle
-        returning = np.ones(scene.n_triangles, dtype=np.bool_) if optics is None else optics == Optics.RETURNS
-        self._returning = np.flatnonzero(returning[patches.triangle_of_patch])
-
-    def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
-        """See `_Caster`."""
-        n_patches = self._corners.shape[0]
-        out = np.empty((len(positions_m), n_patches), dtype=np.uint32)
-        for row, position in enumerate(positions_m.astype(np.float64)):
-            seen = np.zeros((n_patches, N_RIM), dtype=np.bool_)
-            seen[self._returning] = self._see(view, position, self._returning, self._weights[:N_RIM])
-            again = self._returning[~seen[self._returning].all(axis=1)]
-            fine = self._see(view, position, again, self._weights[N_RIM:])
-            mask = seen @ (np.uint32(1) << np.arange(N_RIM, dtype=np.uint32))
-            mask[again] |= fine @ (np.uint32(1) << np.arange(N_RIM, N_RIM + N_FINE, dtype=np.uint32))
-            mask[self._expected_returns(view, position, mask) < least_returns] = 0
-            out[row] = mask
-        return out
-
-    def _see(self, view: View, position_m: FloatArray, patch: Int64Array, weights: FloatArray) -> BoolArray:
-        """(n, s) whether samples with weights (s, 2) of patches (n,) are seen; in parts, for memory's sake."""
-        seen = np.empty((patch.size, weights.shape[0]), dtype=np.bool_)
-        for first in range(0, patch.size, _OPEN3D_PATCHES):
-            part = slice(first, first + _OPEN3D_PATCHES)
-            seen[part] = self._see_part(view, position_m, patch[part], weights)
-        return seen
-
-    def _see_part(self, view: View, position_m: FloatArray, patch: Int64Array, weights: FloatArray) -> BoolArray:
-        corners, normal = self._corners[patch] - position_m, self._normal[patch]
-        edges = corners[:, 1:] - corners[:, :1]
-        at = corners[:, :1] + np.einsum("sk,nki->nsi", weights, edges)
-        open_ = in_view(view, at, normal)
-        from_plane = np.abs((corners[:, 0] * normal).sum(axis=1))
-        with np.errstate(divide="ignore"):
-            slack = np.minimum(SLACK + self._rounding_m / from_plane, SLACK_MOST)
-        targets = (at / (1 + slack)[:, None, None])[open_]
-        hidden = self._engine.are_hidden(position_m, targets)
-        open_[open_] = ~hidden
-        return open_
-
-    def _expected_returns(self, view: View, position_m: FloatArray, mask: UInt32Array) -> FloatArray:
-        """(P,) returns to be expected; 0 where no sample is seen."""
-        out = np.zeros(mask.size)
-        seen = np.flatnonzero(mask)
-        returns = expected_returns(view, self._corners[seen] - position_m, self._normal[seen], self._area_m2[seen])
-        out[seen] = _share(mask[seen]) * returns
-        return out
-
-
 def expected_returns(view: View, corners_m: FloatArray, normal: FloatArray, area_m2: FloatArray) -> FloatArray:
     """Beams (n,) to be expected on patches with corners (n, 3, 3), relative to the sensor, that nothing hides.
 
@@ -415,13 +351,16 @@ def in_view(view: View, at_m: FloatArray, normal: FloatArray) -> BoolArray:
 
 
 def _caster_of(engine: ScanEngine, scene: Scene, patches: Patches) -> _Caster:
-    from planner_core.scan.open3d import Open3DEngine
     from planner_core.scan.opencl import OpenCLEngine
 
     if isinstance(engine, OpenCLEngine):
         return _DeviceCaster(engine, scene, patches)
-    if isinstance(engine, Open3DEngine):
-        return _Open3DCaster(engine, scene, patches)
+    if engine.name == "open3d":
+        from planner_core.scan.open3d import Open3DEngine
+        from planner_core.scan.open3d_samples import Open3DSamples
+
+        if isinstance(engine, Open3DEngine):
+            return Open3DSamples(engine, scene, patches)
     raise RequirementError(f"scan mode patches: got engine {engine.name!r}, expected opencl or open3d; use mode beams")
 
 
@@ -430,7 +369,7 @@ def _bits(mask: UInt32Array) -> UInt8Array:
     return (mask[:, None] >> np.arange(N_RIM + N_FINE, dtype=np.uint32) & np.uint32(1)).astype(np.uint8)
 
 
-def _share(mask: UInt32Array) -> FloatArray:
+def share_of(mask: UInt32Array) -> FloatArray:
     """(M,) part of the patch that the samples of marks (M,) stand for."""
     share: FloatArray = _bits(mask) @ sample_pattern()[:, 2]
     share[mask == ALL_RIM] = 1.0

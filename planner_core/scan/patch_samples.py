@@ -86,10 +86,10 @@ class View:
     elevation_step_rad: float
     least_cos_incidence: float
 
-    def packed(self, *, least_returns: float, rounding_m: float) -> Float32Array:
-        """(13,) float32 as `kernels/sample_patches.cl` reads it (VIEW_)."""
+    def limits(self) -> tuple[float, ...]:
+        """Range, elevation, azimuth and incidence as squares: the first 8 of VIEW_ in kernels/patch_pack.h."""
         full = self.half_width_rad >= math.pi
-        values = (
+        return (
             self.range_min_m**2,
             self.range_max_m**2,
             _signed_square(math.sin(self.low_rad)) if self.low_rad > -math.pi / 2 + 1e-6 else -2.0,
@@ -98,13 +98,12 @@ class View:
             math.sin(self.middle_rad),
             -2.0 if full else _signed_square(math.cos(self.half_width_rad)),
             self.least_cos_incidence**2,
-            self.azimuth_step_rad,
-            self.elevation_step_rad,
-            least_returns,
-            SLACK,
-            rounding_m,
         )
-        return np.array(values, dtype=np.float32)
+
+    def packed(self, *, least_returns: float, rounding_m: float) -> Float32Array:
+        """(13,) float32 as `kernels/sample_patches.cl` reads it (VIEW_)."""
+        steps = (self.azimuth_step_rad, self.elevation_step_rad)
+        return np.array([*self.limits(), *steps, least_returns, SLACK, rounding_m], dtype=np.float32)
 
 
 def view_of(template: BeamTemplate, *, max_incidence_rad: float | None = None) -> View:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from planner_core import compiled
 from planner_core.model import ReturnMoments
-from planner_core.scan import hit_rows
 from planner_core.scan.hit_rows import HitRows, Hits
 from planner_core.scan.open3d import Open3DEngine
 from planner_core.scan.optics import Traced, traced_surfaces
@@ -64,7 +64,7 @@ def test_nothing_depends_on_the_number_of_threads(
     template = shapes.template_of(40, 200)
     positions = np.array([[0.3, 0.2, 1.0], [-1.0, 0.5, 1.5]])
     before = engine.patch_returns(template, positions, moments=True)
-    monkeypatch.setattr(hit_rows, "n_threads", lambda: n_threads)
+    monkeypatch.setattr(compiled, "n_threads", lambda: n_threads)
     after = engine.patch_returns(template, positions, moments=True)
     for name in ("starts", "patch", "n_returns"):
         assert getattr(before, name).tobytes() == getattr(after, name).tobytes()

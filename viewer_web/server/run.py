@@ -36,6 +36,7 @@ def serve(
     read_only: bool = False,
     live: bool = True,
     on_left: Callable[["LeftRun"], None] = lambda _: None,
+    on_warning: Callable[[str], None] = lambda _: None,
 ) -> None:
     """Serve `plan_folder` on `host` and `port` until interrupted (Ctrl-C raises KeyboardInterrupt here).
 
@@ -58,6 +59,8 @@ def serve(
         Whether the live side is opened, in the background, once requests are answered.
     on_left : callable
         Gets the run that goes on when the server stops, if there is one.
+    on_warning : callable
+        Gets lines for the user while requests are answered, from any thread: a fallback of the live side, for example.
 
     Notes
     -----
@@ -74,7 +77,10 @@ def serve(
     named = own_names() if host in WILDCARD_HOSTS else (host,)
     token = new_token()
     session = Session(plan_folder, read_only=read_only)
-    sides = [runs_side(session, scene, on_left=on_left), *([live_side(session, scene)] if live else [])]
+    sides = [
+        runs_side(session, scene, on_left=on_left),
+        *([live_side(session, scene, on_warning=on_warning)] if live else []),
+    ]
     app = create_app(
         plan_folder,
         token=token,
@@ -121,15 +127,20 @@ class Side:
     stop: Callable[[], None]
 
 
-def live_side(session: Session, scene: Path | None = None) -> Side:
-    """Return the live side of a session, not yet started."""
+def live_side(
+    session: Session, scene: Path | None = None, *, on_warning: Callable[[str], None] = lambda _: None
+) -> Side:
+    """Return the live side of a session, not yet started; `on_warning` as in `serve`."""
     from viewer_web.server.live_api import create_live_router
     from viewer_web.server.live_side import LiveSide
 
     def open_plan(progress: Progress) -> "LivePlan":
         from planner_core.live.opening import open_live
 
-        return open_live(session.plan_folder, scene=scene, progress=progress)
+        plan = open_live(session.plan_folder, scene=scene, progress=progress)
+        for line in plan.engine.warnings:
+            on_warning(line)
+        return plan
 
     side = LiveSide(open_plan, tell=lambda state: session.events.publish("live", state))
     session.live_state = side.state
