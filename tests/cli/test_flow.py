@@ -138,7 +138,7 @@ def test_interrupted_plan_leaves_nothing_half_written(stage: str, grid_m: str, h
     process = subprocess.Popen(
         [
             sys.executable, "-m", "tlsplan", "plan", str(house), "-o", str(tmp_path / "plan"), "--grid", grid_m,
-            "--method", "greedy",
+            "--height", "1.5", "--patch-area", "0.2", "--method", "greedy",
         ],
         stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip

@@ -66,6 +66,7 @@ def test_a_room_of_its_own_is_not_left_aside_however_little_is_asked() -> None:
         assert ((free_m > low) & (free_m < high)).all(axis=1).any(), room.name
 
 
+@pytest.mark.slow
 def test_where_hardly_any_two_can_be_registered_nobody_is_left_aside() -> None:
     """Without slabs nothing holds heights: no link counts, and every candidate is a part by itself."""
     scene = scenes_synthetic.build("without-slabs").scene
