@@ -23,7 +23,9 @@ SETTINGS = PlanSettings(
 )
 
 
-@pytest.mark.parametrize(("name", "n_networks"), [("two-rooms", 1), ("doors-open", 1)])
+@pytest.mark.parametrize(
+    ("name", "n_networks"), [("two-rooms", 1), pytest.param("doors-open", 1, marks=pytest.mark.slow)]
+)
 def test_lone_candidates_do_not_split_a_plan_that_can_be_one_network(name: str, n_networks: int) -> None:
     """In both, some candidates have no link to any other: high ones near doorways."""
     scene = scenes_synthetic.build(name).scene
