@@ -125,8 +125,8 @@ plan-scenes: $(DEV) ## every synthetic scene through `tlsplan plan`; writes docs
 soak: $(DEV) ## a hundred million beams at shared edges and vertices, none may leak; goes on where it was interrupted
 	$(BIN)/python tests/soak/soak_watertight.py --write docs/benchmarks/watertight.md
 
-soak-short: $(DEV) ## the soak with a hundredth of its beams, from the start
-	$(BIN)/python tests/soak/soak_watertight.py --beams 1e6 --fresh --store build/soak-short.jsonl
+soak-short: $(DEV) ## the soak in small: every mesh, size, place and way, few beams
+	$(BIN)/python tests/soak/soak_watertight.py --short --fresh --store build/soak-short.jsonl
 
 kernel-check: $(DEV) system-kernel-check ## all kernels under oclgrind: memory, races, uninitialised values
 	$(BIN)/python tests/kernels/check_kernels.py
