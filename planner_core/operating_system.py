@@ -11,6 +11,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,8 @@ if sys.platform == "win32":  # spelt like this for mypy
 else:
     import fcntl
 
+_CPUINFO = Path("/proc/cpuinfo")
+_OWN_MEMORY = Path("/proc/self/mem")
 _AT_FDCWD = -100
 _RENAME_EXCHANGE = 2
 UNSUPPORTED = (errno.ENOSYS, errno.EINVAL, errno.EOPNOTSUPP, errno.EPERM)
@@ -132,3 +135,31 @@ class Alarm:
             if seconds > 0:
                 self._timer = threading.Timer(seconds, _thread.interrupt_main)
                 self._timer.start()
+
+
+# ------------------------------------------------------------------------------------ processor and memory
+def n_usable_cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@cache
+def processor_flags() -> tuple[str, ...]:
+    """Instructions that programs may use here, as /proc/cpuinfo names them, sorted; empty where it does not."""
+    try:
+        lines = _CPUINFO.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ()
+    # Processors of one machine may differ: what all of them have.
+    flags = [frozenset(line.partition(":")[2].split()) for line in lines if line.partition(":")[0].strip() == "flags"]
+    return tuple(sorted(frozenset.intersection(*flags))) if flags else ()
+
+
+def own_memory(address: int, n_bytes: int) -> bytes:
+    """Return bytes of this process's memory, or none where nothing is mapped or the system does not say: no crash."""
+    try:
+        with _OWN_MEMORY.open("rb", buffering=0) as memory:
+            memory.seek(address)
+            return memory.read(n_bytes) or b""
+    except (OSError, ValueError, OverflowError):
+        return b""

@@ -26,7 +26,8 @@ def test_python_lock_pins_every_package_with_hashes_and_no_address(lock: Path) -
     text = lock.read_text()
     blocks = re.split(r"\n(?=[A-Za-z0-9])", text)
     pinned = [block for block in blocks if re.match(r"[A-Za-z0-9._\[\]-]+==", block)]
-    assert len(pinned) > 20
+    wanted = [line for line in lock.with_suffix(".in").read_text().splitlines() if line and line[0] not in "#-"]
+    assert len(pinned) >= len(wanted) > 0
     assert [block.splitlines()[0] for block in pinned if "--hash=sha256:" not in block] == []
     assert "://" not in text
 

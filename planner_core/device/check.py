@@ -15,8 +15,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from planner_core.cache import keep, kept_file, read_kept
-from planner_core.device.pocl import processor_flags
 from planner_core.device.runtime import Device
+from planner_core.operating_system import processor_flags
 
 #: The module that the child runs: it knows all layers whose kernels it exercises, this one knows its name alone.
 _CHILD = "planner_core.self_check"
