@@ -43,7 +43,7 @@ doors_option = click.option(
 )  # fmt: skip
 engine_option = click.option(
     "--engine", type=click.Choice(["auto", "opencl", "open3d"]), default="auto", show_default=True,
-    help="What casts the beams. auto: OpenCL; Open3D, said aloud, where there is no OpenCL device.",
+    help="What casts the beams. auto: OpenCL, or Open3D, with a warning, where no OpenCL device is usable.",
 )  # fmt: skip
 device_option = click.option(
     "--device", default=None, metavar="NAME",

@@ -1,4 +1,4 @@
-"""What a scan engine is, and the choice of one: OpenCL where a device is usable, Open3D otherwise, said aloud.
+"""What a scan engine is, and the choice of one: OpenCL where a device is usable, Open3D otherwise, with a warning.
 
 Every engine keeps these rules, in the local frame and metres:
 

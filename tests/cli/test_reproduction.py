@@ -3,15 +3,21 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from tlsplan.commands import reproduce
 from tlsplan.group import cli
+from tlsplan.reproduction import fig16
 from tlsplan.reproduction import figures as registry
 from tlsplan.reproduction.figure import Bench, Figure, Outcome, Picture
 from tlsplan.reproduction.page import write_index, write_page
 
-from planner_core.errors import OutputExistsError, RequirementError
+from planner_core.device import Device
+from planner_core.errors import DeviceError, OutputExistsError, RequirementError
+from planner_core.genetic import search as genetic_search
+from planner_core.model import Visibility
+from planner_core.select.problem import Target, cover_problem
 
 
 def drawn(bench: Bench) -> Outcome:
@@ -82,3 +88,34 @@ def test_equation_9_selects_a_single_station(tmp_path: Path) -> None:
     assert set(outcome.numbers["stations_by_seed"]) == {1}
     assert max(outcome.numbers["ratio_to_best_single"]) <= 1.0
     assert all((tmp_path / picture.file).stat().st_size > 1000 for picture in outcome.pictures)
+
+
+def test_a_warning_is_said_once_a_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def warned(bench: Bench) -> Outcome:
+        bench.warn(["no device"])
+        bench.warn(["no device", "nor anything else"])
+        return Outcome("nothing.", "not compared", ())
+
+    names = ("figA", "figB")
+    monkeypatch.setattr(registry, "FIGURES", tuple(Figure(name, "A title", "", warned, "") for name in names))
+    done = call("all", "-o", str(tmp_path), "-q")
+    assert done.stderr.splitlines() == ["warning: no device", "warning: nor anything else"]
+    assert "**Not compared.**" in (tmp_path / "figB.md").read_text()
+
+
+def test_fig16_without_a_device_times_the_host_and_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_device(name: str | None = None) -> Device:
+        raise DeviceError("there is none")
+
+    rng = np.random.default_rng(1)
+    sees = rng.random((20, 50)) < 0.2
+    starts = np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64)
+    visibility = Visibility(starts, np.nonzero(sees)[1].astype(np.int32), 50)
+    problem = cover_problem(visibility, np.full(50, 0.04), (Target(np.ones(50, dtype=bool), 0.9),))
+    monkeypatch.setattr(fig16, "_problem", lambda bench: problem)
+    monkeypatch.setattr(fig16, "_REPEATS", 1)
+    monkeypatch.setattr(genetic_search, "open_device", no_device)
+    outcome = fig16.run(Bench(tmp_path))
+    assert outcome.agrees == "not compared"
+    assert outcome.found.startswith("no OpenCL device is usable")
+    assert [picture.file for picture in outcome.pictures] == ["fig16.png"]

@@ -220,7 +220,7 @@ def test_an_incoherent_template_is_scanned_all_the_same(open_both: Callable, sha
         assert not np.isnan(a.range_m).any()
 
 
-def test_an_unusable_device_falls_back_aloud(monkeypatch: pytest.MonkeyPatch, shapes: SimpleNamespace) -> None:
+def test_an_unusable_device_falls_back_with_a_warning(monkeypatch: pytest.MonkeyPatch, shapes: SimpleNamespace) -> None:
     import pyopencl
 
     def no_platforms() -> list[object]:
