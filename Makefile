@@ -50,7 +50,16 @@ test: setup system-tests $(DEV) ## a test of every promise, in minutes: checks, 
 	@$(MAKE) --no-print-directory pytest
 	@$(MAKE) --no-print-directory web
 
-test-slow: pytest-slow kernel-check soak-short e2e e2e-scenes ## the rest, in less than an hour: slow tests, kernels under oclgrind, a short soak, all of the browser
+test-slow: pytest-slow test-machines kernel-check soak-short e2e e2e-scenes ## the rest, in less than an hour: slow tests, kernels under oclgrind, a short soak, all of the browser
+
+# Machines unlike this one: tests/machines/README.md.
+ON_UNKNOWN_PROCESSOR := tests/device tests/kernels tests/scan/test_engines.py tests/scan/test_tree.py tests/select/test_swap_walks.py
+WITHOUT_OPENCL := tests/select tests/live tests/requirements tests/plan/test_proven_method.py tests/plan/test_plan_network.py
+
+test-machines: setup $(DEV) ## the demo, and a part of the suite, as on an unknown processor and without OpenCL
+	$(BIN)/python tests/machines/demo_everywhere.py $(OUT)/machines
+	PYTHONPATH=$(CURDIR)/tests/machines/unknown_processor $(PYTEST) -m "not slow" $(ON_UNKNOWN_PROCESSOR)
+	PYTHONPATH=$(CURDIR)/tests/machines/no_driver $(PYTEST) -m "not slow" $(WITHOUT_OPENCL)
 
 check: lint typecheck imports ## the static checks of the Python code
 
