@@ -36,7 +36,7 @@ inside() {
         mount --bind -o ro "$repository/../shared" "$system/srv/shared"
     fi
 
-    mapfile -t environment < <(env | grep -E "$passed" || true)
+    mapfile -t environment < <(env | grep -E "$passed" | grep -v '^PIP_FIND_LINKS=/' || true)
     echo "$suite: $(run_there "$system" python3 --version), node $(run_there "$system" node --version)"
     for target in $targets; do
         began=$SECONDS
