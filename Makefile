@@ -158,11 +158,12 @@ system-tests:
 system-kernel-check:
 	@requirements/system.sh --kernel-check
 
-$(RUNTIME): requirements/runtime.lock pyproject.toml | system
+$(RUNTIME): requirements/runtime.lock requirements/unused.txt pyproject.toml | system
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "tlsplan set-up: $$($(PYTHON) --version) is too old, 3.11 or later is needed; pass PYTHON=path/to/python3" >&2; exit 1; }
 	@[ -x $(BIN)/python ] || $(PYTHON) -m venv $(VENV)
 	$(PIP) install --quiet --no-compile --no-deps --require-hashes -r requirements/runtime.lock
+	@cd $(VENV)/lib/python3*/site-packages && rm -rf $$(grep -v '^#' "$(CURDIR)/requirements/unused.txt")
 	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
 	@touch $@
 
