@@ -188,11 +188,12 @@ system-tests:
 system-kernel-check:
 	@requirements/system.sh --kernel-check
 
-$(RUNTIME): requirements/runtime.lock pyproject.toml | system
+$(RUNTIME): requirements/runtime.lock requirements/unused.txt pyproject.toml | system
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "tlsplan set-up: $$($(PYTHON) --version) is too old, 3.11 or later is needed; pass PYTHON=path/to/python3" >&2; exit 1; }
 	@[ -x $(BIN)/python ] || $(PYTHON) -m venv $(VENV)
 	$(PIP) install --quiet --no-compile --no-deps --require-hashes -r requirements/runtime.lock
+	@cd $(VENV)/lib/python3*/site-packages && rm -rf $$(grep -v '^#' "$(CURDIR)/requirements/unused.txt")
 	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
 	@touch $@
 
@@ -200,11 +201,11 @@ $(DEV): requirements/dev.lock $(RUNTIME) | system
 	$(PIP) install --quiet --no-compile --no-deps --require-hashes -r requirements/dev.lock
 	@touch $@
 
-# What building the viewer needs; what its checks need is twice as much again.
+# What building the viewer needs; what its checks need is more than as much again. npm 9 does not link an optional node.
 $(BUILD): $(WEB)/package-lock.json
 	@command -v npm >/dev/null || { echo "tlsplan set-up: npm is missing; install Node.js 20.19 or later with npm" >&2; exit 1; }
 	@$(NODE_IS_NEW) || { echo "tlsplan set-up: Node.js $$(node --version) is too old for the viewer; npm brings a newer one for it"; \
-	  cd requirements/node && npm ci --silent --no-fund --no-audit && ln -sf ../node-linux-*/bin/node node_modules/.bin/; }  # npm 9 links npm alone
+	  cd requirements/node && npm ci --silent --no-fund --no-audit && cd node_modules/.bin && ln -sf ../node-linux-*/bin/node .; }
 	@$(NODE_IS_NEW) || { echo "tlsplan set-up: npm has no Node.js for this system; install Node.js 20.19 or later" >&2; exit 1; }
 	cd $(WEB) && npm ci --omit=dev --silent --no-fund --no-audit
 	@touch $@
