@@ -9,9 +9,13 @@ WEB := viewer_web
 SCENE ?=
 OUT ?= out
 export PYTHON
+# Debian 12's Node.js is too old to build the viewer: there npm brings a newer one, pinned in requirements/node.
+export PATH := $(CURDIR)/requirements/node/node_modules/.bin:$(PATH)
+NODE_IS_NEW := node -e 'const [a, b] = process.versions.node.split(".").map(Number); process.exit(a > 20 || (a === 20 && b >= 19) ? 0 : 1)'
 
 RUNTIME := $(VENV)/.runtime-installed
 DEV := $(VENV)/.dev-installed
+BUILD := $(WEB)/node_modules/.build-installed
 NODE := $(WEB)/node_modules/.installed
 VIEWER := $(WEB)/dist/index.html
 VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
@@ -21,7 +25,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-kernel-check lint typecheck \
   imports pytest pytest-slow web e2e e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-drivers bench-planning bench-live bench-clouds plan-scenes soak soak-short kernel-check wheel test-wheel docs api-types lock clean
+  bench-drivers bench-planning bench-live bench-clouds plan-scenes soak soak-short kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -46,7 +50,16 @@ test: setup system-tests $(DEV) ## a test of every promise, in minutes: checks, 
 	@$(MAKE) --no-print-directory pytest
 	@$(MAKE) --no-print-directory web
 
-test-slow: pytest-slow kernel-check soak-short e2e e2e-scenes ## the rest, in less than an hour: slow tests, kernels under oclgrind, a short soak, all of the browser
+test-slow: pytest-slow test-machines kernel-check soak-short e2e e2e-scenes ## the rest, in less than an hour: slow tests, kernels under oclgrind, a short soak, all of the browser
+
+# Machines unlike this one: tests/machines/README.md.
+ON_UNKNOWN_PROCESSOR := tests/device tests/kernels tests/scan/test_engines.py tests/scan/test_tree.py tests/select/test_swap_walks.py
+WITHOUT_OPENCL := tests/select tests/live tests/requirements tests/plan/test_proven_method.py tests/plan/test_plan_network.py
+
+test-machines: setup $(DEV) ## the demo, and a part of the suite, as on an unknown processor and without OpenCL
+	$(BIN)/python tests/machines/demo_everywhere.py $(OUT)/machines
+	PYTHONPATH=$(CURDIR)/tests/machines/unknown_processor $(PYTEST) -m "not slow" $(ON_UNKNOWN_PROCESSOR)
+	PYTHONPATH=$(CURDIR)/tests/machines/no_driver $(PYTEST) -m "not slow" $(WITHOUT_OPENCL)
 
 check: lint typecheck imports ## the static checks of the Python code
 
@@ -125,8 +138,8 @@ plan-scenes: $(DEV) ## every synthetic scene through `tlsplan plan`; writes docs
 soak: $(DEV) ## a hundred million beams at shared edges and vertices, none may leak; goes on where it was interrupted
 	$(BIN)/python tests/soak/soak_watertight.py --write docs/benchmarks/watertight.md
 
-soak-short: $(DEV) ## the soak with a hundredth of its beams, from the start
-	$(BIN)/python tests/soak/soak_watertight.py --beams 1e6 --fresh --store build/soak-short.jsonl
+soak-short: $(DEV) ## the soak in small: every mesh, size, place and way, few beams
+	$(BIN)/python tests/soak/soak_watertight.py --short --fresh --store build/soak-short.jsonl
 
 kernel-check: $(DEV) system-kernel-check ## all kernels under oclgrind: memory, races, uninitialised values
 	$(BIN)/python tests/kernels/check_kernels.py
@@ -140,6 +153,9 @@ test-wheel: wheel ## install the wheel into an empty environment without node, a
 	rm -rf build/wheel-test && $(PYTHON) -m venv build/wheel-test
 	build/wheel-test/bin/python -m pip install --quiet dist/*.whl
 	cd build/wheel-test && PATH="$$PWD/bin:/usr/bin:/bin" bin/tlsplan demo -o demo --grid 1 --height 1.5 && bin/tlsplan doctor
+
+test-bare: ## `make demo`, `test-wheel` and `test` on bare Debian 12 and 13, made by debootstrap; needs root; not part of `make test`
+	tests/bare_systems/run.sh $(SYSTEMS)
 
 docs: $(DEV) ## regenerate the command line reference
 	$(BIN)/python -m tlsplan.reference docs/reference/cli.md
@@ -160,7 +176,7 @@ lock: $(RUNTIME) ## resolve the pinned dependencies anew; LOCK_OPTIONS= keeps ev
 	done
 
 clean: ## remove everything that the other targets made
-	rm -rf $(VENV) $(WEB)/node_modules $(WEB)/dist build dist $(OUT) .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(WEB)/node_modules requirements/node/node_modules $(WEB)/dist build dist $(OUT) .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
 # --------------------------------------------------------------------------------------------- set-up
 system:
@@ -172,25 +188,33 @@ system-tests:
 system-kernel-check:
 	@requirements/system.sh --kernel-check
 
-$(RUNTIME): requirements/runtime.lock pyproject.toml | system
+$(RUNTIME): requirements/runtime.lock requirements/unused.txt pyproject.toml | system
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "tlsplan set-up: $$($(PYTHON) --version) is too old, 3.11 or later is needed; pass PYTHON=path/to/python3" >&2; exit 1; }
 	@[ -x $(BIN)/python ] || $(PYTHON) -m venv $(VENV)
-	$(PIP) install --quiet --no-deps --require-hashes -r requirements/runtime.lock
+	$(PIP) install --quiet --no-compile --no-deps --require-hashes -r requirements/runtime.lock
+	@cd $(VENV)/lib/python3*/site-packages && rm -rf $$(grep -v '^#' "$(CURDIR)/requirements/unused.txt")
 	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
 	@touch $@
 
 $(DEV): requirements/dev.lock $(RUNTIME) | system
-	$(PIP) install --quiet --no-deps --require-hashes -r requirements/dev.lock
+	$(PIP) install --quiet --no-compile --no-deps --require-hashes -r requirements/dev.lock
 	@touch $@
 
-$(NODE): $(WEB)/package-lock.json
+# What building the viewer needs; what its checks need is more than as much again. npm 9 does not link an optional node.
+$(BUILD): $(WEB)/package-lock.json
 	@command -v npm >/dev/null || { echo "tlsplan set-up: npm is missing; install Node.js 20.19 or later with npm" >&2; exit 1; }
-	@node -e 'const [a, b] = process.versions.node.split(".").map(Number); process.exit(a > 20 || (a === 20 && b >= 19) ? 0 : 1)' || \
-	  { echo "tlsplan set-up: Node.js $$(node --version) is too old, 20.19 or later is needed" >&2; exit 1; }
-	cd $(WEB) && npm ci --silent --no-fund --no-audit
+	@$(NODE_IS_NEW) || { echo "tlsplan set-up: Node.js $$(node --version) is too old for the viewer; npm brings a newer one for it"; \
+	  cd requirements/node && npm ci --silent --no-fund --no-audit && cd node_modules/.bin && ln -sf ../node-linux-*/bin/node .; }
+	@$(NODE_IS_NEW) || { echo "tlsplan set-up: npm has no Node.js for this system; install Node.js 20.19 or later" >&2; exit 1; }
+	cd $(WEB) && npm ci --omit=dev --silent --no-fund --no-audit
 	@touch $@
 
-$(VIEWER): $(NODE) $(VIEWER_SOURCES)
+# It makes the folder anew. The older stamp gets the lock's time, so that the viewer is not built again for it.
+$(NODE): $(BUILD)
+	cd $(WEB) && npm ci --silent --no-fund --no-audit
+	@touch -r $(WEB)/package-lock.json $(BUILD) && touch $@
+
+$(VIEWER): $(BUILD) $(VIEWER_SOURCES)
 	cd $(WEB) && npm run --silent build
 	@touch $@

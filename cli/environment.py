@@ -22,6 +22,8 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, NoReturn
 
+from planner_core.operating_system import Alarm
+
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
@@ -33,16 +35,18 @@ _waits = False
 _asked_to_end = False
 _caches_are_kept = True
 _own_caches: str | None = None
+_alarm: Alarm | None = None
 
 
 def prepare(*, debug: bool) -> None:
     """Do all of it; safe to call once, first."""
+    global _alarm
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by the caller (`2>&-`)
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, PTH123 (lives with the process)
     signal.signal(signal.SIGINT, _note_interrupt)
     signal.signal(signal.SIGTERM, _note_interrupt)  # logout and batch queues send it: what is half-written has to go
-    signal.signal(signal.SIGALRM, _look_again)
+    _alarm = Alarm(_look_again)
     sys.unraisablehook = _hear_unraisable
     if not debug:
         warnings.simplefilter("ignore")
@@ -131,13 +135,15 @@ def _hear_unraisable(told: UnraisableHookArgs) -> None:
 def _wait() -> None:
     global _waits
     _waits = True
-    signal.setitimer(signal.ITIMER_REAL, _LOOK_AGAIN_S)
+    if _alarm is not None:
+        _alarm.set(_LOOK_AGAIN_S)
 
 
 def _raise() -> NoReturn:
     global _waits
     _waits = False
-    signal.setitimer(signal.ITIMER_REAL, 0)
+    if _alarm is not None:
+        _alarm.set(0)
     raise KeyboardInterrupt
 
 

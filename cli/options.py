@@ -47,7 +47,8 @@ engine_option = click.option(
 )  # fmt: skip
 device_option = click.option(
     "--device", default=None, metavar="NAME",
-    help="OpenCL device by number or part of its name (see `tlsplan doctor`). [default: the first GPU, else CPU]",
+    help="OpenCL device by number or part of its name (see `tlsplan doctor`). [default: the fastest by `tlsplan tune`, "
+    "else the first GPU, else the first device]",
 )  # fmt: skip
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on standard output.")
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="No progress and no summary; warnings and errors stay.")

@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 
 from planner_core.cache import cache_folder
 from planner_core.errors import MissingPackageError
+from planner_core.operating_system import n_usable_cores
 
 #: numba's own name of the folder: whoever has set it knows better.
 _FOLDER_VARIABLE = "NUMBA_CACHE_DIR"
@@ -57,22 +58,17 @@ def compiled(function: _Function) -> _Function:
     return made
 
 
-def n_threads() -> int:
-    """Return how many threads work is shared out to; results must not depend on it."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def in_threads(work: Callable[[int], None], n: int) -> None:
     """Call `work` with 0 .. n - 1, in any order and several at once, and wait for all; the first error is raised."""
-    if n == 1 or n_threads() == 1:
+    if n == 1 or n_usable_cores() == 1:
         for index in range(n):
             work(index)
         return
-    with ThreadPoolExecutor(min(n, n_threads()), thread_name_prefix="compiled") as threads:
+    with ThreadPoolExecutor(min(n, n_usable_cores()), thread_name_prefix="compiled") as threads:
         list(threads.map(work, range(n)))
 
 
 def share_out(work: Callable[[int, int], None], n: int) -> None:
     """Call `work(first, end)` for parts of 0 .. n - 1, one a thread."""
-    parts = n_threads()
+    parts = n_usable_cores()
     in_threads(lambda part: work(part * n // parts, (part + 1) * n // parts), parts)

@@ -87,7 +87,7 @@ def _python() -> Finding:
 
 def _libraries() -> list[Finding]:
     findings = []
-    for library, package in SYSTEM_LIBRARIES.items():
+    for library, package in SYSTEM_LIBRARIES.items() if platform.system() == "Linux" else ():
         try:
             ctypes.CDLL(library)
             findings.append(Finding(library, True, "loads"))

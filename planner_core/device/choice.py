@@ -72,7 +72,7 @@ def open_device(name: str | None = None) -> Device:
     wanted = name if name is not None else os.environ.get(DEVICE_VARIABLE) or None
     infos = list_devices()
     if not infos:
-        raise DeviceError(f"OpenCL: got no device, expected at least one; install a driver: {GET_ONE}")
+        raise DeviceError(f"no OpenCL device: got none, expected at least one; install a driver: {GET_ONE}")
     if wanted is not None:
         return _open_checked(_find(wanted, infos))
     problems = []

@@ -22,9 +22,10 @@ import platform
 import re
 import shutil
 from collections.abc import Iterable
-from functools import cache
 from pathlib import Path
 from typing import Any
+
+from planner_core.operating_system import own_memory, processor_flags
 
 #: Name of PoCL's platform, in every version.
 POCL = "Portable Computing Language"
@@ -41,8 +42,6 @@ _LEVELS = (
     ("x86-64-v3", "avx avx2 bmi1 bmi2 f16c fma abm movbe xsave"),
     ("x86-64-v4", "avx512f avx512bw avx512cd avx512dq avx512vl"),
 )
-_CPUINFO = Path("/proc/cpuinfo")
-_MEMORY = Path("/proc/self/mem")
 _LIBRARY_ROOTS = ("/usr/lib", "/usr/lib64", "/lib64")
 
 #: Devices that were named here, by address: name given.
@@ -84,18 +83,6 @@ def level_of(flags: Iterable[str]) -> str | None:
     return best
 
 
-@cache
-def processor_flags() -> tuple[str, ...]:
-    """Instructions that programs may use here, as /proc/cpuinfo names them, sorted; empty where it does not."""
-    try:
-        lines = _CPUINFO.read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        return ()
-    # Processors of one machine may differ: what all of them have.
-    flags = [frozenset(line.partition(":")[2].split()) for line in lines if line.partition(":")[0].strip() == "flags"]
-    return tuple(sorted(frozenset.intersection(*flags))) if flags else ()
-
-
 def linker_problem() -> str:
     """Return why PoCL can't link kernels here, or nothing.
 
@@ -127,21 +114,12 @@ def _name_pointer(device: Any) -> int | None:
 
 def _word_at(address: int) -> int:
     """Eight bytes of this process's memory as an address; 0 where nothing is mapped."""
-    return int.from_bytes(_read(address, 8), "little")
+    return int.from_bytes(own_memory(address, 8), "little")
 
 
 def _text_at(address: int) -> str:
     """Text that ends with a zero byte; empty where nothing is mapped or it is not ASCII."""
-    return _read(address, 64).partition(b"\0")[0].decode("ascii", errors="ignore") if address else ""
-
-
-def _read(address: int, n_bytes: int) -> bytes:
-    try:
-        with _MEMORY.open("rb", buffering=0) as memory:
-            memory.seek(address)
-            return memory.read(n_bytes) or b""
-    except (OSError, ValueError, OverflowError):
-        return b""
+    return own_memory(address, 64).partition(b"\0")[0].decode("ascii", errors="ignore") if address else ""
 
 
 def _strdup(text: str) -> int:

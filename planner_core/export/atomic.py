@@ -17,9 +17,7 @@ same lock meanwhile. Where the file system knows no locks, nothing is cleaned up
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import errno
-import fcntl
 import os
 import re
 import shutil
@@ -29,10 +27,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner_core.errors import OutputExistsError, PlanFolderError
-
-_AT_FDCWD = -100
-_RENAME_EXCHANGE = 2
-_UNSUPPORTED = (errno.ENOSYS, errno.EINVAL, errno.EOPNOTSUPP, errno.EPERM)
+from planner_core.operating_system import NO_FOLLOW, REMOVES_OPEN_FILES, exchange, sync, take_lock
 
 
 @dataclass(frozen=True)
@@ -129,18 +124,6 @@ def sync_tree(folder: Path) -> None:
             sync(path)
 
 
-def sync(path: Path) -> None:
-    """Have the disk hold a file or a folder's names, as far as the file system knows how: some can't sync folders."""
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    except OSError as error:
-        if error.errno not in _UNSUPPORTED:
-            raise
-    finally:
-        os.close(handle)
-
-
 def _names(parent: Path, stem: str, token: str, suffix: str) -> _Names:
     return _Names(*(parent / f".{stem}.{what}-{token}{suffix}" for what in ("lock", "partial", "old", "waiting")))
 
@@ -153,9 +136,9 @@ def _claim(parent: Path, stem: str, suffix: str = "") -> tuple[_Names, int]:
         token = os.urandom(4).hex()
         names = _names(parent, stem, token, suffix)
         try:
-            handle = os.open(names.lock, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+            handle = os.open(names.lock, os.O_RDWR | os.O_CREAT | os.O_EXCL | NO_FOLLOW, 0o600)
             with contextlib.suppress(OSError):  # a file system without locks: `recover` can't take it either
-                fcntl.flock(handle, fcntl.LOCK_EX)
+                take_lock(handle)
             if _is_named(handle, names.lock):
                 return names, handle
             os.close(handle)  # somebody cleaned the file up before it was locked
@@ -189,11 +172,11 @@ def _left_beside(parent: Path, stem: str, suffix: str = "") -> Iterator[tuple[_N
 def _lock_if_unused(path: Path) -> int | None:
     """Handle of a lock nobody holds; None where it is held, gone, another user's, or can't be locked at all."""
     try:
-        handle = os.open(path, os.O_RDWR | os.O_NOFOLLOW)
+        handle = os.open(path, os.O_RDWR | NO_FOLLOW)
     except OSError:
         return None
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        take_lock(handle, wait=False)
         if _is_named(handle, path):
             return handle
     except OSError:
@@ -223,6 +206,9 @@ def _release(names: _Names, lock: int) -> None:
                 names.lock.unlink(missing_ok=True)
     finally:
         os.close(lock)
+        if not REMOVES_OPEN_FILES and not any(os.path.lexists(path) for path in (names.staging, names.waiting)):
+            with contextlib.suppress(OSError):
+                names.lock.unlink(missing_ok=True)
 
 
 def _install(names: _Names, folder: Path, *, replace: bool) -> None:
@@ -235,7 +221,7 @@ def _install(names: _Names, folder: Path, *, replace: bool) -> None:
             raise OutputExistsError(
                 f"{folder}: appeared while it was being written, expected a free name; pass --overwrite to replace it"
             ) from error
-        if not _exchange(names.staging, folder):
+        if not exchange(names.staging, folder):
             _swap_by_two_renames(names, folder)
 
 
@@ -247,19 +233,6 @@ def _confirm(folder: Path) -> None:
             f"{folder}: is written and in place, but the disk does not confirm it ({error.strerror or error}); "
             "check the disk and read the plan back"
         ) from error
-
-
-def _exchange(one: Path, other: Path) -> bool:
-    """Exchange two names in one step; False where the system or file system can't."""
-    renameat2 = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
-    if renameat2 is None:
-        return False
-    if renameat2(_AT_FDCWD, os.fsencode(one), _AT_FDCWD, os.fsencode(other), _RENAME_EXCHANGE) == 0:
-        return True
-    code = ctypes.get_errno()
-    if code in _UNSUPPORTED:
-        return False
-    raise OSError(code, os.strerror(code), str(other))
 
 
 def _swap_by_two_renames(names: _Names, folder: Path) -> None:

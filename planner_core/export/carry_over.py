@@ -12,11 +12,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from planner_core.errors import OutputExistsError, PlanFolderError
-from planner_core.export.atomic import sync
 from planner_core.export.plan_json import read_plan_json
 from planner_core.export.station_marks import prim_names_of_ids
 from planner_core.export.usd_heatmaps import HEATMAPS_FILE
 from planner_core.export.usd_stage import STAGE_FILES
+from planner_core.operating_system import sync
 
 _FILES = frozenset(
     {

@@ -52,7 +52,7 @@ def check_output(folder: Path, *, overwrite: bool) -> None:
         return
     if not folder.is_dir():
         raise OutputExistsError(f"{folder}: is a file, expected a folder to write; give another name")
-    if folder.is_mount():
+    if os.path.ismount(folder):
         raise OutputExistsError(
             f"{folder}: is where a disk is mounted, expected a folder that can be renamed; name one inside it"
         )

@@ -6,12 +6,12 @@ The lock (`flock`) is on the folder itself, so it leaves no file behind and ends
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
 from collections.abc import Iterator
 from pathlib import Path
 
 from planner_core.errors import PlanFolderError
+from planner_core.operating_system import open_folder, take_lock
 
 
 @contextlib.contextmanager
@@ -27,19 +27,22 @@ def locked_folder(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
-        os.close(handle)
+        if handle is not None:
+            os.close(handle)
 
 
-def _lock(folder: Path) -> int:
+def _lock(folder: Path) -> int | None:
     while True:
         try:
-            handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+            handle = open_folder(folder)
         except OSError as error:
             raise PlanFolderError(
                 f"{folder}: can't be opened ({error.strerror}), expected a plan folder; check the path"
             ) from error
+        if handle is None:
+            return None
         with contextlib.suppress(OSError):  # a file system without locks
-            fcntl.flock(handle, fcntl.LOCK_EX)
+            take_lock(handle)
         with contextlib.suppress(FileNotFoundError):
             if os.path.samestat(os.fstat(handle), folder.stat()):
                 return handle

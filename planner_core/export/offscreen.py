@@ -16,8 +16,10 @@ from typing import Any
 
 from planner_core.errors import MissingPackageError
 
-WINDOWS = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
-"""VTK's classes, the better first: EGL (any driver, also Mesa's software one) and OSMesa."""
+WINDOWS = {"win32": ("vtkWin32OpenGLRenderWindow",), "darwin": ("vtkCocoaRenderWindow",)}.get(
+    sys.platform, ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
+)
+"""VTK's classes, the better first: EGL (any driver, also Mesa's software one) and OSMesa; tried on Linux alone."""
 
 _CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
 """Environment variable by which VTK's factory of windows is told the class."""

@@ -111,8 +111,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--write", type=Path, help="also write the table to this Markdown file")
     options = parser.parse_args()
-    if level := os.environ.get("LEVEL"):
-        pocl.level_of = lambda flags: level
     there = list(drivers())
     scenes = {"synthetic office": office(36, 3, seed=1)}
     if (IFC_FOLDER / "duplex.ifc").is_file():

@@ -133,12 +133,14 @@ def test_plan_refuses_to_overwrite_and_says_how(
     assert snapshot(folder) == before
 
 
-@pytest.mark.parametrize(("stage", "grid_m"), [("load", "1.0"), ("scan", "0.4"), ("export", "1.0")])
+@pytest.mark.parametrize(
+    ("stage", "grid_m"), [("load", "1.0"), pytest.param("scan", "0.4", marks=pytest.mark.slow), ("export", "1.0")]
+)
 def test_interrupted_plan_leaves_nothing_half_written(stage: str, grid_m: str, house: Path, tmp_path: Path) -> None:
     process = subprocess.Popen(
         [
             sys.executable, "-m", "tlsplan", "plan", str(house), "-o", str(tmp_path / "plan"), "--grid", grid_m,
-            "--method", "greedy",
+            "--height", "1.5", "--patch-area", "0.2", "--method", "greedy",
         ],
         stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip

@@ -82,6 +82,7 @@ def test_names_of_figures_are_those_of_the_paper() -> None:
     assert reproduce.command.name == "reproduce"
 
 
+@pytest.mark.slow
 def test_equation_9_selects_a_single_station(tmp_path: Path) -> None:
     outcome = next(figure for figure in registry.FIGURES if figure.name == "eq9").run(Bench(tmp_path))
     assert set(outcome.numbers["stations_by_seed"]) == {1}

@@ -129,15 +129,6 @@ def test_nothing_is_written_where_the_processor_does_not_say_what_it_has(monkeyp
     assert device.memory == before
 
 
-def test_flags_are_those_that_all_processors_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = tmp_path / "cpuinfo"
-    file.write_text("processor\t: 0\nflags\t\t: sse avx fpu\nbugs\t: x\n\nprocessor\t: 1\nflags\t\t: fpu sse\n")
-    monkeypatch.setattr(pocl, "_CPUINFO", file)
-    assert pocl.processor_flags.__wrapped__() == ("fpu", "sse")
-    monkeypatch.setattr(pocl, "_CPUINFO", tmp_path / "none")
-    assert pocl.processor_flags.__wrapped__() == ()
-
-
 @pytest.fixture
 def no_linker(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A machine without compiler, linker and C library, as far as the choice of a device can see."""

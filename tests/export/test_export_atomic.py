@@ -164,6 +164,6 @@ def test_parent_without_permission_is_noticed(tmp_path: Path, monkeypatch: pytes
 
 def test_mount_point_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "plan").mkdir()
-    monkeypatch.setattr(Path, "is_mount", lambda self: self == tmp_path / "plan")
+    monkeypatch.setattr(os.path, "ismount", lambda path: path == tmp_path / "plan")
     with pytest.raises(OutputExistsError, match="mounted"):
         check_output(tmp_path / "plan", overwrite=True)

@@ -101,7 +101,7 @@ def test_overwriting_replaces_the_plan_and_leaves_nothing_beside(
     small = without_clouds(plan)
     write_plan_folder(small, tmp_path / "plan", engine=engine)
     if not can_exchange:
-        monkeypatch.setattr(atomic, "_exchange", lambda one, other: False)
+        monkeypatch.setattr(atomic, "exchange", lambda one, other: False)
     changed = dataclasses.replace(small, settings=dataclasses.replace(plan.settings, seed=7))
     write_plan_folder(changed, tmp_path / "plan", engine=engine, overwrite=True)
     assert read_plan_json(tmp_path / "plan")["seed"] == 7
@@ -147,7 +147,7 @@ def test_failed_second_rename_puts_the_old_plan_back(
             raise OSError(28, "No space left on device")
         return rename(self, target)
 
-    monkeypatch.setattr(atomic, "_exchange", lambda one, other: False)
+    monkeypatch.setattr(atomic, "exchange", lambda one, other: False)
     monkeypatch.setattr(Path, "rename", failing)
     with pytest.raises(PlanFolderError, match="No space left"):
         write_plan_folder(small, tmp_path / "plan", engine=engine, overwrite=True)
@@ -171,7 +171,7 @@ def dying_after(function):
 if moment == "after exchange":
     atomic._confirm = die
 elif moment == "between renames":
-    atomic._exchange = lambda one, other: False
+    atomic.exchange = lambda one, other: False
     Path.rename = dying_after(Path.rename)
 elif moment == "before exchange":
     atomic._install = die

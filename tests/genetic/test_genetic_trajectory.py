@@ -92,6 +92,7 @@ def test_trajectory_does_not_depend_on_how_work_is_cut(make_problem, device, mon
     same(usual, select_genetic(problem, chosen, device=device))
 
 
+@pytest.mark.slow
 def test_trajectory_is_the_same_in_the_form_for_gpus(make_problem, device):
     problem, chosen = make_problem(3), GeneticSettings(**BASE)
     as_gpu = open_device()

@@ -123,6 +123,7 @@ def test_nothing_is_sealed_in_a_building_with_open_doorways(name: str) -> None:
     assert (reached > 30.0).all()
 
 
+@pytest.mark.slow
 def test_enclosed_rooms_of_the_basement_are_sealed_and_no_others() -> None:
     scene = build("basement")
     survey = make_survey(scene.scene, SETTINGS)
@@ -186,7 +187,9 @@ def test_regions_come_largest_first_and_cover_all_standing_ground() -> None:
     assert (reach.near_region[reach.region >= 0] == reach.region[reach.region >= 0]).all()
 
 
-@pytest.mark.parametrize(("name", "least_m2"), [("duplex", (140.0, 90.0)), ("fzk-haus", (90.0, 45.0))])
+@pytest.mark.parametrize(
+    ("name", "least_m2"), [pytest.param("duplex", (140.0, 90.0), marks=pytest.mark.slow), ("fzk-haus", (90.0, 45.0))]
+)
 def test_both_storeys_of_a_real_house_are_one_walk(
     name: str, least_m2: tuple[float, float], real_scene: Callable[[str], Scene]
 ) -> None:

@@ -25,6 +25,7 @@ def test_the_checker_reports_an_access_out_of_bounds_a_race_and_an_uninitialised
     assert check.missed_faults(tmp_path) == []
 
 
+@pytest.mark.slow
 def test_all_kernels_are_exercised_and_unwritten_memory_does_not_reach_the_results(
     check: ModuleType, tmp_path: Path
 ) -> None:

@@ -34,7 +34,9 @@ def opened(scene: str, settings: PlanSettings = SETTINGS) -> tuple[Survey, ScanE
     return survey, open_engine(survey.scene, survey.patches)
 
 
-@pytest.mark.parametrize("search", ["ls", "sa", "ts"])
+@pytest.mark.parametrize(
+    "search", ["ts", pytest.param("ls", marks=pytest.mark.slow), pytest.param("sa", marks=pytest.mark.slow)]
+)
 def test_plan_by_the_papers_pipeline_meets_the_requirement(search: str) -> None:
     settings = replace(SETTINGS, method_options=(*SETTINGS.method_options, ("search", search)))
     survey, engine = opened("two-rooms", settings)

@@ -23,7 +23,9 @@ SETTINGS = PlanSettings(
 )
 
 
-@pytest.mark.parametrize(("name", "n_networks"), [("two-rooms", 1), ("doors-open", 1)])
+@pytest.mark.parametrize(
+    ("name", "n_networks"), [("two-rooms", 1), pytest.param("doors-open", 1, marks=pytest.mark.slow)]
+)
 def test_lone_candidates_do_not_split_a_plan_that_can_be_one_network(name: str, n_networks: int) -> None:
     """In both, some candidates have no link to any other: high ones near doorways."""
     scene = scenes_synthetic.build(name).scene
@@ -66,6 +68,7 @@ def test_a_room_of_its_own_is_not_left_aside_however_little_is_asked() -> None:
         assert ((free_m > low) & (free_m < high)).all(axis=1).any(), room.name
 
 
+@pytest.mark.slow
 def test_where_hardly_any_two_can_be_registered_nobody_is_left_aside() -> None:
     """Without slabs nothing holds heights: no link counts, and every candidate is a part by itself."""
     scene = scenes_synthetic.build("without-slabs").scene

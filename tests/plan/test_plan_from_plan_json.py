@@ -85,9 +85,9 @@ def by_the_paper(small: PlanSettings) -> PlanSettings:
 @pytest.mark.parametrize(
     ("scene", "change", "options"),
     [
-        ("house", asked_of_parts, LoadOptions()),
+        pytest.param("house", asked_of_parts, LoadOptions(), marks=pytest.mark.slow),
         ("two-rooms", with_a_site, LoadOptions(metres_per_unit=1 + THIRD / 10)),
-        ("two-rooms", by_the_paper, LoadOptions(up_axis="Z", doors="all")),
+        pytest.param("two-rooms", by_the_paper, LoadOptions(up_axis="Z", doors="all"), marks=pytest.mark.slow),
     ],
 )
 def test_plan_made_again_from_its_plan_json_is_the_same(

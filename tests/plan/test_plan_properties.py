@@ -78,6 +78,7 @@ def test_coverage_of_the_house_is_what_open3d_computes(house_plan: Plan) -> None
     assert abs(recomputed_fraction(house_plan) - house_plan.coverage.fraction_of_achievable) < 0.005
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["duplex", "fzk-haus"])
 def test_coverage_of_a_real_building_is_what_open3d_computes(name: str, real_scene: Callable[[str], Scene]) -> None:
     # All that Open3D is given returns beams; glass has its own oracle, tests/scan/test_optics.py.

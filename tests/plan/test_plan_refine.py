@@ -115,6 +115,7 @@ print(json.dumps(document, sort_keys=True))
 """
 
 
+@pytest.mark.slow
 def test_refined_plans_are_the_same_on_one_core_and_on_all() -> None:
     said = []
     for cores in ({"POCL_MAX_PTHREAD_COUNT": "1", "OMP_NUM_THREADS": "1"}, {}):

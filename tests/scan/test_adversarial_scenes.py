@@ -218,6 +218,7 @@ def same_bits(one: ScanBatch, other: ScanBatch) -> bool:
     return all(getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in names)
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(case=cases)
 def test_bits_do_not_depend_on_the_way(device: Device, shapes: SimpleNamespace, case: Case) -> None:

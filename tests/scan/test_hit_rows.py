@@ -64,7 +64,7 @@ def test_nothing_depends_on_the_number_of_threads(
     template = shapes.template_of(40, 200)
     positions = np.array([[0.3, 0.2, 1.0], [-1.0, 0.5, 1.5]])
     before = engine.patch_returns(template, positions, moments=True)
-    monkeypatch.setattr(compiled, "n_threads", lambda: n_threads)
+    monkeypatch.setattr(compiled, "n_usable_cores", lambda: n_threads)
     after = engine.patch_returns(template, positions, moments=True)
     for name in ("starts", "patch", "n_returns"):
         assert getattr(before, name).tobytes() == getattr(after, name).tobytes()

@@ -72,5 +72,5 @@ def test_marks_do_not_depend_on_the_number_of_threads(shapes: SimpleNamespace, m
     positions = np.array([[0.3, 0.2, 1.0], [-1.0, 0.5, 1.5]], dtype=np.float32)
     expected = samples.marks(view, positions, 1.0)
     for n_threads in (1, 5):
-        monkeypatch.setattr(compiled, "n_threads", lambda n=n_threads: n)
+        monkeypatch.setattr(compiled, "n_usable_cores", lambda n=n_threads: n)
         np.testing.assert_array_equal(samples.marks(view, positions, 1.0), expected)

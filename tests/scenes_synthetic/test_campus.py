@@ -109,6 +109,7 @@ def test_buildings_stand_where_it_says_and_apart_from_each_other_and_the_park(th
             assert (np.minimum(high_a, high_b)[:2] < np.maximum(low_a, low_b)[:2]).any()
 
 
+@pytest.mark.slow
 def test_floors_of_the_buildings_are_found(tmp_path: Path) -> None:
     path = tmp_path / "campus.ply"
     made = write_campus(path, n_triangles=700_003)

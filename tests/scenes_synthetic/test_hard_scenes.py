@@ -360,9 +360,11 @@ def test_copy_without_slabs_is_the_walls_alone() -> None:
     assert bare.truth.floor_area_m2 == original.truth.floor_area_m2
 
 
+LARGE = ("atrium", "tunnel", "facade")
 HARD = (
     *("hole-walls", "glass-and-mirror", "thin-walls", "doors-open", "doors-shut", "stairwell", "double-height-hall"),
-    *("atrium", "tunnel", "facade", "georeferenced", "millimetres-y-up", "broken-faces", "without-slabs"),
+    *("georeferenced", "millimetres-y-up", "broken-faces", "without-slabs"),
+    *(pytest.param(name, marks=pytest.mark.slow) for name in LARGE),
 )
 OPTIONS = {
     "millimetres-y-up": LoadOptions(metres_per_unit=0.001, up_axis="Y"),

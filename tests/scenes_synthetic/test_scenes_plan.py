@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import small_pictures
 from tlsplan.main import main
 
 import scenes_synthetic
@@ -41,6 +42,7 @@ def tlsplan(
             main()
         return stop.value.code, *capsys.readouterr()
 
+    small_pictures.draw_small(monkeypatch)
     before = signal.getsignal(signal.SIGINT)  # `main` sets its own
     with warnings.catch_warnings():
         yield run

@@ -145,6 +145,7 @@ def test_least_cut_between_two_candidates_is_that_of_networkx(seed):
         assert sum(int(x[k] * _FLOW_UNIT) for k in around) == least, f"seed {seed}: {source} to {sink}"
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(SEEDS, st.integers(1, 2), st.integers(1, 2), st.booleans())
 def test_tree_with_network_ends_at_the_smallest_set_that_hangs_together(seed, n_parts, seen_from, loops):

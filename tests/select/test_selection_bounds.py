@@ -200,6 +200,7 @@ def test_targets_left_out_of_cuts_are_met_wherever_the_others_are(seed, most_loo
             assert (covered >= least).all(), f"seed {seed}"
 
 
+@pytest.mark.slow
 def test_probes_that_prove_something_fix_candidates_without_losing_the_optimum(monkeypatch):
     fixed = []
     prove = BranchAndBound._prove_probes
@@ -269,6 +270,7 @@ def test_branch_and_bound_finds_the_optimum_from_a_bad_plan_and_never_passes_it(
     assert tree.best is not None and (problem.covered(list(tree.best)) >= problem.required).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None)
 @given(SEEDS, st.integers(1, 2))
 def test_tree_that_branches_on_groups_alone_ends_at_the_optimum(seed, seen_from):

@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from planner_core.candidates.grid import find_candidates
 from planner_core.metrics.coverage import floor_of_patch
 from planner_core.model import PlanSettings
@@ -14,6 +16,7 @@ from planner_core.select.proven import SelectionSettings, select
 from planner_core.survey import make_survey, planned_floors, scope_of, visible_from
 
 
+@pytest.mark.slow
 def test_upper_floor_of_duplex_is_planned_with_fewer_stations_than_greedy_takes_and_proven(real_scene):
     scene = replace(real_scene("duplex"), optics_of_triangle=None)
     scanner = replace(load_scanner("hdl-64e"), range_max_m=5.0)

@@ -26,6 +26,7 @@ def test_meshes_are_closed_and_their_points_lie_inside(soak: ModuleType) -> None
             assert np.isfinite(hit).all(), f"{mesh.name}: {point} is not inside"
 
 
+@pytest.mark.slow
 def test_nothing_leaks_and_every_disagreement_is_explained(soak: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(soak, "ROWS", 256)
     seed = 7
@@ -98,6 +99,7 @@ def test_a_spoiled_engine_is_seen(
     assert tally.examples
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_goes_on_where_it_was(
     soak: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: object
 ) -> None:

@@ -38,7 +38,7 @@ async function choose(layerId: string): Promise<void> {
   await viewer.settle();
 }
 
-test('every layer has a legend and a picture of its own', { tags: 'main' }, async () => {
+test('every layer has a legend and a picture of its own', async () => {
   await viewer.open(`#floor=${ground.id}`);
   let before = await viewer.canvasPixels();
   const ids = ['seen', ...files.layers.layers.map(({ id }) => id), 'reason'];
@@ -296,7 +296,7 @@ test('the building is walked at eye height with keys, and left with Escape', asy
   expect(await page.getByRole('region', { name: 'Walk-through' }).count()).toBe(0);
 });
 
-test('the route is drawn and stepped through from stop to stop', { tags: 'main' }, async () => {
+test('the route is drawn and stepped through from stop to stop', async () => {
   await viewer.open(`#floor=${ground.id}`);
   const { page } = viewer;
   const before = await viewer.canvasPixels();

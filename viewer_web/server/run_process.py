@@ -22,6 +22,7 @@ from planner_core.export.folder import write_plan_folder
 from planner_core.export.plan_json import read_plan_json
 from planner_core.export.plan_settings import load_options_of
 from planner_core.model import FloatArray, Plan
+from planner_core.operating_system import lower_priority
 from planner_core.plan import plan_survey
 from planner_core.progress import BestSoFar, ProgressEvent
 from planner_core.scan.engine import open_engine
@@ -240,7 +241,7 @@ def main(arguments: list[str] | None = None) -> int:
     if told.turn is not None:
         os.set_inheritable(told.turn, False)
         tell_turn(told.turn, told.folder.name, os.getpid())
-    os.nice(_NICENESS)
+    lower_priority(_NICENESS)
     try:
         return run(told.folder, told.scene)
     finally:

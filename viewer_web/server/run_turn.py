@@ -5,12 +5,13 @@ however that dies, and outlives the server. Where the file system knows no locks
 """
 
 import contextlib
-import fcntl
 import json
 import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
+
+from planner_core.operating_system import take_lock
 
 FILE = ".turn"
 #: Others that look whether there is a holder hold the lock for an instant themselves.
@@ -27,10 +28,10 @@ class Holder:
 
 def take_turn(folder: Path) -> int | None:
     """Return the handle of the lock, to be closed once the run has inherited it; None where another run has it."""
-    handle = os.open(folder / FILE, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+    handle = os.open(folder / FILE, os.O_RDWR | os.O_CREAT, 0o644)
     for _ in range(_TRIES):
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            take_lock(handle, wait=False)
         except BlockingIOError:
             time.sleep(_PAUSE_S)
         except OSError:  # a file system without locks
@@ -43,18 +44,19 @@ def take_turn(folder: Path) -> int | None:
 
 def tell_turn(handle: int, run: str, pid: int | None = None) -> None:
     """Write down who holds the lock."""
-    os.pwrite(handle, json.dumps({"run": run, "pid": pid}).ljust(128).encode(), 0)
+    os.lseek(handle, 0, os.SEEK_SET)
+    os.write(handle, json.dumps({"run": run, "pid": pid}).ljust(128).encode())
 
 
 def holder_of_turn(folder: Path) -> Holder | None:
     """Return who has the turn; None where nobody has."""
     try:
-        handle = os.open(folder / FILE, os.O_RDONLY | os.O_CLOEXEC)
+        handle = os.open(folder / FILE, os.O_RDONLY)
     except OSError:
         return None
     try:
         with contextlib.suppress(BlockingIOError):
-            fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            take_lock(handle, shared=True, wait=False)
             return None
         return _told(handle)
     except OSError:  # a file system without locks
@@ -66,7 +68,7 @@ def holder_of_turn(folder: Path) -> Holder | None:
 def last_run(folder: Path) -> str:
     """Return the run that had the turn last, whether or not it still has it; empty where there was none."""
     try:
-        handle = os.open(folder / FILE, os.O_RDONLY | os.O_CLOEXEC)
+        handle = os.open(folder / FILE, os.O_RDONLY)
     except OSError:
         return ""
     try:
@@ -77,7 +79,7 @@ def last_run(folder: Path) -> str:
 
 def _told(handle: int) -> Holder:
     try:
-        told = json.loads(os.pread(handle, 1024, 0))
+        told = json.loads(os.read(handle, 1024))
         return Holder(str(told["run"]), told["pid"])
     except (ValueError, KeyError, TypeError):  # somebody has just taken the lock, or somebody else wrote this
         return Holder("", None)

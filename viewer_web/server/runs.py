@@ -23,6 +23,7 @@ from planner_core.errors import PlanFolderError, PlannerError
 from planner_core.export.folder_lock import locked_folder
 from planner_core.export.plan_json import read_plan_json
 from planner_core.export.plan_settings import find_scene
+from planner_core.operating_system import HANDS_ON_LOCKS, apart
 from planner_core.review.store import REVIEW_FILE, ReviewStore
 from viewer_web.server.run_documents import RunDocument, RunRequest
 from viewer_web.server.run_files import (
@@ -126,6 +127,8 @@ class Runs:
         """Say why no run can be started: the scene that was planned is not there; None: nothing is known of."""
         if self._scene_found is not None and _stamp(self._scene_found[0]) == self._scene_found[1]:
             return None  # reading a large scene takes a while
+        if not HANDS_ON_LOCKS:
+            return "runs can't be started from the page on this system; plan with `tlsplan plan`"
         try:
             scene = find_scene(self._plan_folder, read_plan_json(self._plan_folder), self._scene)
         except PlannerError as error:
@@ -424,8 +427,7 @@ def _spawn(folder: Path, scene: Path, turn: int) -> "subprocess.Popen[bytes]":
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=output,
-            start_new_session=True,
-            pass_fds=(turn,),
+            **apart(turn),
         )
 
 

@@ -143,7 +143,14 @@ def test_a_full_disk_is_told_in_one_line_and_leaves_nothing(
 
 
 @pytest.mark.parametrize(
-    ("name", "noise"), [("e57", False), ("las", True), ("laz", False), ("ply", False), ("exr", False)]
+    ("name", "noise"),
+    [
+        ("e57", False),
+        pytest.param("las", True, marks=pytest.mark.slow),
+        pytest.param("ply", False, marks=pytest.mark.slow),
+        pytest.param("exr", False, marks=pytest.mark.slow),
+        ("laz", False),
+    ],
 )
 def test_memory_does_not_grow_with_the_number_of_beams(
     plan_folder: Path, tmp_path: Path, name: str, noise: bool, monkeypatch: pytest.MonkeyPatch

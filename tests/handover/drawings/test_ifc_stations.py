@@ -44,6 +44,7 @@ def test_file_is_valid_by_its_schema(name, request):
     assert _faults(request.getfixturevalue(name)) == []
 
 
+@pytest.mark.slow
 def test_file_of_two_stations_keeps_the_express_rules(house_in_munich, tmp_path):
     plan = replace(house_in_munich, stations=house_in_munich.stations[:2])  # rules take a second a station
     write_ifc(plan, tmp_path / "two.ifc", Options(), silent)

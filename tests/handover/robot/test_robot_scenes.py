@@ -26,7 +26,10 @@ AROUND = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
 N_WAYS = 12
 
 
-@pytest.fixture(scope="module", params=["house", "atrium", "double-height-hall", "duplex", "fzk-haus"])
+REAL = [pytest.param(name, marks=pytest.mark.slow) for name in ("duplex", "fzk-haus")]
+
+
+@pytest.fixture(scope="module", params=["house", "atrium", "double-height-hall", *REAL])
 def ground(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, real_scene: Callable[[str], Scene]
 ) -> Ground:

@@ -1,7 +1,8 @@
 """A machine whose processor PoCL's compiler does not know: `PYTHONPATH=tests/machines/unknown_processor`.
 
 There PoCL calls it `generic`. Here that name is put in the place of the right one as soon as pyopencl is asked for
-platforms, before anything of ours sees a device. With UNAIDED=1 in the environment our remedy is taken away, too.
+platforms, before anything of ours sees a device. With UNAIDED=1 in the environment our remedy is taken away, too;
+with LEVEL=x86-64-v3 it is of that level, whatever this processor has.
 
 The place of the name is written out here once more: a test is no test of offsets that it reads from what it tests.
 """
@@ -55,11 +56,12 @@ def _forget_the_processor(pyopencl: ModuleType) -> None:
     pyopencl.get_platforms = get_platforms
 
 
-def _leave_it(pocl: ModuleType) -> None:
-    pocl.name_processor = lambda device: None
+def _change_the_remedy(pocl: ModuleType) -> None:
+    if os.environ.get("UNAIDED") == "1":
+        pocl.name_processor = lambda device: None
+    if level := os.environ.get("LEVEL"):
+        pocl.level_of = lambda flags: level
 
 
-_CHANGES = {"pyopencl": _forget_the_processor}
-if os.environ.get("UNAIDED") == "1":
-    _CHANGES["planner_core.device.pocl"] = _leave_it
+_CHANGES = {"pyopencl": _forget_the_processor, "planner_core.device.pocl": _change_the_remedy}
 sys.meta_path.insert(0, _Finder())

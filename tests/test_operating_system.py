@@ -1,0 +1,30 @@
+"""What the operating system tells, and what is answered where it does not."""
+
+import ctypes
+from pathlib import Path
+
+import pytest
+
+from planner_core import operating_system
+
+
+def test_flags_are_those_that_all_processors_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "cpuinfo"
+    file.write_text("processor\t: 0\nflags\t\t: sse avx fpu\nbugs\t: x\n\nprocessor\t: 1\nflags\t\t: fpu sse\n")
+    monkeypatch.setattr(operating_system, "_CPUINFO", file)
+    assert operating_system.processor_flags.__wrapped__() == ("fpu", "sse")
+    monkeypatch.setattr(operating_system, "_CPUINFO", tmp_path / "none")
+    assert operating_system.processor_flags.__wrapped__() == ()
+
+
+def test_own_memory_is_read_and_a_wild_address_is_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = ctypes.create_string_buffer(b"some text")
+    assert operating_system.own_memory(ctypes.addressof(text), 9) == b"some text"
+    for wild in (0, 8, 2**47, 2**63, 2**64 - 1):
+        assert operating_system.own_memory(wild, 8) == b""
+    monkeypatch.setattr(operating_system, "_OWN_MEMORY", tmp_path / "none")
+    assert operating_system.own_memory(ctypes.addressof(text), 9) == b""
+
+
+def test_a_process_may_use_a_core_or_more() -> None:
+    assert operating_system.n_usable_cores() >= 1
