@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from planner_core.device import Device, open_device
 from planner_core.model import (
     BeamTemplate,
     Element,
@@ -18,8 +17,8 @@ from planner_core.model import (
     SceneSource,
     Survey,
 )
+from planner_core.scan.engine import open_engine
 from planner_core.scan.open3d import Open3DEngine
-from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scan.scanners import load_scanner
 from planner_core.scene.patches import make_patches
 
@@ -70,16 +69,10 @@ def floor_of(index: int, name: str, scene: Scene) -> Floor:
 
 
 @pytest.fixture(scope="session")
-def device() -> Device:
-    """The default OpenCL device: `make test` installs one, so its absence is a failure."""
-    return open_device()
-
-
-@pytest.fixture(scope="session")
-def box(device: Device) -> SimpleNamespace:
+def box() -> SimpleNamespace:
     """The room as a survey with two floors: `West` counts the west wall and slab, `East` the other walls; ceiling none.
 
-    Nine candidates along and beside the middle, 1.5 m up.
+    engine: this machine's own. Nine candidates along and beside the middle, 1.5 m up.
     """
     scene = box_scene()
     patches = make_patches(scene, max_area_m2=0.08)
@@ -95,7 +88,7 @@ def box(device: Device) -> SimpleNamespace:
     return SimpleNamespace(
         scene=scene,
         survey=survey,
-        opencl=OpenCLEngine(scene, patches, device),
+        engine=open_engine(scene, patches),
         open3d=Open3DEngine(scene, patches),
         positions_m=np.column_stack([grid + np.array([0.013, 0.017]), np.full(9, 1.5)]),
         element_of_patch=scene.element_of_triangle[patches.triangle_of_patch],

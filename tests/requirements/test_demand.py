@@ -44,8 +44,8 @@ def mixed(box: SimpleNamespace, settings_of) -> SimpleNamespace:
     wanted = settings_of(**MIXED)
     return SimpleNamespace(
         settings=wanted,
-        demand=demand_of(box.survey, wanted, box.opencl, box.positions_m),
-        sights=sights_from(box.survey, wanted, box.opencl, box.positions_m),
+        demand=demand_of(box.survey, wanted, box.engine, box.positions_m),
+        sights=sights_from(box.survey, wanted, box.engine, box.positions_m),
     )
 
 
@@ -57,13 +57,13 @@ def meets(sights: Sights, entry: int, asked: Asked) -> bool:
     )
 
 
-@pytest.mark.parametrize(("engine", "scan_mode"), [("opencl", "beams"), ("opencl", "patches"), ("open3d", "patches")])
+@pytest.mark.parametrize(("which", "scan_mode"), [("engine", "beams"), ("engine", "patches"), ("open3d", "patches")])
 @pytest.mark.parametrize("floors", [(), ("West",)])
 def test_a_demand_without_limits_is_the_problem_of_floors_and_visibility(
-    box: SimpleNamespace, settings_of, engine: str, scan_mode: str, floors: tuple[str, ...]
+    box: SimpleNamespace, settings_of, which: str, scan_mode: str, floors: tuple[str, ...]
 ) -> None:
     plain = settings_of(scan_mode=scan_mode, coverage=0.9, floors=floors)
-    caster = getattr(box, engine)
+    caster = getattr(box, which)
     demand = demand_of(box.survey, plain, caster, box.positions_m)
     visibility = visible_from(box.survey, plain, caster, box.positions_m)
     of_patch = floor_of_patch(box.survey.patches, box.survey.floor_of_triangle)
@@ -81,8 +81,8 @@ def test_a_demand_without_limits_is_the_problem_of_floors_and_visibility(
 @pytest.mark.parametrize("scan_mode", ["beams", "patches"])
 def test_a_limit_that_all_sights_meet_changes_no_row(box: SimpleNamespace, settings_of, scan_mode: str) -> None:
     wanted = settings_of(scan_mode=scan_mode, asked=Asked(range_m=100.0))
-    demand = demand_of(box.survey, wanted, box.opencl, box.positions_m)
-    visibility = visible_from(box.survey, wanted, box.opencl, box.positions_m)
+    demand = demand_of(box.survey, wanted, box.engine, box.positions_m)
+    visibility = visible_from(box.survey, wanted, box.engine, box.positions_m)
     for rows in (demand.rows.seen, demand.rows.met):
         np.testing.assert_array_equal(rows.starts, visibility.starts)
         np.testing.assert_array_equal(rows.patch, visibility.patch)
@@ -93,7 +93,7 @@ def test_spacing_on_the_walls_of_a_box_is_range_times_step_over_cosine(box: Simp
     limit_m = 0.03
     wanted = settings_of(asked=Asked(spacing_m=limit_m))
     at = box.positions_m[4]  # the middle of the room
-    demand = demand_of(box.survey, wanted, box.opencl, at[None])
+    demand = demand_of(box.survey, wanted, box.engine, at[None])
     centre = patch_triangles(box.scene, box.survey.patches).mean(axis=1) - at
     on_wall = np.isin(box.element_of_patch, [0, 1])  # y = 4 and y = 0: straight ahead along y
     range_m = np.linalg.norm(centre, axis=1)
@@ -216,7 +216,7 @@ def test_what_is_asked_of_all_comes_out_of_the_stack_as_rows_of_its_own(mixed: S
 
 
 def test_the_curve_counts_patches_once_enough_stations_met_them(box: SimpleNamespace, settings_of) -> None:
-    demand = demand_of(box.survey, settings_of(seen_from=2, asked=Asked(range_m=4.0)), box.opencl, box.positions_m)
+    demand = demand_of(box.survey, settings_of(seen_from=2, asked=Asked(range_m=4.0)), box.engine, box.positions_m)
     order = [4, 0, 8]
     curve = coverage_curve(demand, demand.rows.take(order))
     area = box.survey.patches.area_m2
@@ -230,7 +230,7 @@ def test_the_curve_counts_patches_once_enough_stations_met_them(box: SimpleNames
 
 
 def test_rows_of_further_positions_are_what_a_demand_of_them_has(mixed: SimpleNamespace, box: SimpleNamespace) -> None:
-    again = rows_from(box.survey, mixed.settings, box.opencl, box.positions_m[[7, 1]], mixed.demand)
+    again = rows_from(box.survey, mixed.settings, box.engine, box.positions_m[[7, 1]], mixed.demand)
     expected = mixed.demand.rows.take([7, 1])
     for one, other in ((again.seen, expected.seen), (again.met, expected.met)):
         np.testing.assert_array_equal(one.starts, other.starts)
@@ -249,15 +249,15 @@ def test_sights_do_not_depend_on_how_positions_are_split(
     wanted = replace(settings_of(scan_mode=scan_mode, asked=Asked(noise_m=0.002)), scanner=scanner)
     heard: list[tuple[int, int]] = []
     whole = sights_from(
-        box.survey, wanted, box.opencl, box.positions_m, progress=lambda event: heard.append((event.done, event.total))
+        box.survey, wanted, box.engine, box.positions_m, progress=lambda event: heard.append((event.done, event.total))
     )
     assert heard[-1] == (9, 9)
     assert heard == sorted(heard)
     module = "planner_core.metrics.looking"
     monkeypatch.setattr(f"{module}._BATCH_SIGHTS", 1)
     monkeypatch.setattr(f"{module}._FIRST_BATCH", 2)
-    assert [s.starts.size - 1 for s in sights_in_batches(box.survey, wanted, box.opencl, box.positions_m)][:2] == [2, 1]
-    split = sights_from(box.survey, wanted, box.opencl, box.positions_m)
+    assert [s.starts.size - 1 for s in sights_in_batches(box.survey, wanted, box.engine, box.positions_m)][:2] == [2, 1]
+    split = sights_from(box.survey, wanted, box.engine, box.positions_m)
     for name in ("starts", "patch", "spacing_m", "range_m", "incidence_rad", "noise_m"):
         one, other = getattr(whole, name), getattr(split, name)
         assert (one.dtype, one.tobytes()) == (other.dtype, other.tobytes()), name
@@ -267,7 +267,7 @@ def test_sights_do_not_depend_on_how_positions_are_split(
 
 
 def test_sights_of_no_position_are_empty(box: SimpleNamespace, settings_of) -> None:
-    none = sights_from(box.survey, settings_of(asked=Asked(range_m=4.0)), box.opencl, np.zeros((0, 3)))
+    none = sights_from(box.survey, settings_of(asked=Asked(range_m=4.0)), box.engine, np.zeros((0, 3)))
     assert none.starts.tolist() == [0]
     assert none.patch.size == none.range_m.size == 0
 
@@ -275,7 +275,7 @@ def test_sights_of_no_position_are_empty(box: SimpleNamespace, settings_of) -> N
 def test_a_noise_limit_needs_a_scanner_whose_noise_is_known(box: SimpleNamespace, settings_of) -> None:
     part = PartRequirement("walls", asked=Asked(noise_m=0.002), classes=("IfcWall",))
     with pytest.raises(RequirementError, match=r"^noise: got a limit with scanner hdl-64e, .*range noise; give"):
-        demand_of(box.survey, settings_of(parts=(part,)), box.opencl, box.positions_m)
+        demand_of(box.survey, settings_of(parts=(part,)), box.engine, box.positions_m)
 
 
 @pytest.mark.parametrize(
@@ -298,7 +298,7 @@ def test_a_requirement_that_nobody_can_meet_is_refused_by_name(
     box: SimpleNamespace, settings_of, asked: dict[str, object], message: str
 ) -> None:
     with pytest.raises(RequirementError, match=message) as caught:
-        demand_of(box.survey, settings_of(**asked), box.opencl, box.positions_m)
+        demand_of(box.survey, settings_of(**asked), box.engine, box.positions_m)
     assert "\n" not in str(caught.value)
 
 
@@ -306,7 +306,7 @@ def test_a_floor_that_nobody_sees_is_no_error_where_nothing_special_is_asked(box
     """As before there were limits: such floors have a warning of their own."""
     hidden = replace(box.survey, floor_of_triangle=np.array([1] * 12, dtype=np.int32))
     for asked in ({}, {"asked": Asked(range_m=5.0)}):
-        demand = demand_of(hidden, settings_of(**asked), box.opencl, box.positions_m)
+        demand = demand_of(hidden, settings_of(**asked), box.engine, box.positions_m)
         assert part_results(demand, demand.rows.take([]))[0].met
 
 
@@ -317,15 +317,15 @@ def test_more_stacked_patches_than_have_room_are_refused(
     """Six goals of four qualities: 4 times as many patches, 24 times for the targets."""
     n_patches = box.survey.patches.n_patches
     monkeypatch.setattr(demands, limit, (most + 1) * n_patches)
-    demand_of(box.survey, settings_of(**MIXED), box.opencl, box.positions_m[:5])
+    demand_of(box.survey, settings_of(**MIXED), box.engine, box.positions_m[:5])
     monkeypatch.setattr(demands, limit, (most + 1) * n_patches - 1)
     with pytest.raises(RequirementError, match=r"got 6 with 4 different sets of limits on 1792 patches.*ask the same"):
-        demand_of(box.survey, settings_of(**MIXED), box.opencl, box.positions_m[:5])
+        demand_of(box.survey, settings_of(**MIXED), box.engine, box.positions_m[:5])
 
 
 def test_positions_that_see_nothing_at_all_are_not_blamed_on_what_is_asked(box: SimpleNamespace, settings_of) -> None:
     blind = settings_of(asked=Asked(range_m=5.0), seen_from=2)
-    demand = demand_of(box.survey, blind, box.opencl, np.array([[500.0, 0.0, 0.0]]))
+    demand = demand_of(box.survey, blind, box.engine, np.array([[500.0, 0.0, 0.0]]))
     assert not demand.times_met.any()
     assert part_results(demand, demand.rows)[-1].achievable_area_m2 == 0.0
 

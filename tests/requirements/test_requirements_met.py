@@ -33,7 +33,7 @@ def test_selection_takes_as_few_stations_as_any_subset_that_meets_all(
 ) -> None:
     requirements, _ = requirements_from(ASKED[name])
     wanted = settings_of(**vars(requirements))
-    demand = demand_of(box.survey, wanted, box.opencl, box.positions_m)
+    demand = demand_of(box.survey, wanted, box.engine, box.positions_m)
     problem = cover_problem(demand.rows.met, demand.area_m2, demand.targets)
 
     def meets_all(chosen: tuple[int, ...]) -> bool:
