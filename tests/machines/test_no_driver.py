@@ -94,6 +94,7 @@ def test_the_proven_plan_is_that_of_open3d_elsewhere(house: Path, plan: Path, tm
     assert documents[0] == documents[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "method",
     [
@@ -113,12 +114,14 @@ def test_every_method_plans(house: Path, plan: Path, tmp_path: Path, method: tup
     assert 0 < len(document["stations"]) <= 3 * len(document_of(plan)["stations"])
 
 
+@pytest.mark.slow
 def test_scanners_of_many_beams_are_planned_patch_by_patch(house: Path, tmp_path: Path) -> None:
     folder = tmp_path / "plan"
     survey = ("--scanner", "rtc360:40mm", *TINY[2:], "--scan-mode", "patches", *QUICK)
     assert said_once(tlsplan("plan", house, "-o", folder, *survey)) in document_of(folder)["warnings"]
 
 
+@pytest.mark.slow
 def test_a_machine_where_pyopencl_does_not_load_plans_alike(house: Path, plan: Path, tmp_path: Path) -> None:
     folder = tmp_path / "plan"
     line = said_once(tlsplan("plan", house, "-o", folder, *TINY, *QUICK, machine=NO_PYOPENCL))
