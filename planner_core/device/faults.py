@@ -6,6 +6,7 @@ may do), a device that is gone (nothing will do on it) and all the rest.
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -85,6 +86,7 @@ def in_batches(
             if end - first <= 1:
                 raise
             n_batch = (end - first) // 2
+            gc.collect()  # frames of the error may hold buffers in cycles: what they take is wanted now
             if not told:
                 on_smaller(
                     f"the device ran out of memory with {end - first} positions at a time; went on with {n_batch} and, "
