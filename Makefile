@@ -50,7 +50,7 @@ test: setup system-tests $(DEV) ## a test of every promise, in minutes: checks, 
 	@$(MAKE) --no-print-directory pytest
 	@$(MAKE) --no-print-directory web
 
-test-slow: pytest-slow test-machines kernel-check soak-short e2e e2e-scenes ## the rest, in less than an hour: slow tests, kernels under oclgrind, a short soak, all of the browser
+test-slow: pytest-slow test-machines kernel-check soak-short e2e ## the rest, in less than an hour: slow tests, other machines, kernels under oclgrind, a short soak, all of the browser
 
 # Machines unlike this one: tests/machines/README.md.
 ON_UNKNOWN_PROCESSOR := tests/device tests/kernels tests/scan/test_engines.py tests/scan/test_tree.py tests/select/test_swap_walks.py
