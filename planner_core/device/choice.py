@@ -72,7 +72,10 @@ def open_device(name: str | None = None) -> Device:
     wanted = name if name is not None else os.environ.get(DEVICE_VARIABLE) or None
     infos = list_devices()
     if not infos:
-        raise DeviceError(f"no OpenCL device: got none, expected at least one; install a driver: {GET_ONE}")
+        raise DeviceError(
+            f"no OpenCL device: got none, expected at least one; install a driver: {GET_ONE}, or scan "
+            "without OpenCL (`--engine open3d`)"
+        )
     if wanted is not None:
         return _open_checked(_find(wanted, infos))
     problems = []
@@ -155,7 +158,9 @@ def _open_checked(info: DeviceInfo) -> Device:
     device = open_unchecked(info.index)
     problem = check.problem_of(device, info.index)
     if problem:
-        raise DeviceError(f"OpenCL device {device.label}: {problem}; {GET_ANOTHER}")
+        raise DeviceError(
+            f"OpenCL device {device.label}: {problem}; {GET_ANOTHER}, or scan without OpenCL (`--engine open3d`)"
+        )
     return device
 
 
