@@ -55,5 +55,15 @@ def test_the_browsers_main_paths_are_a_part_of_all_paths_and_no_file_is_left_out
     assert [path for path in E2E.rglob("*.e2e.ts") if path.parent != E2E] == []
 
 
-def test_ci_runs_both_tiers() -> None:
-    assert (ROOT / ".ci" / "run").read_text().splitlines()[-1] == "exec make --keep-going test test-slow"
+def test_ci_runs_both_tiers_and_fails_where_either_fails(tmp_path: Path) -> None:
+    asked = tmp_path / "asked"
+    for failing in ("none", "test", "test-slow"):
+        asked.write_text("")
+        (tmp_path / "make").write_text(
+            f'#!/bin/sh\nfor last; do :; done\necho "$last" >> {asked}\n[ "$last" != {failing} ]\n'
+        )
+        (tmp_path / "make").chmod(0o755)
+        env = {**os.environ, "PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
+        done = subprocess.run(["bash", str(ROOT / ".ci" / "run")], env=env, check=False)
+        assert asked.read_text().split() == ["test", "test-slow"]
+        assert (done.returncode == 0) == (failing == "none")
