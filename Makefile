@@ -24,7 +24,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-kernel-check lint typecheck \
-  imports pytest pytest-slow web e2e e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large \
+  imports pytest pytest-slow web web-check web-main e2e e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large \
   bench-drivers bench-planning bench-live bench-clouds plan-scenes soak soak-short kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
@@ -45,10 +45,10 @@ viewer: $(VIEWER) ## build the browser application
 
 # ----------------------------------------------------------------------------------------------- test
 # Every test is in one of two tiers; CONTRIBUTING.md says which, and tests/test_tiers.py keeps it so.
-test: setup system-tests $(DEV) ## a test of every promise, in minutes: checks, all tests but the slow ones, the browser's main paths
-	@$(MAKE) --no-print-directory check
+test: setup system-tests $(DEV) $(NODE) ## a test of every promise, in minutes: checks, all tests but the slow ones, the browser's main paths
+	@$(MAKE) --no-print-directory -j2 --output-sync=target check web-check
 	@$(MAKE) --no-print-directory pytest
-	@$(MAKE) --no-print-directory web
+	@$(MAKE) --no-print-directory web-main
 
 test-slow: pytest-slow test-machines kernel-check soak-short e2e ## the rest, in less than an hour: slow tests, other machines, kernels under oclgrind, a short soak, all of the browser
 
@@ -81,8 +81,13 @@ pytest: $(DEV) $(VIEWER) system-tests ## the Python tests but the slow ones
 pytest-slow: $(DEV) $(VIEWER) system-tests system-kernel-check ## the slow Python tests
 	$(PYTEST) -m slow $(PYTEST_ARGS)
 
-web: $(NODE) $(VIEWER) $(DEV) system-tests ## the checks and tests of the viewer, and its main paths in a real browser
-	cd $(WEB) && npm run --silent lint && npm run --silent typecheck && npm run --silent test && npm run --silent e2e:main
+web: web-check web-main ## the checks and tests of the viewer, and its main paths in a real browser
+
+web-check: $(NODE)
+	cd $(WEB) && npm run --silent lint && npm run --silent typecheck && npm run --silent test
+
+web-main: $(NODE) $(VIEWER) $(DEV) system-tests
+	cd $(WEB) && npm run --silent e2e:main
 
 e2e: $(NODE) $(VIEWER) $(DEV) system-tests ## the viewer in a real browser, all of it
 	cd $(WEB) && npm run --silent e2e

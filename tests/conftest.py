@@ -22,6 +22,9 @@ providers._get_local_constants = lambda: providers._local_constants
 settings.register_profile("tlsplan", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tlsplan")
 prepare_import()
+# As after `make test &`: commands that tests interrupt would inherit it.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 _FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, _FOLDER)
@@ -35,8 +38,9 @@ finally:
 
 @pytest.fixture(scope="session", autouse=True)
 def own_cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """One cache for all workers: devices are checked, and host twins compiled, once."""
     before = os.environ.get("TLSPLAN_CACHE")
-    os.environ["TLSPLAN_CACHE"] = str(tmp_path_factory.mktemp("tlsplan-cache"))
+    os.environ["TLSPLAN_CACHE"] = str(of_all_workers(tmp_path_factory) / "tlsplan-cache")
     yield
     if before is None:
         del os.environ["TLSPLAN_CACHE"]
@@ -58,8 +62,13 @@ def own_signals() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def made_once(tmp_path_factory: pytest.TempPathFactory) -> MadeOnce:
     """Call with a name and what fills a folder: the folder, filled once for all workers; who changes it copies it."""
+    return folders_made_once(of_all_workers(tmp_path_factory))
+
+
+def of_all_workers(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of this run of the tests that its workers share."""
     own = tmp_path_factory.getbasetemp()
-    return folders_made_once(own.parent if "PYTEST_XDIST_WORKER" in os.environ else own)
+    return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
 
 
 @pytest.fixture(scope="session")

@@ -102,6 +102,7 @@ def test_evaluate_of_the_plan_itself_gives_the_same_coverage(
         assert set(document) == set(again)
 
 
+@pytest.mark.slow
 def test_same_input_gives_the_same_bytes_in_a_process_of_its_own_with_one_core(
     house: Path, planned: tuple[Path, dict[str, Any]]
 ) -> None:

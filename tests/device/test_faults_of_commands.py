@@ -86,6 +86,7 @@ def test_memory_that_never_suffices_is_told_in_one_line(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_memory_that_suffices_for_fewer_candidates_at_a_time_gives_the_same_plan_and_one_warning(
     scene_file: Path, faults: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
 ) -> None:

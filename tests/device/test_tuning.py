@@ -310,6 +310,7 @@ def test_doctor_shows_the_shape_in_use_and_where_it_is_from(device: Device) -> N
     assert found.detail == f"4 x 16 beams, packets of 4; measured, kept in {file}"
 
 
+@pytest.mark.slow
 def test_doctor_shows_how_long_a_start_takes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(start_time, "first_use_s", lambda: 61.2345)  # the real one is part of the test of doctor
     found = doctor._start()

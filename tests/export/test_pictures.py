@@ -132,6 +132,7 @@ def test_nothing_of_other_floors_or_above_the_cut_is_shown(plan: Plan) -> None:
         assert bounds[1, 2] == pytest.approx(floor.elevation_m + pictures.CUT_HEIGHT_M, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_drawing_says_nothing_on_stderr_without_a_screen(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "VTK_DEFAULT_OPENGL_WINDOW"):
         monkeypatch.delenv(name, raising=False)

@@ -383,6 +383,7 @@ def test_opening_that_fails_says_why() -> None:
     assert "--scene" in side.state()["message"]
 
 
+@pytest.mark.slow
 def test_opening_ends_when_the_server_stops() -> None:
     stopped = threading.Event()
 

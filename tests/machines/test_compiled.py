@@ -34,6 +34,7 @@ def test_code_is_kept_in_our_cache_folder(tmp_path: Path) -> None:
     assert "_philox" in kept[0]
 
 
+@pytest.mark.slow
 def test_whoever_names_a_folder_for_numba_is_obeyed(tmp_path: Path) -> None:
     ours, theirs = tmp_path / "ours", tmp_path / "theirs"
     assert call(TLSPLAN_CACHE=str(ours), NUMBA_CACHE_DIR=str(theirs)) == _EXPECTED
@@ -41,6 +42,7 @@ def test_whoever_names_a_folder_for_numba_is_obeyed(tmp_path: Path) -> None:
     assert list(theirs.rglob("*.nbc"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variable", ["TLSPLAN_CACHE", "NUMBA_CACHE_DIR"])
 def test_a_folder_that_cannot_be_made_does_not_matter(tmp_path: Path, variable: str) -> None:
     (tmp_path / "file").touch()

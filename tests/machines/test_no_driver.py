@@ -81,6 +81,7 @@ def test_without_a_driver_there_is_no_device() -> None:
         assert done.stdout.strip() == expected
 
 
+@pytest.mark.slow
 def test_the_proven_plan_is_that_of_open3d_elsewhere(house: Path, plan: Path, tmp_path: Path) -> None:
     """Walks of selection on the host, and on a device where this machine has one: the same plan, to the last digit."""
     elsewhere = tmp_path / "plan"
@@ -131,6 +132,7 @@ def test_a_machine_where_pyopencl_does_not_load_plans_alike(house: Path, plan: P
     assert document["stations"] == document_of(plan)["stations"]
 
 
+@pytest.mark.slow
 def test_plans_are_evaluated_compared_exported_and_scanned(house: Path, plan: Path, tmp_path: Path) -> None:
     stations = plan / "plan.json"
     said = said_once(tlsplan("evaluate", house, "--stations", stations, "-o", tmp_path / "again", *TINY))
@@ -144,6 +146,7 @@ def test_plans_are_evaluated_compared_exported_and_scanned(house: Path, plan: Pa
     assert FALLBACK not in lists.stderr
 
 
+@pytest.mark.slow
 def test_live_editing_answers(plan: Path) -> None:
     ask = """
 import sys

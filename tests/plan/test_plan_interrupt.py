@@ -80,6 +80,7 @@ def test_an_interrupt_while_stations_are_chosen_leaves_the_best_plan_so_far(comb
     assert [path for path in tmp_path.iterdir() if path.name.startswith(".")] == []
 
 
+@pytest.mark.slow
 def test_a_second_interrupt_leaves_nothing(comb_file: Path, tmp_path: Path) -> None:
     folder = tmp_path / "plan"
     process = started(comb_file, folder, "-c", STOPPING)
@@ -96,6 +97,7 @@ def test_a_second_interrupt_leaves_nothing(comb_file: Path, tmp_path: Path) -> N
     assert [path.name for path in tmp_path.iterdir()] == ["asked.yaml"]
 
 
+@pytest.mark.slow
 def test_who_asks_the_process_to_end_gets_no_plan(comb_file: Path, tmp_path: Path) -> None:
     process = started(comb_file, tmp_path / "plan")
     process.send_signal(signal.SIGTERM)

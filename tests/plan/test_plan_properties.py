@@ -124,6 +124,7 @@ def test_a_quarter_turn_and_a_far_origin_change_no_figure() -> None:
     assert there.coverage.achievable_area_m2 == pytest.approx(here.coverage.achievable_area_m2, rel=0.01)
 
 
+@pytest.mark.slow
 def test_the_order_of_given_stations_changes_no_figure_and_more_stations_see_more(house_plan: Plan) -> None:
     scene = house_plan.survey.scene
     given = [GivenStation(s.id, s.position_m + scene.offset_m, None, None) for s in house_plan.stations[:6]]

@@ -41,7 +41,7 @@ def marks_of_every_sample(
     return np.where(mask & ALL_RIM == ALL_RIM, ALL_RIM, mask)
 
 
-@pytest.mark.parametrize("area_m2", [0.5, 0.01, 0.001])
+@pytest.mark.parametrize("area_m2", [0.5, 0.01, pytest.param(0.001, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("angles", [(-60.0, 60.0, 360.0, 90.0), (-20.0, 35.0, 100.0, 70.0)])
 def test_triangles_that_hide_whole_patches_change_no_mark(
     shapes: SimpleNamespace, area_m2: float, angles: tuple[float, ...]

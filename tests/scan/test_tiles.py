@@ -72,6 +72,7 @@ def test_tiles_hold_every_beam_once_and_in_its_place(template: BeamTemplate, sha
     np.testing.assert_array_equal(distinct(lanes), distinct(expected))
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(template=templates(), shape=st.sampled_from(SHAPES))
 def test_the_pyramid_of_a_tile_holds_its_beams(template: BeamTemplate, shape: tuple[int, int, int]) -> None:

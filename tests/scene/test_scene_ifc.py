@@ -222,6 +222,7 @@ def test_fzk_haus_has_its_storeys_elements_and_size(real_scene):
     assert scene.vertices_m[:, 2].max() == pytest.approx(6.32, abs=0.01)
 
 
+@pytest.mark.slow
 def test_real_building_is_the_same_bytes_on_any_number_of_threads(real_ifc, monkeypatch):
     path = real_ifc("duplex.ifc")
     scenes = []

@@ -25,6 +25,8 @@ from scenes_synthetic.campus import Campus, campus_parts, write_campus
 from scenes_synthetic.model import SyntheticScene
 from scenes_synthetic.stream import STREAM_FORMATS
 
+pytestmark = pytest.mark.slow
+
 SMALL = 150_000
 """One pavilion and a park."""
 

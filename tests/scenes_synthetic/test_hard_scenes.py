@@ -20,6 +20,8 @@ from planner_core.scene.patches import make_patches
 from scenes_synthetic import hole_walls
 from scenes_synthetic.model import SyntheticScene
 
+pytestmark = pytest.mark.slow
+
 COARSE = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=180),
     requirements=Requirements(coverage=0.6),

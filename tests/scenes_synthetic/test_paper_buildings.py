@@ -13,6 +13,8 @@ from planner_core.scene.load import load_scene
 from scenes_synthetic import basement, school
 from scenes_synthetic.model import SyntheticScene
 
+pytestmark = pytest.mark.slow
+
 #: From the paper's Fig. 10: triangles, and width, depth and height in metres.
 PAPER = {
     "basement": (130_000, (20.0, 21.0, 4.0)),

@@ -14,6 +14,8 @@ from tlsplan.main import main
 
 import scenes_synthetic
 
+pytestmark = pytest.mark.slow
+
 COARSE = (
     "--grid",
     "1",

@@ -91,6 +91,7 @@ for suffix in FORMATS:
 """
 
 
+@pytest.mark.slow
 def test_another_process_writes_the_same_bytes(house: SyntheticScene, tmp_path: Path) -> None:
     here, there = tmp_path / "here", tmp_path / "there"
     here.mkdir()

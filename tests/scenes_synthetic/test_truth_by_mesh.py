@@ -10,6 +10,8 @@ from scipy.sparse.csgraph import connected_components
 import scenes_synthetic
 from scenes_synthetic.model import Room, SyntheticScene
 
+pytestmark = pytest.mark.slow
+
 NAMES = scenes_synthetic.names()
 
 

@@ -8,6 +8,8 @@ import pytest
 from planner_core.device import open_device
 from planner_core.model import RayHits, ScanBatch
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def target(soak: ModuleType) -> object:

@@ -76,7 +76,7 @@ test('a run is started, watched, opened, compared and deleted', { tags: 'main' }
   await page.getByRole('textbox', { name: /^Stations/ }).fill('7');
   await page.getByText('More requirements').click();
   await page.getByRole('checkbox', { name: 'Upper floor' }).uncheck();
-  await page.getByRole('textbox', { name: /^Time limit/ }).fill('20');
+  await page.getByRole('textbox', { name: /^Time limit/ }).fill('5');
   await page.getByRole('button', { name: 'Start' }).click();
   await expect.poll(() => page.locator('[data-run]').count()).toBe(1);
   const [{ id }] = await runs();

@@ -154,6 +154,7 @@ def parts_of(plan: Plan) -> set[frozenset[str]]:
     return {frozenset(part) for part in parts}
 
 
+@pytest.mark.slow
 def test_purposes_of_further_stations_are_those_of_evaluations(
     live: LivePlan, source: PlanSource, tmp_path: Path
 ) -> None:
@@ -205,6 +206,7 @@ def test_one_floor_is_compared_with_the_others_as_planned(live: LivePlan, source
         assert found.actual.plan.coverage_by_floor == expected.coverage_by_floor
 
 
+@pytest.mark.slow
 def test_floors_that_are_not_compared_stay_in_the_plan_of_what_to_scan_again(
     live: LivePlan, source: PlanSource
 ) -> None:

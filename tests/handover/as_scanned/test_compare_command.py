@@ -57,6 +57,7 @@ def test_missing_stations_end_with_7_and_a_plan_of_what_to_scan_again(
     assert "enough" not in result.stdout  # all of them are for what was lost
 
 
+@pytest.mark.slow
 def test_without_looking_for_further_stations_there_are_none(
     house_plan: Path, source: PlanSource, tmp_path: Path
 ) -> None:
@@ -66,6 +67,7 @@ def test_without_looking_for_further_stations_there_are_none(
     assert json.loads(result.stdout)["scan_again"] is None
 
 
+@pytest.mark.slow
 def test_stations_that_nothing_joins_are_told_part_by_part(
     house_plan: Path, source: PlanSource, tmp_path: Path
 ) -> None:
@@ -81,6 +83,7 @@ def test_stations_that_nothing_joins_are_told_part_by_part(
     assert sorted(name.strip(",") for line in lines for name in line[2:]) == sorted(listed)
 
 
+@pytest.mark.slow
 def test_one_floor_alone_is_compared_by_its_name(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:
     lower, upper = source.floors
     above = [each.id for each in source.stations_of(upper.id)]

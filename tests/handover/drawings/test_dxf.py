@@ -251,6 +251,7 @@ def test_unseen_ground_is_hatched_where_nothing_seen_lies_over_it(drawing, house
     assert len(strips) == len(unseen.walls)
 
 
+@pytest.mark.slow
 def test_same_plan_gives_the_same_bytes_in_another_process(house_folder, drawing_file, tmp_path):
     # Sets of strings are ordered by a seed of the process: one run alone would not show it.
     program = (
