@@ -182,17 +182,14 @@ class Runs:
             There is none, or it is not going on.
         """
         document = self.get(run)
-        holder = holder_of_turn(self._runs)
-        own = self._own_child(run)
-        pid = own.pid if own is not None else holder.pid if holder is not None and holder.run == run else None
         if document.state != "running":
             raise RunBusyError(f"run {run}: is {document.state} already, expected one that is going on; reload")
-        if pid is None:
-            raise RunBusyError(f"run {run}: is only just starting; try again in a moment")
+        # The marker first: a process that has not told its number yet looks for it once it has.
         with contextlib.suppress(FileExistsError), (self._folder(run) / CANCEL).open("x", encoding="utf-8") as marker:
             marker.write(why)
-        with contextlib.suppress(ProcessLookupError):  # it has ended meanwhile
-            os.kill(pid, signal.SIGTERM if discard else signal.SIGINT)
+        if (pid := self._pid(run)) is not None:
+            with contextlib.suppress(ProcessLookupError):  # it has ended meanwhile
+                os.kill(pid, signal.SIGTERM if discard else signal.SIGINT)
         document = self.get(run)
         self._tell(document.model_dump())
         return document
@@ -391,9 +388,12 @@ class Runs:
                 "this; free some, or delete runs"
             )
 
-    def _own_child(self, run: str) -> "subprocess.Popen[bytes] | None":
-        child = self._child
-        return child[1] if child is not None and child[0] == run and child[1].poll() is None else None
+    def _pid(self, run: str) -> int | None:
+        """Return the number of a run's process; None while it is only just starting, and once it is gone."""
+        child, holder = self._child, holder_of_turn(self._runs)
+        if child is not None and child[0] == run and child[1].poll() is None:
+            return child[1].pid
+        return holder.pid if holder is not None and holder.run == run else None
 
     def _ended_without_a_word(self, folder: Path, document: RunDocument) -> RunDocument:
         """Work out, and write down, what became of a run whose process is gone."""

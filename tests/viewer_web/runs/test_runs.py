@@ -126,6 +126,23 @@ def test_a_run_that_is_cancelled_at_once_has_no_plan_and_its_number_is_not_given
     assert runs.start(LONG).id == "R002"
 
 
+def test_a_run_that_is_cancelled_before_its_process_is_there_is_cancelled(
+    runs: Runs, own_hall: Path, until: Until, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A page hears of a run as soon as its folder is there, and its Cancel may come before the process does."""
+    spawn = runs_module._spawn
+
+    def spawn_late(*arguments: Any) -> Any:
+        assert Runs(own_hall).cancel("R001").cancelling
+        return spawn(*arguments)
+
+    monkeypatch.setattr(runs_module, "_spawn", spawn_late)
+    runs.start(LONG)
+    until(lambda: runs.get("R001").state != "running")
+    ended = runs.get("R001")
+    assert (ended.state, ended.plan) == ("cancelled", None)
+
+
 def test_a_server_that_stops_tells_of_the_run_that_goes_on(runs: Runs, own_hall: Path, until: Until) -> None:
     assert Runs(own_hall).stop() is None
     run = runs.start(LONG).id
