@@ -1,4 +1,4 @@
-"""One open device: memory totalled before it is taken, programs built once, driver errors turned into DeviceError.
+"""One open device: memory totalled before it is taken, programs built once a process, driver errors as DeviceError.
 
 CONTROL FLOW: one queue, in order. Launching returns at once. Results leave the device through `Device.read` and
 `Device.outputs` only, and both look first at the fate of EVERY kernel launched so far: a driver reports a kernel that
@@ -90,6 +90,21 @@ class Program:
             device.note_launch(what, pyopencl.enqueue_nd_range_kernel(device.queue, launch, global_size, local_size))
 
 
+class _Context:
+    """A driver's context of one device, with what was built in it."""
+
+    def __init__(self, device: Any) -> None:
+        import pyopencl
+
+        self.handle = pyopencl.Context([device])
+        self.built: dict[tuple[str, tuple[str, ...]], Any] = {}
+
+
+#: By device: whoever opens it again in this process need not build our kernels again, which takes as long as a small
+#: plan. A context in which anything failed is not used again: some drivers fail ever after.
+_contexts: dict[Any, _Context] = {}
+
+
 class Device:
     """An open device with one queue in order. See `planner_core.device.open_device`."""
 
@@ -98,7 +113,8 @@ class Device:
 
         self.label, self.kind = label, kind
         with driver_errors("opening the device", label):
-            self.context = pyopencl.Context([device])
+            self._shared = _contexts.get(device) or _contexts.setdefault(device, _Context(device))
+            self.context = self._shared.handle
             self.queue = pyopencl.CommandQueue(self.context, device)
             self.name = str(device.name).strip()
             self.driver = f"{device.platform.version} {device.driver_version}".strip()
@@ -147,7 +163,9 @@ class Device:
             options = (*options, f"-DCOMPILED_FOR_{self.compiled_for.upper().replace('-', '_')}")
         key = (source, options)
         if key not in self._programs:
-            self._programs[key] = Program(self, self._build(source, options, title), title)
+            if key not in self._shared.built:
+                self._shared.built[key] = self._build(source, options, title)
+            self._programs[key] = Program(self, self._shared.built[key], title)
         return self._programs[key]
 
     def _build(self, source: str, options: tuple[str, ...], title: str, *, is_second: bool = False) -> Any:
@@ -253,16 +271,23 @@ class Device:
             with driver_errors(what, self.label):
                 self.queue.finish()
         except DeviceError:
+            self._abandon_context()
             # A kernel's own failure tells more than that of the queue, which it may have brought down.
             self._look_at(launched)
             raise
         self._look_at(launched)
+
+    def _abandon_context(self) -> None:
+        for device, shared in list(_contexts.items()):
+            if shared is self._shared:
+                del _contexts[device]
 
     def _look_at(self, launched: list[tuple[str, Any]]) -> None:
         for kernel, event in launched:
             with driver_errors(kernel, self.label):
                 status = int(event.command_execution_status)
             if status < 0:
+                self._abandon_context()
                 raise device_error(kernel, self.label, status, f"the driver aborted it with status {status}")
 
     def note_launch(self, what: str, event: Any) -> None:

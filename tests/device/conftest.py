@@ -12,7 +12,7 @@ import pyopencl
 import pytest
 from pyopencl import _cl
 
-from planner_core.device import Device, open_device
+from planner_core.device import Device, open_device, runtime
 from planner_core.model import LoadReport, Patches, Scene, SceneSource
 from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scene.patches import make_patches
@@ -37,6 +37,12 @@ class Aborted:
 
     def wait(self) -> None:
         self._event.wait()
+
+
+@pytest.fixture(autouse=True)
+def nothing_built_yet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a fresh process: what a driver does wrong comes to light where contexts and programs are made."""
+    monkeypatch.setattr(runtime, "_contexts", {})
 
 
 @contextmanager

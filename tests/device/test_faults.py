@@ -209,6 +209,25 @@ def test_thousands_of_launches_without_reading_are_all_looked_at(device: Device,
     device.finish("test")  # told once
 
 
+def test_who_opens_the_device_again_builds_nothing_again(room: tuple[Scene, Patches], faults: SimpleNamespace) -> None:
+    expected = scan(OpenCLEngine(*room, open_device()))
+    with faults.refuse(pyopencl.Program, "build", "BUILD_PROGRAM_FAILURE"):
+        assert_equal(scan(OpenCLEngine(*room, open_device())), expected)
+
+
+def test_a_context_in_which_a_kernel_failed_is_not_used_again(
+    room: tuple[Scene, Patches], faults: SimpleNamespace
+) -> None:
+    device = open_device()
+    engine = OpenCLEngine(*room, device)
+    with faults.watch() as kernels:
+        scan(engine)
+    assert open_device().context == device.context
+    with faults.abort(kernels[0], "OUT_OF_RESOURCES"), pytest.raises(DeviceError):
+        scan(engine)
+    assert open_device().context != device.context
+
+
 # --------------------------------------------------------------------------------------------- choice and fallback
 def test_no_device_falls_back_to_open3d_and_says_so(room: tuple[Scene, Patches], faults: SimpleNamespace) -> None:
     with faults.refuse(pyopencl, "get_platforms", "PLATFORM_NOT_FOUND_KHR"):
