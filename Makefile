@@ -47,8 +47,7 @@ viewer: $(VIEWER) ## build the browser application
 # Every test is in one of two tiers; CONTRIBUTING.md says which, and tests/test_tiers.py keeps it so.
 test: setup system-tests $(DEV) $(NODE) ## a test of every promise, in minutes: checks, all tests but the slow ones, the browser's main paths
 	@$(MAKE) --no-print-directory -j2 --output-sync=target check web-check
-	@$(MAKE) --no-print-directory pytest
-	@$(MAKE) --no-print-directory web-main
+	@$(MAKE) --no-print-directory -j2 pytest web-main
 
 test-slow: pytest-slow test-machines kernel-check soak-short e2e ## the rest, in less than an hour: slow tests, other machines, kernels under oclgrind, a short soak, all of the browser
 

@@ -9,7 +9,7 @@ from planner_core.scan.scanners import load_scanner
 from planner_core.survey import make_survey
 
 
-@pytest.mark.parametrize("name", ["duplex", "fzk-haus"])
+@pytest.mark.parametrize("name", ["duplex", pytest.param("fzk-haus", marks=pytest.mark.slow)])
 def test_candidates_of_a_real_building_do_not_depend_on_the_engine(name, real_scene):
     scene = real_scene(name)
     settings = PlanSettings(

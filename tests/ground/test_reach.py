@@ -86,6 +86,7 @@ def test_a_tripod_is_set_down_at_arms_length_but_not_through_a_wall() -> None:
     assert reachable(reach, candidates).tolist() == [True, False]
 
 
+@pytest.mark.slow
 def test_without_entrances_equal_rooms_are_all_entered_and_small_ones_are_not() -> None:
     assert not reach_of(make_survey(build("closed-rooms").scene, SETTINGS)).sealed
     basement = reach_of(make_survey(build("basement").scene, SETTINGS))

@@ -139,6 +139,7 @@ def test_preview_is_framed_and_changes_the_layers_into_those_of_the_moved_statio
     assert len(figures["registration"]["networks"]) == head["registration"]["n_networks"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["house", "far_house"])
 def test_committing_what_a_preview_answered_needs_no_other_scan(name: str, request: pytest.FixtureRequest) -> None:
     folder = request.getfixturevalue({"house": "house_folder", "far_house": "far_folder"}[name])

@@ -112,6 +112,7 @@ def test_station_taken_away_leaves_what_it_alone_saw(house: LivePlan) -> None:
         assert {other.id: other.covered_area_m2 for other in rest.plan.stations} == pytest.approx(kept)
 
 
+@pytest.mark.slow
 def test_folder_without_what_is_achievable_is_scanned_again(asking_folder: Path, asking_house: LivePlan) -> None:
     file = asking_folder / "viewer" / "achievable.u8"
     content = file.read_bytes()

@@ -26,6 +26,7 @@ def call(**variables: str) -> str:
     return done.stdout.strip()
 
 
+@pytest.mark.slow
 def test_code_is_kept_in_our_cache_folder(tmp_path: Path) -> None:
     for _ in range(2):
         assert call(TLSPLAN_CACHE=str(tmp_path)) == _EXPECTED

@@ -23,6 +23,7 @@ SETTINGS = PlanSettings(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "n_networks"), [("two-rooms", 1), pytest.param("doors-open", 1, marks=pytest.mark.slow)]
 )

@@ -188,6 +188,7 @@ def test_a_tree_does_not_depend_on_chunks_or_packets(
     assert digest(build_tree(scene, device)) == first
 
 
+@pytest.mark.slow
 def test_a_tree_is_the_same_on_one_core(device: Device, scene_of_corners, tmp_path: Path) -> None:
     corners = soup(6, 3000, "anywhere")
     np.save(tmp_path / "corners.npy", corners)

@@ -33,6 +33,7 @@ def write_e57(path: Path, poses: dict[str, np.ndarray]) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_poses_of_an_e57_are_the_stations(source: PlanSource, tmp_path: Path) -> None:
     poses = {each.id: each.site_m for each in source.stations[:3]}
     actual = read_actual([write_e57(tmp_path / "scans.e57", poses)], source)

@@ -129,6 +129,7 @@ def test_an_additional_station_gains_and_the_list_meets_what_was_asked(live: Liv
     assert not found.lost
 
 
+@pytest.mark.slow
 def test_what_is_to_be_scanned_again_brings_back_what_was_asked(live: LivePlan, source: PlanSource) -> None:
     rest = [each for number, each in enumerate(listed_of(source)) if number not in (0, 3)]
     found = compared(live, source, rest)
@@ -224,6 +225,7 @@ def test_floors_that_are_not_compared_stay_in_the_plan_of_what_to_scan_again(
     assert len(rescan.further) <= len(gone)
 
 
+@pytest.mark.slow
 def test_no_further_stations_are_planned_where_one_alone_suffices_not(live: LivePlan, source: PlanSource) -> None:
     """One missing station never needs more than one: itself."""
     worst = max(live.document["stations"], key=lambda row: row["own_area_m2"])["id"]

@@ -196,6 +196,7 @@ def test_exchanged_names_cost_nothing_and_lose_no_links(house_plan: Path, source
     assert "costs" not in result.stdout
 
 
+@pytest.mark.slow
 def test_a_shift_of_a_site_list_is_told_in_site_axes(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:
     shift = (5.0, 3.0, 0.0)
     rows = [f"{each.id},{','.join(f'{v:.4f}' for v in each.site_m + shift)}" for each in source.stations]

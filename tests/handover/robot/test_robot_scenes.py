@@ -26,10 +26,10 @@ AROUND = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
 N_WAYS = 12
 
 
-REAL = [pytest.param(name, marks=pytest.mark.slow) for name in ("duplex", "fzk-haus")]
+SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("atrium", "duplex", "fzk-haus")]
 
 
-@pytest.fixture(scope="module", params=["house", "atrium", "double-height-hall", *REAL])
+@pytest.fixture(scope="module", params=["house", "double-height-hall", *SLOW])
 def ground(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, real_scene: Callable[[str], Scene]
 ) -> Ground:

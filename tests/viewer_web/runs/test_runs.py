@@ -50,6 +50,7 @@ def is_searching(runs: Runs, run: str) -> bool:
     return document.best is not None
 
 
+@pytest.mark.slow
 def test_a_run_outlives_its_server_and_goes_on_where_a_killed_one_was(
     own_hall: Path, runs: Runs, until: Until, tmp_path: Path
 ) -> None:
