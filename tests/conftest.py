@@ -8,12 +8,14 @@ import os
 import signal
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis.internal.conjecture import providers
 
+from planner_core.device import Device, list_devices, open_device
 from planner_core.scan.open3d import prepare_import
 
 # Hypothesis tries numbers and words of our modules: of those that are loaded by then, which is a matter of chance where
@@ -26,6 +28,7 @@ prepare_import()
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+NO_DEVICE = "this machine has no OpenCL device"
 _FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, _FOLDER)
 try:
@@ -57,6 +60,32 @@ def own_signals() -> Iterator[None]:
     sys.unraisablehook = hook
     for number, handler in before.items():
         signal.signal(number, handler)
+
+
+@pytest.fixture(scope="session")
+def needs_opencl() -> None:
+    """Skip on a machine without a device."""
+    if _has_no_device():
+        pytest.skip(NO_DEVICE)
+
+
+@pytest.fixture(scope="session")
+def device(needs_opencl: None) -> Device:
+    """The default OpenCL device."""
+    return open_device()
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Leave out, on a machine without OpenCL, what asks for a device: it is marked so, or a parameter says so."""
+    asked = getattr(item, "callspec", None)
+    asks = item.get_closest_marker("opencl") or (asked and {"opencl", "device"} & {*map(str, asked.params.values())})
+    if asks and _has_no_device():
+        pytest.skip(NO_DEVICE)
+
+
+@cache
+def _has_no_device() -> bool:
+    return not list_devices()
 
 
 @pytest.fixture(scope="session")

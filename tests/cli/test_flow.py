@@ -252,6 +252,7 @@ def test_an_obj_in_millimetres_is_refused_with_the_unit_to_pass(tlsplan: Tlsplan
     assert json.loads(right.stdout)["scene"]["metres_per_unit"] == 0.001
 
 
+@pytest.mark.opencl
 @pytest.mark.parametrize("name", ["nonsense", "99"])
 def test_a_device_that_is_not_there_is_an_error_however_it_was_asked_for(
     tlsplan: Tlsplan, name: str, house: Path, tmp_path: Path

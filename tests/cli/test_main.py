@@ -124,6 +124,7 @@ def test_scanners_json_lists_the_hdl_64e() -> None:
     assert (scanner["elevation_min_deg"], scanner["elevation_max_deg"]) == (-24.9, 2.0)
 
 
+@pytest.mark.opencl
 def test_doctor_finds_a_healthy_installation() -> None:
     done = run("doctor", "--json")
     document = json.loads(done.stdout)

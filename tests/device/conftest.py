@@ -126,11 +126,12 @@ def room() -> tuple[Scene, Patches]:
 
 
 @pytest.fixture
-def engine(room: tuple[Scene, Patches]) -> OpenCLEngine:
+def engine(room: tuple[Scene, Patches], needs_opencl: None) -> OpenCLEngine:
     """An engine on a device of its own: what it holds can be counted."""
     return OpenCLEngine(*room, open_device())
 
 
 @pytest.fixture(scope="module")
-def device() -> Device:
+def device(needs_opencl: None) -> Device:
+    """One of its own for each file: others are not to meet what was done to it."""
     return open_device()

@@ -13,6 +13,8 @@ from planner_core.device import DEVICE_VARIABLE, Device, check, choice, keep_fas
 from planner_core.device.runtime import kernel_source
 from planner_core.errors import DeviceError, PlannerError
 
+pytestmark = pytest.mark.opencl
+
 DOUBLE = (
     "kernel void twice(global const float *x, global float *y) { y[get_global_id(0)] = 2.0f * x[get_global_id(0)]; }"
 )

@@ -146,6 +146,7 @@ def test_an_interrupt_while_the_child_works_is_the_users(device: Device, child, 
     assert not cache.exists()
 
 
+@pytest.mark.opencl
 def test_the_box_is_scanned_rightly_by_both_engines_and_wrong_ranges_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, patches = self_check.box()
     for name in ("opencl", "open3d"):
@@ -162,6 +163,7 @@ def test_the_box_is_scanned_rightly_by_both_engines_and_wrong_ranges_are_found(m
     assert "wrong ranges" in self_check.ranges_wrongly(engine, scene, patches)
 
 
+@pytest.mark.opencl
 def test_a_device_that_is_not_there_is_said_in_one_line(capfd: pytest.CaptureFixture[str]) -> None:
     assert self_check.main("99", "no such device") == check.SAID
     assert capfd.readouterr().out.count("\n") == 1

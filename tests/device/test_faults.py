@@ -17,6 +17,8 @@ from planner_core.model import BeamTemplate, Patches, Scene
 from planner_core.scan.engine import open_engine
 from planner_core.scan.opencl import OpenCLEngine
 
+pytestmark = pytest.mark.opencl
+
 TEMPLATE = BeamTemplate(
     azimuth_rad=np.arange(32) * (2 * np.pi / 32),
     elevation_rad=np.linspace(0.5, -0.5, 4),

@@ -136,6 +136,7 @@ def no_linker(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(pocl, "_LIBRARY_ROOTS", (str(tmp_path),))
 
 
+@pytest.mark.opencl
 @pytest.mark.usefixtures("no_linker")
 def test_pocl_without_a_linker_is_refused_with_the_remedy_because_it_would_abort_the_process() -> None:
     there = next(info for info in list_devices() if info.platform == pocl.POCL)
@@ -145,6 +146,7 @@ def test_pocl_without_a_linker_is_refused_with_the_remedy_because_it_would_abort
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.opencl
 @pytest.mark.usefixtures("no_linker")
 def test_the_linker_alone_is_enough_where_the_libraries_it_needs_are_found(tmp_path: Path) -> None:
     for name in ("ld", "gcc/x86_64-linux-gnu/12/libgcc.a", "x86_64-linux-gnu/libc.so"):

@@ -10,7 +10,7 @@ from planner_core.device.sort import chunk_count, sort_pairs
 
 
 @pytest.fixture(scope="module")
-def sorting_device() -> Device:
+def sorting_device(needs_opencl: None) -> Device:
     return open_device()
 
 

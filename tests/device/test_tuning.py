@@ -285,6 +285,7 @@ def test_tune_refuses_to_measure_what_it_can_not_keep() -> None:
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.opencl
 def test_tune_keeps_its_answer(cache: Path) -> None:
     done = tlsplan("tune", "--json", "--quick")
     assert done.returncode == 0, done.stderr

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner_core.device import Device, open_device
+from planner_core.device import Device
 from planner_core.genetic import operators as host
 from planner_core.genetic.layout import lay_out, pack
 from planner_core.genetic.objective import objective_of
@@ -120,11 +120,6 @@ class OnDevice:
     def _genes(self, name: str, n: int) -> np.ndarray:
         words = self._read(name, n * -(-self._n_genes // 32), np.uint32).reshape(n, -1)
         return unpack(words, self._n_genes)
-
-
-@pytest.fixture(scope="session")
-def device() -> Device:
-    return open_device()
 
 
 @pytest.fixture(params=["host", "device"])

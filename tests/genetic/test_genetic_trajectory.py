@@ -177,6 +177,7 @@ def test_progress_hears_of_every_iteration_once(make_problem, engine):
     assert heard[-1].note == f"{result.chosen.size} stations"
 
 
+@pytest.mark.opencl
 def test_error_of_the_progress_ends_the_search_and_gives_the_memory_back(make_problem):
     own = open_device()
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from planner_core.device import Device, open_device
+from planner_core.device import Device
 from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource
 from planner_core.scan.open3d import Open3DEngine
 from planner_core.scan.opencl import OpenCLEngine
@@ -56,12 +56,6 @@ def template_of(rows: int, columns: int, *, range_max_m: float = 50.0) -> BeamTe
 def rooms() -> SimpleNamespace:
     """The makers above."""
     return SimpleNamespace(scene_of=scene_of, room_of=room_of, template_of=template_of)
-
-
-@pytest.fixture(scope="session")
-def device() -> Device:
-    """The default OpenCL device: `make test` installs one, so its absence is a failure."""
-    return open_device()
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,7 @@ from planner_core.scan.template import directions
 from planner_core.scene.patches import make_patches
 
 
+@pytest.mark.opencl
 @pytest.mark.parametrize("name", ["duplex"])
 def test_f2_in_a_building_is_that_of_all_pairs(name: str, real_scene: Callable[[str], Scene]) -> None:
     scene = real_scene(name)

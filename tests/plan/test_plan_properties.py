@@ -86,6 +86,7 @@ def test_coverage_of_a_real_building_is_what_open3d_computes(name: str, real_sce
     assert abs(recomputed_fraction(plan) - plan.coverage.fraction_of_achievable) < 0.005
 
 
+@pytest.mark.opencl
 def test_both_engines_see_the_same_area_from_the_same_stations(house_plan: Plan) -> None:
     survey = house_plan.survey
     positions_m = np.stack([station.position_m for station in house_plan.stations])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planner_core.device import Device, open_device
+from planner_core.device import Device
 from planner_core.model import BeamTemplate, LoadReport, Patches, Scene, SceneSource
 from planner_core.scan.open3d import Open3DEngine
 from planner_core.scan.opencl import OpenCLEngine
@@ -97,12 +97,6 @@ def shapes() -> SimpleNamespace:
     return SimpleNamespace(
         scene_of=scene_of, box_of=box_of, sphere_of=sphere_of, clutter_of=clutter_of, template_of=template_of
     )
-
-
-@pytest.fixture(scope="session")
-def device() -> Device:
-    """The default OpenCL device: `make test` installs one, so its absence is a failure."""
-    return open_device()
 
 
 @pytest.fixture(scope="session")

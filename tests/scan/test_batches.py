@@ -131,7 +131,7 @@ def test_progress_counts_up_to_all_positions(
 
 
 @pytest.fixture
-def own_device() -> Device:
+def own_device(needs_opencl: None) -> Device:
     """A device whose memory nobody else counts against: no engine of another test is still to be collected."""
     return open_device()
 
@@ -301,6 +301,7 @@ np.savez(sys.argv[2], cores=device.n_compute_units, starts=returns.starts, patch
 """
 
 
+@pytest.mark.opencl
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one core only: nothing to compare with")
 def test_the_number_of_cores_leaves_no_trace_in_the_bits(tmp_path: Path) -> None:
     results = []

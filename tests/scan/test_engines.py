@@ -234,6 +234,7 @@ def test_an_unusable_device_falls_back_with_a_warning(monkeypatch: pytest.Monkey
     assert "Open3D" in engine.warnings[0]
 
 
+@pytest.mark.opencl
 def test_auto_takes_opencl_without_a_warning(shapes: SimpleNamespace) -> None:
     scene = shapes.scene_of(*shapes.box_of((0, 0, 0), (1, 1, 1)))
     engine = open_engine(scene, make_patches(scene, max_area_m2=1.0))

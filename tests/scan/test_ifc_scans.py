@@ -19,6 +19,7 @@ def scene(request: pytest.FixtureRequest, real_scene: Callable[[str], Scene]) ->
     return real_scene(request.param)
 
 
+@pytest.mark.opencl
 def test_every_disagreement_in_a_building_is_explained(scene: Scene) -> None:
     patches = make_patches(scene, max_area_m2=0.04)
     ours, oracle = (open_engine(scene, patches, engine=name) for name in ("opencl", "open3d"))

@@ -95,6 +95,7 @@ def test_visible_patches_and_returns_are_those_of_the_scan(shapes: SimpleNamespa
         np.testing.assert_array_equal(returns.n_returns[row], np.unique(patch, return_counts=True)[1])
 
 
+@pytest.mark.opencl
 def test_engines_agree_on_patch_mode_behind_glass(shapes: SimpleNamespace) -> None:
     scene = glazed(shapes, 7)
     patches = make_patches(scene, max_area_m2=0.1)

@@ -127,6 +127,7 @@ def test_a_surface_is_seen_from_both_sides(shapes: SimpleNamespace, name: str) -
     assert visibility.row(0).size == visibility.row(1).size == patches.n_patches
 
 
+@pytest.mark.opencl
 def test_a_patch_is_not_hidden_by_its_own_triangle_however_grazing(shapes: SimpleNamespace) -> None:
     rng = np.random.default_rng(18)
     for height_m in (1e-2, 1e-3, 1e-4, 3e-5, 1e-5, 3e-6):

@@ -13,6 +13,7 @@ from planner_core.scan.scanners import load_scanner
 from planner_core.survey import make_survey
 
 
+@pytest.mark.opencl
 @pytest.mark.parametrize("name", ["duplex", pytest.param("fzk-haus", marks=pytest.mark.slow)])
 def test_patch_mode_agrees_with_beams_and_with_open3d_in_a_building(
     name: str, real_scene: Callable[[str], Scene]

@@ -199,6 +199,7 @@ def test_a_scan_is_the_same_whatever_the_tiles(
             np.testing.assert_array_equal(getattr(other, field), getattr(usual, field), err_msg=f"{name} {field}")
 
 
+@pytest.mark.opencl
 @pytest.mark.parametrize("name", ["pandar64", "dome"])
 def test_scans_of_a_building_are_the_oracles(name: str, real_scene: Callable) -> None:
     scene = real_scene("duplex")

@@ -253,6 +253,7 @@ def test_scan_sees_the_areas_that_the_plan_says(name: str, engine_name: str) -> 
             )
 
 
+@pytest.mark.opencl
 @pytest.mark.parametrize("name", ["l-by-range", "comb-gallery"])
 def test_beams_measure_the_areas_that_the_plan_says(name: str) -> None:
     puzzle = scenes_synthetic.build(name)
