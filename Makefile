@@ -52,8 +52,8 @@ test: setup system-tests $(DEV) $(NODE) ## a test of every promise, in minutes: 
 test-slow: pytest-slow test-machines kernel-check soak-short e2e ## the rest, in less than an hour: slow tests, other machines, kernels under oclgrind, a short soak, all of the browser
 
 # Machines unlike this one: tests/machines/README.md.
-ON_UNKNOWN_PROCESSOR := tests/device tests/kernels tests/scan/test_engines.py tests/scan/test_tree.py tests/select/test_swap_walks.py
-WITHOUT_OPENCL := tests/select tests/live tests/requirements tests/plan/test_proven_method.py tests/plan/test_plan_network.py
+ON_UNKNOWN_PROCESSOR := tests/device tests/kernels tests/engine/test_engines.py tests/engine/test_tree.py tests/select/test_swap_walks.py
+WITHOUT_OPENCL := tests/select tests/planning/live tests/requirements tests/planning/test_proven_method.py tests/planning/test_plan_network.py
 
 test-machines: setup $(DEV) ## the demo, and a part of the suite, as on an unknown processor and without OpenCL
 	$(BIN)/python tests/machines/demo_everywhere.py $(OUT)/machines

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from planner_core.handover.formats import Format
+    from planner_core.export.formats import Format
 
 _HEAD = """\
 # Formats of the field pack
@@ -23,7 +23,7 @@ read the files back in the tests. Besides these there is `web`, [the viewer](../
 
 def page() -> str:
     """Return the page as Markdown: what each format is, and then an example, its options and what it was read with."""
-    from planner_core.handover.formats import FORMATS
+    from planner_core.export.formats import FORMATS
 
     rows = [_row(each) for each in FORMATS.values()]
     head = "| format | what it is | standard name | pack | made of the scene, too |\n|---|---|---|---|---|"
@@ -44,7 +44,7 @@ def _section(each: Format) -> str:
 
 
 def option_of(field: str) -> str:
-    """Return how the command line spells a field of `planner_core.handover.options.Options`."""
+    """Return how the command line spells a field of `planner_core.export.options.Options`."""
     return "--floor" if field == "floors" else f"--{field.replace('_', '-')}"
 
 

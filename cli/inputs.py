@@ -12,9 +12,9 @@ from .options import METRES_PER_UNIT, Asking, FileOptions, MethodOptions, Settli
 from .output import repairs
 
 if TYPE_CHECKING:
+    from planner_core.engine.scan_engine import ScanEngine
     from planner_core.model import PlanSettings, Requirements, Scene, SettledStation, Site, Survey
     from planner_core.progress import Progress
-    from planner_core.scan.engine import ScanEngine
 
     from .progress import ProgressReporter
 
@@ -51,7 +51,7 @@ def settings(
 ) -> PlanSettings:
     """Return the settings of a plan from the values of `options.problem_options`."""
     from planner_core.model import PlanSettings
-    from planner_core.scan.scanners import load_scanner
+    from planner_core.scanner.catalogue import load_scanner
 
     requirements, site = asked(asking)
     return PlanSettings(
@@ -77,7 +77,7 @@ def asked(asking: Asking) -> tuple[Requirements, Site]:
     RequirementError
         A file or an option that is not understood.
     """
-    from planner_core.ground.site_reading import site_from_mapping
+    from planner_core.positions.site_reading import site_from_mapping
     from planner_core.requirements.read import read_requirements, requirements_from
 
     said: dict[str, object] = {
@@ -136,8 +136,8 @@ def with_settled(problem: PlanSettings, settling: Settling) -> PlanSettings:
     RequirementError, StationListError
         Lists that can't be read, places that are none, one id twice.
     """
-    from planner_core.export.stations_csv import read_station_list
-    from planner_core.ground.site_reading import check_ids, settled_from
+    from planner_core.plan_folder.stations_csv import read_station_list
+    from planner_core.positions.site_reading import check_ids, settled_from
 
     settled = list(problem.site.settled)
     for path, role in ((settling.fixed, "scanned"), (settling.locked, "locked"), (settling.kept, "kept")):
@@ -187,7 +187,7 @@ def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
         Text that is no NAME=VALUE, a search for a method that has none, or options that the method refuses.
     """
     from planner_core.errors import RequirementError
-    from planner_core.plan import check_method
+    from planner_core.planning.plan import check_method
 
     method, search, time_limit_s = choosing.method, choosing.search, choosing.time_limit_s
     if search is not None and method != "paper":
@@ -239,9 +239,9 @@ def open_survey(
 
     `listed_in` says where the user finds the faces that loading dropped.
     """
+    from planner_core.coverage.survey import make_survey
+    from planner_core.engine.scan_engine import open_engine
     from planner_core.progress import ProgressEvent
-    from planner_core.scan.engine import open_engine
-    from planner_core.survey import make_survey
 
     loaded = load(scene, reading, progress=reporter.show)
     of_scene = (*repairs(loaded.report, listed_in=listed_in), *loaded.report.warnings)

@@ -185,8 +185,8 @@ def _as_text(value: Any) -> str:
 def _print_method_options(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     if not wanted or ctx.resilient_parsing:
         return
-    from planner_core.method_options import option_list
-    from planner_core.paper import PaperSettings
+    from planner_core.model.options import option_list
+    from planner_core.paper.pipeline import PaperSettings
     from planner_core.select.proven import SelectionSettings
 
     from .output import table

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def show(document: dict[str, Any]) -> None:
     """Print the figures of a plan.json document, each with what it is a figure of."""
-    from planner_core.handover.sheets.words import reached_percent
+    from planner_core.export.sheets.words import reached_percent
 
     coverage, asks = document["coverage"], document["requirements"]
     scanner = document["scanner"]
@@ -63,7 +63,7 @@ def show(document: dict[str, Any]) -> None:
 
 def _registration(document: dict[str, Any]) -> str:
     """Return how the stations hang together, in a line."""
-    from planner_core.register.weak_motion import overlap_percent
+    from planner_core.network.weak_motion import overlap_percent
 
     registration = document["registration"]
     least = registration["min_strength"]
@@ -99,7 +99,7 @@ def _hours(seconds: float) -> str:
 
 def finish(plan: Plan, folder: Path | None, *, as_json: bool, quiet: bool) -> None:
     """Print what a plan is worth: plan.json's document, or the summary and where the folder is, or nothing."""
-    from planner_core.export.plan_json import plan_document
+    from planner_core.plan_folder.plan_json import plan_document
 
     document = plan_document(plan, folder)
     if as_json:

@@ -2,7 +2,7 @@
  *
  * Purpose    The whole loop on the device: random start, mating pool, crossover, mutation, ranking, replacement, the best
  *            solution and the decision to stop. The host queues generations and looks at `state` now and then.
- * Source     López et al. 2023, section 3.6 and Table 3. planner_core/genetic/operators.py is the same in NumPy, and gives
+ * Source     López et al. 2023, section 3.6 and Table 3. planner_core/paper/genetic/operators.py is the same in NumPy, and gives
  *            the same bits: whole numbers alone, random numbers by counter (genetic_random.h).
  *
  * A generation   fill_pool -> breed -> mend -> cover (genetic_cover.cl) -> judge -> find_twins, bar_twins if asked for
@@ -199,7 +199,7 @@ kernel void mend(global const ulong *rules, global const int *state, int n, glob
     }
 }
 
-/* The key of the objectives: see planner_core/genetic/objective.py. missing: ticks that targets lack, added up. */
+/* The key of the objectives: see planner_core/paper/genetic/objective.py. missing: ticks that targets lack, added up. */
 static inline long key_of(global const ulong *rules, long covered, long active, long missing)
 {
     const long n = (long)rules[RULE_GENES], total = (long)rules[RULE_TOTAL];

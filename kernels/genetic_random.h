@@ -1,4 +1,4 @@
-/* Random numbers by counter: Philox4x32-10, the same in planner_core/genetic/philox.py.
+/* Random numbers by counter: Philox4x32-10, the same in planner_core/paper/genetic/philox.py.
  *
  * Purpose    A number is a function of (seed, iteration, purpose, individual, draw), in whole numbers alone: the same on
  *            every device, in any order, with nothing carried on.
@@ -7,7 +7,7 @@
 #ifndef TLSPLAN_GENETIC_RANDOM_H
 #define TLSPLAN_GENETIC_RANDOM_H
 
-/* planner_core.genetic.philox.Purpose */
+/* planner_core.paper.genetic.philox.Purpose */
 #define DRAW_RATE 0
 #define DRAW_GENE 1
 #define DRAW_TOURNAMENT 2

@@ -1,6 +1,6 @@
 /* Stable radix sort of 64-bit keys, each with a 32-bit value.
  *
- * Purpose    Orders triangles along the Morton curve (planner_core.scan.tree); of use for anything that needs an order.
+ * Purpose    Orders triangles along the Morton curve (planner_core.engine.tree); of use for anything that needs an order.
  * Algorithm  Least significant digit first. A pass counts the digits of every chunk, turns the counts into places, and
  *            moves the elements there, chunk by chunk in order: the result is THE stable order, whatever the chunks.
  * Indices    chunk c owns elements [first_of(c), first_of(c + 1)); counts[digit * n_chunks + c].

@@ -2,7 +2,7 @@
  *
  * Purpose    Tiles hold neighbours in direction, which need not be neighbours in the image: rows may be shifted against
  *            one another, a turn ends where it began, and the last tile of a row is seldom full. The host
- *            (planner_core/scan/tiles.py) decides; kernels that write a beam's result or count it ask here.
+ *            (planner_core/engine/tiles.py) decides; kernels that write a beam's result or count it ask here.
  * Layout     places[(k * PACKETS + p) * 2 + ...] for packet p of tile k: 0: where lane 0 lies, row * columns + column;
  *            column may be negative where lane 0 is no beam; 1: bytes begin, end, wrap. Lanes from begin to before end are
  *            beams, every beam of the template in one packet alone; the others repeat a beam of the tile and are

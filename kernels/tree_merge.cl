@@ -13,7 +13,7 @@
  *            halves[2 k], halves[2 k + 1]; a node's number is greater than those of its halves until it is built anew.
  *            Clusters: boxes (6, stride), see tree_clusters.h; id (n), number in the binary tree; size (n), level times 128
  *            plus units.
- *            Launched by planner_core.scan.tree_clusters. NDRange (n_chunks) unless said otherwise, any local size.
+ *            Launched by planner_core.engine.tree_clusters. NDRange (n_chunks) unless said otherwise, any local size.
  *
  * Define   meaning                                                              example
  * PAD      see tree_clusters.h; at least radius + LANES                         -DPAD=32

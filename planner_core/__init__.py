@@ -2,5 +2,5 @@
 
 Input is a scene file and what the client asked; output is a plan folder. The library never prints and never exits:
 progress goes through callbacks (`planner_core.progress`), faults through exceptions (`planner_core.errors`).
-Open `planner_core.plan` first: it shows the whole flow on one page.
+Open `planner_core.planning.plan` first: it shows the whole flow on one page.
 """

@@ -13,11 +13,11 @@ import numpy as np
 from planner_core.device.check import ALL_WELL, SAID
 from planner_core.device.choice import open_unchecked
 from planner_core.device.runtime import Device
+from planner_core.engine.opencl import OpenCLEngine
+from planner_core.engine.patch_mode import PatchMode
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import DeviceError, DeviceMemoryError
 from planner_core.model import BeamTemplate, Patches, Scene
-from planner_core.scan.engine import ScanEngine
-from planner_core.scan.opencl import OpenCLEngine
-from planner_core.scan.patch_mode import PatchMode
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.patches import make_patches
 from planner_core.select.problem import CoverProblem

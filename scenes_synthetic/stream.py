@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.export.atomic import scratch_folder, staged_file
+from planner_core.plan_folder.atomic import scratch_folder, staged_file
 from scenes_synthetic.glb import GlbWriter
 from scenes_synthetic.model import Part
 

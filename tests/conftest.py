@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis.internal.conjecture import providers
 
 from planner_core.device import Device, list_devices, open_device
-from planner_core.scan.open3d import prepare_import
+from planner_core.engine.open3d import prepare_import
 
 # Hypothesis tries numbers and words of our modules: of those that are loaded by then, which is a matter of chance where
 # tests are dealt out to workers. It has no public way to be asked not to.

@@ -13,7 +13,7 @@ import pytest
 
 
 def draw_small(patch: pytest.MonkeyPatch) -> None:
-    from planner_core.export import maps, pictures, sheet  # a while to import, for tests that draw nothing
+    from planner_core.plan_folder import maps, pictures, sheet  # a while to import, for tests that draw nothing
 
     for module in (sheet, maps, pictures):
         patch.setattr(module, "DPI", 20)

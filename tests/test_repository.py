@@ -119,7 +119,7 @@ def test_wheel_holds_kernels_scanners_and_the_built_viewer(wheel: zipfile.ZipFil
     names = set(wheel.namelist())
     for folder, pattern, inside in [
         ("kernels", "*.cl", "planner_core/kernels"),
-        ("planner_core/scan", "**/*.json", "planner_core/scan"),
+        ("planner_core/scanner", "**/*.json", "planner_core/scanner"),
         ("viewer_web/dist", "**/*.*", "viewer_web/dist"),
     ]:
         files = [path.relative_to(ROOT / folder) for path in (ROOT / folder).glob(pattern) if path.is_file()]

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner_core.errors import MissingPackageError, OutputExistsError, PlanFolderError, PlannerError
-from planner_core.export.atomic import staged_folder
-from planner_core.export.carry_over import foreign_entries
-from planner_core.export.plan_json import read_plan_json
+from planner_core.plan_folder.atomic import staged_folder
+from planner_core.plan_folder.carry_over import foreign_entries
+from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.review.store import ReviewStore
 

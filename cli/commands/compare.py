@@ -12,9 +12,9 @@ from ..coordinates import coordinate_options, frame_request
 from ..options import apply, engine_options, output_options, overwrite_option
 
 if TYPE_CHECKING:
-    from planner_core.handover.as_scanned import AsScanned, Rescan
-    from planner_core.handover.source import PlanSource
-    from planner_core.live.live_plan import LivePlan
+    from planner_core.as_scanned.comparison import AsScanned, Rescan
+    from planner_core.plan_folder.plan_source import PlanSource
+    from planner_core.planning.live.live_plan import LivePlan
 
     from ..progress import ProgressReporter
 
@@ -73,15 +73,15 @@ def command(
     Ends with exit code 0 where what was asked is met as far as the plan met it, and 7 where it is not. With -q only
     warnings and that code tell.
     """
-    from planner_core.export.folder import check_output
-    from planner_core.handover.actual_stations import read_actual
-    from planner_core.handover.as_scanned import compare_as_scanned
-    from planner_core.handover.as_scanned_document import as_scanned_document
-    from planner_core.handover.chosen import chosen_floors
-    from planner_core.handover.matching import check_heights, doubts, matched
-    from planner_core.handover.options import Options
-    from planner_core.handover.source import open_plan
-    from planner_core.live.opening import open_live
+    from planner_core.as_scanned.comparison import compare_as_scanned
+    from planner_core.as_scanned.document import as_scanned_document
+    from planner_core.as_scanned.matching import check_heights, doubts, matched
+    from planner_core.as_scanned.station_lists import read_actual
+    from planner_core.export.chosen import chosen_floors
+    from planner_core.export.options import Options
+    from planner_core.plan_folder.folder import check_output
+    from planner_core.plan_folder.plan_source import open_plan
+    from planner_core.planning.live.opening import open_live
 
     from .. import output
     from ..progress import ProgressReporter
@@ -125,7 +125,7 @@ def _has_heights(path: Path) -> bool:
 
 
 def _rescan(live: LivePlan, found: AsScanned, reporter: ProgressReporter) -> Rescan:
-    from planner_core.handover.as_scanned import plan_rescan
+    from planner_core.as_scanned.comparison import plan_rescan
 
     rescan = plan_rescan(live, found, progress=reporter.show)
     reporter.warn(rescan.plan.warnings)
@@ -133,7 +133,7 @@ def _rescan(live: LivePlan, found: AsScanned, reporter: ProgressReporter) -> Res
 
 
 def _write(rescan: Rescan, live: LivePlan, folder: Path, overwrite: bool, reporter: ProgressReporter) -> None:
-    from planner_core.export.folder import write_plan_folder
+    from planner_core.plan_folder.folder import write_plan_folder
 
     write_plan_folder(rescan.plan, folder, engine=live.engine, overwrite=overwrite, progress=reporter.show)
 
@@ -187,7 +187,7 @@ def _fate(row: dict[str, Any]) -> str:
 
 
 def _coverage(document: dict[str, Any]) -> list[str]:
-    from planner_core.handover.sheets.words import reached_percent
+    from planner_core.export.sheets.words import reached_percent
 
     lines: list[str] = []
     for row in document["requirements"]:

@@ -25,7 +25,7 @@ def command(folder: Path, overwrite: bool, **values: Any) -> None:
     """Make a synthetic two-storey house, plan it and write the plan folder."""
     import scenes_synthetic
     from planner_core.errors import OutputExistsError
-    from planner_core.export.folder import check_output
+    from planner_core.plan_folder.folder import check_output
 
     from . import plan as plan_command
 

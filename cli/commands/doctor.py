@@ -106,7 +106,7 @@ def _packages() -> list[Finding]:
             continue
         try:
             if module == "open3d":
-                importlib.import_module("planner_core.scan.open3d").prepare_import()
+                importlib.import_module("planner_core.engine.open3d").prepare_import()
             importlib.import_module(module)
             findings.append(Finding(distribution, True, version))
         except (ImportError, OSError) as error:
@@ -175,7 +175,7 @@ def _start() -> Finding:
 
 def _tiles() -> list[Finding]:
     from planner_core.device import open_device
-    from planner_core.scan.tuning import shape_in_use
+    from planner_core.engine.tuning import shape_in_use
 
     from .tune import name_of
 

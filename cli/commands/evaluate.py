@@ -39,9 +39,9 @@ def command(
     **problem: Any,
 ) -> None:
     """Compute the coverage of a given station list in SCENE: your own plan, or what was really scanned."""
-    from planner_core.evaluate import evaluate_survey
-    from planner_core.export.folder import check_output, write_plan_folder
-    from planner_core.export.stations_csv import read_station_list
+    from planner_core.plan_folder.folder import check_output, write_plan_folder
+    from planner_core.plan_folder.stations_csv import read_station_list
+    from planner_core.planning.evaluate import evaluate_survey
 
     from .. import inputs, summary
     from ..progress import ProgressReporter

@@ -14,8 +14,8 @@ from ..options import apply, output_options, overwrite_option
 
 if TYPE_CHECKING:
     from planner_core.coordinates.request import FrameRequest
-    from planner_core.handover.formats import Written
-    from planner_core.handover.options import Options
+    from planner_core.export.formats import Written
+    from planner_core.export.options import Options
     from planner_core.progress import Progress
 
 WEB = "web"
@@ -35,7 +35,7 @@ def _metres(_: click.Context, option: click.Parameter, text: str | None) -> tupl
     return None if text is None else tuple(numbers(text, option.opts[0], "E,N,H", (3,)))
 
 
-#: Options of formats: one line each, named as the field of `planner_core.handover.options.Options` that it sets.
+#: Options of formats: one line each, named as the field of `planner_core.export.options.Options` that it sets.
 #: Where it is not given, the field's own default holds.
 FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
     "columns": click.option(
@@ -100,7 +100,7 @@ def _format_options(function: Any) -> Any:
 def _list(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     if not wanted or ctx.resilient_parsing:
         return
-    from planner_core.handover.formats import FORMATS
+    from planner_core.export.formats import FORMATS
 
     from ..output import table
 
@@ -111,7 +111,7 @@ def _list(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
 
 
 def _names(_: click.Context, __: click.Parameter, text: str) -> tuple[str, ...]:
-    from planner_core.handover.formats import ALL, FORMATS
+    from planner_core.export.formats import ALL, FORMATS
 
     names = tuple(name.strip() for name in text.split(","))
     for name in names:
@@ -202,7 +202,7 @@ def _hand_over(
     frame: FrameRequest,
     progress: Progress,
 ) -> Written:
-    from planner_core.handover.formats import ALL, hand_over, hand_over_pack
+    from planner_core.export.formats import ALL, hand_over, hand_over_pack
 
     said: dict[str, Any] = {"overwrite": overwrite, "scene": scene, "frame": frame, "progress": progress}
     if len(names) == 1 and names[0] != ALL:
@@ -211,7 +211,7 @@ def _hand_over(
 
 
 def _web(plan: Path, folder: Path, overwrite: bool, progress: Progress) -> Written:
-    from planner_core.handover.formats import Written
+    from planner_core.export.formats import Written
     from viewer_web.static_export import export_viewer
 
     exported = export_viewer(plan, folder, overwrite=overwrite, progress=progress)
@@ -220,8 +220,8 @@ def _web(plan: Path, folder: Path, overwrite: bool, progress: Progress) -> Writt
 
 def _options(names: tuple[str, ...], told: dict[str, Any]) -> Options:
     """Return what is told of formats; refuses what none of the chosen formats takes."""
-    from planner_core.handover.formats import formats_named
-    from planner_core.handover.options import Options
+    from planner_core.export.formats import formats_named
+    from planner_core.export.options import Options
 
     given = {name: told[name] for name in FORMAT_OPTIONS if told[name] not in (None, ())}
     taken = {field for each in formats_named([n for n in names if n != WEB]) for field in each.options}

@@ -54,8 +54,8 @@ def run(
     **problem: Any,
 ) -> None:
     """Plan, write the folder and print the summary; `demo` calls this too."""
-    from planner_core.export.folder import check_output, write_plan_folder
-    from planner_core.plan import plan_survey
+    from planner_core.plan_folder.folder import check_output, write_plan_folder
+    from planner_core.planning.plan import plan_survey
 
     from .. import inputs, summary
     from ..progress import ProgressReporter

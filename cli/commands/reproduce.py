@@ -22,7 +22,7 @@ from ..options import overwrite_option, quiet_option, seed_option
 def command(names: tuple[str, ...], folder: Path, full: bool, seed: int, overwrite: bool, quiet: bool) -> None:
     """Run FIGUREs of the method paper again and write what came out; `all` runs every one, no name lists them."""
     from planner_core.errors import OutputExistsError, RequirementError
-    from planner_core.export.atomic import scratch_folder
+    from planner_core.plan_folder.atomic import scratch_folder
 
     from .. import output
     from ..progress import ProgressReporter

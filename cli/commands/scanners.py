@@ -16,11 +16,11 @@ from ..options import json_option
 
 if TYPE_CHECKING:
     from planner_core.model import Scanner
-    from planner_core.scan.scanner_modes import ScanMode
+    from planner_core.scanner.modes import ScanMode
 
 _HEAD = """# Scanners
 
-Written by `python -m tlsplan.commands.scanners docs/reference/scanners.md` from the files in `planner_core/scan/`.
+Written by `python -m tlsplan.commands.scanners docs/reference/scanners.md` from the files in `planner_core/scanner/`.
 `--scanner NAME` takes the default mode, in bold here; `NAME:MODE` another; `NAME:6mm` any spacing at 10 m. What the
 keys mean, and how to add your own: [scanner files](../formats/scanner.md).
 
@@ -38,7 +38,7 @@ check them against the data sheet, or write a [file of your own](../formats/scan
 @json_option
 def command(as_json: bool) -> None:
     """List the scanners that --scanner knows by name."""
-    from planner_core.scan.scanners import list_scanners
+    from planner_core.scanner.catalogue import list_scanners
 
     from .. import output
 
@@ -65,7 +65,7 @@ def command(as_json: bool) -> None:
 
 
 def _modes(scanner: Scanner) -> tuple[ScanMode, ...]:
-    from planner_core.scan.scanners import scan_modes
+    from planner_core.scanner.catalogue import scan_modes
 
     return scan_modes(scanner.name)
 
@@ -106,7 +106,7 @@ def _document(scanner: Scanner) -> dict[str, Any]:
 
 
 def _mode_document(mode: ScanMode, scanner: Scanner) -> dict[str, Any]:
-    from planner_core.scan.scanner_modes import grid_of
+    from planner_core.scanner.modes import grid_of
 
     grid = grid_of(mode, field_rad=scanner.elevation_rad[0] - scanner.elevation_rad[-1])
     return {
@@ -136,7 +136,7 @@ def _degrees(angle_rad: float) -> float:
 # ------------------------------------------------------------------------------------------- the page
 def reference_page() -> str:
     """Return docs/reference/scanners.md: tables of all scanners that come along, and where their figures are from."""
-    from planner_core.scan.scanners import list_scanners, scanner_title
+    from planner_core.scanner.catalogue import list_scanners, scanner_title
 
     documents = [_document(scanner) for scanner in list_scanners()]
     titles = {d["name"]: scanner_title(d["name"]) for d in documents}

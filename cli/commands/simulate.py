@@ -47,12 +47,12 @@ def command(
     quiet: bool,
 ) -> None:
     """Simulate the scans of a station list in SCENE: range images and point clouds, one a station."""
-    from planner_core.evaluate import place_stations
-    from planner_core.export.stations_csv import read_station_list
-    from planner_core.ground.free_space import free_space
-    from planner_core.handover.clouds.simulated import simulated_clouds, write_simulated_scans
+    from planner_core.export.clouds.simulated import simulated_clouds, write_simulated_scans
     from planner_core.model import PlanSettings
-    from planner_core.scan.scanners import load_scanner
+    from planner_core.plan_folder.stations_csv import read_station_list
+    from planner_core.planning.evaluate import place_stations
+    from planner_core.positions.free_space import free_space
+    from planner_core.scanner.catalogue import load_scanner
 
     from .. import inputs, output
     from ..progress import ProgressReporter

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from planner_core.device import Device
+    from planner_core.engine.measure_shapes import ShapeTimes
     from planner_core.model import FloatArray
-    from planner_core.scan.measure_shapes import ShapeTimes
     from scenes_synthetic.model import SyntheticScene
 
     from ..progress import ProgressReporter
@@ -116,11 +116,11 @@ def _tune(opened: Device, quick: bool, reporter: ProgressReporter) -> _Tuned:
 
     import numpy as np
 
-    from planner_core.scan import tuning
-    from planner_core.scan.measure_shapes import measure_shapes
-    from planner_core.scan.opencl import OpenCLEngine
-    from planner_core.scan.scanners import load_scanner
-    from planner_core.scan.template import make_template
+    from planner_core.engine import tuning
+    from planner_core.engine.measure_shapes import measure_shapes
+    from planner_core.engine.opencl import OpenCLEngine
+    from planner_core.scanner.catalogue import load_scanner
+    from planner_core.scanner.template import make_template
     from planner_core.scene.patches import make_patches
     from scenes_synthetic import build
 

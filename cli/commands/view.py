@@ -38,8 +38,8 @@ def command(
     The address that is printed holds a token: who has it can read the plan and change its review.
     """
     from planner_core.errors import PlanFolderError
-    from planner_core.export.plan_json import read_plan_json
-    from planner_core.export.plan_settings import find_scene
+    from planner_core.plan_folder.plan_json import read_plan_json
+    from planner_core.plan_folder.plan_settings import find_scene
     from planner_core.review.store import ReviewStore
     from viewer_web.server import serve
     from viewer_web.server.live_side import opening_goes_on

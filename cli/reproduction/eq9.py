@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner_core.genetic import GeneticSettings, select_genetic
 from planner_core.model import FloatArray
+from planner_core.paper.genetic import GeneticSettings, select_genetic
 from planner_core.select.problem import CoverProblem, Target, cover_problem
 
 from .charts import COLOURS, chart, label

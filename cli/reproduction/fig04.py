@@ -6,13 +6,13 @@ from typing import Literal
 
 import numpy as np
 
-from planner_core.metrics.triangle_points import (
+from planner_core.model import FloatArray
+from planner_core.paper.triangle_points import (
     SampleKind,
     mean_distance_m,
     mean_squared_distance_m2,
     sample_triangle,
 )
-from planner_core.model import FloatArray
 
 from .charts import COLOURS, chart, label
 from .figure import Bench, Outcome, Picture

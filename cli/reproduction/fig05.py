@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner_core.metrics.point_distribution import PointDistribution
 from planner_core.model import FloatArray
+from planner_core.paper.point_distribution import PointDistribution
 
 from .charts import chart, draw_walls, label
 from .figure import Bench, Outcome

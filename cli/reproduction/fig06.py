@@ -6,9 +6,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from planner_core.metrics.circles import shared_fraction
 from planner_core.model import FloatArray
-from planner_core.register.occupancy import Cell, filled_share, occupancy_grid
+from planner_core.paper.circles import shared_fraction
+from planner_core.paper.occupancy import Cell, filled_share, occupancy_grid
 
 from .charts import COLOURS, chart, label
 from .figure import Bench, Outcome, Picture

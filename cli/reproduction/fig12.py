@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.model import Int64Array
-from planner_core.search import SearchResult, SearchSettings
-from planner_core.search.thinning import one_per_cell
+from planner_core.paper.search import SearchResult, SearchSettings
+from planner_core.paper.search.thinning import one_per_cell
 
 from .charts import COLOURS, chart, draw_walls, label
 from .figure import Bench, Outcome

@@ -9,10 +9,10 @@ from typing import Any, Literal
 import numpy as np
 
 import scenes_synthetic
-from planner_core.genetic import GeneticResult, GeneticSettings, select_genetic
 from planner_core.model import BoolArray, FloatArray, Int64Array, Visibility
+from planner_core.paper.genetic import GeneticResult, GeneticSettings, select_genetic
+from planner_core.paper.search import SearchResult, SearchSettings
 from planner_core.scene.patches import patch_triangles
-from planner_core.search import SearchResult, SearchSettings
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import CoverProblem, Target, cover_problem
 from scenes_synthetic.model import Room

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from planner_core.metrics.point_distribution import PointDistribution
 from planner_core.model import FloatArray
-from planner_core.register.overlap import components, overlap_links, surface_of_patches
-from planner_core.register.overlap_repair import OverlapRepair, repair_overlap, station_overlaps
-from planner_core.search.thinning import best_apart
+from planner_core.network.overlap import components, overlap_links, surface_of_patches
+from planner_core.paper.overlap_repair import OverlapRepair, repair_overlap, station_overlaps
+from planner_core.paper.point_distribution import PointDistribution
+from planner_core.paper.search.thinning import best_apart
 
 from .charts import COLOURS, chart, draw_walls
 from .figure import Bench, Outcome, Picture

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from planner_core.model import FloatArray
-from planner_core.search import SearchResult, SearchSettings, search
+from planner_core.paper.search import SearchResult, SearchSettings, search
 
 from .charts import COLOURS, chart, label
 from .figure import Bench, Outcome, Picture

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner_core.genetic import GeneticSettings, select_genetic
+from planner_core.paper.genetic import GeneticSettings, select_genetic
 from planner_core.select.problem import CoverProblem, Target, cover_problem
 
 from .charts import COLOURS, chart, label

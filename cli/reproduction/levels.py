@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import scenes_synthetic
-from planner_core.candidates.grid import N_HALVINGS, find_candidates
-from planner_core.export.section_view import CUT_HEIGHT_M, section_lines
+from planner_core.coverage.survey import make_survey
+from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, Scanner, Scene, Survey
-from planner_core.scan.engine import ScanEngine, open_engine
-from planner_core.scan.scanners import load_scanner
-from planner_core.survey import make_survey
+from planner_core.plan_folder.section_view import CUT_HEIGHT_M, section_lines
+from planner_core.positions.grid import N_HALVINGS, find_candidates
+from planner_core.scanner.catalogue import load_scanner
 
 if TYPE_CHECKING:
     from .figure import Bench

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner_core.metrics.point_distribution import PointDistribution
 from planner_core.model import FloatArray
-from planner_core.search import SearchResult, SearchSettings, search
-from planner_core.search.station_fitness import StationFitness
+from planner_core.paper.point_distribution import PointDistribution
+from planner_core.paper.search import SearchResult, SearchSettings, search
+from planner_core.paper.search.station_fitness import StationFitness
 
 from .figure import Bench
 from .levels import Level

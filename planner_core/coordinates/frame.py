@@ -45,7 +45,7 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
     Parameters
     ----------
     document
-        Of `planner_core.export.plan_json.read_plan_json`.
+        Of `planner_core.plan_folder.plan_json.read_plan_json`.
     request
         None: nobody asks for coordinates yet; what is wrong with those of the scene file is a warning.
 

@@ -1,1 +1,1 @@
-"""Handing a plan over: the plan folder, its USD stage, clouds, lists, maps and report."""
+"""A plan in the formats of other programs: instruments, drawings, GIS, point clouds, BIM, robots."""

@@ -58,10 +58,10 @@ class PlanSettings:
     ground_ring_radius_m: float = 0.2
     n_ground_ring_rays: int = 16
     special_places: bool = True
-    """Doorways, middles of rooms and landings besides the grid, see `planner_core.ground.places`."""
+    """Doorways, middles of rooms and landings besides the grid, see `planner_core.positions.places`."""
     max_patch_area_m2: float = 0.04
     scan_mode: str = "auto"
-    """What candidates are judged by: `beams`, `patches` (samples of patches, see `planner_core.scan.patch_mode`), or
+    """What candidates are judged by: `beams`, `patches` (samples of patches, see `planner_core.engine.patch_mode`), or
     `auto`: patches for scanners of very many beams."""
     site: Site = field(default_factory=Site)
     refine: bool = True

@@ -10,9 +10,11 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from planner_core.coverage.coverage import take_rows, times_seen
+from planner_core.coverage.levels import Sights, sights_meeting
+from planner_core.coverage.survey import visible_from
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
-from planner_core.metrics.coverage import take_rows, times_seen
-from planner_core.metrics.levels import Sights, sights_meeting
 from planner_core.model import (
     Asked,
     BoolArray,
@@ -28,9 +30,7 @@ from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import OVERALL, Goal, goals_of
 from planner_core.requirements.sights import sights_in_batches
 from planner_core.requirements.wording import area_in_words, asked_in_words, figure_in_words, name_of
-from planner_core.scan.engine import ScanEngine
 from planner_core.select.problem import Target
-from planner_core.survey import visible_from
 
 #: Numbers of stacked patches are int32.
 _MOST_STACKED = 2**31 - 1

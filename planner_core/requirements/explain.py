@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.metrics.coverage import MIN_UNSEEN_M2, times_seen
+from planner_core.coverage.coverage import MIN_UNSEEN_M2, times_seen
 from planner_core.model import BoolArray, Int64Array, Survey
 from planner_core.requirements.demand import Demand, blamed
 from planner_core.requirements.goals import Goal

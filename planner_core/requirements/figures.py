@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner_core.metrics.coverage import times_seen
+from planner_core.coverage.coverage import times_seen
 from planner_core.model import Int32Array, Loss, PartResult, Visibility
 from planner_core.requirements.demand import Demand, Rows
 from planner_core.requirements.wording import area_in_words, asked_in_words

@@ -10,13 +10,13 @@ from difflib import get_close_matches
 
 import numpy as np
 
+from planner_core.coverage.coverage import floor_of_patch
+from planner_core.coverage.survey import planned_floors, scope_of
 from planner_core.errors import RequirementError
-from planner_core.ground.outlines import over_polygon
-from planner_core.metrics.coverage import floor_of_patch
 from planner_core.model import Asked, BoolArray, FloatArray, Floor, PartRequirement, PlanSettings, Scene, Survey
+from planner_core.positions.outlines import over_polygon
 from planner_core.requirements.patterns import fits
 from planner_core.scene.patches import patch_triangles
-from planner_core.survey import planned_floors, scope_of
 
 #: Name of what is asked of everything that is planned.
 OVERALL = "overall"

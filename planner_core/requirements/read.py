@@ -13,8 +13,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.ground.outlines import LEAST_AREA_M2, area_of_outline_m2, crossing_sides
 from planner_core.model import NETWORKS, Asked, PartRequirement, Requirements
+from planner_core.positions.outlines import LEAST_AREA_M2, area_of_outline_m2, crossing_sides
 from planner_core.requirements.document import read_document
 from planner_core.requirements.quantities import (
     angle_rad,
@@ -44,7 +44,7 @@ _MOST_PARTS, _MOST_CORNERS, _MOST_NAMES, _MOST_LETTERS = 200, 10_000, 1000, 200
 def read_requirements(
     path: Path | str, *, instead: Mapping[str, object] | None = None
 ) -> tuple[Requirements, dict[str, Any]]:
-    """Read a file of requirements, and its entry `site` as it is, for `planner_core.ground.site_reading`.
+    """Read a file of requirements, and its entry `site` as it is, for `planner_core.positions.site_reading`.
 
     Parameters
     ----------

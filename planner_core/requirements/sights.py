@@ -9,12 +9,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from planner_core.coverage.levels import Sights, with_noise
+from planner_core.coverage.looking import looks_in_batches
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
-from planner_core.metrics.levels import Sights, with_noise
-from planner_core.metrics.looking import looks_in_batches
 from planner_core.model import FloatArray, PlanSettings, Requirements, Survey
 from planner_core.progress import Progress, silent
-from planner_core.scan.engine import ScanEngine
 
 
 def check_noise(settings: PlanSettings) -> None:
@@ -42,7 +42,7 @@ def sights_from(
 ) -> Sights:
     """How each of positions (N, 3), local frame, sees each patch: by beams or by samples, as `settings.scan_mode` says.
 
-    The rows are those of `planner_core.survey.visible_from`; noise is there where the requirements ask for it. 20 bytes
+    The rows are those of `coverage.survey.visible_from`; noise is there where the requirements ask for it. 20 bytes
     a sight, 24 with noise: where thousands of positions see many patches, `sights_in_batches` needs less.
 
     Raises

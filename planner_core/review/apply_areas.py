@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 
 from planner_core.errors import ReviewError
-from planner_core.ground.outlines import area_of_outline_m2, crossing_sides
 from planner_core.model.review import Review, Zone
 from planner_core.model.site import GroundPick
+from planner_core.positions.outlines import area_of_outline_m2, crossing_sides
 from planner_core.review.changes import (
     AddZone,
     Allow,

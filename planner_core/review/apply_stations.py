@@ -5,8 +5,8 @@ from __future__ import annotations
 import dataclasses
 
 from planner_core.errors import ReviewError
-from planner_core.export.station_marks import prim_names_of_ids
 from planner_core.model.review import PlanUnderReview, Review, ReviewedStation, StationEdit, check_id
+from planner_core.plan_folder.station_marks import prim_names_of_ids
 from planner_core.review.changes import (
     AS_NOW,
     AddStation,

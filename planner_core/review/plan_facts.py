@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from planner_core.errors import PlanFolderError, ReviewError
-from planner_core.export.plan_json import read_plan_json
 from planner_core.model.review import PlanUnderReview, Point, ReviewedStation, check_point
+from planner_core.plan_folder.plan_json import read_plan_json
 
 
 def plan_under_review(plan_folder: Path) -> PlanUnderReview:

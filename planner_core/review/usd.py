@@ -10,7 +10,7 @@ import re
 from typing import Any
 
 from planner_core.errors import PlanFolderError
-from planner_core.export.sdf_authoring import Layer, Tf, new_layer
+from planner_core.plan_folder.sdf_authoring import Layer, Tf, new_layer
 
 SCHEMA = "tlsplan/review/1"
 

@@ -12,8 +12,6 @@ from functools import partial
 from typing import Any, TypeVar
 
 from planner_core.errors import ReviewError
-from planner_core.export.sdf_authoring import Layer, Tf
-from planner_core.export.station_marks import prim_names_of_ids
 from planner_core.model.review import (
     Comment,
     ForbiddenPlace,
@@ -29,6 +27,8 @@ from planner_core.model.review import (
     check_id,
 )
 from planner_core.model.site import GroundPick
+from planner_core.plan_folder.sdf_authoring import Layer, Tf
+from planner_core.plan_folder.station_marks import prim_names_of_ids
 from planner_core.review import usd
 from planner_core.review.rules import rounded_height_m, rounded_m
 

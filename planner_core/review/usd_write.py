@@ -14,24 +14,6 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import PlanFolderError
-from planner_core.export.palette import STATION
-from planner_core.export.sdf_authoring import (
-    TYPES,
-    Layer,
-    Sdf,
-    Tf,
-    define,
-    int_array,
-    over,
-    put,
-    put_colours,
-    put_extent,
-    put_transform,
-    vec3f_array,
-)
-from planner_core.export.station_marks import prim_names_of_ids
-from planner_core.export.usd_stage import empty_review
-from planner_core.export.usd_stations import MARKER_RADIUS_M
 from planner_core.model.review import (
     Comment,
     ForbiddenPlace,
@@ -45,6 +27,24 @@ from planner_core.model.review import (
     Zone,
 )
 from planner_core.model.site import GroundPick
+from planner_core.plan_folder.palette import STATION
+from planner_core.plan_folder.sdf_authoring import (
+    TYPES,
+    Layer,
+    Sdf,
+    Tf,
+    define,
+    int_array,
+    over,
+    put,
+    put_colours,
+    put_extent,
+    put_transform,
+    vec3f_array,
+)
+from planner_core.plan_folder.station_marks import prim_names_of_ids
+from planner_core.plan_folder.usd_stage import empty_review
+from planner_core.plan_folder.usd_stations import MARKER_RADIUS_M
 from planner_core.review import usd
 
 OUTLINE_WIDTH_M = 0.04

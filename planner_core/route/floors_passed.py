@@ -9,8 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from planner_core.ground.free_space import FreeSpace
 from planner_core.model import FloatArray, Int32Array, Int64Array
+from planner_core.positions.free_space import FreeSpace
 
 #: A straight walk may run this far above or below the ground: over the nosings of a flight of stairs.
 _OFF_GROUND_M = 0.5

@@ -40,7 +40,7 @@ GRAPH_DETOUR = 1.03
 
 
 class RowOfDistances(Protocol):
-    """Walking distances from one of many places, such as `planner_core.ground.walking.WalkingFrom`."""
+    """Walking distances from one of many places, such as `planner_core.positions.walking.WalkingFrom`."""
 
     def row(self, place: int) -> FloatArray:
         """(P,) metres from one place to all; inf where there is no way."""

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.ground.reach import ARM_M, Reach, stand_nodes
-from planner_core.ground.walking import Walking
 from planner_core.model import BoolArray, FloatArray, Int32Array, Leg, Route, Site
+from planner_core.positions.reach import ARM_M, Reach, stand_nodes
+from planner_core.positions.walking import Walking
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.route.floors_passed import pieces_by_floor
 from planner_core.route.order import N_KICKS, visiting_order

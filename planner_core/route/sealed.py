@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner_core.ground.reach import Reach
 from planner_core.model import SealedArea
+from planner_core.positions.reach import Reach
 
 
 def sealed_areas(reach: Reach) -> tuple[SealedArea, ...]:

@@ -35,9 +35,9 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.genetic.layout import classes_of
 from planner_core.model import BoolArray, FloatArray, Int64Array
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.select.bit_rows import classes_of
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import BOUND_UNIT
 

@@ -1,6 +1,6 @@
 """Which candidates can be registered with each other, and how the chosen ones have to hang together.
 
-Made by `planner_core.register.candidate_links` from overlap and strength of links; selection only sees a graph.
+Made by `planner_core.network.candidate_links` from overlap and strength of links; selection only sees a graph.
 
 A set of candidates hangs together where the links between them join all that are of one part. With `loops` none of
 these links may be a bridge (one whose failure parts what it joined), but for two exceptions: the only link of a part

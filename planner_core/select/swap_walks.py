@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from planner_core.device import Buffer, Device, list_devices, open_device
 from planner_core.errors import DeviceError
-from planner_core.genetic.layout import classes_of
 from planner_core.model import Int32Array, Int64Array
+from planner_core.select.bit_rows import classes_of
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
 

@@ -25,10 +25,10 @@ from pathlib import Path
 import numpy as np
 
 import scenes_synthetic
-from planner_core.evaluate import evaluate_stations
-from planner_core.export.plan_json import plan_text
-from planner_core.export.stations_csv import GivenStation
 from planner_core.model import PlanSettings, Requirements, Scanner
+from planner_core.plan_folder.plan_json import plan_text
+from planner_core.plan_folder.stations_csv import GivenStation
+from planner_core.planning.evaluate import evaluate_stations
 from planner_core.scene.load import load_scene
 
 #: Rows and columns of beams: 10 and 100 million.

@@ -23,12 +23,12 @@ from bench_scan import IFC_FOLDER, PATCH_AREA_M2, Watch, office, open3d, station
 
 from planner_core.device import Device, list_devices, pocl, problem_of_device
 from planner_core.device.choice import open_unchecked
+from planner_core.engine.open3d import Open3DEngine
+from planner_core.engine.opencl import OpenCLEngine
+from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BeamTemplate, Scene, Visibility
-from planner_core.scan.engine import ScanEngine
-from planner_core.scan.open3d import Open3DEngine
-from planner_core.scan.opencl import OpenCLEngine
-from planner_core.scan.scanners import load_scanner
-from planner_core.scan.template import directions, make_template
+from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.template import directions, make_template
 from planner_core.scene.load import load_scene
 from planner_core.scene.patches import make_patches
 

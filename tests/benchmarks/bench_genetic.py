@@ -34,17 +34,17 @@ from pathlib import Path
 import numpy as np
 
 import scenes_synthetic
-from planner_core.candidates.grid import find_candidates
+from planner_core.coverage.coverage import floor_of_patch
+from planner_core.coverage.survey import make_survey, planned_floors, scope_of, visible_from
 from planner_core.device import Device, open_device
-from planner_core.genetic import GeneticSettings, select_genetic
-from planner_core.metrics.coverage import floor_of_patch
+from planner_core.engine.opencl import OpenCLEngine
 from planner_core.model import PlanSettings, Scene
-from planner_core.scan.opencl import OpenCLEngine
-from planner_core.scan.scanners import load_scanner
+from planner_core.paper.genetic import GeneticSettings, select_genetic
+from planner_core.positions.grid import find_candidates
+from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import load_scene
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import CoverProblem, cover_problem, floor_targets
-from planner_core.survey import make_survey, planned_floors, scope_of, visible_from
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 IFC_FOLDER = REPOSITORY.parent / "shared" / "data" / "ifc"

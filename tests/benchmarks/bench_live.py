@@ -26,19 +26,19 @@ import numpy as np
 from fastapi import FastAPI
 
 import scenes_synthetic
-from planner_core.export.plan_json import plan_text
-from planner_core.export.viewer_layers import layer_files
-from planner_core.live.draft import DraftStation
-from planner_core.live.live_plan import LivePlan
-from planner_core.live.opening import open_live
+from planner_core.coverage.survey import make_survey
+from planner_core.engine.patch_mode import scan_mode_of
+from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings, Review
-from planner_core.plan import plan_survey
+from planner_core.plan_folder.plan_json import plan_text
+from planner_core.plan_folder.viewer_layers import layer_files
+from planner_core.planning.live.draft import DraftStation
+from planner_core.planning.live.live_plan import LivePlan
+from planner_core.planning.live.opening import open_live
+from planner_core.planning.plan import plan_survey
 from planner_core.review.plan_facts import plan_under_review
-from planner_core.scan.engine import open_engine
-from planner_core.scan.patch_mode import scan_mode_of
-from planner_core.scan.scanners import load_scanner
+from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import load_scene
-from planner_core.survey import make_survey
 from viewer_web.server.live_api import create_live_router
 from viewer_web.server.live_side import LiveSide
 

@@ -30,15 +30,15 @@ from pathlib import Path
 import numpy as np
 
 import scenes_synthetic
-from planner_core.candidates.grid import find_candidates
+from planner_core.coverage.survey import make_survey
 from planner_core.device import open_device
+from planner_core.engine.opencl import OpenCLEngine
+from planner_core.engine.patch_mode import AUTO_PATCHES_BEAMS, PatchMode
+from planner_core.engine.patch_samples import places_of, sample_pattern, view_of
 from planner_core.model import BeamTemplate, Patches, PlanSettings, Scene
-from planner_core.scan.opencl import OpenCLEngine
-from planner_core.scan.patch_mode import AUTO_PATCHES_BEAMS, PatchMode
-from planner_core.scan.patch_samples import places_of, sample_pattern, view_of
-from planner_core.scan.scanners import load_scanner
+from planner_core.positions.grid import find_candidates
+from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import load_scene
-from planner_core.survey import make_survey
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 IFC_FOLDER = REPOSITORY.parent / "shared" / "data" / "ifc"

@@ -27,13 +27,14 @@ import numpy as np
 from planning_cases import Case, cases
 from planning_page import page
 
-from planner_core.choose import selection_settings
-from planner_core.ground.places import Places, find_places
+from planner_core.coverage.survey import make_survey, planned_floors
+from planner_core.engine.scan_engine import ScanEngine, device_of, open_engine
 from planner_core.model import Survey
-from planner_core.paper import PaperSettings, paper_settings, repair, select_by_genes
-from planner_core.pool import Pool, make_pool
-from planner_core.refine import WORK_SHARE, Refined, refine
-from planner_core.scan.engine import ScanEngine, device_of, open_engine
+from planner_core.paper.pipeline import PaperSettings, paper_settings, repair, select_by_genes
+from planner_core.planning.choose import selection_settings
+from planner_core.planning.pool import Pool, make_pool
+from planner_core.planning.refine import WORK_SHARE, Refined, refine
+from planner_core.positions.places import Places, find_places
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import LARGE_ENTRIES, select_large
@@ -41,7 +42,6 @@ from planner_core.select.network import Network
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem, cover_problem
 from planner_core.select.proven import ProvenSelection, select
-from planner_core.survey import make_survey, planned_floors
 
 T = TypeVar("T")
 #: What the planner was when a row was measured, for readers of the page: change it with the planner.
@@ -198,7 +198,7 @@ def proven(found: Found, selection: ProvenSelection) -> Found:
 
 
 def refined(on: Ready, chosen: tuple[int, ...]) -> Refined:
-    """Leave the grid as `planner_core.choose` does."""
+    """Leave the grid as `planner_core.planning.choose` does."""
     work = replace(selection_settings(on.case.settings), work_limit=WORK_SHARE * on.case.work, prove=False)
     return refine(on.pool, chosen, on.survey, on.case.settings, on.engine, work, allowed=on.places.allows)
 

@@ -24,12 +24,12 @@ from typing import Any
 import numpy as np
 
 from planner_core.device import open_device
+from planner_core.engine.open3d import import_open3d
+from planner_core.engine.opencl import OpenCLEngine
+from planner_core.engine.tuning import tile_shape
 from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource
-from planner_core.scan.open3d import import_open3d
-from planner_core.scan.opencl import OpenCLEngine
-from planner_core.scan.scanners import load_scanner
-from planner_core.scan.template import directions, make_template
-from planner_core.scan.tuning import tile_shape
+from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.template import directions, make_template
 from planner_core.scene.patches import make_patches
 
 open3d = import_open3d()

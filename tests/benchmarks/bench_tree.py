@@ -21,14 +21,14 @@ import numpy as np
 from bench_scan import PATCH_AREA_M2, scenes, stations_of
 
 from planner_core.device import Device, open_device
+from planner_core.engine import opencl
+from planner_core.engine.open3d import import_open3d
+from planner_core.engine.opencl import OpenCLEngine
+from planner_core.engine.surfaces import round_surfaces
+from planner_core.engine.tree import Tree
 from planner_core.model import Patches, Scene
-from planner_core.scan import opencl
-from planner_core.scan.open3d import import_open3d
-from planner_core.scan.opencl import OpenCLEngine
-from planner_core.scan.scanners import load_scanner
-from planner_core.scan.surfaces import round_surfaces
-from planner_core.scan.template import make_template
-from planner_core.scan.tree import Tree
+from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.template import make_template
 from planner_core.scene.patches import make_patches, squared_edges
 
 open3d = import_open3d()

@@ -20,11 +20,11 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import scenes_synthetic
-from planner_core.scan.engine import open_engine
-from planner_core.scan.open3d import Open3DEngine
-from planner_core.scan.patch_mode import PatchMode
-from planner_core.scan.scanners import load_scanner
-from planner_core.scan.template import directions, make_template
+from planner_core.engine.open3d import Open3DEngine
+from planner_core.engine.patch_mode import PatchMode
+from planner_core.engine.scan_engine import open_engine
+from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.template import directions, make_template
 from planner_core.scene.load import load_scene
 from planner_core.scene.patches import make_patches
 from planner_core.select.problem import CoverProblem

@@ -29,7 +29,7 @@ doorways, middles of rooms and landings, unless told otherwise; glass stops beam
   does. *refined*: joined, then places off the grid: what `tlsplan plan` does.
 
 Candidates that no plan needs and that would be a network of their own are left aside, by joined, refined and greedy +
-links: `planner_core.pool` says which. The other methods, which ask for no network, choose from all.
+links: `planner_core.planning.pool` says which. The other methods, which ask for no network, choose from all.
 
 A number in brackets: registration networks that the set leaves, where that is more than these candidates allow.
 \N{DAGGER}: the set misses a coverage target. Every set is looked at by `select.check`, which no method uses to search.

@@ -11,8 +11,8 @@ from click.testing import CliRunner, Result
 from tlsplan.commands.export import command
 
 from planner_core.errors import CoordinatesError, OutputExistsError, RequirementError
-from planner_core.export.plan_json import SCHEMA
-from planner_core.handover.formats import FORMATS
+from planner_core.export.formats import FORMATS
+from planner_core.plan_folder.plan_json import SCHEMA
 
 Export = Callable[..., Result]
 

@@ -56,7 +56,7 @@ def python(program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize(
     "module",
     ["click", "click.core", "tlsplan.environment", "tlsplan.exit_codes", "tlsplan.group", "tlsplan.commands.export",
-     "tlsplan.options", "planner_core.handover.formats", "numpy"],
+     "tlsplan.options", "planner_core.export.formats", "numpy"],
 )  # fmt: skip
 def test_an_interrupt_of_any_import_is_one_line_and_exit_code_130(module: str) -> None:
     done = interrupted_at(module)
@@ -120,14 +120,14 @@ def test_an_interrupt_of_an_import_by_compiled_code_waits_until_that_is_loaded(m
     assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
 
 
-@pytest.mark.parametrize("module", ["click.decorators", "planner_core.handover.formats", "numpy"])
+@pytest.mark.parametrize("module", ["click.decorators", "planner_core.export.formats", "numpy"])
 def test_an_interrupt_of_what_python_calls_by_the_way_is_neither_lost_nor_a_traceback(module: str) -> None:
     done = interrupted_at(module, how="by the way")
     assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
 
 
 def test_an_interrupt_that_a_package_takes_for_an_error_of_its_own_is_told_as_what_it_is() -> None:
-    done = interrupted_at("planner_core.handover.formats", how="error")
+    done = interrupted_at("planner_core.export.formats", how="error")
     assert (done.returncode, done.stderr.strip(), done.stdout) == (130, INTERRUPTED, "")
 
 

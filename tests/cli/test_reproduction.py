@@ -15,8 +15,8 @@ from tlsplan.reproduction.page import write_index, write_page
 
 from planner_core.device import Device
 from planner_core.errors import DeviceError, OutputExistsError, RequirementError
-from planner_core.genetic import search as genetic_search
 from planner_core.model import Visibility
+from planner_core.paper.genetic import search as genetic_search
 from planner_core.select.problem import Target, cover_problem
 
 

@@ -18,8 +18,8 @@ from tlsplan.reproduction.figure import Bench, Outcome
 from tlsplan.reproduction.levels import Level, open_level
 
 import scenes_synthetic
-from planner_core.metrics.triangle_points import SampleKind, sample_triangle
 from planner_core.model import Visibility
+from planner_core.paper.triangle_points import SampleKind, sample_triangle
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.patches import make_patches
 from scenes_synthetic.hole_walls import HOLES_M

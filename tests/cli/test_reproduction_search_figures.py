@@ -16,7 +16,7 @@ from tlsplan.reproduction.levels import Level, open_level
 
 import scenes_synthetic
 from planner_core.model import Visibility
-from planner_core.search import SearchHistory, SearchResult, SearchSettings, search
+from planner_core.paper.search import SearchHistory, SearchResult, SearchSettings, search
 from scenes_synthetic.model import Room
 
 pytestmark = pytest.mark.slow

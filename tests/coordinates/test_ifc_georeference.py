@@ -293,7 +293,7 @@ def test_the_surveyed_scene_says_one_place_three_times(surveyed: Path) -> None:
 
 def _with(document: dict[str, Any], told: Georeference | None) -> dict[str, Any]:
     """As plan.json has it."""
-    from planner_core.export.plan_json import _georeference
+    from planner_core.plan_folder.plan_json import _georeference
 
     written = json.loads(json.dumps(_georeference(told)))
     return {**document, "scene": {"georeference": written}}

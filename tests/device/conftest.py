@@ -13,8 +13,8 @@ import pytest
 from pyopencl import _cl
 
 from planner_core.device import Device, open_device, runtime
+from planner_core.engine.opencl import OpenCLEngine
 from planner_core.model import LoadReport, Patches, Scene, SceneSource
-from planner_core.scan.opencl import OpenCLEngine
 from planner_core.scene.patches import make_patches
 
 CODES = {name: getattr(pyopencl.status_code, name) for name in dir(pyopencl.status_code) if name.isupper()}

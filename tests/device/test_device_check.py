@@ -10,9 +10,9 @@ import pytest
 
 from planner_core import self_check
 from planner_core.device import Device, check
+from planner_core.engine.open3d import Open3DEngine
+from planner_core.engine.scan_engine import open_engine
 from planner_core.model import ScanBatch
-from planner_core.scan.engine import open_engine
-from planner_core.scan.open3d import Open3DEngine
 
 
 @pytest.fixture(autouse=True)

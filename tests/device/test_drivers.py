@@ -12,7 +12,7 @@ from planner_core.device import drivers
 
 @pytest.mark.skipif(drivers.intel_library() is None, reason="Intel's runtime is not installed (make intel)")
 def test_intels_runtime_is_found_before_and_after_open3d_is_loaded() -> None:
-    for first in ("", "from planner_core.scan.open3d import import_open3d; import_open3d(); "):
+    for first in ("", "from planner_core.engine.open3d import import_open3d; import_open3d(); "):
         names = "print([info.platform for info in list_devices()])"
         lines = f"{first}from planner_core.device import list_devices; {names}"
         done = subprocess.run([sys.executable, "-c", lines], capture_output=True, text=True, check=True, timeout=240)

@@ -12,10 +12,10 @@ import pyopencl
 import pytest
 
 from planner_core.device import Device, in_batches, open_device
+from planner_core.engine.opencl import OpenCLEngine
+from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import DeviceError, DeviceMemoryError
 from planner_core.model import BeamTemplate, Patches, Scene
-from planner_core.scan.engine import open_engine
-from planner_core.scan.opencl import OpenCLEngine
 
 pytestmark = pytest.mark.opencl
 

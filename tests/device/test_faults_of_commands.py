@@ -12,11 +12,11 @@ import pyopencl
 import pytest
 from tlsplan.main import main
 
-from planner_core.export.plan_json import DROPPABLE_KEYS, plan_document
+from planner_core.engine import opencl
 from planner_core.model import PlanSettings
-from planner_core.plan import make_plan
-from planner_core.scan import opencl
-from planner_core.scan.scanners import load_scanner
+from planner_core.plan_folder.plan_json import DROPPABLE_KEYS, plan_document
+from planner_core.planning.plan import make_plan
+from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import load_scene
 from scenes_synthetic import build
 from scenes_synthetic.mesh_files import ply_bytes

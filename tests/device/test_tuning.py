@@ -17,13 +17,10 @@ from tlsplan.commands import doctor
 
 from planner_core.cache import cache_folder
 from planner_core.device import Device, choice, list_devices, open_device, runtime
-from planner_core.errors import DeviceError, RequirementError
-from planner_core.model import BeamTemplate, Patches, Scene
-from planner_core.progress import ProgressEvent
-from planner_core.scan import tuning
-from planner_core.scan.measure_shapes import ShapeTimes, measure_shapes
-from planner_core.scan.opencl import OpenCLEngine
-from planner_core.scan.tuning import (
+from planner_core.engine import tuning
+from planner_core.engine.measure_shapes import ShapeTimes, measure_shapes
+from planner_core.engine.opencl import OpenCLEngine
+from planner_core.engine.tuning import (
     is_possible,
     keep_shape,
     shape_file,
@@ -32,6 +29,9 @@ from planner_core.scan.tuning import (
     tile_shape,
     use_shape,
 )
+from planner_core.errors import DeviceError, RequirementError
+from planner_core.model import BeamTemplate, Patches, Scene
+from planner_core.progress import ProgressEvent
 
 OTHER = (4, 16, 4)
 
@@ -68,7 +68,7 @@ def test_a_measured_shape_is_used_from_then_on(device: Device, cache: Path) -> N
 def test_a_fresh_process_reads_what_was_kept(device: Device) -> None:
     keep_shape(device, OTHER, {})
     program = (
-        "from planner_core.device import open_device; from planner_core.scan.tuning import tile_shape;"
+        "from planner_core.device import open_device; from planner_core.engine.tuning import tile_shape;"
         "print(tile_shape(open_device()))"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=240, check=True)

@@ -25,16 +25,16 @@ import numpy as np
 import pyopencl
 
 from planner_core.device import Device, open_device, sort
-from planner_core.genetic import GeneticSettings, on_device, select_genetic
-from planner_core.metrics.circles import circle_overlaps
-from planner_core.metrics.point_distribution import PointDistribution
-from planner_core.metrics.set_coverage import SetCoverage
+from planner_core.engine import opencl, patch_mode
+from planner_core.engine.opencl import OpenCLEngine
+from planner_core.engine.patch_mode import PatchMode
+from planner_core.engine.tree import Tree
+from planner_core.engine.tuning import use_shape
 from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource, Visibility
-from planner_core.scan import opencl, patch_mode
-from planner_core.scan.opencl import OpenCLEngine
-from planner_core.scan.patch_mode import PatchMode
-from planner_core.scan.tree import Tree
-from planner_core.scan.tuning import use_shape
+from planner_core.paper.circles import circle_overlaps
+from planner_core.paper.genetic import GeneticSettings, on_device, select_genetic
+from planner_core.paper.point_distribution import PointDistribution
+from planner_core.paper.set_coverage import SetCoverage
 from planner_core.scene.patches import make_patches
 from planner_core.select.network import Network
 from planner_core.select.problem import Target, cover_problem

@@ -16,7 +16,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from planner_core.export.plan_json import DROPPABLE_KEYS
+from planner_core.plan_folder.plan_json import DROPPABLE_KEYS
 
 HERE = Path(__file__).resolve().parent
 #: Folders of this one, and whether the kernels run there; "" is the machine at hand.

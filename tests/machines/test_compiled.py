@@ -14,7 +14,7 @@ assert not any(name.split(".")[0] == "numba" for name in sys.modules)
 from planner_core.select import host_walks
 print(*host_walks._philox(1, 2, 3, 4, np.uint64(5)))
 """
-#: Of planner_core.genetic.philox.
+#: Of planner_core.paper.genetic.philox.
 _EXPECTED = "4114628917 2135731996 799165354 1208994298"
 
 

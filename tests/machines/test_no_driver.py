@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import scenes_synthetic
-from planner_core.export.plan_json import DROPPABLE_KEYS
+from planner_core.plan_folder.plan_json import DROPPABLE_KEYS
 
 HERE = Path(__file__).parent
 NO_DRIVER, NO_PYOPENCL = HERE / "no_driver", HERE / "no_pyopencl"
@@ -151,7 +151,7 @@ def test_live_editing_answers(plan: Path) -> None:
     ask = """
 import sys
 from pathlib import Path
-from planner_core.live.opening import open_live
+from planner_core.planning.live.opening import open_live
 live = open_live(Path(sys.argv[1]))
 first = live.draft.stations[0]
 shown = live.preview(live.draft, first.id, first.floor, first.at_m + (0.05, 0.0, 0.0), first.instrument_height_m)

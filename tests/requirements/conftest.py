@@ -6,6 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from planner_core.engine.open3d import Open3DEngine
+from planner_core.engine.scan_engine import open_engine
 from planner_core.model import (
     BeamTemplate,
     Element,
@@ -17,9 +19,7 @@ from planner_core.model import (
     SceneSource,
     Survey,
 )
-from planner_core.scan.engine import open_engine
-from planner_core.scan.open3d import Open3DEngine
-from planner_core.scan.scanners import load_scanner
+from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.patches import make_patches
 
 SIZE_M = np.array([8.0, 4.0, 2.5])

@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner_core.coverage.coverage import floor_of_patch, times_seen
+from planner_core.coverage.levels import Sights
+from planner_core.coverage.survey import scope_of, visible_from
 from planner_core.errors import RequirementError
-from planner_core.metrics.coverage import floor_of_patch, times_seen
-from planner_core.metrics.levels import Sights
 from planner_core.model import Asked, PartRequirement, PartResult, Visibility
 from planner_core.requirements import demand as demands
 from planner_core.requirements.demand import demand_of, rows_from
@@ -23,10 +24,9 @@ from planner_core.requirements.figures import (
     times_met,
 )
 from planner_core.requirements.sights import sights_from, sights_in_batches
-from planner_core.scan.scanners import load_scanner
+from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.patches import patch_triangles
 from planner_core.select.problem import cover_problem, floor_targets
-from planner_core.survey import scope_of, visible_from
 
 MIXED = {
     "asked": Asked(spacing_m=0.05, range_m=5.0),
@@ -253,7 +253,7 @@ def test_sights_do_not_depend_on_how_positions_are_split(
     )
     assert heard[-1] == (9, 9)
     assert heard == sorted(heard)
-    module = "planner_core.metrics.looking"
+    module = "planner_core.coverage.looking"
     monkeypatch.setattr(f"{module}._BATCH_SIGHTS", 1)
     monkeypatch.setattr(f"{module}._FIRST_BATCH", 2)
     assert [s.starts.size - 1 for s in sights_in_batches(box.survey, wanted, box.engine, box.positions_m)][:2] == [2, 1]

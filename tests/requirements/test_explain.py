@@ -10,7 +10,7 @@ from planner_core.model import Asked, PartRequirement
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain, shortfalls
 from planner_core.requirements.sights import sights_from
-from planner_core.scan.scanners import load_scanner
+from planner_core.scanner.catalogue import load_scanner
 
 
 @pytest.fixture(scope="module")

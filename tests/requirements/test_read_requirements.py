@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.ground.site_reading import site_from_mapping
 from planner_core.model import Asked, PartRequirement, Requirements
+from planner_core.positions.site_reading import site_from_mapping
 from planner_core.requirements.document import MOST_BYTES
 from planner_core.requirements.read import read_requirements, requirements_from
 

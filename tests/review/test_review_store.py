@@ -16,10 +16,10 @@ from typing import Any
 import pytest
 
 from planner_core.errors import PlanFolderError, ReviewError
-from planner_core.export.folder import check_output
-from planner_core.export.folder_lock import locked_folder
-from planner_core.export.usd_stage import empty_review
 from planner_core.model import Review
+from planner_core.plan_folder.folder import check_output
+from planner_core.plan_folder.folder_lock import locked_folder
+from planner_core.plan_folder.usd_stage import empty_review
 from planner_core.review import changes as c
 from planner_core.review import store as store_module
 from planner_core.review.commit import Committed, Conflict

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from pxr import Sdf, Usd, UsdGeom, UsdValidation
 
 from planner_core.errors import PlanFolderError, ReviewError
-from planner_core.export.usd_stage import empty_review
 from planner_core.model import PlanUnderReview, Review, StationEdit, Zone
 from planner_core.model.site import GroundPick
+from planner_core.plan_folder.usd_stage import empty_review
 from planner_core.review import changes as c
 from planner_core.review.commit import Committed, commit
 from planner_core.review.usd_read import read_review

@@ -5,11 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
+from planner_core.coverage.survey import make_survey
 from planner_core.errors import RequirementError
-from planner_core.ground.free_space import free_space
-from planner_core.ground.reach import Reach, reachability
-from planner_core.ground.walking import Walking
 from planner_core.model import FieldTime, PlanSettings, Route, Site
+from planner_core.positions.free_space import free_space
+from planner_core.positions.reach import Reach, reachability
+from planner_core.positions.walking import Walking
 from planner_core.route.field_time import check_field_settings, field_time, field_time_of
 from planner_core.route.floors_passed import pieces_by_floor
 from planner_core.route.route import (
@@ -22,8 +23,7 @@ from planner_core.route.route import (
     route_warnings,
 )
 from planner_core.route.sealed import sealed_areas
-from planner_core.scan.scanners import load_scanner
-from planner_core.survey import make_survey
+from planner_core.scanner.catalogue import load_scanner
 from scenes_synthetic import build
 
 SCANNER = load_scanner("hdl-64e")

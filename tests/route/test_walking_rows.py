@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from planner_core.ground.free_space import free_space
-from planner_core.ground.reach import Reach, reachability
-from planner_core.ground.walking import Walking
+from planner_core.coverage.survey import make_survey
 from planner_core.model import PlanSettings, Visibility
+from planner_core.positions.free_space import free_space
+from planner_core.positions.reach import Reach, reachability
+from planner_core.positions.walking import Walking
 from planner_core.route.least_time import LeastTimeSettings, Walks, least_time
-from planner_core.scan.scanners import load_scanner
+from planner_core.scanner.catalogue import load_scanner
 from planner_core.select.problem import Target, cover_problem
-from planner_core.survey import make_survey
 from scenes_synthetic import build
 
 

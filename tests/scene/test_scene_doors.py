@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import SceneError
 from planner_core.model import Element, Room, Scene
-from planner_core.scan.engine import open_engine
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import is_outer, without_door_leaves
 from planner_core.scene.load import DOORS, LoadOptions, load_scene

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
+from planner_core.coverage.survey import make_survey
 from planner_core.errors import SceneError
 from planner_core.model import PlanSettings, Scene
-from planner_core.scan.scanners import load_scanner
+from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.extent import check_extent, extent_m
-from planner_core.survey import make_survey
 
 
 def box_scene(*sides_m: float) -> Scene:
@@ -54,7 +54,7 @@ def test_what_cannot_is_refused_with_its_size_and_the_unit_to_pass(sides_m, word
 def test_a_house_in_millimetres_is_refused_before_its_floors_are_looked_for(monkeypatch):
     house = scenes_synthetic.build("house").scene
     large = replace(house, vertices_m=1000.0 * house.vertices_m)
-    monkeypatch.setattr("planner_core.survey.find_floors", lambda *_: pytest.fail("floors were looked for"))
+    monkeypatch.setattr("planner_core.coverage.survey.find_floors", lambda *_: pytest.fail("floors were looked for"))
     with pytest.raises(SceneError, match="--units mm"):
         make_survey(large, PlanSettings(scanner=load_scanner("hdl-64e")))
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
+from planner_core.engine.patch_mode import PatchMode
+from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError, SceneError
 from planner_core.model import BeamTemplate, PlanSettings, Requirements, Scene
-from planner_core.plan import make_plan
-from planner_core.scan.engine import open_engine
-from planner_core.scan.patch_mode import PatchMode
-from planner_core.scan.scanners import load_scanner
+from planner_core.planning.plan import make_plan
+from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.scene.patches import make_patches
 from scenes_synthetic import hole_walls

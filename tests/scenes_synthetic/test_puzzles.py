@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import scenes_synthetic
+from planner_core.engine.patch_mode import PatchMode
+from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import BeamTemplate, PlanSettings, Requirements
-from planner_core.plan import make_plan
-from planner_core.scan.engine import ScanEngine, open_engine
-from planner_core.scan.patch_mode import PatchMode
-from planner_core.scan.scanners import load_scanner
+from planner_core.planning.plan import make_plan
+from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.patches import make_patches
 from scenes_synthetic.model import KnownView, SyntheticScene
 from scenes_synthetic.plan_view import Edge, edges_of, exact, floor_area, in_circle, sights

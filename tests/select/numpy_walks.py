@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner_core.genetic.philox import philox
 from planner_core.model import Int32Array, Int64Array
+from planner_core.paper.genetic.philox import philox
 from planner_core.select.swap_walks import TRIES, Terrain
 
 

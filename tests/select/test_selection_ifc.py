@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import pytest
 
-from planner_core.candidates.grid import find_candidates
-from planner_core.metrics.coverage import floor_of_patch
+from planner_core.coverage.coverage import floor_of_patch
+from planner_core.coverage.survey import make_survey, planned_floors, scope_of, visible_from
+from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings
-from planner_core.scan.engine import open_engine
-from planner_core.scan.scanners import load_scanner
+from planner_core.positions.grid import find_candidates
+from planner_core.scanner.catalogue import load_scanner
 from planner_core.select.check import check_coverage
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem, floor_targets
 from planner_core.select.proven import SelectionSettings, select
-from planner_core.survey import make_survey, planned_floors, scope_of, visible_from
 
 
 @pytest.mark.slow

@@ -34,11 +34,11 @@ from verdicts import Floats, Ints
 
 from planner_core.device import Device, open_device
 from planner_core.device.runtime import kernels_hash
+from planner_core.engine.open3d import import_open3d
+from planner_core.engine.opencl import OpenCLEngine
+from planner_core.engine.tuning import tile_shape, use_shape
 from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource
-from planner_core.scan.open3d import import_open3d
-from planner_core.scan.opencl import OpenCLEngine
-from planner_core.scan.template import directions
-from planner_core.scan.tuning import tile_shape, use_shape
+from planner_core.scanner.template import directions
 from planner_core.scene.patches import make_patches
 
 open3d = import_open3d()

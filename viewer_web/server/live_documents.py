@@ -10,14 +10,14 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from planner_core.export.plan_asked import link_document
-from planner_core.export.plan_json import plan_document
-from planner_core.export.route_json import field_time_document, route_document
-from planner_core.live.live_plan import DraftFigures, LivePlan, Walk
-from planner_core.live.preview import Preview
-from planner_core.live.spots import GroundMap
-from planner_core.live.unseen import LeftSurface
 from planner_core.model import Coverage, FloatArray, Scene, UnseenPiece
+from planner_core.plan_folder.plan_asked import link_document
+from planner_core.plan_folder.plan_json import plan_document
+from planner_core.plan_folder.route_json import field_time_document, route_document
+from planner_core.planning.live.live_plan import DraftFigures, LivePlan, Walk
+from planner_core.planning.live.preview import Preview
+from planner_core.planning.live.spots import GroundMap
+from planner_core.planning.live.unseen import LeftSurface
 
 _Metres = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
 

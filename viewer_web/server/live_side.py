@@ -12,8 +12,8 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from planner_core.errors import PlannerError
-from planner_core.live.live_plan import LivePlan
-from planner_core.live.opening import STAGE
+from planner_core.planning.live.live_plan import LivePlan
+from planner_core.planning.live.opening import STAGE
 from planner_core.progress import Progress, ProgressEvent
 
 _Answer = TypeVar("_Answer")
@@ -38,7 +38,7 @@ class LiveSide:
     Parameters
     ----------
     open_plan
-        Called with a progress callback; `planner_core.live.opening.open_live`, mostly.
+        Called with a progress callback; `planner_core.planning.live.opening.open_live`, mostly.
     tell
         Gets the document of `state` whenever it changes; called from any thread.
     """

@@ -16,7 +16,7 @@ from viewer_web.server.session import Session
 from viewer_web.server.token import QUERY, new_token
 
 if TYPE_CHECKING:
-    from planner_core.live.live_plan import LivePlan
+    from planner_core.planning.live.live_plan import LivePlan
     from viewer_web.server.runs import LeftRun
 
 WILDCARD_HOSTS = frozenset({"", "0.0.0.0", "::"})
@@ -135,7 +135,7 @@ def live_side(
     from viewer_web.server.live_side import LiveSide
 
     def open_plan(progress: Progress) -> "LivePlan":
-        from planner_core.live.opening import open_live
+        from planner_core.planning.live.opening import open_live
 
         plan = open_live(session.plan_folder, scene=scene, progress=progress)
         for line in plan.engine.warnings:

@@ -20,8 +20,8 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from planner_core.errors import PlanFolderError
-from planner_core.export.atomic import staged_file
 from planner_core.operating_system import sync
+from planner_core.plan_folder.atomic import staged_file
 from viewer_web.server.run_documents import RunDocument
 
 RUNS = "runs"

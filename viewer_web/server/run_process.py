@@ -17,18 +17,18 @@ from typing import Any
 
 import numpy as np
 
+from planner_core.coverage.survey import make_survey
+from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import PlanFolderError, PlannerError
-from planner_core.export.folder import write_plan_folder
-from planner_core.export.plan_json import read_plan_json
-from planner_core.export.plan_settings import load_options_of
 from planner_core.model import FloatArray, Plan
 from planner_core.operating_system import lower_priority
-from planner_core.plan import plan_survey
+from planner_core.plan_folder.folder import write_plan_folder
+from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.plan_folder.plan_settings import load_options_of
+from planner_core.planning.plan import plan_survey
 from planner_core.progress import BestSoFar, ProgressEvent
-from planner_core.scan.engine import open_engine
 from planner_core.scene.load import load_scene
 from planner_core.select.proven import INTERRUPTED
-from planner_core.survey import make_survey
 from viewer_web.server.run_documents import RunBest
 from viewer_web.server.run_files import BASIS, CANCEL, LOG, PLAN, RUNS, now, read_begun, read_run, write_run
 from viewer_web.server.run_settings import run_settings
@@ -37,7 +37,7 @@ from viewer_web.server.run_turn import tell_turn
 #: The viewer answers first: whoever moves stations meanwhile would notice.
 _NICENESS = 5
 _WRITE_S, _LOG_S = 0.5, 5.0
-#: Stages that an interrupt ends with the best plan so far, see `planner_core.choose`.
+#: Stages that an interrupt ends with the best plan so far, see `planner_core.planning.choose`.
 _SEARCHES = frozenset({"select", "bound", "prove", "refine", "least time"})
 
 

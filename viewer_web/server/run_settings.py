@@ -5,11 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from planner_core.export.plan_json import read_plan_json
-from planner_core.export.plan_settings import settings_of
-from planner_core.ground.site_reading import site_from_mapping
 from planner_core.model import PlanSettings, Requirements, SettledStation
-from planner_core.plan import check_method
+from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.plan_folder.plan_settings import settings_of
+from planner_core.planning.plan import check_method
+from planner_core.positions.site_reading import site_from_mapping
 from planner_core.requirements.read import requirements_from
 from planner_core.review.again import settings_with_review
 from planner_core.review.store import ReviewStore

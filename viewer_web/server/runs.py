@@ -20,10 +20,10 @@ from pathlib import Path
 from typing import Any
 
 from planner_core.errors import PlanFolderError, PlannerError
-from planner_core.export.folder_lock import locked_folder
-from planner_core.export.plan_json import read_plan_json
-from planner_core.export.plan_settings import find_scene
 from planner_core.operating_system import HANDS_ON_LOCKS, apart
+from planner_core.plan_folder.folder_lock import locked_folder
+from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.plan_folder.plan_settings import find_scene
 from planner_core.review.store import REVIEW_FILE, ReviewStore
 from viewer_web.server.run_documents import RunDocument, RunRequest
 from viewer_web.server.run_files import (

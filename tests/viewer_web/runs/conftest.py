@@ -14,10 +14,10 @@ import pytest
 import small_pictures
 
 import scenes_synthetic
-from planner_core.export.folder import write_plan_folder
 from planner_core.model import PartRequirement, PlanSettings, Requirements
-from planner_core.plan import make_plan
-from planner_core.scan.scanners import load_scanner
+from planner_core.plan_folder.folder import write_plan_folder
+from planner_core.planning.plan import make_plan
+from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import load_scene
 from viewer_web.server import runs
 

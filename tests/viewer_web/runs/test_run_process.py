@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner_core.export.plan_json import read_plan_json
-from planner_core.export.plan_settings import settings_of
+from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.plan_folder.plan_settings import settings_of
 from planner_core.progress import BestSoFar, ProgressEvent
 from viewer_web.server import run_process
 from viewer_web.server.run_documents import RunDocument, RunRequest

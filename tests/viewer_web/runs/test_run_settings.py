@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import PlannerError, RequirementError
-from planner_core.export.plan_json import read_plan_json
-from planner_core.export.plan_settings import settings_of
 from planner_core.model import PlanSettings
 from planner_core.model.review import Zone
+from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.plan_folder.plan_settings import settings_of
 from planner_core.review.changes import AddZone, LockStation
 from planner_core.review.store import ReviewStore
 from viewer_web.server.run_documents import RunRequest

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from planner_core.errors import PlanFolderError, RequirementError
-from planner_core.export.plan_json import read_plan_json
+from planner_core.plan_folder.plan_json import read_plan_json
 from viewer_web.server import runs as runs_module
 from viewer_web.server.run_documents import RunDocument, RunRequest
 from viewer_web.server.run_files import read_begun

@@ -20,7 +20,7 @@ test('overlap reads as the library writes it, for every tenth of a percent and t
   ]);
   const script = [
     'import json, sys',
-    'from planner_core.register.weak_motion import overlap_percent',
+    'from planner_core.network.weak_motion import overlap_percent',
     'print(json.dumps([overlap_percent(overlap) + " %" for overlap in json.loads(sys.argv[1])]))',
   ].join('\n');
   expect(near.map(percentDown)).toEqual(JSON.parse(runPython('-c', script, JSON.stringify(near))));

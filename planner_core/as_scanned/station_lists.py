@@ -1,0 +1,209 @@
+"""Station lists from the field, read as they come and brought to the scene frame: CSV, E57 poses, plan folders.
+
+Output `ListedStation`s, metres. In which coordinates a list is, it does not say itself: the one that lies at the plan.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner_core.as_scanned.elsewhere import AT_STATION_M, guess, is_near, shape_doubts, swap_doubts
+from planner_core.errors import RequirementError, StationListError
+from planner_core.model import FloatArray
+from planner_core.plan_folder.plan_source import FieldStation, PlanSource
+from planner_core.plan_folder.stations_csv import GivenStation, read_station_list, stations_of_text
+
+#: What a list may be told to be in.
+COORDINATES = ("auto", "scene", "site")
+#: Whose height a column of heights is told to hold.
+HEIGHTS = ("sensor", "ground")
+_HEADERS = {
+    "P": "id", "E": "x", "X": "x", "N": "y", "Y": "y", "Z": "z", "S": "z", "G": "ground_z",
+    "H": "instrument_height", "F": "floor", "C": "code", "D": "description", "O": "order", "R": "crs",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class ListedStation:
+    """position_m : (3,) float64, the sensor; or, where `is_ground`, the point on the ground below it."""
+
+    id: str
+    position_m: FloatArray
+    instrument_height_m: float | None
+    floor: str | None
+    is_ground: bool = False
+
+
+@dataclass(frozen=True)
+class ActualList:
+    """stations : in the scene frame, in the order of the files. coordinates : which they came in, `scene` or `site`.
+
+    doubts : what may be wrong with a list that is at the plan, one line each.
+    """
+
+    stations: tuple[ListedStation, ...]
+    coordinates: str
+    doubts: tuple[str, ...] = ()
+
+
+def read_actual(
+    paths: Sequence[Path],
+    plan: PlanSource,
+    *,
+    coordinates: str = "auto",
+    heights: str = "sensor",
+    columns: str = "",
+    within_m: float = AT_STATION_M,
+) -> ActualList:
+    """Read where stations really stood.
+
+    Parameters
+    ----------
+    paths
+        CSV as of `read_station_list`, E57 (the poses of its scans; no points are read), plan folders. Ids are told
+        apart over all of them.
+    coordinates
+        Of `COORDINATES`; `auto`: scene or site, by which the list is nearer to the plan's stations.
+    heights
+        Whose a CSV's column of heights is, of `HEIGHTS`; poses are the sensor's.
+    columns
+        Letters of a CSV without a header line, such as `PENZ`; empty: it has one.
+    within_m
+        Stations this near to a planned one are at it, for telling columns that are swapped.
+
+    Raises
+    ------
+    StationListError
+        What can't be read; a list that is nowhere near the plan, with what may be wrong.
+    RequirementError
+        Words that are none of those.
+    """
+    for value, words, option in ((coordinates, COORDINATES, "--coordinates"), (heights, HEIGHTS, "--heights")):
+        if value not in words:
+            raise RequirementError(f"{option}: got {value!r}, expected one of {', '.join(words)}")
+    listed = [station for path in paths for station in _read(path, heights, columns)]
+    twice = next((each.id for k, each in enumerate(listed) if each.id in {s.id for s in listed[:k]}), None)
+    if twice is not None:
+        raise StationListError(f"stations: id {twice!r} occurs twice, expected one a station; rename one")
+    if not listed:
+        raise StationListError("stations: got no list, expected at least one; give --stations")
+    return _at_plan(listed, plan, coordinates, within_m)
+
+
+def _read(path: Path, heights: str, columns: str) -> tuple[ListedStation, ...]:
+    if path.suffix.lower() == ".e57":
+        return _poses(path)
+    is_list = path.is_dir() or path.suffix.lower() == ".json"
+    if is_list and not (path / "plan.json").is_file() and path.is_dir():
+        files = sorted(each for each in path.iterdir() if each.suffix.lower() == ".e57")
+        if files:  # a folder of one file a station
+            return tuple(station for each in files for station in _poses(each))
+    z_is_ground = heights == "ground" and not is_list
+    if columns and not is_list:
+        header = _header(columns)
+        given = stations_of_text(path, _without_remarks(path), z_is_ground=z_is_ground, header=header)
+    else:
+        given = read_station_list(path, z_is_ground=z_is_ground)
+    return tuple(_listed(each, z_is_ground=z_is_ground) for each in given)
+
+
+def _listed(given: GivenStation, *, z_is_ground: bool) -> ListedStation:
+    on_ground = z_is_ground and given.instrument_height_m is None
+    return ListedStation(given.id, given.position_m, given.instrument_height_m, given.floor, on_ground)
+
+
+def _header(columns: str) -> list[str]:
+    letters = columns.upper()
+    wrong = next((letter for letter in letters if letter not in _HEADERS), None)
+    if wrong is not None:
+        raise RequirementError(f"--columns: got {columns!r}, expected letters of {''.join(_HEADERS)}, such as PENZ")
+    return [_HEADERS[letter] for letter in letters]
+
+
+def _without_remarks(path: Path) -> str:
+    """Return a CSV's text; lines that are remarks are empty in it, so that the others keep their numbers."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise StationListError(f"{path}: can't be read ({error}), expected a CSV in UTF-8; check the file") from error
+    return "\n".join("" if line.lstrip().startswith("#") else line for line in text.splitlines())
+
+
+# ---------------------------------------------------------------------------------------------- E57
+def _poses(path: Path) -> tuple[ListedStation, ...]:
+    """Read the poses of an E57 file's scans from its header; the points stay where they are."""
+    from pye57 import libe57
+
+    if not path.is_file():
+        raise StationListError(f"{path}: no such file, expected an E57 file; check the path")
+    try:
+        file = libe57.ImageFile(str(path), "r")
+        try:
+            root = file.root()
+            if not root.isDefined("data3D"):
+                return ()
+            scans = root["data3D"]
+            return tuple(_pose(path, scans[k], k) for k in range(scans.childCount()))
+        finally:
+            file.close()
+    except libe57.E57Exception as error:
+        line = str(error).partition("\n")[0]
+        raise StationListError(f"{path}: can't be read as E57 ({line}); export it again") from error
+
+
+def _pose(path: Path, scan: Any, k: int) -> ListedStation:
+    name = str(scan["name"].value()).strip() if scan.isDefined("name") else ""
+    if not scan.isDefined("pose/translation"):
+        raise StationListError(
+            f"{path}: scan {name or k + 1!r} has no pose, expected registered scans; export them after registration"
+        )
+    at = scan["pose"]["translation"]
+    position_m = np.array([float(at[axis].value()) for axis in "xyz"])
+    if not np.isfinite(position_m).all():
+        raise StationListError(f"{path}: the pose of scan {name or k + 1!r} is no place; export the scans again")
+    return ListedStation(name or f"{path.stem} {k + 1}", position_m, None, None)
+
+
+# ---------------------------------------------------------------------------------------------- coordinates
+def _at_plan(listed: Sequence[ListedStation], plan: PlanSource, coordinates: str, within_m: float) -> ActualList:
+    as_listed = np.array([each.position_m for each in listed])
+    if plan.frame.is_scene and coordinates == "site":
+        raise StationListError(
+            "stations: site coordinates are told, but nothing is known of the site's; give --crs and --origin, or "
+            "--control-points"
+        )
+    readings = {"scene": as_listed}
+    if not plan.frame.is_scene:
+        readings["site"] = plan.frame.to_scene(as_listed)
+    if coordinates != "auto":
+        readings = {coordinates: readings[coordinates]}
+    away_m = {name: _median_away_m(at_m, plan.stations) for name, at_m in readings.items()}
+    chosen = min(readings, key=lambda name: away_m[name])  # the first, the scene's own, where both are as near
+    at_m = readings[chosen]
+    if not is_near(at_m, plan.stations):
+        told = " and ".join(f"{_length(away_m[name])} as {name} coordinates" for name in readings)
+        raise StationListError(
+            f"stations: none of {len(listed)} lies at the plan, they are off by {told}; "
+            f"{guess(listed, tuple(readings), plan, within_m)}"
+        )
+    stations = tuple(replace(each, position_m=place) for each, place in zip(listed, at_m, strict=True))
+    doubts = swap_doubts(listed, at_m, chosen, plan, within_m) or shape_doubts(listed, at_m, chosen, plan, within_m)
+    return ActualList(stations, chosen, doubts)
+
+
+def _median_away_m(at_m: FloatArray, stations: Sequence[FieldStation]) -> float:
+    planned_m = np.array([station.position_m for station in stations])
+    nearest = [float(np.linalg.norm(planned_m - place, axis=1).min()) for place in at_m]
+    return float(np.median(nearest))
+
+
+def _length(metres: float) -> str:
+    if not math.isfinite(metres):
+        return "an unknown way"
+    return f"{metres / 1000:.1f} km" if metres >= 1000 else f"{metres:.0f} m"

@@ -1,0 +1,1 @@
+"""What positions see, how well, and why the rest stays unseen."""

@@ -1,0 +1,193 @@
+"""Levels as clients state them, by patch: point spacing (LOD), range, incidence, range noise (LOA), covered area (LOC).
+
+Input rows of what positions see, by samples (`PatchViews`) or by beams (`PatchReturns`) -> `Sights`; then what was
+asked for, `Asked` -> the patches that meet it. Overlap (LOO) is `planner_core.network.overlap`. docs/method/levels.md.
+
+References
+----------
+López et al. 2023, section 2.2 and 3.3.1 (LOD, LOA, LOC, LOO). They fold LOD and LOA into F2; clients give limits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from planner_core.coverage.coverage import coverage_of
+from planner_core.engine.patch_mode import PatchViews
+from planner_core.errors import RequirementError
+from planner_core.model import (
+    Asked,
+    BoolArray,
+    Coverage,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    Int64Array,
+    PatchReturns,
+    Scanner,
+)
+from planner_core.scanner.range_noise import range_noise_m
+
+
+@dataclass(frozen=True)
+class Sights:
+    """How each of N positions sees the patches that it sees, as compressed sparse rows like those of `Visibility`.
+
+    starts : (N + 1,) int64. patch : (M,) int32. spacing_m, range_m, incidence_rad : (M,) float32. noise_m : (M,)
+    float32, one sigma, NaN where the scanner's figures do not say; None where nobody worked it out, see `with_noise`.
+    """
+
+    starts: Int64Array
+    patch: Int32Array
+    n_patches: int
+    spacing_m: Float32Array
+    range_m: Float32Array
+    incidence_rad: Float32Array
+    noise_m: Float32Array | None = None
+
+
+def sights_of_views(views: PatchViews) -> Sights:
+    """Sights by samples: the larger of the spacings of neighbouring columns and of neighbouring rows."""
+    return Sights(
+        starts=views.starts,
+        patch=views.patch,
+        n_patches=views.n_patches,
+        spacing_m=views.spacing_m.max(axis=1, initial=0.0),
+        range_m=views.range_m,
+        incidence_rad=np.arccos(np.clip(views.cos_incidence.astype(np.float64), 0.0, 1.0)).astype(np.float32),
+    )
+
+
+def sights_of_returns(returns: PatchReturns, patch_area_m2: FloatArray) -> Sights:
+    """Sights by beams: sqrt(area / returns) for spacing, means over the returns for range and cosine of incidence.
+
+    Parameters
+    ----------
+    returns
+        With moments. patch_area_m2 : (P,).
+
+    Notes
+    -----
+    The area of the whole patch: where part of it is hidden, the points on the rest lie closer than this says.
+    """
+    if returns.moments is None:
+        raise ValueError("levels: got returns without moments, expected them; ask the engine for `moments=True`")
+    n = returns.n_returns.astype(np.float64)
+    mean_cosine = 2.0 - returns.moments.weight_sum / n
+    return Sights(
+        starts=returns.starts,
+        patch=returns.patch,
+        n_patches=returns.n_patches,
+        spacing_m=np.sqrt(patch_area_m2[returns.patch] / n).astype(np.float32),
+        range_m=returns.mean_range_m.astype(np.float32),
+        incidence_rad=np.arccos(np.clip(mean_cosine, 0.0, 1.0)).astype(np.float32),
+    )
+
+
+def with_noise(sights: Sights, scanner: Scanner, *, reflectivity: float) -> Sights:
+    """Sights with `noise_m` by the scanner's table of range noise.
+
+    Parameters
+    ----------
+    reflectivity
+        Of the surfaces met head on, 0 to 1; e.g. 0.8 for white walls.
+
+    Notes
+    -----
+    A matt surface sends back reflectivity x cos(incidence) (Lambert), and the table is asked for that. Where it does
+    not reach that far down, as at grazing incidence, the noise is NaN: not known, and so not met.
+
+    Raises
+    ------
+    RequirementError
+        The reflectivity is none.
+    """
+    if not 0 < reflectivity <= 1:
+        raise RequirementError(
+            f"reflectivity: got {reflectivity}, expected above 0 and at most 1; a white wall has 0.8"
+        )
+    sent_back = reflectivity * np.cos(sights.incidence_rad.astype(np.float64))
+    noise = range_noise_m(scanner, sights.range_m, reflectivity=sent_back)
+    return replace(sights, noise_m=noise.astype(np.float32))
+
+
+@dataclass(frozen=True)
+class BestLevels:
+    """Least figures of each patch over all positions, each for itself; (P,) float64, inf where nobody sees the patch.
+
+    noise_m : None where the sights have none; inf also where it is not known.
+    """
+
+    spacing_m: FloatArray
+    range_m: FloatArray
+    incidence_rad: FloatArray
+    noise_m: FloatArray | None
+
+
+def best_levels(sights: Sights) -> BestLevels:
+    """Best figures by patch: what a map of spacing, range or incidence shows.
+
+    They need not come from one position: whether a patch meets several limits at once is `patches_meeting`.
+    """
+
+    def least(figures: Float32Array) -> FloatArray:
+        best = np.full(sights.n_patches, np.inf)
+        np.fmin.at(best, sights.patch, figures)
+        return best
+
+    noise = None if sights.noise_m is None else least(sights.noise_m)
+    return BestLevels(least(sights.spacing_m), least(sights.range_m), least(sights.incidence_rad), noise)
+
+
+def joint_spacing_m(sights: Sights) -> FloatArray:
+    """(P,) float64, spacing of the points of all positions together, inf where unseen: densities 1 / spacing^2 add."""
+    with np.errstate(divide="ignore"):
+        densities = sights.spacing_m.astype(np.float64) ** -2.0
+        density = np.bincount(sights.patch, weights=densities, minlength=sights.n_patches)
+        return np.asarray(density**-0.5, dtype=np.float64)
+
+
+def sights_meeting(sights: Sights, asked: Asked) -> BoolArray:
+    """(M,) bool, sights that meet all limits. Limits are rounded to float32 where the figures are.
+
+    Raises
+    ------
+    RequirementError
+        Noise is asked for and the sights have none.
+    """
+    if asked.noise_m is not None and sights.noise_m is None:
+        raise RequirementError(
+            f"noise_m: got a limit of {asked.noise_m} m and sights without noise, expected them to have it; "
+            "take a scanner with a table of range noise and call `with_noise`"
+        )
+    meets = np.ones(sights.patch.size, dtype=np.bool_)
+    for field in fields(asked):
+        limit = getattr(asked, field.name)
+        if limit is not None:
+            # What is not known is NaN, which compares false: not met.
+            meets &= getattr(sights, field.name) <= float(limit)
+    return meets
+
+
+def times_meeting(sights: Sights, asked: Asked) -> Int32Array:
+    """(P,) int32, number of positions each of which meets all limits on the patch by itself; see `sights_meeting`."""
+    meets = sights_meeting(sights, asked)
+    return np.bincount(sights.patch[meets], minlength=sights.n_patches).astype(np.int32)
+
+
+def patches_meeting(sights: Sights, asked: Asked) -> BoolArray:
+    """(P,) bool: some position by itself meets all limits on the patch; raises as `sights_meeting` does."""
+    return times_meeting(sights, asked) > 0
+
+
+def level_of_coverage(sights: Sights, asked: Asked, *, patch_area_m2: FloatArray, achievable: BoolArray) -> Coverage:
+    """LOC: area that meets the limits, of the achievable and of all area.
+
+    Parameters
+    ----------
+    patch_area_m2 : (P,). achievable : (P,) bool, the patches that some candidate sees (or sees as well as asked).
+    """
+    everywhere = np.ones(sights.n_patches, dtype=np.bool_)
+    return coverage_of(patch_area_m2, achievable, patches_meeting(sights, asked), everywhere)

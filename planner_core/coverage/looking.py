@@ -1,0 +1,66 @@
+"""Looking around: how positions see patches, by beams or by samples, in batches that memory holds.
+
+A `Survey`, a scan mode, an open engine, positions (N, 3) in the local frame, metres -> `Sights`, without noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from planner_core.coverage.levels import Sights, sights_of_returns, sights_of_views
+from planner_core.engine.patch_mode import PatchMode, scan_mode_of
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import FloatArray, Survey
+from planner_core.progress import Progress, ProgressEvent, silent
+
+#: Sights a batch should have: some 500 bytes each while a batch is worked on.
+_BATCH_SIGHTS = 2**20
+#: Positions of the first batch, when nobody knows yet how many patches one sees, and of any.
+_FIRST_BATCH, _MOST_BATCH = 8, 64
+
+
+def looks_in_batches(
+    survey: Survey, scan_mode: str, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
+) -> Iterator[Sights]:
+    """How each of positions sees each patch, piece by piece: of the first few positions, the next few, and so on.
+
+    How positions are split depends on how much they see, and no figure depends on it.
+
+    Parameters
+    ----------
+    scan_mode
+        As in `PlanSettings`. The rows are those of `planner_core.coverage.survey.visible_from` in that mode.
+
+    Raises
+    ------
+    RequirementError, DeviceError
+        See `ScanEngine.patch_returns`, `PatchMode.see`.
+    """
+    look = _looking(survey, scan_mode, engine)
+    positions = np.asarray(positions_m, dtype=np.float64)
+    first, size = 0, _FIRST_BATCH
+    while first < len(positions):
+        end = min(first + size, len(positions))
+        sights = look(positions[first:end], _counted_from(progress, first, len(positions)))
+        yield sights
+        size = min(max(_BATCH_SIGHTS * (end - first) // max(sights.patch.size, 1), 1), _MOST_BATCH)
+        first = end
+
+
+def _looking(survey: Survey, scan_mode: str, engine: ScanEngine) -> Callable[[FloatArray, Progress], Sights]:
+    """Turn positions into sights."""
+    template = survey.template
+    if scan_mode_of(scan_mode, template) == "beams":
+        area_m2 = survey.patches.area_m2
+        return lambda at, progress: sights_of_returns(
+            engine.patch_returns(template, at, moments=True, progress=progress), area_m2
+        )
+    mode = PatchMode(engine, survey.scene, survey.patches)
+    return lambda at, progress: sights_of_views(mode.see(template, at, progress=progress))
+
+
+def _counted_from(progress: Progress, first: int, total: int) -> Progress:
+    """Progress of a batch that starts at position `first`, as progress of all."""
+    return lambda event: progress(ProgressEvent(event.stage, first + event.done, total, event.note))

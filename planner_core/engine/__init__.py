@@ -1,0 +1,1 @@
+"""Scan engines: rays, scans and visible patches, by OpenCL kernels or by Open3D."""

@@ -1,0 +1,246 @@
+"""Scanning on an OpenCL device: packets of beams through a tree of eight-wide nodes, see kernels/README.md.
+
+Local frame, metres. The rules all engines keep are at the head of `planner_core.engine.scan_engine`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from planner_core.device import Buffer, Device, in_batches
+from planner_core.engine.optics import traced_surfaces
+from planner_core.engine.patch_returns import Content, Rows, RowStore, follow_on, join_bands, no_rows
+from planner_core.engine.patch_rows import BATCH_BYTES, PatchRows
+from planner_core.engine.scan_engine import check_positions, check_rays
+from planner_core.engine.tiled_template import TiledTemplate
+from planner_core.engine.tree import Tree, build_tree
+from planner_core.model import (
+    BeamTemplate,
+    Float32Array,
+    FloatArray,
+    Patches,
+    PatchReturns,
+    RayHits,
+    ScanBatch,
+    Scene,
+    Visibility,
+)
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scanner.template import Band, bands
+
+#: Free rays a work-item and how many of those it has under way at once. A CPU looks ahead into the next steps of
+#: several walks; other devices, unmeasured, have work-items for that. Measured: docs/method/scan-engine.md.
+_RAYS = {"cpu": (64, 4)}
+_RAYS_FETCHING = (64, 8)
+#: Trees larger than this don't fit into a processor's caches: the walk then asks for memory ahead.
+_CACHED_BYTES = 16 * 2**20
+
+#: Positions that one making of a band's tiles serves, and that progress hears of at the latest.
+_CHUNK = 64
+#: Beams of a template that are tiled at once; a scanner with more is scanned in bands of rows.
+_BAND_BEAMS = 2**20
+#: Beams of a template whose tiles are kept on the device for the next call, 12 bytes a beam and little more.
+_KEPT_BEAMS = 2**23
+
+
+class OpenCLEngine:
+    """A `ScanEngine` on an OpenCL device. See the protocol for what the methods take and return."""
+
+    name = "opencl"
+
+    def __init__(
+        self,
+        scene: Scene,
+        patches: Patches,
+        device: Device,
+        *,
+        batch_bytes: int = BATCH_BYTES,
+        band_beams: int = _BAND_BEAMS,
+    ) -> None:
+        self.device = device.label
+        self.warnings: tuple[str, ...] = ()
+        self._on = device
+        self._whole_scene = scene
+        self._n_patches = patches.n_patches
+        self._batch_bytes, self._band_beams = batch_bytes, band_beams
+        self.traced = traced_surfaces(scene, patches)
+        self.tree = build_tree(self.traced.scene, device)
+        address = np.stack([self.traced.first_patch, self.traced.patches.depth.astype(np.int32)], axis=1)
+        self._scene = {**self.tree.on_device, **device.upload("scene", {"address": address})}
+        self._walk = _walk_of(self.tree)
+        self._kept_template: BeamTemplate | None = None
+        self._kept: dict[int, TiledTemplate] = {}
+
+    @property
+    def on_device(self) -> tuple[Device, Mapping[str, Buffer], int]:
+        """The device, the scene's buffers by name (tree.h, block.h, hit.h), STACK of this tree: for other kernels."""
+        return self._on, self._scene, self._walk["STACK"]
+
+    @cached_property
+    def _solid(self) -> Tree:
+        """The tree that free rays go through: glass is in it. Made when first asked for, where it is another one."""
+        return self.tree if self.traced.triangle is None else build_tree(self._whole_scene, self._on)
+
+    def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
+        """See `ScanEngine.cast_rays`."""
+        origins, unit = check_rays(origins_m, directions, range_max_m)
+        return self.cast_prepared(np.concatenate([origins, unit], axis=1).astype(np.float32), range_max_m=range_max_m)
+
+    def cast_prepared(self, rays: Float32Array, *, range_max_m: float) -> RayHits:
+        """`cast_rays` for rays (N, 6), origin and UNIT direction, that nobody checks."""
+        tree = self._solid
+        range_m = np.empty(rays.shape[0], dtype=np.float32)
+        triangle = np.empty(rays.shape[0], dtype=np.int32)
+        if rays.shape[0] == 0:
+            return RayHits(range_m=range_m, triangle=triangle)
+        walk = _walk_of(tree)
+        per_item, walks = _RAYS_FETCHING if walk["PREFETCH"] else _RAYS.get(self._on.kind, (1, 1))
+        program = self._on.program("cast_rays.cl", {"LANES": 1, "RAYS": per_item, "WALKS": walks, **walk})
+        queries = self._on.upload("rays", {"rays": rays})
+        with self._on.outputs("hits", {"range": range_m, "triangle": triangle}) as out:
+            program.run(
+                "cast_rays",
+                (-(-rays.shape[0] // per_item),),
+                *(tree.on_device[name] for name in ("boxes", "children", "geometry", "triangle")),
+                queries["rays"],
+                np.int32(rays.shape[0]),
+                np.float32(range_max_m),
+                tree.sphere,
+                out["range"],
+                out["triangle"],
+            )
+        return RayHits(range_m=range_m, triangle=triangle)
+
+    def scan(self, template: BeamTemplate, positions_m: FloatArray) -> ScanBatch:
+        """See `ScanEngine.scan`."""
+        positions = check_positions(positions_m).astype(np.float32)
+        shape = (positions.shape[0], *template.shape)
+        batch = ScanBatch(
+            range_m=np.empty(shape, dtype=np.float32),
+            triangle=np.empty(shape, dtype=np.int32),
+            patch=np.empty(shape, dtype=np.int32),
+            cos_incidence=np.empty(shape, dtype=np.float32),
+        )
+        if 0 in shape:
+            return batch
+        at = self._on.upload("positions", {"positions": positions})
+        arrays = {
+            "range": batch.range_m,
+            "triangle": batch.triangle,
+            "patch": batch.patch,
+            "cosine": batch.cos_incidence,
+        }
+        with self._on.outputs("scans", arrays) as out:
+            for band in self._bands(template):
+                with self._tiled(band, template) as tiles:
+                    tiles.program("scan_tiles.cl").run(
+                        "scan_tiles",
+                        (tiles.n_tiles, positions.shape[0]),
+                        *self._scene.values(),
+                        *tiles.beam_arguments,
+                        at["positions"],
+                        *(out[name] for name in arrays),
+                    )
+                    if not _is_kept(template):
+                        self._on.finish("scan of a band")  # before its tiles go
+        return replace(batch, triangle=self.traced.in_whole_scene(batch.triangle))
+
+    def visible_patches(
+        self, template: BeamTemplate, positions_m: FloatArray, *, progress: Progress = silent
+    ) -> Visibility:
+        """See `ScanEngine.visible_patches`."""
+        return self._collect(template, positions_m, Content.PATCHES, progress).visibility()
+
+    def patch_returns(
+        self, template: BeamTemplate, positions_m: FloatArray, *, moments: bool = False, progress: Progress = silent
+    ) -> PatchReturns:
+        """See `ScanEngine.patch_returns`."""
+        content = Content.MOMENTS if moments else Content.COUNTS
+        return self._collect(template, positions_m, content, progress).patch_returns(content)
+
+    def _collect(
+        self, template: BeamTemplate, positions_m: FloatArray, content: Content, progress: Progress
+    ) -> RowStore:
+        """Stream positions through the device chunk by chunk; of a large template, band by band in every chunk.
+
+        Nothing is queued while `progress` runs, so that whatever it raises leaves the device at rest.
+        """
+        positions = check_positions(positions_m).astype(np.float32)
+        n_positions, store = len(positions), RowStore(self._n_patches)
+        parts = self._bands(template)
+        with PatchRows(
+            self._on, self._scene, n_patches=self._n_patches, content=content, batch_bytes=self._batch_bytes
+        ) as patch_rows:
+            for first in range(0, n_positions, _CHUNK):
+                chunk = positions[first : first + _CHUNK]
+                # Of S positions and B bands, S / B are done when one band is.
+                rows = [no_rows(len(chunk))]
+                for index, band in enumerate(parts):
+
+                    def report(done: int, first: int = first, n_before: int = index * len(chunk)) -> None:
+                        progress(ProgressEvent("scan", first + (n_before + done) // len(parts), n_positions))
+
+                    with self._tiled(band, template) as tiles:
+                        of_band = self._rows_of_band(patch_rows, tiles, chunk, report)
+                    rows = of_band if index == 0 else [join_bands(follow_on(rows), follow_on(of_band))]
+                for batch in rows:
+                    store.append(batch)
+        return store
+
+    def _rows_of_band(
+        self, patch_rows: PatchRows, tiles: TiledTemplate, chunk: Float32Array, report: Callable[[int], None]
+    ) -> list[Rows]:
+        """Rows of a chunk of positions, in batches as large as memory allows; `report` gets how many are done."""
+        batches: list[Rows] = []
+
+        def work(first: int, end: int) -> None:
+            batches.append(patch_rows.rows(tiles, chunk[first:end]))
+            report(end)
+
+        in_batches(len(chunk), patch_rows.n_batch(tiles), work, on_smaller=self._warn)
+        return batches
+
+    def _bands(self, template: BeamTemplate) -> list[Band]:
+        return list(bands(template, max_beams=self._band_beams)) if 0 not in template.shape else []
+
+    @contextmanager
+    def _tiled(self, band: Band, template: BeamTemplate) -> Iterator[TiledTemplate]:
+        """Tiles of one of a template's bands: kept for the next call with this template, or for now if it is large."""
+        tiles = self._kept.get(band.first_row)
+        if tiles is not None and self._kept_template is template and tiles.has_wanted_shape:
+            yield tiles
+            return
+        if self._kept_template is not template:
+            self._kept.clear()  # its buffers go before the new ones are made
+        tiles = TiledTemplate(
+            band.template, self._on, walk=self._walk, first_row=band.first_row, image_rows=template.shape[0]
+        )
+        if _is_kept(template):
+            self._kept_template, self._kept[band.first_row] = template, tiles
+            yield tiles
+            return
+        try:
+            yield tiles
+        finally:
+            tiles.release()
+
+    def _warn(self, line: str) -> None:
+        """Tell of smaller batches once: every chunk finds out for itself."""
+        self.warnings = self.warnings or (line,)
+
+
+def _walk_of(tree: Tree) -> dict[str, int]:
+    """Build options of kernels that walk a tree."""
+    # One node leaves at most 7 siblings on the stack, and the root needs an entry. In steps of 64, so that scenes of
+    # different depths share their built programs.
+    stack = -(-(7 * tree.n_levels + 1) // 64) * 64
+    return {"STACK": stack, "PREFETCH": int(tree.device.kind == "cpu" and tree.n_bytes > _CACHED_BYTES)}
+
+
+def _is_kept(template: BeamTemplate) -> bool:
+    return template.shape[0] * template.shape[1] <= _KEPT_BEAMS

@@ -1,0 +1,390 @@
+"""Patch mode: which patches positions see, from where and how densely, by casting samples of patches instead of beams.
+
+Input an open engine, the `Scene` and `Patches` it holds, a template, positions (local frame, metres); output a
+`Visibility` or `PatchViews`. The cost does not depend on the scanner's resolution. docs/method/patch-mode.md holds the
+rules and how well they agree with the beams themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from planner_core.device import in_batches
+from planner_core.engine.patch_samples import (
+    ALL_RIM,
+    LEAST_SPAN,
+    N_FINE,
+    N_RIM,
+    UInt32Array,
+    View,
+    make_groups,
+    places_of,
+    rounding_of,
+    sample_pattern,
+    view_of,
+)
+from planner_core.engine.scan_engine import ScanEngine, check_positions
+from planner_core.errors import RequirementError
+from planner_core.model import (
+    BeamTemplate,
+    BoolArray,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    Int64Array,
+    Patches,
+    Scene,
+    UInt8Array,
+    Visibility,
+)
+from planner_core.progress import Progress, ProgressEvent, silent
+
+if TYPE_CHECKING:
+    from planner_core.engine.opencl import OpenCLEngine
+
+#: What `check_scan_mode` accepts.
+SCAN_MODES = ("auto", "beams", "patches")
+#: Beams of a scan from which on `auto` takes patches: docs/benchmarks/patch-mode.md.
+AUTO_PATCHES_BEAMS = 4_000_000
+
+#: Marks (four bytes a patch and position) that a batch may hold; results do not depend on it.
+_MARK_BYTES = 256 * 2**20
+#: Positions a batch at most, so that progress is heard of.
+_MAX_BATCH = 64
+#: Groups of patches a work-item: enough that most start with a blocker, few enough to spread over the cores.
+_GROUPS_A_RUN = 64
+#: A patch counts as seen where at least this many beams are to be expected on what is seen of it.
+LEAST_RETURNS = 1.0
+
+
+def check_scan_mode(asked: str) -> None:
+    """Raise RequirementError where `asked` is none of `SCAN_MODES`."""
+    if asked not in SCAN_MODES:
+        raise RequirementError(f"scan_mode: got {asked!r}, expected one of {', '.join(SCAN_MODES)}")
+
+
+def scan_mode_of(asked: str, template: BeamTemplate) -> str:
+    """`beams` or `patches`: what was asked for, or for `auto` what suits the number of beams a scan has.
+
+    Raises
+    ------
+    RequirementError
+        `asked` is none of `SCAN_MODES`.
+    """
+    check_scan_mode(asked)
+    if asked != "auto":
+        return asked
+    rows, columns = template.shape
+    return "patches" if min(rows, columns) > 1 and rows * columns >= AUTO_PATCHES_BEAMS else "beams"
+
+
+@dataclass(frozen=True)
+class PatchViews:
+    """Patches that each of N positions sees, as compressed sparse rows, and how it sees them.
+
+    starts : (N + 1,) int64. patch : (M,) int32, sorted and unique inside each row. n_visible, n_samples : (M,) uint8,
+    samples of the patch that are seen, of those cast. share : (M,) float32, the part of the patch that they stand for,
+    0 to 1. range_m, cos_incidence : (M,) float32, at the middle of the samples that are seen. spacing_m : (M, 2)
+    float32, distance on the surface between the points of neighbouring columns, and of neighbouring rows.
+    """
+
+    starts: Int64Array
+    patch: Int32Array
+    n_patches: int
+    n_visible: UInt8Array
+    n_samples: UInt8Array
+    share: Float32Array
+    range_m: Float32Array
+    cos_incidence: Float32Array
+    spacing_m: Float32Array
+
+    @property
+    def visibility(self) -> Visibility:
+        """The rows alone."""
+        return Visibility(starts=self.starts, patch=self.patch, n_patches=self.n_patches)
+
+
+class _Caster(Protocol):
+    """Casts the samples of all patches."""
+
+    def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
+        """(S, P) uint32: bit s, sample s of the patch is seen; the second pattern's only where not all of the first."""
+        ...
+
+
+class PatchMode:
+    """Patch mode of one engine: the patches are grouped and sent to the device once."""
+
+    def __init__(self, engine: ScanEngine, scene: Scene, patches: Patches, *, mark_bytes: int = _MARK_BYTES) -> None:
+        self._scene, self._patches = scene, patches
+        self._mark_bytes = mark_bytes
+        self._engine, self._caster = engine, _caster_of(engine, scene, patches)
+
+    def visible_patches(
+        self,
+        template: BeamTemplate,
+        positions_m: FloatArray,
+        *,
+        max_incidence_rad: float | None = None,
+        least_returns: float = LEAST_RETURNS,
+        progress: Progress = silent,
+    ) -> Visibility:
+        """Patches that each of positions (N, 3) sees.
+
+        Parameters
+        ----------
+        max_incidence_rad
+            Surfaces met at a greater angle give no return; None: all do.
+        least_returns
+            A patch counts where at least as many beams are to be expected on it; 0: wherever a sample is seen.
+
+        Raises
+        ------
+        RequirementError
+            Positions of another shape or not finite; a template of one row or column; limits that make no sense.
+        DeviceError
+            The device fails, or its memory does not hold one position.
+        """
+        view = view_of(template, max_incidence_rad=max_incidence_rad)
+        rows: list[Int32Array] = []
+
+        def keep(marks: UInt32Array) -> None:
+            rows.extend(np.flatnonzero(row).astype(np.int32) for row in marks)
+
+        self._cast(view, check_positions(positions_m), least_returns, progress, keep)
+        return Visibility(starts=_starts(rows), patch=_joined(rows), n_patches=self._patches.n_patches)
+
+    def see(
+        self,
+        template: BeamTemplate,
+        positions_m: FloatArray,
+        *,
+        max_incidence_rad: float | None = None,
+        least_returns: float = LEAST_RETURNS,
+        progress: Progress = silent,
+    ) -> PatchViews:
+        """Return what `visible_patches` does, with range, incidence and point spacing of every patch seen.
+
+        Notes
+        -----
+        With d the direction to the middle of the visible samples, n the normal, r the range: a step of angle a along t,
+        a unit vector across d, moves the point on the surface by r a sqrt(1 + (n . t / n . d)^2). For t along the slope
+        that is r a / cos(incidence). t is level for columns, where a is the azimuth step times cos(elevation), and
+        upright for rows.
+        """
+        view = view_of(template, max_incidence_rad=max_incidence_rad)
+        positions = check_positions(positions_m)
+        rows: list[Int32Array] = []
+        masks: list[UInt32Array] = []
+
+        def keep(marks: UInt32Array) -> None:
+            for row in marks:
+                rows.append(np.flatnonzero(row).astype(np.int32))
+                masks.append(row[rows[-1]])
+
+        self._cast(view, positions, least_returns, progress, keep)
+        starts, patch, mask = _starts(rows), _joined(rows), _joined_masks(masks)
+        seen_from = np.repeat(positions.astype(np.float32).astype(np.float64), np.diff(starts), axis=0)
+        range_m, cosine, spacing = self._describe(view, seen_from, patch, mask)
+        return PatchViews(
+            starts=starts,
+            patch=patch,
+            n_patches=self._patches.n_patches,
+            n_visible=_bits(mask).sum(axis=1, dtype=np.uint8),
+            n_samples=np.where(mask == ALL_RIM, N_RIM, N_RIM + N_FINE).astype(np.uint8),
+            share=share_of(mask).astype(np.float32),
+            range_m=range_m,
+            cos_incidence=cosine,
+            spacing_m=spacing,
+        )
+
+    def _cast(
+        self,
+        view: View,
+        positions_m: FloatArray,
+        least_returns: float,
+        progress: Progress,
+        keep: Callable[[UInt32Array], None],
+    ) -> None:
+        """Hand marks (S, P) of batches of positions to `keep`, in their order."""
+        if not least_returns >= 0:
+            raise RequirementError(f"least_returns: got {least_returns}, expected 0 or more; leave it out for 1")
+        positions = positions_m.astype(np.float32)
+        n_batch = max(1, min(_MAX_BATCH, self._mark_bytes // (4 * max(self._patches.n_patches, 1))))
+
+        def work(first: int, end: int) -> None:
+            keep(self._caster.marks(view, positions[first:end], least_returns))
+            progress(ProgressEvent("scan", end, len(positions)))
+
+        in_batches(len(positions), n_batch, work, on_smaller=self._warn)
+
+    def _warn(self, line: str) -> None:
+        self._engine.warnings = (*self._engine.warnings, line)
+
+    def _describe(
+        self, view: View, seen_from_m: FloatArray, patch: Int32Array, mask: UInt32Array
+    ) -> tuple[Float32Array, Float32Array, Float32Array]:
+        """Range, cosine and spacing (M, 2) of patches (M,) with marks (M,), each from its own position (M, 3)."""
+        distinct, which = np.unique(patch, return_inverse=True)
+        places = places_of(self._scene, self._patches, distinct.astype(np.int32))
+        bits = _bits(mask).astype(np.float64)
+        weights = bits @ sample_pattern()[:, :2] / np.maximum(bits.sum(axis=1), 1.0)[:, None]
+        corners, normal = places.corners_m[which], places.normal[which]
+        at = corners[:, 0] - seen_from_m
+        for k in (0, 1):
+            at += weights[:, k, None] * (corners[:, k + 1] - corners[:, 0])
+        range_m = np.sqrt((at * at).sum(axis=1))
+        along = at / range_m[:, None]
+        cosine = np.abs((along * normal).sum(axis=1))
+        level = np.hypot(along[:, 0], along[:, 1])
+        # Straight up or down, where no direction is level, any will do.
+        across = np.where(level > 0, level, 1.0)
+        azimuthal = np.stack([-along[:, 1] / across, along[:, 0] / across, np.zeros_like(level)], axis=1)
+        azimuthal[level == 0] = (0.0, 1.0, 0.0)
+        upright = np.cross(along, azimuthal)
+        steps = (view.azimuth_step_rad * level, np.full_like(level, view.elevation_step_rad))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            spacing = [
+                range_m * step * np.hypot(1.0, (normal * t).sum(axis=1) / cosine)
+                for step, t in zip(steps, (azimuthal, upright), strict=True)
+            ]
+        return (
+            range_m.astype(np.float32),
+            np.minimum(cosine, 1.0).astype(np.float32),
+            np.stack(spacing, axis=1).astype(np.float32).reshape(-1, 2),
+        )
+
+
+class _DeviceCaster:
+    """`kernels/sample_patches.cl` on the device of an `OpenCLEngine`."""
+
+    def __init__(self, engine: OpenCLEngine, scene: Scene, patches: Patches) -> None:
+        self._on, self._tree, stack = engine.on_device
+        order = engine.tree.triangle[engine.tree.triangle >= 0]
+        order = order[engine.traced.returns[order]]
+        self._n_patches = patches.n_patches
+        self._rounding_m = rounding_of(scene)
+        grouped = make_groups(engine.traced.scene, engine.traced.patches, order)
+        self._n_groups = grouped.groups.shape[0]
+        self._groups = self._on.upload(
+            "groups of patches",
+            {
+                "order": grouped.order,
+                "groups": grouped.groups,
+                "box": grouped.box,
+                "pattern": sample_pattern().astype(np.float32),
+            },
+        )
+        lanes = 8 if self._on.kind == "cpu" else 1
+        self._program = self._on.program("sample_patches.cl", {"LANES": lanes, "STACK": stack})
+
+    def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
+        """See `_Caster`."""
+        out = np.zeros((len(positions_m), self._n_patches), dtype=np.uint32)
+        if self._n_groups == 0:  # nothing returns a beam
+            return out
+        packed = view.packed(least_returns=least_returns, rounding_m=self._rounding_m)
+        at = self._on.upload("patch mode", {"positions": positions_m, "view": packed, "marks": out})
+        self._program.run(
+            "sample_patches",
+            (-(-self._n_groups // _GROUPS_A_RUN), len(positions_m)),
+            *(self._tree[name] for name in ("boxes", "children", "geometry", "triangle", "slot", "edges", "address")),
+            *(self._groups[name] for name in ("order", "groups", "box")),
+            np.int32(self._n_groups),
+            np.int32(_GROUPS_A_RUN),
+            self._groups["pattern"],
+            at["view"],
+            at["positions"],
+            at["marks"],
+            np.int32(self._n_patches),
+        )
+        self._on.read(at["marks"], out)
+        return out
+
+
+def expected_returns(view: View, corners_m: FloatArray, normal: FloatArray, area_m2: FloatArray) -> FloatArray:
+    """Beams (n,) to be expected on patches with corners (n, 3, 3), relative to the sensor, that nothing hides.
+
+    Notes
+    -----
+    Area cos(incidence) / range^2 over the solid angle of a beam, azimuth step x elevation step x cos(elevation), at the
+    centre. None where the patch spans less than `LEAST_SPAN` of a row or a column, as a table top at eye level does:
+    there the number is right in the mean over many positions, but mostly none lands.
+    """
+    centre = corners_m.mean(axis=1)
+    across2 = (centre[:, :2] ** 2).sum(axis=1)
+    range2 = across2 + centre[:, 2] ** 2
+    facing = np.abs((centre * normal).sum(axis=1)) * area_m2
+    x, y, z = (centre[:, k, None] for k in range(3))
+    level = x * corners_m[..., 0] + y * corners_m[..., 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        columns = np.ptp(x * corners_m[..., 1] - y * corners_m[..., 0], axis=1) / (across2 * view.azimuth_step_rad)
+        up = across2[:, None] * corners_m[..., 2] - z * level
+        rows = np.ptp(up, axis=1) / (np.sqrt(across2) * range2 * view.elevation_step_rad)
+        returns: FloatArray = facing / (range2 * np.sqrt(across2) * view.azimuth_step_rad * view.elevation_step_rad)
+    returns[~((columns >= LEAST_SPAN) & (rows >= LEAST_SPAN))] = 0.0
+    returns[(across2 <= 1e-8 * range2) & (facing > 0)] = np.inf  # straight up or down all columns meet
+    return returns
+
+
+def in_view(view: View, at_m: FloatArray, normal: FloatArray) -> BoolArray:
+    """(n, s) whether points (n, s, 3), relative to the sensor, of surfaces with normals (n, 3) can give a return."""
+    across = np.hypot(at_m[..., 0], at_m[..., 1])
+    range_m = np.hypot(across, at_m[..., 2])
+    elevation = np.arctan2(at_m[..., 2], across)
+    turned = np.arctan2(at_m[..., 1], at_m[..., 0]) - view.middle_rad
+    azimuth = np.abs((turned + np.pi) % (2 * np.pi) - np.pi)
+    facing = np.abs(np.einsum("nsi,ni->ns", at_m, normal))
+    inside: BoolArray = (
+        (range_m >= view.range_min_m)
+        & (range_m <= view.range_max_m)
+        & (elevation >= view.low_rad)
+        & (elevation <= view.high_rad)
+        & (azimuth <= view.half_width_rad)
+        & (facing >= view.least_cos_incidence * range_m)
+    )
+    return inside
+
+
+def _caster_of(engine: ScanEngine, scene: Scene, patches: Patches) -> _Caster:
+    from planner_core.engine.opencl import OpenCLEngine
+
+    if isinstance(engine, OpenCLEngine):
+        return _DeviceCaster(engine, scene, patches)
+    if engine.name == "open3d":
+        from planner_core.engine.open3d import Open3DEngine
+        from planner_core.engine.open3d_samples import Open3DSamples
+
+        if isinstance(engine, Open3DEngine):
+            return Open3DSamples(engine, scene, patches)
+    raise RequirementError(f"scan mode patches: got engine {engine.name!r}, expected opencl or open3d; use mode beams")
+
+
+def _bits(mask: UInt32Array) -> UInt8Array:
+    """(M, 28) uint8, bits of marks (M,)."""
+    return (mask[:, None] >> np.arange(N_RIM + N_FINE, dtype=np.uint32) & np.uint32(1)).astype(np.uint8)
+
+
+def share_of(mask: UInt32Array) -> FloatArray:
+    """(M,) part of the patch that the samples of marks (M,) stand for."""
+    share: FloatArray = _bits(mask) @ sample_pattern()[:, 2]
+    share[mask == ALL_RIM] = 1.0
+    return share
+
+
+def _starts(rows: list[Int32Array]) -> Int64Array:
+    starts = np.zeros(len(rows) + 1, dtype=np.int64)
+    starts[1:] = np.cumsum([row.size for row in rows], dtype=np.int64)
+    return starts
+
+
+def _joined(rows: list[Int32Array]) -> Int32Array:
+    return np.concatenate(rows) if rows else np.empty(0, dtype=np.int32)
+
+
+def _joined_masks(rows: list[UInt32Array]) -> UInt32Array:
+    return np.concatenate(rows) if rows else np.empty(0, dtype=np.uint32)

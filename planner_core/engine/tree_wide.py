@@ -1,0 +1,120 @@
+"""Wide nodes and blocks, cut out of a binary tree on the device: kernels/tree_widen.cl.
+
+Float32, metres, local frame; layout in kernels/tree.h and kernels/block.h.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.device import Buffer, Device, Program
+from planner_core.device.precision import has_float64
+from planner_core.device.sort import chunk_count
+from planner_core.engine.surfaces import round_surfaces
+from planner_core.engine.tree_clusters import Binary
+from planner_core.model import Scene
+from planner_core.scene.patches import squared_edges
+
+
+@dataclass(frozen=True)
+class Outline:
+    """Which binary nodes become wide nodes and blocks.
+
+    levels : (first, count) of the nodes of each level. nodes (N,), blocks (B,), first_child (N, 2) int32: see
+    kernels/tree_widen.cl.
+    """
+
+    levels: tuple[tuple[int, int], ...]
+    n_blocks: int
+    nodes: Buffer
+    blocks: Buffer
+    first_child: Buffer
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of wide nodes."""
+        return sum(count for _, count in self.levels)
+
+
+def widen(
+    device: Device, scene: Scene, vertices: Buffer, corners: Buffer, binary: Binary
+) -> tuple[Outline, dict[str, Buffer]]:
+    """Make the arrays that kernels walk.
+
+    Returns
+    -------
+    outline, arrays
+        boxes (N, 6, 8), children (N, 8), geometry (B, 12, 8), triangle (B, 8), slot (T,), edges (T, 3) m2.
+    """
+    float64 = has_float64(device)
+    program = device.program("tree_widen.cl", {"LANES": 1, "FLOAT64": int(float64)})
+    outline = _outline(device, program, binary)
+    sizes = {
+        "boxes": 192 * outline.n_nodes,
+        "children": 32 * outline.n_nodes,
+        "geometry": 384 * outline.n_blocks,
+        "triangle": 32 * outline.n_blocks,
+        "slot": 4 * binary.n_triangles,
+        "edges": 12 * binary.n_triangles,
+    }
+    device.reserve("tree", sizes)
+    arrays = {name: device.allocate("tree", size) for name, size in sizes.items()}
+    normals = arrays["edges"]  # something to hand over where normals are not read
+    if not float64:
+        measured = {"normals": round_surfaces(scene).normal, "edges": squared_edges(scene.vertices_m[scene.triangles])}
+        uploaded = device.upload("normals and edges of triangles", measured)
+        arrays["edges"], normals = uploaded["edges"], uploaded["normals"]
+    block_box = binary.spare[3]  # of 32 bytes a triangle; no block is without one
+    program.run(
+        "fill_blocks",
+        (chunk_count(device, outline.n_blocks),),
+        *(vertices, corners, binary.order, normals, *_binary_arguments(binary)),
+        *(outline.blocks, np.int32(outline.n_blocks)),
+        *(arrays[name] for name in ("geometry", "triangle", "slot", "edges")),
+        block_box,
+    )
+    _write_nodes(device, program, binary, outline, block_box, arrays)
+    return outline, arrays
+
+
+def _write_nodes(
+    device: Device, program: Program, binary: Binary, outline: Outline, block_box: Buffer, arrays: dict[str, Buffer]
+) -> None:
+    """Level by level from the lowest up, since a node's box is the union of its children's."""
+    node_box = device.allocate("boxes of nodes", 32 * outline.n_nodes)
+    for first, count in reversed(outline.levels):
+        program.run(
+            "write_nodes",
+            (chunk_count(device, count),),
+            *(*_binary_arguments(binary), outline.nodes, np.int32(first), np.int32(count)),
+            *(outline.first_child, block_box, node_box, arrays["boxes"], arrays["children"]),
+        )
+
+
+def _binary_arguments(binary: Binary) -> tuple[Buffer, Buffer, np.int32]:
+    return (binary.halves, binary.choices, np.int32(binary.n_triangles))
+
+
+def _outline(device: Device, program: Program, binary: Binary) -> Outline:
+    """Walk down from the root, level by level."""
+    tree = _binary_arguments(binary)
+    nodes, blocks, first_child, _ = binary.spare
+    counts = device.allocate("counts of chunks", 8 * (chunk_count(device, binary.n_triangles) + 1))
+    totals = np.empty(2, dtype=np.int32)
+    program.run("list_root", (1,), np.int32(binary.n_triangles), nodes)
+    levels: list[tuple[int, int]] = []
+    first, count, n_blocks = 0, 1, 0
+    while count:
+        levels.append((first, count))
+        level = (np.int32(first), np.int32(count))
+        following = (np.int32(first + count), np.int32(n_blocks))
+        n_chunks = chunk_count(device, count)
+        program.run("count_children", (n_chunks,), *tree, nodes, *level, counts)
+        program.run("sum_counts", (1,), counts, np.int32(n_chunks))
+        program.run("list_children", (n_chunks,), *tree, nodes, *level, counts, *following, first_child, blocks)
+        device.read(counts, totals)
+        first, count = first + count, int(totals[0])
+        n_blocks += int(totals[1])
+    return Outline(tuple(levels), n_blocks, nodes, blocks, first_child)

@@ -1,0 +1,129 @@
+"""Which stations and floors a format writes, and what people read about each of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.errors import HandoverError, RequirementError
+from planner_core.export.options import Options
+from planner_core.model import FloatArray
+from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
+
+#: Stations that a message names; of more it tells the number.
+_MAX_NAMED = 5
+
+
+def chosen_floors(plan: PlanSource, options: Options) -> tuple[FieldFloor, ...]:
+    """Return the floors that `options.floors` names by id or name, upper and lower case alike; all where it is empty.
+
+    Raises
+    ------
+    RequirementError
+        One is not there.
+    """
+    wanted = {name.casefold() for name in options.floors}
+    for name in options.floors:
+        if not any(name.casefold() in (floor.id.casefold(), floor.name.casefold()) for floor in plan.floors):
+            there = ", ".join(f"{floor.id} ({floor.name})" for floor in plan.floors)
+            raise RequirementError(f"floor: got {name!r}, expected one of {there}; see plan.json")
+    return tuple(floor for floor in plan.floors if not wanted or wanted & {floor.id.casefold(), floor.name.casefold()})
+
+
+def chosen_stations(plan: PlanSource, options: Options) -> tuple[FieldStation, ...]:
+    """Return the stations of these floors, in visiting order; those of no known floor only where all are wanted."""
+    ids = {floor.id for floor in chosen_floors(plan, options)}
+    return tuple(station for station in plan.stations if not options.floors or station.floor_id in ids)
+
+
+@dataclass(frozen=True)
+class FloorStations:
+    """Stations of one floor, in visiting order. id, name : empty for those of a floor that the plan does not have."""
+
+    id: str
+    name: str
+    stations: tuple[FieldStation, ...]
+
+
+def stations_by_floor(plan: PlanSource, options: Options) -> tuple[FloorStations, ...]:
+    """Return the chosen stations floor by floor, lowest first, floors without stations left out; raises as above."""
+    chosen = chosen_stations(plan, options)
+    floors = [(floor.id, floor.name) for floor in chosen_floors(plan, options)]
+    known = {floor_id for floor_id, _ in floors}
+    groups = [
+        FloorStations(floor_id, name, tuple(each for each in chosen if each.floor_id == floor_id))
+        for floor_id, name in floors
+    ]
+    groups.append(FloorStations("", "", tuple(each for each in chosen if each.floor_id not in known)))
+    return tuple(group for group in groups if group.stations)
+
+
+def has_ground(station: FieldStation) -> bool:
+    """Whether its ground point is known: a given station may have no instrument height."""
+    return math.isfinite(station.instrument_height_m)
+
+
+def without_ground_remark(stations: tuple[FieldStation, ...], then: str) -> tuple[str, ...]:
+    """Name the stations without a ground point, and say what comes of it."""
+    unknown = [station.id for station in stations if not has_ground(station)]
+    return (f"the instrument height of {named(unknown)} is not known: {then}",) if unknown else ()
+
+
+def require_ground(stations: tuple[FieldStation, ...], what: str) -> None:
+    """Refuse stations whose ground point is not known: given ones without an instrument height.
+
+    Raises
+    ------
+    HandoverError
+        Naming them.
+    """
+    unknown = [station.id for station in stations if not has_ground(station)]
+    if unknown:
+        raise HandoverError(
+            f"{what}: the instrument height of {named(unknown)} is not known, expected one for the ground point; give "
+            "it in the station list, or hand over sensor heights with --instrument sensor"
+        )
+
+
+def staked_m(station: FieldStation, options: Options) -> FloatArray:
+    """(3,) float64 E, N, H, site frame, less `options.subtract`: the point that is set out, ground or sensor."""
+    return taken_off(station.site_m if options.instrument == "sensor" else station.site_ground_m, options)
+
+
+def taken_off(site_m: FloatArray, options: Options) -> FloatArray:
+    """(3,) float64 of the site frame, less `options.subtract`."""
+    return np.asarray(site_m - np.array(options.subtract, dtype=np.float64))
+
+
+def subtracted_remark(options: Options) -> tuple[str, ...]:
+    """Say that coordinates are not the site's own, where they are not."""
+    if not any(options.subtract):
+        return ()
+    east, north, height = options.subtract
+    return (f"{east:.4f} m is taken off every easting, {north:.4f} m off northings, {height:.4f} m off heights",)
+
+
+def coordinates_line(plan: PlanSource, options: Options) -> str:
+    """What a file says of its coordinates: `SiteFrame.crs_line`, and what is taken off them."""
+    less = ", ".join(f"{value:.4f}" for value in options.subtract)
+    return f"{plan.frame.crs_line}; less E, N, H {less} m" if any(options.subtract) else plan.frame.crs_line
+
+
+def scanned_before(plan: PlanSource) -> frozenset[str]:
+    """Ids of stations whose scans exist. `FieldStation.fixed` says less: all stations of a given list are fixed."""
+    settled = plan.document.get("site", {}).get("settled", ())
+    return frozenset(str(row["id"]) for row in settled if row["role"] == "scanned")
+
+
+def description_of(plan: PlanSource, station: FieldStation) -> str:
+    """`S001 Ground floor h 1.50`; what was scanned before says so."""
+    height = f" h {station.instrument_height_m:.2f}" if math.isfinite(station.instrument_height_m) else ""
+    return f"{station.id} {station.floor_name}{height}{' scanned' if station.id in scanned_before(plan) else ''}"
+
+
+def named(names: list[str]) -> str:
+    """Join names for a message: the first few, and how many more there are."""
+    more = f" and {len(names) - _MAX_NAMED} more" if len(names) > _MAX_NAMED else ""
+    return ", ".join(names[:_MAX_NAMED]) + more

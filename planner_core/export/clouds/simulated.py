@@ -1,0 +1,166 @@
+"""Scans of any stations, without a plan: range images, previews and point clouds as files, streamed, one a station.
+
+Survey, stations, engine -> a folder, in scene coordinates. What is in the files: docs/formats/scans.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.errors import HandoverError, PlannerError, RequirementError
+from planner_core.export.clouds.exr import write_images
+from planner_core.export.clouds.ply import write_points
+from planner_core.export.clouds.points import Clouds
+from planner_core.export.clouds.told import file_names
+from planner_core.model import PlanSettings, SiteFrame, Station, Survey
+from planner_core.plan_folder.atomic import staged_folder
+from planner_core.plan_folder.plan_source import FieldStation
+from planner_core.progress import Progress, ProgressEvent, silent
+
+FORMATS = ("exr", "png", "ply")
+
+_Write = Callable[[Clouds, FieldStation, Path], None]
+
+
+@dataclass(frozen=True)
+class SimulatedScan:
+    """What was written of a station. files : names, in the order of `FORMATS`."""
+
+    station_id: str
+    n_beams: int
+    n_returns: int
+    files: tuple[str, ...]
+
+
+def simulated_clouds(
+    survey: Survey,
+    settings: PlanSettings,
+    stations: Sequence[Station],
+    engine: ScanEngine,
+    *,
+    progress: Progress = silent,
+) -> Clouds:
+    """Make ready to scan from stations of the local frame: every beam, exactly, in scene coordinates."""
+    scene = survey.scene
+    return Clouds(
+        title=scene.source.path.name,
+        identity=(scene.source.sha256,),
+        frame=SiteFrame(),
+        settings=settings,
+        survey=survey,
+        stations=tuple(_in_scene(station, survey) for station in stations),
+        template=survey.template,
+        step=1,
+        noise=None,
+        seed=0,
+        progress=progress,
+        caster=engine,
+    )
+
+
+def write_simulated_scans(
+    clouds: Clouds, formats: Sequence[str], folder: Path, *, overwrite: bool = False
+) -> tuple[SimulatedScan, ...]:
+    """Write the scans of all stations into `folder`, which appears whole or not at all.
+
+    Memory holds one block of a scan. Images and points are scanned for one after the other: nothing of a scan is kept.
+
+    Parameters
+    ----------
+    formats
+        Some of `FORMATS`.
+    overwrite
+        Replace the folder, whatever it holds.
+
+    Raises
+    ------
+    RequirementError
+        Another format, or none.
+    OutputExistsError
+        The folder holds something, and is not to be replaced.
+    HandoverError
+        A file can't be written.
+    MissingPackageError
+        OpenImageIO is missing (EXR, PNG).
+    """
+    passes = _passes(formats)
+    try:
+        with staged_folder(folder, replace=overwrite) as staging:
+            n_returns = [_write_pass(clouds, passes, number, staging) for number in range(len(passes))]
+    except PlannerError:
+        raise
+    except OSError as error:
+        raise HandoverError(
+            f"{folder}: can't be written ({error.strerror or error}), nothing was changed; check the free space and "
+            "the permissions"
+        ) from error
+    n_rows, n_columns = clouds.template.shape
+    return tuple(
+        SimulatedScan(
+            station_id=station.id,
+            n_beams=n_rows * n_columns,
+            n_returns=n_returns[0][index],
+            files=tuple(f"{name}.{suffix}" for suffix in FORMATS if suffix in formats),
+        )
+        for index, (station, name) in enumerate(zip(clouds.stations, file_names(clouds), strict=True))
+    )
+
+
+def _passes(formats: Sequence[str]) -> tuple[_Write, ...]:
+    """What is written of a scan at once."""
+    unknown = sorted(set(formats) - set(FORMATS))
+    if unknown or not formats:
+        raise RequirementError(
+            f"format: got {unknown[0] if unknown else 'none'}, expected some of {', '.join(FORMATS)}"
+        )
+    passes: list[_Write] = []
+    if "exr" in formats or "png" in formats:
+        passes.append(partial(write_images, exr="exr" in formats, png="png" in formats))
+    if "ply" in formats:
+        passes.append(_write_ply)
+    return tuple(passes)
+
+
+def _write_ply(clouds: Clouds, station: FieldStation, path: Path) -> None:
+    write_points(clouds, (station,), path.with_name(f"{path.name}.ply"))
+
+
+def _write_pass(clouds: Clouds, passes: tuple[_Write, ...], number: int, folder: Path) -> list[int]:
+    """Write what one pass writes of all stations -> returns of each."""
+
+    def report(event: ProgressEvent) -> None:
+        done, total = event.done + number * event.total, len(passes) * event.total
+        clouds.progress(replace(event, done=done, total=total))
+
+    counted, n_returns = replace(clouds, progress=report), []
+    for station, name in zip(clouds.stations, file_names(clouds), strict=True):
+        n_before = counted.tally.n_points
+        passes[number](counted, station, folder / name)
+        n_returns.append(counted.tally.n_points - n_before)
+    return n_returns
+
+
+def _in_scene(station: Station, survey: Survey) -> FieldStation:
+    position_m = station.position_m + survey.scene.offset_m
+    ground_m = position_m - np.array([0.0, 0.0, station.instrument_height_m])
+    return FieldStation(
+        id=station.id,
+        number=station.order,
+        floor_id=station.floor,
+        floor_name=next((floor.name for floor in survey.floors if floor.id == station.floor), ""),
+        order=station.order,
+        position_m=position_m,
+        ground_m=ground_m,
+        instrument_height_m=station.instrument_height_m,
+        site_m=position_m,
+        site_ground_m=ground_m,
+        fixed=station.fixed,
+        own_area_m2=station.own_area_m2,
+        covered_area_m2=station.covered_area_m2,
+    )

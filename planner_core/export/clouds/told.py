@@ -1,0 +1,93 @@
+"""What every cloud file says of itself: scanner, noise, coordinates; and the names of files, one a station."""
+
+from __future__ import annotations
+
+import math
+import uuid
+from collections.abc import Callable
+from pathlib import Path
+
+from planner_core.export.clouds.points import Clouds
+from planner_core.model import FloatArray, SiteFrame
+from planner_core.plan_folder.plan_source import FieldStation
+from planner_core.plan_folder.station_marks import prim_names_of_ids
+
+#: Of ids that are names alone: made by `uuid5` from this and a text, so that the same cloud has the same id.
+_NAMESPACE = uuid.UUID("5c0d3c4e-7a58-5d2a-9a52-0f1e6a3f8b11")
+
+Write = Callable[[Clouds, tuple[FieldStation, ...], Path], None]
+
+
+def each_alone(clouds: Clouds, folder: Path, suffix: str, write: Write) -> None:
+    """Write a file a station into `folder`, named after the station."""
+    for station, name in zip(clouds.stations, file_names(clouds), strict=True):
+        write(clouds, (station,), folder / f"{name}{suffix}")
+
+
+def file_names(clouds: Clouds) -> tuple[str, ...]:
+    """Of the clouds' stations, in their order: fit for every disk, and unique."""
+    return prim_names_of_ids([station.id for station in clouds.stations])
+
+
+def facts(clouds: Clouds) -> dict[str, str]:
+    """What holds for all stations, by name; no value says when or where it was written."""
+    scanner = clouds.settings.scanner
+    n_rows, n_columns = clouds.template.shape
+    noise = "none" if clouds.noise is None else f"by the scanner's figures, seed {clouds.seed}"
+    return {
+        "plan": clouds.title,
+        "scanner": f"{scanner.name}{f':{scanner.mode}' if scanner.mode else ''}",
+        "beams": f"{n_rows} x {n_columns}" + (f", every {clouds.step}. of both" if clouds.step > 1 else ""),
+        "noise": noise,
+        "reflectivity": f"{clouds.reflectivity:g}",
+        "coordinates": clouds.frame.crs_line,
+    }
+
+
+def facts_of(station: FieldStation) -> dict[str, str]:
+    """What a station is and where it stands, by name; nothing of its ground where its height is not known."""
+    told = {
+        "station": station.id,
+        "floor": station.floor_id,
+        "number": str(station.number),
+        "positionSite": numbers(station.site_m, 4),
+        "positionScene": numbers(station.position_m, 6),
+    }
+    if math.isfinite(station.instrument_height_m):
+        told["instrumentHeight"] = f"{station.instrument_height_m:.4f}"
+        told["groundSite"] = numbers(station.site_ground_m, 4)
+    return told
+
+
+def numbers(values: FloatArray, n_decimals: int) -> str:
+    """Numbers of a text, between spaces."""
+    return " ".join(f"{value:.{n_decimals}f}" for value in values)
+
+
+def guid_of(clouds: Clouds, station: FieldStation | None = None) -> str:
+    """`{...}`: the same for the same cloud; None: of all stations together."""
+    told = [*clouds.identity, *facts(clouds).values()]
+    told.append(numbers(clouds.frame.matrix.ravel(), 9))
+    for one in clouds.stations if station is None else (station,):
+        told.extend(facts_of(one).values())
+    told.append("all" if station is None else "one")
+    return f"{{{uuid.uuid5(_NAMESPACE, chr(10).join(told))}}}"
+
+
+def wkt_of(frame: SiteFrame) -> str:
+    """The site's coordinate reference system as point-cloud formats take it, WKT of 2001; empty: there is none.
+
+    Heights are part of it where their system is told. A system that WKT of 2001 can't say is told in that of 2019.
+    """
+    if not frame.crs:
+        return ""
+    import pyproj
+
+    crs = pyproj.CRS.from_user_input(frame.crs)
+    if frame.vertical_crs and not crs.is_compound:
+        heights = pyproj.CRS.from_user_input(frame.vertical_crs)
+        crs = pyproj.crs.CompoundCRS(f"{crs.name} + {heights.name}", [crs, heights])
+    try:
+        return str(crs.to_wkt("WKT1_GDAL"))
+    except pyproj.exceptions.CRSError:
+        return str(crs.to_wkt())

@@ -1,0 +1,377 @@
+"""A plan as a DXF drawing: the floors' walls cut open, stations as blocks with attributes, links, walk, unseen ground.
+
+PlanSource -> one DXF file in site coordinates, metres. Every floor lies at its own height and has layers of its own,
+named by its id (`F0-WALL`); links and ways between floors are on `ALL-` layers. A sheet a floor, to scale, is in
+`planner_core.export.dxf_sheets`. The building is the one of the plan folder's stage, float32 in the local frame.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner_core.errors import RequirementError
+from planner_core.export.chosen import chosen_floors, chosen_stations, scanned_before
+from planner_core.export.dxf_document import (
+    STYLE,
+    Layer,
+    add_layer,
+    layer_part,
+    new_document,
+    place_on_earth,
+    say,
+    write_document,
+)
+from planner_core.export.dxf_sheets import PAPERS_MM, add_sheet
+from planner_core.export.options import Options
+from planner_core.export.polylines import chains
+from planner_core.export.section import SectionLine, floor_outline, floor_section, lines_below
+from planner_core.export.sheets.building import Building, read_building
+from planner_core.export.sheets.unseen import unseen_surface
+from planner_core.export.union_border import union_border
+from planner_core.export.walk import ways_of
+from planner_core.model import FloatArray, Floor
+from planner_core.network.weak_motion import overlap_share
+from planner_core.plan_folder import palette
+from planner_core.plan_folder.link_drawing import STRONG_TIMES
+from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
+from planner_core.progress import Progress, ProgressEvent
+
+BLOCK = "TLSPLAN-STATION"
+BETWEEN = "ALL"
+"""Layers of what belongs to no floor alone begin with this instead of the floor's id."""
+
+#: Marks and letters are for drawings at 1:100: 2 mm and 2.5 mm on paper.
+_MARK_M = 0.2
+_TEXT_M = 0.25
+#: Lines of hatching are this far apart.
+_HATCH_M = {"UNSEEN": 0.15, "OUT-OF-REACH": 0.4}
+#: Coordinates are rounded to 0.1 mm.
+_DECIMALS = 4
+#: Strips of missed wall are looked for from the ground up to here.
+_WALL_TOP_M = 2.5
+#: Walls stand this far outside of the ground at most.
+_AROUND_M = 1.0
+_STRIP_WIDTH_M = 0.06
+
+_GREY = (0.55, 0.57, 0.59)
+#: Layers of every floor, in the order in which CAD lists them: what, description, colour, colour number, width.
+_LAYERS = (
+    ("WALL-FILL", "cut walls, filled", (0.75, 0.76, 0.78), 9, 9),
+    ("WALL", "walls, columns and slabs, cut", palette.WALL, 7, 35),
+    ("DOOR", "doors, cut", (0.55, 0.27, 0.07), 30, 18),
+    ("WINDOW", "windows and glass, cut", (0.0, 0.45, 0.7), 5, 18),
+    ("STAIR", "stairs, ramps and railings", _GREY, 8, 13),
+    ("FURNITURE", "furniture and other things", _GREY, 8, 9),
+    ("OUTLINE", "border of the ground", _GREY, 8, 13),
+    ("UNSEEN", "surface that a station could see and none of the plan does", palette.UNSEEN, 30, 13),
+    ("OUT-OF-REACH", "ground that no allowed spot sees", palette.NOT_ACHIEVABLE, 9, 9),
+    ("LINK-WEAK", "overlaps too small or too weak to count", _GREY, 8, 13),
+    ("LINK", "links between scans that count", palette.LINK, 6, 25),
+    ("ROUTE", "the walk from station to station", palette.ROUTE, 200, 30),
+    ("STATION", "stations", palette.STATION, 7, 30),
+)
+_DASHED = frozenset({"LINK-WEAK"})
+#: Switched off at first: they hide what counts.
+_OFF = frozenset({"LINK-WEAK"})
+_SHARED = ("LINK-WEAK", "LINK", "ROUTE")
+
+_LAYER_OF_KIND = {
+    "wall": "WALL",
+    "column": "WALL",
+    "slab": "WALL",
+    "door": "DOOR",
+    "window": "WINDOW",
+    "glass": "WINDOW",
+    "stair": "STAIR",
+    "railing": "STAIR",
+    "furniture": "FURNITURE",
+    "other": "FURNITURE",
+    "ground": "OUTLINE",
+}
+_FILLED = frozenset({"wall", "column", "slab"})
+
+
+def write_dxf(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
+    """Write the drawing; of the chosen floors, where some are. Returns remarks.
+
+    Raises
+    ------
+    RequirementError
+        A floor or a paper size that is not there, a cut below the ground.
+    HandoverError
+        The plan folder's stage can't be read.
+    """
+    _check(options)
+    floors, stations = chosen_floors(plan, options), chosen_stations(plan, options)
+    drawing = _Drawing(plan, new_document())
+    drawing.add_layers(floors)
+    _define_block(drawing.document)
+    building = read_building(plan.folder)
+    remarks = [building] if isinstance(building, str) else []
+    for number, floor in enumerate(floors):
+        progress(ProgressEvent("dxf", number, len(floors), floor.name))
+        if isinstance(building, Building):
+            _draw_building(drawing, building, floor, options)
+    _draw_links(drawing, stations)
+    _draw_walk(drawing, floors)
+    for station in stations:
+        _draw_station(drawing, station)
+    remarks += place_on_earth(drawing.document, plan.frame, drawing.middle_m())
+    for floor in floors:
+        add_sheet(drawing.document, plan, floor, paper=options.paper, hidden=drawing.layers_of_others(floor))
+    drawing.document.header.custom_vars.append("Plan", plan.title)
+    drawing.show_all()
+    write_document(drawing.document, path, name=plan.title)
+    progress(ProgressEvent("dxf", len(floors), len(floors)))
+    return tuple(remarks)
+
+
+def _check(options: Options) -> None:
+    if options.paper not in PAPERS_MM:
+        raise RequirementError(f"paper: got {options.paper!r}, expected one of {', '.join(PAPERS_MM)}")
+    if not 0 < options.cut_m < math.inf:
+        raise RequirementError(f"cut: got {options.cut_m:g} m above the ground, expected more than 0; e.g. 1.2")
+
+
+@dataclass(eq=False)
+class _Drawing:
+    """A document being drawn, and what leads from the scene frame to it."""
+
+    plan: PlanSource
+    document: Any
+
+    def __post_init__(self) -> None:
+        self.space = self.document.modelspace()
+        self._low_m = np.full(3, np.inf)
+        self._high_m = np.full(3, -np.inf)
+        self._parts: dict[str, str] = {}
+
+    def add_layers(self, floors: tuple[FieldFloor, ...]) -> None:
+        for what, description, colour, number, width in _LAYERS:
+            for part, of in self._beginnings(floors):
+                if part != BETWEEN or what in _SHARED:
+                    layer = Layer(f"{part}-{what}", f"{of}: {description}", colour, number, width)
+                    add_layer(self.document, _with_habits(layer, what))
+
+    def _beginnings(self, floors: tuple[FieldFloor, ...]) -> list[tuple[str, str]]:
+        """Beginnings of layers' names, each once whatever the floors' ids, and the floors' names."""
+        taken = {BETWEEN}
+        for number, floor in enumerate(floors):
+            part = layer_part(floor.id)
+            self._parts[floor.id] = part if part not in taken else f"{part}-{number}"
+            taken.add(self._parts[floor.id])
+        return [*((self._parts[floor.id], floor.name) for floor in floors), (BETWEEN, "between floors")]
+
+    def layer(self, floor_id: str, what: str) -> str:
+        """Name of a floor's layer; of the shared one where the floor has none."""
+        return f"{self._parts.get(floor_id, BETWEEN)}-{what}"
+
+    def layers_of_others(self, floor: FieldFloor) -> list[str]:
+        """Layers of all other floors."""
+        others = {f"{part}-" for floor_id, part in self._parts.items() if floor_id != floor.id}
+        names = (layer.dxf.name for layer in self.document.layers)
+        return [name for name in names if any(name == f"{part}{what[0]}" for part in others for what in _LAYERS)]
+
+    def at(self, points_m: FloatArray, z_m: float | None = None) -> FloatArray:
+        """(N, 3) of the drawing: of points (N, 3), or (N, 2) at the height `z_m`, of the scene frame."""
+        if z_m is not None:
+            points_m = np.column_stack([points_m, np.full(len(points_m), z_m)])
+        site_m = np.round(self.plan.frame.to_site(points_m), _DECIMALS)
+        self._low_m = np.minimum(self._low_m, site_m.min(axis=0, initial=np.inf))
+        self._high_m = np.maximum(self._high_m, site_m.max(axis=0, initial=-np.inf))
+        return site_m
+
+    def middle_m(self) -> FloatArray:
+        """(2,) E, N of the middle of what is drawn."""
+        middle = np.round((self._low_m + self._high_m)[:2] / 2)
+        return np.where(np.isfinite(middle), middle, 0.0)
+
+    def show_all(self) -> None:
+        """Open the drawing on all that is drawn."""
+        if not np.isfinite(self._low_m).all():
+            return
+        size_m = self._high_m - self._low_m
+        self.space.reset_extents(tuple(self._low_m.tolist()), tuple(self._high_m.tolist()))
+        self.document.set_modelspace_vport(1.2 * float(max(size_m[1], size_m[0] / 2, 1.0)), tuple(self.middle_m()))
+
+    def line(self, points_m: FloatArray, z_m: float, layer: str, *, closed: bool = False) -> Any:
+        """Add a line through points (N, 2), level at the height `z_m`, both of the scene frame."""
+        site_m = self.at(points_m, z_m)
+        height_m = round(float(site_m[:, 2].mean()), _DECIMALS)
+        where = {"layer": layer, "elevation": height_m}
+        return self.space.add_lwpolyline(site_m[:, :2].tolist(), close=closed, dxfattribs=where)
+
+
+def _with_habits(layer: Layer, what: str) -> Layer:
+    return Layer(
+        layer.name, layer.description, layer.colour, layer.number, layer.width, what in _DASHED, what not in _OFF
+    )
+
+
+# -------------------------------------------------------------------------------------------- the building
+def _draw_building(drawing: _Drawing, building: Building, floor: FieldFloor, options: Options) -> None:
+    scene = building.scene
+    number = next(i for i, each in enumerate(drawing.plan.floors) if each.id == floor.id)
+    local = _local_floor(building, floor, number)
+    z_m = floor.elevation_m
+    top_m = min([local.elevation_m + _WALL_TOP_M, *_above(drawing.plan, floor, scene.offset_m)])
+    unseen = unseen_surface(
+        building,
+        number,
+        height_m=np.array([local.elevation_m, top_m]),
+        window_m=local.bounds_m + np.array([[-_AROUND_M], [_AROUND_M]]),
+    ).moved(scene.offset_m[:2])
+    _hatch(drawing, unseen.missed, unseen.seen, floor, "UNSEEN")
+    _hatch(drawing, unseen.out_of_reach, np.concatenate([unseen.seen, unseen.missed]), floor, "OUT-OF-REACH")
+    section = floor_section(scene, local, options.cut_m)
+    _fill_walls(drawing, section, floor)
+    for line in (*floor_outline(scene, local), *lines_below(scene, local, options.cut_m), *section):
+        drawn = drawing.line(line.points_m, z_m, drawing.layer(floor.id, _LAYER_OF_KIND[line.kind]), closed=line.closed)
+        if line.element >= 0:
+            of = scene.elements[line.element]
+            say(drawn, name=of.name, kind=of.kind, id=of.source_id)
+    for strip_m in unseen.walls:
+        drawn = drawing.line(strip_m, z_m, drawing.layer(floor.id, "UNSEEN"))
+        drawn.dxf.const_width = _STRIP_WIDTH_M
+
+
+def _above(plan: PlanSource, floor: FieldFloor, offset_m: FloatArray) -> tuple[float, ...]:
+    """Heights, local, of the grounds above a floor."""
+    return tuple(each.elevation_m - float(offset_m[2]) for each in plan.floors if each.elevation_m > floor.elevation_m)
+
+
+def _local_floor(building: Building, floor: FieldFloor, number: int) -> Floor:
+    offset_m = building.scene.offset_m
+    return Floor(
+        id=floor.id,
+        name=floor.name,
+        elevation_m=floor.elevation_m - float(offset_m[2]),
+        ground_area_m2=0.0,
+        ground_triangles=np.flatnonzero(building.ground_of_triangle == number).astype(np.int32),
+        bounds_m=floor.bounds - offset_m[:2],
+        origin="slab",
+    )
+
+
+def _fill_walls(drawing: _Drawing, section: tuple[SectionLine, ...], floor: FieldFloor) -> None:
+    """Fill what is cut of each wall, by the even-odd rule."""
+    by_element: dict[int, list[FloatArray]] = {}
+    for line in section:
+        if line.closed and line.kind in _FILLED:
+            by_element.setdefault(line.element, []).append(line.points_m)
+    for rings in by_element.values():
+        _add_hatch(drawing, rings, floor, "WALL-FILL")
+
+
+def _hatch(drawing: _Drawing, triangles_m: FloatArray, over_m: FloatArray, floor: FieldFloor, what: str) -> None:
+    """Hatch the area that triangles (N, 3, 2) cover and those over them (M, 3, 2) leave free."""
+    if not len(triangles_m):
+        return
+    edges, places_m = union_border(triangles_m, over_m)
+    rings = [places_m[np.array(chain)] for chain, closed in chains(edges, places_m) if closed]
+    if rings:
+        _add_hatch(drawing, rings, floor, what)
+
+
+def _add_hatch(drawing: _Drawing, rings: list[FloatArray], floor: FieldFloor, what: str) -> None:
+    site_m = [drawing.at(ring, floor.elevation_m) for ring in rings]
+    height_m = round(float(site_m[0][:, 2].mean()), _DECIMALS)
+    hatch = drawing.space.add_hatch(
+        color=256,
+        dxfattribs={"layer": drawing.layer(floor.id, what), "elevation": (0.0, 0.0, height_m), "hatch_style": 0},
+    )
+    if what in _HATCH_M:
+        # The pattern starts at the first corner: counted from the origin, lines at 6 000 km would lose their digits.
+        east, north = site_m[0][0, :2].tolist()
+        step = _HATCH_M[what] / math.sqrt(2)
+        angle = 45.0 if what == "UNSEEN" else 135.0
+        away = (-step, step) if what == "UNSEEN" else (-step, -step)
+        definition = [[angle, (east, north), away, []]]
+        hatch.set_pattern_fill(f"TLSPLAN-{what}", color=256, definition=definition, pattern_type=0)
+    for ring in site_m:
+        hatch.paths.add_polyline_path(ring[:, :2].tolist(), is_closed=True)
+
+
+# -------------------------------------------------------------------------------- stations, links, the walk
+def _define_block(document: Any) -> None:
+    """Define the mark of a station: a circle with a cross, its number beside it, all else as hidden attributes."""
+    block = document.blocks.new(BLOCK)
+    block.add_circle((0, 0), _MARK_M)
+    for end in ((_MARK_M, 0.0), (0.0, _MARK_M)):
+        block.add_line(tuple(-value for value in end), end)
+    beside = 1.2 * _MARK_M
+    look = {"style": STYLE, "layer": "0"}
+    block.add_attdef("NUMBER", (beside, 0.3 * _MARK_M), height=_TEXT_M, dxfattribs=look)
+    block.add_attdef("ID", (beside, -1.2 * _MARK_M), height=0.6 * _TEXT_M, dxfattribs=look)
+    for row, tag in enumerate(_HIDDEN):
+        attdef = block.add_attdef(tag, (beside, -(2.4 + row) * _MARK_M), height=0.6 * _TEXT_M, dxfattribs=look)
+        attdef.is_invisible = True
+
+
+_HIDDEN = ("FLOOR", "E", "N", "H_GROUND", "H_INSTR", "H_SENSOR", "STATE")
+
+
+def _draw_station(drawing: _Drawing, station: FieldStation) -> None:
+    """Insert the mark at the ground point, and a line up to the sensor."""
+    layer = drawing.layer(station.floor_id, "STATION")
+    known = math.isfinite(station.instrument_height_m)
+    ground_m = drawing.at((station.ground_m if known else station.position_m)[None])[0]
+    sensor_m = drawing.at(station.position_m[None])[0]
+    mark = drawing.space.add_blockref(BLOCK, ground_m.tolist(), dxfattribs={"layer": layer})
+    mark.add_auto_attribs(
+        {
+            "NUMBER": str(station.number),
+            "ID": station.id,
+            "FLOOR": station.floor_name,
+            "E": f"{station.site_m[0]:.4f}",
+            "N": f"{station.site_m[1]:.4f}",
+            "H_GROUND": f"{station.site_ground_m[2]:.4f}" if known else "not known",
+            "H_INSTR": f"{station.instrument_height_m:.4f}" if known else "not known",
+            "H_SENSOR": f"{station.site_m[2]:.4f}",
+            "STATE": "scanned before" if station.id in scanned_before(drawing.plan) else "planned",
+        }
+    )
+    for attrib in mark.attribs:
+        attrib.dxf.layer = layer
+    if known:
+        drawing.space.add_line(ground_m.tolist(), sensor_m.tolist(), dxfattribs={"layer": layer})
+
+
+def _draw_links(drawing: _Drawing, stations: tuple[FieldStation, ...]) -> None:
+    """Draw links from sensor to sensor: the stronger, the wider; those that do not count on layers of their own."""
+    at = {station.id: station for station in stations}
+    least = float(drawing.plan.document["registration"]["min_strength"])
+    for link in drawing.plan.links:
+        if link.a not in at or link.b not in at:
+            continue
+        a, b = at[link.a], at[link.b]
+        floor_id = a.floor_id if a.floor_id == b.floor_id else ""
+        ends_m = drawing.at(np.stack([a.position_m, b.position_m]))
+        drawn = drawing.space.add_line(
+            *ends_m.tolist(),
+            dxfattribs={"layer": drawing.layer(floor_id, "LINK" if link.counts else "LINK-WEAK")},
+        )
+        if _is_strong(link, least):
+            drawn.dxf.lineweight = 60
+        strength = f"{link.strength:.4f}" if math.isfinite(link.strength) else ""
+        say(drawn, a=link.a, b=link.b, overlap=f"{overlap_share(link.overlap, 4):.4f}", strength=strength)
+
+
+def _is_strong(link: FieldLink, least: float) -> bool:
+    return link.counts and math.isfinite(link.strength) and link.strength >= STRONG_TIMES * least
+
+
+def _draw_walk(drawing: _Drawing, floors: tuple[FieldFloor, ...]) -> None:
+    """Draw the legs of the walk in space; those over several floors on the shared layer."""
+    wanted = {floor.id for floor in floors}
+    for way in ways_of(drawing.plan):
+        if not way.walkable or not wanted & set(way.floors):
+            continue
+        layer = drawing.layer(way.floors[0] if len(set(way.floors)) == 1 else "", "ROUTE")
+        drawn = drawing.space.add_polyline3d(drawing.at(way.points_m).tolist(), dxfattribs={"layer": layer})
+        say(drawn, **{"from": way.from_id, "to": way.to_id, "length_m": f"{way.length_m:.2f}"})

@@ -1,0 +1,207 @@
+"""Stations, links and walk as KML 2.2, a folder a floor, for Google Earth and everything that reads its files.
+
+Longitude and latitude, WGS84. Heights, by default, count from the lowest floor, which is put on the ground that the
+viewer has (`relativeToGround`); `absolute` takes the site's heights as if they were above the EGM96 geoid, as KML means
+them. The document says which, and every station carries its heights as they are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from planner_core.errors import RequirementError
+from planner_core.export.chosen import (
+    FloorStations,
+    chosen_floors,
+    chosen_stations,
+    description_of,
+    require_ground,
+    scanned_before,
+    stations_by_floor,
+)
+from planner_core.export.csv_profiles import metres
+from planner_core.export.floor_outlines import GROUND, outlines_of
+from planner_core.export.geographic import DECIMALS, Geographic, geographic_of
+from planner_core.export.options import Options
+from planner_core.export.walk import Way, walk_remarks, ways_of
+from planner_core.model import FloatArray
+from planner_core.network.weak_motion import overlap_percent
+from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
+from planner_core.progress import Progress
+
+NAMESPACE = "http://www.opengis.net/kml/2.2"
+#: Style -> colour of lines (alpha, blue, green, red in hexadecimal) and their width in pixels.
+_LINES = {"link": ("b0d8a03c", "2"), "weak": ("7fa0a0a0", "1"), "walk": ("ff2a6fdb", "3"), "floor": ("ff404040", "2")}
+_STATION_COLOUR = "ff2a4bd7"
+_SCANNED_COLOUR = "ff808080"
+
+
+class _Places:
+    """Writes coordinates: of site points, in degrees and metres of the chosen kind of height."""
+
+    def __init__(self, plan: PlanSource, degrees: Geographic, heights: str) -> None:
+        lowest = min((floor.elevation_m for floor in plan.floors), default=0.0)
+        self._degrees = degrees
+        self.mode = "absolute" if heights == "absolute" else "relativeToGround"
+        self._zero_m = 0.0 if heights == "absolute" else float(plan.frame.to_site(np.array([0.0, 0.0, lowest]))[2])
+
+    def text(self, site_m: FloatArray) -> str:
+        """`longitude,latitude,height` of points (N, 3), with blanks between them."""
+        points = np.asarray(site_m, dtype=np.float64).reshape(-1, 3)
+        return " ".join(
+            f"{east:.{DECIMALS}f},{north:.{DECIMALS}f},{metres(height - self._zero_m)}"
+            for (east, north), height in zip(self._degrees.degrees(points).tolist(), points[:, 2].tolist(), strict=True)
+        )
+
+
+def write_kml(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
+    """Write folders of stations by floor, of links, of the walk and of the floors' outlines.
+
+    Raises
+    ------
+    HandoverError
+        The CRS is not known, or a ground point is not.
+    """
+    if options.kml_heights not in ("relative", "absolute"):
+        raise RequirementError(f"--kml-heights: got {options.kml_heights!r}, expected relative or absolute")
+    degrees = geographic_of(plan.frame, "kml")
+    stations = chosen_stations(plan, options)
+    if options.instrument != "sensor":
+        require_ground(stations, "kml")
+    places = _Places(plan, degrees, options.kml_heights)
+    root = ElementTree.Element("kml", {"xmlns": NAMESPACE})
+    document = ElementTree.SubElement(root, "Document")
+    _texts(document, name=plan.title, open="1", description=_about(plan, options))
+    _add_styles(document)
+    for floor in stations_by_floor(plan, options):
+        _add_stations(document, plan, floor, places, options)
+    kept = {station.id: station for station in stations}
+    ways = ways_of(plan)
+    _add_walk(document, plan, [way for way in ways if way.walkable and {way.from_id, way.to_id} & set(kept)], places)
+    _add_links(document, [link for link in plan.links if link.a in kept and link.b in kept], kept, places)
+    of_floors = _add_floors(document, plan, chosen_floors(plan, options), places)
+    ElementTree.indent(root, " ")
+    path.write_bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
+    return (*degrees.remarks, *of_floors, *walk_remarks(ways))
+
+
+def _about(plan: PlanSource, options: Options) -> str:
+    if options.kml_heights == "absolute":
+        heights = "heights as the site has them, which KML takes as above the EGM96 geoid"
+    else:
+        heights = "heights above the lowest floor, which is put on the ground"
+    which = "sensors" if options.instrument == "sensor" else "ground points"
+    return f"Stations of a scan plan, their {which}. Made from {plan.frame.crs_line}; {heights}."
+
+
+def _texts(parent: ElementTree.Element, **texts: str) -> None:
+    for tag, text in texts.items():
+        ElementTree.SubElement(parent, tag).text = text
+
+
+def _add_styles(document: ElementTree.Element) -> None:
+    for name, colour in (("station", _STATION_COLOUR), ("scanned", _SCANNED_COLOUR)):
+        style = ElementTree.SubElement(document, "Style", {"id": name})
+        # No picture from elsewhere: the viewer's own pin, in our colour.
+        _texts(ElementTree.SubElement(style, "IconStyle"), color=colour, scale="1.0")
+        _texts(ElementTree.SubElement(style, "LabelStyle"), scale="0.9")
+    for name, (colour, width) in _LINES.items():
+        style = ElementTree.SubElement(document, "Style", {"id": name})
+        _texts(ElementTree.SubElement(style, "LineStyle"), color=colour, width=width)
+        _texts(ElementTree.SubElement(style, "PolyStyle"), fill="0")
+
+
+def _folder(document: ElementTree.Element, name: str) -> ElementTree.Element:
+    folder = ElementTree.SubElement(document, "Folder")
+    _texts(folder, name=name)
+    return folder
+
+
+def _placemark(
+    folder: ElementTree.Element, name: str, description: str, style: str, told: Sequence[tuple[str, str]] = ()
+) -> ElementTree.Element:
+    placemark = ElementTree.SubElement(folder, "Placemark")
+    _texts(placemark, name=name, description=description, styleUrl=f"#{style}")
+    if told:
+        extended = ElementTree.SubElement(placemark, "ExtendedData")
+        for key, value in told:
+            _texts(ElementTree.SubElement(extended, "Data", {"name": key}), value=value)
+    return placemark
+
+
+def _add_stations(
+    document: ElementTree.Element, plan: PlanSource, floor: FloorStations, places: _Places, options: Options
+) -> None:
+    folder = _folder(document, f"{floor.id} {floor.name}" if floor.id else "no floor of the plan")
+    for station in floor.stations:
+        scanned = station.id in scanned_before(plan)
+        style = "scanned" if scanned else "station"
+        placemark = _placemark(
+            folder, station.id, description_of(plan, station), style, list(_told(station, scanned=scanned))
+        )
+        point = ElementTree.SubElement(placemark, "Point")
+        at_m = station.site_m if options.instrument == "sensor" else station.site_ground_m
+        _texts(point, altitudeMode=places.mode, coordinates=places.text(at_m))
+
+
+def _told(station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, str]]:
+    yield "order", str(station.number)
+    yield "floor", station.floor_id
+    yield "ground_height_m", metres(float(station.site_ground_m[2]))
+    yield "instrument_height_m", metres(station.instrument_height_m)
+    yield "sensor_height_m", metres(float(station.site_m[2]))
+    yield "scanned_before", "true" if scanned else "false"
+
+
+def _add_line(placemark: ElementTree.Element, site_m: FloatArray, places: _Places) -> None:
+    line = ElementTree.SubElement(placemark, "LineString")
+    _texts(line, tessellate="0", altitudeMode=places.mode, coordinates=places.text(site_m))
+
+
+def _add_walk(document: ElementTree.Element, plan: PlanSource, ways: list[Way], places: _Places) -> None:
+    if not ways:
+        return
+    folder = _folder(document, "walk")
+    for way in ways:
+        length = f"{way.length_m:.1f} m" if math.isfinite(way.length_m) else ""
+        _add_line(_placemark(folder, way.title, length, "walk"), plan.frame.to_site(way.points_m), places)
+
+
+def _add_links(
+    document: ElementTree.Element, links: list[FieldLink], stations: dict[str, FieldStation], places: _Places
+) -> None:
+    if not links:
+        return
+    folder = _folder(document, "links")
+    for link in links:
+        strength = f", strength {link.strength:.4f}" if math.isfinite(link.strength) else ""
+        said = f"overlap {overlap_percent(link.overlap)} %{strength}{'' if link.counts else ', does not count'}"
+        placemark = _placemark(folder, f"{link.a}-{link.b}", said, "link" if link.counts else "weak")
+        _add_line(placemark, np.stack([stations[link.a].site_m, stations[link.b].site_m]), places)
+
+
+def _add_floors(
+    document: ElementTree.Element, plan: PlanSource, floors: Sequence[FieldFloor], places: _Places
+) -> tuple[str, ...]:
+    folder = _folder(document, "floors")
+    outlines, remarks = outlines_of(plan, floors)
+    for floor in floors:
+        outline = outlines[floor.id]
+        said = f"{'the ground' if outline.made_of == GROUND else 'the rectangle around the ground'} of {floor.id}"
+        parent = _placemark(folder, floor.name, f"{said}, {outline.area_m2:.1f} m2", "floor")
+        if len(outline.polygons) > 1:
+            parent = ElementTree.SubElement(parent, "MultiGeometry")
+        for rings in outline.polygons:
+            polygon = ElementTree.SubElement(parent, "Polygon")
+            _texts(polygon, altitudeMode=places.mode)
+            for number, ring in enumerate(rings):
+                boundary = ElementTree.SubElement(polygon, "innerBoundaryIs" if number else "outerBoundaryIs")
+                closed = np.column_stack([ring, np.full(len(ring), floor.elevation_m)])[[*range(len(ring)), 0]]
+                line = ElementTree.SubElement(boundary, "LinearRing")
+                _texts(line, coordinates=places.text(plan.frame.to_site(closed)))
+    return remarks

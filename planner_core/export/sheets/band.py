@@ -1,0 +1,272 @@
+"""What surrounds the drawing of a floor: frame, legend, scale bar, north, title block.
+
+Plan, FloorView, Tile -> page.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner_core.export.sheets.floor_view import COUNTS, STRONG, WEAK, FloorView, is_planned
+from planner_core.export.sheets.fonts import fitted, width_mm, wrapped
+from planner_core.export.sheets.ink import INK, PAPER, QUIET, Box, Ink, Pen
+from planner_core.export.sheets.marks import (
+    CUT,
+    DISC_MM,
+    HATCH_MISSED,
+    HATCH_OUT_OF_REACH,
+    LINKS,
+    MISSED_GROUND,
+    MISSED_WALL,
+    OUT_OF_REACH,
+    STATION_FILL,
+    WALK,
+    WALL_FILL,
+    arrow_head,
+)
+from planner_core.export.sheets.paper import Tile
+from planner_core.export.sheets.spans import Family, spans_of_rings
+from planner_core.export.sheets.words import reached_percent, required_on
+from planner_core.model import FloatArray, SiteFrame
+from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.sheet import nice_length_m
+
+_FRAME = Pen(0.5)
+_LINE = Pen(0.25)
+_SCALE_WIDTH_MM = 42.0
+_MOST_TITLE_MM = 128.0
+_LEAST_TITLE_MM = 80.0
+
+
+def corners(box: Box) -> FloatArray:
+    """(4, 2) of a box."""
+    return np.array([(box.left, box.bottom), (box.right, box.bottom), (box.right, box.top), (box.left, box.top)])
+
+
+def draw_band(
+    ink: Ink,
+    plan: PlanSource,
+    view: FloorView,
+    tile: Tile,
+    *,
+    sheet: int,
+    n_sheets: int,
+    neighbours: Sequence[tuple[int, int]],
+) -> None:
+    """Draw the frame and the band at its foot. neighbours : (column, row) of the tiles of this floor."""
+    band = tile.sheet.band
+    title_mm = min(_MOST_TITLE_MM, max(_LEAST_TITLE_MM, 0.36 * band.width))
+    legend = Box(band.left, band.bottom, band.width - title_mm - _SCALE_WIDTH_MM, band.height)
+    scale = Box(legend.right, band.bottom, _SCALE_WIDTH_MM, band.height)
+    title = Box(scale.right, band.bottom, title_mm, band.height)
+    ink.lines([corners(tile.sheet.frame)], _FRAME, closed=True)
+    ink.lines([np.array([(band.left, band.top), (band.right, band.top)])], _FRAME)
+    ink.lines([np.array([(box.left, box.bottom), (box.left, box.top)]) for box in (scale, title)], _LINE)
+    _draw_legend(ink, view, legend)
+    _draw_north_or_axes(ink, plan, scale)
+    _draw_scale(ink, tile, scale)
+    _draw_title(ink, plan, view, tile, title, sheet=sheet, n_sheets=n_sheets)
+    if tile.n_columns * tile.n_rows > 1:
+        side = 8 if _has_two_arrows(plan.frame) else 14
+        _draw_key(ink, tile, neighbours, Box(scale.left + 41 - side, scale.bottom + 31.5 - side, side, side))
+
+
+# ------------------------------------------------------------------------------------------------- legend
+def _draw_legend(ink: Ink, view: FloorView, box: Box) -> None:
+    """Name every kind of mark, in columns."""
+    entries = ["station", "walk", "strong", "counts", "weak"]
+    if view.scanned:
+        entries.insert(1, "scanned")
+    if view.surface is not None:
+        entries += ["missed ground", "out of reach", "missed wall", "wall", "below"]
+    told = {entry: tuple(words.format(cut=view.cut_m) for words in _LEGEND[entry]) for entry in entries}
+    n_columns = 2 if len(entries) > 5 else 1
+    n_rows = -(-len(entries) // n_columns)
+    width, height = (box.width - 3) / n_columns, (box.height - 2) / max(n_rows, 5)
+    for place, entry in enumerate(entries):
+        column, row = divmod(place, n_rows)
+        left, middle = box.left + 2 + column * width, box.top - 1.5 - (row + 0.5) * height
+        _draw_sample(ink, entry, Box(left, middle - 1.7, 11, 3.4))
+        words = next((words for words in told[entry] if width_mm(words, 6.4) <= width - 13), told[entry][-1])
+        ink.text((left + 12.5, middle - 0.9), fitted(words, 6.4, width - 13), 6.4)
+
+
+#: In many words, and in few where there is little room.
+_LEGEND = {
+    "station": ("station and its number in the walk", "station"),
+    "scanned": ("station that was scanned before", "scanned before"),
+    "walk": ("walk from station to station", "walk"),
+    "strong": ("link that holds firmly", "firm link of scans"),
+    "counts": ("link that registers two scans", "link of scans"),
+    "weak": ("overlap too weak to register", "overlap too weak"),
+    "missed ground": ("floor that the plan leaves unseen", "floor left unseen"),
+    "out of reach": ("floor that no spot sees", "floor no spot sees"),
+    "missed wall": ("wall that the plan leaves unseen", "wall left unseen"),
+    "wall": ("cut {cut:.3g} m above the floor", "cut at {cut:.3g} m"),
+    "below": ("things that are lower", "lower things"),
+}
+
+
+def _draw_sample(ink: Ink, entry: str, box: Box) -> None:
+    middle = box.bottom + box.height / 2
+    line = np.array([(box.left, middle), (box.right, middle)])
+    if entry in ("station", "scanned"):
+        at = (box.left + box.width / 2, middle)
+        fill, letters = (STATION_FILL, PAPER) if entry == "station" else (PAPER, STATION_FILL)
+        ink.disc(at, 0.75 * DISC_MM, fill, Pen(0.3, STATION_FILL))
+        ink.text((at[0], at[1] - 0.7), "1", 5.5, colour=letters, bold=True, align="middle")
+    elif entry == "walk":
+        ink.lines([line], WALK)
+        ink.area([arrow_head(line, 2.2)], WALK.colour)
+    elif entry in ("strong", "counts", "weak"):
+        ink.lines([line], LINKS[{"strong": STRONG, "counts": COUNTS, "weak": WEAK}[entry]])
+    elif entry == "missed ground":
+        _draw_hatch(ink, box, HATCH_MISSED, MISSED_GROUND)
+    elif entry == "out of reach":
+        _draw_hatch(ink, box, HATCH_OUT_OF_REACH, OUT_OF_REACH)
+    elif entry == "missed wall":
+        ink.lines([line], MISSED_WALL)
+    elif entry == "wall":
+        ink.area([corners(box.inset(0.5))], WALL_FILL)
+        ink.lines([corners(box.inset(0.5))], CUT, closed=True)
+    else:
+        ink.lines([corners(box.inset(0.5))], Pen(0.11, (0.55, 0.56, 0.58)), closed=True)
+
+
+def _draw_hatch(ink: Ink, box: Box, kind: tuple[float, float], pen: Pen) -> None:
+    family = Family(kind[0], math.radians(kind[1]))
+    ink.lines(list(spans_of_rings([[corners(box)]], family).lines(family)), pen)
+
+
+# -------------------------------------------------------------------------------------------------- scale
+def _draw_north_or_axes(ink: Ink, plan: PlanSource, box: Box) -> None:
+    """Draw the arrow of the site's north; or the scene's axes, and beside them true north where it is known."""
+    frame = plan.frame
+    if not frame.is_scene:
+        _draw_north(ink, frame.grid_north_rad, (box.left + 12, box.top - 10.5))
+    else:
+        _draw_axes(ink, (box.left + (7 if _has_two_arrows(frame) else 12), box.top - 10.5))
+        if frame.true_north_rad is not None:
+            _draw_north(ink, frame.true_north_rad, (box.left + 24.3, box.top - 10.0), size=0.55, kind="true")
+    words = fitted(_north_words(plan), 5.8, box.width - 2)
+    ink.text((box.left + box.width / 2, box.bottom + 13.4), words, 5.8, align="middle", colour=QUIET)
+
+
+def _north_words(plan: PlanSource) -> str:
+    """Say which north the arrow points to and how that is known, in few words."""
+    frame = plan.frame
+    if not frame.is_scene:
+        return "N: grid north" if frame.crs else "N: axis N of the site's coordinates"
+    if frame.true_north_rad is None:
+        return "x, y of the scene; north not known"
+    return f"true north: as the {plan.document['scene']['format'].upper()} file says"
+
+
+def _draw_scale(ink: Ink, tile: Tile, box: Box) -> None:
+    """Draw the scale bar in light and dark pieces."""
+    length_m = nice_length_m((box.width - 9) / tile.mm_per_m)
+    n_pieces = 5 if f"{length_m:g}"[0] in "15" else 4
+    piece_mm = length_m / n_pieces * tile.mm_per_m
+    left, bottom = box.left + (box.width - n_pieces * piece_mm) / 2, box.bottom + 7.2
+    for piece in range(n_pieces):
+        bar = corners(Box(left + piece * piece_mm, bottom, piece_mm, 1.6))
+        ink.area([bar], INK if piece % 2 == 0 else PAPER)
+        ink.lines([bar], Pen(0.15), closed=True)
+    ink.text((left, bottom + 2.3), "0", 6.2, align="middle")
+    ink.text((left + n_pieces * piece_mm, bottom + 2.3), f"{length_m:g} m", 6.2, align="middle")
+    words = "true to scale when printed at 100 %"
+    ink.text((box.left + box.width / 2, box.bottom + 2.2), fitted(words, 5.8, box.width - 2), 5.8, align="middle",
+             colour=QUIET)  # fmt: skip
+
+
+def _has_two_arrows(frame: SiteFrame) -> bool:
+    """Whether the axes of the listed coordinates are shown and north, which is another way, beside them."""
+    return frame.is_scene and frame.true_north_rad is not None
+
+
+def _draw_axes(ink: Ink, middle: tuple[float, float]) -> None:
+    """Draw the axes of the scene, which are those of the paper."""
+    start = np.array(middle) - 4.5
+    for way, name in ((np.array([1.0, 0.0]), "x"), (np.array([0.0, 1.0]), "y")):
+        ink.lines([np.stack([start, start + 9 * way])], Pen(0.35))
+        base, aside = start + 8.6 * way, 0.9 * np.array([-way[1], way[0]])
+        ink.area([np.array([start + 11 * way, base + aside, base - aside])], INK)
+        _letter(ink, start + 12.8 * way, name)
+
+
+def _draw_north(ink: Ink, turn: float, middle: tuple[float, float], *, size: float = 1.0, kind: str = "") -> None:
+    """Draw an arrow to the north, turned clockwise. kind : a word at its letter where it is not the grid's."""
+    at = np.array(middle)
+    ahead, right = np.array([math.sin(turn), math.cos(turn)]), np.array([math.cos(turn), -math.sin(turn)])
+    tip, tail = at + 5 * size * ahead, at - 8 * size * ahead
+    left_half = np.array([tip, tail - 3.2 * size * right, tail + 2.2 * size * ahead])
+    right_half = np.array([tip, tail + 3.2 * size * right, tail + 2.2 * size * ahead])
+    ink.area([right_half], INK)
+    ink.lines([left_half, right_half], Pen(0.25), closed=True)
+    letter = tip + (2.9 if kind else 2.2) * ahead
+    _letter(ink, letter, "N")
+    if kind:
+        # On the side away from the arrow.
+        ink.text((float(letter[0]), float(letter[1]) + (1.5 if ahead[1] >= 0 else -2.9)), kind, 5.6, bold=True,
+                 align="middle")  # fmt: skip
+
+
+def _letter(ink: Ink, at: FloatArray, letter: str) -> None:
+    ink.text((float(at[0]), float(at[1]) - 1.2), letter, 8.0, bold=True, align="middle")
+
+
+def _draw_key(ink: Ink, tile: Tile, neighbours: Sequence[tuple[int, int]], box: Box) -> None:
+    """Show which part of the floor a sheet is."""
+    shape = tile.sheet.drawing
+    cell = min(box.width / (tile.n_columns * shape.width), box.height / (tile.n_rows * shape.height))
+    width, height = cell * shape.width, cell * shape.height
+    for column, row in neighbours:
+        outline = corners(Box(box.left + column * width, box.bottom + row * height, width, height))
+        if (column, row) == (tile.column, tile.row):
+            ink.area([outline], INK)
+        ink.lines([outline], Pen(0.2), closed=True)
+
+
+# -------------------------------------------------------------------------------------------------- title
+def _draw_title(
+    ink: Ink, plan: PlanSource, view: FloorView, tile: Tile, box: Box, *, sheet: int, n_sheets: int
+) -> None:
+    """Draw project, floor and coordinates, and at the right scale and number of the sheet."""
+    right = Box(box.right - 25, box.bottom, 25, box.height)
+    ink.lines([np.array([(right.left, right.bottom), (right.left, right.top)])], _LINE)
+    ink.lines([np.array([(right.left, right.bottom + box.height / 2), (right.right, right.bottom + box.height / 2)])],
+              _LINE)  # fmt: skip
+    for name, value, note, top in (
+        ("Scale", f"1:{tile.scale}", f"on {tile.sheet.paper}", right.top),
+        ("Sheet", f"{sheet} / {n_sheets}", "", right.top - box.height / 2),
+    ):
+        ink.text((right.left + 1.5, top - 3.4), name, 6.0, colour=QUIET)
+        ink.text((right.left + right.width / 2, top - 10.0), value, 12.0, bold=True, align="middle")
+        ink.text((right.left + right.width / 2, top - 14.2), note, 6.4, colour=QUIET, align="middle")
+    room, left = right.left - box.left - 4, box.left + 2
+    ink.text((left, box.top - 5.2), fitted(plan.title, 9.5, room, bold=True), 9.5, bold=True)
+    ink.text((left, box.top - 10.6), fitted(view.floor.name, 9.5, room), 9.5)
+    n_stations = len(view.stations)
+    lines = [f"{n_stations} station{'' if n_stations == 1 else 's'}{_reached(plan, view)}"]
+    ground_m = float(plan.frame.to_site(np.array([*view.window_m.mean(axis=0), view.floor.elevation_m]))[2])
+    lines.append(f"Ground at H {ground_m:.2f} m")
+    if not plan.document["registration"]["connected"]:
+        lines.append("NOT all scans of the plan register")
+    lines += wrapped(f"Coordinates: {plan.frame.crs_line}", 6.4, room)[:2]
+    if view.surface is None:
+        lines.append("Without walls: see the remarks")
+    for place, line in enumerate(lines[:6]):
+        ink.text((left, box.top - 15.6 - 3.5 * place), fitted(line, 6.4, room), 6.4)
+
+
+def _reached(plan: PlanSource, view: FloorView) -> str:
+    if not is_planned(plan, view.floor):
+        return "; this floor is not planned"
+    found = [each for each in plan.document["coverage"]["floors"] if each["floor"] == view.floor.id]
+    if not found:
+        return ""
+    share = reached_percent(float(found[0]["fraction_of_achievable"]), required_on(plan, view.floor))
+    return f"; seen: {share} % of {float(found[0]['achievable_area_m2']):.0f} m²"

@@ -1,0 +1,268 @@
+"""All sheets of a plan in order, each knowing how to draw itself. PlanSource -> pages for any ink."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+from planner_core.errors import HandoverError, RequirementError
+from planner_core.export.chosen import chosen_floors, chosen_stations
+from planner_core.export.options import Options
+from planner_core.export.sheets.building import Building, read_building
+from planner_core.export.sheets.charts import Histogram, draw_curve, draw_histogram, histograms_of
+from planner_core.export.sheets.cover import MAX_WARNINGS, draw_cover, draw_frame, text_room
+from planner_core.export.sheets.cover_figures import WHOLE_PLAN
+from planner_core.export.sheets.floor_page import Neighbour, draw_floor, is_empty
+from planner_core.export.sheets.floor_view import FloorView, is_planned, view_floor
+from planner_core.export.sheets.fonts import has_letters
+from planner_core.export.sheets.ink import Box, Ink
+from planner_core.export.sheets.paper import Sheet, Tile, sheet_of, text_sheet, tiles_of
+from planner_core.export.sheets.tables import Piece, draw_piece, paginated
+from planner_core.export.sheets.words import (
+    Column,
+    Table,
+    asked_table,
+    floors_table,
+    gaps_table,
+    networks_table,
+    stations_table,
+    unseen_table,
+    warnings_of,
+)
+from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+
+#: Draws a sheet, of that number of so many.
+Draw = Callable[[Ink, int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Page:
+    """A sheet that is still to be drawn."""
+
+    title: str
+    sheet: Sheet
+    draw: Draw
+    zoom: float = 1.0
+    """How many times as large the sheet is printed."""
+
+
+@dataclass(frozen=True, eq=False)
+class FloorSheets:
+    """What there is of one floor."""
+
+    view: FloorView
+    tiles: tuple[Tile, ...]
+    table: Table
+
+
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """What sheets are made of, however they are laid out. remarks : of making them, one line each."""
+
+    plan: PlanSource
+    part: tuple[FieldFloor, ...]
+    """The floors that sheets are asked of; empty: the whole plan."""
+    floors: tuple[FloorSheets, ...]
+    summary: tuple[Table, ...]
+    histograms: tuple[Histogram, ...]
+    remarks: tuple[str, ...]
+
+
+@contextmanager
+def plan_guarded(plan: PlanSource) -> Iterator[None]:
+    """Say of a plan.json that lacks what sheets show, as of earlier versions, that this is so."""
+    try:
+        yield
+    except KeyError as error:
+        raise HandoverError(
+            f"{plan.folder / 'plan.json'}: has no {error}, expected a plan of this version; plan again"
+        ) from error
+
+
+def gather(plan: PlanSource, options: Options) -> Contents:
+    """Read and work out all that sheets show.
+
+    Raises
+    ------
+    RequirementError
+        No such paper or floor, or no height to cut walls at.
+    HandoverError
+        A file of the plan folder can't be read.
+    MissingPackageError
+        reportlab or matplotlib is missing.
+    """
+    sheet_of(options.paper, upright=False)
+    if not 0.0 < options.cut_m < math.inf:
+        raise RequirementError(f"cut: got {options.cut_m:g} m, expected a height above the floor; e.g. 1.2")
+    wanted = [floor for floor in chosen_floors(plan, options) if _worth_a_sheet(plan, floor, options)]
+    building = read_building(plan.folder)
+    remarks = [building] if isinstance(building, str) else []
+    there = None if isinstance(building, str) else building
+    floors = []
+    for floor in wanted:
+        view = view_floor(plan, floor, there, cut_m=options.cut_m)
+        tiles = tuple(tile for tile in tiles_of(view.window_m, options.paper) if not is_empty(view, tile))
+        floors.append(FloorSheets(view, tiles, stations_table(plan, floor.name, plan.stations_of(floor.id))))
+    part = _part(plan, options)
+    summary = (
+        _nowhere(plan, options),
+        floors_table(plan, part),
+        *(_whole(table, part) for table in (asked_table(plan), networks_table(plan), gaps_table(plan))),
+        unseen_table(plan, part),
+    )
+    return Contents(
+        plan=plan,
+        part=part,
+        floors=tuple(floors),
+        summary=tuple(table for table in summary if table is not None),
+        histograms=tuple(_histograms(plan, there, remarks)),
+        remarks=(*remarks, *_cut_lower(floors, options), *_unprintable(plan)),
+    )
+
+
+def _part(plan: PlanSource, options: Options) -> tuple[FieldFloor, ...]:
+    """Floors that sheets are asked of; none where these are all of the plan."""
+    chosen = chosen_floors(plan, options)
+    return () if len(chosen) == len(plan.floors) else chosen
+
+
+def _whole(table: Table | None, part: Sequence[FieldFloor]) -> Table | None:
+    """Say of a table that it is of all floors, where the other sheets are not."""
+    return replace(table, title=f"{table.title}: {WHOLE_PLAN}") if table is not None and part else table
+
+
+def _cut_lower(floors: Sequence[FloorSheets], options: Options) -> list[str]:
+    """Say where the height wanted is not that at which walls are cut."""
+    views = [floor.view for floor in floors if floor.view.surface is not None]
+    lower = [f"{view.floor.name!r} at {view.cut_m:.3g} m" for view in views if view.cut_m < options.cut_m - 1e-6]
+    if not lower:
+        return []
+    more = f" and {len(lower) - 3} more" if len(lower) > 3 else ""
+    return [
+        f"walls are cut lower than at {options.cut_m:.3g} m, half-way to the floor above: {', '.join(lower[:3])}{more}"
+    ]
+
+
+def _worth_a_sheet(plan: PlanSource, floor: FieldFloor, options: Options) -> bool:
+    """Floors that nobody asked for, here or of the plan, have none."""
+    return bool(options.floors) or is_planned(plan, floor) or bool(plan.stations_of(floor.id))
+
+
+def _nowhere(plan: PlanSource, options: Options) -> Table | None:
+    """Stations that are on none of the plan's floors, as given ones may be; None where there is none."""
+    floors = {floor.id for floor in plan.floors}
+    stations = [station for station in chosen_stations(plan, options) if station.floor_id not in floors]
+    return stations_table(plan, "no floor", stations) if stations else None
+
+
+def _histograms(plan: PlanSource, building: Building | None, remarks: list[str]) -> list[Histogram]:
+    made = [] if building is None else histograms_of(plan, building)
+    if not made:
+        remarks.append("histograms of range, incidence and spacing are left out: the plan folder has no such figures")
+    return made
+
+
+def _unprintable(plan: PlanSource) -> list[str]:
+    names = [plan.title, *(floor.name for floor in plan.floors), *(station.id for station in plan.stations)]
+    names += [str(row["name"]) for row in plan.document.get("unseen", ())]
+    bad = [name for name in dict.fromkeys(names) if not has_letters(name)]
+    if not bad:
+        return []
+    return [f"the letters of {len(bad)} name{'s' if len(bad) > 1 else ''}, such as {bad[0]!r}, are not all in the font"]
+
+
+def pages_of(contents: Contents, paper: str) -> list[Page]:
+    """Lay the contents out: cover, a sheet a floor and its stations, figures, charts, remarks."""
+    plan, (sheet, zoom) = contents.plan, text_sheet(paper)
+    pages: list[Page] = []
+    pages.append(_cover(contents, sheet, pages))
+    for floor in contents.floors:
+        pages += _drawings(plan, floor, first=len(pages) + 1)
+        pages += _table_pages(plan, f"Stations of {floor.view.floor.name}", [floor.table], sheet)
+    pages += _table_pages(plan, "Figures", contents.summary, sheet)
+    pages.append(_charts(contents, sheet))
+    remarks = (*warnings_of(plan), *contents.remarks)
+    if len(remarks) > MAX_WARNINGS:
+        rows = tuple((str(place), line) for place, line in enumerate(remarks, start=1))
+        table = Table("Remarks", (Column("No.", 6, number=True), Column("To be heeded", 150)), rows)
+        pages += _table_pages(plan, "Remarks", [table], sheet)
+    return [replace(page, zoom=zoom) if page.sheet is sheet else page for page in pages]
+
+
+def _cover(contents: Contents, sheet: Sheet, pages: list[Page]) -> Page:
+    """The cover of what `pages` will hold by the time it is drawn."""
+
+    def draw(ink: Ink, number: int, n_sheets: int) -> None:
+        draw_frame(ink, contents.plan, sheet, "Plan of the laser scans", number=number, n_sheets=n_sheets)
+        index = _index([page.title for page in pages])
+        draw_cover(ink, contents.plan, sheet, part=contents.part, remarks=contents.remarks, index=index)
+
+    return Page("Cover", sheet, draw)
+
+
+def _index(titles: Sequence[str]) -> list[str]:
+    """Sheets by number, those of one title in one line."""
+    lines, first = [], 1
+    for title, same in groupby(titles):
+        last = first + len(list(same)) - 1
+        lines.append(f"{first}{f'–{last}' if last > first else ''}   {title}")
+        first = last + 1
+    return lines
+
+
+def _drawings(plan: PlanSource, floor: FloorSheets, *, first: int) -> list[Page]:
+    """Sheets of a floor, the first of them number `first`."""
+    neighbours = tuple(Neighbour(t.column, t.row, first + place) for place, t in enumerate(floor.tiles))
+
+    def page(tile: Tile, place: int) -> Page:
+        def draw(ink: Ink, number: int, n_sheets: int) -> None:
+            draw_floor(ink, plan, floor.view, tile, sheet=number, n_sheets=n_sheets, neighbours=neighbours)
+
+        part = f", part {place + 1} of {len(floor.tiles)}" if len(floor.tiles) > 1 else ""
+        return Page(f"{floor.view.floor.name}, 1:{tile.scale}{part}", tile.sheet, draw)
+
+    return [page(tile, place) for place, tile in enumerate(floor.tiles)]
+
+
+def _table_pages(plan: PlanSource, title: str, tables: Sequence[Table], sheet: Sheet) -> list[Page]:
+    room = text_room(sheet)
+
+    def page(pieces: list[Piece]) -> Page:
+        def draw(ink: Ink, number: int, n_sheets: int) -> None:
+            draw_frame(ink, plan, sheet, title, number=number, n_sheets=n_sheets)
+            for piece in pieces:
+                draw_piece(ink, piece, room)
+
+        return Page(title, sheet, draw)
+
+    return [page(pieces) for pieces in paginated(tables, room)]
+
+
+def _charts(contents: Contents, sheet: Sheet) -> Page:
+    title = charts_title(contents.part)
+
+    def draw(ink: Ink, number: int, n_sheets: int) -> None:
+        draw_frame(ink, contents.plan, sheet, title, number=number, n_sheets=n_sheets)
+        boxes = _quarters(text_room(sheet))
+        draw_curve(ink, contents.plan, boxes[0])
+        for made, box in zip(contents.histograms, boxes[1:], strict=False):
+            draw_histogram(ink, made, box)
+
+    return Page(title, sheet, draw)
+
+
+def charts_title(part: Sequence[FieldFloor]) -> str:
+    """What stands above the charts, which are always of all floors."""
+    return "How well it is seen" + (f": {WHOLE_PLAN}" if part else "")
+
+
+def _quarters(room: Box) -> list[Box]:
+    width, height = (room.width - 10) / 2, (room.height - 8) / 2
+    return [
+        Box(room.left + column * (width + 10), room.top - height - row * (height + 8), width, height)
+        for row in range(2)
+        for column in range(2)
+    ]

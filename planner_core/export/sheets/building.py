@@ -1,0 +1,189 @@
+"""The building of a plan folder, from the stage that its viewer loads. viewer/ -> Scene, Patches, figures by patch.
+
+The sheets need no scene file: geometry, patches and what became of them are all in the plan folder. Frame of `scene`:
+local, as everywhere; `scene.offset_m` leads to the scene frame. Geometry is float32, as the stage holds it.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner_core.errors import HandoverError
+from planner_core.model import (
+    BoolArray,
+    Element,
+    FloatArray,
+    Int32Array,
+    LoadReport,
+    Patches,
+    Scene,
+    SceneSource,
+    UInt8Array,
+)
+from planner_core.plan_folder.viewer_files import NOT_ACHIEVABLE
+from planner_core.plan_folder.viewer_layers import NONE
+
+STAGE_FILE = "viewer/stage.usdc"
+
+
+@dataclass(frozen=True, eq=False)
+class Building:
+    """What sheets show of a building.
+
+    ground_of_triangle : (T,) int32, number of the floor whose ground a triangle is, from 0; -1 where it is none.
+    times_seen : (P,) int32, stations that see each patch, 254 for more. achievable : (P,) bool, some candidate sees it.
+    """
+
+    scene: Scene
+    patches: Patches
+    ground_of_triangle: Int32Array
+    times_seen: Int32Array
+    achievable: BoolArray
+
+
+def read_building(folder: Path) -> Building | str:
+    """Read the building of a plan folder, or say in one line why it can't be drawn.
+
+    Raises
+    ------
+    HandoverError
+        Its stage can't be read.
+    """
+    stage, seen = folder / STAGE_FILE, folder / "viewer" / "patches.u8"
+    for path in (stage, seen):
+        if not path.is_file():
+            return f"{path.relative_to(folder)} is not in the plan folder: walls and unseen surface are not drawn"
+    scene, patches, ground = _read_stage(stage)
+    seen_bytes = np.fromfile(seen, dtype=np.uint8)
+    if seen_bytes.size != patches.n_patches:
+        return (
+            f"{seen.relative_to(folder)} has {seen_bytes.size} patches, {STAGE_FILE} {patches.n_patches}: walls and "
+            "unseen surface are not drawn; plan again"
+        )
+    achievable = seen_bytes != NOT_ACHIEVABLE
+    return Building(scene, patches, ground, np.where(achievable, seen_bytes, 0).astype(np.int32), achievable)
+
+
+def read_figures(folder: Path, names: tuple[str, ...]) -> dict[str, FloatArray]:
+    """Read layers of the viewer by their ids; those that the plan folder has not are left out.
+
+    Returns
+    -------
+    dict of (P,) float64
+        In the layer's unit, metres or degrees; NaN where no station sees the patch.
+
+    Raises
+    ------
+    HandoverError
+        A file that is named is not there, or is no layer.
+    """
+    document = folder / "viewer" / "layers.json"
+    if not document.is_file():
+        return {}
+    try:
+        layers = {str(layer["id"]): layer for layer in json.loads(document.read_bytes())["layers"]}
+        return {name: _figures(folder, layers[name]) for name in names if name in layers}
+    except (KeyError, TypeError, ValueError, OSError) as error:
+        raise HandoverError(
+            f"{document}: its layers can't be read ({type(error).__name__}: {error}), expected those of a plan folder; "
+            "plan again"
+        ) from error
+
+
+def _figures(folder: Path, layer: dict[str, Any]) -> FloatArray:
+    steps = np.fromfile(folder / "viewer" / str(layer["file"]), dtype="<u2")
+    return np.where(steps == NONE, np.nan, steps * float(layer["step"]))
+
+
+@dataclass(frozen=True, eq=False)
+class _Mesh:
+    element: Element
+    number: int
+    points_m: FloatArray
+    corners: Int32Array
+    triangle: Int32Array
+    floor_number: Int32Array
+    first_patch: Int32Array
+    depth: UInt8Array
+
+
+def _read_stage(path: Path) -> tuple[Scene, Patches, Int32Array]:
+    """Scene, patches and the floor whose ground each triangle is."""
+    from pxr import Tf, Usd, UsdGeom
+
+    try:
+        stage = Usd.Stage.Open(str(path))
+    except Tf.ErrorException as error:
+        reason = str(error).strip().splitlines()[-1].strip()
+        raise HandoverError(f"{path}: can't be read as USD ({reason}), expected a plan's stage; plan again") from error
+    meshes = [_mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh) and prim.GetAttribute(_TRIANGLE)]
+    root = stage.GetPrimAtPath("/Plan")
+    if not meshes or not root.HasAttribute("tlsplan:offsetX"):
+        raise HandoverError(f"{path}: holds no building of a plan, expected the stage that a plan wrote; plan again")
+    meshes.sort(key=lambda mesh: mesh.number)
+    offset_m = np.array([float(root.GetAttribute(f"tlsplan:offset{axis}").Get()) for axis in "XYZ"])
+    return _joined(path, meshes, offset_m)
+
+
+_TRIANGLE = "primvars:tlsplan:triangle"
+
+
+def _mesh(prim: Any) -> _Mesh:
+    def numbers(name: str, kind: type[np.generic]) -> NDArray[Any]:
+        return np.asarray(prim.GetAttribute(name).Get(), dtype=kind)
+
+    def text(name: str) -> str:
+        return str(prim.GetAttribute(name).Get() or "")
+
+    element = Element(text("tlsplan:name"), text("tlsplan:kind"), text("tlsplan:sourceId"))
+    return _Mesh(
+        element=element,
+        number=int(prim.GetAttribute("tlsplan:element").Get()),
+        points_m=numbers("points", np.float64).reshape(-1, 3),
+        corners=numbers("faceVertexIndices", np.int32).reshape(-1, 3),
+        triangle=numbers(_TRIANGLE, np.int32),
+        floor_number=numbers("primvars:tlsplan:floorIndex", np.int32),
+        first_patch=numbers("primvars:tlsplan:firstPatch", np.int32),
+        depth=numbers("primvars:tlsplan:patchDepth", np.uint8),
+    )
+
+
+def _joined(path: Path, meshes: list[_Mesh], offset_m: FloatArray) -> tuple[Scene, Patches, Int32Array]:
+    """Put the meshes' triangles in the order of the scene's."""
+    empty_floats, empty = np.zeros((0, 3)), np.zeros(0, dtype=np.int32)
+    points_m = np.concatenate([empty_floats, *(mesh.points_m for mesh in meshes)])
+    first = np.cumsum([0, *(len(mesh.points_m) for mesh in meshes)])
+    corners = np.concatenate(
+        [empty.reshape(0, 3), *(mesh.corners + at for mesh, at in zip(meshes, first[:-1].tolist(), strict=True))]
+    )
+    order = np.argsort(np.concatenate([empty, *(mesh.triangle for mesh in meshes)]), kind="stable")
+    element = np.concatenate([empty, *(np.full(mesh.triangle.size, i) for i, mesh in enumerate(meshes))])[order]
+    depth = np.concatenate([empty, *(mesh.depth for mesh in meshes)])[order].astype(np.uint8)
+    ground = np.concatenate([empty, *(mesh.floor_number for mesh in meshes)])[order] - 1
+    scene = Scene(
+        source=SceneSource(path, "", "usd", "metre", 1.0, "Z"),
+        vertices_m=points_m,
+        triangles=corners[order].astype(np.int32),
+        element_of_triangle=element.astype(np.int32),
+        elements=tuple(mesh.element for mesh in meshes),
+        storeys=(),
+        offset_m=offset_m,
+        report=LoadReport(n_faces_read=len(order)),
+    )
+    return scene, _patches(scene, depth), ground.astype(np.int32)
+
+
+def _patches(scene: Scene, depth: UInt8Array) -> Patches:
+    corners = scene.vertices_m[scene.triangles]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area_m2: FloatArray = 0.5 * np.linalg.norm(cross, axis=1)
+    first = np.zeros(depth.size + 1, dtype=np.int32)
+    first[1:] = np.cumsum(np.exp2(depth.astype(np.float64)).astype(np.int64))
+    largest_m2 = float((area_m2 / np.exp2(depth.astype(np.float64))).max(initial=0.0))
+    return Patches(max_area_m2=largest_m2, depth=depth, first_patch=first, triangle_area_m2=area_m2)

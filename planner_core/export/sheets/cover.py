@@ -1,0 +1,152 @@
+"""The first page: what plan this is, its figures, a picture of all floors. PlanSource -> page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from planner_core.export.sheets.band import corners
+from planner_core.export.sheets.cover_figures import WHOLE_PLAN, cover_figures, part_words
+from planner_core.export.sheets.fonts import fitted, wrapped
+from planner_core.export.sheets.ink import QUIET, RULE, Box, Ink, Pen
+from planner_core.export.sheets.paper import Sheet
+from planner_core.export.sheets.words import warnings_of
+from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+
+SUBTITLE = "Plan of the laser scans: stations, drawings to scale, registration, coverage"
+OVERVIEW = "report/overview.png"
+_PNG = b"\x89PNG\r\n\x1a\n"
+_FOOT_MM = 8.0
+_TITLE_PT = 20.0
+_SIZE_PT = 8.6
+_LINE_MM = 4.1
+_NAME_MM = 27.0
+_INDEX_MM = 3.9
+#: Warnings on the cover; where there are more, they are on a page of their own.
+MAX_WARNINGS = 4
+
+
+def text_room(sheet: Sheet) -> Box:
+    """Where the words of a page without drawing go."""
+    frame = sheet.frame
+    return Box(frame.left + 6, frame.bottom + _FOOT_MM + 3, frame.width - 12, frame.height - _FOOT_MM - 8)
+
+
+def draw_frame(ink: Ink, plan: PlanSource, sheet: Sheet, title: str, *, number: int, n_sheets: int) -> None:
+    """Draw the frame of a page without drawing: at its foot what it belongs to."""
+    frame = sheet.frame
+    ink.lines([corners(frame)], Pen(0.5), closed=True)
+    top = frame.bottom + _FOOT_MM
+    ink.lines([np.array([(frame.left, top), (frame.right, top)])], Pen(0.25))
+    base = frame.bottom + 3.0
+    third = frame.width / 3
+    ink.text((frame.left + 3, base), fitted(f"{plan.title} · {title}", 7.2, third, bold=True), 7.2, bold=True)
+    words = fitted(plan.frame.crs_line, 6.6, 1.25 * third)
+    ink.text((frame.left + 1.6 * third, base), words, 6.6, align="middle", colour=QUIET)
+    ink.text((frame.right - 3, base), f"Sheet {number} / {n_sheets}", 7.2, bold=True, align="right")
+
+
+def draw_cover(
+    ink: Ink,
+    plan: PlanSource,
+    sheet: Sheet,
+    *,
+    part: Sequence[FieldFloor] = (),
+    remarks: Sequence[str] = (),
+    index: Sequence[str] = (),
+) -> None:
+    """Draw title, figures, picture, warnings.
+
+    part : the floors that the sheets are of, empty for all. remarks : of making them. index : what is on which.
+    """
+    room = text_room(sheet)
+    ink.text((room.left, room.top - 8), fitted(plan.title, _TITLE_PT, room.width, bold=True), _TITLE_PT, bold=True)
+    if part:
+        ink.text((room.left, room.top - 14.5), fitted(part_words(plan, part), 12.0, room.width, bold=True), 12.0,
+                 bold=True)  # fmt: skip
+    else:
+        ink.text((room.left, room.top - 14.5), SUBTITLE, 10.0, colour=QUIET)
+    warnings = [*warnings_of(plan), *remarks]
+    foot = _draw_warnings(ink, warnings, room)
+    body = Box(room.left, foot, room.width, room.top - 20 - foot)
+    picture = plan.folder / OVERVIEW
+    left_mm = body.width if not has_picture(plan) else min(0.46 * body.width, 150.0)
+    _draw_figures(ink, cover_figures(plan, part), Box(body.left, body.bottom, left_mm, body.height))
+    if has_picture(plan):
+        beside = Box(body.left + left_mm + 6, body.bottom, body.width - left_mm - 6, body.height)
+        index_mm = min(0.5 * body.height, _INDEX_MM * -(-len(index) // 2) + 18)
+        foot_mm = _draw_picture(ink, picture, Box(beside.left, foot + index_mm, beside.width, body.height - index_mm))
+        ink.text((beside.left, foot_mm - 3.2), fitted(picture_words(part), 6.6, beside.width), 6.6, colour=QUIET)
+        _draw_index(ink, index, Box(beside.left, body.bottom, beside.width, foot_mm - body.bottom - 8))
+
+
+def picture_words(part: Sequence[FieldFloor]) -> str:
+    """What is said below the picture of all floors."""
+    words = "In a grey copy its shades are not told apart: the drawings hatch what stays unseen."
+    return f"{WHOLE_PLAN.capitalize()}. {words}" if part else words
+
+
+def _draw_figures(ink: Ink, figures: Sequence[tuple[str, str]], box: Box) -> None:
+    top = box.top
+    for name, value in figures:
+        lines = wrapped(value, _SIZE_PT, box.width - _NAME_MM)
+        ink.text((box.left, top - 4.0), name, _SIZE_PT, bold=True)
+        for place, line in enumerate(lines):
+            ink.text((box.left + _NAME_MM, top - 4.0 - place * _LINE_MM), line, _SIZE_PT)
+        top -= len(lines) * _LINE_MM + 2.6
+        ink.lines([np.array([(box.left, top + 0.2), (box.right, top + 0.2)])], Pen(0.1, RULE))
+
+
+def _draw_index(ink: Ink, index: Sequence[str], box: Box) -> None:
+    """List the sheets in two columns, as many as have room."""
+    n_rows = int((box.height - 8) / _INDEX_MM)
+    if n_rows < 1:
+        return
+    n_rows = min(n_rows, -(-len(index) // 2))
+    shown = list(index) if len(index) <= 2 * n_rows else [*index[: 2 * n_rows - 1], "…"]
+    ink.text((box.left, box.top - 4), "Sheets", 9.0, bold=True)
+    for place, words in enumerate(shown):
+        column, row = divmod(place, n_rows)
+        at = (box.left + column * box.width / 2, box.top - 9 - row * _INDEX_MM)
+        ink.text(at, fitted(words, 7.6, box.width / 2 - 3), 7.6)
+
+
+def _draw_picture(ink: Ink, path: Path, box: Box) -> float:
+    """Place a picture as large as there is room, at the top; return where it ends."""
+    width, height = picture_size(path)
+    scale = min(box.width / width, box.height / height)
+    placed = Box(box.left, box.top - scale * height, scale * width, scale * height)
+    ink.picture(path, placed)
+    ink.lines([corners(placed)], Pen(0.1, RULE), closed=True)
+    return placed.bottom
+
+
+def has_picture(plan: PlanSource) -> bool:
+    """Whether the plan folder holds the picture of all floors, and it is a PNG."""
+    path = plan.folder / OVERVIEW
+    return path.is_file() and path.read_bytes()[:8] == _PNG
+
+
+def picture_size(path: Path) -> tuple[int, int]:
+    """Pixels across and down, out of the head of a PNG."""
+    head = path.read_bytes()[:24]
+    return int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
+
+
+def _draw_warnings(ink: Ink, warnings: list[str], room: Box) -> float:
+    """Write the first warnings at the foot; return the height above them."""
+    if not warnings:
+        return room.bottom
+    shown = warnings[:MAX_WARNINGS]
+    lines = [(f"• {line}" if place == 0 else f"   {line}") for words in shown for place, line in
+             enumerate(wrapped(words, 7.6, room.width - 12))]  # fmt: skip
+    if len(warnings) > len(shown):
+        lines.append(f"… and {len(warnings) - len(shown)} more: see the sheet of remarks")
+    top = room.bottom + 3.7 * len(lines) + 10
+    ink.lines([corners(Box(room.left, room.bottom, room.width, top - room.bottom))], Pen(0.45), closed=True)
+    ink.text((room.left + 3, top - 5.2), "To be heeded", 9.0, bold=True)
+    for place, line in enumerate(lines):
+        ink.text((room.left + 3, top - 10 - 3.7 * place), line, 7.6)
+    return top + 5

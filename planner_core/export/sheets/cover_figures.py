@@ -1,0 +1,160 @@
+"""The figures on the first sheet: of the whole plan, or of some floors. PlanSource, floors -> names and values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from planner_core.export.sheets.floor_view import WEAK, is_planned, link_class
+from planner_core.export.sheets.words import reached_percent, required_on
+from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+
+WHOLE_PLAN = "whole plan"
+
+
+def part_words(plan: PlanSource, part: Sequence[FieldFloor]) -> str:
+    """Say which floors of how many the sheets are of; nothing where they are of the whole plan."""
+    if not part:
+        return ""
+    return f"Only {', '.join(floor.name for floor in part)}: {len(part)} of {len(plan.floors)} floors"
+
+
+def cover_figures(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> list[tuple[str, str]]:
+    """Names and values. part : the floors that the sheets are of, empty for all; what is of more floors says so."""
+    return [*(_part_figures(plan, part) if part else _plan_figures(plan)), *_basis_figures(plan)]
+
+
+def _plan_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
+    document = plan.document
+    yield "Stations", stations_words(document)
+    yield "Coverage", _coverage(document["coverage"], float(document["requirements"]["coverage"]))
+    yield from _team_figures(plan)
+
+
+def _part_figures(plan: PlanSource, part: Sequence[FieldFloor]) -> Iterator[tuple[str, str]]:
+    here = sum(len(plan.stations_of(floor.id)) for floor in part)
+    yield "Sheets of", f"{', '.join(floor.name for floor in part)}; the plan has {len(plan.floors)} floors"
+    yield "Stations", f"{here} here; {WHOLE_PLAN}: {stations_words(plan.document)}"
+    seen = [_floor_coverage(plan, floor) for floor in part]
+    yield (
+        "Coverage",
+        seen[0]
+        if len(part) == 1
+        else "; ".join(f"{floor.name} {words}" for floor, words in zip(part, seen, strict=True)),
+    )
+    for name, value in _team_figures(plan):
+        yield name, f"{WHOLE_PLAN}: {value}"
+
+
+def _floor_coverage(plan: PlanSource, floor: FieldFloor) -> str:
+    found = [each for each in plan.document["coverage"]["floors"] if each["floor"] == floor.id]
+    if not found or not is_planned(plan, floor):
+        return "not planned"
+    return _coverage(found[0], required_on(plan, floor))
+
+
+def _coverage(figures: Mapping[str, Any], asked: float) -> str:
+    reached = reached_percent(float(figures["fraction_of_achievable"]), asked)
+    return f"{reached} % of {figures['achievable_area_m2']:.0f} m² achievable; asked for: {100 * asked:g} %"
+
+
+def _team_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
+    """What all floors have together: networks, the walk, the day."""
+    yield "Registration", network_words(plan)
+    route, time = plan.document.get("route"), plan.document.get("field_time")
+    if route is not None:
+        back = ", and back to the start" if route["returns"] else ""
+        yield "Walk", f"{route['length_m']:.0f} m between the stations{back}"
+    if time is not None:
+        yield "Field time", time_words(time)
+
+
+def _basis_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
+    """What the plan was made with: scanner, coordinates, scene."""
+    document = plan.document
+    scanner, settings, scene = document["scanner"], document["settings"], document["scene"]
+    mode = f", mode {scanner['mode']}" if scanner["mode"] else ""
+    yield "Scanner", f"{scanner['title']}{mode}; range {scanner['range_max_m']:g} m"
+    yield "Coordinates", plan.frame.crs_line + _accuracy(plan)
+    yield "North", north_words(plan)
+    if plan.frame.place:
+        yield "Place", f"{plan.frame.place}, roughly: as the {scene['format'].upper()} file says"
+    yield "Scene", f"{scene['file']} ({scene['format'].upper()}), SHA-256 {scene['sha256'][:16]}…"
+    made = document.get("versions", {}).get("tlsplan")
+    basis = f"{_thousands(settings['n_patches'])} patches, {_thousands(settings['n_candidates'])} candidates"
+    yield "Worked out", basis + (f"; tlsplan {made}" if made else "")
+
+
+def north_words(plan: PlanSource) -> str:
+    """Say which north the drawings show, where it comes from, and how they are turned to it."""
+    frame = plan.frame
+    turned = _turned(frame.grid_north_rad)
+    if not frame.is_scene:
+        kind = "grid north" if frame.crs else "axis N of the site's coordinates"
+        return f"arrow N on the drawings: {kind}, {turned}"
+    if frame.true_north_rad is None:
+        return "not known; drawings lie along the scene's x and y"
+    said = f"true north as the {plan.document['scene']['format'].upper()} file says"
+    return f"{said}, {turned}; coordinates are not turned to it"
+
+
+def _turned(north_rad: float) -> str:
+    """Say how far north is from up on the drawings."""
+    degrees = round(math.degrees(north_rad), 1)
+    if degrees == 0:
+        return "up on the sheet"
+    return f"{abs(degrees):.1f}° {'clockwise' if degrees > 0 else 'counter-clockwise'} from up"
+
+
+def _thousands(number: int) -> str:
+    return f"{number:,}".replace(",", "\u202f")
+
+
+def stations_words(document: Mapping[str, Any]) -> str:
+    """Say how many stations there are, and how few there can be."""
+    n, best = len(document["stations"]), document["optimality"]
+    if best["proven"]:
+        return f"{n}: proven, no plan on these candidates takes fewer"
+    if best["lower_bound"] is None:
+        return str(n)
+    gap = "" if best["gap"] is None else f" (gap {100 * best['gap']:.0f} %)"
+    return f"{n}; at least {best['lower_bound']} are needed on these candidates{gap}"
+
+
+def network_words(plan: PlanSource) -> str:
+    """Say how the stations hang together."""
+    of = plan.document["registration"]
+    counted = sum((link_class(plan, link) or WEAK) > WEAK for link in plan.links)
+    links = f"{counted} links of at least {100 * of['threshold']:g} % overlap"
+    if of["connected"]:
+        return f"one network of {len(plan.stations)} stations by {links}"
+    sizes = [len(network["stations"]) for network in of["networks"]]
+    told = ", ".join(map(str, sizes[:12])) + (" …" if len(sizes) > 12 else "")
+    return f"NOT one network: {len(sizes)} of {told}; {links}"
+
+
+def time_words(time: Mapping[str, Any]) -> str:
+    """Say how long the day is, as far as that is known."""
+    parts = (("scanning", time["scanning_s"]), ("setting up", time["set_up_s"]), ("walking", time["walking_s"]))
+    told = ", ".join(f"{_minutes(seconds)} {name}" for name, seconds in parts if seconds is not None)
+    if time["total_s"] is None:
+        return f"{told}; how long a scan takes is not known"
+    return f"{_hours(time['total_s'])}: {told}"
+
+
+def _minutes(seconds: float) -> str:
+    return "less than 1 min" if 0 < seconds < 30 else f"{seconds / 60:.0f} min"
+
+
+def _hours(seconds: float) -> str:
+    hours, minutes = divmod(round(seconds / 60), 60)
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min"
+
+
+def _accuracy(plan: PlanSource) -> str:
+    scale, residuals = plan.frame.horizontal_scale, plan.frame.residuals_m
+    words = "" if abs(scale - 1.0) < 1e-7 else f"; 1 m of the building is {scale:.6f} m on the grid"
+    if not residuals:
+        return words
+    return f"{words}; {len(residuals)} control points, largest residual {1000 * max(residuals):.1f} mm"

@@ -1,0 +1,213 @@
+"""The drawing of one floor to scale: walls, stations in walking order, links, what stays unseen. FloorView -> page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.export.sheets.band import corners, draw_band
+from planner_core.export.sheets.floor_view import COUNTS, STRONG, WEAK, FloorView
+from planner_core.export.sheets.fonts import width_mm
+from planner_core.export.sheets.ink import INK, PAPER, Box, Ink, Pen
+from planner_core.export.sheets.marks import (
+    BELOW,
+    CUT,
+    DISC_MM,
+    FITTING,
+    HATCH_MISSED,
+    HATCH_OUT_OF_REACH,
+    LINK_ASIDE_MM,
+    LINK_RIM_MM,
+    LINKS,
+    MISSED_GROUND,
+    MISSED_WALL,
+    MISSED_WALL_RIM,
+    OUT_OF_REACH,
+    WALL_FILL,
+    Labels,
+    draw_station,
+    draw_walk,
+)
+from planner_core.export.sheets.paper import Tile
+from planner_core.export.sheets.site_grid import draw_grid
+from planner_core.export.sheets.spans import Family, spans_of_rings, spans_of_triangles, without
+from planner_core.model import FloatArray
+from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.sheet import spread_apart
+
+#: Up to so many stations on a sheet, ids that are not their numbers are written beside them.
+_MAX_IDS = 60
+
+
+@dataclass(frozen=True)
+class Neighbour:
+    """Where a floor goes on. column, row : of that tile. sheet : its number."""
+
+    column: int
+    row: int
+    sheet: int
+
+
+def draw_floor(
+    ink: Ink,
+    plan: PlanSource,
+    view: FloorView,
+    tile: Tile,
+    *,
+    sheet: int,
+    n_sheets: int,
+    neighbours: Sequence[Neighbour] = (),
+) -> None:
+    """Draw one sheet of a floor. neighbours : all tiles of this floor that are drawn, this one among them."""
+    box = tile.sheet.drawing
+    with ink.clip(box):
+        _draw_ground(ink, view, tile)
+        _draw_building(ink, view, tile)
+        _draw_links(ink, view, tile)
+        _draw_walk(ink, view, tile)
+    others = list(_edges(tile, neighbours))
+    names = draw_grid(ink, plan.frame, tile, view.floor.elevation_m, taken=[edge for edge, _ in others])
+    labels = Labels(ink, box, [*names, *(edge for edge, _ in others)])
+    with ink.clip(box):
+        _draw_stations(ink, plan, view, tile, labels)
+        _draw_words(view, tile, labels)
+    for edge, words in others:
+        _draw_neighbour(ink, edge, words)
+    draw_band(ink, plan, view, tile, sheet=sheet, n_sheets=n_sheets, neighbours=[(n.column, n.row) for n in neighbours])
+
+
+def is_empty(view: FloorView, tile: Tile) -> bool:
+    """Whether a tile shows nothing of its floor."""
+    low_m, high_m = tile.window_m
+    lines = (*view.cuts, *(way.points_m for way in view.ways), *(s.position_m[None, :2] for s in view.stations))
+    if not lines:
+        return False
+    points_m = np.concatenate(lines)
+    return not bool(((points_m >= low_m) & (points_m <= high_m)).all(axis=1).any())
+
+
+def _draw_ground(ink: Ink, view: FloorView, tile: Tile) -> None:
+    surface = view.surface
+    if surface is None:
+        return
+    for hatched, hiding, (apart_mm, turn_deg), pen in (
+        (surface.out_of_reach, (surface.seen, surface.missed), HATCH_OUT_OF_REACH, OUT_OF_REACH),
+        (surface.missed, (surface.seen,), HATCH_MISSED, MISSED_GROUND),
+    ):
+        family = Family(apart_mm / tile.mm_per_m, math.radians(turn_deg))
+        spans = without(spans_of_triangles(_near(hatched, tile), family), spans_of_rings(view.standing, family))
+        for other in hiding:
+            spans = without(spans, spans_of_triangles(_near(other, tile), family))
+        ink.lines(list(tile.on_paper(spans.lines(family))), pen)
+
+
+def _draw_building(ink: Ink, view: FloorView, tile: Tile) -> None:
+    ink.lines([tile.on_paper(line) for line in view.below], BELOW)
+    for rings in view.solids:
+        ink.area([tile.on_paper(ring) for ring in rings], WALL_FILL)
+    ink.lines([tile.on_paper(line) for line in view.fittings], FITTING)
+    ink.lines([tile.on_paper(line) for line in view.cuts], CUT)
+    if view.surface is not None:
+        strips = list(tile.on_paper(view.surface.walls))
+        ink.lines(strips, MISSED_WALL_RIM)
+        ink.lines(strips, MISSED_WALL)
+
+
+def _near(triangles: FloatArray, tile: Tile) -> FloatArray:
+    """Return those of the triangles (N, 3, 2) that may be on a sheet."""
+    low_m, high_m = tile.window_m
+    near = ((triangles.max(axis=1) >= low_m) & (triangles.min(axis=1) <= high_m)).all(axis=1)
+    return np.asarray(triangles[near])
+
+
+def _draw_links(ink: Ink, view: FloorView, tile: Tile) -> None:
+    for kind in (WEAK, COUNTS, STRONG):
+        ends, pen = list(_aside(tile.on_paper(view.links[kind]))), LINKS[kind]
+        if kind > WEAK:
+            ink.lines(ends, Pen(pen.width_mm + LINK_RIM_MM, PAPER))
+        ink.lines(ends, pen)
+
+
+def _aside(ends: FloatArray) -> FloatArray:
+    """Lines (K, 2, 2) in millimetres, moved to their right."""
+    way = ends[:, 1] - ends[:, 0]
+    length = np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-9)
+    return np.asarray(ends + LINK_ASIDE_MM * (np.stack([way[:, 1], -way[:, 0]], axis=1) / length[:, None])[:, None])
+
+
+def _draw_walk(ink: Ink, view: FloorView, tile: Tile) -> None:
+    low: list[FloatArray] = []
+    high: list[FloatArray] = []
+    for way in view.ways:
+        parts = way.parted_at(view.floor.elevation_m + view.cut_m)
+        low += [tile.on_paper(part) for part in parts[0]]
+        high += [tile.on_paper(part) for part in parts[1]]
+    draw_walk(ink, [tile.on_paper(way.points_m) for way in view.ways], low, high)
+
+
+def _draw_stations(ink: Ink, plan: PlanSource, view: FloorView, tile: Tile, labels: Labels) -> None:
+    low_m, high_m = tile.window_m
+    shown = [s for s in view.stations if ((s.position_m[:2] >= low_m) & (s.position_m[:2] <= high_m)).all()]
+    if not shown:
+        return
+    spots = tile.on_paper(np.array([station.position_m[:2] for station in shown]))
+    discs = spread_apart(spots, 2.1 * DISC_MM)
+    for station, spot, disc in zip(shown, spots, discs, strict=True):
+        draw_station(ink, spot, disc, station.number, scanned=station.id in view.scanned)
+        labels.taken.append(Box(float(disc[0]) - DISC_MM, float(disc[1]) - DISC_MM, 2 * DISC_MM, 2 * DISC_MM))
+    for station, disc in zip(shown, discs, strict=True):
+        words = [] if len(shown) > _MAX_IDS or _is_number(station.id, station.number) else [station.id]
+        others = view.elsewhere.get(station.id, ())
+        if others:
+            more = f" +{len(others) - 3}" if len(others) > 3 else ""
+            words.append("↕ " + ", ".join(str(number) for number in others[:3]) + more)
+        if words:
+            labels.put(disc, "  ".join(words), size_pt=5.6)
+
+
+def _is_number(name: str, number: int) -> bool:
+    """Whether an id says no more than the number in the disc."""
+    digits = name.lstrip("S")
+    return digits.isdecimal() and int(digits) == number
+
+
+def _draw_words(view: FloorView, tile: Tile, labels: Labels) -> None:
+    for way in view.ways:
+        for words, at in ((way.arrives, way.points_m[0]), (way.leaves, way.points_m[-1])):
+            if words:
+                at_mm = tile.on_paper(at)
+                labels.ink.area([at_mm + 1.05 * np.array([(-1, 0), (0, -1), (1, 0), (0, 1)])], INK)
+                labels.put(at_mm, words)
+    for mark in (*view.ends, *view.breaks):
+        labels.put(tile.on_paper(mark.at_m), mark.words)
+    for mark in view.ends:
+        at_mm = tile.on_paper(mark.at_m)
+        labels.ink.area([at_mm + 1.2 * np.array([(-1, -0.7), (1, -0.7), (0, 1)])], INK)
+    for mark in view.sealed:
+        labels.put(tile.on_paper(mark.at_m), mark.words, apart=0.0)
+
+
+def _edges(tile: Tile, neighbours: Sequence[Neighbour]) -> Iterator[tuple[Box, str]]:
+    """Where at the edges to say which sheet a floor goes on at, and the words."""
+    box = tile.sheet.drawing
+    for other in neighbours:
+        dx, dy = other.column - tile.column, other.row - tile.row
+        if abs(dx) + abs(dy) != 1:
+            continue
+        words = f"goes on at sheet {other.sheet}"
+        long, high = width_mm(words, 7.0, bold=True) + 4.0, 4.6
+        width, height = (high, long) if dx else (long, high)
+        left = box.left + (box.width - width) * (0.5 + 0.5 * dx)
+        bottom = box.bottom + (box.height - height) * (0.5 + 0.5 * dy)
+        yield Box(left, bottom, width, height), words
+
+
+def _draw_neighbour(ink: Ink, box: Box, words: str) -> None:
+    ink.area([corners(box)], PAPER)
+    ink.lines([corners(box)], Pen(0.25), closed=True)
+    upright = box.height > box.width
+    at = (box.left + 3.1, box.bottom + box.height / 2) if upright else (box.left + box.width / 2, box.bottom + 1.5)
+    ink.text(at, words, 7.0, bold=True, align="middle", turn_rad=math.pi / 2 if upright else 0.0)

@@ -1,0 +1,233 @@
+"""All that the drawing of one floor shows, gathered from the plan folder. PlanSource, Building -> FloorView.
+
+Plan coordinates, scene frame, metres.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner_core.export.chosen import scanned_before
+from planner_core.export.section import CUT_HEIGHT_M, SectionLine, floor_section, lines_below
+from planner_core.export.sheets.building import Building
+from planner_core.export.sheets.unseen import UnseenSurface, unseen_surface
+from planner_core.export.sheets.walk import Mark, Way, breaks_on, ends_on, sealed_on, ways_on
+from planner_core.model import BoolArray, FloatArray, Floor
+from planner_core.plan_folder.link_drawing import STRONG_TIMES
+from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
+
+WEAK, COUNTS, STRONG = 0, 1, 2
+#: Links of less than this share of the overlap asked for are not drawn: they would hide the others.
+_LEAST_SHARE = 0.5
+#: Beyond the ground's bounds: outer walls, a way around the house.
+_AROUND_M = 2.0
+_MARGIN_M = 0.4
+#: What is drawn as cut through, black: all else is lines.
+_SOLID = ("wall", "column", "slab", "other")
+#: Surface of a floor is looked for up to here, where no floor above ends it before.
+_STOREY_M = 4.0
+_LEAST_STOREY_M = 1.5
+#: What is cut at this height stands on the ground: walls below windows, cupboards, not carpets.
+_STANDING_M = 0.15
+
+
+@dataclass(frozen=True, eq=False)
+class FloorView:
+    """A floor to be drawn; everything in plan, scene frame, metres.
+
+    window_m : (2, 2) what the drawing has to hold. solids : rings of each solid that is cut. cuts, fittings, below :
+    (N, 2) lines: of cut solids, of doors, windows and furniture in the cut, of what is below it; closed ones repeat
+    their first point. links : by class, (K, 2, 2) ends. elsewhere : numbers of stations of other floors that a station
+    links to.
+    """
+
+    floor: FieldFloor
+    window_m: FloatArray
+    stations: tuple[FieldStation, ...]
+    ways: tuple[Way, ...]
+    ends: tuple[Mark, ...]
+    breaks: tuple[Mark, ...]
+    sealed: tuple[Mark, ...]
+    links: tuple[FloatArray, FloatArray, FloatArray]
+    elsewhere: dict[str, tuple[int, ...]]
+    scanned: frozenset[str]
+    """Ids of stations that were scanned before."""
+    solids: tuple[tuple[FloatArray, ...], ...] = ()
+    cuts: tuple[FloatArray, ...] = ()
+    fittings: tuple[FloatArray, ...] = ()
+    below: tuple[FloatArray, ...] = ()
+    surface: UnseenSurface | None = None
+    standing: tuple[tuple[FloatArray, ...], ...] = ()
+    """Rings of what stands on the ground: there is no floor to be seen."""
+    cut_m: float = CUT_HEIGHT_M
+    """Above the ground."""
+
+
+def link_class(plan: PlanSource, link: FieldLink) -> int | None:
+    """`WEAK`, `COUNTS` or `STRONG`; None: not worth drawing. A strength not computed is neither weak nor strong."""
+    asked = plan.document["requirements"]
+    least = float(asked["min_strength"])
+    if link.overlap < _LEAST_SHARE * float(asked["overlap"]):
+        return None
+    if link.overlap < float(asked["overlap"]) or link.strength < least:
+        return WEAK
+    return STRONG if not math.isnan(link.strength) and link.strength >= STRONG_TIMES * least else COUNTS
+
+
+def is_planned(plan: PlanSource, floor: FieldFloor) -> bool:
+    """Whether the plan is of that floor: one that nobody asked for counts as seen, whatever is seen of it."""
+    wanted = [str(name).casefold() for name in plan.document["requirements"]["floors"]]
+    return not wanted or floor.id.casefold() in wanted or floor.name.casefold() in wanted
+
+
+def view_floor(
+    plan: PlanSource, floor: FieldFloor, building: Building | None, *, cut_m: float = CUT_HEIGHT_M
+) -> FloorView:
+    """Gather what the drawing of a floor shows; without a building no walls and no surface."""
+    stations = plan.stations_of(floor.id)
+    ways, ends, sealed = (
+        tuple(ways_on(plan, floor, building)),
+        tuple(ends_on(plan, floor)),
+        tuple(sealed_on(plan, floor)),
+    )
+    links, elsewhere = _links_on(plan, floor)
+    places = [station.position_m[None, :2] for station in stations] + [way.points_m for way in ways]
+    places += [mark.at_m[None] for mark in (*ends, *sealed)]
+    view = FloorView(
+        floor=floor,
+        window_m=_around([floor.bounds, *places]),
+        stations=stations,
+        ways=ways,
+        ends=ends,
+        breaks=tuple(breaks_on(plan, floor)),
+        sealed=sealed,
+        links=links,
+        elsewhere=elsewhere,
+        scanned=scanned_before(plan) & {station.id for station in stations},
+    )
+    if building is None:
+        return view
+    view = replace(view, cut_m=_cut_m(plan, floor, cut_m))
+    return _with_building(plan, view, building, _trodden_m(view))
+
+
+def _trodden_m(view: FloorView) -> FloatArray:
+    """(N, 2) where somebody stands or walks below the cut: flights end over walls of the storey that they leave."""
+    low = [part for way in view.ways for part in way.parted_at(view.floor.elevation_m + view.cut_m)[0]]
+    stations = [station.position_m[None, :2] for station in view.stations]
+    return np.concatenate(
+        [np.zeros((0, 2)), *stations, *low, *(mark.at_m[None] for mark in (*view.ends, *view.sealed))]
+    )
+
+
+def _around(places: Sequence[FloatArray]) -> FloatArray:
+    """(2, 2) box of points (N, 2), with a margin."""
+    points = np.concatenate(places)
+    return np.stack([points.min(axis=0) - _MARGIN_M, points.max(axis=0) + _MARGIN_M])
+
+
+def _links_on(
+    plan: PlanSource, floor: FieldFloor
+) -> tuple[tuple[FloatArray, FloatArray, FloatArray], dict[str, tuple[int, ...]]]:
+    """Ends of the links among a floor's stations, by class, and numbers of stations linked on other floors."""
+    by_id = {station.id: station for station in plan.stations}
+    ends: tuple[list[FloatArray], ...] = ([], [], [])
+    elsewhere: dict[str, list[int]] = {}
+    for link in plan.links:
+        kind = link_class(plan, link)
+        a, b = by_id.get(link.a), by_id.get(link.b)
+        if kind is None or a is None or b is None:
+            continue
+        if a.floor_id == floor.id == b.floor_id:
+            ends[kind].append(np.stack([a.position_m[:2], b.position_m[:2]]))
+        elif kind > WEAK:
+            for here, other in ((a, b), (b, a)):
+                if here.floor_id == floor.id:
+                    elsewhere.setdefault(here.id, []).append(other.number)
+    weak, counting, strong = (np.array(part).reshape(-1, 2, 2) for part in ends)
+    return (weak, counting, strong), {name: tuple(sorted(numbers)) for name, numbers in elsewhere.items()}
+
+
+def _with_building(plan: PlanSource, view: FloorView, building: Building, trodden_m: FloatArray) -> FloorView:
+    """Add walls and surface; nobody stands inside a wall: what holds a place of the walk is no solid."""
+    scene, floor = building.scene, view.floor
+    number = next(index for index, each in enumerate(plan.floors) if each.id == floor.id)
+    cut_m = view.cut_m
+    local = _local_floor(floor, building, number)
+    limits_m = floor.bounds + np.array([[-_AROUND_M], [_AROUND_M]])
+    limits_m = np.stack([np.minimum(limits_m[0], view.window_m[0]), np.maximum(limits_m[1], view.window_m[1])])
+    section = [line for line in floor_section(scene, local, cut_m) if _touches(line, limits_m)]
+    below = [line for line in lines_below(scene, local, cut_m) if _touches(line, limits_m)]
+    solid = [line for line in section if line.kind in _SOLID]
+    offset_m = scene.offset_m[:2]
+    seen_m = [np.clip(line.points_m, *limits_m) for line in section if line.kind in _SOLID]
+    height_m = local.elevation_m + np.array([0.0, _storey_m(plan, floor)])
+    surface = unseen_surface(building, number, height_m=height_m, window_m=limits_m - offset_m)
+    if not is_planned(plan, floor):
+        surface = UnseenSurface(*(np.zeros((0, *shape)) for shape in ((3, 2), (3, 2), (3, 2), (2, 2))))
+    standing = [line for line in floor_section(scene, local, _STANDING_M) if _touches(line, limits_m)]
+    return replace(
+        view,
+        window_m=_around([view.window_m + np.array([[_MARGIN_M], [-_MARGIN_M]]), *seen_m]),
+        solids=tuple(_solids(solid, trodden_m)),
+        cuts=tuple(_drawn(solid)),
+        fittings=tuple(_drawn(line for line in section if line.kind not in _SOLID)),
+        below=tuple(_drawn(below)),
+        surface=surface.moved(offset_m),
+        standing=tuple(_solids(standing, trodden_m)),
+    )
+
+
+def _cut_m(plan: PlanSource, floor: FieldFloor, wanted_m: float) -> float:
+    """Above the ground: the height wanted, or half-way to the floor above where that is lower."""
+    above = [each.elevation_m for each in plan.floors if each.elevation_m > floor.elevation_m + 0.5]
+    return min([wanted_m, *(0.5 * (z - floor.elevation_m) for z in above)])
+
+
+def _storey_m(plan: PlanSource, floor: FieldFloor) -> float:
+    """Height up to which surface belongs to a floor."""
+    above = [each.elevation_m - floor.elevation_m for each in plan.floors]
+    return min([_STOREY_M, *(height for height in above if height >= _LEAST_STOREY_M)])
+
+
+def _local_floor(floor: FieldFloor, building: Building, number: int) -> Floor:
+    offset_m = building.scene.offset_m
+    ground = np.flatnonzero(building.ground_of_triangle == number).astype(np.int32)
+    area_m2 = float(building.patches.triangle_area_m2[ground].sum())
+    bounds_m = floor.bounds - offset_m[:2]
+    elevation_m = floor.elevation_m - float(offset_m[2])
+    return Floor(floor.id, floor.name, elevation_m, area_m2, ground, bounds_m, "surface")
+
+
+def _touches(line: SectionLine, limits_m: FloatArray) -> bool:
+    low_m, high_m = line.points_m.min(axis=0), line.points_m.max(axis=0)
+    return bool((high_m >= limits_m[0]).all() and (low_m <= limits_m[1]).all())
+
+
+def _drawn(lines: Iterable[SectionLine]) -> list[FloatArray]:
+    return [np.concatenate([line.points_m, line.points_m[:1]]) if line.closed else line.points_m for line in lines]
+
+
+def _solids(lines: list[SectionLine], trodden_m: FloatArray) -> Iterable[tuple[FloatArray, ...]]:
+    """Rings of each element that is cut, but for those that people stand in: rooms modelled as one closed surface."""
+    for element in dict.fromkeys(line.element for line in lines):
+        rings = tuple(line.points_m for line in lines if line.element == element and line.closed)
+        if rings and not _inside(rings, trodden_m).any():
+            yield rings
+
+
+def _inside(rings: Sequence[FloatArray], points_m: FloatArray) -> BoolArray:
+    """(N,) bool: points (N, 2) inside an odd number of rings."""
+    inside = np.zeros(len(points_m), dtype=np.bool_)
+    x, y = points_m[:, 0, None], points_m[:, 1, None]
+    for ring in rings:
+        (x0, y0), (x1, y1) = ring.T, np.roll(ring, -1, axis=0).T
+        spans = (y0 > y) != (y1 > y)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = x0 + (y - y0) / (y1 - y0) * (x1 - x0)
+        inside ^= (spans & (x < at)).sum(axis=1) % 2 == 1
+    return inside

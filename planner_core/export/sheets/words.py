@@ -1,0 +1,307 @@
+"""What sheets say of a plan in rows: what was asked and reached, stations, networks, unseen surface.
+
+PlanSource -> text; no layout. Coordinates are the site's; lengths in metres.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planner_core.export.chosen import scanned_before
+from planner_core.export.sheets.floor_view import WEAK, is_planned, link_class
+from planner_core.model import FloatArray
+from planner_core.network.weak_motion import overlap_percent, weak_motion
+from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
+
+#: Coordinates on paper are for people who set up a tripod: to the millimetre.
+_DIGITS = 3
+#: Networks are listed largest first, up to so many: a plan of many rooms with doors shut has one a room.
+_MAX_NETWORKS = 24
+#: Listed of what the plan leaves out, and of what no spot sees.
+_MAX_SURFACES = 12
+_LEFT_OUT = "not worth a station"
+TICK = "☐"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table. share : of the width, beside the others'. number : aligned to the right."""
+
+    title: str
+    share: float
+    number: bool = False
+    bold: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows under a heading. note : a line below the heading."""
+
+    title: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+
+
+def warnings_of(plan: PlanSource) -> list[str]:
+    """Warnings of coordinates, then those of the plan."""
+    return [*plan.frame.warnings, *(str(line) for line in plan.document.get("warnings", ()))]
+
+
+def reached_percent(share: float, required: float) -> str:
+    """Return a share in percent with one decimal; rounded down where it would read as what is required and is not."""
+    words = f"{100 * share:.1f}"
+    if share < required - 1e-9 and float(words) >= 100 * required:
+        return f"{math.floor(1000 * share) / 10:.1f}"
+    return words
+
+
+def required_on(plan: PlanSource, floor: FieldFloor) -> float:
+    """Return the share of a floor's achievable surface that was asked for."""
+    asked = plan.document["requirements"]
+    # A part that is one whole floor has a requirement of its own; its result bears the floor's name.
+    own = [float(each["required"]) for each in asked["results"] if each["name"] == floor.name]
+    return own[0] if own else float(asked["coverage"])
+
+
+# ------------------------------------------------------------------------------------------------- tables
+def floors_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table:
+    """Stations and coverage by floor. part : the floors that are listed; empty: all."""
+    reached = {each["floor"]: each for each in plan.document["coverage"]["floors"]}
+    rows = []
+    for floor in part or plan.floors:
+        figures = reached.get(floor.id, {})
+        share, area = figures.get("fraction_of_achievable"), figures.get("achievable_area_m2")
+        known = share is not None and area is not None
+        seen = (reached_percent(share, required_on(plan, floor)), f"{area:.0f}") if known else ("", "")
+        seen = seen if is_planned(plan, floor) else ("not planned", "")
+        height = plan.frame.to_site(_middle(floor))[2]
+        rows.append((floor.id, floor.name, f"{height:.2f}", str(len(plan.stations_of(floor.id))), *seen))
+    columns = (
+        Column("Id", 8),
+        Column("Floor", 40),
+        Column("Ground H, m", 14, number=True),
+        Column("Stations", 12, number=True),
+        Column("Seen, %", 12, number=True),
+        Column("Achievable, m²", 16, number=True),
+    )
+    return Table("Floors", columns, tuple(rows))
+
+
+def _middle(floor: FieldFloor) -> FloatArray:
+    return np.array([*floor.bounds.mean(axis=0), floor.elevation_m])
+
+
+def asked_table(plan: PlanSource) -> Table:
+    """What was asked and what became of it."""
+    rows = tuple(_asked_row(result) for result in plan.document["requirements"]["results"])
+    columns = (
+        Column("Requirement", 34),
+        Column("Of points", 46),
+        Column("Required, %", 13, number=True),
+        Column("Reached, %", 13, number=True),
+        Column("Result", 12, bold=True),
+        Column("Of achievable, m²", 17, number=True),
+    )
+    return Table("What was asked, and what is reached", columns, rows)
+
+
+def _asked_row(result: Mapping[str, Any]) -> tuple[str, ...]:
+    required = float(result["required"])
+    return (
+        str(result["name"]),
+        asked_words(result["asked"], int(result["seen_from"])),
+        f"{100 * required:g}",
+        reached_percent(float(result["fraction_of_achievable"]), 0.0 if result["met"] else required),
+        "met" if result["met"] else "NOT met",
+        f"{float(result['achievable_area_m2']):.1f}",
+    )
+
+
+def asked_words(asked: Mapping[str, Any], seen_from: int) -> str:
+    """Say what is asked of points."""
+    limits = []
+    if asked["range_m"] is not None:
+        limits.append(f"range {asked['range_m']:g} m")
+    if asked["incidence_rad"] is not None:
+        limits.append(f"incidence {math.degrees(asked['incidence_rad']):.4g}°")
+    if asked["spacing_m"] is not None:
+        limits.append(f"spacing {1000 * asked['spacing_m']:g} mm")
+    if asked["noise_m"] is not None:
+        limits.append(f"noise {1000 * asked['noise_m']:g} mm")
+    words = "at most " + ", ".join(limits) if limits else "seen"
+    return words + (f", from {seen_from} stations" if seen_from > 1 else "")
+
+
+def stations_table(plan: PlanSource, where: str, stations: Sequence[FieldStation]) -> Table:
+    """Stations in walking order: coordinates and heights, links, notes, and a box to tick."""
+    names = ("x, m", "y, m") if plan.frame.is_scene else ("E, m", "N, m")
+    columns = (
+        Column("No.", 8, number=True, bold=True),
+        Column("Id", 15, bold=True),
+        Column(names[0], 21, number=True),
+        Column(names[1], 22, number=True),
+        Column("H ground, m", 17, number=True),
+        Column("Instrument height, m", 17, number=True),
+        Column("H sensor, m", 17, number=True),
+        Column("Links: to number (overlap, %)", 58),
+        Column("Alone, m²", 13, number=True),
+        Column("Notes", 34),
+        Column("Done", 11),
+    )
+    links = _links_by_station(plan)
+    rows = tuple(_station_row(plan, station, links) for station in stations)
+    note = f"Coordinates: {plan.frame.crs_line}. Alone: surface that no other station sees."
+    return Table(f"Stations of {where}", columns, rows, note)
+
+
+def _station_row(
+    plan: PlanSource, station: FieldStation, links: Mapping[str, list[tuple[float, int]]]
+) -> tuple[str, ...]:
+    east, north, sensor = station.site_m.tolist()
+    linked = sorted(links.get(station.id, []), key=lambda link: (-link[0], link[1]))
+    return (
+        str(station.number),
+        station.id,
+        _metres(east),
+        _metres(north),
+        _metres(float(station.site_ground_m[2])),
+        _metres(station.instrument_height_m),
+        _metres(sensor),
+        ", ".join(f"{number} ({overlap_percent(overlap)})" for overlap, number in linked) or "NONE",
+        f"{station.own_area_m2:.1f}",
+        "; ".join(_notes(plan, station)),
+        TICK,
+    )
+
+
+def _metres(value: float) -> str:
+    return f"{value:.{_DIGITS}f}" if math.isfinite(value) else "not known"
+
+
+def _links_by_station(plan: PlanSource) -> dict[str, list[tuple[float, int]]]:
+    """Overlap and number of the stations that each one's scan can be registered to."""
+    number = {station.id: station.number for station in plan.stations}
+    links: dict[str, list[tuple[float, int]]] = {}
+    for link in plan.links:
+        if (link_class(plan, link) or WEAK) > WEAK and link.a in number and link.b in number:
+            links.setdefault(link.a, []).append((link.overlap, number[link.b]))
+            links.setdefault(link.b, []).append((link.overlap, number[link.a]))
+    return links
+
+
+def _notes(plan: PlanSource, station: FieldStation) -> Iterator[str]:
+    if station.note:
+        yield station.note
+    if station.id in scanned_before(plan):
+        yield "scanned before"
+    if any(station.id in network["articulations"] for network in plan.document["registration"]["networks"]):
+        yield "the network hangs on it"
+    route = plan.document.get("route")
+    if route is not None and station.id in route["left_out"]:
+        yield "not in the walk"
+
+
+def networks_table(plan: PlanSource) -> Table | None:
+    """Networks of scans and what they hang on; None where there is nothing to say: one station, or none."""
+    networks = plan.document["registration"]["networks"]
+    if len(plan.stations) < 2:
+        return None
+    number = {station.id: station.number for station in plan.stations}
+    rows = []
+    for place, network in enumerate(networks, start=1):
+        weakest = network["bottleneck"]
+        hangs = "" if weakest is None else _weakest_words(plan, weakest, number)
+        bridges = ", ".join(f"{number.get(a, a)} to {number.get(b, b)}" for a, b in network["bridges"])
+        stations = ", ".join(str(number.get(name, name)) for name in network["stations"])
+        rows.append((str(place), stations, ", ".join(network["floors"]), hangs, bridges or "none"))
+    columns = (
+        Column("No.", 7, number=True, bold=True),
+        Column("Stations, by number", 62),
+        Column("Floors", 14),
+        Column("Weakest link that it needs, and its weakest motion", 44),
+        Column("Links it falls apart without", 40),
+    )
+    more = len(rows) - _MAX_NETWORKS
+    note = f"{more} more: see plan.json." if more > 0 else ""
+    return Table("How the scans register", columns, tuple(rows[:_MAX_NETWORKS]), note)
+
+
+def _weakest_words(plan: PlanSource, link: Mapping[str, Any], number: Mapping[str, int]) -> str:
+    """`4 to 5: 32.7 %, tilt about E–W`: the motion by grid north, or by the scene's axes where that is not known."""
+    north_rad = None if plan.frame.is_scene else plan.frame.grid_north_rad
+    motion = weak_motion(str(link["weak_axis"]), north_rad=north_rad).words
+    return f"{_pair(link, number)}: {overlap_percent(link['overlap'])} %" + (f", {motion}" if motion else "")
+
+
+def gaps_table(plan: PlanSource) -> Table | None:
+    """What comes nearest to joining separate networks; None where there is one network."""
+    gaps = plan.document["registration"]["gaps"]
+    if not gaps:
+        return None
+    number = {station.id: station.number for station in plan.stations}
+    rows = tuple(
+        (
+            f"{gap['networks'][0] + 1} and {gap['networks'][1] + 1}",
+            _pair(gap["best"], number),
+            overlap_percent(gap["best"]["overlap"]),
+        )
+        for gap in gaps[:_MAX_NETWORKS]
+    )
+    columns = (Column("Networks", 30), Column("Best link, by number", 30), Column("Overlap, %", 20, number=True))
+    note = "Scans of separate networks need targets, an open door or a further station between them."
+    note += f" {len(gaps) - len(rows)} more: see plan.json." if len(gaps) > len(rows) else ""
+    return Table("What is missing between the networks", columns, rows, note)
+
+
+def _pair(link: Mapping[str, Any], number: Mapping[str, int]) -> str:
+    return f"{number.get(link['a'], link['a'])} to {number.get(link['b'], link['b'])}"
+
+
+def unseen_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table | None:
+    """Largest surfaces that are not covered, with the reason; None where nobody looked for reasons.
+
+    part : the floors whose surfaces are listed; empty: all.
+    """
+    why = plan.document.get("why")
+    if why is None:
+        return None
+    floors = {floor.id for floor in part}
+    wanted = [each for each in why["unseen_surfaces"] if not floors or each["floor"] in floors]
+    surfaces = sorted(wanted, key=lambda each: (-each["area_m2"], each["element"]))
+    left_out = [each for each in surfaces if each["reason"] == _LEFT_OUT][:_MAX_SURFACES]
+    others = [each for each in surfaces if each["reason"] != _LEFT_OUT][:_MAX_SURFACES]
+    rows = tuple(_unseen_row(each) for each in (*left_out, *others))
+    if not rows:
+        return None
+    columns = (
+        Column("Element", 50),
+        Column("Room", 30),
+        Column("Floor", 10),
+        Column("Why it is not seen", 40),
+        Column("Area, m²", 14, number=True),
+    )
+    left = len(surfaces) - len(rows)
+    note = f"{left} more: see report/unseen_surfaces.csv of the plan folder." if left > 0 else ""
+    return Table("What stays unseen", columns, rows, note)
+
+
+def _unseen_row(surface: Mapping[str, Any]) -> tuple[str, ...]:
+    room = surface["room"]
+    name = "" if room is None else str(room["name"])
+    return (
+        str(surface["name"]),
+        name,
+        str(surface["floor"]),
+        _reason(str(surface["reason"])),
+        f"{surface['area_m2']:.2f}",
+    )
+
+
+def _reason(reason: str) -> str:
+    return "what was asked is met without it" if reason == _LEFT_OUT else reason

@@ -1,0 +1,75 @@
+"""The plan's USD stage in one file: plan.usda and all that it is made of, clouds and review too, as USDZ.
+
+PlanSource -> usdz. Layers go in as they are; the root layer says besides which coordinates the site has.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from planner_core.errors import HandoverError
+from planner_core.export.options import Options
+from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.sdf_authoring import Sdf, Tf
+from planner_core.plan_folder.usd_site import put_site
+from planner_core.progress import Progress, ProgressEvent
+
+ROOT = "plan.usda"
+
+
+def write_usdz(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
+    """Write the package; nothing is composed, so that variants, payloads and the review layer stay what they are.
+
+    Raises
+    ------
+    HandoverError
+        The plan folder lacks a layer of its stage, or one can't be read.
+    """
+    names = _layer_names(plan)
+    with tempfile.TemporaryDirectory() as scratch:
+        root = Path(scratch) / ROOT
+        root.write_text(_root_text(plan), encoding="utf-8")
+        # USD takes any file of this name for a package only by its suffix, and the staged one has another.
+        package = Path(scratch) / "plan.usdz"
+        try:
+            with Sdf.ZipFileWriter.CreateNew(str(package)) as writer:
+                for number, name in enumerate((ROOT, *names)):
+                    progress(ProgressEvent("usdz", number, len(names) + 1, name))
+                    writer.AddFile(str(root if name == ROOT else plan.folder / name), name)
+        except Tf.ErrorException as error:
+            raise HandoverError(f"usdz: can't be written ({_last_line(error)}); check the free space") from error
+        path.write_bytes(package.read_bytes())
+    return ()
+
+
+def _root_text(plan: PlanSource) -> str:
+    """The text of plan.usda, with the site's coordinates."""
+    layer = _opened(plan.folder / ROOT)
+    put_site(layer, plan.frame)
+    return str(layer.ExportToString())
+
+
+def _layer_names(plan: PlanSource) -> tuple[str, ...]:
+    """Files that plan.usda is made of, below the folder: sublayers, and the payloads of the stations' clouds."""
+    root = _opened(plan.folder / ROOT)  # held: its lists die with it
+    sublayers = [name.removeprefix("./") for name in root.subLayerPaths]
+    clouds = sorted(path.relative_to(plan.folder).as_posix() for path in plan.folder.glob("stage/clouds/*.usdc"))
+    names = (*sublayers, *clouds)
+    missing = next((name for name in names if not (plan.folder / name).is_file()), None)
+    if missing is not None:
+        raise HandoverError(f"{plan.folder / missing}: is not there, expected a layer of the plan's stage; plan again")
+    return names
+
+
+def _opened(path: Path) -> Sdf.Layer:
+    if not path.is_file():
+        raise HandoverError(f"{path}: is not there, expected the plan's stage; plan again")
+    try:
+        return Sdf.Layer.OpenAsAnonymous(str(path))
+    except Tf.ErrorException as error:
+        raise HandoverError(f"{path}: can't be read as USD ({_last_line(error)}); plan again") from error
+
+
+def _last_line(error: Exception) -> str:
+    return str(error).strip().splitlines()[-1].strip()

@@ -1,0 +1,74 @@
+"""The walk of a plan as polylines: plan.json's legs, from stop to stop, on the ground. Scene frame, metres."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.errors import PlanFolderError
+from planner_core.model import FloatArray
+from planner_core.plan_folder.plan_source import PlanSource
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A leg of the walk. from_id, to_id : stations; empty for where the walk begins and ends.
+
+    points_m : (M, 3) float64, its corners; M is 0 where no way inside the model leads there. length_m : NaN there.
+    floors : ids of those it passes, in their order.
+    """
+
+    from_id: str
+    to_id: str
+    points_m: FloatArray
+    length_m: float
+    floors: tuple[str, ...]
+
+    @property
+    def walkable(self) -> bool:
+        """Whether there is a way."""
+        return bool(self.points_m.shape[0] >= 2)
+
+    @property
+    def title(self) -> str:
+        """`S001 to S002`."""
+        return f"{self.from_id or 'start'} to {self.to_id or 'end'}"
+
+
+def ways_of(plan: PlanSource) -> tuple[Way, ...]:
+    """Return the legs of the walk in their order; none where no walk was looked for.
+
+    Raises
+    ------
+    PlanFolderError
+        The route of plan.json is not one.
+    """
+    route = plan.document.get("route")
+    if route is None:
+        return ()
+    try:
+        return tuple(
+            Way(
+                from_id=str(leg["from"] or ""),
+                to_id=str(leg["to"] or ""),
+                points_m=np.array(leg["points"], dtype=np.float64).reshape(-1, 3),
+                length_m=math.nan if leg["length_m"] is None else float(leg["length_m"]),
+                floors=tuple(str(floor) for floor in leg["floors"]),
+            )
+            for leg in route["legs"]
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise PlanFolderError(
+            f"{plan.folder / 'plan.json'}: its route can't be read ({type(error).__name__}: {error}), expected a plan "
+            "of this version; plan again"
+        ) from error
+
+
+def walk_remarks(ways: tuple[Way, ...]) -> tuple[str, ...]:
+    """Say what of the walk is missing, a line each."""
+    if not ways:
+        return ("the plan has no walk: no ways are written",)
+    broken = [way.title for way in ways if not way.walkable]
+    return (f"no way inside the model leads from {', '.join(broken)}",) if broken else ()

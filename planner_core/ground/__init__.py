@@ -1,1 +1,0 @@
-"""Ground: where a surveyor can walk and set up, and how far it is on foot."""

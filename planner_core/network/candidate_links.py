@@ -1,0 +1,154 @@
+"""Links between all candidates, before any is chosen: the graph that selection keeps its stations joined in.
+
+Input the candidates' `Visibility`, patch areas (m^2) and the patches' geometry (local frame); output `CandidateLinks`,
+and from them the `Network` that selection sees. Overlap and strength: `planner_core.network.overlap`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.errors import RequirementError
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
+from planner_core.network.pairs import (
+    ROWS_A_BLOCK,
+    PairMatrices,
+    Pairs,
+    SharedSurface,
+    overlapping_pairs,
+    strengths_of,
+)
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.select.network import Network
+
+
+@dataclass(frozen=True)
+class CandidateLinks:
+    """Links between N candidates.
+
+    starts, neighbour : (N + 1,) int64, (L,) int32, CSR rows, sorted and symmetric. overlap, strength : (L,) float64.
+    part : (N,) int32, which candidates links join; parts are numbered by their first candidate.
+    """
+
+    starts: Int64Array
+    neighbour: Int32Array
+    overlap: FloatArray
+    strength: FloatArray
+    part: Int32Array
+
+    @property
+    def n_candidates(self) -> int:
+        """Number of candidates."""
+        return int(self.starts.size - 1)
+
+    @property
+    def n_links(self) -> int:
+        """Number of pairs that are linked."""
+        return int(self.neighbour.size // 2)
+
+    @property
+    def n_parts(self) -> int:
+        """Number of parts that no link joins."""
+        return int(self.part.max(initial=-1)) + 1
+
+    def row(self, candidate: int) -> slice:
+        """Where the links of `candidate` lie in the arrays."""
+        return slice(int(self.starts[candidate]), int(self.starts[candidate + 1]))
+
+
+def candidate_links(
+    visibility: Visibility,
+    patch_area_m2: FloatArray,
+    surface: SharedSurface,
+    *,
+    min_overlap: float,
+    min_strength: float,
+    rows_a_block: int = ROWS_A_BLOCK,
+    progress: Progress = silent,
+) -> CandidateLinks:
+    """Find all pairs of rows of `visibility` that can be registered with each other.
+
+    Parameters
+    ----------
+    patch_area_m2
+        (P,).
+    surface
+        Of the patches that any row sees, see `surface_of_patches`.
+    min_overlap
+        More than 0: pairs without anything in common are never looked at.
+    min_strength
+        0 to 1; strengths are made of pairs that overlap enough, and of no others.
+    rows_a_block
+        Positions whose pairs are held at a time. The result does not depend on it.
+
+    Raises
+    ------
+    RequirementError
+        An overlap or strength that makes no sense.
+    """
+    if not 0.0 < min_overlap <= 1.0:
+        raise RequirementError(f"overlap: got {min_overlap:g}, expected more than 0 and at most 1; give e.g. 0.3")
+    if not 0.0 <= min_strength <= 1.0:
+        raise RequirementError(f"min_strength: got {min_strength:g}, expected 0 to 1; give e.g. 0.01")
+    n = visibility.n_positions
+    matrices = PairMatrices(visibility, patch_area_m2, surface)
+    linked: list[tuple[Pairs, FloatArray]] = []
+    blocks = overlapping_pairs(visibility, patch_area_m2, min_overlap=min_overlap, rows_a_block=rows_a_block)
+    for number, pairs in enumerate(blocks, start=1):
+        strength = strengths_of(matrices.of(pairs.first, pairs.second))
+        holds = strength >= min_strength
+        linked.append((_take(pairs, holds), strength[holds]))
+        progress(ProgressEvent("links", min(number * rows_a_block, n), n))
+    pairs = _together([one for one, _ in linked])
+    strength = np.concatenate([np.empty(0), *(values for _, values in linked)])
+    starts, neighbour, order = _symmetric(pairs, n)
+    return CandidateLinks(
+        starts=starts,
+        neighbour=neighbour,
+        overlap=np.concatenate([pairs.overlap, pairs.overlap])[order],
+        strength=np.concatenate([strength, strength])[order],
+        part=parts_of(starts, neighbour),
+    )
+
+
+def network_of(links: CandidateLinks, *, loops: bool = False) -> Network:
+    """Give the graph that selection has to keep its stations joined in."""
+    return Network(starts=links.starts, neighbour=links.neighbour, part=links.part, loops=loops)
+
+
+def parts_of(starts: Int64Array, neighbour: Int32Array) -> Int32Array:
+    """(N,) int32, which candidates links, symmetric CSR rows, join; parts are numbered by their first candidate."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    n = starts.size - 1
+    if n == 0:
+        return np.empty(0, dtype=np.int32)
+    graph = csr_array((np.ones(neighbour.size, dtype=np.int8), neighbour, starts), shape=(n, n))
+    label = connected_components(graph, directed=False)[1]
+    _, first, number = np.unique(label, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[number].astype(np.int32)
+
+
+def _take(pairs: Pairs, which: BoolArray) -> Pairs:
+    return Pairs(pairs.first[which], pairs.second[which], pairs.overlap[which])
+
+
+def _together(some: list[Pairs]) -> Pairs:
+    none = np.empty(0, dtype=np.int32)
+    return Pairs(
+        np.concatenate([none, *(pairs.first for pairs in some)]),
+        np.concatenate([none, *(pairs.second for pairs in some)]),
+        np.concatenate([np.empty(0), *(pairs.overlap for pairs in some)]),
+    )
+
+
+def _symmetric(pairs: Pairs, n: int) -> tuple[Int64Array, Int32Array, Int64Array]:
+    """CSR rows of pairs in both directions, and where each entry is in the pairs, forwards and then backwards."""
+    owner = np.concatenate([pairs.first, pairs.second])
+    neighbour = np.concatenate([pairs.second, pairs.first])
+    order = np.lexsort((neighbour, owner))
+    starts = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=n))]).astype(np.int64)
+    return starts, neighbour[order], order

@@ -1,0 +1,297 @@
+"""Report on the registration network of a plan: what hangs together, on which links, and what is missing where not.
+
+Input a plan's `Link`s, station ids and floors; output `Registration`, and warnings in words.
+
+Links are edges, stations nodes. Bridges and articulation stations are found by one depth-first walk with low points: a
+link to a child is a bridge where nothing below the child reaches back above it; the parent is an articulation where
+nothing below reaches back above itself. The bottleneck is the smallest overlap of a maximum spanning tree (Kruskal).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
+
+from planner_core.errors import RequirementError
+from planner_core.model import Link
+from planner_core.model.registration import FloorNetworks, NetworkGap, Registration, RegistrationNetwork
+from planner_core.network.overlap import MIN_LISTED_OVERLAP
+from planner_core.network.weak_motion import overlap_percent, weak_motion
+
+#: More networks than these are counted, not told one by one.
+_TOLD = 6
+
+_NO_NAMES: Mapping[str, str] = MappingProxyType({})
+_Neighbours = dict[str, list[str]]
+
+
+def registration_report(
+    links: Sequence[Link],
+    station_ids: Sequence[str],
+    floors: Sequence[str],
+    *,
+    threshold: float,
+    min_strength: float,
+    loops: bool = False,
+) -> Registration:
+    """Say how stations hang together.
+
+    Parameters
+    ----------
+    links
+        Of the stations, also those below the threshold: they say what is missing. Each pair once.
+    floors
+        (S,) floor of each station.
+    threshold, min_strength
+        Least overlap and strength of a link that counts. A strength that is NaN was not computed and is not judged.
+    loops
+        Whether every network of three or more stations has to survive the failure of a link.
+
+    Raises
+    ------
+    RequirementError
+        A link between stations that are not there, a pair twice, or floors that are not one a station.
+    """
+    _check(links, station_ids, floors)
+    empty = Registration(threshold, min_strength, loops, (), (), (), ())
+    good = [link for link in links if empty.counts(link)]
+    floor_of = dict(zip(station_ids, floors, strict=True))
+    groups = sorted(_groups(station_ids, good), key=lambda group: -len(group))
+    network_of = {station: number for number, group in enumerate(groups) for station in group}
+    good_of: list[list[Link]] = [[] for _ in groups]
+    for link in good:
+        good_of[network_of[link.a]].append(link)
+    return Registration(
+        threshold=threshold,
+        min_strength=min_strength,
+        loops=loops,
+        networks=tuple(_network(*each, floor_of) for each in zip(groups, good_of, strict=True)),
+        floors=tuple(_floor(floor, floor_of, good) for floor in dict.fromkeys(floors)),
+        floor_joins=tuple(link for link in good if floor_of[link.a] != floor_of[link.b]),
+        gaps=_gaps(links, network_of),
+    )
+
+
+def registration_warnings(registration: Registration, floor_names: Mapping[str, str] = _NO_NAMES) -> tuple[str, ...]:
+    """One line for each network that stands apart but overlaps others, one for two that are the nearest to each other,
+    one for all that overlap none, and one for each that hangs on single links where loops are asked.
+
+    floor_names : names of floor ids, for people; ids stand for themselves where they have none.
+    """
+    gaps = {number: _best_gap(registration, number) for number in range(1, len(registration.networks))}
+    alone = [number for number, gap in gaps.items() if gap is None]
+    near: dict[tuple[int, int], list[int]] = {}  # of both sides of a gap, where it is the best of both
+    for number, gap in gaps.items():
+        if gap is not None:
+            near.setdefault(gap.networks, []).append(number)
+    best = {gap.networks: gap for gap in gaps.values() if gap is not None}
+    lines = [_apart(registration, near[pair], best[pair], floor_names) for pair in list(near)[:_TOLD]]
+    more = [number for pair in list(near)[_TOLD:] for number in near[pair]]
+    if more:
+        n_stations = sum(len(registration.networks[number].stations) for number in more)
+        lines.append(
+            f"{len(more)} more networks, of {n_stations} stations, do not register with the others; see the "
+            "links of the plan"
+        )
+    if alone:
+        lines.append(_alone([registration.networks[number] for number in alone], floor_names))
+    if registration.loops:
+        lines += [_hangs(network) for network in registration.networks if not network.survives_a_link]
+    return tuple(lines)
+
+
+# ------------------------------------------------------------------------------------------------- graphs
+def _groups(stations: Iterable[str], links: Iterable[Link]) -> list[tuple[str, ...]]:
+    """Stations that links join, each group in the order of stations and groups by their first."""
+    neighbours = _neighbours(stations, links)
+    left = dict.fromkeys(neighbours)
+    place = {station: number for number, station in enumerate(neighbours)}
+    groups = []
+    for station in neighbours:
+        if station not in left:
+            continue
+        front, group = [station], []
+        del left[station]
+        while front:
+            group.append(front.pop())
+            for other in neighbours[group[-1]]:
+                if other in left:
+                    del left[other]
+                    front.append(other)
+        groups.append(tuple(sorted(group, key=lambda one: place[one])))
+    return groups
+
+
+def _neighbours(stations: Iterable[str], links: Iterable[Link]) -> _Neighbours:
+    neighbours: _Neighbours = {station: [] for station in stations}
+    for link in links:
+        neighbours[link.a].append(link.b)
+        neighbours[link.b].append(link.a)
+    return neighbours
+
+
+def _cuts(stations: Sequence[str], neighbours: _Neighbours) -> tuple[set[frozenset[str]], set[str]]:
+    """Bridges, as pairs, and articulation stations of one network."""
+    root = stations[0]
+    entered, low = {root: 0}, {root: 0}
+    bridges: set[frozenset[str]] = set()
+    articulations: set[str] = set()
+    n_children = 0
+    path = [(root, "", iter(neighbours[root]))]
+    while path:
+        station, parent, others = path[-1]
+        other = next(others, None)
+        if other is None:
+            path.pop()
+            if parent:
+                low[parent] = min(low[parent], low[station])
+                if low[station] > entered[parent]:
+                    bridges.add(frozenset((parent, station)))
+                if parent == root:
+                    n_children += 1
+                elif low[station] >= entered[parent]:
+                    articulations.add(parent)
+        elif other not in entered:
+            entered[other] = low[other] = len(entered)
+            path.append((other, station, iter(neighbours[other])))
+        elif other != parent:
+            low[station] = min(low[station], entered[other])
+    if n_children > 1:
+        articulations.add(root)
+    return bridges, articulations
+
+
+def _bottleneck(stations: Sequence[str], links: Sequence[Link]) -> Link | None:
+    """Last link of a maximum spanning tree; of equal overlaps the weaker one, then the one of later ids."""
+    group = {station: station for station in stations}
+
+    def head(station: str) -> str:
+        while group[station] != station:
+            group[station] = station = group[group[station]]
+        return station
+
+    last = None
+    for link in sorted(links, key=_strongest_first):
+        a, b = head(link.a), head(link.b)
+        if a != b:
+            group[a], last = b, link
+    return last
+
+
+def _strongest_first(link: Link) -> tuple[float, float, list[str]]:
+    """Key by overlap, then strength, then ids: an order that no two links of a plan share, NaN or not."""
+    return -link.overlap, 0.0 if math.isnan(link.strength) else -link.strength, sorted((link.a, link.b))
+
+
+# ------------------------------------------------------------------------------------------------- the report
+def _network(stations: tuple[str, ...], links: Sequence[Link], floor_of: Mapping[str, str]) -> RegistrationNetwork:
+    bridges, articulations = _cuts(stations, _neighbours(stations, links))
+    return RegistrationNetwork(
+        stations=stations,
+        floors=tuple(dict.fromkeys(floor_of[station] for station in stations)),
+        n_links=len(links),
+        bridges=tuple(link for link in links if frozenset((link.a, link.b)) in bridges),
+        articulations=tuple(station for station in stations if station in articulations),
+        bottleneck=_bottleneck(stations, links),
+    )
+
+
+def _floor(floor: str, floor_of: Mapping[str, str], good: Sequence[Link]) -> FloorNetworks:
+    stations = [station for station, of in floor_of.items() if of == floor]
+    inside = [link for link in good if floor_of[link.a] == floor == floor_of[link.b]]
+    return FloorNetworks(floor, tuple(_groups(stations, inside)))
+
+
+def _gaps(links: Sequence[Link], network_of: Mapping[str, int]) -> tuple[NetworkGap, ...]:
+    best: dict[tuple[int, int], Link] = {}
+    for link in sorted(links, key=_strongest_first):
+        low, high = sorted((network_of[link.a], network_of[link.b]))
+        if low != high:
+            best.setdefault((low, high), link)
+    return tuple(NetworkGap(pair, best[pair]) for pair in sorted(best))
+
+
+def _check(links: Sequence[Link], station_ids: Sequence[str], floors: Sequence[str]) -> None:
+    if len(set(station_ids)) != len(station_ids) or len(floors) != len(station_ids):
+        raise RequirementError(
+            f"stations: got {len(station_ids)} ids, {len(set(station_ids))} of them different, and {len(floors)} "
+            "floors, expected as many of each; pass every station once, with its floor"
+        )
+    known, pairs = set(station_ids), set()
+    for link in links:
+        pair = frozenset((link.a, link.b))
+        if len(pair) < 2 or not pair <= known or pair in pairs:
+            raise RequirementError(
+                f"links: got {link.a!r} to {link.b!r}, expected each pair of the {len(known)} stations once; pass the "
+                "links of these stations alone"
+            )
+        pairs.add(pair)
+
+
+# ------------------------------------------------------------------------------------------------- words
+def _best_gap(registration: Registration, number: int) -> NetworkGap | None:
+    gaps = [gap for gap in registration.gaps if number in gap.networks]
+    return max(gaps, key=lambda gap: gap.best.overlap, default=None)
+
+
+def _alone(networks: Sequence[RegistrationNetwork], floor_names: Mapping[str, str]) -> str:
+    places = [_placed(network, floor_names) for network in networks]
+    single = len(networks) == 1 and len(networks[0].stations) == 1
+    return (
+        f"{_listed(places, '; ')} {'does' if single else 'do'} not register with the others: no link reaches "
+        f"{100 * MIN_LISTED_OVERLAP:g} % overlap; look for shut doors in between, or register with targets"
+    )
+
+
+def _apart(registration: Registration, numbers: list[int], gap: NetworkGap, floor_names: Mapping[str, str]) -> str:
+    networks = [registration.networks[number] for number in numbers]
+    places = [_placed(network, floor_names) for network in networks]
+    if len(networks) > 1:
+        head = f"{_listed(places, '; ')} register neither with one another nor with the others"
+    else:
+        head = f"{places[0]} {'does' if len(networks[0].stations) == 1 else 'do'} not register with the others"
+    best = gap.best
+    named = f"{head}: the best link, {best.a} to {best.b}, overlaps {overlap_percent(best.overlap)} %"
+    if best.overlap < registration.threshold:
+        return (
+            f"{named}, {100 * registration.threshold:g} % are required; open the doors or add a station "
+            f"{_between(registration, gap)}, or register with targets"
+        )
+    return (
+        f"{named} but is too weak, strength {round(best.strength, 4):g} of {registration.min_strength:g}"
+        f"{_held_least(best)}; move one to where both see a surface that stops this, or register with targets"
+    )
+
+
+def _held_least(link: Link) -> str:
+    motion = weak_motion(link.weak_axis)
+    north = ", north being +y" if motion.by_compass else ""
+    return f": held least is the {motion.words}{north}" if motion.words else ""
+
+
+def _between(registration: Registration, gap: NetworkGap) -> str:
+    one, other = (set(registration.networks[number].floors) for number in gap.networks)
+    return "between them" if one & other else "on the stairs between their floors"
+
+
+def _hangs(network: RegistrationNetwork) -> str:
+    pairs = [f"{link.a} to {link.b}" for link in network.bridges]
+    return (
+        f"the network of {_named(network.stations)} hangs on single links, loops are required: "
+        f"{_listed(pairs)}; add a station that links both sides"
+    )
+
+
+def _placed(network: RegistrationNetwork, floor_names: Mapping[str, str]) -> str:
+    floors = ", ".join(repr(floor_names.get(floor, floor)) for floor in network.floors)
+    return f"{_named(network.stations)} on {'floor' if len(network.floors) == 1 else 'floors'} {floors}"
+
+
+def _named(stations: Sequence[str]) -> str:
+    return f"{'station' if len(stations) == 1 else 'stations'} {_listed(stations)}"
+
+
+def _listed(names: Sequence[str], separator: str = ", ") -> str:
+    more = f" and {len(names) - _TOLD} more" if len(names) > _TOLD else ""
+    return separator.join(names[:_TOLD]) + more

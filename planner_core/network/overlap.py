@@ -1,0 +1,86 @@
+"""Overlap of stations on real surfaces, the strength of each link, and whether the links join all stations.
+
+Input the stations' `Visibility`, patch areas (m^2), centroids and normals (local frame); output `Link`s.
+
+Overlap of i and j: area that both see / area that i sees, the smaller of both directions.
+
+Strength: registration minimises distances from points p to planes with normal n. With c the area-weighted centroid of
+the shared surface and L the root mean square distance of its patches from c, a small motion moves a patch along its
+normal by J.m, J = (n, (p - c) x n / L). The smallest eigenvalue of sum a J J' / sum a is how well the worst determined
+motion is held; it is at most 1/3 (three translations share the trace 1), so 3 times it is the strength. 0: some motion
+is free, as along a straight corridor; 1: all are held alike. L makes it a figure of shape, not of size. Its eigenvector
+is that motion: the weak axis.
+
+What it means for errors, and which strength is enough: docs/method/registration.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from planner_core.model import BoolArray, FloatArray, Link, Patches, Scene, Visibility
+from planner_core.network.pairs import PairMatrices, SharedSurface, overlapping_pairs, strengths_of
+from planner_core.network.weak_axis import weak_axis
+from planner_core.scene.patches import patch_triangles
+
+#: Overlaps below this are not listed: nobody registers on a twentieth of a scan.
+MIN_LISTED_OVERLAP = 0.05
+
+
+def overlap_links(
+    visibility: Visibility,
+    patch_area_m2: FloatArray,
+    station_ids: tuple[str, ...],
+    surface: SharedSurface | None = None,
+    *,
+    min_overlap: float = MIN_LISTED_OVERLAP,
+) -> tuple[Link, ...]:
+    """List the pairs of stations (rows of `visibility`) whose overlap is at least `min_overlap`, by station number.
+
+    Without `surface` strengths are NaN and weak axes empty. The figures are those of `candidate_links`, bit by bit.
+    """
+    matrices = PairMatrices(visibility, patch_area_m2, surface) if surface is not None else None
+    links = []
+    for pairs in overlapping_pairs(visibility, patch_area_m2, min_overlap=min_overlap):
+        strength, axes = np.full(pairs.first.size, np.nan), [""] * pairs.first.size
+        if matrices is not None:
+            matrix = matrices.of(pairs.first, pairs.second)
+            strength, axes = strengths_of(matrix), [weak_axis(one) for one in matrix]
+        links += [
+            Link(station_ids[i], station_ids[j], float(overlap), float(held), axis)
+            for i, j, overlap, held, axis in zip(pairs.first, pairs.second, pairs.overlap, strength, axes, strict=True)
+        ]
+    return tuple(links)
+
+
+def components(links: tuple[Link, ...], station_ids: tuple[str, ...], *, threshold: float) -> list[tuple[str, ...]]:
+    """Groups of stations that links with at least `threshold` overlap join, in the order of station_ids."""
+    group = {name: number for number, name in enumerate(station_ids)}
+    for link in links:
+        if link.overlap >= threshold:
+            low, high = sorted((group[link.a], group[link.b]))
+            group = {name: low if number == high else number for name, number in group.items()}
+    members: dict[int, list[str]] = {}
+    for name in station_ids:
+        members.setdefault(group[name], []).append(name)
+    return [tuple(names) for names in members.values()]
+
+
+def surface_of_patches(scene: Scene, patches: Patches, seen: BoolArray) -> SharedSurface:
+    """Centroids and normals of the patches of all triangles with a patch in `seen`, (P,) bool; the others' are zero."""
+    triangle_of_patch = patches.triangle_of_patch
+    used = np.zeros(scene.n_triangles, dtype=bool)
+    used[triangle_of_patch[seen]] = True
+    # Only the triangles in question: all patches of a large scene would take gigabytes.
+    part = replace(scene, triangles=scene.triangles[used])
+    corners = patch_triangles(part, replace(patches, depth=patches.depth[used]))
+    centroid_m = np.zeros((seen.size, 3))
+    normal = np.zeros((seen.size, 3))
+    at = used[triangle_of_patch]
+    centroid_m[at] = corners.mean(axis=1)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.sqrt((cross * cross).sum(axis=1, keepdims=True))
+    normal[at] = np.divide(cross, length, out=np.zeros_like(cross), where=length > 0)
+    return SharedSurface(centroid_m=centroid_m, normal=normal)

@@ -1,0 +1,213 @@
+"""Pairs of positions: how much surface they have in common, and the normal matrix of it, for very many pairs.
+
+Input `Visibility`, patch areas (m^2) and, for matrices, centroids and normals (local frame); output pairs with their
+overlap, and (K, 6, 6) float64 matrices. What they mean: `planner_core.network.overlap`.
+
+Overlaps of all pairs are one sparse product, taken in blocks of rows. Normal matrices are only made for the pairs that
+are asked for: 24 sums over the common patches, each taken about the origin, from which those about the common
+surface's own centroid follow.
+
+A pair's figures are the same to the last bit whatever other positions there are and however they are numbered: areas
+are whole ticks, whose sums are exact, and the 24 sums run through the common patches in rising order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner_core.model import FloatArray, Int32Array, Int64Array, Visibility
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+#: Overlaps are counted in these: sums of up to 131 000 m^2 are exact in float64, in whatever order they are taken.
+AREA_TICK_M2 = 2.0**-36
+
+#: Rows of the product at a time: 10 000 positions make blocks of at most 30 MB.
+ROWS_A_BLOCK = 256
+
+#: How often the product's right side is made anew without the columns that are done with.
+_TRANSPOSITIONS = 8
+
+#: Pairs whose sums are taken at a time: their patches are copied, some 40 kB a pair.
+_PAIRS_A_CHUNK = 512
+
+#: Common surfaces smaller across than this have no rotations to speak of: 1 micrometre, squared.
+_LEAST_LENGTH2_M2 = 1e-12
+
+_UPPER = tuple((row, column) for row in range(3) for column in range(row, 3))
+#: The ninth, (2, 2), follows: n . (p x n) is zero.
+_CROSS = tuple((row, column) for row in range(3) for column in range(3))[:8]
+_N_SUMS = 24
+
+
+@dataclass(frozen=True)
+class SharedSurface:
+    """Geometry of patches: centroid_m (P, 3) float64, local frame; normal (P, 3) float64, unit."""
+
+    centroid_m: FloatArray
+    normal: FloatArray
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Pairs of positions, first < second, by first, then second. Both (K,) int32; overlap : (K,) float64."""
+
+    first: Int32Array
+    second: Int32Array
+    overlap: FloatArray
+
+
+def overlapping_pairs(
+    visibility: Visibility, patch_area_m2: FloatArray, *, min_overlap: float, rows_a_block: int = ROWS_A_BLOCK
+) -> Iterator[Pairs]:
+    """All pairs that overlap, by at least `min_overlap`, for `rows_a_block` first positions after the other.
+
+    Yields as often as there are blocks. Pairs that have nothing in common are left out even where `min_overlap` is 0.
+    """
+    seen, column = _seen_patches(visibility)
+    ticks = area_ticks(patch_area_m2)[seen][column]
+    whole = seen_ticks(visibility, patch_area_m2)
+    shape = (visibility.n_positions, int(seen.size))
+    rows = _csr(np.ones(column.size), column, visibility.starts, shape)
+    weighted = _csr(ticks, column, visibility.starts, shape)
+    # Columns before the block would be products for nothing, but leaving them out takes a transposition.
+    step = max(rows_a_block, -(-visibility.n_positions // _TRANSPOSITIONS))
+    left_out = -1
+    for begin in range(0, visibility.n_positions, rows_a_block):
+        if left_out < 0 or begin - left_out >= step:
+            left_out, columns = begin, rows[begin:].T.tocsr()
+        common = (weighted[begin : begin + rows_a_block] @ columns).tocoo()
+        first, second = common.row + begin, common.col + left_out
+        upper = (second > first) & (common.data > 0)
+        first, second = first[upper], second[upper]
+        overlap = common.data[upper] / np.maximum(whole[first], whole[second])
+        listed = overlap >= min_overlap
+        first, second, overlap = first[listed], second[listed], overlap[listed]
+        order = np.lexsort((second, first))
+        yield Pairs(first[order].astype(np.int32), second[order].astype(np.int32), overlap[order])
+
+
+def area_ticks(patch_area_m2: FloatArray) -> FloatArray:
+    """(P,) float64, areas in whole ticks."""
+    ticks: FloatArray = np.rint(np.asarray(patch_area_m2, dtype=np.float64) / AREA_TICK_M2)
+    return ticks
+
+
+def seen_ticks(visibility: Visibility, patch_area_m2: FloatArray) -> FloatArray:
+    """(N,) float64, ticks that each position sees."""
+    owner = np.repeat(np.arange(visibility.n_positions), np.diff(visibility.starts))
+    ticks = area_ticks(patch_area_m2)[visibility.patch]
+    return np.bincount(owner, weights=ticks, minlength=visibility.n_positions).astype(np.float64)
+
+
+class PairMatrices:
+    """Normal matrices of the surface that pairs of rows of a `Visibility` have in common."""
+
+    def __init__(self, visibility: Visibility, patch_area_m2: FloatArray, surface: SharedSurface) -> None:
+        seen, column = _seen_patches(visibility)
+        self._column = column
+        self._starts = visibility.starts
+        self._rows = _csr(np.ones(column.size), self._column, self._starts, (visibility.n_positions, int(seen.size)))
+        self._sums = _patch_sums(patch_area_m2[seen], surface.centroid_m[seen], surface.normal[seen])
+
+    def of(self, first: Int32Array, second: Int32Array) -> FloatArray:
+        """(K, 6, 6) float64 for pairs (K,) in any order; zero where nothing, or no more than a point, is common."""
+        matrix = np.empty((first.size, 6, 6))
+        order = np.argsort(first, kind="stable")
+        bounds = np.flatnonzero(np.diff(first[order], prepend=-1, append=-1))
+        for begin, end in pairwise(bounds.tolist()):
+            base = int(first[order[begin]])
+            for at in range(begin, end, _PAIRS_A_CHUNK):
+                pairs = order[at : min(at + _PAIRS_A_CHUNK, end)]
+                matrix[pairs] = _matrices(self._common_sums(base, second[pairs]))
+        return matrix
+
+    def _common_sums(self, base: int, others: Int32Array) -> FloatArray:
+        """(k, 24) sums over what each of `others` has in common with `base`."""
+        mine = self._column[self._starts[base] : self._starts[base + 1]]
+        # What the base does not see is sent to one row of zeros, which stays in the cache.
+        place = np.full(self._sums.shape[0], mine.size, dtype=np.int32)
+        place[mine] = np.arange(mine.size, dtype=np.int32)
+        table = np.concatenate([self._sums[mine], np.zeros((1, _N_SUMS))])
+        rows = self._rows[others]
+        common = _csr(rows.data, place[rows.indices], rows.indptr, (others.size, mine.size + 1))
+        sums: FloatArray = common @ table
+        return sums
+
+
+def strengths_of(matrix: FloatArray) -> FloatArray:
+    """(K,) strengths in [0, 1] of normal matrices (K, 6, 6): three times the smallest eigenvalue."""
+    if matrix.shape[0] == 0:
+        return np.empty(0)
+    strength: FloatArray = np.clip(3.0 * np.linalg.eigvalsh(matrix)[:, 0], 0.0, 1.0)
+    return strength
+
+
+def _seen_patches(visibility: Visibility) -> tuple[Int64Array, Int32Array]:
+    """Patches that anybody sees, and for every entry of the rows its place among them."""
+    is_seen = np.zeros(visibility.n_patches, dtype=np.bool_)
+    is_seen[visibility.patch] = True
+    place = np.cumsum(is_seen, dtype=np.int32) - 1
+    return np.flatnonzero(is_seen), place[visibility.patch]
+
+
+def _csr(value: FloatArray, column: Any, starts: Any, shape: tuple[int, int]) -> csr_array:
+    from scipy.sparse import csr_array
+
+    # 32 bits wherever they do: they are half of what is read.
+    small = value.size < 2**31
+    index = np.int32 if small else np.int64
+    return csr_array((value, column.astype(index, copy=False), starts.astype(index, copy=False)), shape=shape)
+
+
+def _patch_sums(area_m2: FloatArray, centroid_m: FloatArray, normal: FloatArray) -> FloatArray:
+    """(P, 24), of each patch: a n n' (6), a n (p x n)' (8), a (p x n)(p x n)' (6), a p (3), a |p|^2 (1)."""
+    turn = np.cross(centroid_m, normal)
+    columns = [normal[:, i] * normal[:, j] for i, j in _UPPER]
+    columns += [normal[:, i] * turn[:, j] for i, j in _CROSS]
+    columns += [turn[:, i] * turn[:, j] for i, j in _UPPER]
+    columns += [centroid_m[:, 0], centroid_m[:, 1], centroid_m[:, 2], (centroid_m * centroid_m).sum(axis=1)]
+    sums: FloatArray = np.ascontiguousarray(np.stack(columns, axis=1) * area_m2[:, None])
+    return sums
+
+
+def _matrices(sums: FloatArray) -> FloatArray:
+    """(k, 6, 6) normal matrices about the centroids, scaled by area and length, from (k, 24) sums about the origin.
+
+    With K v = c x v: (p - c) x n = p x n - K n, so that the blocks are shifted by products with K alone.
+    """
+    nn, nr, rr = np.empty((3, sums.shape[0], 3, 3))
+    for at, (i, j) in enumerate(_UPPER):
+        nn[:, i, j] = nn[:, j, i] = sums[:, at]
+        rr[:, i, j] = rr[:, j, i] = sums[:, 14 + at]
+    for at, (i, j) in enumerate(_CROSS):
+        nr[:, i, j] = sums[:, 6 + at]
+    nr[:, 2, 2] = -nr[:, 0, 0] - nr[:, 1, 1]
+    area_m2 = np.trace(nn, axis1=1, axis2=2)  # normals are unit vectors
+    scale = np.divide(1.0, area_m2, out=np.zeros_like(area_m2), where=area_m2 > 0)[:, None]
+    centre_m = sums[:, 20:23] * scale
+    length2_m2 = sums[:, 23:24] * scale - (centre_m * centre_m).sum(axis=1, keepdims=True)
+    shift = np.zeros_like(nn)
+    shift[:, 0, 1], shift[:, 0, 2], shift[:, 1, 2] = -centre_m[:, 2], centre_m[:, 1], -centre_m[:, 0]
+    shift -= shift.transpose(0, 2, 1)
+    # einsum, not matrix products: the order of its sums does not depend on the number of cores.
+    moved = np.einsum("kij,klj->kil", nn, shift)
+    turned = np.einsum("kij,kjl->kil", shift, nr)
+    rr += np.einsum("kij,kjl->kil", shift, moved) - turned - turned.transpose(0, 2, 1)
+    nr -= moved
+    extended = length2_m2 > _LEAST_LENGTH2_M2
+    per_length = np.sqrt(np.divide(1.0, length2_m2, out=np.zeros_like(length2_m2), where=extended))
+    matrix = np.zeros((sums.shape[0], 6, 6))
+    each = (scale * extended)[:, :, None]
+    per_length = per_length[:, :, None]
+    matrix[:, :3, :3] = nn * each
+    matrix[:, :3, 3:] = nr * (each * per_length)
+    matrix[:, 3:, :3] = matrix[:, :3, 3:].transpose(0, 2, 1)
+    matrix[:, 3:, 3:] = rr * (each * per_length * per_length)
+    return matrix

@@ -1,0 +1,237 @@
+"""The method paper's pipeline: improve starting positions by spatial search, select by a genetic algorithm, repair.
+
+`planner_core.planning` calls the three steps where `method` is `paper`. Local frame, metres.
+
+    starts --search by F2--> improved --genetic selection--> chosen --overlap repair--> stations
+
+References
+----------
+López et al. 2023, sections 3.4 to 3.6 and Tables 1 to 3; docs/method/paper.md says what the defaults are and why.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from planner_core.engine.scan_engine import ScanEngine, device_of
+from planner_core.errors import RequirementError
+from planner_core.model import Candidates, FloatArray, Int64Array, PlanSettings, Survey
+from planner_core.model.options import with_options
+from planner_core.paper.genetic import GeneticSettings, select_genetic
+from planner_core.paper.overlap_repair import repair_overlap
+from planner_core.paper.point_distribution import PointDistribution
+from planner_core.paper.random_starts import sample_at_random
+from planner_core.paper.search import SearchSettings, search
+from planner_core.paper.search.settings import METHODS
+from planner_core.paper.search.station_fitness import StationFitness
+from planner_core.positions.grid import find_candidates
+from planner_core.positions.ground_surface import GroundSurface
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.select.problem import CoverProblem
+
+#: Beams of a scan beyond which a search takes days: seconds a position, and hundreds of positions a start.
+MAX_SEARCH_BEAMS = 4_000_000
+STARTS = ("uniform", "random")
+POOLS = ("both", "improved")
+
+
+@dataclass(frozen=True)
+class PaperSettings:
+    """The pipeline's settings; `PlanSettings.method_options` replaces fields by name, such as `spatial.step_m`."""
+
+    search: str = "sa"
+    """`ls` greedy local search, `sa` simulated annealing, `ts` tabu search, `none`: starts stay where they are."""
+    starts: str = "uniform"
+    """`uniform`: the grid of the plan's settings; `random`: `n_random` a floor."""
+    n_random: int = 200
+    pool: str = "both"
+    """What is selected from: `both` starts and improved positions, or `improved` ones alone, as in the paper. Searches
+    leave small rooms, and then no selection of improved positions covers what is required."""
+    published_tests: bool = False
+    """Whether the paper's three tests decide where a tripod can stand, instead of ours."""
+    repair: bool = True
+    """Whether stations are added until all overlap as required and link up."""
+    overlap_radius_m: float = 0.0
+    """Radius of the circles that stand for scans; 0: the scanner's greatest range."""
+    spatial: SearchSettings = field(default_factory=SearchSettings)
+    genetic: GeneticSettings = field(default_factory=GeneticSettings)
+
+    def __post_init__(self) -> None:
+        """Refuse words that mean nothing, and a number of starts below 1."""
+        for name, known in (("search", (*METHODS, "none")), ("starts", STARTS), ("pool", POOLS)):
+            if getattr(self, name) not in known:
+                raise RequirementError(f"{name}: got {getattr(self, name)!r}, expected one of {', '.join(known)}")
+        if self.n_random < 1:
+            raise RequirementError(f"n_random: got {self.n_random}, expected at least 1; leave it out for 200")
+        if not self.overlap_radius_m >= 0:
+            raise RequirementError(f"overlap_radius_m: got {self.overlap_radius_m:g}, expected 0 or more; e.g. 5")
+
+
+def paper_settings(settings: PlanSettings) -> PaperSettings:
+    """Defaults with the plan's seed and options.
+
+    Raises
+    ------
+    RequirementError
+        An option that does not exist or makes no sense.
+    """
+    seeded = PaperSettings(
+        spatial=SearchSettings(seed=settings.seed, fixed_height=len(settings.instrument_heights_m) == 1),
+        genetic=GeneticSettings(seed=settings.seed),
+    )
+    return with_options(seeded, settings.method_options)
+
+
+def find_pool(
+    survey: Survey,
+    settings: PlanSettings,
+    paper: PaperSettings,
+    engine: ScanEngine,
+    *,
+    floors: tuple[int, ...],
+    progress: Progress = silent,
+) -> Candidates:
+    """Starts on each of `floors`, improved floor by floor: what the genetic algorithm selects from."""
+    if paper.starts == "random":
+        starts = sample_at_random(
+            survey, settings, engine, floors=floors, n_each=paper.n_random, seed=settings.seed, progress=progress
+        )
+    else:
+        starts = find_candidates(survey, settings, engine, floors=floors, progress=progress)
+    if paper.search == "none" or not starts.floor.size:
+        return starts
+    _check_beams(survey, settings)
+    distribution = PointDistribution(survey.scene, survey.patches, engine)
+    improved = [_improved(survey, settings, paper, engine, distribution, starts, index, progress) for index in floors]
+    pool = Candidates(
+        position_m=np.concatenate([place for place, _ in improved]),
+        floor=np.repeat(np.array(floors, dtype=np.int32), [len(place) for place, _ in improved]),
+        instrument_height_m=np.concatenate([height for _, height in improved]),
+        n_tried=starts.n_tried,
+        rejected=starts.rejected,
+    )
+    return _joined(starts, pool) if paper.pool == "both" else _joined(_none_of(starts), pool)
+
+
+def _check_beams(survey: Survey, settings: PlanSettings) -> None:
+    """Refuse to search with a scanner of very many beams: F2 needs every one, some thousand times a start."""
+    rows, columns = survey.template.shape
+    if rows * columns > MAX_SEARCH_BEAMS:
+        raise RequirementError(
+            f"scanner {settings.scanner.name}: got {rows * columns} beams a scan, expected at most {MAX_SEARCH_BEAMS} "
+            "for a spatial search, which casts all of them for every position it looks at; pass --search none or a "
+            "coarser mode of the scanner"
+        )
+
+
+def _improved(
+    survey: Survey,
+    settings: PlanSettings,
+    paper: PaperSettings,
+    engine: ScanEngine,
+    distribution: PointDistribution,
+    starts: Candidates,
+    floor: int,
+    progress: Progress,
+) -> tuple[FloatArray, FloatArray]:
+    """Best positions (N, 3) of the agents of one floor, and their heights (N,) above its ground."""
+    starts_m = starts.position_m[starts.floor == floor]
+    if not starts_m.size:
+        return np.empty((0, 3)), np.empty(0)
+    fitness = StationFitness(survey, settings, engine, distribution, floor=floor, published_tests=paper.published_tests)
+    name = survey.floors[floor].name
+
+    def tell(event: ProgressEvent) -> None:
+        progress(replace(event, note=f"{name}: {event.note}"))
+
+    result = search(paper.search, starts_m, fitness, paper.spatial, bounds_m=fitness.bounds_m, progress=tell)
+    # Agents that started at valid positions stood at one; lattice cells may have moved a start to where none can stand.
+    position_m = result.position_m[result.found]
+    ground_m = GroundSurface(survey, survey.floors[floor]).below(position_m)
+    return position_m, position_m[:, 2] - ground_m
+
+
+def _none_of(candidates: Candidates) -> Candidates:
+    return replace(
+        candidates,
+        position_m=candidates.position_m[:0],
+        floor=candidates.floor[:0],
+        instrument_height_m=candidates.instrument_height_m[:0],
+    )
+
+
+def _joined(first: Candidates, second: Candidates) -> Candidates:
+    """Both, ordered by floor; of equal positions the first alone."""
+    position_m = np.concatenate([first.position_m, second.position_m])
+    floor = np.concatenate([first.floor, second.floor])
+    height_m = np.concatenate([first.instrument_height_m, second.instrument_height_m])
+    _, unique = np.unique(np.column_stack([floor, position_m]), axis=0, return_index=True)
+    unique = np.sort(unique)
+    order = unique[np.argsort(floor[unique], kind="stable")]
+    return replace(first, position_m=position_m[order], floor=floor[order], instrument_height_m=height_m[order])
+
+
+def select_by_genes(
+    problem: CoverProblem, paper: PaperSettings, engine: ScanEngine, *, progress: Progress = silent
+) -> Int64Array:
+    """Return candidates (K,) chosen by the genetic algorithm, on the engine's device where it has one."""
+    device = device_of(engine)
+    where = "host" if device is None else "device"
+    result = select_genetic(problem, paper.genetic, engine=where, device=device, progress=progress)
+    return result.chosen.astype(np.int64)
+
+
+def shortfall(problem: CoverProblem, chosen: Int64Array) -> tuple[str, ...]:
+    """Return a line for the user where candidates (K,) miss a target: no search promises to meet it."""
+    n_missed = int(np.count_nonzero(problem.covered([int(candidate) for candidate in chosen]) < problem.least))
+    if not n_missed:
+        return ()
+    return (
+        f"genetic selection: ended with {n_missed} of {problem.least.size} coverage targets (each floor, and all "
+        "together) not met; raise genetic.patience, set genetic.distinct to yes, or use method greedy",
+    )
+
+
+def repair(
+    settings: PlanSettings,
+    paper: PaperSettings,
+    candidates: Candidates,
+    chosen: Int64Array,
+    *,
+    progress: Progress = silent,
+) -> tuple[Int64Array, tuple[str, ...]]:
+    """Add candidates until the circles of all stations overlap as required and hang together floor by floor.
+
+    Returns
+    -------
+    All stations (K,), the chosen ones first; and a line for the user about what the pool could not repair.
+    """
+    required = settings.requirements.overlap
+    if not paper.repair or not chosen.size:
+        return chosen, ()
+    if required >= 1.0:
+        return chosen, ("overlap repair: left out, as no circles cover another one to 100 %; ask for less overlap",)
+    left = np.setdiff1d(np.arange(candidates.floor.size), chosen)
+    done = repair_overlap(
+        candidates.position_m[chosen],
+        candidates.position_m[left],
+        radius_m=paper.overlap_radius_m or settings.scanner.range_max_m,
+        required=required,
+        station_floor=candidates.floor[chosen],
+        pool_floor=candidates.floor[left],
+        progress=progress,
+    )
+    lines = []
+    if done.short:
+        lines.append(
+            f"overlap repair: the circles of {len(done.short)} stations still overlap less than {100 * required:g} % "
+            "and no candidate is left for them; use a finer grid step"
+        )
+    if not done.is_joined:
+        lines.append(
+            f"overlap repair: {len(done.sets)} separate sets of stations on {done.n_floors} floors, with no candidates "
+            "between them; use a finer grid step"
+        )
+    return np.concatenate([chosen, left[done.added]]), tuple(lines)

@@ -1,0 +1,11 @@
+"""Spatial search: positions move to better ones nearby, by local search, simulated annealing or tabu search.
+
+`search` in `planner_core.paper.search.improve` is the stage; docs/method/spatial-search.md has the method.
+"""
+
+from planner_core.paper.search.improve import search
+from planner_core.paper.search.landscape import Fitness
+from planner_core.paper.search.settings import SearchSettings
+from planner_core.paper.search.walk import SearchHistory, SearchResult
+
+__all__ = ["Fitness", "SearchHistory", "SearchResult", "SearchSettings", "search"]

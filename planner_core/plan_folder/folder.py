@@ -1,0 +1,199 @@
+"""The plan folder: everything a plan is handed over as, written so that it appears whole or not at all.
+
+Plan, ScanEngine -> folder; docs/formats/plan.md lists the files. Every station is scanned once more: the clouds, the
+range images and the best range of every face come from these scans.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+
+from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.errors import OutputExistsError, PlanFolderError
+from planner_core.model import Float32Array, Plan
+from planner_core.plan_folder.atomic import recover, staged_folder
+from planner_core.plan_folder.carry_over import carry_over, plan_station_names
+from planner_core.plan_folder.face_results import face_results, lower_best_range, unseen_range
+from planner_core.plan_folder.folder_lock import locked_folder
+from planner_core.plan_folder.plan_json import plan_text
+from planner_core.plan_folder.report import report_files, write_report
+from planner_core.plan_folder.scans import write_scan
+from planner_core.plan_folder.station_marks import station_prim_names
+from planner_core.plan_folder.stations_csv import stations_csv
+from planner_core.plan_folder.usd_clouds import cloud_layer
+from planner_core.plan_folder.usd_heatmaps import HEATMAPS_FILE
+from planner_core.plan_folder.usd_stage import STAGE_FILES, empty_review, write_heatmaps, write_layer, write_stage
+from planner_core.plan_folder.viewer_files import cloud_bytes, patches_bytes
+from planner_core.plan_folder.viewer_layers import layer_file_names, layer_files
+from planner_core.progress import Progress, ProgressEvent, silent
+
+STAGE = "export"
+
+
+def check_output(folder: Path, *, overwrite: bool) -> None:
+    """Say at once, before minutes of work, whether `folder` may be written.
+
+    A free name and an empty folder may; a plan folder may with `overwrite`, unless reviewers' changes would be lost.
+
+    Raises
+    ------
+    OutputExistsError
+        With the remedy.
+    PlanFolderError
+        Nothing can be written there: no folder to write into, or no permission.
+    """
+    _check_parent(folder)
+    recover(folder)
+    if folder.is_symlink():
+        raise OutputExistsError(f"{folder}: is a link, expected a folder of its own; name what it leads to")
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise OutputExistsError(f"{folder}: is a file, expected a folder to write; give another name")
+    if os.path.ismount(folder):
+        raise OutputExistsError(
+            f"{folder}: is where a disk is mounted, expected a folder that can be renamed; name one inside it"
+        )
+    if not any(folder.iterdir()):
+        return
+    if not overwrite:
+        raise OutputExistsError(f"{folder}: exists, expected a free name; give another or pass --overwrite")
+    try:
+        plan_station_names(folder)
+    except PlanFolderError as error:
+        raise OutputExistsError(
+            f"{folder}: holds files but no plan of this version, expected a plan folder to replace; "
+            "give another name or delete it yourself"
+        ) from error
+    _check_review(folder)
+
+
+def _check_parent(folder: Path) -> None:
+    """Check the nearest folder above that is there: those missing between are made when the plan is written."""
+    parent = folder.absolute().parent
+    while not os.path.lexists(parent):
+        parent = parent.parent
+    if not parent.is_dir():
+        raise PlanFolderError(
+            f"{folder}: can't be written, {parent} is no folder, expected one to write into; give another path"
+        )
+    if not os.access(parent, os.R_OK | os.W_OK | os.X_OK):
+        raise PlanFolderError(
+            f"{folder}: can't be written, as nothing may be written into {parent}, expected a folder of yours; "
+            "give another path, or change the permissions"
+        )
+
+
+def write_plan_folder(
+    plan: Plan,
+    folder: Path,
+    *,
+    engine: ScanEngine | None = None,
+    overwrite: bool = False,
+    progress: Progress = silent,
+) -> None:
+    """Write the plan folder. What people put into the folder that it replaces is carried over.
+
+    Parameters
+    ----------
+    engine
+        Scans the stations; of the plan's scene and patches. None opens the default one.
+    progress
+        Stage `export`, one step a file. Raising from it leaves nothing behind.
+
+    Raises
+    ------
+    OutputExistsError
+        See `check_output`, which is asked again right before the old plan is replaced, and `carry_over`.
+    PlanFolderError
+        A file can't be written: disk full, no permission.
+    """
+    check_output(folder, overwrite=overwrite)
+    scanner = engine or open_engine(plan.survey.scene, plan.survey.patches)
+
+    def bring_along(staging: Path) -> None:
+        if overwrite and folder.is_dir() and any(folder.iterdir()):
+            check_output(folder, overwrite=True)  # it may be another folder by now
+            held.enter_context(locked_folder(folder))  # who commits to its review waits, and finds the new plan
+            carry_over(folder, staging)
+            _check_review(folder)
+
+    try:
+        with (
+            contextlib.ExitStack() as held,
+            staged_folder(folder, replace=overwrite, before_install=bring_along) as staging,
+        ):
+            _Writer(plan, scanner, staging, progress, folder).write()
+    except OutputExistsError:
+        raise
+    except OSError as error:
+        raise PlanFolderError(
+            f"{folder}: can't be written ({error.strerror or error}), nothing was changed; "
+            "check the free space and the permissions"
+        ) from error
+
+
+class _Writer:
+    """Writes the files of one plan folder into a staging folder and counts them."""
+
+    def __init__(self, plan: Plan, engine: ScanEngine, staging: Path, progress: Progress, final: Path) -> None:
+        self._plan = plan
+        self._engine = engine
+        self._folder = staging
+        self._final = final
+        self._progress = progress
+        self._n_done = 0
+        self._n_files = 4 * len(plan.stations) + len(STAGE_FILES) + len(report_files(plan)) + 4
+        self._n_files += len(layer_file_names(plan))
+
+    def write(self) -> None:
+        """Write everything: the scans first, because the results of the faces need their ranges."""
+        best_range_m = self._write_clouds()
+        write_stage(self._plan, face_results(self._plan, best_range_m), self._folder)
+        self._step("stage", n_files=len(STAGE_FILES))
+        self._put("viewer/patches.u8", patches_bytes(self._plan.times_seen, self._plan.achievable))
+        for name, content in layer_files(self._plan, self._engine):
+            self._put(name, content)
+        write_heatmaps(self._plan, self._folder)
+        self._step(HEATMAPS_FILE)
+        self._put("stations.csv", stations_csv(self._plan).encode())
+        for name in write_report(self._plan, self._folder / "report", engine=self._engine):
+            self._step(f"report/{name}")
+        self._put("plan.json", plan_text(self._plan, self._final).encode())
+
+    def _write_clouds(self) -> Float32Array:
+        """Scan station by station; return the best range of every face, inf where no station sees it."""
+        plan, template = self._plan, self._plan.survey.template
+        best_range_m = unseen_range(plan.survey.scene.n_triangles)
+        for name, station in zip(station_prim_names(plan.stations), plan.stations, strict=True):
+            scans = self._engine.scan(template, station.position_m[None, :])
+            lower_best_range(best_range_m, scans)
+            range_m = scans.range_m[0]
+            self._put(f"viewer/clouds/{name}.u16", cloud_bytes(range_m, scans.cos_incidence[0], template))
+            write_layer(cloud_layer(range_m, template), self._folder / f"stage/clouds/{name}.usdc")
+            self._step(f"stage/clouds/{name}.usdc")
+            for suffix in ("exr", "png"):
+                write_scan(plan.survey, station, scans, self._folder / "scans" / f"{name}.{suffix}")
+                self._step(f"scans/{name}.{suffix}")
+        return best_range_m
+
+    def _put(self, name: str, content: bytes) -> None:
+        path = self._folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+        self._step(name)
+
+    def _step(self, name: str, *, n_files: int = 1) -> None:
+        self._n_done += n_files
+        self._progress(ProgressEvent(STAGE, self._n_done, self._n_files, name))
+
+
+def _check_review(folder: Path) -> None:
+    review = folder / "review.usda"
+    if review.is_file() and review.read_text(encoding="utf-8", errors="replace") != empty_review():
+        raise OutputExistsError(
+            f"{review}: holds reviewers' changes, which overwriting would delete; expected it untouched; "
+            "move it away or give another folder"
+        )

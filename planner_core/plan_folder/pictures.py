@@ -1,0 +1,384 @@
+"""The coverage picture of a floor: cut open, in perspective, every patch in its colour. Plan, ScanEngine -> PNG.
+
+PyVista draws the building off-screen (shading, hidden surfaces, edges); matplotlib adds what must be readable: title,
+legend, station numbers. Local frame, metres.
+
+      (1)----(2)         number on the sensor, link to another sensor
+       |      |
+   ____|______|_____     cut, above the heads of tables, below those of doors
+  |    |      |     |
+  |___/|\\____/|\\____|    patches
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import BoolArray, FloatArray, Floor, Plan, Station, Survey, UInt8Array
+from planner_core.plan_folder import palette
+from planner_core.plan_folder.offscreen import offscreen_plotter
+from planner_core.plan_folder.section_view import (
+    BELOW_GROUND_M,
+    camera_at,
+    section_lines,
+    solid_cells,
+)
+from planner_core.plan_folder.sheet import (
+    DISC_RADIUS_PX,
+    DPI,
+    FOOTER_IN,
+    HEADER_IN,
+    PAPER,
+    WIDTH_IN,
+    axes_on_sheet,
+    draw_discs,
+    draw_footer,
+    draw_header,
+    floor_figures,
+    floor_subtitle,
+    new_sheet,
+    save_sheet,
+    size_on_sheet_in,
+)
+from planner_core.plan_folder.station_marks import foot_m
+from planner_core.scene.patches import patch_triangles
+
+CUT_HEIGHT_M = 1.6
+"""Above the ground: most of the walls stays, and one still sees into rooms from half above."""
+
+MARGIN_M = 0.6
+"""Around the ground that can be surveyed: outer walls and reveals."""
+
+ELEVATION_RAD = float(np.deg2rad(50.0))
+AZIMUTH_RAD = float(np.deg2rad(64.0))
+"""Looking direction, from half above over a corner; for floors deeper than wide a right angle less."""
+
+HALF_WIDTH_TAN = 0.24
+"""Tangent of half the horizontal angle of view: perspective enough to give depth, little enough to compare sizes."""
+
+OVERSAMPLING = 2
+"""Pixels drawn a pixel shown, along each side: smooth edges, the same ones on every driver."""
+
+CAP_CELLS = 1600
+"""Cells across the floor in which cut walls are found: about one a pixel."""
+
+N_LEVELS = 51
+"""Steps of brightness a channel: no eye tells, and the noise of the occlusion costs half the bytes."""
+
+WHITE_SHARE = 0.2
+"""Mixed into everything but the ground, so that furniture reads against it."""
+
+OCCLUSION_RADIUS_M = 0.5
+"""How far corners and furniture darken what is beside them."""
+
+EDGE_ANGLE_DEG = 25.0
+"""Edges at which faces turn by more than this are drawn: corners yes, the facets of round things no."""
+
+POLE_RADIUS_M = 0.018
+BALL_RADIUS_M = 0.085
+LEG_SPREAD_M = 0.28
+LINK_RADIUS_M = 0.016
+
+
+@dataclass(frozen=True)
+class Eye:
+    """Perspective camera. position_m, right, up, forward : (3,) local, the last three unit vectors.
+
+    half_width_tan, half_height_tan : tangents of half the angles of view; their ratio is the picture's.
+    """
+
+    position_m: FloatArray
+    right: FloatArray
+    up: FloatArray
+    forward: FloatArray
+    half_width_tan: float
+    half_height_tan: float
+
+    def project(self, points_m: FloatArray) -> FloatArray:
+        """(N, 2) of points (N, 3): -1 to 1 from the left to the right and from the bottom to the top of the picture."""
+        away = points_m - self.position_m
+        depth = away @ self.forward
+        across = np.stack([away @ self.right / self.half_width_tan, away @ self.up / self.half_height_tan], axis=1)
+        return across / depth[:, None]
+
+
+def eye_on(points_m: FloatArray, *, azimuth_rad: float, elevation_rad: float) -> Eye:
+    """Stand where points (N, 3) fill the picture from edge to edge, its height following from them.
+
+    Notes
+    -----
+    With t the tangent of half the angle of view, x across and z along the direction, a point is in the picture of an
+    eye at (cx, cz) where |x - cx| <= t (z - cz). So cx - t cz >= max(x - t z) and cx + t cz <= min(x + t z); the
+    nearest eye meets both bounds.
+    """
+    camera = camera_at(azimuth_rad=azimuth_rad, elevation_rad=elevation_rad)
+    x, y, z = (points_m @ axis for axis in (camera.right, camera.up, camera.forward))
+    t = HALF_WIDTH_TAN
+    low, high = float((x - t * z).max()), float((x + t * z).min())
+    eye_x, eye_z = (low + high) / 2, (high - low) / (2 * t)
+    depth = z - eye_z
+    below, above = float(y.min()), float(y.max())
+    for _ in range(60):  # bisection: the eye's height at which as much is seen above the middle as below
+        eye_y = (below + above) / 2
+        slopes = (y - eye_y) / depth
+        below, above = (eye_y, above) if slopes.max() > -slopes.min() else (below, eye_y)
+    position_m = eye_x * camera.right + eye_y * camera.up + eye_z * camera.forward
+    return Eye(position_m, camera.right, camera.up, camera.forward, t, float(np.abs(slopes).max()))
+
+
+def picture_cut_m(plan: Plan, floor: Floor) -> float:
+    """Height of the cut, local: `CUT_HEIGHT_M` above the ground, lower where the next floor is near."""
+    above = [other.elevation_m for other in plan.survey.floors if other.elevation_m > floor.elevation_m + 0.5]
+    return min([floor.elevation_m + CUT_HEIGHT_M, *(0.4 * floor.elevation_m + 0.6 * z for z in above)])
+
+
+def write_floor_picture(plan: Plan, floor_index: int, path: Path, *, engine: ScanEngine) -> None:
+    """Write the coverage picture of one floor.
+
+    Raises
+    ------
+    MissingPackageError
+        PyVista or an off-screen OpenGL window is missing; nothing is written.
+    """
+    floor = plan.survey.floors[floor_index]
+    stations = stations_of(plan, floor)
+    rgb, eye = render_floor(plan, floor, engine=engine)
+    height, width = rgb.shape[:2]
+    figure = new_sheet(height / DPI + HEADER_IN + FOOTER_IN)
+    axes = axes_on_sheet(figure, (WIDTH_IN - width / DPI) / 2, FOOTER_IN, width / DPI, height / DPI)
+    # Bytes, as matplotlib would make them itself after half a dozen copies of the floats.
+    axes.imshow((255 * rgb).astype(np.uint8), extent=(0, width, 0, height), interpolation="none", zorder=1)
+    _draw_marks(axes, stations, strong_links(plan, stations), eye, (width, height))
+    draw_header(figure, floor.name, floor_subtitle(plan, floor), floor_figures(plan, floor_index))
+    overlap = f"overlap of {100 * plan.settings.requirements.overlap:g} % or more"
+    draw_footer(figure, lines=((overlap, palette.LINK, 1.8, "-"),))
+    save_sheet(figure, path)
+
+
+def stations_of(plan: Plan, floor: Floor) -> list[Station]:
+    """Stations on `floor` in visiting order."""
+    return sorted((s for s in plan.stations if s.floor == floor.id), key=lambda station: station.order)
+
+
+def render_floor(plan: Plan, floor: Floor, *, engine: ScanEngine) -> tuple[FloatArray, Eye]:
+    """Draw building, tripods and links: (H, W, 3) sRGB in [0, 1], and the eye that sees them so."""
+    stations = stations_of(plan, floor)
+    links_m = strong_links(plan, stations)
+    box = box_m(plan, floor)
+    eye = _eye_on_box(box, stations)
+    width_in, height_in = size_on_sheet_in(eye.half_width_tan, eye.half_height_tan)
+    with offscreen_plotter(OVERSAMPLING * round(width_in * DPI), OVERSAMPLING * round(height_in * DPI)) as plotter:
+        _add_building(plotter, plan, floor, box, engine)
+        _add_stations(plotter, stations)
+        if len(links_m):
+            tubes = _segments(links_m).tube(radius=LINK_RADIUS_M, n_sides=8)
+            plotter.add_mesh(tubes, color=palette.LINK, lighting=False)
+        return shoot(plotter, eye), eye
+
+
+def _eye_on_box(box: FloatArray, stations: list[Station]) -> Eye:
+    corners = [(x, y, z) for x in box[:, 0] for y in box[:, 1] for z in box[:, 2]]
+    wide = np.ptp(box[:, 0]) >= np.ptp(box[:, 1])
+    return eye_on(
+        np.array([*corners, *(station.position_m for station in stations)]),
+        azimuth_rad=AZIMUTH_RAD if wide else AZIMUTH_RAD - np.pi / 2,
+        elevation_rad=ELEVATION_RAD,
+    )
+
+
+def box_m(plan: Plan, floor: Floor) -> FloatArray:
+    """(2, 3) local: what the picture shows, from a little below the ground up to the cut.
+
+    In plan it holds the ground that can be surveyed, and walls around it: terraces out of reach would make rooms small.
+    """
+    survey = plan.survey
+    ground = np.zeros(survey.scene.n_triangles, dtype=np.bool_)
+    ground[floor.ground_triangles] = True
+    at = ground[survey.patches.triangle_of_patch]
+    reached = _patch_corners(survey, ground)[plan.achievable[at]].reshape(-1, 3)[:, :2]
+    low, high = (reached.min(axis=0), reached.max(axis=0)) if len(reached) else floor.bounds_m
+    bottom_m, top_m = floor.elevation_m - BELOW_GROUND_M, picture_cut_m(plan, floor)
+    return np.array([[*(low - MARGIN_M), bottom_m], [*(high + MARGIN_M), top_m]])
+
+
+def _patch_corners(survey: Survey, used: BoolArray) -> FloatArray:
+    """(N, 3, 3) patches of the triangles `used` (T,), in patch order; of all triangles it would be gigabytes."""
+    part = replace(survey.scene, triangles=survey.scene.triangles[used])
+    return patch_triangles(part, replace(survey.patches, depth=survey.patches.depth[used]))
+
+
+def _add_building(plotter: Any, plan: Plan, floor: Floor, box: FloatArray, engine: ScanEngine) -> None:
+    import pyvista
+
+    scene, cut_m = plan.survey.scene, float(box[1, 2])
+    used = triangles_in(plan.survey, box)
+    patches = cut_out(coloured_patches(plan, floor, used), box)
+    plotter.add_mesh(patches, scalars="rgb", rgb=True, ambient=1.0, diffuse=0.0, show_scalar_bar=False)
+    caps = _caps(plan.survey, floor, box, engine)
+    if caps.n_cells:
+        plotter.add_mesh(caps, color=palette.WALL, lighting=False)
+    faces = cut_out(pyvista.PolyData(scene.vertices_m, faces=_faces(scene.triangles[used])), box)
+    edges = faces.extract_feature_edges(
+        EDGE_ANGLE_DEG, boundary_edges=True, manifold_edges=False, non_manifold_edges=False
+    )
+    if edges.n_cells:
+        plotter.add_mesh(edges, color=palette.WALL, line_width=1.5, lighting=False)
+    lines_m = section_lines(plan.survey, cut_m)
+    inside = (lines_m[:, :, :2] >= box[0, :2]) & (lines_m[:, :, :2] <= box[1, :2])
+    if inside.all(axis=(1, 2)).any():
+        outline = _segments(lines_m[inside.all(axis=(1, 2))])
+        plotter.add_mesh(outline, color=palette.WALL, line_width=2.0, lighting=False)
+
+
+def triangles_in(survey: Survey, box: FloatArray) -> BoolArray:
+    """(T,) bool: triangles whose bounds meet the box (2, 3)."""
+    corners = survey.scene.vertices_m[survey.scene.triangles]
+    meets: BoolArray = ((corners.min(axis=1) < box[1]) & (corners.max(axis=1) > box[0])).all(axis=1)
+    return meets
+
+
+def coloured_patches(plan: Plan, floor: Floor, used: BoolArray) -> Any:
+    """PyVista surface of the patches of triangles `used` (T,); cell array `rgb`, uint8, one cell a patch."""
+    import pyvista
+
+    triangle_of_patch = plan.survey.patches.triangle_of_patch
+    at = used[triangle_of_patch]
+    corners = _patch_corners(plan.survey, used)
+    rgb = palette.PATCH_COLOURS_SRGB[palette.patch_colour_index(plan.times_seen[at], plan.achievable[at])]
+    ground = np.isin(triangle_of_patch[at], floor.ground_triangles)
+    rgb[~ground] = WHITE_SHARE + (1 - WHITE_SHARE) * rgb[~ground]
+    rgb *= _shade(corners)[:, None]
+    surface = pyvista.PolyData(corners.reshape(-1, 3), faces=_faces(np.arange(3 * len(corners)).reshape(-1, 3)))
+    surface.cell_data["rgb"] = np.rint(255 * rgb).astype(np.uint8)
+    return surface
+
+
+def _shade(corners_m: FloatArray) -> FloatArray:
+    """(N,) brightness of triangles (N, 3, 3) by their direction: level ones keep their colour, walls get darker."""
+    normal = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    length = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+    squared = (normal / length[:, None]) ** 2
+    shade: FloatArray = squared @ np.array([0.78, 0.89, 1.0])
+    return shade
+
+
+def _caps(survey: Survey, floor: Floor, box: FloatArray, engine: ScanEngine) -> Any:
+    """Cut faces of walls, as strips along x: the solid cells of the floor seen from above, row by row."""
+    import pyvista
+
+    window_m, cut_m = box[:, :2], float(box[1, 2])
+    solid, cell_m = solid_cells(survey, engine, floor=floor, cut_m=cut_m, window_m=window_m, width=CAP_CELLS)
+    steps = np.diff(np.pad(solid.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+    row, first = np.nonzero(steps == 1)
+    _, end = np.nonzero(steps == -1)
+    x0, x1 = (window_m[0, 0] + column * cell_m for column in (first, end))
+    y1 = window_m[1, 1] - row * cell_m
+    y0 = y1 - cell_m
+    z = np.full(row.size, cut_m)
+    corners = np.stack([np.stack(p, axis=1) for p in ((x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z))], axis=1)
+    return pyvista.PolyData(corners.reshape(-1, 3), faces=_faces(np.arange(4 * row.size).reshape(-1, 4)))
+
+
+def cut_out(surface: Any, box: FloatArray) -> Any:
+    """Keep the part of the surface inside the box (2, 3)."""
+    for axis, name in enumerate("xyz"):
+        for origin_m, beyond in ((box[0], False), (box[1], True)):
+            low, high = surface.bounds[2 * axis : 2 * axis + 2]
+            if (surface.n_cells and low < box[0, axis]) or high > box[1, axis]:
+                surface = surface.clip(normal=name, origin=origin_m, invert=beyond)
+    return surface
+
+
+def _faces(corners: NDArray[np.integer]) -> NDArray[np.integer]:
+    """VTK's flat list of faces (N, K): K, then the K corners, face by face."""
+    return np.insert(corners, 0, corners.shape[1], axis=1).ravel()
+
+
+def _segments(ends_m: FloatArray) -> Any:
+    """PyVista lines with ends (N, 2, 3)."""
+    import pyvista
+
+    return pyvista.PolyData(ends_m.reshape(-1, 3), lines=_faces(np.arange(2 * len(ends_m)).reshape(-1, 2)))
+
+
+def _add_stations(plotter: Any, stations: list[Station]) -> None:
+    """Tripods: a ball at the sensor, a pole below it, three legs."""
+    import pyvista
+
+    poles = []
+    for station in stations:
+        foot, sensor = foot_m(station), station.position_m
+        if sensor[2] > foot[2]:
+            hub = foot + 0.7 * (sensor - foot)
+            turn = 2 * np.pi / 3 * np.arange(3) + np.pi / 6
+            feet = foot + LEG_SPREAD_M * np.stack([np.cos(turn), np.sin(turn), np.zeros(3)], axis=1)
+            poles += [(foot, sensor), *((hub, leg) for leg in feet)]
+        ball = pyvista.Sphere(radius=BALL_RADIUS_M, center=sensor)
+        plotter.add_mesh(ball, color=palette.STATION, lighting=False)
+    if poles:
+        tubes = _segments(np.array(poles)).tube(radius=POLE_RADIUS_M, n_sides=10)
+        plotter.add_mesh(tubes, color=palette.STATION, lighting=False)
+
+
+def strong_links(plan: Plan, stations: list[Station]) -> FloatArray:
+    """(N, 2, 3) local: ends of the links among `stations` that overlap as much as is asked for."""
+    at = {station.id: station.position_m for station in stations}
+    asked = plan.settings.requirements.overlap
+    ends = [(at[k.a], at[k.b]) for k in plan.links if k.overlap >= asked and k.a in at and k.b in at]
+    return np.array(ends).reshape(-1, 2, 3)
+
+
+def shoot(plotter: Any, eye: Eye) -> FloatArray:
+    """(H, W, 3) sRGB in [0, 1], averaged down from what is drawn `OVERSAMPLING` times as fine."""
+    import pyvista
+
+    # The light changes no colour, all light being ambient; but VTK occludes only what some light could shine on.
+    plotter.add_light(pyvista.Light(light_type="headlight"))
+    plotter.enable_ssao(radius=OCCLUSION_RADIUS_M, bias=0.02, kernel_size=32, blur=True)
+    plotter.set_background(PAPER)
+    camera = plotter.camera
+    camera.position = eye.position_m
+    camera.focal_point = eye.position_m + eye.forward
+    camera.up = eye.up
+    camera.view_angle = 2 * np.rad2deg(np.arctan(eye.half_height_tan))
+    plotter.renderer.ResetCameraClippingRange()
+    return averaged(plotter.screenshot(return_img=True))
+
+
+def averaged(drawn: UInt8Array) -> FloatArray:
+    """(H, W, 3) in [0, 1], in `N_LEVELS` steps: means of pixels drawn `OVERSAMPLING` times as fine, (.., .., 3) uint8.
+
+    Where a mean lies midway between two steps, the order of its sum decides: pixel by pixel, row by row.
+    """
+    value = np.arange(256) / 255
+    n = OVERSAMPLING
+    total = np.zeros((drawn.shape[0] // n, drawn.shape[1] // n, 3))
+    for i, j in np.ndindex(n, n):
+        total += value[drawn[i::n, j::n]]
+    levels: FloatArray = np.rint(total / n**2 * N_LEVELS) / N_LEVELS
+    return levels
+
+
+def _draw_marks(axes: Any, stations: list[Station], links_m: FloatArray, eye: Eye, size_px: tuple[int, int]) -> None:
+    """Numbers of the stations; poles and links once more as thin lines that show through walls."""
+    axes.set_xlim(0, size_px[0])
+    axes.set_ylim(0, size_px[1])
+
+    def pixels(points_m: FloatArray) -> FloatArray:
+        at: FloatArray = 0.5 * (eye.project(points_m) + 1) * np.array(size_px)
+        return at
+
+    if not stations:
+        return
+    sensors_m = np.array([station.position_m for station in stations])
+    poles_m = np.stack([np.array([foot_m(station) for station in stations]), sensors_m], axis=1)
+    for lines_m, colour in ((poles_m, palette.STATION), (links_m, palette.LINK)):
+        for line in pixels(lines_m.reshape(-1, 3)).reshape(-1, 2, 2):
+            axes.plot(*line.T, color=colour, linewidth=1.1, alpha=0.8, linestyle=(0, (3, 3)), zorder=2)
+    draw_discs(axes, stations, pixels(sensors_m), radius=DISC_RADIUS_PX)

@@ -1,0 +1,386 @@
+"""plan.json: the plan as one document with stable keys. Plan -> dict -> text; docs/formats/plan.md explains every key.
+
+Positions and elevations are in the scene frame (local + offset), metres. Two runs with the same input and seed give the
+same bytes once the keys `DROPPABLE_KEYS` are taken out.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import platform
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner_core.coordinates.frame import site_frame
+from planner_core.engine.patch_mode import scan_mode_of
+from planner_core.errors import PlanFolderError
+from planner_core.model import (
+    Coverage,
+    Element,
+    Floor,
+    Georeference,
+    Loss,
+    Optics,
+    Plan,
+    Scanner,
+    Scene,
+    SiteFrame,
+    Station,
+    UnseenElement,
+)
+from planner_core.plan_folder.plan_asked import exact, registration_document, requirements_document, site_document
+from planner_core.plan_folder.route_json import field_time_document, route_document, sealed_document
+from planner_core.plan_folder.why_json import why_document
+
+SCHEMA = "tlsplan/plan/1"
+"""Grows by new keys only; a change of meaning gets a new number."""
+
+DROPPABLE_KEYS = ("device", "source", "timings_s", "versions")
+"""What may differ between two runs of the same plan."""
+
+#: Open3D is `open3d-cpu` on x86-64 Linux.
+_PACKAGES = ("tlsplan", "ifcopenshell", "numba", "numpy", "open3d", "open3d-cpu", "pyopencl", "scipy", "usd-core")
+
+
+def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
+    """Everything plan.json says, as plain dicts and lists; numbers that are not finite are None.
+
+    folder : the plan folder that it is for, from which `source` tells the way to the scene file.
+    """
+    return {
+        "schema": SCHEMA,
+        "scene": _scene(plan.survey.scene),
+        "source": _source(plan.survey.scene, folder),
+        "scanner": _scanner(plan.settings.scanner),
+        "requirements": requirements_document(plan),
+        "method": plan.settings.method,
+        "method_options": dict(plan.settings.method_options),
+        "seed": plan.settings.seed,
+        "settings": _settings(plan),
+        "site": site_document(plan.settings.site),
+        "floors": [_floor(floor, plan) for floor in plan.survey.floors],
+        "stations": _stations(plan),
+        "coverage": _coverage(plan),
+        "coverage_curve": [_number(value, 9) for value in plan.coverage_curve],
+        "optimality": _optimality(plan),
+        "registration": registration_document(plan),
+        "route": route_document(plan),
+        "field_time": field_time_document(plan.field_time),
+        "sealed": sealed_document(plan),
+        "unseen": [_unseen(part, plan.survey.scene) for part in plan.unseen],
+        "why": None if plan.why is None else why_document(plan.why, plan.survey.scene),
+        "warnings": list(plan.warnings),
+        "device": plan.engine,
+        "versions": _versions(),
+        "timings_s": {stage: _number(plan.timings_s[stage], 3) for stage in sorted(plan.timings_s)},
+    }
+
+
+def site_frame_of(plan: Plan) -> SiteFrame:
+    """Site coordinates as the plan's scene file tells them: what formats of others are written in, unless told else."""
+    return site_frame(
+        {
+            "scene": {"georeference": _georeference(plan.survey.scene.georeference)},
+            "floors": [_floor(floor, plan) for floor in plan.survey.floors],
+            "stations": [_station(station, plan.survey.scene) for station in plan.stations],
+        }
+    )
+
+
+def plan_text(plan: Plan, folder: Path | None = None) -> str:
+    """Return the document as the text of the file: UTF-8, two spaces, keys in the order of `plan_document`."""
+    return json.dumps(plan_document(plan, folder), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def read_plan_json(path: Path) -> dict[str, Any]:
+    """Read the document of a plan.json, given the file or its plan folder.
+
+    Raises
+    ------
+    PlanFolderError
+        There is none, it is no JSON, or it is not a plan of a schema that this version knows.
+    """
+    file = path / "plan.json" if path.is_dir() else path
+    try:
+        text = file.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise PlanFolderError(f"{file}: no such file, expected a plan; make one with `tlsplan plan`") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise PlanFolderError(f"{file}: can't be read ({error}), expected a plan.json; check the path") from error
+    try:
+        document = json.loads(text)
+    except ValueError as error:
+        raise PlanFolderError(f"{file}: is no JSON ({error}), expected a plan.json; plan again") from error
+    found = document.get("schema") if isinstance(document, dict) else None
+    if found != SCHEMA:
+        raise PlanFolderError(
+            f"{file}: schema is {found!r}, expected {SCHEMA!r}; plan again, or use the version of tlsplan that wrote it"
+        )
+    return dict(document)
+
+
+def _number(value: float, digits: int = 6) -> float | None:
+    """Round to `digits` (micrometres for lengths), so that a file shows no more than is meant; NaN and inf: None."""
+    if not math.isfinite(value):
+        return None
+    return round(float(value), digits) + 0.0  # + 0.0 turns -0.0 into 0.0
+
+
+def _source(scene: Scene, folder: Path | None) -> dict[str, Any] | None:
+    """The way from the plan folder to the scene file; None for scenes from memory, and across Windows' drives."""
+    path = scene.source.path
+    if folder is None or not path.is_file():
+        return None
+    try:
+        # Folders as they really are, since `..` leads out of where a link points to; the file keeps its name.
+        way = os.path.relpath(path.parent.resolve() / path.name, folder.resolve())
+    except ValueError:
+        return None
+    return {"path": Path(way).as_posix()}
+
+
+def _scene(scene: Scene) -> dict[str, Any]:
+    report = scene.report
+    return {
+        "file": scene.source.path.name,
+        "sha256": scene.source.sha256,
+        "format": scene.source.format,
+        "schema": scene.source.schema,
+        "units": scene.source.unit_name,
+        "metres_per_unit": scene.source.metres_per_unit,
+        "up_axis": scene.source.up_axis,
+        "glass": scene.source.glass,
+        "doors": scene.source.doors,
+        "load_options": {
+            "metres_per_unit": exact(scene.source.told_metres_per_unit),
+            "up_axis": scene.source.told_up_axis,
+            "skip_bad_faces": scene.source.skip_bad_faces,
+            "glass": scene.source.glass,
+            "doors": scene.source.doors,
+        },
+        "n_doors_open": report.n_doors_open,
+        "offset": [_number(value) for value in scene.offset_m],
+        "georeference": _georeference(scene.georeference),
+        "n_elements": len(scene.elements),
+        "n_triangles": scene.n_triangles,
+        "glass_area_m2": _number(report.glass_area_m2),
+        "mirror_area_m2": _number(report.mirror_area_m2),
+        "n_triangles_passing": _n_of(scene, Optics.PASSES),
+        "n_triangles_stopping": _n_of(scene, Optics.STOPS),
+        "repairs": {
+            "faces_read": report.n_faces_read,
+            "non_finite": report.n_non_finite,
+            "degenerate": report.n_degenerate,
+            "duplicate": report.n_duplicate,
+            "bad_index": report.n_bad_index,
+            "stray": report.n_stray,
+            "dropped": list(report.dropped),
+            "warnings": list(report.warnings),
+        },
+    }
+
+
+def _georeference(told: Georeference | None) -> dict[str, Any] | None:
+    """What the scene file says of where it is, with all digits: coordinates are made of it."""
+    if told is None:
+        return None
+    rows = told.to_map
+    return {
+        "operation": told.operation,
+        "to_map": None if rows is None else [[exact(value) for value in row] for row in rows],
+        "crs_name": told.crs_name,
+        "crs_text": told.crs_text,
+        "description": told.description,
+        "geodetic_datum": told.geodetic_datum,
+        "vertical_datum": told.vertical_datum,
+        "map_projection": told.map_projection,
+        "map_zone": told.map_zone,
+        "map_unit": told.map_unit,
+        "site_latitude_deg": exact(told.site_latitude_deg),
+        "site_longitude_deg": exact(told.site_longitude_deg),
+        "site_elevation_m": exact(told.site_elevation_m),
+        "site_position": None if told.site_position_m is None else [exact(value) for value in told.site_position_m],
+        "true_north": None if told.true_north is None else [exact(value) for value in told.true_north],
+        "warnings": list(told.warnings),
+    }
+
+
+def _n_of(scene: Scene, optics: Optics) -> int:
+    return 0 if scene.optics_of_triangle is None else int((scene.optics_of_triangle == optics).sum())
+
+
+def _scanner(scanner: Scanner) -> dict[str, Any]:
+    return {
+        "name": scanner.name,
+        "mode": scanner.mode,
+        "title": scanner.title,
+        "source": scanner.source,
+        "range_min_m": exact(scanner.range_min_m),
+        "range_max_m": exact(scanner.range_max_m),
+        "n_azimuths": scanner.n_azimuths,
+        "n_channels": scanner.n_channels,
+        "elevation_rad": [exact(value) for value in scanner.elevation_rad],
+        "azimuth_range_rad": [exact(value) for value in scanner.azimuth_range_rad or ()],
+        "azimuth_offset_rad": [exact(value) for value in scanner.azimuth_offset_rad],
+        "inverted": scanner.inverted,
+        "instrument_height_min_m": exact(scanner.instrument_height_min_m),
+        "instrument_height_max_m": exact(scanner.instrument_height_max_m),
+        "seconds_per_scan": exact(scanner.seconds_per_scan),
+        "range_noise": [[exact(value) for value in row] for row in scanner.range_noise],
+        "ranging_accuracy": None if scanner.ranging_accuracy is None else [exact(v) for v in scanner.ranging_accuracy],
+        "angular_accuracy_rad": exact(scanner.angular_accuracy_rad),
+        "beam_divergence_rad": exact(scanner.beam_divergence_rad),
+        "beam_diameter_m": exact(scanner.beam_diameter_m),
+        "beam_width_at": scanner.beam_width_at,
+        "wavelength_m": exact(scanner.wavelength_m),
+        "dual_axis_compensator": scanner.dual_axis_compensator,
+    }
+
+
+def _settings(plan: Plan) -> dict[str, Any]:
+    settings = plan.settings
+    return {
+        "objective": settings.objective,
+        "grid_step_m": exact(settings.grid_step_m),
+        "instrument_heights_m": [exact(value) for value in settings.instrument_heights_m],
+        "height_step_m": exact(settings.height_step_m),
+        "clearance_m": exact(settings.clearance_m),
+        "ground_ring_radius_m": exact(settings.ground_ring_radius_m),
+        "n_ground_ring_rays": settings.n_ground_ring_rays,
+        "max_patch_area_m2": exact(settings.max_patch_area_m2),
+        "scan_mode": scan_mode_of(settings.scan_mode, plan.survey.template),
+        "special_places": settings.special_places,
+        "refine": settings.refine,
+        "max_stations": settings.max_stations,
+        "seconds_per_scan": exact(settings.seconds_per_scan),
+        "set_up_s": exact(settings.set_up_s),
+        "walking_m_per_s": exact(settings.walking_m_per_s),
+        "n_candidates": plan.n_candidates,
+        "n_patches": plan.survey.patches.n_patches,
+    }
+
+
+def _floor(floor: Floor, plan: Plan) -> dict[str, Any]:
+    offset_m = plan.survey.scene.offset_m
+    return {
+        "id": floor.id,
+        "name": floor.name,
+        "elevation_m": _number(floor.elevation_m + offset_m[2]),
+        "ground_area_m2": _number(floor.ground_area_m2),
+        "bounds": [[_number(value) for value in corner] for corner in floor.bounds_m + offset_m[:2]],
+        "origin": floor.origin,
+        "n_stations": sum(station.floor == floor.id for station in plan.stations),
+    }
+
+
+def _station(station: Station, scene: Scene) -> dict[str, Any]:
+    return {
+        "id": station.id,
+        "floor": station.floor,
+        "order": station.order,
+        "position": [_number(value) for value in station.position_m + scene.offset_m],
+        "instrument_height_m": _number(station.instrument_height_m),
+        "fixed": station.fixed,
+        "covered_area_m2": _number(station.covered_area_m2),
+        "own_area_m2": _number(station.own_area_m2),
+    }
+
+
+def _stations(plan: Plan) -> list[dict[str, Any]]:
+    """Stations with what the plan would lose without each; null where that was not worked out."""
+    rows = [_station(station, plan.survey.scene) for station in plan.stations]
+    if not plan.losses:
+        return [{**row, "lost_area_m2": None, "losses": None} for row in rows]
+    return [{**row, **_losses(losses, plan)} for row, losses in zip(rows, plan.losses, strict=True)]
+
+
+def _losses(losses: tuple[Loss, ...], plan: Plan) -> dict[str, Any]:
+    # What several requirements would lose counts once.
+    lost = np.unique(np.concatenate([loss.patch for loss in losses]))
+    return {
+        "lost_area_m2": _number(float(plan.survey.patches.area_m2[lost].sum())),
+        "losses": [
+            {
+                "requirement": loss.requirement,
+                "area_m2": _number(loss.area_m2),
+                "fraction_of_achievable": _number(loss.fraction_of_achievable, 9),
+                "met": loss.met,
+            }
+            for loss in losses
+            if loss.patch.size
+        ],
+    }
+
+
+def _coverage(plan: Plan) -> dict[str, Any]:
+    floors = zip(plan.survey.floors, plan.coverage_by_floor, strict=True)
+    return {
+        "max_patch_area_m2": _number(plan.survey.patches.max_area_m2, 9),
+        **_figures(plan.coverage),
+        "floors": [{"floor": floor.id, **_figures(coverage)} for floor, coverage in floors],
+    }
+
+
+def _figures(coverage: Coverage) -> dict[str, Any]:
+    return {
+        "achievable_area_m2": _number(coverage.achievable_area_m2),
+        "total_area_m2": _number(coverage.total_area_m2),
+        "covered_area_m2": _number(coverage.covered_area_m2),
+        "fraction_of_achievable": _number(coverage.fraction_of_achievable, 9),
+        "fraction_of_total": _number(coverage.fraction_of_total, 9),
+    }
+
+
+_OBJECTIVES = {"fewest": "fewest stations", "coverage": "most coverage", "time": "least field time"}
+
+
+def _optimality(plan: Plan) -> dict[str, Any]:
+    """Bound 0 says nothing: null. A list that misses the requirement has no gap: it solves another problem."""
+    n_stations = len(plan.stations)
+    bound = plan.lower_bound if plan.lower_bound > 0 else None
+    comparable = bound is not None and n_stations > 0 and _meets_requirement(plan)
+    return {
+        "objective": _OBJECTIVES[plan.settings.objective],
+        "stations": n_stations,
+        "lower_bound": bound,
+        "gap": _number((n_stations - plan.lower_bound) / n_stations, 9) if comparable else None,
+        "proven": comparable and bound == n_stations,
+        "why_stopped": plan.why_stopped,
+        "n_candidates_bounded": plan.n_candidates if plan.n_bounded is None else plan.n_bounded,
+        "greedy_stations": plan.n_greedy,
+        "value": None if plan.objective_value is None else _number(plan.objective_value, 9),
+        "bound": None if plan.objective_bound is None else _number(plan.objective_bound, 9),
+    }
+
+
+def _meets_requirement(plan: Plan) -> bool:
+    """Whether all that was asked of surfaces is met."""
+    return all(result.met for result in plan.requirements)
+
+
+def _unseen(part: UnseenElement, scene: Scene) -> dict[str, Any]:
+    element: Element = scene.elements[part.element]
+    return {
+        "element": part.element,
+        "name": element.name,
+        "kind": element.kind,
+        "source_id": element.source_id,
+        "floor": part.floor,
+        "unseen_area_m2": _number(part.unseen_area_m2),
+        "achievable_area_m2": _number(part.achievable_area_m2),
+    }
+
+
+def _versions() -> dict[str, str]:
+    versions = {"python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            versions[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            continue
+    return versions

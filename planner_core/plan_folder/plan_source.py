@@ -1,0 +1,226 @@
+"""A plan folder as every format reads it: stations in walking order, floors and links, in both coordinates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner_core.coordinates.frame import site_frame
+from planner_core.coordinates.request import FrameRequest
+from planner_core.errors import HandoverError, PlanFolderError
+from planner_core.model import FloatArray, Scene, SiteFrame, Survey
+from planner_core.plan_folder.plan_check import check_plan
+from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.plan_folder.plan_settings import find_scene, load_options_of, settings_of
+from planner_core.progress import Progress, silent
+
+
+@dataclass(frozen=True, eq=False)
+class FieldStation:
+    """A station. Positions are (3,) float64, metres: `..._m` in the scene frame, `site_..._m` in the site's.
+
+    The sensor is `instrument_height_m` above the ground point, straight up. NaN where the height is not known, as of
+    given stations; the ground point's height is then NaN, too.
+    """
+
+    id: str
+    number: int
+    """Place in the walk, from 1."""
+    floor_id: str
+    floor_name: str
+    order: int
+    position_m: FloatArray
+    """Of the sensor."""
+    ground_m: FloatArray
+    instrument_height_m: float
+    site_m: FloatArray
+    """Of the sensor."""
+    site_ground_m: FloatArray
+    fixed: bool
+    """It was scanned before, or given."""
+    own_area_m2: float
+    covered_area_m2: float
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class FieldFloor:
+    """A floor. bounds : (2, 2) float64 of its ground, [[x_min, y_min], [x_max, y_max]], scene frame, metres."""
+
+    id: str
+    name: str
+    elevation_m: float
+    """Scene frame."""
+    bounds: FloatArray
+
+
+@dataclass(frozen=True)
+class FieldLink:
+    """Two stations whose scans overlap. a, b : ids; overlap, strength : see `Link`, strength NaN where not computed."""
+
+    a: str
+    b: str
+    overlap: float
+    strength: float
+    counts: bool = True
+    """It is good enough, by what was asked, to register the scans to each other."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlanSource:
+    """What formats are written from.
+
+    stations : in visiting order. floors : lowest first, as in plan.json. document : of plan.json. told_scene : where
+    the user says that the scene file is.
+    """
+
+    folder: Path
+    document: Mapping[str, Any]
+    frame: SiteFrame
+    stations: tuple[FieldStation, ...]
+    floors: tuple[FieldFloor, ...]
+    links: tuple[FieldLink, ...]
+    title: str
+    told_scene: Path | None = None
+    _made: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def stations_of(self, floor_id: str) -> tuple[FieldStation, ...]:
+        """Stations of one floor, in visiting order."""
+        return tuple(station for station in self.stations if station.floor_id == floor_id)
+
+    def has_scene(self) -> bool:
+        """Whether the scene file is found."""
+        try:
+            self.scene_path()
+        except HandoverError:
+            return False
+        return True
+
+    def scene_path(self) -> Path:
+        """Where the scene file is.
+
+        Raises
+        ------
+        HandoverError
+            It is not found, or is not the one that was planned on.
+        """
+        try:
+            return find_scene(self.folder, self.document, self.told_scene)
+        except PlanFolderError as error:
+            raise HandoverError(str(error)) from error
+
+    def scene(self, *, progress: Progress = silent) -> Scene:
+        """Load the scene as it was planned on; once, however often it is asked for.
+
+        Raises
+        ------
+        HandoverError
+            The file is not found; the message names it and --scene.
+        SceneError
+            It can't be read.
+        """
+        if "scene" not in self._made:
+            from planner_core.scene.load import load_scene
+
+            path = self.scene_path()
+            self._made["scene"] = load_scene(path, options=load_options_of(self.document), progress=progress)
+        return self._made["scene"]  # type: ignore[no-any-return]
+
+    def survey(self, *, progress: Progress = silent) -> Survey:
+        """Make floors, patches and beams of the scene as they were planned with; once. Raises as `scene`."""
+        if "survey" not in self._made:
+            from planner_core.coverage.survey import make_survey
+
+            scene = self.scene(progress=progress)
+            self._made["survey"] = make_survey(scene, settings_of(self.document), progress=progress)
+        return self._made["survey"]  # type: ignore[no-any-return]
+
+
+def open_plan(folder: Path, *, scene: Path | None = None, frame: FrameRequest | None = None) -> PlanSource:
+    """Read a plan folder for formats to be written from it; the scene is left until somebody asks for it.
+
+    Parameters
+    ----------
+    scene
+        The scene file, where it is not beside the plan. None: looked for.
+    frame
+        What the user says of the site's coordinates.
+
+    Raises
+    ------
+    PlanFolderError
+        There is no plan of this version.
+    CoordinatesError
+        What was said of coordinates can't be used.
+    """
+    document = read_plan_json(folder)
+    plan_folder = folder if folder.is_dir() else folder.parent
+    file = plan_folder.absolute() / "plan.json"
+    for key in ("scene", "floors", "stations", "registration"):
+        if key not in document:
+            raise PlanFolderError(f"{file}: {key} is missing, expected a plan of this version; plan again")
+    check_plan(file, document)
+    of_site = site_frame(document, frame or FrameRequest())
+    floors = tuple(_floor(row) for row in document["floors"])
+    stations = _stations(document["stations"], floors, of_site)
+    links = _links(document["registration"])
+    title = _title(file, document["scene"]) or plan_folder.name
+    return PlanSource(plan_folder, document, of_site, stations, floors, links, title, scene)
+
+
+def _title(file: Path, scene: Any) -> str:
+    """Return the name of the scene file, without its folder; plans of Windows name that with backslashes."""
+    name = scene.get("file") if isinstance(scene, Mapping) else None
+    if not isinstance(name, str):
+        raise PlanFolderError(f"{file}: scene.file: got {name}, expected the scene file's name; plan again")
+    return name.replace("\\", "/").rpartition("/")[2]
+
+
+def _floor(row: Mapping[str, Any]) -> FieldFloor:
+    bounds = np.array(row["bounds"], dtype=np.float64).reshape(2, 2)
+    return FieldFloor(str(row["id"]), str(row["name"]), float(row["elevation_m"]), bounds)
+
+
+def _links(registration: Mapping[str, Any]) -> tuple[FieldLink, ...]:
+    links = []
+    for row in registration["links"]:
+        overlap = float(row["overlap"])
+        strength = math.nan if row["strength"] is None else float(row["strength"])
+        counts = overlap >= float(registration["threshold"]) and not strength < float(registration["min_strength"])
+        links.append(FieldLink(str(row["a"]), str(row["b"]), overlap, strength, counts))
+    return tuple(links)
+
+
+def _stations(
+    rows: list[Mapping[str, Any]], floors: tuple[FieldFloor, ...], frame: SiteFrame
+) -> tuple[FieldStation, ...]:
+    names = {floor.id: floor.name for floor in floors}
+    in_order = sorted(rows, key=lambda row: int(row["order"]))
+    return tuple(_station(row, names, frame, number) for number, row in enumerate(in_order, start=1))
+
+
+def _station(row: Mapping[str, Any], floor_names: Mapping[str, str], frame: SiteFrame, number: int) -> FieldStation:
+    position_m = np.array(row["position"], dtype=np.float64).reshape(3)
+    height_m = math.nan if row["instrument_height_m"] is None else float(row["instrument_height_m"])
+    ground_m = position_m - np.array([0.0, 0.0, height_m])
+    floor_id = str(row["floor"])
+    return FieldStation(
+        id=str(row["id"]),
+        number=number,
+        floor_id=floor_id,
+        floor_name=floor_names.get(floor_id, floor_id),
+        order=int(row["order"]),
+        position_m=position_m,
+        ground_m=ground_m,
+        instrument_height_m=height_m,
+        site_m=frame.to_site(position_m),
+        site_ground_m=frame.to_site(ground_m),
+        fixed=bool(row["fixed"]),
+        own_area_m2=float(row["own_area_m2"]),
+        covered_area_m2=float(row["covered_area_m2"]),
+    )

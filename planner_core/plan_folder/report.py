@@ -1,0 +1,194 @@
+"""The report folder: pictures, coverage curve, what stays unseen, and a page that shows them all.
+
+Plan, ScanEngine -> report/. The page needs nothing but the pictures beside it: no scripts, nothing from the network.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from html import escape
+from pathlib import Path
+
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.errors import MissingPackageError
+from planner_core.model import Link, Plan
+from planner_core.network.weak_motion import overlap_percent, weak_motion
+from planner_core.plan_folder.curve_drawing import write_coverage_curve
+from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map, write_overview
+from planner_core.plan_folder.pictures import write_floor_picture
+from planner_core.plan_folder.report_tables import (
+    requirements_table,
+    stations_table,
+    table,
+    unseen_csv,
+    unseen_section,
+    unseen_surfaces_csv,
+)
+
+
+def report_files(plan: Plan) -> tuple[str, ...]:
+    """Names below report/ that `write_report` writes, in the order of writing."""
+    floors = range(len(plan.survey.floors))
+    maps = [name(index) for index in floors for name in (map_name, link_map_name, picture_name)]
+    overview = ["overview.png"] if plan.survey.floors else []
+    surfaces = ["unseen_surfaces.csv"] if plan.why is not None else []
+    return (*maps, *overview, "coverage_curve.png", "unseen.csv", *surfaces, "index.html")
+
+
+def map_name(floor_index: int) -> str:
+    """File name of a floor's map."""
+    return f"map_F{floor_index}.png"
+
+
+def link_map_name(floor_index: int) -> str:
+    """File name of a floor's map of links."""
+    return f"links_F{floor_index}.png"
+
+
+def picture_name(floor_index: int) -> str:
+    """File name of a floor's coverage picture."""
+    return f"picture_F{floor_index}.png"
+
+
+def write_report(plan: Plan, folder: Path, *, engine: ScanEngine) -> Iterator[str]:
+    """Write the report into `folder`, yielding the name of each file once it is there.
+
+    Where nothing can draw the coverage pictures, they are left out: the page says why, and so does what is yielded.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    missing = ""
+    for index in range(len(plan.survey.floors)):
+        view = view_floor(plan, index, engine=engine)
+        write_floor_map(plan, index, folder / map_name(index), view=view)
+        yield map_name(index)
+        write_link_map(plan, index, folder / link_map_name(index), view=view)
+        yield link_map_name(index)
+        try:
+            write_floor_picture(plan, index, folder / picture_name(index), engine=engine)
+            yield picture_name(index)
+        except MissingPackageError as error:
+            missing = str(error)
+            yield f"{picture_name(index)} is left out: {missing}"
+    if plan.survey.floors:
+        write_overview(plan, folder / "overview.png", engine=engine)
+        yield "overview.png"
+    write_coverage_curve(plan, folder / "coverage_curve.png")
+    yield "coverage_curve.png"
+    (folder / "unseen.csv").write_text(unseen_csv(plan), encoding="utf-8")
+    yield "unseen.csv"
+    if plan.why is not None:
+        (folder / "unseen_surfaces.csv").write_text(unseen_surfaces_csv(plan, plan.why), encoding="utf-8")
+        yield "unseen_surfaces.csv"
+    (folder / "index.html").write_text(report_page(plan, without_pictures=missing), encoding="utf-8")
+    yield "index.html"
+
+
+def report_page(plan: Plan, *, without_pictures: str = "") -> str:
+    """Return the text of index.html.
+
+    without_pictures : why there are no coverage pictures; empty where they are there.
+    """
+    name = escape(plan.survey.scene.source.path.name)
+    parts = [
+        f"<h1>Scan plan of {name}</h1>",
+        _figures(plan),
+        *(("<h2>Requirements</h2>", requirements_table(plan)) if plan.requirements else ()),
+        _warnings(plan, without_pictures),
+        *_pictures(plan, with_pictures=not without_pictures),
+        "<h2>Stations</h2>",
+        stations_table(plan),
+        "<h2>What stays unseen, and why</h2>" if plan.why is not None else "<h2>What stays unseen</h2>",
+        unseen_section(plan),
+    ]
+    body = "\n".join(part for part in parts if part)
+    return (
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<meta name="viewport" '
+        f'content="width=device-width">\n<title>Scan plan of {name}</title>\n'
+        f"<style>{_STYLE}</style>\n</head>\n<body>\n{body}\n</body>\n</html>\n"
+    )
+
+
+_STYLE = (
+    "body{font:16px/1.5 system-ui,sans-serif;color:#1e2a32;max-width:1200px;margin:2rem auto;padding:0 1rem}"
+    "h1{margin-bottom:.2em}h2{margin-top:2em}img{max-width:100%;border:1px solid #e3e5e7}"
+    "table{border-collapse:collapse}td,th{padding:.25em .9em .25em 0;text-align:left;border-bottom:1px solid #e3e5e7}"
+    "td{vertical-align:top}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}"
+    ".wide{overflow-x:auto;font-size:14px}.own,.links{display:inline-block;min-width:19em}.links{min-width:13em}"
+    ".warning{color:#a8430f}.met{color:#1f6f9c}"
+    "@media print{figure{break-inside:avoid}}figure{margin:1.5rem 0}"
+)
+
+
+def _figures(plan: Plan) -> str:
+    scanner, coverage, asked = plan.settings.scanner, plan.coverage, plan.settings.requirements
+    bound = f", at least {plan.lower_bound} needed on these candidates" if plan.lower_bound > 0 else ""
+    if 0 < plan.lower_bound == len(plan.stations):
+        bound = ", proven to be the fewest possible on these candidates"
+    rows = [
+        ("Stations", f"{len(plan.stations)}{bound}"),
+        (
+            "Coverage",
+            f"{100 * coverage.fraction_of_achievable:.1f} % of {coverage.achievable_area_m2:.0f} m² achievable from "
+            f"admissible positions (asked for: {100 * asked.coverage:g} %); "
+            f"{100 * coverage.fraction_of_total:.1f} % of all {coverage.total_area_m2:.0f} m² in the model",
+        ),
+        ("Registration", _registration(plan)),
+        *_field(plan),
+        ("Scanner", f"{escape(scanner.title)}, range {scanner.range_max_m:g} m, {scanner.n_beams:,} beams a scan"),
+        ("Patches", f"at most {plan.survey.patches.max_area_m2:g} m² each"),
+    ]
+    for floor, figures in zip(plan.survey.floors, plan.coverage_by_floor, strict=True):
+        n_stations = sum(station.floor == floor.id for station in plan.stations)
+        share = f"{100 * figures.fraction_of_achievable:.1f} % of {figures.achievable_area_m2:.0f} m²"
+        value = f"{n_stations} stations, {share}"
+        rows.append((escape(floor.name), value))
+    return table((), ((f"<b>{label}</b>", value) for label, value in rows), numbers_from=9)
+
+
+def _registration(plan: Plan) -> str:
+    asked, of = plan.settings.requirements, plan.registration
+    counted = sum(link.overlap >= asked.overlap and not link.strength < asked.min_strength for link in plan.links)
+    state = "all stations connected" if plan.connected else "<b>not all stations connected</b>"
+    if of is not None and len(of.networks) > 1:
+        state = f"<b>{len(of.networks)} separate networks</b> of {', '.join(str(len(n.stations)) for n in of.networks)}"
+    needed = [each.bottleneck for each in (() if of is None else of.networks) if each.bottleneck is not None]
+    weakest = min(needed, key=lambda link: link.overlap, default=None)
+    hangs = "" if weakest is None else f"; weakest link {escape(weakest.a)} to {escape(weakest.b)}, "
+    if weakest is not None:
+        hangs += f"{overlap_percent(weakest.overlap)} % overlap{_held_least(weakest)}"
+    return f"{counted} links with at least {100 * asked.overlap:g} % overlap; {state}{hangs}"
+
+
+def _held_least(link: Link) -> str:
+    motion = weak_motion(link.weak_axis)
+    north = " (north is up on the maps: y of the model)" if motion.by_compass else ""
+    return f"; held least is the {escape(motion.words)}{north}" if motion.words else ""
+
+
+def _field(plan: Plan) -> Iterator[tuple[str, str]]:
+    if plan.route is not None:
+        yield "Walk", f"{plan.route.length_m:.0f} m between the stations"
+    time = plan.field_time
+    if time is not None and time.total_s is not None and time.scanning_s is not None:
+        scanning, set_up, walking = (seconds / 60 for seconds in (time.scanning_s, time.set_up_s, time.walking_s))
+        yield (
+            "Field time",
+            f"{time.total_s / 60:.0f} minutes: {scanning:.0f} scanning, {set_up:.0f} setting up, {walking:.0f} walking",
+        )
+
+
+def _warnings(plan: Plan, without_pictures: str) -> str:
+    lines = [*plan.warnings, *([f"coverage pictures are left out: {without_pictures}"] if without_pictures else [])]
+    return "\n".join(f'<p class="warning">{escape(line)}</p>' for line in lines)
+
+
+def _pictures(plan: Plan, *, with_pictures: bool) -> Iterator[str]:
+    if plan.survey.floors:
+        yield '<figure><img src="overview.png" alt="All floors, cut open"></figure>'
+    for index, floor in enumerate(plan.survey.floors):
+        name = escape(floor.name)
+        if with_pictures:
+            yield f'<figure><img src="{picture_name(index)}" alt="Coverage of {name}"></figure>'
+        yield f'<figure><img src="{map_name(index)}" alt="Map of {name}"></figure>'
+        yield f'<figure><img src="{link_map_name(index)}" alt="Links between the stations of {name}"></figure>'
+    yield '<figure><img src="coverage_curve.png" alt="Coverage against number of stations"></figure>'

@@ -1,0 +1,284 @@
+"""Pictures of a floor cut open, taken by the scan engine itself: parallel beams that start on the cutting plane.
+
+Survey, Floor, ScanEngine -> SectionView, one surface a pixel. No graphics driver is needed, and what a pixel shows is
+decided by the same geometry that was planned on. Local frame, metres.
+
+         view plane (u right, v up)
+              \\   \\   \\   \\        beams along `forward`
+    - - - - - -\\- -\\- -\\- -\\- -     cutting plane z = cut_m: beams start here
+         |      |   \\   \\  |
+         |______|____\\___\\_|       floor
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import BoolArray, Float32Array, FloatArray, Floor, Int32Array, Plan, Survey
+from planner_core.scene.patches import patch_of_points
+
+CUT_HEIGHT_M = 1.2
+"""Above the ground: through doors and windows, above tables. What architects cut floor plans at."""
+
+BELOW_GROUND_M = 0.5
+"""Steps and lower parts down to here are shown; farther down it is another floor's picture."""
+
+_BEAMS_AT_ONCE = 400_000
+"""Bounds memory to some 100 MB."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Parallel projection. right, up, forward : (3,) unit vectors, local; forward looks down (forward[2] < 0)."""
+
+    right: FloatArray
+    up: FloatArray
+    forward: FloatArray
+
+    def project(self, points_m: FloatArray) -> FloatArray:
+        """(N, 2) metres on the view plane of points (N, 3)."""
+        return np.stack([points_m @ self.right, points_m @ self.up], axis=1)
+
+    def on_plane(self, u_m: FloatArray, v_m: FloatArray, z_m: float) -> FloatArray:
+        """(..., 3) points of the plane z = z_m that the camera shows at (u, v), which broadcast to (...)."""
+        points: FloatArray = u_m[..., None] * self.right + v_m[..., None] * self.up
+        away = (z_m - points[..., 2]) / self.forward[2]
+        for axis in range(3):
+            points[..., axis] += self.forward[axis] * away
+        return points
+
+
+@dataclass(frozen=True)
+class SectionView:
+    """What every pixel shows; row 0 is the top.
+
+    window_m : (2, 2) [[u_min, v_min], [u_max, v_max]] on the camera's plane.
+    triangle, patch : (H, W) int32, -1 where there is nothing.
+    depth_m : (H, W) float32 along the beam from the cutting plane, NaN there.
+    facing : (H, W) float32 in [0, 1], cosine between the surface's normal and the direction to the eye, NaN there.
+    """
+
+    camera: Camera
+    window_m: FloatArray
+    pixel_m: float
+    cut_m: float
+    triangle: Int32Array
+    patch: Int32Array
+    depth_m: Float32Array
+    facing: Float32Array
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """u_min, u_max, v_min, v_max: what a plotting library wants."""
+        (u_min, v_min), (u_max, v_max) = self.window_m
+        return (float(u_min), float(u_max), float(v_min), float(v_max))
+
+
+def camera_from_above() -> Camera:
+    """Map view: x to the right, y up."""
+    return Camera(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, -1.0]))
+
+
+def camera_at(*, azimuth_rad: float, elevation_rad: float) -> Camera:
+    """Look down by `elevation_rad` towards the azimuth `azimuth_rad` (counter-clockwise from +x)."""
+    ahead = np.array([np.cos(azimuth_rad), np.sin(azimuth_rad), 0.0])
+    right = np.array([np.sin(azimuth_rad), -np.cos(azimuth_rad), 0.0])
+    forward = ahead * np.cos(elevation_rad) - np.array([0.0, 0.0, np.sin(elevation_rad)])
+    return Camera(right, np.cross(right, forward), forward)
+
+
+def cut_height_m(plan: Plan, floor: Floor) -> float:
+    """Height of the cutting plane of `floor`, local: a little above the ground, and below the next floor's ground."""
+    above = [other.elevation_m for other in plan.survey.floors if other.elevation_m > floor.elevation_m + 0.5]
+    return min([floor.elevation_m + CUT_HEIGHT_M, *(0.5 * (floor.elevation_m + z) for z in above)])
+
+
+def view_section(
+    survey: Survey,
+    engine: ScanEngine,
+    camera: Camera,
+    *,
+    ground_m: float,
+    cut_m: float,
+    window_m: FloatArray,
+    width: int,
+) -> SectionView:
+    """Look at what is between the cutting plane and a little below the ground.
+
+    Parameters
+    ----------
+    ground_m, cut_m
+        Heights, local.
+    window_m
+        (2, 2) on the camera's plane, see `SectionView`.
+    width
+        Pixels; the height follows from the window.
+    """
+    pixel_m, height = _pixels(window_m, width)
+    reach_m = _reach_m(camera, ground_m, cut_m)
+    parts = []
+    n_rows = max(1, _BEAMS_AT_ONCE // width)
+    for first in range(0, height, n_rows):
+        rows = range(first, min(first + n_rows, height))
+        starts_m = _starts_m(camera, window_m, pixel_m, cut_m, rows, width).reshape(-1, 3)
+        parts.append(_look(survey, engine, camera, starts_m, reach_m))
+    triangle, patch, depth_m = (np.concatenate(part).reshape(height, width) for part in zip(*parts, strict=True))
+    facing = _facing(survey, camera, triangle)
+    return SectionView(camera, window_m, pixel_m, cut_m, triangle, patch, depth_m, facing)
+
+
+def _pixels(window_m: FloatArray, width: int) -> tuple[float, int]:
+    """Side of a pixel in metres, and the height of the picture in pixels."""
+    pixel_m = float(window_m[1, 0] - window_m[0, 0]) / width
+    return pixel_m, max(1, round(float(window_m[1, 1] - window_m[0, 1]) / pixel_m))
+
+
+def _reach_m(camera: Camera, ground_m: float, cut_m: float) -> float:
+    """How far beams go: to a little below the ground."""
+    return (cut_m - ground_m + BELOW_GROUND_M) / -float(camera.forward[2])
+
+
+def _starts_m(
+    camera: Camera, window_m: FloatArray, pixel_m: float, cut_m: float, rows: range, width: int
+) -> FloatArray:
+    """(R, W, 3) local: where the beams of these rows of pixels start on the cutting plane."""
+    u = window_m[0, 0] + (np.arange(width) + 0.5) * pixel_m
+    v = window_m[1, 1] - (np.arange(rows.start, rows.stop) + 0.5) * pixel_m
+    return camera.on_plane(u[None, :], v[:, None], cut_m)
+
+
+def _look(
+    survey: Survey, engine: ScanEngine, camera: Camera, starts_m: FloatArray, reach_m: float
+) -> tuple[Int32Array, Int32Array, Float32Array]:
+    """Triangle, patch and depth of the beams that start at (N, 3)."""
+    hits = engine.cast_rays(starts_m, np.broadcast_to(camera.forward, starts_m.shape), range_max_m=reach_m)
+    points_m = starts_m + camera.forward * np.where(hits.triangle >= 0, hits.range_m, 0)[:, None].astype(np.float64)
+    patch = patch_of_points(survey.scene, survey.patches, points_m=points_m, triangle=hits.triangle)
+    return hits.triangle, patch, hits.range_m
+
+
+def _facing(survey: Survey, camera: Camera, triangle: Int32Array) -> Float32Array:
+    scene = survey.scene
+    used = np.flatnonzero(marked(triangle[triangle >= 0], scene.n_triangles))
+    corners = scene.vertices_m[scene.triangles[used]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.maximum(np.linalg.norm(normal, axis=1), 1e-300)
+    cosine = np.full(scene.n_triangles + 1, np.nan, dtype=np.float32)  # the last stands for no triangle, -1
+    cosine[used] = np.abs(normal @ camera.forward) / length
+    return cosine[triangle]
+
+
+def marked(triangles: Int32Array, n_triangles: int) -> BoolArray:
+    """(n_triangles + 1,) bool: which triangles are among `triangles`; False at the end, where -1 looks."""
+    there = np.zeros(n_triangles + 1, dtype=np.bool_)
+    there[triangles] = True
+    return there
+
+
+def inside_solid(survey: Survey, view: SectionView, ground_triangles: Int32Array) -> BoolArray:
+    """(H, W) bool: pixels whose beam starts inside a solid: the cut walls.
+
+    Decided element by element by the even-odd rule on the lines in which it crosses the cutting plane, so that neither
+    winding nor coincident faces matter. Ground that the element shows from above is no solid: a room modelled as one
+    closed surface is a room.
+    """
+    height, width = view.triangle.shape
+    starts_m = _starts_m(view.camera, view.window_m, view.pixel_m, view.cut_m, range(height), width)
+    element = _element_around(survey, view.cut_m, starts_m, view.pixel_m)
+    solid: BoolArray = (element >= 0) & ~_own_ground(survey, view.triangle, element, ground_triangles)
+    return solid
+
+
+def solid_cells(
+    survey: Survey, engine: ScanEngine, *, floor: Floor, cut_m: float, window_m: FloatArray, width: int
+) -> tuple[BoolArray, float]:
+    """`inside_solid` of `floor` seen from above, and the side of a cell in metres.
+
+    Parameters are those of `view_section`; beams are cast where an element is cut only.
+    """
+    camera = camera_from_above()
+    cell_m, height = _pixels(window_m, width)
+    starts_m = _starts_m(camera, window_m, cell_m, cut_m, range(height), width)
+    element = _element_around(survey, cut_m, starts_m, cell_m)
+    solid: BoolArray = element >= 0
+    reach_m = _reach_m(camera, floor.elevation_m, cut_m)
+    asked_m = starts_m[solid]
+    below = [
+        engine.cast_rays(part, np.broadcast_to(camera.forward, part.shape), range_max_m=reach_m).triangle
+        for part in np.array_split(asked_m, -(-len(asked_m) // _BEAMS_AT_ONCE) or 1)
+    ]
+    solid[solid] = ~_own_ground(survey, np.concatenate(below), element[solid], floor.ground_triangles)
+    return solid, cell_m
+
+
+def _own_ground(survey: Survey, triangle: Int32Array, element: Int32Array, ground_triangles: Int32Array) -> BoolArray:
+    """(...) bool: where `triangle` (...) is ground of the `element` (...) itself; both are -1 for none."""
+    own: BoolArray = marked(ground_triangles, survey.scene.n_triangles)[triangle]
+    own &= survey.scene.element_of_triangle[triangle] == element
+    return own
+
+
+def _element_around(survey: Survey, cut_m: float, starts_m: FloatArray, step_m: float) -> Int32Array:
+    """(H, W) int32: an element that points (H, W, 3) of the cutting plane are inside of; -1 where there is none."""
+    x, y = starts_m[..., 0], starts_m[..., 1]
+    low_m = np.array([x.min(), y.min()])
+    shape = np.ceil((np.array([x.max(), y.max()]) - low_m) / step_m).astype(int) + 1
+    filled = _even_odd_fill(survey, cut_m, low_m, step_m, (int(shape[1]), int(shape[0])))
+    row, column = (np.rint((value - least) / step_m).astype(int) for value, least in ((y, low_m[1]), (x, low_m[0])))
+    element: Int32Array = filled[row, column]
+    return element
+
+
+def _even_odd_fill(
+    survey: Survey, cut_m: float, low_m: FloatArray, step_m: float, shape: tuple[int, int]
+) -> Int32Array:
+    """(rows, columns) int32: an element whose section contains the cell's centre; -1 where none does.
+
+    Cell (r, c) has its centre at low_m + step_m * (c, r).
+    """
+    lines, line_element = _section(survey, cut_m)
+    ends = (lines[:, :, :2] - low_m) / step_m
+    first = np.ceil(ends[:, :, 1].min(axis=1)).astype(np.int64)
+    count = np.ceil(ends[:, :, 1].max(axis=1)).astype(np.int64) - first
+    line = np.repeat(np.arange(len(ends)), count)
+    row = np.arange(line.size) - np.repeat(np.cumsum(count) - count, count) + first[line]
+    line, row = line[(row >= 0) & (row < shape[0])], row[(row >= 0) & (row < shape[0])]
+    a, b = ends[line, 0], ends[line, 1]
+    at = a[:, 0] + (row - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
+    order = np.lexsort((at, row, line_element[line]))
+    at, row, element = at[order], row[order], line_element[line[order]]
+    # Crossings of one element in one row pair up; an odd number means an open surface, which has no inside.
+    key = element.astype(np.int64) * shape[0] + row
+    _, start, n_in_row = np.unique(key, return_index=True, return_counts=True)
+    rank = np.arange(key.size) - np.repeat(start, n_in_row)
+    enters = np.flatnonzero((rank % 2 == 0) & np.repeat(n_in_row % 2 == 0, n_in_row))
+    filled = np.full(shape, -1, dtype=np.int32)
+    for k in enters:
+        from_column = max(int(np.ceil(at[k])), 0)
+        filled[row[k], from_column : max(int(np.ceil(at[k + 1])), from_column)] = element[k]
+    return filled
+
+
+def section_lines(survey: Survey, cut_m: float) -> FloatArray:
+    """(K, 2, 3) float64: the lines in which triangles cross the plane z = cut_m, local frame."""
+    return _section(survey, cut_m)[0]
+
+
+def _section(survey: Survey, cut_m: float) -> tuple[FloatArray, Int32Array]:
+    """Section lines (K, 2, 3) and the element of each (K,)."""
+    corners = survey.scene.vertices_m[survey.scene.triangles]
+    above = corners[:, :, 2] > cut_m
+    cut = above.any(axis=1) & ~above.all(axis=1)
+    corners, element = corners[cut], survey.scene.element_of_triangle[cut]
+    ends = np.full((len(corners), 3, 3), np.nan)
+    for edge in range(3):
+        a, b = corners[:, edge], corners[:, (edge + 1) % 3]
+        crosses = (a[:, 2] > cut_m) != (b[:, 2] > cut_m)
+        share = (cut_m - a[crosses, 2]) / (b[crosses, 2] - a[crosses, 2])
+        ends[crosses, edge] = a[crosses] + share[:, None] * (b[crosses] - a[crosses])
+    # Exactly two of the three edges cross; the stable sort brings these two to the front.
+    order = np.argsort(np.isnan(ends[:, :, 0]), axis=1, kind="stable")[:, :2]
+    return np.take_along_axis(ends, order[:, :, None], axis=1), element

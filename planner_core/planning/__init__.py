@@ -1,0 +1,1 @@
+"""From a scene and what is required to a plan: candidates, choice, refinement, figures."""

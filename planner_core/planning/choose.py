@@ -1,0 +1,342 @@
+"""Choosing stations from a pool by method and objective, and saying how good the choice is.
+
+Input a `Pool` and settings, output a `Choice`. CONTROL FLOW, `choose`:
+
+    paper     genetic selection, then overlap repair                                       planner_core.paper.pipeline
+    greedy    lazy greedy selection and a Lagrangian bound                                 select.greedy, select.bound
+    proven    fewest: selection with proof, then places off the grid                       select.proven, refine
+              time: the same, then a shorter walk                                          route.least_time
+              coverage: most of it with so many stations                                   select.most_coverage
+              re-planning: stations of the earlier plan first, then as before              select.proven, select.polish
+    going on:    the search begins with stations that are `begun`                select.proven, select.most_coverage
+
+An interrupt ends `proven` once it has a plan, and that plan is the choice. A limit of time is for all steps together.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner_core.engine.scan_engine import ScanEngine, device_of
+from planner_core.model import BoolArray, Candidates, FloatArray, PlanSettings, Survey
+from planner_core.model.options import with_options
+from planner_core.paper.pipeline import paper_settings, repair, select_by_genes, shortfall
+from planner_core.planning.pool import Choice, Pool
+from planner_core.planning.refine import WORK_SHARE, refine
+from planner_core.positions.places import Places
+from planner_core.positions.walking import Walking
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.route.least_time import LeastTimeSettings, Walks, least_time
+from planner_core.route.route import ends_of, ends_on_ground, plan_route
+from planner_core.select.bound import lower_bound
+from planner_core.select.greedy import drop_redundant, select_greedy
+from planner_core.select.large import select_by_size
+from planner_core.select.most_coverage import most_coverage
+from planner_core.select.polish import polish
+from planner_core.select.proven import INTERRUPTED, PROVEN, ProvenSelection, SelectionSettings
+
+#: `Choice.why_stopped` of a plan that takes more stations than it had to, for the sake of an earlier one.
+KEPT = "earlier stations kept"
+#: What becomes of an interrupt, for whoever made it.
+_HEARD = "interrupted: the best plan so far is taken; interrupt again to have none"
+
+
+def selection_settings(settings: PlanSettings) -> SelectionSettings:
+    """Settings of method `proven`: defaults with the plan's seed and options.
+
+    Raises
+    ------
+    RequirementError
+        An option that does not exist or makes no sense.
+    """
+    return with_options(SelectionSettings(seed=settings.seed), settings.method_options)
+
+
+def choose_greedily(pool: Pool, *, progress: Progress = silent) -> Choice:
+    """Take one station after the other, each the one that adds most; given ones first."""
+    chosen = tuple(select_greedy(pool.problem, given=pool.given, progress=progress).chosen)
+    fewest = lower_bound(pool.problem, n_stations=len(chosen), progress=progress)
+    return Choice(pool, chosen, fewest, n_greedy=len(chosen), n_bounded=pool.n_free)
+
+
+def choose_by_paper(pool: Pool, settings: PlanSettings, engine: ScanEngine, *, progress: Progress = silent) -> Choice:
+    """Choose as the method paper does: select by genes, then add stations until their circles overlap as is asked."""
+    asked = paper_settings(settings)
+    chosen = select_by_genes(pool.problem, asked, engine, progress=progress)
+    fewest = lower_bound(pool.problem, n_stations=chosen.size, progress=progress)
+    chosen, unrepaired = repair(settings, asked, pool.candidates, chosen, progress=progress)
+    return Choice(
+        pool,
+        tuple(chosen.tolist()),
+        fewest,
+        n_bounded=pool.n_candidates,
+        warnings=(*shortfall(pool.problem, chosen), *unrepaired),
+    )
+
+
+def choose(
+    pool: Pool,
+    places: Places,
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    *,
+    progress: Progress = silent,
+) -> Choice:
+    """Choose by method `proven` for the objective of the settings.
+
+    Raises
+    ------
+    RequirementError
+        Options or an objective that make no sense.
+    """
+    budget = _Budget(selection_settings(settings), time.monotonic())
+    begun = (*pool.given, *(int(row) for row in places.rows_of("begun")))
+    if settings.objective == "coverage":
+        return _most_covered(pool, settings, budget, engine, progress, begun=begun)
+    choice = _fewest(pool, budget, engine, progress, begun=begun)
+    try:  # from here on there is a plan, whoever interrupts what
+        if pool.kept:
+            choice = _replanned(choice, budget, engine, progress)
+        elif settings.refine and _goes_on(choice, budget):
+            choice = _refined(choice, places, survey, settings, engine, budget, progress)
+        if settings.objective == "time":
+            choice = _quickest(choice, places, survey, settings, budget, progress)
+    except KeyboardInterrupt:
+        _settle(progress, "select", INTERRUPTED)
+        choice = replace(choice, why_stopped=INTERRUPTED)
+    return choice
+
+
+@dataclass(frozen=True)
+class _Budget:
+    """How long to search, in all, from `began_s` of the clock on."""
+
+    whole: SelectionSettings
+    began_s: float
+
+    @property
+    def left(self) -> SelectionSettings:
+        """As much time as is left; work is allowed anew to each step, so that it does not hang on the clock."""
+        if self.whole.time_limit_s is None:
+            return self.whole
+        passed_s = time.monotonic() - self.began_s
+        return replace(self.whole, time_limit_s=max(0.0, self.whole.time_limit_s - passed_s))
+
+
+def _goes_on(choice: Choice, budget: _Budget) -> bool:
+    return choice.why_stopped != INTERRUPTED and budget.left.time_limit_s != 0.0
+
+
+def _settle(progress: Progress, stage: str, why_stopped: str) -> None:
+    """Tell that interrupts until now have had what they were for."""
+    note = _HEARD if why_stopped == INTERRUPTED else ""
+    progress(ProgressEvent(stage, 0, 0, note, settles_interrupts=True))
+
+
+# ------------------------------------------------------------------------------------------ fewest stations
+def _fewest(pool: Pool, budget: _Budget, engine: ScanEngine, progress: Progress, *, begun: tuple[int, ...]) -> Choice:
+    meets = len(begun) > len(pool.given) and bool((pool.problem.covered(list(begun)) >= pool.problem.required).all())
+    found = _select(pool, budget.left, engine, progress, start=begun if meets else None)
+    return Choice(
+        pool,
+        found.chosen,
+        found.lower_bound,
+        found.why_stopped,
+        n_greedy=found.n_greedy,
+        n_bounded=pool.n_free,
+    )
+
+
+def _select(
+    pool: Pool,
+    selection: SelectionSettings,
+    engine: ScanEngine,
+    progress: Progress,
+    *,
+    given: tuple[int, ...] | None = None,
+    start: tuple[int, ...] | None = None,
+) -> ProvenSelection:
+    found = select_by_size(
+        pool.problem,
+        selection,
+        network=pool.network,
+        given=pool.given if given is None else given,
+        start=start,
+        device=device_of(engine),
+        # With other given stations, the bound is one of plans that have these.
+        progress=pool.placing(progress, bounds=given is None),
+    )
+    _settle(progress, "select", found.why_stopped)
+    return found
+
+
+def _replanned(choice: Choice, budget: _Budget, engine: ScanEngine, progress: Progress) -> Choice:
+    """Keep the earlier plan's stations, add the fewest that are missing, drop those that are not needed any more.
+
+    Of the plan from scratch only its bound, and how many it takes, are told.
+    """
+    pool = choice.pool
+    stays = tuple(dict.fromkeys((*pool.given, *pool.kept)))
+    # Somebody who has interrupted once waits for the least that makes a plan.
+    left = replace(budget.left, work_limit=0.0) if choice.why_stopped == INTERRUPTED else budget.left
+    filled = _select(pool, left, engine, progress, given=stays)
+    needed = drop_redundant(pool.problem, list(filled.chosen), given=pool.given, network=pool.network)
+    chosen = polish(pool.problem, needed, network=pool.network, given=pool.given, keep=pool.kept)
+    lines = []
+    if len(choice.chosen) < len(chosen):
+        lines.append(
+            f"re-planning keeps what it can of the earlier plan and takes {len(chosen)} stations; from scratch, "
+            f"{len(choice.chosen)} do"
+        )
+    why_stopped = INTERRUPTED if filled.why_stopped == INTERRUPTED else choice.why_stopped
+    if why_stopped == PROVEN and len(chosen) > choice.lower_bound:
+        why_stopped = KEPT
+    return replace(choice, chosen=chosen, why_stopped=why_stopped, warnings=(*choice.warnings, *lines))
+
+
+def _refined(
+    choice: Choice,
+    places: Places,
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    budget: _Budget,
+    progress: Progress,
+) -> Choice:
+    work = replace(budget.left, work_limit=WORK_SHARE * budget.whole.work_limit, prove=False)
+    allowed: Callable[[Candidates], BoolArray] = places.allows
+    better = refine(choice.pool, choice.chosen, survey, settings, engine, work, allowed=allowed, progress=progress)
+    _settle(progress, "refine", INTERRUPTED if better.interrupted else "")
+    why_stopped = INTERRUPTED if better.interrupted else choice.why_stopped
+    if len(better.chosen) == len(choice.chosen):
+        # As many: the bound that was proven is that of the first candidates.
+        return replace(choice, pool=better.pool, chosen=better.chosen, why_stopped=why_stopped)
+    # Somebody who has interrupted waits for a bound that needs no search.
+    left = replace(budget.left, work_limit=0.0) if better.interrupted else budget.left
+    again = _select(better.pool, left, engine, progress, start=better.chosen)
+    chosen = again.chosen
+    if len(chosen) < len(better.chosen):
+        chosen = polish(better.pool.problem, chosen, network=better.pool.network, given=better.pool.given)
+    return replace(
+        choice,
+        pool=better.pool,
+        chosen=chosen if len(chosen) < len(better.chosen) else better.chosen,
+        lower_bound=again.lower_bound,
+        why_stopped=INTERRUPTED if better.interrupted else again.why_stopped,
+        n_bounded=better.pool.n_free,
+    )
+
+
+# ------------------------------------------------------------------------------------------ other objectives
+def _quickest(
+    choice: Choice, places: Places, survey: Survey, settings: PlanSettings, budget: _Budget, progress: Progress
+) -> Choice:
+    pool = choice.pool
+    foot_m = pool.candidates.position_m.copy()
+    foot_m[:, 2] -= pool.candidates.instrument_height_m
+    ends, _ = ends_on_ground(places.reach, ends_of(settings.site, survey.scene.offset_m))
+    stops: list[FloatArray] = [foot_m]
+    start = end = None
+    if ends.start_m is not None:
+        start = pool.n_candidates
+        stops.append(ends.start_m[None])
+    if ends.end_m is not None:
+        end = sum(len(stop) for stop in stops)
+        stops.append(ends.end_m[None])
+    told_s = (settings.seconds_per_scan, settings.scanner.seconds_per_scan)
+    scan_s = next(seconds for seconds in told_s if seconds is not None)  # `check_field_settings` has looked
+    found = least_time(
+        pool.problem,
+        choice.chosen,
+        Walks(
+            distances=Walking(places.reach).from_each(np.concatenate(stops)),
+            floor=pool.candidates.floor,
+            start=start,
+            end=end,
+            closed=ends.closed,
+        ),
+        LeastTimeSettings(
+            per_station_s=scan_s + settings.set_up_s,
+            walking_m_per_s=settings.walking_m_per_s,
+            n_kicks=LeastTimeSettings.n_kicks if _goes_on(choice, budget) else 0,
+            seed=settings.seed,
+        ),
+        fewest=choice.lower_bound,
+        given=pool.given,
+        scanned=tuple(int(row) for row in places.rows_of("scanned")),
+        network=pool.network,
+        progress=progress,
+    )
+    _settle(progress, "least time", INTERRUPTED if found.interrupted else "")
+    # The search measures walks a little differently from the route that the crew gets, and that one counts.
+    before = _field_s(pool, choice.chosen, places, survey, settings, scan_s)
+    after = _field_s(pool, found.chosen, places, survey, settings, scan_s)
+    chosen, (_, seconds) = (found.chosen, after) if after < before else (choice.chosen, before)
+    return replace(
+        choice,
+        chosen=chosen,
+        why_stopped=INTERRUPTED if found.interrupted else choice.why_stopped,
+        value=seconds,
+        # Places off the grid may beat a bound of the grid's candidates; it says nothing then.
+        bound=found.lower_bound_s if found.lower_bound_s <= seconds else None,
+    )
+
+
+def _field_s(
+    pool: Pool, chosen: tuple[int, ...], places: Places, survey: Survey, settings: PlanSettings, scan_s: float
+) -> tuple[int, float]:
+    """Legs that can't be walked, and seconds for all else, by the route through chosen rows."""
+    rows = np.array(chosen, dtype=np.int64)
+    scanned = np.isin(rows, places.rows_of("scanned"))
+    at = pool.take(rows)
+    route = plan_route(
+        places.reach,
+        at.position_m,
+        at.instrument_height_m,
+        at.floor,
+        ends=ends_of(settings.site, survey.scene.offset_m),
+        scanned=scanned,
+        seed=settings.seed,
+    )
+    stations_s = int((~scanned).sum()) * (scan_s + settings.set_up_s)
+    return route.n_unwalkable, stations_s + route.length_m / settings.walking_m_per_s
+
+
+def _most_covered(
+    pool: Pool,
+    settings: PlanSettings,
+    budget: _Budget,
+    engine: ScanEngine,
+    progress: Progress,
+    *,
+    begun: tuple[int, ...],
+) -> Choice:
+    assert settings.max_stations is not None  # `planner_core.planning.plan.check_method` has looked
+    # Of the pool's problem, in which stations that nobody can be registered with see nothing, what is asked of all.
+    overall = [pool.demand.goals.index(pool.demand.overall)]
+    problem = replace(
+        pool.problem,
+        counts_for=pool.problem.counts_for[overall],
+        required=pool.problem.required[overall],
+        least=pool.problem.least[overall],
+        seen_from=pool.problem.seen_from[overall],
+    )
+    found = most_coverage(
+        problem,
+        settings.max_stations,
+        budget.left,
+        network=pool.network,
+        given=pool.given,
+        start=begun if len(pool.given) < len(begun) <= settings.max_stations else None,
+        device=device_of(engine),
+        progress=pool.placing(progress),
+    )
+    _settle(progress, "select", found.why_stopped)
+    return Choice(
+        pool, found.chosen, 0, why_stopped=found.why_stopped, value=found.fraction, bound=found.bound_fraction
+    )

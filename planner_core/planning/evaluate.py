@@ -1,0 +1,184 @@
+"""What a GIVEN station list is worth: the same figures as for a plan of our own, for stations somebody else chose.
+
+Input a `Scene` (local frame), `PlanSettings` and stations (SCENE frame, metres), output a `Plan`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from planner_core.coverage.survey import make_survey, planned_floors
+from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.errors import StationListError
+from planner_core.model import Plan, PlanSettings, Route, Scene, SettledStation, Station, Survey, Visibility
+from planner_core.plan_folder.stations_csv import GivenStation
+from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
+from planner_core.positions.free_space import FreeSpace
+from planner_core.positions.places import find_places
+from planner_core.positions.reach import Reach
+from planner_core.positions.settled import place_settled
+from planner_core.progress import Progress, silent
+from planner_core.requirements.demand import demand_of
+from planner_core.requirements.explain import explain
+from planner_core.requirements.figures import missed_in_words
+from planner_core.requirements.sights import check_noise
+from planner_core.route.field_time import check_field_settings
+from planner_core.route.route import Ends, ends_of, plan_route
+from planner_core.select.bound import lower_bound
+from planner_core.select.greedy import select_greedy
+from planner_core.select.problem import cover_problem
+
+
+def evaluate_stations(
+    scene: Scene,
+    settings: PlanSettings,
+    stations: Sequence[GivenStation],
+    *,
+    engine: str = "auto",
+    device: str | None = None,
+    progress: Progress = silent,
+) -> Plan:
+    """Compute coverage, overlap and the rest for `stations`, in their order.
+
+    Achievable is what the grid's candidates or the stations see. A station where no tripod can stand, or over no
+    floor, is evaluated all the same, with a warning; so is a list that misses the required coverage.
+
+    Raises
+    ------
+    StationListError
+        No stations, or two with the same id.
+    RequirementError, DeviceError, SceneError
+        As for `planner_core.planning.plan.make_plan`.
+    """
+    survey = make_survey(scene, settings, progress=progress)
+    caster = open_engine(scene, survey.patches, engine=engine, device=device)
+    return evaluate_survey(survey, settings, stations, caster, progress=progress)
+
+
+def evaluate_survey(
+    survey: Survey,
+    settings: PlanSettings,
+    stations: Sequence[GivenStation],
+    caster: ScanEngine,
+    *,
+    progress: Progress = silent,
+) -> Plan:
+    """Do the rest of `evaluate_stations`, for callers that scan with the same engine afterwards."""
+    _check_list(stations)
+    check_field_settings(settings)
+    check_noise(settings)
+    ends = ends_of(settings.site, survey.scene.offset_m)  # refuses what makes no sense before any work
+    clock = Stopwatch()
+    floors = planned_floors(survey.floors, settings.requirements.floors)
+    with clock.stage("candidates"):
+        places = find_places(survey, settings, caster, floors=floors, progress=progress)
+        listed, remarks = place_stations(survey, settings, caster, stations, places.reach.space)
+    with clock.stage("scan"):
+        at = np.stack([station.position_m for station in listed])
+        demand = demand_of(
+            survey, settings, caster, np.concatenate([places.candidates.position_m, at]), progress=progress
+        )
+        n_candidates = int(places.candidates.floor.size)
+        of_candidates = demand.rows.take(list(range(n_candidates)))
+        rows = demand.rows.take(list(range(n_candidates, n_candidates + len(listed))))
+    with clock.stage("bound"):
+        problem = cover_problem(demand.rows.met, demand.area_m2, demand.targets)
+        # A greedy plan only guides the search for the bound.
+        guide = len(select_greedy(problem, progress=progress).chosen)
+        fewest = lower_bound(problem, n_stations=guide, progress=progress)
+    with clock.stage("figures"):
+        plan = describe_plan(
+            survey,
+            settings,
+            caster,
+            stations=listed,
+            demand=demand,
+            rows=rows,
+            surroundings=Surroundings(places.candidates.position_m, of_candidates, places.reach),
+            order_of_choice=tuple(range(len(listed))),
+            route=_route(survey, settings, places.reach, listed, ends, progress),
+            n_scans=len(listed),
+            lower_bound=fewest,
+            warnings=(
+                *survey.warnings,
+                *caster.warnings,
+                *places.warnings,
+                *remarks,
+                *explain(survey, demand),
+                *_blind_stations(listed, rows.seen, survey),
+            ),
+            progress=progress,
+        )
+    return replace(plan, timings_s=clock.seconds, warnings=(*plan.warnings, *missed_in_words(plan.requirements)))
+
+
+def _route(
+    survey: Survey,
+    settings: PlanSettings,
+    reach: Reach,
+    stations: tuple[Station, ...],
+    ends: Ends,
+    progress: Progress,
+) -> Route:
+    """Find the shortest walk through the stations, whatever their order in the list."""
+    index = {floor.id: number for number, floor in enumerate(survey.floors)}
+    return plan_route(
+        reach,
+        np.stack([station.position_m for station in stations]),
+        np.array([station.instrument_height_m for station in stations]),
+        np.array([index[station.floor] for station in stations], dtype=np.int32),
+        ends=ends,
+        seed=settings.seed,
+        progress=progress,
+    )
+
+
+def place_stations(
+    survey: Survey, settings: PlanSettings, engine: ScanEngine, given: Sequence[GivenStation], space: FreeSpace
+) -> tuple[tuple[Station, ...], tuple[str, ...]]:
+    """Bring given stations to the local frame, find their floors and heights, and say what is wrong with their places.
+
+    space : of `survey`, for stations on stairs and landings.
+    """
+    placed = [place_settled(survey, settings, engine, _as_settled(station), space=space) for station in given]
+    stations = tuple(
+        Station(
+            id=place.station.id,
+            floor=survey.floors[place.floor].id,
+            order=order,
+            position_m=place.position_m,
+            instrument_height_m=place.instrument_height_m,
+            fixed=True,
+        )
+        for order, place in enumerate(placed, start=1)
+    )
+    return stations, tuple(line for place in placed for line in place.remarks)
+
+
+def _as_settled(given: GivenStation) -> SettledStation:
+    x, y, z = np.asarray(given.position_m, dtype=np.float64).tolist()
+    return SettledStation(given.id, (x, y, z), "scanned", given.floor or "", given.instrument_height_m)
+
+
+def _check_list(stations: Sequence[GivenStation]) -> None:
+    if not stations:
+        raise StationListError("stations: the list is empty, expected at least one; check the file")
+    ids = [station.id for station in stations]
+    twice = sorted({name for name in ids if ids.count(name) > 1})
+    if twice:
+        raise StationListError(
+            f"stations: the id {twice[0]!r} is there {ids.count(twice[0])} times, expected once; rename all but one"
+        )
+
+
+def _blind_stations(stations: tuple[Station, ...], rows: Visibility, survey: Survey) -> tuple[str, ...]:
+    """Warnings about stations that see nothing: in a wall, or with everything out of the scanner's range."""
+    limits = f"{survey.template.range_min_m:g} and {survey.template.range_max_m:g} m"
+    return tuple(
+        f"station {station.id} sees nothing between {limits}; check its place and the scanner's ranges (metres)"
+        for index, station in enumerate(stations)
+        if rows.row(index).size == 0
+    )

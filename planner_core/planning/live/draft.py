@@ -1,0 +1,105 @@
+"""A draft: the stations of a plan as reviewers have changed them, and where they want none.
+
+Positions are in the LOCAL frame, metres, the sensor's origin; outlines and places that are kept free are in the scene
+frame, as everything of a `Site`. Drafts are values: equal ones are the same to every cache.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner_core.errors import RequirementError
+from planner_core.model import FloatArray, KeepOut, SettledStation
+from planner_core.positions.rounding import SET_UP_DIGITS, local_of_written_m
+
+Place = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class DraftStation:
+    """position_m : (x, y, z), local, the sensor's origin. floor : a floor's id.
+
+    instrument_height_m : above the ground; None: not known, as of stations from elsewhere. fixed : its scan exists.
+    locked : the reviewer wants it in every plan.
+    """
+
+    id: str
+    floor: str
+    position_m: Place
+    instrument_height_m: float | None
+    fixed: bool = False
+    locked: bool = False
+
+    @property
+    def at_m(self) -> FloatArray:
+        """(3,) float64, the position."""
+        return np.array(self.position_m, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Draft:
+    """stations : in the order of the plan, added ones last. keep_out, forbidden : of the review, besides the plan's."""
+
+    stations: tuple[DraftStation, ...]
+    keep_out: tuple[KeepOut, ...] = ()
+    forbidden: tuple[SettledStation, ...] = ()
+
+    def __post_init__(self) -> None:
+        ids = self.ids
+        if len(set(ids)) != len(ids):
+            twice = next(name for name in ids if ids.count(name) > 1)
+            raise RequirementError(f"draft: got station {twice!r} twice, expected each id once; rename one")
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Ids of the stations, in their order."""
+        return tuple(station.id for station in self.stations)
+
+    def station(self, name: str) -> DraftStation:
+        """Return the station of that id.
+
+        Raises
+        ------
+        RequirementError
+            There is none.
+        """
+        for station in self.stations:
+            if station.id == name:
+                return station
+        raise RequirementError(
+            f"station: got {name!r}, expected one of {', '.join(self.ids) or 'none, the draft is empty'}; "
+            "load the review again, somebody may have removed it"
+        )
+
+    def without(self, name: str) -> Draft:
+        """Leave out the station of that id, if there is one."""
+        return replace(self, stations=tuple(station for station in self.stations if station.id != name))
+
+    def having(self, changed: DraftStation) -> Draft:
+        """Put a station in the place of the one of its id, or last."""
+        if changed.id not in self.ids:
+            return replace(self, stations=(*self.stations, changed))
+        return replace(
+            self, stations=tuple(changed if station.id == changed.id else station for station in self.stations)
+        )
+
+
+def local_place(scene_m: Iterable[float], offset_m: FloatArray) -> Place:
+    """Bring a position (3,) of the scene frame, as a plan or a review has it, to the local frame.
+
+    A plan's own stations stand where the plan was computed for, to the last bit.
+    """
+    x, y, z = local_of_written_m(scene_m, offset_m).tolist()
+    return x, y, z
+
+
+def rounded_place(local_m: FloatArray, offset_m: FloatArray) -> Place:
+    """Return a place (3,) of the local frame rounded to 0.1 mm in the scene frame.
+
+    `local_place` of those digits is the same place, bit by bit: one that has gone through a text file or over the
+    network need not be looked from again.
+    """
+    return local_place(np.round(local_m + offset_m, SET_UP_DIGITS).tolist(), offset_m)

@@ -1,0 +1,113 @@
+"""Looks: what one position sees of every patch and how, kept by the exact position, so that nothing is scanned twice.
+
+A `Survey`, settings, an open engine and a position in the local frame, metres -> `Look`. The sights are those of
+`planner_core.requirements.sights`; which of them meet what is asked is decided here once a look.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.coverage.levels import Sights, sights_meeting, sights_of_returns, sights_of_views, with_noise
+from planner_core.engine.patch_mode import PatchMode, scan_mode_of
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import Asked, FloatArray, Int32Array, PlanSettings, Survey, Visibility
+from planner_core.requirements.demand import Rows
+
+#: Looks are kept up to this size, those used last; a dragged station makes some twenty a second.
+KEPT_BYTES = 256 * 2**20
+
+
+@dataclass(frozen=True)
+class Look:
+    """From one position. patch : (M,) int32, sorted, all that is seen. sights : one row, how.
+
+    met : for each quality asked, the patches, sorted, on which the position meets it by itself.
+    """
+
+    position_m: tuple[float, float, float]
+    patch: Int32Array
+    met: tuple[Int32Array, ...]
+    sights: Sights
+
+    @property
+    def n_bytes(self) -> int:
+        """Memory that it takes, to a few bytes."""
+        figures = (self.sights.range_m, self.sights.incidence_rad, self.sights.spacing_m, self.sights.noise_m)
+        arrays = (self.patch, *(met for met in self.met if met is not self.patch), *figures)
+        return sum(0 if array is None else array.nbytes for array in arrays)
+
+
+class Looker:
+    """Looks from positions, one at a time, and remembers."""
+
+    def __init__(
+        self,
+        survey: Survey,
+        settings: PlanSettings,
+        engine: ScanEngine,
+        qualities: tuple[Asked, ...],
+        *,
+        kept_bytes: int = KEPT_BYTES,
+    ) -> None:
+        self._settings, self._qualities = settings, qualities
+        self._sights_at = _sights_by(survey, settings, engine)
+        self._kept: OrderedDict[tuple[float, float, float], Look] = OrderedDict()
+        self._kept_bytes, self._n_bytes = kept_bytes, 0
+        self.n_scans = 0
+        """Positions that were scanned; those that were remembered do not count."""
+
+    def look(self, position_m: tuple[float, float, float]) -> Look:
+        """Return what a position, local frame, sees."""
+        known = self._kept.get(position_m)
+        if known is not None:
+            self._kept.move_to_end(position_m)
+            return known
+        found = self._scan(position_m)
+        self._kept[position_m] = found
+        self._n_bytes += found.n_bytes
+        while self._n_bytes > self._kept_bytes and len(self._kept) > 1:
+            _, oldest = self._kept.popitem(last=False)
+            self._n_bytes -= oldest.n_bytes
+        return found
+
+    def _scan(self, position_m: tuple[float, float, float]) -> Look:
+        self.n_scans += 1
+        sights = self._sights_at(np.array([position_m], dtype=np.float64))
+        if self._settings.scanner.range_noise:
+            sights = with_noise(sights, self._settings.scanner, reflectivity=self._settings.requirements.reflectivity)
+        met = tuple(
+            sights.patch if asked == Asked() else sights.patch[sights_meeting(sights, asked)]
+            for asked in self._qualities
+        )
+        return Look(position_m, sights.patch, met, sights)
+
+
+def rows_of(looks: tuple[Look, ...], n_patches: int, n_qualities: int) -> Rows:
+    """Return looks as rows that the figures of a plan are computed from."""
+    seen = _visibility([look.patch for look in looks], n_patches)
+    if n_qualities == 1 and all(look.met[0] is look.patch for look in looks):
+        return Rows(seen, seen)
+    stacked = [
+        np.concatenate([met + np.int32(quality * n_patches) for quality, met in enumerate(look.met)]) for look in looks
+    ]
+    return Rows(seen, _visibility(stacked, n_patches * n_qualities))
+
+
+def _visibility(rows: list[Int32Array], n_patches: int) -> Visibility:
+    sizes = np.array([0, *(row.size for row in rows)], dtype=np.int64)
+    patch = np.concatenate([np.zeros(0, dtype=np.int32), *rows])
+    return Visibility(np.cumsum(sizes, dtype=np.int64), patch, n_patches)
+
+
+def _sights_by(survey: Survey, settings: PlanSettings, engine: ScanEngine) -> Callable[[FloatArray], Sights]:
+    """Turn positions into sights by the plan's scan mode; patch mode sends its groups to the device once, here."""
+    template, area_m2 = survey.template, survey.patches.area_m2
+    if scan_mode_of(settings.scan_mode, template) == "beams":
+        return lambda at: sights_of_returns(engine.patch_returns(template, at, moments=True), area_m2)
+    mode = PatchMode(engine, survey.scene, survey.patches)
+    return lambda at: sights_of_views(mode.see(template, at))

@@ -1,0 +1,191 @@
+"""Tallies: how often, and how well, a set of looks sees every patch; and what one look more or less makes of it.
+
+Input `Look`s and the parts of the building that figures are told of; output counts and best figures by patch, areas in
+m^2. A change is worked out on the patches that the old and the new look see, and on no others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner_core.coverage.coverage import floor_of_patch
+from planner_core.coverage.survey import planned_floors, scope_of
+from planner_core.model import BoolArray, Coverage, FloatArray, Int32Array, PlanSettings, Survey
+from planner_core.planning.live.looks import Look
+from planner_core.requirements.demand import Demand
+
+#: What figures of a layer are worked out from: float32 as in `Sights`, or float64 where they are sums.
+_Figures: TypeAlias = NDArray[np.floating[Any]]
+
+#: Figures of the layers: the name of each in `Sights`.
+FIGURES = {"range": "range_m", "incidence": "incidence_rad", "noise": "noise_m"}
+SPACING = "spacing"
+#: Points per m^2, fewer than any layer can tell from none.
+_LEAST_DENSITY = 1e-200
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a figure is told of. patches : (P,) bool. counted : (P,) bool, those of them that are achievable.
+
+    quality : row of `Tally.times_met`. seen_from : stations that must meet it for a patch to be covered.
+    """
+
+    patches: BoolArray
+    counted: BoolArray
+    quality: int
+    seen_from: int
+    total_m2: float
+    achievable_m2: float
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What coverage is told of: all that is planned, each floor, each goal of the requirements."""
+
+    overall: Part
+    floors: tuple[Part, ...]
+    goals: tuple[Part, ...]
+
+    @property
+    def all(self) -> tuple[Part, ...]:
+        """Overall, floors, goals."""
+        return (self.overall, *self.floors, *self.goals)
+
+
+def parts_of(survey: Survey, settings: PlanSettings, demand: Demand) -> Parts:
+    """Cut the building up as the figures of a plan are: the sums are those of `planner_core.planning.results`."""
+    asked, area_m2 = settings.requirements, demand.area_m2[: demand.n_patches]
+    floor = floor_of_patch(survey.patches, survey.floor_of_triangle)
+    scope = scope_of(floor, planned_floors(survey.floors, asked.floors), len(survey.floors))
+    achievable = demand.times_met[0] >= asked.seen_from
+
+    def part(patches: BoolArray, counted: BoolArray, quality: int, seen_from: int) -> Part:
+        return Part(patches, counted, quality, seen_from, float(area_m2[patches].sum()), float(area_m2[counted].sum()))
+
+    return Parts(
+        overall=part(scope, scope & achievable, 0, asked.seen_from),
+        floors=tuple(
+            part(floor == index, (floor == index) & achievable, 0, asked.seen_from)
+            for index in range(len(survey.floors))
+        ),
+        goals=tuple(
+            part(goal.patches, demand.achievable(goal), demand.qualities.index(goal.asked), goal.seen_from)
+            for goal in demand.goals
+        ),
+    )
+
+
+class Tally:
+    """Counts of some looks, and, made when first asked for, the best figures of each patch."""
+
+    def __init__(self, looks: Sequence[Look], *, n_patches: int, n_qualities: int) -> None:
+        self.looks, self._n_patches = tuple(looks), n_patches
+        self.times_met = np.zeros((n_qualities, n_patches), dtype=np.int32)
+        """(Q, P), looks that meet each quality on each patch by themselves."""
+        for look in looks:
+            for quality, met in enumerate(look.met):
+                self.times_met[quality, met] += 1  # patches are unique in a look
+        self._best: dict[str, _Figures] = {}
+
+    def best(self, layer: str) -> _Figures:
+        """(P,): what `figure_of` makes a layer's values from; the looks' best, or their sum for spacing."""
+        if layer not in self._best:
+            sums = layer == SPACING
+            dtype = np.float64 if sums else np.float32
+            best: _Figures = np.full(self._n_patches, 0.0 if sums else np.inf, dtype=dtype)
+            for look in self.looks:
+                best[look.patch] = joined(layer, best[look.patch], look)
+            self._best[layer] = best
+        return self._best[layer]
+
+
+def joined(layer: str, best: _Figures, look: Look) -> _Figures:
+    """(M,) what `Tally.best` of the look's patches (M,) becomes with the look."""
+    if layer == SPACING:
+        with np.errstate(divide="ignore"):
+            densities = look.sights.spacing_m.astype(np.float64) ** -2.0
+        # They add. A patch that is seen along its surface has points, if far apart: it is not one without any.
+        more: _Figures = best + np.maximum(densities, _LEAST_DENSITY)
+        return more
+    figures = getattr(look.sights, FIGURES[layer])
+    if figures is None:
+        return best
+    least: _Figures = np.fmin(best, figures)
+    return least
+
+
+def figure_of(layer: str, best: _Figures) -> FloatArray:
+    """(M,) float64, figures in the layer's unit, inf where there is none: metres; degrees of incidence."""
+    if layer == SPACING:
+        with np.errstate(divide="ignore"):
+            return np.asarray(best**-0.5, dtype=np.float64)
+    figures = best.astype(np.float64)
+    return np.degrees(figures) if layer == "incidence" else figures
+
+
+@dataclass(frozen=True)
+class Change:
+    """One look more, and maybe one less. patch : (K,) int32, sorted, all that either sees; n_met : (Q, K) counts with
+    the new look. covered_m2 : for each of `Parts.all`. own_m2 : what is asked for and
+    would not be covered without the new look.
+    """
+
+    patch: Int32Array
+    n_met: Int32Array
+    covered_m2: tuple[float, ...]
+    own_m2: float
+    new: Look
+    _before: Tally
+
+    def best(self, layer: str) -> _Figures:
+        """(K,) `Tally.best` with the new look."""
+        best = self._before.best(layer)[self.patch]
+        at = np.searchsorted(self.patch, self.new.patch)
+        best[at] = joined(layer, best[at], self.new)
+        return best
+
+
+def covered_area_m2(part: Part, times_met: Int32Array, area_m2: FloatArray) -> float:
+    """Area of the part's counted patches that enough looks of a tally meet its quality on."""
+    return float(area_m2[part.counted & (times_met[part.quality] >= part.seen_from)].sum())
+
+
+def changed(
+    base: Tally,
+    covered_m2: Sequence[float],
+    without: Tally,
+    old: Look | None,
+    new: Look,
+    parts: Parts,
+    area_m2: FloatArray,
+) -> Change:
+    """Take `old` from `base`, which leaves `without`, and put `new` in its place.
+
+    covered_m2 : of `base`, for each of `parts.all`. area_m2 : (P,).
+    """
+    patch = new.patch if old is None else np.union1d(old.patch, new.patch)
+    n_met = without.times_met[:, patch]
+    for quality, met in enumerate(new.met):
+        n_met[quality, np.searchsorted(patch, met)] += 1
+    before, area = base.times_met[:, patch], area_m2[patch]
+    after_m2 = []
+    for part, was_m2 in zip(parts.all, covered_m2, strict=True):
+        counted = part.counted[patch]
+        lost = counted & (before[part.quality] >= part.seen_from) & (n_met[part.quality] < part.seen_from)
+        won = counted & (before[part.quality] < part.seen_from) & (n_met[part.quality] >= part.seen_from)
+        after_m2.append(was_m2 - float(area[lost].sum()) + float(area[won].sum()))
+    overall = parts.overall
+    met = new.met[overall.quality]
+    needed = met[overall.patches[met] & (without.times_met[overall.quality, met] == overall.seen_from - 1)]
+    return Change(patch, n_met, tuple(after_m2), float(area_m2[needed].sum()), new, without)
+
+
+def coverage(part: Part, covered_m2: float) -> Coverage:
+    """Coverage of a part of which so much is covered; rounding can't make it less than nothing or more than all."""
+    return Coverage(part.achievable_m2, part.total_m2, min(max(covered_m2, 0.0), part.achievable_m2))

@@ -1,0 +1,263 @@
+"""The whole flow on one page: from a scene and what is required of the survey to the plan.
+
+Input a `Scene` (local frame, metres) and `PlanSettings`, output a `Plan`: the same one, to the byte, whenever scene,
+settings and engine are the same, apart from its timings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import count
+
+import numpy as np
+
+from planner_core.coverage.survey import make_survey, planned_floors
+from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.errors import RequirementError
+from planner_core.model import BoolArray, Candidates, Int64Array, Plan, PlanSettings, Scene, Site, Station, Survey
+from planner_core.paper.pipeline import find_pool, paper_settings
+from planner_core.planning.choose import choose, choose_by_paper, choose_greedily, selection_settings
+from planner_core.planning.pool import Choice, Pool, make_pool
+from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
+from planner_core.positions.places import Places, find_places, places_as_they_are
+from planner_core.progress import Progress, silent
+from planner_core.requirements.explain import explain
+from planner_core.requirements.sights import check_noise
+from planner_core.route.field_time import check_field_settings
+from planner_core.route.route import ends_of, in_visiting_order, plan_route
+from planner_core.select.check import check_coverage
+
+__all__ = ["OBJECTIVES", "make_plan", "make_survey", "plan_survey"]
+
+#: What `PlanSettings.objective` may be.
+OBJECTIVES = ("fewest", "coverage", "time")
+
+
+def make_plan(
+    scene: Scene,
+    settings: PlanSettings,
+    *,
+    engine: str = "auto",
+    device: str | None = None,
+    progress: Progress = silent,
+) -> Plan:
+    """Plan the stations of a survey: few of them, that meet what is required and register as one network.
+
+    Parameters
+    ----------
+    engine, device
+        See `planner_core.engine.scan_engine.open_engine`.
+
+    Raises
+    ------
+    RequirementError
+        Settings that make no sense, unknown floors, no spot to stand on, nothing that meets what is asked.
+    DeviceError, SceneError
+        See `open_engine`.
+    """
+    # 1. What there is: floors, patches, the beams of one scan.
+    survey = make_survey(scene, settings, progress=progress)
+    # 2. Something to scan with.
+    caster = open_engine(scene, survey.patches, engine=engine, device=device)
+    return plan_survey(survey, settings, caster, progress=progress)
+
+
+def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, progress: Progress = silent) -> Plan:
+    """Do the rest of `make_plan`, for callers that scan with the same engine afterwards."""
+    clock = Stopwatch()
+    check_method(settings)  # refuses what makes no sense before any work
+    floors = planned_floors(survey.floors, settings.requirements.floors)
+    # 3. Where a tripod can stand, and be carried to.
+    with clock.stage("candidates"):
+        places = _places(survey, settings, caster, floors, progress)
+        bare = _bare_floors(survey, places.candidates, floors)
+    # 4. What each spot sees, what of that meets what is asked, and which two could be registered with each other.
+    with clock.stage("scan"):
+        given = places.rows_of("scanned", "locked")
+        kept = places.rows_of("kept")
+        pool = make_pool(survey, settings, caster, places.candidates, given=given, kept=kept, progress=progress)
+        _check_something_is_seen(pool, survey, settings)
+    # 5. Few spots that see enough, and how few are possible.
+    with clock.stage("select"):
+        choice = _choose(pool, places, survey, settings, caster, progress)
+        if settings.method != "paper" and settings.objective != "coverage":
+            check_coverage(choice.pool.rows.met, pool.demand.area_m2, pool.targets, choice.chosen)
+    # 6. In which order to walk them, and what they are worth.
+    with clock.stage("figures"):
+        plan = _described(survey, settings, caster, places, choice, (*bare, *places.warnings), progress)
+    return replace(plan, timings_s=clock.seconds)
+
+
+def check_method(settings: PlanSettings) -> None:
+    """Refuse options and objectives that the method does not have.
+
+    Raises
+    ------
+    RequirementError
+        Naming the first.
+    """
+    if settings.method == "paper":
+        paper_settings(settings)
+        if any(station.role != "forbidden" for station in settings.site.settled):
+            raise RequirementError("settled stations: got them with method paper, which has none; use method proven")
+        asked = settings.requirements
+        if max([asked.seen_from, *(part.seen_from for part in asked.parts)]) > 1:
+            raise RequirementError("seen_from: got more than 1 with method paper, which has no such thing; use proven")
+    elif settings.method == "proven":
+        selection_settings(settings)
+    _check_objective(settings)
+    check_noise(settings)
+    ends_of(settings.site, np.zeros(3))
+    check_field_settings(settings)
+
+
+def _check_objective(settings: PlanSettings) -> None:
+    objective = settings.objective
+    if objective not in OBJECTIVES:
+        raise RequirementError(f"objective: got {objective!r}, expected one of {', '.join(OBJECTIVES)}")
+    if objective != "fewest" and settings.method != "proven":
+        raise RequirementError(
+            f"objective {objective}: got it with method {settings.method}, which only looks for fewest "
+            "stations; use method proven"
+        )
+    if (objective == "coverage") != (settings.max_stations is not None):
+        raise RequirementError(
+            f"objective {objective}: got {_or_no(settings.max_stations)} stations as its limit, expected one with "
+            "objective coverage and none otherwise; give both, such as coverage and 10 stations, or neither"
+        )
+    if settings.max_stations is not None and settings.max_stations < 1:
+        raise RequirementError(f"max_stations: got {settings.max_stations}, expected 1 or more; e.g. 10")
+    kept = any(station.role == "kept" for station in settings.site.settled)
+    if kept and (settings.method != "proven" or objective != "fewest"):
+        raise RequirementError(
+            f"kept stations: got them with method {settings.method} and objective {objective}, which would not keep "
+            "them; use method proven and objective fewest"
+        )
+
+
+def _or_no(number: int | None) -> str:
+    return "no" if number is None else str(number)
+
+
+def _places(
+    survey: Survey, settings: PlanSettings, caster: ScanEngine, floors: tuple[int, ...], progress: Progress
+) -> Places:
+    if settings.method != "paper":
+        return find_places(survey, settings, caster, floors=floors, progress=progress)
+    pool = find_pool(survey, settings, paper_settings(settings), caster, floors=floors, progress=progress)
+    return places_as_they_are(survey, settings, pool, progress=progress)
+
+
+def _choose(
+    pool: Pool, places: Places, survey: Survey, settings: PlanSettings, caster: ScanEngine, progress: Progress
+) -> Choice:
+    if settings.method == "proven":
+        return choose(pool, places, survey, settings, caster, progress=progress)
+    if settings.method == "greedy":
+        return choose_greedily(pool, progress=progress)
+    return choose_by_paper(pool, settings, caster, progress=progress)
+
+
+def _described(
+    survey: Survey,
+    settings: PlanSettings,
+    caster: ScanEngine,
+    places: Places,
+    choice: Choice,
+    warnings: tuple[str, ...],
+    progress: Progress,
+) -> Plan:
+    """Put the stations in the order of the walk, and work out their figures."""
+    pool = choice.pool
+    rows = np.array(choice.chosen, dtype=np.int64)
+    scanned = np.isin(rows, places.rows_of("scanned"))
+    at = pool.take(rows)
+    route = plan_route(
+        places.reach,
+        at.position_m,
+        at.instrument_height_m,
+        at.floor,
+        ends=ends_of(settings.site, survey.scene.offset_m),
+        scanned=scanned,
+        seed=settings.seed,
+        progress=progress,
+    )
+    rows, scanned = rows[route.order], scanned[route.order]
+    plan = describe_plan(
+        survey,
+        settings,
+        caster,
+        stations=_stations(survey, pool.take(rows), _names(places, rows, settings.site), scanned),
+        demand=pool.demand,
+        rows=pool.rows.take(rows),
+        surroundings=Surroundings(pool.candidates.position_m, pool.rows, places.reach),
+        order_of_choice=tuple(int(i) for i in np.argsort(route.order)),
+        route=in_visiting_order(route),
+        n_scans=int((~scanned).sum()),
+        lower_bound=choice.lower_bound,
+        # The engine's after scanning, which may add to them.
+        warnings=(*survey.warnings, *caster.warnings, *warnings, *explain(survey, pool.demand), *choice.warnings),
+        progress=progress,
+    )
+    return replace(
+        plan,
+        why_stopped=choice.why_stopped,
+        objective_value=choice.value,
+        objective_bound=choice.bound,
+        n_greedy=choice.n_greedy,
+        n_bounded=choice.n_bounded,
+    )
+
+
+def _names(places: Places, rows: Int64Array, site: Site) -> list[str]:
+    """Ids of stations: those that have one keep it, the others are numbered as they are visited.
+
+    Nor is a number given again that a station of an earlier plan had: it would be taken for that one.
+    """
+    told = {each.row: each.place.station.id for each in places.settled if each.place.station.role != "begun"}
+    taken = {station.id for station in site.settled if station.role not in ("begun", "forbidden")}
+    free = (name for name in (f"S{number:03d}" for number in count(1)) if name not in taken)
+    return [told[int(row)] if int(row) in told else next(free) for row in rows]
+
+
+def _stations(survey: Survey, at: Candidates, names: list[str], scanned: BoolArray) -> tuple[Station, ...]:
+    return tuple(
+        Station(
+            id=name,
+            floor=survey.floors[int(at.floor[row])].id,
+            order=row + 1,
+            position_m=at.position_m[row].copy(),
+            instrument_height_m=float(at.instrument_height_m[row]),
+            fixed=fixed,
+        )
+        for row, (name, fixed) in enumerate(zip(names, scanned.tolist(), strict=True))
+    )
+
+
+def _check_something_is_seen(pool: Pool, survey: Survey, settings: PlanSettings) -> None:
+    """Refuse a scanner that sees nothing from anywhere: without stations every requirement would be met."""
+    if not pool.rows.seen.patch.size:
+        low_m, high_m = survey.template.range_min_m, survey.template.range_max_m
+        raise RequirementError(
+            f"scanner {settings.scanner.name}: nothing to be seen from any of {pool.n_candidates} admissible "
+            f"positions, expected surfaces between {low_m:g} and {high_m:g} m; check its ranges (metres) and field of "
+            "view"
+        )
+
+
+def _bare_floors(survey: Survey, candidates: Candidates, floors: tuple[int, ...]) -> tuple[str, ...]:
+    """Warnings about planned floors without candidates; where no floor has any, there is nothing to plan."""
+    bare = [survey.floors[i].name for i in floors if not (candidates.floor == i).any()]
+    if not bare:
+        return ()
+    reasons = ", ".join(f"{reason}: {n}" for reason, n in sorted(candidates.rejected.items(), key=lambda r: -r[1]))
+    if len(bare) == len(floors):
+        raise RequirementError(
+            f"candidates: none of {candidates.n_tried} grid points is a spot to stand on ({reasons}), expected at "
+            "least one; use a finer grid step or less clearance"
+        )
+    return tuple(
+        f"floor {name!r} has no spot to stand on, what is seen of it is seen from other floors (refused: {reasons}); "
+        "use a finer grid step or less clearance"
+        for name in bare
+    )

@@ -1,0 +1,298 @@
+"""The pool: all that stations are chosen from, with what each candidate sees and whom it can be registered with.
+
+Input candidates (local frame, metres), a `Survey` and settings, output a `Pool`; a pool grows by places off the grid.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from planner_core.coverage.coverage import times_seen
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import BoolArray, Candidates, Int32Array, Int64Array, PlanSettings, Survey, Visibility
+from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of, parts_of
+from planner_core.network.overlap import surface_of_patches
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.requirements.demand import Demand, Rows, demand_of, rows_from
+from planner_core.select.network import Network
+from planner_core.select.problem import CoverProblem, Target, cover_problem
+
+#: Share of what a part of the network sees that parts so many times as large have to see for it to be left aside.
+_SEEN_ELSEWHERE = 0.9
+_MUCH_LARGER = 10
+
+
+@dataclass(frozen=True)
+class Pool:
+    """candidates, rows : N candidates and what they see. demand : what is asked; its own rows are of the first pool.
+
+    targets : those of the demand, of what the FIRST pool can achieve: places that come later change no requirement.
+    links : between the candidates; None where no network is asked for. given, kept : rows of stations that are in every
+    plan, and of those of an earlier plan. loops : the network has to survive the failure of a link. barred : (N,) bool,
+    candidates that are not to be chosen, see `_not_needed`.
+    """
+
+    candidates: Candidates
+    demand: Demand
+    rows: Rows
+    targets: tuple[Target, ...]
+    links: CandidateLinks | None
+    given: tuple[int, ...]
+    kept: tuple[int, ...]
+    loops: bool
+    barred: BoolArray
+
+    @cached_property
+    def problem(self) -> CoverProblem:
+        """The problem of selection. Who is barred sees nothing in it; what there is to be seen stays the same."""
+        whole = cover_problem(self.rows.met, self.demand.area_m2, self.targets)
+        return _blinded(whole, self.barred) if self.barred.any() else whole
+
+    @cached_property
+    def network(self) -> Network | None:
+        """Whom the candidates can be registered with, where that matters."""
+        return None if self.links is None else network_of(self.links, loops=self.loops)
+
+    @property
+    def n_candidates(self) -> int:
+        """Number of candidates."""
+        return int(self.candidates.floor.size)
+
+    @property
+    def n_free(self) -> int:
+        """Number of candidates that are not barred."""
+        return self.n_candidates - int(self.barred.sum())
+
+    def take(self, rows: Int64Array) -> Candidates:
+        """Some of the candidates, in the order given."""
+        return self.candidates.take(rows)
+
+    def placing(self, progress: Progress, *, bounds: bool = True) -> Progress:
+        """Return progress that tells where the best stations so far are; without their bound where that is not ours."""
+
+        def placed(event: ProgressEvent) -> None:
+            if event.best is not None and event.best.chosen:
+                where = self.candidates.position_m[list(event.best.chosen)]
+                best = replace(event.best, positions_m=tuple((x, y, z) for x, y, z in where.tolist()))
+                event = replace(event, best=best if bounds else replace(best, lower_bound=None))
+            progress(event)
+
+        return placed
+
+
+@dataclass(frozen=True)
+class Choice:
+    """chosen : rows of `pool.candidates`, in the order of choice. lower_bound : stations that any plan on them needs.
+
+    value, bound : of the objective where that is not the number of stations: seconds, or the fraction of achievable
+    area that is covered and the most that so many stations can cover. n_greedy : stations that greedy selection takes.
+    n_bounded : candidates that the bound holds for: those that were not barred when it was proven.
+    """
+
+    pool: Pool
+    chosen: tuple[int, ...]
+    lower_bound: int
+    why_stopped: str = ""
+    value: float | None = None
+    bound: float | None = None
+    n_greedy: int | None = None
+    n_bounded: int | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def make_pool(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    candidates: Candidates,
+    *,
+    given: Int64Array,
+    kept: Int64Array,
+    progress: Progress = silent,
+) -> Pool:
+    """Look around from all candidates.
+
+    Raises
+    ------
+    RequirementError, DeviceError
+        See `planner_core.requirements.demand.demand_of`.
+    """
+    demand = demand_of(survey, settings, engine, candidates.position_m, progress=progress)
+    n_met = times_seen(demand.rows.met)
+    targets = tuple(replace(t, part=t.part & (n_met >= t.seen_from)) for t in demand.targets)
+    pool = Pool(
+        candidates=candidates,
+        demand=demand,
+        rows=demand.rows,
+        targets=targets,
+        links=_links(survey, settings, demand.rows.seen, progress) if settings.method == "proven" else None,
+        given=tuple(given.tolist()),
+        kept=tuple(kept.tolist()),
+        loops=settings.requirements.network == "loops",
+        barred=np.zeros(candidates.floor.size, dtype=bool),
+    )
+    if pool.links is None:
+        return pool
+    held = np.unique(pool.links.part[[*pool.given, *pool.kept]])
+    return replace(pool, barred=_not_needed(pool.problem, pool.links.part, held))
+
+
+def _not_needed(problem: CoverProblem, part: Int32Array, held: Int32Array) -> BoolArray:
+    """(N,) bool: candidates of parts of the network, (N,), that a plan can do without: the fewer parts, the better.
+
+    The smallest parts go first, as long as much larger ones see nearly all that they see, and the others meet every
+    target; those of `held` stay. So a lone high candidate goes. A room behind a shut door does not, nor does anybody
+    where hardly any two can be registered.
+    """
+    owner_part = np.repeat(part, np.diff(problem.starts))
+    size = np.bincount(part)
+    n_seen = np.bincount(problem.row, minlength=problem.n_rows)
+    gone = np.zeros(size.size, dtype=bool)
+    seen_by_larger: dict[int, BoolArray] = {}
+    for number in np.argsort(size, kind="stable").tolist():
+        least = _MUCH_LARGER * int(size[number])
+        if number in held or least > int(size.max()):
+            continue
+        if least not in seen_by_larger:
+            seen_by_larger[least] = np.zeros(problem.n_rows, dtype=bool)
+            seen_by_larger[least][problem.row[size[owner_part] >= least]] = True
+        looks = np.bincount(problem.row[owner_part == number], minlength=problem.n_rows)
+        elsewhere = int(problem.ticks[(looks > 0) & seen_by_larger[least]].sum())
+        if elsewhere < _SEEN_ELSEWHERE * int(problem.ticks[looks > 0].sum()):
+            continue
+        less = n_seen - looks
+        if (problem.ticks_of(less) >= problem.required).all():
+            n_seen, gone[number] = less, True
+    return gone[part]
+
+
+def _blinded(problem: CoverProblem, which: BoolArray) -> CoverProblem:
+    """Let some candidates, (N,) bool, see nothing: they keep their numbers and are in no set."""
+    size = np.diff(problem.starts)
+    return replace(
+        problem,
+        starts=np.concatenate([[0], np.cumsum(np.where(which, 0, size))]).astype(np.int64),
+        row=problem.row[np.repeat(~which, size)],
+    )
+
+
+def extended(
+    pool: Pool,
+    more: Candidates,
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    *,
+    progress: Progress = silent,
+) -> Pool:
+    """Add candidates behind those of the pool; nothing else that is asked changes."""
+    looked = rows_from(survey, settings, engine, more.position_m, pool.demand, progress=progress)
+    seen = _joined(pool.rows.seen, looked.seen)
+    met = seen if pool.rows.met is pool.rows.seen else _joined(pool.rows.met, looked.met)
+    links = None
+    if pool.links is not None:
+        found = _links(survey, settings, seen, progress)
+        links = None if found is None else _within_parts(found, pool.links.part, pool.barred)
+    return replace(
+        pool,
+        candidates=_both(pool.candidates, more),
+        rows=Rows(seen, met),
+        links=links,
+        barred=_barred_later(pool, links, n=pool.n_candidates + int(more.floor.size)),
+    )
+
+
+def narrowed(pool: Pool, rows: Int64Array) -> Pool:
+    """Keep only some candidates, (K,) sorted rows with all given ones among them; links are those that are left."""
+    place = np.full(pool.n_candidates, -1, dtype=np.int64)
+    place[rows] = np.arange(rows.size)
+    return replace(
+        pool,
+        candidates=pool.take(rows),
+        rows=pool.rows.take(rows),
+        links=None if pool.links is None else _links_among(pool.links, rows, place),
+        given=tuple(place[list(pool.given)].tolist()),
+        kept=tuple(int(p) for p in place[list(pool.kept)] if p >= 0),
+        barred=pool.barred[rows],
+    )
+
+
+def _links(survey: Survey, settings: PlanSettings, seen: Visibility, progress: Progress) -> CandidateLinks | None:
+    asked = settings.requirements
+    if asked.network == "none" or asked.overlap <= 0:
+        return None
+    surface = surface_of_patches(survey.scene, survey.patches, times_seen(seen) > 0)
+    return candidate_links(
+        seen,
+        survey.patches.area_m2,
+        surface,
+        min_overlap=asked.overlap,
+        min_strength=asked.min_strength,
+        progress=progress,
+    )
+
+
+def _barred_later(pool: Pool, links: CandidateLinks | None, *, n: int) -> BoolArray:
+    """(n,) bool: of later candidates, those that are of no part that plans are made in."""
+    barred = np.zeros(n, dtype=bool)
+    barred[: pool.n_candidates] = pool.barred
+    if links is not None:
+        barred |= ~np.isin(links.part, np.unique(links.part[: pool.n_candidates][~pool.barred]))
+    return barred
+
+
+def _within_parts(links: CandidateLinks, part: Int32Array, barred: BoolArray) -> CandidateLinks:
+    """Keep the parts of the first candidates, (M,), apart: what hung together as far as it could still does so.
+
+    Later candidates are of the first part that they are linked to by a candidate that is not barred, (M,) bool.
+    """
+    n = links.n_candidates
+    owner = np.repeat(np.arange(n), np.diff(links.starts))
+    of_part = np.concatenate([part, np.full(n - part.size, n, dtype=np.int64)])
+    to_old = (owner >= part.size) & (links.neighbour < part.size)
+    to_old[to_old] = ~barred[links.neighbour[to_old]]
+    np.minimum.at(of_part, owner[to_old], part[links.neighbour[to_old]])
+    lone = of_part == n
+    of_part[lone] = int(part.max(initial=-1)) + 1 + np.arange(int(lone.sum()))
+    return _kept(links, of_part[owner] == of_part[links.neighbour], owner, of_part.astype(np.int32))
+
+
+def _links_among(links: CandidateLinks, rows: Int64Array, place: Int64Array) -> CandidateLinks:
+    owner = np.repeat(np.arange(links.n_candidates), np.diff(links.starts))
+    keep = (place[owner] >= 0) & (place[links.neighbour] >= 0)
+    left = replace(links, neighbour=place[links.neighbour].astype(np.int32))
+    left = _kept(left, keep, place[owner], links.part[rows])
+    return replace(left, part=parts_of(left.starts, left.neighbour))
+
+
+def _kept(links: CandidateLinks, keep: BoolArray, owner: Int64Array, part: Int32Array) -> CandidateLinks:
+    """Links (L,) to keep, of owners (L,); as many candidates as `part` has."""
+    size = np.bincount(owner[keep], minlength=part.size)
+    return replace(
+        links,
+        starts=np.concatenate([[0], np.cumsum(size)]).astype(np.int64),
+        neighbour=links.neighbour[keep],
+        overlap=links.overlap[keep],
+        strength=links.strength[keep],
+        part=part,
+    )
+
+
+def _joined(first: Visibility, second: Visibility) -> Visibility:
+    return Visibility(
+        starts=np.concatenate([first.starts, first.starts[-1] + second.starts[1:]]),
+        patch=np.concatenate([first.patch, second.patch]),
+        n_patches=first.n_patches,
+    )
+
+
+def _both(first: Candidates, second: Candidates) -> Candidates:
+    return replace(
+        first,
+        position_m=np.concatenate([first.position_m, second.position_m]),
+        floor=np.concatenate([first.floor, second.floor]),
+        instrument_height_m=np.concatenate([first.instrument_height_m, second.instrument_height_m]),
+    )

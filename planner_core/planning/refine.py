@@ -1,0 +1,161 @@
+"""Joint refinement: stations leave the grid. Places around all of them are looked at, and the set is chosen anew.
+
+Input a `Pool` and a chosen set that meets what is asked; output a pool with the places taken from off the grid, and a
+set that is never worse: as many stations or fewer, and of as many one that covers no less.
+
+Every round scans places on circles around each station and at other heights, adds them to ALL candidates, looks for one
+station less among them (`planner_core.select.proven`), and exchanges one station after the other for what covers more
+(`planner_core.select.polish`). What is asked stays what the grid can achieve, so that before and after compare.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner_core.engine.scan_engine import ScanEngine, device_of
+from planner_core.model import BoolArray, Candidates, PlanSettings, Survey
+from planner_core.planning.pool import Pool, extended, narrowed
+from planner_core.positions.nearby import places_nearby
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.select.large import select_by_size
+from planner_core.select.polish import polish
+from planner_core.select.proven import INTERRUPTED, SelectionSettings
+
+#: Circles around a station, and steps up and down, as parts of the grid's steps; finer in the second round.
+_CIRCLES = ((0.35, 0.7), (0.15, 0.3))
+_RISES = (0.5, 0.25)
+#: Share of the selection's work that each round may do.
+WORK_SHARE = 0.1
+
+
+@dataclass(frozen=True)
+class Refined:
+    """pool : the candidates of before, in their order, and after them those of `chosen` that are off the grid.
+
+    interrupted : the search was cut short.
+    """
+
+    pool: Pool
+    chosen: tuple[int, ...]
+    interrupted: bool = False
+
+
+def refine(
+    pool: Pool,
+    chosen: tuple[int, ...],
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    selection: SelectionSettings,
+    *,
+    allowed: Callable[[Candidates], BoolArray],
+    progress: Progress = silent,
+) -> Refined:
+    """Look for better places off the grid.
+
+    Parameters
+    ----------
+    chosen
+        Rows of the pool that meet what is asked, and hang together where that is asked.
+    allowed
+        (N,) bool for candidates: whether the site lets a station stand there.
+    selection
+        `work_limit` is how much work each round may do; `time_limit_s` is for all rounds, and their scans, together.
+    progress
+        A KeyboardInterrupt that it raises ends the search, not the call.
+    """
+    n_first, began_s, interrupted = pool.n_candidates, time.monotonic(), False
+    for number, (circles, rise) in enumerate(zip(_CIRCLES, _RISES, strict=True)):
+        left = _left(selection, began_s)
+        if left.time_limit_s == 0.0:
+            break
+        shifts = _Shifts(
+            radii_m=tuple(share * settings.grid_step_m for share in circles),
+            rises_m=(rise * settings.height_step_m, -rise * settings.height_step_m),
+        )
+        try:
+            progress(ProgressEvent("refine", number, len(_CIRCLES), f"{len(chosen)} stations"))
+            more = _around(pool, chosen, shifts, survey, settings, engine, allowed=allowed, progress=progress)
+            if not more.floor.size:
+                continue
+            wide = extended(pool, more, survey, settings, engine, progress=progress)
+            best, interrupted = _better(wide, chosen, left, engine, progress)
+            pool, chosen = _without_unused(wide, best, n_first)
+        except KeyboardInterrupt:
+            interrupted = True
+        if interrupted:
+            break
+    if not interrupted:
+        progress(ProgressEvent("refine", len(_CIRCLES), len(_CIRCLES), f"{len(chosen)} stations"))
+    return Refined(pool=pool, chosen=chosen, interrupted=interrupted)
+
+
+def _left(selection: SelectionSettings, began_s: float) -> SelectionSettings:
+    """Settings with as much time as is left, where it is limited."""
+    if selection.time_limit_s is None:
+        return selection
+    return replace(selection, time_limit_s=max(0.0, selection.time_limit_s - (time.monotonic() - began_s)))
+
+
+@dataclass(frozen=True)
+class _Shifts:
+    """How far from a station to look: circles in plan, and steps up and down."""
+
+    radii_m: tuple[float, ...]
+    rises_m: tuple[float, ...]
+
+
+def _around(
+    pool: Pool,
+    chosen: tuple[int, ...],
+    shifts: _Shifts,
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    *,
+    allowed: Callable[[Candidates], BoolArray],
+    progress: Progress,
+) -> Candidates:
+    """Places around the chosen stations that may move, where a station may stand."""
+    movable = np.array([c for c in chosen if c not in pool.given], dtype=np.int64)
+    around = places_nearby(
+        survey,
+        settings,
+        engine,
+        pool.take(movable),
+        radii_m=shifts.radii_m,
+        rises_m=shifts.rises_m,
+        progress=progress,
+    )
+    return around.take(allowed(around))
+
+
+def _better(
+    wide: Pool, chosen: tuple[int, ...], selection: SelectionSettings, engine: ScanEngine, progress: Progress
+) -> tuple[tuple[int, ...], bool]:
+    """A set of fewer stations, or else of as many that cover more; and whether the search for it was interrupted."""
+    found = select_by_size(
+        wide.problem,
+        selection,
+        network=wide.network,
+        given=wide.given,
+        start=chosen,
+        device=device_of(engine),
+        progress=wide.placing(progress, bounds=False),
+    )
+    best = found.chosen if len(found.chosen) < len(chosen) else chosen
+    if found.why_stopped == INTERRUPTED:
+        return best, True
+    return polish(wide.problem, best, network=wide.network, given=wide.given), False
+
+
+def _without_unused(wide: Pool, chosen: tuple[int, ...], n_first: int) -> tuple[Pool, tuple[int, ...]]:
+    """Drop places off the grid that are not chosen; also return the rows of those that are."""
+    off_grid = sorted(c for c in chosen if c >= n_first)
+    rows = np.array([*range(n_first), *off_grid], dtype=np.int64)
+    place = {int(row): new for new, row in enumerate(rows)}
+    return narrowed(wide, rows), tuple(place[c] for c in chosen)

@@ -1,0 +1,194 @@
+"""What a set of stations is worth: the figures of a `Plan`, whoever chose the stations.
+
+Input a `Survey`, the stations, what they see and what was asked; output a `Plan`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from planner_core.coverage.coverage import (
+    coverage_by_floor,
+    coverage_of,
+    covered_and_own_area_m2,
+    floor_of_patch,
+    times_seen,
+    unseen_elements,
+)
+from planner_core.coverage.survey import planned_floors, scope_of
+from planner_core.coverage.why import explain
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import (
+    FloatArray,
+    Link,
+    Plan,
+    PlanSettings,
+    Registration,
+    Requirements,
+    Route,
+    Station,
+    Survey,
+    Visibility,
+)
+from planner_core.network.network_report import registration_report, registration_warnings
+from planner_core.network.overlap import MIN_LISTED_OVERLAP, overlap_links, surface_of_patches
+from planner_core.positions.reach import Reach
+from planner_core.progress import Progress, silent
+from planner_core.requirements.demand import Demand, Rows
+from planner_core.requirements.figures import coverage_curve, losses_of, part_results, rows_of_quality, times_met
+from planner_core.route.field_time import field_time_of
+from planner_core.route.route import route_warnings
+from planner_core.route.sealed import sealed_areas
+
+#: A byte each; nobody asks for so many stations.
+_MOST_TIMES_MET = 255
+
+
+@dataclass
+class Stopwatch:
+    """Wall-clock seconds by stage, for the record."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time the block."""
+        start = time.perf_counter()
+        yield
+        self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """Where the stations were chosen from: what the figures of a plan are measured by.
+
+    candidate_m : (N, 3) float64, local, places that stations may stand at; rows : what they see. reach : where the crew
+    can walk.
+    """
+
+    candidate_m: FloatArray
+    rows: Rows
+    reach: Reach
+
+
+def describe_plan(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    *,
+    stations: tuple[Station, ...],
+    demand: Demand,
+    rows: Rows,
+    surroundings: Surroundings,
+    order_of_choice: tuple[int, ...],
+    route: Route,
+    n_scans: int,
+    lower_bound: int,
+    warnings: tuple[str, ...],
+    progress: Progress = silent,
+) -> Plan:
+    """Compute the figures of `stations`.
+
+    Parameters
+    ----------
+    demand, rows
+        What is asked, and what each station sees, in their order.
+    order_of_choice
+        Indices into stations, for the coverage curve.
+    route
+        Through the stations, in their order. n_scans : that are still to be made.
+
+    Notes
+    -----
+    The overall figures are about the whole scene; where only some floors are planned, about the patches of those.
+    Covered is what meets the limits asked of all, from as many stations as they ask for.
+    """
+    area_m2 = survey.patches.area_m2
+    floor = floor_of_patch(survey.patches, survey.floor_of_triangle)
+    planned = planned_floors(survey.floors, settings.requirements.floors)
+    scope = scope_of(floor, planned, len(survey.floors))
+    asked = settings.requirements
+    n_met = times_met(demand, rows)[0]
+    seen = n_met >= asked.seen_from
+    achievable = demand.times_met[0] >= asked.seen_from
+    of_stations = rows_of_quality(demand, rows)
+    covered, own = covered_and_own_area_m2(of_stations, area_m2, scope=scope, seen_from=asked.seen_from)
+    stations = tuple(
+        replace(station, covered_area_m2=float(covered[i]), own_area_m2=float(own[i]))
+        for i, station in enumerate(stations)
+    )
+    ids = tuple(station.id for station in stations)
+    links, registration = _registered(survey, asked, stations, rows.seen)
+    sealed = sealed_areas(surroundings.reach)
+    return Plan(
+        survey=survey,
+        settings=settings,
+        stations=stations,
+        times_seen=n_met,
+        achievable=achievable,
+        coverage=coverage_of(area_m2, achievable, seen, scope),
+        coverage_by_floor=coverage_by_floor(area_m2, achievable, seen, floor, len(survey.floors)),
+        coverage_curve=coverage_curve(demand, rows.take(list(order_of_choice))),
+        links=links,
+        connected=registration.connected,
+        unseen=unseen_elements(survey, achievable & scope, seen, area_m2),
+        lower_bound=lower_bound,
+        n_candidates=int(surroundings.candidate_m.shape[0]),
+        engine=f"{engine.name}: {engine.device}",
+        requirements=part_results(demand, rows),
+        losses=losses_of(demand, rows),
+        qualities=demand.qualities,
+        times_met=np.minimum(demand.times_met, _MOST_TIMES_MET).astype(np.uint8),
+        registration=registration,
+        route=route,
+        field_time=field_time_of(settings, n_scans=n_scans, walk_m=route.length_m),
+        sealed=sealed,
+        why=explain(
+            survey,
+            settings,
+            engine,
+            candidates_m=surroundings.candidate_m,
+            seen_by_candidates=rows_of_quality(demand, surroundings.rows),
+            station_ids=ids,
+            seen_by_stations=of_stations,
+            scope=scope,
+            achievable=achievable | seen,  # from off the grid, stations see what no candidate could
+            links=links,
+            sealed=sealed,
+            progress=progress,
+        ),
+        warnings=(
+            *warnings,
+            *_registration_warnings(survey, asked, registration),
+            *route_warnings(route, ids),
+        ),
+    )
+
+
+def _registered(
+    survey: Survey, asked: Requirements, stations: tuple[Station, ...], seen: Visibility
+) -> tuple[tuple[Link, ...], Registration]:
+    """Links of stations, rows of `seen`, and how these hang together."""
+    ids = tuple(station.id for station in stations)
+    surface = surface_of_patches(survey.scene, survey.patches, times_seen(seen) > 0)
+    least = min(MIN_LISTED_OVERLAP, asked.overlap or MIN_LISTED_OVERLAP)  # at least what selection counted
+    links = overlap_links(seen, survey.patches.area_m2, ids, surface, min_overlap=least)
+    return links, registration_report(
+        links,
+        ids,
+        tuple(station.floor for station in stations),
+        threshold=asked.overlap,
+        min_strength=asked.min_strength,
+        loops=asked.network == "loops",
+    )
+
+
+def _registration_warnings(survey: Survey, asked: Requirements, registration: Registration) -> tuple[str, ...]:
+    if asked.network == "none" or asked.overlap == 0:
+        return ()
+    return registration_warnings(registration, {floor.id: floor.name for floor in survey.floors})

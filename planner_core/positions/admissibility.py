@@ -1,0 +1,187 @@
+"""Whether a tripod can stand at a position: ground below it and around, nothing in its way, a building about it.
+
+Local frame, metres. The tests run in order of cost, each on what the ones before left over:
+
+    headroom   nothing within 0.2 m above the sensor
+    below      the first surface straight down is ground of the floor (no slab: nothing above its elevation)
+    ring       so it is for the tripod's feet, on a ring around
+    clearance  nothing nearer than `clearance_m` in eight directions, at three heights from shins to sensor
+    open air   not under open sky, where most of the floor is covered
+
+References
+----------
+López et al. 2023, section 3.3: ground below, a ring of rays, four rays of clearance at the sensor. Ours look in eight
+directions at three heights, since a table or a railing is lower than the sensor.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import BoolArray, FloatArray, Floor, PlanSettings, RayHits, Survey
+from planner_core.progress import Progress, ProgressEvent, silent
+
+#: Room for the hand and the instrument's carrying handle.
+HEADROOM_M = 0.2
+#: Ground under the feet may differ this much from that under the sensor; a ledge is deeper.
+MAX_STEP_M = 0.15
+#: The lowest level of the clearance test: over thresholds and rugs.
+SHIN_M = 0.2
+#: A height counts as ground if it is this near; float32 ranges of tens of metres are good to micrometres.
+_SLACK_M = 0.01
+#: Nearer to the ground's plane than any object is high.
+_FLUSH_M = 0.002
+#: Free rays a batch; bounds memory on devices.
+_RAYS = 400_000
+#: Of 16 horizontal directions, this share has to end at something for a place without slab to be indoors. Outside a
+#: corner of an L-shaped house three quarters do at most.
+_ENCLOSED_SHARE = 0.8
+_BODY_DIRECTIONS = 8
+#: Directions are turned this much off the axes and diagonals of the grid: a ray in the plane of a wall or a mitre meets
+#: it or not by rounding, and Embree has been seen to report such a plane at range 0. At 0.4 m it is 3 mm.
+_OFF_AXIS_RAD = 0.0071
+_ENCLOSURE_DIRECTIONS = 16
+
+
+def reject(
+    survey: Survey,
+    floor: Floor,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    position_m: FloatArray,
+    ground_m: FloatArray,
+    *,
+    mostly_covered: bool,
+    progress: Progress = silent,
+) -> tuple[BoolArray, dict[str, int]]:
+    """Test positions (N, 3) over ground at heights (N,) of `floor`; `mostly_covered` as `is_mostly_covered` says.
+
+    Returns
+    -------
+    (N,) bool, True where a tripod can stand; and how many were refused, by reason. A position refused by one test is
+    not counted by the next.
+    """
+    probe = _Probe(survey, floor, settings, engine, mostly_covered=mostly_covered)
+    tests = (
+        ("too little headroom", probe.lacks_headroom),
+        ("something between sensor and ground", probe.lacks_ground),
+        ("uneven or no ground around", probe.lacks_ring),
+        ("too close to something", probe.lacks_clearance),
+        ("outside the building", probe.is_outside),
+    )
+    kept = np.ones(position_m.shape[0], dtype=bool)
+    reasons: dict[str, int] = {}
+    for number, (reason, test) in enumerate(tests):
+        left = np.flatnonzero(kept)
+        bad = left[test(position_m[left], ground_m[left])]
+        kept[bad] = False
+        if bad.size:
+            reasons[reason] = int(bad.size)
+        progress(ProgressEvent("candidates", number + 1, len(tests), floor.name))
+    return kept, reasons
+
+
+def is_mostly_covered(survey: Survey, engine: ScanEngine, plan_m: FloatArray, ground_m: FloatArray) -> bool:
+    """Whether most of a floor, given by places (N, 2) with ground heights (N,), has something overhead.
+
+    A floor that is open for the most part (no roof in the model) is taken as it is; of any other, what lies under open
+    sky is outside.
+    """
+    if not ground_m.size:
+        return False
+    over = np.column_stack([plan_m, ground_m + _SLACK_M])
+    up = np.tile(np.array([[0.0, 0.0, 1.0]]), (over.shape[0], 1))
+    hits = engine.cast_rays(over, up, range_max_m=_reach_m(survey))
+    return bool(np.isfinite(hits.range_m).mean() >= 0.5)
+
+
+def _reach_m(survey: Survey) -> float:
+    """Longer than any line through the scene."""
+    # Axis by axis: along rows NumPy takes 25 times as long, which live editing asks for with every place.
+    extent_m = [np.ptp(along) for along in survey.scene.vertices_m.T]
+    return float(np.linalg.norm(extent_m)) + 1.0
+
+
+class _Probe:
+    """The tests on one floor. Each takes positions (K, 3) and ground heights (K,), gives (K,) bool, True = refused."""
+
+    def __init__(
+        self, survey: Survey, floor: Floor, settings: PlanSettings, engine: ScanEngine, *, mostly_covered: bool
+    ) -> None:
+        self._mostly_covered = mostly_covered
+        self._engine = engine
+        self._settings = settings
+        self._floor = floor
+        self._is_ground = np.zeros(survey.scene.n_triangles + 1, dtype=bool)  # the last entry is the miss, -1
+        self._is_ground[floor.ground_triangles] = True
+        self._reach_m = _reach_m(survey)
+
+    def lacks_headroom(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
+        del ground_m
+        return self._hits_any(position_m, np.array([[0.0, 0.0, 1.0]]), HEADROOM_M)
+
+    def lacks_ground(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
+        return ~self._stands(position_m, position_m[:, 2] - ground_m, _SLACK_M)
+
+    def lacks_ring(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
+        ring = _circle(self._settings.n_ground_ring_rays) * self._settings.ground_ring_radius_m
+        feet = (position_m[:, None, :] + ring).reshape(-1, 3)
+        height = np.repeat(position_m[:, 2] - ground_m, ring.shape[0])
+        stands = self._stands(feet, height, MAX_STEP_M)
+        return np.asarray((~stands).reshape(-1, ring.shape[0]).any(axis=1))
+
+    def lacks_clearance(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
+        bad = np.zeros(position_m.shape[0], dtype=bool)
+        height = position_m[:, 2] - ground_m
+        for share in (0.0, 0.5, 1.0):  # of the way from the shins up to the sensor
+            level = position_m.copy()
+            low = np.minimum(SHIN_M, height)
+            level[:, 2] = ground_m + low + share * (height - low)
+            left = np.flatnonzero(~bad)
+            bad[left] = self._hits_any(level[left], _circle(_BODY_DIRECTIONS), self._settings.clearance_m)
+        return bad
+
+    def is_outside(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
+        del ground_m
+        if self._floor.ground_triangles.size == 0:
+            hits = self._cast(position_m, _circle(_ENCLOSURE_DIRECTIONS), self._reach_m)
+            ends = np.isfinite(hits.range_m).reshape(-1, _ENCLOSURE_DIRECTIONS)
+            return np.asarray(ends.mean(axis=1) < _ENCLOSED_SHARE)
+        if not self._mostly_covered:
+            return np.zeros(position_m.shape[0], dtype=bool)
+        return ~self._hits_any(position_m, np.array([[0.0, 0.0, 1.0]]), self._reach_m)
+
+    def _stands(self, position_m: FloatArray, height_m: FloatArray, slack_m: float) -> BoolArray:
+        """Tell whether ground is the first thing straight below, `height_m` down."""
+        hits = self._cast(position_m, np.array([[0.0, 0.0, -1.0]]), self._reach_m)
+        with np.errstate(invalid="ignore"):
+            if self._floor.ground_triangles.size == 0:
+                # A slab of another kind at that height is ground just as well.
+                return ~(hits.range_m < height_m - slack_m)
+            off_m = np.abs(hits.range_m - height_m)
+            # Undersides of cabinets and doors often lie in the ground's plane, and engines differ in which of two
+            # equal hits they report: what is flush with the ground counts as ground.
+            return (self._is_ground[hits.triangle] & (off_m <= slack_m)) | (off_m <= _FLUSH_M)
+
+    def _hits_any(self, position_m: FloatArray, directions: FloatArray, range_max_m: float) -> BoolArray:
+        hits = self._cast(position_m, directions, range_max_m)
+        return np.asarray(np.isfinite(hits.range_m).reshape(-1, directions.shape[0]).any(axis=1))
+
+    def _cast(self, position_m: FloatArray, directions: FloatArray, range_max_m: float) -> RayHits:
+        """Every direction from every position, position by position."""
+        n_each = max(1, _RAYS // directions.shape[0])
+        ranges, triangles = [np.empty(0, np.float32)], [np.empty(0, np.int32)]
+        for start in range(0, position_m.shape[0], n_each):
+            part = position_m[start : start + n_each]
+            origins = np.repeat(part, directions.shape[0], axis=0)
+            hits = self._engine.cast_rays(origins, np.tile(directions, (part.shape[0], 1)), range_max_m=range_max_m)
+            ranges.append(hits.range_m)
+            triangles.append(hits.triangle)
+        return RayHits(range_m=np.concatenate(ranges), triangle=np.concatenate(triangles))
+
+
+def _circle(n: int) -> FloatArray:
+    """(n, 3) horizontal unit vectors, evenly from nearly +x."""
+    angle = _OFF_AXIS_RAD + np.arange(n) * (2.0 * np.pi / n)
+    return np.column_stack([np.cos(angle), np.sin(angle), np.zeros(n)])

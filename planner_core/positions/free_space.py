@@ -1,0 +1,338 @@
+"""Free space: where the ground of a building can be walked, and how much room there is.
+
+Input a `Survey` (local frame, metres) and a `Mover`, output a `FreeSpace`. The plan is cut into cells; where there is
+ground to stand on with headroom, a cell has a node, and as many as there are storeys. Nodes of neighbouring cells are
+linked where the step between them can be climbed: so stairs join floors without being told apart from them.
+
+        o-o-o-o-o      nodes of the upper storey, linked down the flight
+               o-o
+                 o-o   a table ends the links: its top is no step
+    o-o-o-o|x|o-o-o-o
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.errors import RequirementError
+from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Survey
+from planner_core.positions.footprints import Grid
+from planner_core.positions.mover import PERSON, Mover, Zone, blocked_by_zones, needed_height_m
+from planner_core.positions.solids import Solids, find_solids
+from planner_core.positions.spread import NEIGHBOURS, spread
+from planner_core.progress import Progress, ProgressEvent, silent
+
+CELL_M = 0.05
+#: On larger sites cells grow until there are no more; bounds memory: a school's 0.6 million, with four storeys, take
+#: 0.7 GB.
+MAX_CELLS = 2_000_000
+#: Clearance is looked for as far as this, or two radii of the mover.
+CLEARANCE_CAP_M = 1.0
+#: Heights as stated include their limit: a riser of 0.2 m is a step of 0.2 m.
+_SLACK_M = 1e-3
+#: A landing this little below a floor is of that floor.
+_BELOW_FLOOR_M = 0.3
+_MARGIN_M = 1.0
+
+
+@dataclass(frozen=True)
+class FloorMap:
+    """One floor's free space as pictures, row iy, column ix of the grid; the lowest node where cells have several.
+
+    Stairs are in it as far as a plan of the floor shows them: up to head height.
+
+    ground_m, headroom_m, clearance_m : (ny, nx) float64, NaN where there is no node. can_stand : (ny, nx) bool.
+    """
+
+    ground_m: FloatArray
+    headroom_m: FloatArray
+    clearance_m: FloatArray
+    can_stand: BoolArray
+
+
+@dataclass(frozen=True)
+class FreeSpace:
+    """Nodes of walkable ground, sorted by column and height. Local frame.
+
+    column : (N,) int64 into `grid`. ground_m : (N,) float64, height of the ground. headroom_m : (N,) float64 to what
+    is above, inf under open sky. clearance_m : (N,) float64, from the cell's centre to the centre of the nearest cell
+    with an obstacle between step and head height, as far as the mover could walk towards it; at most
+    `clearance_cap_m`, which also stands for none. It is true to 0.71 cells.
+    floor : (N,) int32 into the survey's floors, on stairs that below. on_ground : (N,) bool, ground of that floor.
+    links : (N, 8) int32, neighbours by `planner_core.positions.spread.NEIGHBOURS`; -1 none.
+    can_stand : (N,) bool, with clearance for the mover, and not kept out by a zone.
+    """
+
+    mover: Mover
+    grid: Grid
+    n_floors: int
+    column: Int64Array
+    ground_m: FloatArray
+    headroom_m: FloatArray
+    clearance_m: FloatArray
+    clearance_cap_m: float
+    floor: Int32Array
+    on_ground: BoolArray
+    links: Int32Array
+    can_stand: BoolArray
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes."""
+        return int(self.column.size)
+
+    @property
+    def cell_m2(self) -> float:
+        """Area of a cell."""
+        return self.grid.cell_m * self.grid.cell_m
+
+    def cells(self) -> Int64Array:
+        """(N, 2) plan cell (ix, iy) of every node."""
+        return np.column_stack([self.column % self.grid.nx, self.column // self.grid.nx])
+
+    def position_m(self, node: Int64Array | slice = slice(None)) -> FloatArray:
+        """(K, 3) float64, local: places of nodes on the ground, their cells' centres."""
+        return np.column_stack([self.grid.centre_m(self.column[node]), self.ground_m[node]])
+
+    def node_below(self, place_m: FloatArray) -> int:
+        """Find the highest node of the cell that a place (3,) is over, not above it; -1 where there is none."""
+        ix, iy = self.grid.index_of(place_m[None, :2])[0].tolist()
+        if not (0 <= ix < self.grid.nx and 0 <= iy < self.grid.ny):
+            return -1
+        column = iy * self.grid.nx + ix
+        first, end = np.searchsorted(self.column, [column, column + 1]).tolist()
+        under = int(np.count_nonzero(self.ground_m[first:end] <= place_m[2] + _SLACK_M))
+        return first + under - 1 if under else -1
+
+    def floor_map(self, floor: int) -> FloorMap:
+        """Lay the nodes of one floor out as pictures."""
+        here = self.floor == floor
+        ground_m = float(np.median(self.ground_m[here & self.on_ground])) if (here & self.on_ground).any() else np.inf
+        node = np.flatnonzero(here & (self.on_ground | (self.ground_m < ground_m + self.mover.height_m)))
+        _, first = np.unique(self.column[node], return_index=True)
+        node = node[first]
+        shape = (self.grid.ny, self.grid.nx)
+        pictures = []
+        for values in (self.ground_m, self.headroom_m, self.clearance_m):
+            picture = np.full(shape, np.nan)
+            picture.flat[self.column[node]] = values[node]
+            pictures.append(picture)
+        can_stand = np.zeros(shape, dtype=bool)
+        can_stand.flat[self.column[node]] = self.can_stand[node]
+        return FloorMap(pictures[0], pictures[1], pictures[2], can_stand)
+
+
+def free_space(
+    survey: Survey,
+    mover: Mover = PERSON,
+    *,
+    zones: tuple[Zone, ...] = (),
+    cell_m: float = CELL_M,
+    progress: Progress = silent,
+) -> FreeSpace:
+    """Find where `mover` can walk, on all floors and the stairs between them.
+
+    Surfaces that no ground of a floor is linked to (table tops, roofs) have no nodes. Where a floor has no slab, the
+    plane at its elevation is ground: under cover, if most of it is covered. `cell_m` grows on sites of more than
+    `MAX_CELLS` cells; `FreeSpace.grid` tells.
+
+    Raises
+    ------
+    RequirementError
+        A cell size that is no length, a zone on a floor that is not there, or no floors at all.
+    """
+    _check(survey, zones, cell_m)
+    grid = _grid_over(survey.floors, cell_m)
+    progress(ProgressEvent("free space", 0, 3, "solids"))
+    corners_m, level, ground_floor = _obstacles(survey, mover)
+    solids = find_solids(corners_m, level, ground_floor, grid, step_m=mover.step_m)
+    progress(ProgressEvent("free space", 1, 3, "links"))
+    node, links = _walkable(survey, mover, solids, grid)
+    progress(ProgressEvent("free space", 2, 3, "clearance"))
+    cap_m = max(CLEARANCE_CAP_M, 2.0 * mover.radius_m)
+    column, ground_m = solids.column[node], solids.top_m[node]
+    head_m = ground_m + needed_height_m(mover, solids.ground_floor[node]) - _SLACK_M
+    body_m = (ground_m + mover.step_m + _SLACK_M, head_m)
+    clearance_m = _clearance_m(solids, grid, column, body_m, links, cap_m)
+    floor = _floor_of(survey.floors, solids.ground_floor[node], ground_m)
+    barred = blocked_by_zones(zones, grid.centre_m(column), floor)
+    progress(ProgressEvent("free space", 3, 3))
+    return FreeSpace(
+        mover=mover,
+        grid=grid,
+        n_floors=len(survey.floors),
+        column=column,
+        ground_m=ground_m,
+        headroom_m=solids.headroom_m()[node],
+        clearance_m=clearance_m,
+        clearance_cap_m=cap_m,
+        floor=floor,
+        on_ground=solids.ground_floor[node] >= 0,
+        links=links,
+        can_stand=(clearance_m >= mover.radius_m) & ~barred,
+    )
+
+
+def _check(survey: Survey, zones: tuple[Zone, ...], cell_m: float) -> None:
+    if not (math.isfinite(cell_m) and cell_m > 0):
+        raise RequirementError(f"cell_m: got {cell_m:g}, expected more than 0 metres; e.g. {CELL_M:g}")
+    if not survey.floors:
+        raise RequirementError(
+            "free space: got no floors, expected at least one; check the model's units and up axis, "
+            "`tlsplan floors` tells more"
+        )
+    for zone in zones:
+        if not 0 <= zone.floor < len(survey.floors):
+            raise RequirementError(
+                f"zone's floor: got {zone.floor}, expected an index from 0 to {len(survey.floors) - 1}; "
+                "`tlsplan floors` lists the floors"
+            )
+
+
+def _grid_over(floors: tuple[Floor, ...], cell_m: float) -> Grid:
+    low = np.min([floor.bounds_m[0] for floor in floors], axis=0) - _MARGIN_M
+    high = np.max([floor.bounds_m[1] for floor in floors], axis=0) + _MARGIN_M
+    cell_m = max(cell_m, float(np.sqrt(np.prod(high - low) / MAX_CELLS)))
+    # Off the round figures that designers align walls to: a face on a line of the grid would fill cells on both sides.
+    low = low - cell_m * np.array([0.37, 0.43])
+    n = np.ceil((high - low) / cell_m).astype(int)
+    return Grid(low_m=low, cell_m=cell_m, nx=int(n[0]), ny=int(n[1]))
+
+
+def _obstacles(survey: Survey, mover: Mover) -> tuple[FloatArray, BoolArray, Int32Array]:
+    """Triangles (K, 3, 3) that a body meets, whether they are level, and the floor whose ground they are, or -1."""
+    scene, floors = survey.scene, survey.floors
+    corners_m = scene.vertices_m[scene.triangles]
+    ground_floor = np.full(scene.n_triangles, -1, dtype=np.int32)
+    for index, floor in enumerate(floors):
+        ground_floor[floor.ground_triangles] = index
+    if mover.opens_doors:
+        is_door = np.array([element.kind == "IfcDoor" for element in scene.elements], dtype=bool)
+        stays = ~is_door[scene.element_of_triangle] | (ground_floor >= 0)
+        corners_m, ground_floor = corners_m[stays], ground_floor[stays]
+    for index, floor in enumerate(floors):
+        if floor.ground_triangles.size == 0:
+            corners_m = np.concatenate([corners_m, _plane(floor)])
+            ground_floor = np.append(ground_floor, np.full(2, index, dtype=np.int32))
+    cross = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    length = np.sqrt((cross * cross).sum(axis=1))
+    level = (length > 0) & (np.abs(cross[:, 2]) >= np.cos(mover.max_slope_rad) * length - 1e-12)
+    return corners_m, level, ground_floor.astype(np.int32)
+
+
+def _plane(floor: Floor) -> FloatArray:
+    """(2, 3, 3) the ground of a floor without slab."""
+    (x0, y0), (x1, y1) = floor.bounds_m
+    corner = np.array([[x, y, floor.elevation_m] for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))])
+    return corner[[[0, 1, 2], [0, 2, 3]]]
+
+
+def _walkable(survey: Survey, mover: Mover, solids: Solids, grid: Grid) -> tuple[Int64Array, Int32Array]:
+    """Solids that are nodes, (N,), and their links (N, 8)."""
+    headroom_m = solids.headroom_m()
+    open_above = solids.can_stand & (headroom_m >= needed_height_m(mover, solids.ground_floor) - _SLACK_M)
+    for index, floor in enumerate(survey.floors):
+        if floor.ground_triangles.size == 0:
+            own = open_above & (solids.ground_floor == index)
+            outdoors = own & np.isinf(headroom_m)
+            if 2 * int(outdoors.sum()) < int(own.sum()):
+                open_above &= ~outdoors
+    node = np.flatnonzero(open_above)
+    links = _links(solids, node, grid, mover.step_m)
+    kept = _joined_to(links, solids.ground_floor[node] >= 0)
+    renumbered = np.full(node.size + 1, -1, dtype=np.int32)
+    renumbered[:-1][kept] = np.arange(int(kept.sum()), dtype=np.int32)
+    return node[kept], renumbered[links[kept]]
+
+
+def _links(solids: Solids, node: Int64Array, grid: Grid, step_m: float) -> Int32Array:
+    """Give each node its eight neighbours (N, 8): at most one step up or down; -1 where there is none."""
+    column, z_m = solids.column[node], solids.top_m[node]
+    links = np.full((node.size, 8), -1, dtype=np.int32)
+    if not node.size:
+        return links
+    low_m = float(z_m.min())
+    stride_m = float(z_m.max()) - low_m + 2.0 * step_m + 3.0
+    key = column * stride_m + (z_m - low_m)
+    reach_m = step_m + _SLACK_M
+    ix, iy = column % grid.nx, column // grid.nx
+    for direction, (dx, dy) in enumerate(NEIGHBOURS.tolist()):
+        inside = (ix + dx >= 0) & (ix + dx < grid.nx) & (iy + dy >= 0) & (iy + dy < grid.ny)
+        other = key + (dy * grid.nx + dx) * stride_m
+        at = np.searchsorted(key, other - reach_m)
+        found = inside & (at < key.size)
+        found[found] = key[at[found]] <= (other + reach_m)[found]
+        links[found, direction] = at[found]
+    return links
+
+
+def _joined_to(links: Int32Array, some: BoolArray) -> BoolArray:
+    """(N,) bool: nodes that links join to one of `some`."""
+    label = components(links, np.ones(some.size, dtype=bool))
+    joined = np.zeros(int(label.max(initial=-1)) + 1, dtype=bool)
+    joined[label[some]] = True
+    return joined[label]
+
+
+def components(links: Int32Array, among: BoolArray) -> Int32Array:
+    """(N,) int32: number of the connected component, by the least node in it; -1 for nodes that are not `among`."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    node, to = half_links(links, among)
+    graph = coo_array((np.ones(node.size, dtype=np.int8), (node, to)), shape=(among.size, among.size))
+    _, label = connected_components(graph, directed=False)
+    out = np.full(among.size, -1, dtype=np.int32)
+    _, first, number = np.unique(label[among], return_index=True, return_inverse=True)
+    rank = np.empty(first.size, dtype=np.int32)
+    rank[np.argsort(first)] = np.arange(first.size, dtype=np.int32)
+    out[among] = rank[number]
+    return out
+
+
+def half_links(links: Int32Array, among: BoolArray) -> tuple[Int64Array, Int64Array]:
+    """Both ends of all links between nodes `among`, each link once."""
+    node, direction = np.nonzero((links[:, :4] >= 0) & among[:, None])
+    to = links[node, direction].astype(np.int64)
+    both = among[to]
+    return node[both], to[both]
+
+
+def _clearance_m(
+    solids: Solids,
+    grid: Grid,
+    column: Int64Array,
+    body_m: tuple[FloatArray, FloatArray],
+    links: Int32Array,
+    cap_m: float,
+) -> FloatArray:
+    """(N,) distance from nodes (N,) to obstacles along the surface. body_m : the body's lowest and highest points."""
+    low_m, high_m = body_m
+    cell = np.column_stack([column % grid.nx, column // grid.nx])
+    source = np.full(column.size, -1, dtype=np.int64)
+    obstacle: Int64Array = np.empty(0, np.int64)
+    for direction in (1, 3, 5, 7, 0, 2, 4, 6):  # the nearer ones, along the axes, last: they stay
+        dx, dy = NEIGHBOURS[direction].tolist()
+        bare = np.flatnonzero(links[:, direction] < 0)
+        x, y = cell[bare, 0] + dx, cell[bare, 1] + dy
+        inside = (x >= 0) & (x < grid.nx) & (y >= 0) & (y < grid.ny)
+        bare, beside = bare[inside], (y * grid.nx + x)[inside]
+        at = solids.first_above(beside, low_m[bare])
+        stands = at >= 0
+        stands[stands] = solids.bottom_m[at[stands]] < high_m[bare[stands]]
+        source[bare[stands]] = obstacle.size + np.arange(int(stands.sum()))
+        obstacle = np.concatenate([obstacle, beside[stands]])
+    place = np.column_stack([obstacle % grid.nx, obstacle // grid.nx]).astype(np.float64)
+    distance, _ = spread(links, cell, source, place, reach_cells=cap_m / grid.cell_m)
+    return np.minimum(distance * grid.cell_m, cap_m)
+
+
+def _floor_of(floors: tuple[Floor, ...], ground_floor: Int32Array, ground_m: FloatArray) -> Int32Array:
+    """(N,) floor of each node: whose ground it is; on stairs, the highest that is not above it."""
+    order = np.argsort([floor.elevation_m for floor in floors], kind="stable")
+    elevation = np.array([floors[i].elevation_m for i in order])
+    below = np.maximum(np.searchsorted(elevation - _BELOW_FLOOR_M, ground_m, side="right") - 1, 0)
+    return np.where(ground_floor >= 0, ground_floor, order[below]).astype(np.int32)

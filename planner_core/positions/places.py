@@ -1,0 +1,320 @@
+"""Places: everywhere a station of the plan may stand on real ground, those settled beforehand among them.
+
+Input a `Survey` (local frame, metres) and `PlanSettings` with their `Site`, output `Places`: candidates that a tripod
+can be carried to, as rows of one array, and which of these rows are settled.
+
+Besides the grid there are candidates where surveyors like to stand: in doorways, in the middle of rooms and on the
+landings of stairs. They pass the same tests, see `planner_core.positions.admissibility`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, PlanSettings, Survey
+from planner_core.positions.doorways import centre_in_doorways
+from planner_core.positions.free_space import FreeSpace, free_space
+from planner_core.positions.grid import Tally, admitted, find_candidates, is_near, lies_mostly_indoors
+from planner_core.positions.landings import find_landings
+from planner_core.positions.local_site import LocalSite, local_site
+from planner_core.positions.reach import Reach, reachability, reachable
+from planner_core.positions.rooms import find_rooms
+from planner_core.positions.settled import SettledPlace, place_settled, with_ground_around
+from planner_core.progress import Progress, silent
+
+#: What a candidate is, by its number in `Places.kind`.
+KINDS = ("grid", "doorway", "centre", "landing", "settled")
+_SPECIAL = np.array([KINDS.index(kind) for kind in ("doorway", "centre", "landing")], dtype=np.int64)
+#: A special place this near to a candidate of the grid offers nothing new.
+_NEAR_M = 0.1
+#: Moving a place into the middle of its doorway changes the ground below by this much at most: a threshold.
+_THRESHOLD_M = 0.3
+_MAX_SEALED_LINES = 5
+
+
+@dataclass(frozen=True)
+class SettledRow:
+    """Candidate row `row` is the settled station `place.station`."""
+
+    row: int
+    place: SettledPlace
+
+
+@dataclass(frozen=True)
+class Places:
+    """candidates : by floor, y, x, height; after them the settled stations in the order of the site.
+
+    `candidates.n_tried` and `rejected` count all but the settled ones. kind : (N,) int8 into `KINDS`. settled : those
+    that have a row; of kept stations that are no candidates any more a warning tells. warnings : one line each.
+    """
+
+    candidates: Candidates
+    kind: np.ndarray[tuple[int], np.dtype[np.int8]]
+    reach: Reach
+    site: LocalSite
+    settled: tuple[SettledRow, ...]
+    warnings: tuple[str, ...]
+
+    def allows(self, candidates: Candidates) -> BoolArray:
+        """(N,) bool: whether the site, and the walk to them, lets stations stand at other candidates."""
+        found = _of_grid(candidates)
+        good = np.ones(candidates.floor.size, dtype=bool)
+        for why in _RULED_OUT_AS.values():
+            good &= ~why(self.site, self.reach, found)
+        return good
+
+    def rows_of(self, *roles: str) -> Int64Array:
+        """(K,) int64 rows of settled stations that have one of `roles`."""
+        return np.array([each.row for each in self.settled if each.place.station.role in roles], dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Admitted positions. position_m : (N, 3). floor, kind : (N,). height_m : (N,) instrument heights."""
+
+    position_m: FloatArray
+    floor: Int32Array
+    height_m: FloatArray
+    kind: Int32Array
+
+    def take(self, which: BoolArray | Int64Array) -> _Found:
+        return _Found(self.position_m[which], self.floor[which], self.height_m[which], self.kind[which])
+
+    def candidates(self, tally: Tally) -> Candidates:
+        return Candidates(self.position_m, self.floor, self.height_m, tally.n_tried, tally.rejected)
+
+
+def _of_grid(candidates: Candidates) -> _Found:
+    return _Found(
+        candidates.position_m,
+        candidates.floor,
+        candidates.instrument_height_m,
+        np.zeros(candidates.floor.size, dtype=np.int32),
+    )
+
+
+def _is_kept_out(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
+    del reach
+    return site.in_zone(found.position_m[:, :2], found.floor)
+
+
+def _is_forbidden(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
+    del reach
+    return site.near_forbidden(found.position_m[:, :2], found.floor)
+
+
+def _is_unreachable(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
+    del site
+    return ~reachable(reach, found.candidates(Tally()))
+
+
+#: Reasons of positions that are no candidates on this site, in the order in which they are looked at.
+_RULED_OUT_AS: dict[str, Callable[[LocalSite, Reach, _Found], BoolArray]] = {
+    "in a keep-out": _is_kept_out,
+    "at a forbidden place": _is_forbidden,
+    "not to be reached on foot": _is_unreachable,
+}
+
+
+def find_places(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    *,
+    floors: tuple[int, ...],
+    progress: Progress = silent,
+) -> Places:
+    """Find candidates on `floors` (indices into survey.floors), and give the site's settled stations their rows.
+
+    Raises
+    ------
+    RequirementError
+        A site that does not fit the building: floors that are not there, entrances off the ground; see `local_site` and
+        `reachability`.
+    """
+    site = local_site(survey, settings.site)
+    space = free_space(survey, site.mover, zones=site.zones, progress=progress)
+    reach = reachability(survey, space, site.entrances_m)
+    tally = Tally()
+    grid = find_candidates(survey, settings, engine, floors=floors, progress=progress)
+    tally.n_tried += grid.n_tried
+    for reason, number in grid.rejected.items():
+        tally.refuse(reason, number)
+    parts = [_of_grid(grid)]
+    if settings.special_places:
+        parts += _special(survey, settings, engine, space, grid, floors, tally)
+    found = _allowed(_joined(parts), site, reach, tally)
+    order = np.lexsort((found.height_m, found.position_m[:, 0], found.position_m[:, 1], found.floor))
+    found = found.take(order)
+    settled, remarks = _settled(survey, settings, engine, site, reach)
+    rows = tuple(SettledRow(found.floor.size + i, place) for i, place in enumerate(settled))
+    found = _joined([found, _of_settled(settled)])
+    return Places(
+        candidates=found.candidates(tally),
+        kind=found.kind.astype(np.int8),
+        reach=reach,
+        site=site,
+        settled=rows,
+        warnings=(*remarks, *_sealed_lines(survey, reach)),
+    )
+
+
+def places_as_they_are(
+    survey: Survey, settings: PlanSettings, candidates: Candidates, *, progress: Progress = silent
+) -> Places:
+    """Take candidates that somebody else found, but those that the site or the walk to them rules out.
+
+    These are counted in `Candidates.rejected`, as `find_places` does; what is left stays in its order.
+
+    Raises
+    ------
+    RequirementError
+        As `find_places`.
+    """
+    site = local_site(survey, settings.site)
+    space = free_space(survey, site.mover, zones=site.zones, progress=progress)
+    reach = reachability(survey, space, site.entrances_m)
+    tally = Tally()
+    tally.n_tried, tally.rejected = candidates.n_tried, dict(candidates.rejected)
+    found = _allowed(_of_grid(candidates), site, reach, tally)
+    return Places(
+        candidates=found.candidates(tally),
+        kind=found.kind.astype(np.int8),
+        reach=reach,
+        site=site,
+        settled=(),
+        warnings=_sealed_lines(survey, reach),
+    )
+
+
+def _joined(parts: list[_Found]) -> _Found:
+    return _Found(
+        position_m=np.ascontiguousarray(np.concatenate([part.position_m for part in parts])),
+        floor=np.concatenate([part.floor for part in parts]).astype(np.int32),
+        height_m=np.concatenate([part.height_m for part in parts]),
+        kind=np.concatenate([part.kind for part in parts]),
+    )
+
+
+def _allowed(found: _Found, site: LocalSite, reach: Reach, tally: Tally) -> _Found:
+    """Leave out what the site or the walk to it rules out, and count it."""
+    for reason, why in _RULED_OUT_AS.items():
+        bad = why(site, reach, found)
+        tally.refuse(reason, int(np.count_nonzero(bad)))
+        found = found.take(~bad)
+    return found
+
+
+# ------------------------------------------------------------------------------------------ special places
+def _special(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    space: FreeSpace,
+    grid: Candidates,
+    floors: tuple[int, ...],
+    tally: Tally,
+) -> list[_Found]:
+    """Doorways, middles of rooms and landings at which a tripod can stand and no candidate of the grid does."""
+    landing = find_landings(space, ring_radius_m=settings.ground_ring_radius_m, apart_m=settings.grid_step_m)
+    parts = []
+    for index in floors:
+        rooms = find_rooms(space, index)
+        doorway_m = _on_ground(space, centre_in_doorways(engine, space.position_m(rooms.doorway)))
+        ground_m = np.concatenate(
+            [doorway_m, space.position_m(rooms.centre), space.position_m(landing[space.floor[landing] == index])]
+        )
+        n_landings = len(ground_m) - len(doorway_m) - rooms.centre.size
+        kind = np.repeat(_SPECIAL, [len(doorway_m), rooms.centre.size, n_landings])
+        new = ~is_near(ground_m[:, :2], grid.position_m[grid.floor == index][:, :2], _NEAR_M)
+        parts += _admitted(survey, settings, engine, index, ground_m[new], kind[new], tally)
+    return parts
+
+
+def _admitted(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    index: int,
+    ground_m: FloatArray,
+    kind: Int64Array,
+    tally: Tally,
+) -> list[_Found]:
+    floor = survey.floors[index]
+    indoors = lies_mostly_indoors(survey, settings, engine, floor)
+    floor = with_ground_around(survey, floor, ground_m)
+    parts = []
+    for number in np.unique(kind).tolist():
+        at = ground_m[kind == number]
+        position, height = admitted(survey, floor, settings, engine, at[:, :2], at[:, 2], tally, mostly_covered=indoors)
+        n = height.size
+        parts.append(_Found(position, np.full(n, index, np.int32), height, np.full(n, number, np.int32)))
+    return parts
+
+
+def _on_ground(space: FreeSpace, place_m: FloatArray) -> FloatArray:
+    """Places (K, 3) put on the walkable ground below; those over none are left out."""
+    out = place_m.copy()
+    out[:, 2] = np.nan
+    for row, place in enumerate(place_m):
+        node = space.node_below(place + np.array([0.0, 0.0, _THRESHOLD_M]))
+        if node >= 0 and abs(space.ground_m[node] - place[2]) <= _THRESHOLD_M:
+            out[row, 2] = space.ground_m[node]
+    return out[np.isfinite(out[:, 2])]
+
+
+# ------------------------------------------------------------------------------------------ settled stations
+def _settled(
+    survey: Survey, settings: PlanSettings, engine: ScanEngine, site: LocalSite, reach: Reach
+) -> tuple[list[SettledPlace], tuple[str, ...]]:
+    """Places of settled stations, and what is odd about them.
+
+    One that is only kept from an earlier plan, or begun with, is dropped where no other station may stand: in a
+    keep-out, at a forbidden place, or where nobody walks.
+    """
+    placed, remarks = [], []
+    for station in settings.site.settled:
+        if station.role == "forbidden":
+            continue
+        place = place_settled(survey, settings, engine, station, space=reach.space)
+        alone = _of_settled([place])
+        reasons = [reason for reason, why in _RULED_OUT_AS.items() if why(site, reach, alone)[0]]
+        if reasons and station.role == "kept":
+            remarks.append(f"station {station.id} of the earlier plan is dropped: {', '.join(reasons)}")
+            continue
+        if station.role == "begun":
+            placed += [] if reasons else [place]
+            continue
+        remarks += [f"{station.role} station {station.id} is {reason}" for reason in reasons]
+        remarks += place.remarks
+        placed.append(place)
+    return placed, tuple(remarks)
+
+
+def _of_settled(placed: list[SettledPlace]) -> _Found:
+    return _Found(
+        position_m=np.array([place.position_m for place in placed], dtype=np.float64).reshape(-1, 3),
+        floor=np.array([place.floor for place in placed], dtype=np.int32),
+        height_m=np.array([place.instrument_height_m for place in placed], dtype=np.float64),
+        kind=np.full(len(placed), KINDS.index("settled"), dtype=np.int32),
+    )
+
+
+def _sealed_lines(survey: Survey, reach: Reach) -> tuple[str, ...]:
+    """A line for each of the largest rooms that nobody can walk into."""
+    lines = []
+    for region in reach.sealed[:_MAX_SEALED_LINES]:
+        x, y, z = region.inside_m + survey.scene.offset_m
+        lines.append(
+            f"floor {survey.floors[region.floor].name!r}: {region.area_m2:.1f} m2 about ({x:.2f}, {y:.2f}, {z:.2f}) "
+            "can't be reached on foot, so no station is planned there; give an entrance into it if there is one"
+        )
+    left = reach.sealed[_MAX_SEALED_LINES:]
+    if left:
+        area_m2 = sum(region.area_m2 for region in left)
+        lines.append(f"{len(left)} more places of {area_m2:.1f} m2 in all can't be reached on foot")
+    return tuple(lines)

@@ -1,0 +1,115 @@
+"""Settled stations: where one that is given stands in the survey, and what is odd about its place.
+
+Input a `SettledStation` (scene frame), output a `SettledPlace` (local frame). It stands where it stands: nothing here
+moves or refuses it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import FloatArray, Floor, Int32Array, PlanSettings, SettledStation, Survey
+from planner_core.positions.admissibility import reject
+from planner_core.positions.free_space import FreeSpace
+from planner_core.positions.grid import lies_mostly_indoors
+from planner_core.positions.ground_surface import GroundSurface
+from planner_core.positions.local_site import floors_in_words, index_of_floor
+from planner_core.positions.rounding import local_of_written_m
+
+#: Heights that differ by less are the same: stations are staked out to centimetres.
+_SAME_HEIGHT_M = 0.05
+#: Ground within these of a place is what a tripod there stands on.
+_LEVEL_M, _AROUND_M = 0.02, 0.6
+
+
+@dataclass(frozen=True)
+class SettledPlace:
+    """position_m : (3,) float64, local, the sensor's origin. floor : index. remarks : one line each, for the user."""
+
+    station: SettledStation
+    position_m: FloatArray
+    floor: int
+    instrument_height_m: float
+    remarks: tuple[str, ...]
+
+
+def place_settled(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    station: SettledStation,
+    *,
+    space: FreeSpace | None = None,
+) -> SettledPlace:
+    """Bring a station to the local frame, and find its floor and height; with `space`, also on stairs and landings."""
+    position_m = local_of_written_m(station.position_m, survey.scene.offset_m)
+    index, remarks = _floor_of(survey, station, position_m)
+    floor = survey.floors[index]
+    below_m = GroundSurface(survey, floor).below(position_m[None])[0]
+    ground_m = floor.elevation_m if np.isnan(below_m) else float(below_m)
+    landing_m = None if space is None else _landing_below(space, position_m)
+    if landing_m is not None and landing_m > ground_m:
+        ground_m = landing_m
+        floor = with_ground_around(survey, floor, np.array([[*position_m[:2], ground_m]]))
+    height_m = float(position_m[2] - ground_m)
+    told_m = station.instrument_height_m
+    if told_m is not None:
+        if abs(told_m - height_m) > _SAME_HEIGHT_M:
+            remarks.append(
+                f"station {station.id}: instrument height {told_m:.3f} m is given, but the sensor is "
+                f"{height_m:.3f} m above the ground of {floor.name!r}"
+            )
+        height_m = float(told_m)
+    indoors = lies_mostly_indoors(survey, settings, engine, survey.floors[index])
+    _, reasons = reject(survey, floor, settings, engine, position_m[None], np.array([ground_m]), mostly_covered=indoors)
+    remarks += [f"station {station.id}: no spot for a tripod on {floor.name!r} ({reason})" for reason in reasons]
+    return SettledPlace(station, position_m, index, height_m, tuple(remarks))
+
+
+def with_ground_around(survey: Survey, floor: Floor, ground_m: FloatArray) -> Floor:
+    """Return `floor` whose ground is also what is level with, and near to, places on the ground (K, 3).
+
+    Thresholds between slabs and landings of stairs are ground of no floor. A floor without slab stays as it is.
+    """
+    if floor.ground_triangles.size == 0 or not ground_m.shape[0]:
+        return floor
+    corners_m = survey.scene.vertices_m[survey.scene.triangles]
+    low, high = corners_m.min(axis=1), corners_m.max(axis=1)
+    level = np.flatnonzero(high[:, 2] - low[:, 2] <= _LEVEL_M).astype(np.int32)
+    level = level[np.argsort(high[level, 2], kind="stable")]
+    top_m = high[level, 2]
+    found: list[Int32Array] = [floor.ground_triangles]
+    for x, y, z in ground_m.tolist():
+        at = level[np.searchsorted(top_m, z - _LEVEL_M) : np.searchsorted(top_m, z + _LEVEL_M, side="right")]
+        near = (low[at, 0] <= x + _AROUND_M) & (high[at, 0] >= x - _AROUND_M)
+        near &= (low[at, 1] <= y + _AROUND_M) & (high[at, 1] >= y - _AROUND_M)
+        found.append(at[near])
+    return replace(floor, ground_triangles=np.unique(np.concatenate(found)))
+
+
+def _floor_of(survey: Survey, station: SettledStation, position_m: FloatArray) -> tuple[int, list[str]]:
+    """Index of the floor a station stands on: the one it names, else the highest one below it; and remarks."""
+    remarks = []
+    if station.floor:
+        named = index_of_floor(survey.floors, station.floor)
+        if named is not None:
+            return named, []
+        there = floors_in_words(survey.floors)
+        remarks.append(
+            f"station {station.id}: there is no floor {station.floor!r} (there are {there}); taken by its height"
+        )
+    below = [i for i, floor in enumerate(survey.floors) if floor.elevation_m <= position_m[2]]
+    index = below[-1] if below else 0
+    low, high = survey.floors[index].bounds_m
+    if not below or (position_m[:2] < low).any() or (position_m[:2] > high).any():
+        remarks.append(f"station {station.id}: stands over no floor; counted for {survey.floors[index].name!r}")
+    return index, remarks
+
+
+def _landing_below(space: FreeSpace, position_m: FloatArray) -> float | None:
+    """Height of the highest walkable ground straight below that is no floor's; None where there is none."""
+    node = space.node_below(position_m)
+    return None if node < 0 or space.on_ground[node] else float(space.ground_m[node])

@@ -1,0 +1,61 @@
+"""Spreading over a walkable surface: the nearest of given cells, from cell to linked cell and never across a wall.
+
+Plan coordinates in cells. A plan of one floor would do with an exact distance transform; storeys lie over each other
+and stairs join them, so distances here follow the surface's links, each node handing its nearest cell on to its
+neighbours. On a flat floor the result is that of the exact transform, to rounding of the ties; see tests/positions.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner_core.model import FloatArray, Int32Array, Int64Array
+
+#: Steps to the eight neighbours: even numbers along the axes, odd ones diagonal, counter-clockwise from +x.
+NEIGHBOURS = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)], dtype=np.int64)
+
+
+def spread(
+    links: Int32Array, cell: Int64Array, source: Int64Array, place: FloatArray, *, reach_cells: float
+) -> tuple[FloatArray, Int64Array]:
+    """Find the nearest source of every node within reach.
+
+    Parameters
+    ----------
+    links
+        (N, 8) int32, each node's neighbour by `NEIGHBOURS`; -1 none.
+    cell
+        (N, 2) int64, plan cells of the nodes.
+    source
+        (N,) int64, the number of a source that each node starts with; -1 none.
+    place
+        (M, 2) float64, plan places of the sources, in cells.
+    reach_cells
+        Sources further than this are not looked for.
+
+    Returns
+    -------
+    (N,) float64 distance in cells, inf where there is none within reach; (N,) int64 source, -1 where none.
+    """
+    at = cell.astype(np.float64)
+    owner = source.copy()
+    best = np.full(owner.size, np.inf)
+    seeded = np.flatnonzero(owner >= 0)
+    best[seeded] = ((at[seeded] - place[owner[seeded]]) ** 2).sum(axis=1)
+    limit = reach_cells * reach_cells + 1e-9
+    front = seeded
+    while front.size:
+        changed = []
+        for direction in range(NEIGHBOURS.shape[0]):
+            to = links[front, direction]
+            has = to >= 0
+            to, offered = to[has], owner[front[has]]
+            distance = ((at[to] - place[offered]) ** 2).sum(axis=1)
+            # One neighbour at most offers along a direction, so no node is written twice here. Of equally near
+            # sources the one with the least number stays, whatever the order of visits.
+            better = (distance < best[to]) | ((distance == best[to]) & (offered < owner[to]))
+            better &= distance <= limit
+            best[to[better]], owner[to[better]] = distance[better], offered[better]
+            changed.append(to[better])
+        front = np.unique(np.concatenate(changed))
+    return np.sqrt(best), owner

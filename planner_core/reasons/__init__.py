@@ -1,1 +1,0 @@
-"""Reasons: what each station adds, and why the unseen stays unseen."""

@@ -1,0 +1,1 @@
+"""Scanners: their data sheets, modes, beams of a scan, range noise."""

@@ -1,0 +1,282 @@
+"""What was scanned against the plan: equal where nothing changed, equal to an evaluation of the list where it did."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner_core.as_scanned.comparison import (
+    ADDITIONAL,
+    AS_PLANNED,
+    MISSING,
+    MOVED,
+    NOT_COMPARED,
+    AsScanned,
+    compare_as_scanned,
+    counted_links,
+    is_met,
+    is_part_met,
+    plan_rescan,
+)
+from planner_core.as_scanned.document import as_scanned_document
+from planner_core.as_scanned.matching import matched
+from planner_core.as_scanned.purposes import purposes_of
+from planner_core.as_scanned.station_lists import ListedStation, read_actual
+from planner_core.errors import StationListError
+from planner_core.model import PartResult, Plan
+from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.stations_csv import read_station_list
+from planner_core.planning.evaluate import evaluate_survey
+from planner_core.planning.live.live_plan import LivePlan
+
+
+def listed_of(source: PlanSource) -> list[ListedStation]:
+    return [ListedStation(each.id, each.position_m.copy(), None, None) for each in source.stations]
+
+
+def compared(live: LivePlan, source: PlanSource, listed: list[ListedStation]) -> AsScanned:
+    return compare_as_scanned(live, matched(source.stations, listed))
+
+
+def evaluated(live: LivePlan, listed: list[ListedStation], folder: Path) -> Plan:
+    """The list as `tlsplan evaluate` takes it: another way from a file to figures."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(("id", "x_m", "y_m", "z_m"))
+    writer.writerows((each.id, *each.position_m.tolist()) for each in listed)
+    (folder / "list.csv").write_text(text.getvalue())
+    return evaluate_survey(live.survey, live.settings, read_station_list(folder / "list.csv"), live.engine)
+
+
+def test_unchanged_list_has_the_figures_of_the_plan_itself(live: LivePlan, source: PlanSource) -> None:
+    found = compared(live, source, listed_of(source))
+    document = live.document
+    assert {each.fate for each in found.stations} == {AS_PLANNED}
+    assert found.actual.plan.coverage == found.planned.plan.coverage
+    assert found.actual.plan.requirements == found.planned.plan.requirements
+    assert found.actual.plan.coverage.covered_area_m2 == pytest.approx(
+        document["coverage"]["covered_area_m2"], abs=2e-6
+    )
+    assert found.actual.plan.links == found.planned.plan.links
+    assert found.actual.plan.registration == found.planned.plan.registration
+    assert not (found.lost or found.lost_links or found.new_links or found.warnings)
+    assert found.met
+
+
+def test_list_from_the_field_pack_has_the_figures_of_the_plan_itself(
+    live: LivePlan, source: PlanSource, tmp_path: Path
+) -> None:
+    from planner_core.export.formats import hand_over
+    from planner_core.export.options import Options
+
+    hand_over("csv", source, tmp_path / "site.csv", Options(columns="generic"))
+    actual = read_actual([tmp_path / "site.csv"], source)
+    assert actual.coordinates == "site"
+    found = compare_as_scanned(live, matched(source.stations, actual.stations))
+    assert {each.fate for each in found.stations} == {AS_PLANNED}
+    assert found.actual.plan.coverage == found.planned.plan.coverage
+
+
+def test_without_one_station_the_figures_are_those_of_an_evaluation_of_the_rest(
+    live: LivePlan, source: PlanSource, tmp_path: Path
+) -> None:
+    rest = listed_of(source)
+    gone = rest.pop(1)
+    found = compared(live, source, rest)
+    expected = evaluated(live, rest, tmp_path)
+    assert [each.id for each in found.of_fate(MISSING)] == [gone.id]
+    assert found.actual.plan.coverage == expected.coverage
+    assert found.actual.plan.coverage_by_floor == expected.coverage_by_floor
+    assert found.actual.plan.requirements == expected.requirements
+    links = {(link.a, link.b): link.overlap for link in counted_links(expected)}
+    assert {(link.a, link.b): link.overlap for link in counted_links(found.actual.plan)} == links
+    own_m2 = next(row["own_area_m2"] for row in live.document["stations"] if row["id"] == gone.id)
+    assert found.of_fate(MISSING)[0].lost_m2 == pytest.approx(own_m2, abs=2e-6)
+    assert sum(surface.area_m2 for surface in found.lost) == pytest.approx(own_m2, abs=0.01 * len(found.lost) + 0.05)
+    assert all(gone.id in (link.a, link.b) for link in found.lost_links)
+
+
+def test_a_station_moved_by_a_foot_costs_what_an_evaluation_says(
+    live: LivePlan, source: PlanSource, tmp_path: Path
+) -> None:
+    listed = listed_of(source)
+    listed[2] = replace(listed[2], position_m=listed[2].position_m + np.array([0.3, 0.0, 0.0]))
+    found = compared(live, source, listed)
+    expected = evaluated(live, listed, tmp_path)
+    (moved,) = found.of_fate(MOVED)
+    np.testing.assert_allclose(moved.moved_m, [0.3, 0.0, 0.0], atol=1e-6)
+    # Candidates of the evaluation besides: the place itself, which may see what no other does.
+    seen = found.actual.plan.times_seen
+    np.testing.assert_array_equal(seen, expected.times_seen)
+    was_m2 = found.planned.plan.coverage.covered_area_m2
+    assert moved.lost_m2 == pytest.approx(was_m2 - found.actual.plan.coverage.covered_area_m2)
+    assert moved.lost_m2 != 0.0
+
+
+def test_an_additional_station_gains_and_the_list_meets_what_was_asked(live: LivePlan, source: PlanSource) -> None:
+    first = source.stations[0]
+    extra = ListedStation("X1", first.position_m + np.array([0.8, 0.4, 0.0]), None, None)
+    found = compare_as_scanned(live, matched(source.stations, [*listed_of(source), extra], within_m=0.1))
+    (added,) = found.of_fate(ADDITIONAL)
+    assert (added.id, added.floor) == ("X1", first.floor_id)
+    assert added.lost_m2 <= 0.0
+    assert found.met
+    assert not found.lost
+
+
+@pytest.mark.slow
+def test_what_is_to_be_scanned_again_brings_back_what_was_asked(live: LivePlan, source: PlanSource) -> None:
+    rest = [each for number, each in enumerate(listed_of(source)) if number not in (0, 3)]
+    found = compared(live, source, rest)
+    assert not found.met
+    rescan = plan_rescan(live, found)
+    assert rescan.met
+    assert 1 <= len(rescan.further) <= 2  # the two that are missing would do
+    by_id = {station.id: station for station in rescan.plan.stations}
+    for listed in rest:  # what was scanned stays as it was
+        np.testing.assert_allclose(by_id[listed.id].position_m + live.survey.scene.offset_m, listed.position_m)
+        assert by_id[listed.id].fixed
+    assert is_met(found.planned.plan, rescan.figures.plan)
+    all_met = all(result.met for result in rescan.figures.plan.requirements)
+    assert all_met
+
+
+def parts_of(plan: Plan) -> set[frozenset[str]]:
+    """Stations that links join, by growing sets."""
+    parts = [{station.id} for station in plan.stations]
+    for link in counted_links(plan):
+        joined = [part for part in parts if part & {link.a, link.b}]
+        parts = [part for part in parts if part not in joined] + [set().union(*joined)]
+    return {frozenset(part) for part in parts}
+
+
+@pytest.mark.slow
+def test_purposes_of_further_stations_are_those_of_evaluations(
+    live: LivePlan, source: PlanSource, tmp_path: Path
+) -> None:
+    rest = [each for number, each in enumerate(listed_of(source)) if number not in (0, 3)]
+    found = compared(live, source, rest)
+    back = [each for each in live.draft.stations if each.id in {station.id for station in found.of_fate(MISSING)}]
+    idle = replace(found.draft.stations[0], id="idle")  # where a scan stands already
+    planned = found.planned.plan
+    purposes = purposes_of(live, found.draft, [*back, idle], lambda plan: is_met(planned, plan))
+    assert [each.station for each in purposes] == [*(each.id for each in back), "idle"]
+    assert [each.for_lost for each in purposes][-1] is False
+    assert any(each.for_lost for each in purposes)
+    assert purposes[-1].gains_m2 == ()
+    everyone = parts_of(planned)
+    for purpose, number in zip(purposes, (0, 3), strict=False):
+        here = listed_of(source)[number]
+        alone = evaluated(live, [*rest, here], tmp_path).coverage_by_floor
+        was = found.actual.plan.coverage_by_floor
+        gains = {
+            floor.id: now.covered_area_m2 - before.covered_area_m2
+            for floor, now, before in zip(live.survey.floors, alone, was, strict=True)
+            if now.covered_area_m2 > before.covered_area_m2
+        }
+        assert dict(purpose.gains_m2) == pytest.approx(gains)
+        others = parts_of(evaluated(live, [each for each in listed_of(source) if each.id != here.id], tmp_path))
+        (own,) = (part for part in everyone if here.id in part)
+        apart = {part for part in others if part <= own}
+        told = {frozenset(part) - {"idle"} for part in purpose.joins} - {frozenset()}
+        assert told == (apart if len(apart) > 1 else set())
+
+
+def test_one_floor_is_compared_with_the_others_as_planned(live: LivePlan, source: PlanSource, tmp_path: Path) -> None:
+    here, there = (source.stations_of(floor.id) for floor in source.floors)
+    assert len(here) > 1
+    assert there
+    kept = [each for each in listed_of(source) if each.id != here[0].id]
+    expected = evaluated(live, kept, tmp_path)
+    above = {each.id for each in there}
+    today = [each for each in kept if each.id not in above]
+    astray = ListedStation(there[0].id, there[0].position_m + np.array([0.7, 0.0, 0.0]), None, None)
+    more = ListedStation("X1", there[-1].position_m + np.array([0.6, 0.3, 0.0]), None, None)
+    for listed in (today, [*today, astray, more]):
+        matches = matched(source.stations, listed, within_m=0.1)
+        found = compare_as_scanned(live, matches, floors=[here[0].floor_id])
+        assert {each.id for each in found.of_fate(NOT_COMPARED)} == above
+        assert [each.id for each in found.of_fate(MISSING)] == [here[0].id]
+        assert not (found.of_fate(MOVED) or found.of_fate(ADDITIONAL))
+        assert found.actual.plan.coverage == expected.coverage
+        assert found.actual.plan.coverage_by_floor == expected.coverage_by_floor
+
+
+@pytest.mark.slow
+def test_floors_that_are_not_compared_stay_in_the_plan_of_what_to_scan_again(
+    live: LivePlan, source: PlanSource
+) -> None:
+    here, there = (source.stations_of(floor.id) for floor in source.floors)
+    gone = {each.id for each in here[:2]}
+    listed = [each for each in listed_of(source) if each.id in {station.id for station in here} - gone]
+    found = compare_as_scanned(live, matched(source.stations, listed), floors=[here[0].floor_id])
+    assert not found.met
+    rescan = plan_rescan(live, found)
+    assert rescan.met
+    fixed = {station.id: station.fixed for station in rescan.plan.stations}
+    assert {name for name in fixed if fixed[name]} == {each.id for each in listed}
+    assert {each.id for each in there} <= set(fixed)
+    assert not {each.id for each in there} & {each.id for each in rescan.further}
+    assert len(rescan.further) <= len(gone)
+
+
+@pytest.mark.slow
+def test_no_further_stations_are_planned_where_one_alone_suffices_not(live: LivePlan, source: PlanSource) -> None:
+    """One missing station never needs more than one: itself."""
+    worst = max(live.document["stations"], key=lambda row: row["own_area_m2"])["id"]
+    found = compared(live, source, [each for each in listed_of(source) if each.id != worst])
+    if found.met:
+        pytest.skip("the plan has more coverage than its best station sees alone")
+    assert len(plan_rescan(live, found).further) == 1
+
+
+def test_ground_points_take_the_planned_instrument_height(live: LivePlan, source: PlanSource, tmp_path: Path) -> None:
+    lines = [f"{each.id},{','.join(f'{v:.4f}' for v in each.site_ground_m)}" for each in source.stations]
+    (tmp_path / "ground.csv").write_text("\n".join(lines))
+    actual = read_actual([tmp_path / "ground.csv"], source, heights="ground", columns="PENZ")
+    found = compare_as_scanned(live, matched(source.stations, actual.stations))
+    assert {each.fate for each in found.stations} == {AS_PLANNED}
+    # 0.2 m beside it, it is placed anew: at the same height.
+    shifted = [replace(each, position_m=each.position_m + np.array([0.2, 0.0, 0.0])) for each in actual.stations[:1]]
+    found = compare_as_scanned(live, matched(source.stations, shifted))
+    (moved,) = found.of_fate(MOVED)
+    np.testing.assert_allclose(moved.moved_m, [0.2, 0.0, 0.0], atol=2e-4)
+
+
+def test_an_additional_ground_point_without_height_is_refused(live: LivePlan, source: PlanSource) -> None:
+    extra = ListedStation("X1", source.stations[0].ground_m + np.array([0.5, 0.0, 0.0]), None, None, is_ground=True)
+    with pytest.raises(StationListError, match=r"X1.*ground point.*instrument_height"):
+        compare_as_scanned(live, matched(source.stations, [*listed_of(source), extra], within_m=0.1))
+
+
+def test_document_tells_the_sums_apart(live: LivePlan, source: PlanSource) -> None:
+    listed = listed_of(source)
+    listed[1] = replace(listed[1], position_m=listed[1].position_m + np.array([0.0, 0.3, 0.0]))
+    found = compared(live, source, listed[:-1])
+    document = as_scanned_document(live, source.frame, "scene", found, None)
+    n = len(source.stations)
+    assert document["counts"] == {
+        "as planned": n - 2, "moved": 1, "missing": 1, "scanned before": 0, "additional": 0, "not compared": 0,
+    }  # fmt: skip
+    moved = next(row for row in document["stations"] if row["fate"] == "moved")
+    np.testing.assert_allclose(source.frame.to_scene(np.array(moved["site_position"])), moved["position"], atol=2e-4)
+    assert document["coverage"]["planned"] == pytest.approx(
+        live.document["coverage"]["fraction_of_achievable"], abs=2e-6
+    )
+    assert document["met"] == found.met
+    assert document["scan_again"] is None
+
+
+def test_a_requirement_is_met_where_it_reaches_what_was_asked_or_what_the_plan_had() -> None:
+    def covering(area_m2: float) -> PartResult:
+        return PartResult("overall", 0.9, achievable_area_m2=100.0, covered_area_m2=area_m2, total_area_m2=120.0)
+
+    assert is_part_met(covering(95.0), covering(90.0))  # less than planned, and still what was asked
+    assert not is_part_met(covering(95.0), covering(89.9))
+    assert is_part_met(covering(80.0), covering(80.0))  # the plan had no more stations to spend
+    assert not is_part_met(covering(80.0), covering(79.9))

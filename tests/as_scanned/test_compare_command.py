@@ -1,0 +1,212 @@
+"""`tlsplan compare` as a user runs it: exit codes, words, JSON, and the plan folder of further stations."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import small_pictures
+from click.testing import CliRunner, Result
+from tlsplan.commands.compare import _again, command
+
+from planner_core.errors import OutputExistsError, RequirementError, StationListError
+from planner_core.plan_folder.plan_source import PlanSource
+
+
+def run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(command, [str(each) for each in arguments])
+
+
+def without(house_plan: Path, folder: Path, *names: str) -> Path:
+    lines = (house_plan / "stations.csv").read_text().splitlines()
+    path = folder / "actual.csv"
+    path.write_text("\n".join(line for line in lines if line.split(",")[0] not in names))
+    return path
+
+
+def test_unchanged_list_ends_with_0_and_says_so(house_plan: Path, source: PlanSource) -> None:
+    result = run(house_plan, "--stations", house_plan / "stations.csv", "-q", "--json")
+    assert result.exit_code == 0, result.output
+    document = json.loads(result.stdout)
+    assert document["met"]
+    assert document["counts"]["as planned"] == len(source.stations)
+    assert document["coverage"]["actual"] == document["coverage"]["planned"]
+
+
+def test_missing_stations_end_with_7_and_a_plan_of_what_to_scan_again(
+    house_plan: Path, source: PlanSource, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small_pictures.draw_small(monkeypatch)
+    names = [source.stations[0].id, source.stations[3].id]
+    actual = without(house_plan, tmp_path, *names)
+    result = run(house_plan, "--stations", actual, "-o", tmp_path / "again")
+    assert result.exit_code == 7, result.output
+    assert "missing       2" in result.stdout
+    assert "NOT MET" in result.stdout
+    assert "all that was asked is met again" in result.stdout
+    again = json.loads((tmp_path / "again" / "plan.json").read_text())
+    scanned = {row["id"] for row in again["stations"] if row["fixed"]}
+    assert scanned == {each.id for each in source.stations} - set(names)
+    assert all(result["met"] for result in again["requirements"]["results"])
+    lines = [line for line in result.stdout.partition("SCAN AGAIN")[2].splitlines()[1:] if line[:2] == "  "]
+    told, purposes = lines[0::2], lines[1::2]
+    assert [line.split()[0] for line in told] == [row["id"] for row in again["stations"] if not row["fixed"]]
+    assert all(" adds " in line and " m2 on floor F" in line for line in purposes)
+    assert "enough" not in result.stdout  # all of them are for what was lost
+
+
+@pytest.mark.slow
+def test_without_looking_for_further_stations_there_are_none(
+    house_plan: Path, source: PlanSource, tmp_path: Path
+) -> None:
+    actual = without(house_plan, tmp_path, source.stations[0].id, source.stations[3].id)
+    result = run(house_plan, "--stations", actual, "--no-scan-again", "--json")
+    assert result.exit_code == 7
+    assert json.loads(result.stdout)["scan_again"] is None
+
+
+@pytest.mark.slow
+def test_stations_that_nothing_joins_are_told_part_by_part(
+    house_plan: Path, source: PlanSource, tmp_path: Path
+) -> None:
+    apart = [source.stations_of(floor.id)[0].id for floor in source.floors if source.stations_of(floor.id)]
+    listed = {source.stations[1].id, *apart}
+    actual = without(house_plan, tmp_path, *({each.id for each in source.stations} - listed))
+    words = run(house_plan, "--stations", actual, "--no-scan-again").stdout
+    _, _, told = words.partition("not joined")
+    lines = [line.split() for line in told.splitlines()[1:] if line.startswith("  part ")]
+    assert len(lines) > 1
+    assert [line[:2] for line in lines] == [["part", str(number)] for number in range(1, len(lines) + 1)]
+    assert f" {len(lines)} parts as scanned" in words
+    assert sorted(name.strip(",") for line in lines for name in line[2:]) == sorted(listed)
+
+
+@pytest.mark.slow
+def test_one_floor_alone_is_compared_by_its_name(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:
+    lower, upper = source.floors
+    above = [each.id for each in source.stations_of(upper.id)]
+    asked = (house_plan, "--stations", without(house_plan, tmp_path, *above), "--no-scan-again")
+    result = run(*asked, "--floor", lower.name.upper())
+    assert result.exit_code == 0, result.output
+    assert f"list          {len(source.stations_of(lower.id))} stations" in result.stdout
+    assert f"not compared  {len(above)} of other floors, which are taken as planned" in result.stdout
+    assert "missing       0" in result.stdout
+    assert run(*asked).exit_code == 7
+    result = run(*asked, "--floor", "Attic")
+    assert isinstance(result.exception, RequirementError)
+    assert f"got 'Attic', expected one of {lower.id} ({lower.name})" in str(result.exception)
+
+
+def test_bad_input_is_refused_before_anything_is_loaded(house_plan: Path, tmp_path: Path) -> None:
+    (tmp_path / "far.csv").write_text("id,x,y,z\nA,500000,0,1\n")
+    result = run(house_plan, "--stations", tmp_path / "far.csv")
+    assert isinstance(result.exception, StationListError)
+    (tmp_path / "taken").mkdir()
+    (tmp_path / "taken" / "mine.txt").write_text("mine")
+    result = run(house_plan, "--stations", house_plan / "stations.csv", "-o", tmp_path / "taken")
+    assert isinstance(result.exception, OutputExistsError)
+
+
+def test_a_list_of_ground_points_is_refused_unless_it_is_told(
+    house_plan: Path, source: PlanSource, tmp_path: Path
+) -> None:
+    rows = [f"{each.id},{','.join(f'{v:.4f}' for v in each.site_ground_m)}" for each in source.stations]
+    (tmp_path / "ground.csv").write_text("\n".join(rows))
+    asked = (house_plan, "--stations", tmp_path / "ground.csv", "--columns", "PENZ", "--no-scan-again", "--json")
+    result = run(*asked)
+    assert isinstance(result.exception, StationListError)
+    assert "give --heights ground" in str(result.exception)
+    result = run(*asked, "--heights", "ground")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["counts"]["as planned"] == len(source.stations)
+
+
+def test_swapped_columns_are_the_first_warning(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:
+    rows = [f"{each.id},{','.join(f'{v:.4f}' for v in each.position_m)}" for each in source.stations]
+    (tmp_path / "swapped.csv").write_text("\n".join(rows))
+    result = run(house_plan, "--stations", tmp_path / "swapped.csv", "--columns", "PNEZ", "--no-scan-again", "-q")
+    warnings = [line for line in result.stderr.splitlines() if line.startswith("warning:")]
+    assert warnings[0].startswith("warning: x and y of the list may be swapped")
+
+
+def rescan_document(*, network_met: bool, lost: bool) -> dict[str, Any]:
+    """Of a plan in two parts, one of which lost coverage; a second station to scan again joins them."""
+    stations = [
+        {"id": name, "floor": "F0", "position": [1.0, 2.0, 3.0], "instrument_height_m": 1.5, "is_planned": False,
+         "for_what_was_lost": name == "S8", "adds": adds, "joins": joins}
+        for name, adds, joins in (
+            ("S8", [{"floor": "F0", "area_m2": 21.04}, {"floor": "F1", "area_m2": 0.01}], []),
+            ("S9", [], [["S1", "S2"], ["S3"]]),
+        )
+    ]  # fmt: skip
+    requirement = {"name": "overall", "met": not lost, "planned_is_met": True, "asked_is_met": not lost}
+    return {
+        "met": not lost,
+        "requirements": [requirement],
+        "network": {
+            "planned_parts": 2, "actual_parts": 2, "met": True, "planned_is_met": False, "asked_is_met": False,
+        },
+        "scan_again": {
+            "met": True, "fewest_is_proven": True, "coverage": 0.96, "network_parts": 1 if network_met else 2,
+            "stations": stations,
+            "network": {"met": True, "asked_is_met": network_met},
+            "requirements": [{"name": "overall", "met": True, "asked_is_met": True}],
+        } if lost else None,
+    }  # fmt: skip
+
+
+def test_every_station_to_scan_again_tells_what_it_is_for(source: PlanSource) -> None:
+    lines = _again(rescan_document(network_met=True, lost=True), source)
+    assert lines[2].strip() == "adds 21.0 m2 on floor F0 to the scans"
+    assert lines[4].strip() == "joins S1 and 1 more with S3"
+    assert lines[5].split(maxsplit=1)[1] == "S8 does for what was lost; S9 is for what the plan did not meet either"
+    assert lines[6].endswith("1 part: all that was asked is met")
+
+
+def test_what_is_still_not_met_is_told_and_not_that_all_is(source: PlanSource) -> None:
+    *_, last = _again(rescan_document(network_met=False, lost=True), source)
+    assert last.endswith("what was lost is back; NOT met, as in the plan: the network (2 parts)")
+    lines = _again(rescan_document(network_met=False, lost=False), source)
+    assert lines[0] == "Nothing that the plan met is lost: nothing need be scanned again."
+    assert lines[1] == "NOT met, as in the plan: the network (2 parts)."
+    document = rescan_document(network_met=False, lost=True)
+    document["scan_again"].update(met=False, requirements=[{"name": "overall", "met": False, "asked_is_met": False}])
+    assert _again(document, source)[-1].endswith("even so, NOT met: coverage overall")
+    document["scan_again"] = None
+    assert _again(document, source) == ["What was asked is NOT met: coverage overall."]
+
+
+def test_exchanged_names_cost_nothing_and_lose_no_links(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:
+    ids = [each.id for each in source.stations]
+    rows = [
+        f"{name},{','.join(f'{v:.4f}' for v in each.position_m)}"
+        for name, each in zip([*ids[3:], *ids[:3]], source.stations, strict=True)
+    ]
+    (tmp_path / "shuffled.csv").write_text("\n".join(["id,x,y,z", *rows]))
+    result = run(house_plan, "--stations", tmp_path / "shuffled.csv", "--no-scan-again")
+    assert result.exit_code == 0, result.output
+    warnings = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
+    assert [line for line in warnings if f"all {len(ids)} planned places are occupied, only names differ" in line]
+    assert not [line for line in warnings if "from its planned place" in line]
+    assert f"as planned    {len(ids)}\n  listed under other names: {ids[0]} as {ids[3]}, " in result.stdout
+    assert "moved         0" in result.stdout
+    assert "links lost" not in result.stdout
+    assert "costs" not in result.stdout
+
+
+@pytest.mark.slow
+def test_a_shift_of_a_site_list_is_told_in_site_axes(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:
+    shift = (5.0, 3.0, 0.0)
+    rows = [f"{each.id},{','.join(f'{v:.4f}' for v in each.site_m + shift)}" for each in source.stations]
+    (tmp_path / "shifted.csv").write_text("\n".join(rows))
+    result = run(house_plan, "--stations", tmp_path / "shifted.csv", "--columns", "PENZ", "--no-scan-again")
+    warnings = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
+    assert "all stations are off alike, by E +5.00, N +3.00, H +0.00 m: check the list's origin" in warnings[0]
+    assert not [line for line in warnings if "from its planned place" in line]
+
+
+@pytest.mark.parametrize("option", ["--coordinates", "--heights", "--match"])
+def test_words_that_no_option_has_are_refused(house_plan: Path, option: str) -> None:
+    assert run(house_plan, "--stations", "x.csv", option, "nonsense").exit_code == 2

@@ -1,0 +1,191 @@
+"""Levels against values worked out by hand, and against plain loops over all sights."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner_core.coverage.levels import (
+    Sights,
+    best_levels,
+    joint_spacing_m,
+    level_of_coverage,
+    patches_meeting,
+    sights_of_returns,
+    sights_of_views,
+    times_meeting,
+    with_noise,
+)
+from planner_core.engine.opencl import OpenCLEngine
+from planner_core.engine.patch_mode import PatchMode
+from planner_core.errors import RequirementError
+from planner_core.model import Asked, BeamTemplate
+from planner_core.scanner.catalogue import load_scanner
+from planner_core.scene.patches import make_patches, patch_triangles
+
+
+def three_rows() -> Sights:
+    """Patch 0: near but askew, and far but straight. 1: from the second position only. 2: unseen. 3: far."""
+    return Sights(
+        starts=np.array([0, 2, 4, 4]),
+        patch=np.array([0, 3, 0, 1], dtype=np.int32),
+        n_patches=4,
+        spacing_m=np.array([0.010, 0.050, 0.040, 0.030]),
+        range_m=np.array([2.0, 30.0, 9.0, 5.0]),
+        incidence_rad=np.array([1.2, 0.3, 0.1, 0.5]),
+    )
+
+
+def test_best_figures_are_the_least_of_any_position() -> None:
+    best = best_levels(three_rows())
+    assert best.spacing_m.tolist() == [0.010, 0.030, np.inf, 0.050]
+    assert best.range_m.tolist() == [2.0, 5.0, np.inf, 30.0]
+    assert best.incidence_rad.tolist() == [0.1, 0.5, np.inf, 0.3]
+    assert best.noise_m is None
+
+
+@pytest.mark.parametrize(
+    ("asked", "meets"),
+    [
+        (Asked(), [True, True, False, True]),
+        (Asked(range_m=5.0), [True, True, False, False]),
+        (Asked(range_m=4.999), [True, False, False, False]),
+        (Asked(incidence_rad=0.5), [True, True, False, True]),
+        (Asked(spacing_m=0.02), [True, False, False, False]),
+        # Patch 0 is near from one position and seen straight from the other, but not both from one.
+        (Asked(range_m=5.0, incidence_rad=0.5), [False, True, False, False]),
+        (Asked(range_m=9.0, incidence_rad=0.5, spacing_m=0.04), [True, True, False, False]),
+        (Asked(spacing_m=0.0), [False, False, False, False]),
+    ],
+)
+def test_patches_meet_limits_from_one_position_at_once(asked: Asked, meets: list[bool]) -> None:
+    assert patches_meeting(three_rows(), asked).tolist() == meets
+
+
+def test_positions_that_meet_are_counted() -> None:
+    assert times_meeting(three_rows(), Asked()).tolist() == [2, 1, 0, 1]
+    assert times_meeting(three_rows(), Asked(range_m=8.0)).tolist() == [1, 1, 0, 0]
+
+
+def test_coverage_is_the_area_that_meets() -> None:
+    area = np.array([1.0, 2.0, 4.0, 8.0])
+    achievable = np.array([True, True, False, True])
+    found = level_of_coverage(three_rows(), Asked(range_m=5.0), patch_area_m2=area, achievable=achievable)
+    assert (found.covered_area_m2, found.achievable_area_m2, found.total_area_m2) == (3.0, 11.0, 15.0)
+    found = level_of_coverage(three_rows(), Asked(), patch_area_m2=area, achievable=achievable)
+    assert found.fraction_of_achievable == 1.0
+
+
+def test_spacings_of_several_positions_add_up_as_densities() -> None:
+    joint = joint_spacing_m(three_rows())
+    # 10 000 and 625 points a square metre
+    assert joint[0] == pytest.approx(1 / np.sqrt(10625.0))
+    assert joint[1] == pytest.approx(0.030)
+    assert joint[2] == np.inf
+
+
+def test_noise_is_asked_for_at_the_reflectivity_that_comes_back() -> None:
+    scanner = replace(
+        load_scanner("hdl-64e"),
+        range_noise=((1.0, 0.2, 0.004), (41.0, 0.2, 0.024), (1.0, 0.8, 0.001), (41.0, 0.8, 0.011)),
+    )
+    sights = replace(three_rows(), incidence_rad=np.array([0.0, np.arccos(0.25), np.arccos(0.625), 1.5]))
+    noise = with_noise(sights, scanner, reflectivity=0.8).noise_m
+    # Range 2 m at 0.8; 30 m at 0.2; 9 m at 0.5, halfway between; grazing: below the table.
+    assert noise[0] == pytest.approx(0.00125)
+    assert noise[1] == pytest.approx(0.0185)
+    assert noise[2] == pytest.approx((0.008 + 0.003) / 2)
+    assert np.isnan(noise[3])
+    assert patches_meeting(with_noise(sights, scanner, reflectivity=0.8), Asked(noise_m=0.002)).tolist() == [
+        True,
+        False,
+        False,
+        False,
+    ]
+    assert best_levels(with_noise(sights, scanner, reflectivity=0.8)).noise_m[1] == np.inf
+
+
+def test_noise_that_nobody_worked_out_is_no_met_limit() -> None:
+    with pytest.raises(RequirementError, match="with_noise"):
+        patches_meeting(three_rows(), Asked(noise_m=0.002))
+    with pytest.raises(RequirementError, match="reflectivity"):
+        with_noise(three_rows(), load_scanner("hdl-64e"), reflectivity=0.0)
+
+
+@pytest.mark.parametrize("name", ["spacing_m", "range_m", "incidence_rad", "noise_m"])
+def test_limits_below_nothing_are_refused(name: str) -> None:
+    for limit in (-1.0, np.nan):
+        with pytest.raises(RequirementError, match=name):
+            Asked(**{name: limit})
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_figures_are_those_of_plain_loops(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n_patches = 12
+    rows = [np.flatnonzero(rng.random(n_patches) < 0.4).astype(np.int32) for _ in range(5)]
+    starts = np.cumsum([0, *(row.size for row in rows)])
+    patch = np.concatenate(rows)
+    spacing, range_m, incidence = rng.uniform(0, 1, (3, patch.size)).round(1)
+    sights = Sights(starts, patch, n_patches, spacing, range_m, incidence)
+    limits = {name: rng.choice([None, 0.2, 0.5, 0.8]) for name in ("spacing_m", "range_m", "incidence_rad")}
+    count, best = np.zeros(n_patches), np.full(n_patches, np.inf)
+    for entry in range(patch.size):
+        figures = {"spacing_m": spacing[entry], "range_m": range_m[entry], "incidence_rad": incidence[entry]}
+        count[patch[entry]] += all(limits[name] is None or figures[name] <= limits[name] for name in limits)
+        best[patch[entry]] = min(best[patch[entry]], spacing[entry])
+    assert times_meeting(sights, Asked(**limits)).tolist() == count.tolist(), (seed, limits)
+    assert best_levels(sights).spacing_m.tolist() == best.tolist(), seed
+
+
+@pytest.fixture(scope="module")
+def wall(build: SimpleNamespace, device) -> SimpleNamespace:
+    """A wall of 4 x 2 m at x = 3 and a floor below, seen by 0.25 x 0.5 degrees from the origin."""
+    vertices = np.array([[3, -2, -1], [3, 2, -1], [3, 2, 1], [3, -2, 1], [0.5, -2, -1], [0.5, 2, -1]], dtype=float)
+    scene = build.scene_of(vertices, np.array([[0, 1, 2], [0, 2, 3], [4, 5, 1], [4, 1, 0]]))
+    patches = make_patches(scene, max_area_m2=0.02)
+    template = BeamTemplate(
+        azimuth_rad=np.deg2rad(np.arange(0, 360, 0.25)),
+        elevation_rad=np.deg2rad(np.arange(80, -80.1, -0.5)),
+        range_min_m=0.0,
+        range_max_m=20.0,
+    )
+    return SimpleNamespace(scene=scene, patches=patches, engine=OpenCLEngine(scene, patches, device), template=template)
+
+
+def test_levels_of_a_wall_are_those_of_trigonometry_by_samples_and_by_beams(wall: SimpleNamespace) -> None:
+    at = np.array([[0.0, 0.0, 0.0]])
+    views = sights_of_views(PatchMode(wall.engine, wall.scene, wall.patches).see(wall.template, at))
+    returns = wall.engine.patch_returns(wall.template, at, moments=True)
+    beams = sights_of_returns(returns, wall.patches.area_m2)
+    on_wall = wall.patches.triangle_of_patch[views.patch] < 2
+    assert on_wall.sum() > 300
+    # Every patch of the wall: 3 m away along x, so that cos(incidence) = 3 / range, and rows are r step / cos apart at
+    # least, columns at most 0.25 degrees.
+    np.testing.assert_allclose(np.cos(views.incidence_rad[on_wall]), 3.0 / views.range_m[on_wall], rtol=1e-5)
+    step = np.deg2rad(0.5)
+    assert (views.spacing_m[on_wall] >= 3.0 * step * 0.999).all()
+    assert (views.spacing_m[on_wall] <= views.range_m[on_wall] ** 2 / 3.0 * step * 1.001).all()
+    np.testing.assert_array_equal(views.patch, beams.patch)
+    np.testing.assert_allclose(beams.range_m, views.range_m, rtol=0.03)
+    np.testing.assert_allclose(beams.incidence_rad, views.incidence_rad, atol=0.03)
+    # A cell of the raster on a surface is range^2 d azimuth cos(elevation) d elevation / cos(incidence) large.
+    centre = patch_triangles(wall.scene, wall.patches)[beams.patch].mean(axis=1)
+    elevation = np.arctan2(centre[:, 2], np.hypot(centre[:, 0], centre[:, 1]))
+    cell = beams.range_m**2 * step * np.deg2rad(0.25) * np.cos(elevation) / np.cos(beams.incidence_rad)
+    # By counting, a patch of n returns says it to some 1 / sqrt(n), which halves in the root.
+    many = returns.n_returns >= 30
+    assert many.sum() > 400
+    ratio = (beams.spacing_m / np.sqrt(cell))[many]
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.01)
+    assert ((ratio > 0.8) & (ratio < 1.25)).all()
+
+
+def test_returns_without_moments_are_refused(wall: SimpleNamespace) -> None:
+    returns = wall.engine.patch_returns(wall.template, np.zeros((1, 3)))
+    with pytest.raises(ValueError, match="moments=True"):
+        sights_of_returns(returns, wall.patches.area_m2)

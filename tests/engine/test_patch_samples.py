@@ -1,0 +1,102 @@
+"""Samples of patches: where they lie, what they stand for, and the groups that patches are cast in."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner_core.engine.patch_samples import (
+    GROUP_BITS,
+    N_FINE,
+    N_RIM,
+    make_groups,
+    patch_corner_weights,
+    places_of,
+    sample_pattern,
+)
+from planner_core.model import Scene
+from planner_core.scene.patches import make_patches, patch_code, patch_triangles, squared_edges
+
+
+def random_scene(shapes: SimpleNamespace, rng: np.random.Generator, n: int) -> Scene:
+    """Separate triangles from a centimetre to metres in size, some of them needles."""
+    corners = rng.normal(size=(n, 3, 3)) * 10.0 ** rng.uniform(-2, 0.5, (n, 1, 1)) + rng.normal(size=(n, 1, 3)) * 3
+    return shapes.scene_of(corners.reshape(-1, 3), np.arange(3 * n, dtype=np.int32).reshape(n, 3))
+
+
+def test_the_samples_lie_strictly_inside_their_patch_and_have_its_address(shapes: SimpleNamespace) -> None:
+    weights = sample_pattern()[:, :2]
+    assert weights.shape == (N_RIM + N_FINE, 2)
+    assert (weights > 0).all()
+    assert (weights.sum(axis=1) < 1).all()
+    rng = np.random.default_rng(1)
+    scene = random_scene(shapes, rng, 40)
+    patches = make_patches(scene, max_area_m2=0.02)
+    triangle = patches.triangle_of_patch
+    corner = patch_corner_weights(
+        squared_edges(scene.vertices_m[scene.triangles])[triangle],
+        patches.depth[triangle],
+        np.arange(patches.n_patches, dtype=np.int32) - patches.first_patch[triangle],
+    )
+    at = (
+        corner[:, None, 0]
+        + weights[:, 0, None] * (corner[:, None, 1] - corner[:, None, 0])
+        + weights[:, 1, None] * (corner[:, None, 2] - corner[:, None, 0])
+    )
+    barycentric = np.concatenate([1 - at.sum(axis=2, keepdims=True), at], axis=2).reshape(-1, 3)
+    of = np.repeat(triangle, len(weights))
+    code = patch_code(barycentric, squared_edges(scene.vertices_m[scene.triangles])[of], patches.depth[of])
+    np.testing.assert_array_equal(patches.first_patch[of] + code, np.repeat(np.arange(patches.n_patches), len(weights)))
+
+
+def test_the_samples_seen_estimate_the_share_that_a_straight_edge_leaves() -> None:
+    pattern = sample_pattern()
+    assert pattern[:, 2].sum() == pytest.approx(1.0)
+    rng = np.random.default_rng(2)
+    fine = rng.dirichlet((1, 1, 1), 20_000)[:, 1:]
+    gap = []
+    for angle, offset in zip(rng.uniform(0, 2 * np.pi, 60), rng.uniform(-0.3, 0.3, 60), strict=True):
+        cut = np.array([np.cos(angle), np.sin(angle)])
+        truth = ((fine - 1 / 3) @ cut > offset).mean()
+        gap.append(pattern[(pattern[:, :2] - 1 / 3) @ cut > offset, 2].sum() - truth)
+    assert np.abs(gap).max() < 0.15
+    assert np.abs(gap).mean() < 0.05
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 60), area=st.floats(1e-3, 10.0))
+def test_groups_hold_every_patch_once_and_bound_it(shapes: SimpleNamespace, seed: int, n: int, area: float) -> None:
+    rng = np.random.default_rng(seed)
+    scene = random_scene(shapes, rng, n)
+    patches = make_patches(scene, max_area_m2=area)
+    order = rng.permutation(n).astype(np.int32)
+    grouped = make_groups(scene, patches, order)
+    corners = patch_triangles(scene, patches)
+    found, group_of = [], np.full(patches.n_patches, -1)
+    for number, (rank, code, count) in enumerate(grouped.groups):
+        members = []
+        while len(members) < count:
+            triangle = grouped.order[rank]
+            members.append(patches.first_patch[triangle] + code)
+            code += 1
+            if code == 1 << patches.depth[triangle]:
+                rank, code = rank + 1, 0
+        assert 1 <= count <= 1 << GROUP_BITS
+        box = grouped.box[number].astype(np.float64)
+        assert (corners[members] >= box[:3] - 1e-5).all()
+        assert (corners[members] <= box[3:] + 1e-5).all()
+        found += members
+        group_of[members] = number
+    assert sorted(found) == list(range(patches.n_patches))
+    assert (group_of >= 0).all()
+    np.testing.assert_array_equal(np.sort(grouped.order), np.arange(n))
+
+
+def test_patch_places_are_those_of_the_bisection(shapes: SimpleNamespace) -> None:
+    scene = random_scene(shapes, np.random.default_rng(3), 30)
+    patches = make_patches(scene, max_area_m2=0.01)
+    places = places_of(scene, patches, np.arange(patches.n_patches, dtype=np.int32))
+    np.testing.assert_allclose(places.corners_m, patch_triangles(scene, patches), atol=3e-6)
+    np.testing.assert_allclose(places.area_m2, patches.area_m2, rtol=1e-3, atol=1e-7)

@@ -1,0 +1,146 @@
+"""The cover as readers of others find it: figures of the plan or of some floors, sheets by number, coordinates."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pypdf
+import pytest
+
+from planner_core.coordinates.request import FrameRequest
+from planner_core.export.sheets.cover_figures import cover_figures, north_words, time_words
+from planner_core.model import SiteFrame
+from planner_core.plan_folder.plan_source import PlanSource, open_plan
+
+ORIGIN_M = (691_000.0, 5_334_000.0, 512.0)
+
+
+def test_cover_tells_the_scale_of_the_grid(sheet_folder: Path, pdf_of: Callable[..., Any]) -> None:
+    frame = FrameRequest(crs="EPSG:25832", origin_m=ORIGIN_M, scale=0.9996)
+    words = " ".join(pdf_of(open_plan(sheet_folder, frame=frame)).texts[0].split())
+    assert "1 m of the building is 0.999600 m on the grid" in words
+
+
+def test_sheets_name_the_crs_on_every_page(site_sheets: Any) -> None:
+    assert all("EPSG:25832" in words for words in site_sheets.texts)
+
+
+def test_sheets_are_numbered_through(site_sheets: Any) -> None:
+    n = site_sheets.n_pages
+    for place, words in enumerate(site_sheets.texts, start=1):
+        assert f"{place} / {n}" in words
+
+
+def test_cover_lists_every_sheet(site_sheets: Any) -> None:
+    for place, words in ((1, "Cover"), (2, "Level 1, 1:50"), (3, "Stations of Level 1"), (4, "Level 2, 1:50")):
+        assert f"{place}   {words}" in site_sheets.texts[0]
+
+
+def test_picture_that_is_none_is_left_out(sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any]) -> None:
+    (tmp_path / "bare" / "report").mkdir(parents=True)
+    (tmp_path / "bare" / "plan.json").write_bytes((sheet_folder / "plan.json").read_bytes())
+    (tmp_path / "bare" / "report" / "overview.png").write_bytes(b"no picture")
+    assert "Coverage" in pdf_of(open_plan(tmp_path / "bare")).texts[0]
+
+
+@pytest.mark.parametrize(
+    ("walking_s", "told"), [(12.0, "less than 1 min"), (0.0, "0 min"), (29.9, "less"), (44.3, "1 min")]
+)
+def test_short_walks_are_no_walks_of_nothing(walking_s: float, told: str) -> None:
+    words = time_words({"scanning_s": 120.0, "set_up_s": 360.0, "walking_s": walking_s, "total_s": None})
+    assert words.startswith(f"2 min scanning, 6 min setting up, {told}")
+
+
+# ---------------------------------------------------------------------------------------------- some floors
+def test_cover_of_one_floor_says_so_and_has_its_figures(site_plan: PlanSource, pdf_of: Callable[..., Any]) -> None:
+    sheets = pdf_of(site_plan, floors=("Level 2",))
+    cover = " ".join(sheets.texts[0].split())
+    assert "Only Level 2: 1 of 2 floors" in cover
+    (floor,) = [each for each in site_plan.document["coverage"]["floors"] if each["floor"] == "F1"]
+    share, area_m2 = 100 * floor["fraction_of_achievable"], floor["achievable_area_m2"]
+    assert f"{share:.1f} % of {area_m2:.0f} m² achievable" in cover
+    whole = site_plan.document["coverage"]
+    assert f"{100 * whole['fraction_of_achievable']:.1f} % of {whole['achievable_area_m2']:.0f} m²" not in cover
+    assert "2 here; whole plan: 6" in cover
+    title = pypdf.PdfReader(sheets.path).metadata.title  # type: ignore[union-attr]
+    assert title == "Scan plan of house.obj: Level 2"
+
+
+def test_what_is_of_all_floors_says_so_where_the_sheets_are_not(
+    site_plan: PlanSource, site_sheets: Any, pdf_of: Callable[..., Any]
+) -> None:
+    figures = dict(cover_figures(site_plan, [site_plan.floors[0]]))
+    for name in ("Registration", "Walk", "Field time"):
+        assert figures[name].startswith("whole plan: "), name
+    words = "\n".join(pdf_of(site_plan, floors=("F0",)).texts)
+    for title in ("What was asked, and what is reached", "How the scans register", "How well it is seen"):
+        assert f"{title}: whole plan" in words
+    assert "whole plan" not in "\n".join(site_sheets.texts)
+
+
+def test_tables_of_one_floor_leave_out_others(site_plan: PlanSource, pdf_of: Callable[..., Any]) -> None:
+    lines = "\n".join(pdf_of(site_plan, floors=("F1",)).texts).splitlines()
+    assert "F1" in lines and "S005" in lines
+    assert not {"S001", "S002", "S003", "S004"} & set(lines)
+    place = lines.index("What stays unseen")
+    assert "F0" not in lines[place:]
+
+
+def test_several_floors_have_a_figure_each(site_plan: PlanSource) -> None:
+    figures = dict(cover_figures(site_plan, site_plan.floors))
+    floors = site_plan.document["coverage"]["floors"]
+    for name, floor in zip(("Level 1", "Level 2"), floors, strict=True):
+        assert f"{name} {100 * floor['fraction_of_achievable']:.1f} % of" in figures["Coverage"]
+
+
+def test_all_floors_by_name_are_the_whole_plan(site_plan: PlanSource, pdf_of: Callable[..., Any]) -> None:
+    cover = pdf_of(site_plan, floors=("F0", "F1")).texts[0]
+    assert "Only" not in cover and "whole plan" not in cover
+
+
+def test_page_of_one_floor_says_so(site_plan: PlanSource, html_of: Callable[..., str]) -> None:
+    assert "<b>Only Level 1: 1 of 2 floors</b>" in html_of(site_plan, floors=("F0",))
+
+
+def test_sheets_of_one_title_are_one_line_of_the_index(
+    edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
+) -> None:
+    def lengthen(document: dict[str, Any]) -> None:
+        row = document["requirements"]["results"][0]
+        document["requirements"]["results"] = [{**row, "name": f"part {n}"} for n in range(60)]
+
+    sheets = pdf_of(edited(lengthen), paper="A4")
+    pages = [place for place, words in enumerate(sheets.texts, start=1) if "house.obj · Figures" in words]
+    assert len(pages) > 1
+    assert f"{pages[0]}–{pages[-1]}   Figures" in sheets.texts[0]
+    assert f"{pages[-1] + 1}   How well it is seen" in sheets.texts[0]
+
+
+# ---------------------------------------------------------------------------------------------------- north
+@pytest.mark.parametrize(
+    ("frame", "told"),
+    [
+        (SiteFrame(), "not known; drawings lie along the scene's x and y"),
+        (SiteFrame(true_north_rad=0.0), "true north as the OBJ file says, up on the sheet; coordinates are not"),
+        (
+            SiteFrame(true_north_rad=math.radians(-30)),
+            "true north as the OBJ file says, 30.0° counter-clockwise from up",
+        ),
+        (SiteFrame(source="control points"), "arrow N on the drawings: axis N of the site's coordinates, up on the"),
+    ],
+)
+def test_cover_says_which_north_and_where_it_comes_from(scene_plan: PlanSource, frame: SiteFrame, told: str) -> None:
+    assert north_words(replace(scene_plan, frame=frame)).startswith(told)
+
+
+def test_cover_says_where_the_scene_file_puts_the_site(scene_plan: PlanSource) -> None:
+    assert "Place" not in dict(cover_figures(scene_plan))
+    placed = replace(scene_plan, frame=SiteFrame(place="49.10043 N, 8.43654 E"))
+    assert dict(cover_figures(placed))["Place"] == "49.10043 N, 8.43654 E, roughly: as the OBJ file says"
+
+
+def test_cover_says_grid_north_where_there_is_a_grid(site_sheets: Any) -> None:
+    words = " ".join(site_sheets.texts[0].split())
+    assert f"arrow N on the drawings: grid north, {math.degrees(0.35):.1f}° clockwise from up" in words

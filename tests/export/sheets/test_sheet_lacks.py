@@ -1,0 +1,92 @@
+"""Plan folders that lack something, options that make no sense; and sheets under their formats' names."""
+
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from planner_core.errors import HandoverError, RequirementError
+from planner_core.export.formats import hand_over
+from planner_core.export.options import Options
+from planner_core.export.sheets.pdf import write_pdf
+from planner_core.plan_folder.plan_source import PlanSource, open_plan
+from planner_core.progress import silent
+
+
+def test_plan_folder_without_stage_has_sheets_without_walls(
+    sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any]
+) -> None:
+    (tmp_path / "bare").mkdir()
+    (tmp_path / "bare" / "plan.json").write_bytes((sheet_folder / "plan.json").read_bytes())
+    sheets = pdf_of(open_plan(tmp_path / "bare"))
+    assert any("stage.usdc" in remark for remark in sheets.remarks)
+    assert "walls and unseen surface are not drawn" in " ".join("\n".join(sheets.texts).split())
+    assert len(sheets.spots(sheets.drawing("Level 1"))) == 4
+    assert not sheets.pages_with("Point spacing")
+
+
+@pytest.mark.parametrize("content", [b"no usd", b"#usda 1.0\n", b'#usda 1.0\ndef Xform "Plan" {}\n'])
+def test_stage_that_is_none_is_refused(
+    sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any], content: bytes
+) -> None:
+    (tmp_path / "bare" / "viewer").mkdir(parents=True)
+    for name in ("plan.json", "viewer/patches.u8"):
+        (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
+    (tmp_path / "bare" / "viewer" / "stage.usdc").write_bytes(content)
+    with pytest.raises(HandoverError, match=r"stage\.usdc: .*expected .*plan again"):
+        pdf_of(open_plan(tmp_path / "bare"))
+
+
+def test_patches_of_another_plan_are_told(sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any]) -> None:
+    (tmp_path / "bare" / "viewer").mkdir(parents=True)
+    for name in ("plan.json", "viewer/stage.usdc"):
+        (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
+    (tmp_path / "bare" / "viewer" / "patches.u8").write_bytes(b"\1\2\3")
+    sheets = pdf_of(open_plan(tmp_path / "bare"))
+    assert any("has 3 patches" in remark for remark in sheets.remarks)
+
+
+def test_layers_that_are_not_there_are_told(sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any]) -> None:
+    (tmp_path / "bare" / "viewer").mkdir(parents=True)
+    for name in ("plan.json", "viewer/patches.u8", "viewer/stage.usdc", "viewer/layers.json"):
+        (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
+    with pytest.raises(HandoverError, match=r"layers\.json: its layers can't be read \(FileNotFoundError"):
+        pdf_of(open_plan(tmp_path / "bare"))
+
+
+def test_plan_json_that_lacks_something_is_named(edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]) -> None:
+    def forget(document: dict[str, Any]) -> None:
+        del document["requirements"]["results"]
+
+    with pytest.raises(HandoverError, match=r"plan\.json: has no 'results', expected"):
+        pdf_of(edited(forget))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"paper": "A7"}, "paper: got 'A7', expected one of A4, A3"),
+        ({"floors": ("F9",)}, "floor: got 'F9', expected one of F0 (Level 1)"),
+        ({"cut_m": -1.0}, "cut: got -1 m, expected a height above the floor"),
+        ({"cut_m": math.nan}, "cut: got nan m, expected a height above the floor"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(
+    site_plan: PlanSource, pdf_of: Callable[..., Any], options: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(RequirementError, match=re.escape(message)):
+        pdf_of(site_plan, **options)
+
+
+@pytest.mark.parametrize("name", ["pdf", "html"])
+def test_sheets_are_handed_over_by_name(sheet_folder: Path, tmp_path: Path, name: str) -> None:
+    written = hand_over(name, sheet_folder, tmp_path / f"sheets.{name}", Options(paper="A4"))
+    assert written.n_files == 1 and written.n_bytes > 10_000
+
+
+def test_same_plan_gives_the_same_bytes(site_plan: PlanSource, site_sheets: Any, tmp_path: Path) -> None:
+    write_pdf(site_plan, tmp_path / "again.pdf", Options(paper="A4"), silent)
+    assert (tmp_path / "again.pdf").read_bytes() == site_sheets.path.read_bytes()

@@ -1,0 +1,257 @@
+"""Networks, bridges, articulations and bottlenecks against networkx; warnings by what they say."""
+
+from itertools import combinations, pairwise
+from math import nan
+
+import networkx as nx
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner_core.errors import RequirementError
+from planner_core.model import Link
+from planner_core.network.network_report import registration_report, registration_warnings
+
+THRESHOLD, MIN_STRENGTH = 0.3, 0.01
+
+
+def report(links, ids, floors=None, **options):
+    options = {"threshold": THRESHOLD, "min_strength": MIN_STRENGTH, **options}
+    return registration_report(links, ids, floors or ["F1"] * len(ids), **options)
+
+
+@st.composite
+def surveys(draw):
+    """Up to ten stations on two floors with links of a few overlaps, so that many are equal, and strengths."""
+    n = draw(st.integers(0, 10))
+    ids = [f"S{number:03d}" for number in range(n)]
+    floors = draw(st.lists(st.sampled_from(["F1", "F2"]), min_size=n, max_size=n))
+    pairs = list(combinations(ids, 2))
+    wanted = draw(st.sets(st.sampled_from(pairs), max_size=18)) if pairs else set()
+    overlap = st.sampled_from([0.05, 0.12, 0.29, 0.3, 0.31, 0.4, 0.5, 0.8])
+    strength = st.sampled_from([0.0, 0.009, 0.01, 0.02, 0.3, nan])
+    return [Link(a, b, draw(overlap), draw(strength)) for a, b in sorted(wanted)], ids, floors
+
+
+def good(links):
+    return [link for link in links if link.overlap >= THRESHOLD and not link.strength < MIN_STRENGTH]
+
+
+def graph_of(ids, links):
+    graph = nx.Graph()
+    graph.add_nodes_from(ids)
+    graph.add_edges_from((link.a, link.b, {"weight": link.overlap}) for link in links)
+    return graph
+
+
+def pairs_of(links):
+    return {frozenset((link.a, link.b)) for link in links}
+
+
+@given(survey=surveys())
+@settings(max_examples=150, deadline=None)
+def test_networks_and_what_they_hang_on_are_networkx_s(survey):
+    links, ids, floors = survey
+    found = report(links, ids, floors)
+    graph = graph_of(ids, good(links))
+    parts = {frozenset(part) for part in nx.connected_components(graph)}
+    assert {frozenset(network.stations) for network in found.networks} == parts
+    assert found.connected == (len(parts) <= 1)
+    sizes = [len(network.stations) for network in found.networks]
+    assert sizes == sorted(sizes, reverse=True)
+    for network in found.networks:
+        part = graph.subgraph(network.stations)
+        assert list(network.stations) == [one for one in ids if one in part]
+        assert network.n_links == part.number_of_edges()
+        assert pairs_of(network.bridges) == {frozenset(edge) for edge in nx.bridges(part)}
+        assert set(network.articulations) == set(nx.articulation_points(part))
+        assert set(network.floors) == {floors[ids.index(one)] for one in network.stations}
+        if len(part) > 2:
+            assert network.two_connected == nx.is_biconnected(part)
+        assert network.survives_a_link == (len(part) < 3 or not list(nx.bridges(part)))
+    assert {one for network in found.networks for one in network.articulations} == set(found.articulations)
+    assert pairs_of(found.bridges) == {frozenset(edge) for edge in nx.bridges(graph)}
+
+
+@given(survey=surveys())
+@settings(max_examples=100, deadline=None)
+def test_bottleneck_is_the_least_overlap_that_joins_the_network(survey):
+    links, ids, floors = survey
+    for network in report(links, ids, floors).networks:
+        part = graph_of(ids, good(links)).subgraph(network.stations)
+        if len(part) == 1:
+            assert network.bottleneck is None
+            continue
+        tree = nx.maximum_spanning_tree(part)
+        assert network.bottleneck.overlap == min(weight for _, _, weight in tree.edges.data("weight"))
+        # Without any link that overlaps as little, it falls apart.
+        better = [link for link in good(links) if link.overlap > network.bottleneck.overlap]
+        assert not nx.is_connected(graph_of(ids, better).subgraph(network.stations))
+
+
+@given(survey=surveys())
+@settings(max_examples=100, deadline=None)
+def test_floors_have_networks_of_their_own_and_links_that_join_them(survey):
+    links, ids, floors = survey
+    found = report(links, ids, floors)
+    assert [floor.floor for floor in found.floors] == list(dict.fromkeys(floors))
+    on = dict(zip(ids, floors, strict=True))
+    for floor in found.floors:
+        inside = graph_of(ids, good(links)).subgraph([one for one in ids if on[one] == floor.floor])
+        assert {frozenset(group) for group in floor.networks} == set(map(frozenset, nx.connected_components(inside)))
+    assert list(found.floor_joins) == [link for link in good(links) if on[link.a] != on[link.b]]
+
+
+@given(survey=surveys())
+@settings(max_examples=100, deadline=None)
+def test_gaps_are_the_best_links_between_networks_that_do_not_count(survey):
+    links, ids, floors = survey
+    found = report(links, ids, floors)
+    of = {one: number for number, network in enumerate(found.networks) for one in network.stations}
+    best = {}
+    for link in links:
+        pair = tuple(sorted((of[link.a], of[link.b])))
+        if pair[0] != pair[1]:
+            best[pair] = max(link.overlap, best.get(pair, 0.0))
+    assert {gap.networks: gap.best.overlap for gap in found.gaps} == best
+    for gap in found.gaps:
+        assert {of[gap.best.a], of[gap.best.b]} == set(gap.networks)
+        assert not found.counts(gap.best)
+
+
+@given(survey=surveys(), seed=st.randoms(use_true_random=False))
+@settings(max_examples=100, deadline=None)
+def test_order_of_stations_and_links_changes_no_finding(survey, seed):
+    links, ids, floors = survey
+    order = list(range(len(ids)))
+    seed.shuffle(order)
+    shuffled = [Link(x.b, x.a, x.overlap, x.strength) if seed.random() < 0.5 else x for x in links]
+    seed.shuffle(shuffled)
+
+    def findings(found):
+        return {
+            frozenset(network.stations): (
+                pairs_of(network.bridges),
+                frozenset(network.articulations),
+                pairs_of([network.bottleneck] if network.bottleneck else []),
+            )
+            for network in found.networks
+        }, {
+            frozenset(found.networks[number].stations for number in gap.networks)
+            and frozenset((gap.best.a, gap.best.b))
+            for gap in found.gaps
+        }
+
+    other = report(shuffled, [ids[i] for i in order], [floors[i] for i in order])
+    assert findings(other) == findings(report(links, ids, floors))
+
+
+def test_ring_survives_the_failure_of_a_link_and_a_chain_does_not():
+    ids = ["A", "B", "C", "D"]
+    chain = [Link("A", "B", 0.5, 0.1), Link("B", "C", 0.35, 0.1), Link("C", "D", 0.6, 0.1)]
+    one = report(chain, ids, loops=True)
+    assert one.connected
+    assert not one.met
+    assert one.bridges == tuple(chain)
+    assert one.articulations == ("B", "C")
+    assert one.networks[0].bottleneck == chain[1]
+    ring = report([*chain, Link("A", "D", 0.31, 0.1)], ids, loops=True)
+    assert ring.met
+    assert (ring.bridges, ring.articulations) == ((), ())
+    # The closing link is the worst, but nobody has to rely on it.
+    assert ring.networks[0].bottleneck == chain[1]
+    pair = report([Link("A", "B", 0.5, 0.1)], ["A", "B"], loops=True)
+    assert pair.met
+    assert pair.bridges
+
+
+def test_long_chains_are_walked_without_recursion():
+    ids = [f"S{number}" for number in range(3000)]
+    links = [Link(a, b, 0.5, 0.1) for a, b in pairwise(ids)]
+    assert len(report(links, ids).bridges) == 2999
+
+
+# ------------------------------------------------------------------------------------------------ warnings
+def test_network_that_is_one_gives_no_warning():
+    ids = ["A", "B", "C"]
+    links = [Link("A", "B", 0.5, 0.1), Link("B", "C", 0.3, 0.01)]
+    assert registration_warnings(report(links, ids)) == ()
+    assert registration_warnings(report([], ["A"])) == registration_warnings(report([], [])) == ()
+
+
+def test_warnings_name_what_is_apart_why_and_what_to_do():
+    ids = ["A", "B", "C", "D", "E", "F"]
+    floors = ["F1", "F1", "F1", "F2", "F1", "F1"]
+    links = [
+        Link("A", "B", 0.5, 0.1),
+        Link("A", "C", 0.2999, 0.2),
+        Link("B", "D", 0.12, 0.2),
+        Link("B", "E", 0.456, 0.0004, "slides along x"),
+    ]
+    lines = registration_warnings(report(links, ids, floors), {"F2": "Level 2"})
+    assert lines == (
+        "station C on floor 'F1' does not register with the others: the best link, A to C, overlaps 29.9 %, 30 % are "
+        "required; open the doors or add a station between them, or register with targets",
+        "station D on floor 'Level 2' does not register with the others: the best link, B to D, overlaps 12.0 %, 30 % "
+        "are required; open the doors or add a station on the stairs between their floors, or register with targets",
+        "station E on floor 'F1' does not register with the others: the best link, B to E, overlaps 45.6 % but is too "
+        "weak, strength 0.0004 of 0.01: held least is the shift E–W, north being +y; move one to where both see a "
+        "surface that stops this, or register with targets",
+        "station F on floor 'F1' does not register with the others: no link reaches 5 % overlap; look for shut doors "
+        "in between, or register with targets",
+    )
+
+
+def test_two_networks_that_are_the_nearest_to_each_other_share_a_line():
+    ids = ["A", "B", "C", "D", "E"]
+    links = [Link("A", "B", 0.5, 0.1), Link("C", "D", 0.5, 0.1), Link("B", "C", 0.1, 0.1), Link("D", "E", 0.264, 0.1)]
+    lines = registration_warnings(report(links, ids))
+    assert lines == (
+        "stations C, D on floor 'F1'; station E on floor 'F1' register neither with one another nor with the others: "
+        "the best link, D to E, overlaps 26.4 %, 30 % are required; open the doors or add a station between them, or "
+        "register with targets",
+    )
+
+
+def test_many_networks_apart_are_counted():
+    ids = [f"S{number}" for number in range(20)]
+    links = [Link("S0", "S1", 0.5, 0.1), *(Link("S0", one, 0.2, 0.1) for one in ids[2:])]
+    lines = registration_warnings(report(links, ids))
+    assert len(lines) == 7
+    assert lines[-1].startswith("12 more networks, of 12 stations,")
+    assert all("\n" not in line for line in lines)
+
+
+def test_networks_that_see_nothing_of_others_share_a_line():
+    ids = ["A", "B", "C", "D", "E"]
+    (line,) = registration_warnings(report([Link("A", "B", 0.5, 0.1), Link("C", "D", 0.5, 0.1)], ids))
+    assert line == (
+        "stations C, D on floor 'F1'; station E on floor 'F1' do not register with the others: no link reaches 5 % "
+        "overlap; look for shut doors in between, or register with targets"
+    )
+    (line,) = registration_warnings(report([], [f"S{number}" for number in range(20)]))
+    assert "S6 on floor 'F1' and 13 more do not register" in line
+
+
+def test_loops_that_are_asked_and_missing_are_named():
+    ids = ["A", "B", "C"]
+    links = [Link("A", "B", 0.5, 0.1), Link("B", "C", 0.5, 0.1)]
+    (line,) = registration_warnings(report(links, ids, loops=True))
+    assert "stations A, B, C hangs on single links" in line
+    assert "A to B, B to C" in line
+    assert registration_warnings(report([*links, Link("A", "C", 0.4, 0.1)], ids, loops=True)) == ()
+
+
+@pytest.mark.parametrize(
+    ("links", "ids", "floors", "word"),
+    [
+        ([Link("A", "X", 0.5, 0.1)], ["A", "B"], ["F1", "F1"], "'X'"),
+        ([Link("A", "A", 0.5, 0.1)], ["A", "B"], ["F1", "F1"], "links"),
+        ([Link("A", "B", 0.5, 0.1), Link("B", "A", 0.4, 0.1)], ["A", "B"], ["F1", "F1"], "links"),
+        ([], ["A", "A"], ["F1", "F1"], "stations"),
+        ([], ["A", "B"], ["F1"], "stations"),
+    ],
+)
+def test_lists_that_do_not_fit_are_refused(links, ids, floors, word):
+    with pytest.raises(RequirementError, match=word):
+        report(links, ids, floors)

@@ -1,0 +1,115 @@
+"""What an agent finds is its own affair: not its company's, not the batches', not the bounds' other side."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner_core.paper.search import SearchSettings, search
+
+BOUNDS = np.array([[-1.0, -1.0, 0.5], [1.0, 1.0, 2.0]])
+METHODS = pytest.mark.parametrize("method", ["ls", "sa", "ts"])
+OPTIONS = SearchSettings(initial_temperature=30.0, max_without_improvement=4, max_iterations=30)
+
+
+def starts_of(seed: int, n: int) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(BOUNDS[0], BOUNDS[1], (n, 3))
+
+
+class InPieces:
+    """A fitness that judges positions a few at a time, in another order."""
+
+    def __init__(self, fitness, size: int) -> None:
+        self.fitness, self.size = fitness, size
+
+    def evaluate(self, positions_m):
+        order = np.random.default_rng(len(positions_m)).permutation(len(positions_m))
+        parts = [self.fitness.evaluate(positions_m[order[k : k + self.size]]) for k in range(0, order.size, self.size)]
+        back = np.argsort(order)
+        return tuple(np.concatenate([part[k] for part in parts])[back] for k in range(3))
+
+
+@METHODS
+@settings(max_examples=8, deadline=None)
+@given(seed=st.integers(0, 2**20), n=st.integers(1, 6), more=st.integers(1, 4), memoised=st.booleans())
+def test_more_agents_change_nothing_for_those_before(method, seed, n, more, memoised, make_rugged) -> None:
+    options = replace(OPTIONS, seed=seed, memoised=memoised)
+    starts = starts_of(seed, n + more)
+    few = search(method, starts[:n], make_rugged((0, 0, 1)), options, bounds_m=BOUNDS)
+    many = search(method, starts, make_rugged((0, 0, 1)), options, bounds_m=BOUNDS)
+    n_rows = few.history.f2.shape[0]
+    np.testing.assert_array_equal(few.history.position_m, many.history.position_m[:n_rows, :n])
+    np.testing.assert_array_equal(few.history.n_iterations, many.history.n_iterations[:n])
+    np.testing.assert_array_equal(few.position_m, many.position_m[:n])
+    np.testing.assert_array_equal(few.f2, many.f2[:n])
+
+
+@METHODS
+def test_batches_change_nothing(method, make_rugged) -> None:
+    starts = starts_of(7, 9)
+    whole = search(method, starts, make_rugged((0, 0, 1)), OPTIONS, bounds_m=BOUNDS)
+    pieces = search(method, starts, InPieces(make_rugged((0, 0, 1)), 3), OPTIONS, bounds_m=BOUNDS)
+    np.testing.assert_array_equal(whole.history.position_m, pieces.history.position_m)
+    np.testing.assert_array_equal(whole.f1, pieces.f1)
+    assert (whole.n_evaluations, whole.n_hits) == (pieces.n_evaluations, pieces.n_hits)
+
+
+@pytest.mark.parametrize("method", ["sa", "ts"])
+def test_the_seed_decides(method, make_rugged) -> None:
+    ways = [
+        search(method, starts_of(7, 9), make_rugged((0, 0, 1)), replace(OPTIONS, seed=seed), bounds_m=BOUNDS).history
+        for seed in (1, 1, 2)
+    ]
+    np.testing.assert_array_equal(ways[0].position_m, ways[1].position_m)
+    assert (ways[0].position_m != ways[2].position_m).any()
+
+
+@METHODS
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 2**20), neighbourhood=st.sampled_from(["cube", "sphere"]), memoised=st.booleans())
+def test_agents_stand_at_valid_positions_inside_the_bounds_only(
+    method, seed, neighbourhood, memoised, make_rugged
+) -> None:
+    options = replace(OPTIONS, seed=seed, neighbourhood=neighbourhood, memoised=memoised)
+    terrain = make_rugged((1.5, 0, 1))  # outside
+    history = search(method, starts_of(seed, 8), terrain, options, bounds_m=BOUNDS).history
+    asked = np.concatenate(terrain.asked)
+    assert (asked >= BOUNDS[0] - 2e-6).all() and (asked <= BOUNDS[1] + 2e-6).all()  # rounding of sums of steps
+    stood = history.position_m.reshape(-1, 3)
+    inside = ((stood >= BOUNDS[0] - 1e-6) & (stood <= BOUNDS[1] + 1e-6)).all(axis=1)
+    valid, f1, f2 = terrain.evaluate(stood)
+    valid &= inside
+    np.testing.assert_array_equal(history.f2.ravel(), np.where(valid, f2, np.inf))
+    np.testing.assert_array_equal(history.f1.ravel(), np.where(valid, f1, 0))
+    # Once valid, always valid: only a start may not be.
+    assert (np.isfinite(history.f2[1:]) | ~np.isfinite(history.f2[:-1])).all()
+
+
+@METHODS
+def test_the_result_is_the_best_of_each_agents_way(method, make_rugged) -> None:
+    found = search(method, starts_of(3, 20), make_rugged((0, 0, 1)), OPTIONS, bounds_m=BOUNDS)
+    history = found.history
+    for agent in range(20):
+        order = np.lexsort((np.arange(len(history.f2)), -history.f1[:, agent], history.f2[:, agent]))
+        best = order[0]
+        assert (found.f2[agent], found.f1[agent]) == (history.f2[best, agent], history.f1[best, agent])
+        np.testing.assert_array_equal(found.position_m[agent], history.position_m[best, agent])
+    assert found.f2.mean() <= history.f2[0].mean()
+
+
+@METHODS
+def test_progress_is_told_and_what_it_raises_ends_the_search(method, make_rugged) -> None:
+    events = []
+    search(method, starts_of(3, 4), make_rugged((0, 0, 1)), OPTIONS, bounds_m=BOUNDS, progress=events.append)
+    assert [event.stage for event in events] == ["search"] * len(events)
+    assert [event.done for event in events] == sorted(event.done for event in events)
+    assert (events[0].done, events[-1].done, events[-1].total) == (0, 30, 30)
+
+    def stop(event):
+        if event.done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        search(method, starts_of(3, 4), make_rugged((0, 0, 1)), OPTIONS, bounds_m=BOUNDS, progress=stop)

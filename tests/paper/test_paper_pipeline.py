@@ -1,0 +1,150 @@
+"""The method paper's pipeline end to end on small rooms: searches that improve, selections that meet what is asked."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse.csgraph import connected_components
+
+import scenes_synthetic
+from planner_core.coverage.survey import make_survey
+from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.errors import RequirementError
+from planner_core.model import PlanSettings, Requirements, Survey
+from planner_core.paper.overlap_repair import station_overlaps
+from planner_core.paper.pipeline import find_pool, paper_settings
+from planner_core.paper.point_distribution import PointDistribution
+from planner_core.planning.plan import make_plan, plan_survey
+from planner_core.positions.ground_surface import GroundSurface
+from planner_core.scanner.catalogue import load_scanner
+
+SETTINGS = PlanSettings(
+    scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),
+    requirements=Requirements(coverage=0.9),
+    method="paper",
+    method_options=(("spatial.max_iterations", "6"), ("spatial.step_m", "0.2")),
+    grid_step_m=1.0,
+    instrument_heights_m=(1.0, 1.5),
+    max_patch_area_m2=0.1,
+)
+
+
+def opened(scene: str, settings: PlanSettings = SETTINGS) -> tuple[Survey, ScanEngine]:
+    survey = make_survey(scenes_synthetic.build(scene).scene, settings)
+    return survey, open_engine(survey.scene, survey.patches)
+
+
+@pytest.mark.parametrize(
+    "search", ["ts", pytest.param("ls", marks=pytest.mark.slow), pytest.param("sa", marks=pytest.mark.slow)]
+)
+def test_plan_by_the_papers_pipeline_meets_the_requirement(search: str) -> None:
+    settings = replace(SETTINGS, method_options=(*SETTINGS.method_options, ("search", search)))
+    survey, engine = opened("two-rooms", settings)
+    plan = plan_survey(survey, settings, engine)
+    assert plan.coverage.meets(0.9)
+    assert all(coverage.meets(0.9) for coverage in plan.coverage_by_floor)
+    assert plan.lower_bound <= len(plan.stations) < 20
+    again = plan_survey(survey, settings, engine)
+    assert [s.position_m.tolist() for s in again.stations] == [s.position_m.tolist() for s in plan.stations]
+
+
+def test_repair_brings_every_circle_to_the_required_overlap() -> None:
+    base = replace(SETTINGS, requirements=Requirements(coverage=0.8, overlap=0.6))
+    fast = (("search", "none"), ("overlap_radius_m", "2"))
+    survey, engine = opened("corridor-comb", base)
+    found = {
+        word: plan_survey(survey, replace(base, method_options=(*fast, ("repair", word))), engine)
+        for word in ("no", "yes")
+    }
+    before, after = found["no"].stations, found["yes"].stations
+    kept = {tuple(station.position_m) for station in before}
+    assert kept < {tuple(station.position_m) for station in after}
+    position_m = np.array([station.position_m for station in after])
+    assert station_overlaps(position_m, radius_m=2.0).min() >= 0.6
+    near = np.linalg.norm(position_m[:, None, :2] - position_m[None, :, :2], axis=2) < 4.0
+    assert connected_components(near)[0] == 1
+
+
+def test_improved_positions_are_better_than_their_starts_and_admissible() -> None:
+    survey, engine = opened("l-room")
+    none = replace(SETTINGS, method_options=(("search", "none"),))
+    starts = find_pool(survey, none, paper_settings(none), engine, floors=(0,))
+    only = replace(SETTINGS, method_options=(*SETTINGS.method_options, ("pool", "improved"), ("search", "ls")))
+    improved = find_pool(survey, only, paper_settings(only), engine, floors=(0,))
+    judge = PointDistribution(survey.scene, survey.patches, engine)
+    before = judge.of(survey.template, starts.position_m).f2_m2
+    after = judge.of(survey.template, improved.position_m).f2_m2
+    assert after.min() <= before.min()
+    assert after.mean() < before.mean()
+    ground_m = GroundSurface(survey, survey.floors[0]).below(improved.position_m)
+    np.testing.assert_allclose(improved.position_m[:, 2] - ground_m, improved.instrument_height_m)
+    assert ((improved.instrument_height_m > 0.9) & (improved.instrument_height_m < 1.6)).all()
+    both = replace(SETTINGS, method_options=(*SETTINGS.method_options, ("search", "ls")))
+    pool = find_pool(survey, both, paper_settings(both), engine, floors=(0,))
+    rows = {tuple(row) for row in pool.position_m}
+    assert len(rows) == len(pool.position_m)
+    assert rows == {tuple(row) for row in np.concatenate([starts.position_m, improved.position_m])}
+
+
+def test_random_starts_follow_the_seed() -> None:
+    survey, engine = opened("box")
+
+    def drawn(seed: int) -> list[list[float]]:
+        options = (("starts", "random"), ("n_random", "9"), ("search", "none"))
+        settings = replace(SETTINGS, seed=seed, method_options=options)
+        return find_pool(survey, settings, paper_settings(settings), engine, floors=(0,)).position_m.tolist()
+
+    assert len(drawn(1)) == 9
+    assert drawn(1) == drawn(1) != drawn(2)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ((("search", "pso"),), "search: got 'pso', expected one of ls, sa, ts, none"),
+        ((("n_random", "0"),), "n_random: got 0, expected at least 1"),
+        ((("pool", "all"),), "pool: got 'all', expected one of both, improved"),
+        ((("genetic.population", "1"),), "genetic population: got 1"),
+        ((("spatial.step_m", "-1"),), "step_m: got -1"),
+    ],
+)
+def test_options_of_the_pipeline_are_checked_before_any_work(
+    options: tuple[tuple[str, str], ...], message: str
+) -> None:
+    with pytest.raises(RequirementError, match=message):
+        paper_settings(replace(SETTINGS, method_options=options))
+
+
+def test_a_search_with_very_many_beams_is_refused_before_it_takes_days() -> None:
+    settings = replace(SETTINGS, scanner=load_scanner("rtc360"))
+    survey, engine = opened("box", settings)
+    with pytest.raises(RequirementError, match="expected at most 4000000 for a spatial search"):
+        find_pool(survey, settings, paper_settings(settings), engine, floors=(0,))
+
+
+def test_greedy_has_no_options() -> None:
+    settings = replace(SETTINGS, method="greedy")
+    with pytest.raises(RequirementError, match=r"option spatial\.max_iterations: got it with method greedy"):
+        make_plan(scenes_synthetic.build("box").scene, settings)
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("genetic.objective", "eq9"), ("genetic.max_iterations", "0"), ("genetic.patience", "30")]
+)
+def test_a_plan_that_misses_its_coverage_says_so_and_no_other_does(option: str, value: str) -> None:
+    options = (("search", "none"), ("repair", "no"), ("genetic.population", "8"), ("genetic.n_parents", "8"))
+    settings = replace(SETTINGS, method_options=(*options, ("genetic.expected_active", "1"), (option, value)))
+    survey, engine = opened("corridor-comb", settings)
+    plan = plan_survey(survey, settings, engine)
+    met = plan.coverage.meets(0.9) and all(coverage.meets(0.9) for coverage in plan.coverage_by_floor)
+    told = [line for line in plan.warnings if line.startswith("genetic selection: ended with")]
+    assert met == (value == "30")
+    assert len(told) == (0 if met else 1)
+
+
+def test_repair_says_that_it_leaves_out_an_overlap_of_the_whole_circle() -> None:
+    settings = replace(SETTINGS, requirements=Requirements(coverage=0.5, overlap=1.0))
+    settings = replace(settings, method_options=(("search", "none"), ("genetic.max_iterations", "5")))
+    survey, engine = opened("box", settings)
+    plan = plan_survey(survey, settings, engine)
+    assert any(line.startswith("overlap repair: left out") for line in plan.warnings)

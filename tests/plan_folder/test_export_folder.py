@@ -1,0 +1,250 @@
+"""The plan folder as a whole: complete, the same every time, whole or not at all."""
+
+import dataclasses
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.errors import OutputExistsError, PlanFolderError
+from planner_core.model import Plan
+from planner_core.plan_folder import atomic
+from planner_core.plan_folder.folder import check_output, write_plan_folder
+from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.plan_folder.stations_csv import read_station_list
+from planner_core.progress import ProgressEvent
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def without_clouds(plan: Plan) -> Plan:
+    """A plan that is written in no time."""
+    nowhere = np.full_like(plan.survey.floor_of_triangle, -1)
+    survey = dataclasses.replace(plan.survey, floors=(), floor_of_triangle=nowhere)
+    return dataclasses.replace(plan, survey=survey, stations=(), links=(), coverage_by_floor=(), coverage_curve=())
+
+
+def test_plan_folder_holds_the_files_of_the_contract_and_no_others(plan_folder: Path) -> None:
+    names = ["S001", "S002", "S003"]
+    expected = {
+        "plan.json", "plan.usda", "review.usda", "stations.csv",
+        "stage/building.usdc", "stage/heatmaps.usdc", "stage/results.usdc", "stage/stations.usda",
+        "viewer/patches.u8", "viewer/stage.usdc",
+        "report/map_F0.png", "report/map_F1.png", "report/overview.png", "report/coverage_curve.png",
+        "report/links_F0.png", "report/links_F1.png",
+        "report/picture_F0.png", "report/picture_F1.png", "report/unseen.csv", "report/index.html",
+        *(f"stage/clouds/{name}.usdc" for name in names), *(f"viewer/clouds/{name}.u16" for name in names),
+        "viewer/layers.json", *(f"viewer/layers/{name}.u16" for name in ("range", "incidence", "spacing")),
+        *(f"viewer/seen/{name}.bits" for name in names),
+        *(f"scans/{name}.{suffix}" for name in names for suffix in ("exr", "png")),
+    }  # fmt: skip
+    assert set(contents(plan_folder)) == expected
+
+
+def test_plan_folder_written_twice_has_the_same_bytes(
+    plan: Plan, engine: ScanEngine, plan_folder: Path, tmp_path: Path
+) -> None:
+    write_plan_folder(plan, tmp_path / "again", engine=engine)
+    first, second = contents(plan_folder), contents(tmp_path / "again")
+    assert [name for name in first if first[name] != second[name]] == []
+
+
+@pytest.mark.usefixtures("thumbnails")
+def test_progress_counts_every_file_up_to_the_total(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
+    events: list[ProgressEvent] = []
+    write_plan_folder(plan, tmp_path / "plan", engine=engine, progress=events.append)
+    assert {event.stage for event in events} == {"export"}
+    assert [event.done for event in events] == sorted(event.done for event in events)
+    assert events[-1].done == events[-1].total == len(contents(tmp_path / "plan"))
+
+
+def test_plan_without_stations_and_floors_is_written(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
+    write_plan_folder(without_clouds(plan), tmp_path / "plan", engine=engine)
+    assert read_plan_json(tmp_path / "plan")["stations"] == []
+
+
+def test_existing_folder_is_refused_with_the_remedy(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
+    folder = tmp_path / "plan"
+    folder.mkdir()
+    (folder / "mine.txt").write_text("mine")
+    with pytest.raises(OutputExistsError, match="--overwrite"):
+        write_plan_folder(plan, folder, engine=engine)
+    with pytest.raises(OutputExistsError, match="no plan"):
+        write_plan_folder(plan, folder, engine=engine, overwrite=True)
+    assert contents(folder) == {"mine.txt": b"mine"}
+
+
+def test_file_and_link_in_the_way_are_refused(plan_folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    (tmp_path / "link").symlink_to(plan_folder)
+    for name in ("file", "link"):
+        with pytest.raises(OutputExistsError):
+            check_output(tmp_path / name, overwrite=True)
+
+
+def test_empty_folder_may_be_written(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
+    (tmp_path / "plan").mkdir()
+    write_plan_folder(without_clouds(plan), tmp_path / "plan", engine=engine)
+    assert (tmp_path / "plan" / "plan.json").is_file()
+
+
+@pytest.mark.parametrize("can_exchange", [True, False])
+def test_overwriting_replaces_the_plan_and_leaves_nothing_beside(
+    plan: Plan, engine: ScanEngine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, can_exchange: bool
+) -> None:
+    small = without_clouds(plan)
+    write_plan_folder(small, tmp_path / "plan", engine=engine)
+    if not can_exchange:
+        monkeypatch.setattr(atomic, "exchange", lambda one, other: False)
+    changed = dataclasses.replace(small, settings=dataclasses.replace(plan.settings, seed=7))
+    write_plan_folder(changed, tmp_path / "plan", engine=engine, overwrite=True)
+    assert read_plan_json(tmp_path / "plan")["seed"] == 7
+    assert [path.name for path in tmp_path.iterdir()] == ["plan"]
+
+
+def test_overwriting_reviewers_changes_is_refused(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
+    write_plan_folder(without_clouds(plan), tmp_path / "plan", engine=engine)
+    check_output(tmp_path / "plan", overwrite=True)
+    review = tmp_path / "plan" / "review.usda"
+    review.write_text(review.read_text() + 'over "Plan" {}\n')
+    with pytest.raises(OutputExistsError, match=r"review\.usda"):
+        check_output(tmp_path / "plan", overwrite=True)
+
+
+def test_exception_while_writing_leaves_the_old_plan_and_nothing_beside(
+    plan: Plan, engine: ScanEngine, tmp_path: Path
+) -> None:
+    small = without_clouds(plan)
+    write_plan_folder(small, tmp_path / "plan", engine=engine)
+    before = contents(tmp_path / "plan")
+
+    def stop(event: ProgressEvent) -> None:
+        if event.note == "plan.json":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_plan_folder(small, tmp_path / "plan", engine=engine, overwrite=True, progress=stop)
+    assert contents(tmp_path / "plan") == before
+    assert [path.name for path in tmp_path.iterdir()] == ["plan"]
+
+
+def test_failed_second_rename_puts_the_old_plan_back(
+    plan: Plan, engine: ScanEngine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small = without_clouds(plan)
+    write_plan_folder(small, tmp_path / "plan", engine=engine)
+    before = contents(tmp_path / "plan")
+    rename = Path.rename
+
+    def failing(self: Path, target: Path) -> Path:
+        if ".partial-" in self.name and not target.exists():
+            raise OSError(28, "No space left on device")
+        return rename(self, target)
+
+    monkeypatch.setattr(atomic, "exchange", lambda one, other: False)
+    monkeypatch.setattr(Path, "rename", failing)
+    with pytest.raises(PlanFolderError, match="No space left"):
+        write_plan_folder(small, tmp_path / "plan", engine=engine, overwrite=True)
+    assert contents(tmp_path / "plan") == before
+    assert [path.name for path in tmp_path.iterdir()] == ["plan"]
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from planner_core.plan_folder import atomic
+
+moment, folder = sys.argv[1], Path(sys.argv[2])
+def die(*_, **__): os.kill(os.getpid(), signal.SIGKILL)
+def dying_after(function):
+    def call(*arguments, **options):
+        function(*arguments, **options)
+        die()
+    return call
+
+if moment == "after exchange":
+    atomic._confirm = die
+elif moment == "between renames":
+    atomic.exchange = lambda one, other: False
+    Path.rename = dying_after(Path.rename)
+elif moment == "before exchange":
+    atomic._install = die
+with atomic.staged_folder(folder, replace=True) as staging:
+    (staging / "plan.json").write_text("new")
+    if moment == "while writing":
+        die()
+"""
+
+
+@pytest.mark.parametrize(
+    ("moment", "expected"),
+    [("while writing", "old"), ("before exchange", "old"), ("after exchange", "new"), ("between renames", "old")],
+)
+def test_killed_run_leaves_the_old_folder_or_the_new_one(tmp_path: Path, moment: str, expected: str) -> None:
+    folder = tmp_path / "plan"
+    folder.mkdir()
+    (folder / "plan.json").write_text("old")
+    done = subprocess.run([sys.executable, "-c", KILLED, moment, str(folder)], check=False)
+    assert done.returncode == -signal.SIGKILL
+    atomic.recover(folder)
+    assert (folder / "plan.json").read_text() == expected
+    assert [path.name for path in tmp_path.iterdir()] == ["plan"]
+
+
+def test_staging_folder_of_a_running_writer_is_left_alone(tmp_path: Path) -> None:
+    with atomic.staged_folder(tmp_path / "plan", replace=False) as staging:
+        (staging / "file").write_text("x")
+        atomic.recover(tmp_path / "plan")
+        assert (staging / "file").exists()
+        (tmp_path / ".plan.lock-abcdefgh").touch()
+        (tmp_path / ".plan.partial-abcdefgh").mkdir()
+        atomic.recover(tmp_path / "plan")
+        assert [path.name for path in tmp_path.iterdir() if path.name.endswith("-abcdefgh")] == []
+
+
+def test_folder_that_appears_meanwhile_is_not_replaced(tmp_path: Path) -> None:
+    def write() -> None:
+        with atomic.staged_folder(tmp_path / "plan", replace=False) as staging:
+            (staging / "file").write_text("mine")
+            (tmp_path / "plan").mkdir()
+            (tmp_path / "plan" / "file").write_text("theirs")
+
+    with pytest.raises(OutputExistsError, match="appeared"):
+        write()
+    assert (tmp_path / "plan" / "file").read_text() == "theirs"
+
+
+@pytest.mark.usefixtures("thumbnails")
+def test_moved_plan_folder_still_reads(plan: Plan, engine: ScanEngine, tmp_path: Path) -> None:
+    write_plan_folder(plan, tmp_path / "plan", engine=engine)
+    (tmp_path / "plan").rename(tmp_path / "moved")
+    assert len(read_station_list(tmp_path / "moved")) == 3
+
+
+def test_importing_the_writer_loads_no_graphics() -> None:
+    look = "print([m for m in sys.modules if m.startswith(('vtk', 'pyvista'))])"
+    code = f"import sys, planner_core.plan_folder.folder; {look}"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.usefixtures("thumbnails")
+def test_station_of_odd_id_unknown_height_and_no_floor_is_written(
+    plan: Plan, engine: ScanEngine, tmp_path: Path
+) -> None:
+    """What a crew's own list may hold: `evaluate` writes a folder of it too."""
+    odd = dataclasses.replace(plan.stations[0], id="Punkt 1/a", floor="", instrument_height_m=float("nan"))
+    write_plan_folder(dataclasses.replace(plan, stations=(odd,), links=()), tmp_path / "plan", engine=engine)
+    (row,) = read_plan_json(tmp_path / "plan")["stations"]
+    assert (row["id"], row["instrument_height_m"]) == ("Punkt 1/a", None)
+    for name in ("plan.json", "stations.csv"):
+        (station,) = read_station_list(tmp_path / "plan" / name)
+        assert (station.id, station.instrument_height_m, station.floor) == ("Punkt 1/a", None, None)
+        np.testing.assert_allclose(station.position_m, plan.survey.scene.offset_m + odd.position_m)
+    assert (tmp_path / "plan" / "viewer" / "clouds" / "Punkt_1_a_0.u16").is_file()

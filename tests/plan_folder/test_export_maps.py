@@ -1,0 +1,196 @@
+"""Maps and report: what the pictures show, against points in the building whose surface is known."""
+
+import dataclasses
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as Oiio
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import Plan
+from planner_core.plan_folder import palette
+from planner_core.plan_folder.maps import view_rgb
+from planner_core.plan_folder.report import report_page, unseen_csv
+from planner_core.plan_folder.section_view import (
+    SectionView,
+    camera_at,
+    camera_from_above,
+    cut_height_m,
+    inside_solid,
+    section_lines,
+    solid_cells,
+    view_section,
+)
+from planner_core.plan_folder.sheet import nice_length_m, spread_apart
+
+WINDOW_M = np.array([[-0.5, -0.5], [8.5, 4.5]])
+
+
+@pytest.fixture(scope="module")
+def view(plan: Plan, engine: ScanEngine) -> SectionView:
+    return view_section(plan.survey, engine, camera_from_above(), ground_m=0.0, cut_m=1.2, window_m=WINDOW_M, width=180)
+
+
+def pixel(view: SectionView, x_m: float, y_m: float) -> tuple[int, int]:
+    return int((view.window_m[1, 1] - y_m) / view.pixel_m), int((x_m - view.window_m[0, 0]) / view.pixel_m)
+
+
+def element_at(plan: Plan, view: SectionView, x_m: float, y_m: float) -> str:
+    return plan.survey.scene.elements[plan.survey.scene.element_of_triangle[view.triangle[pixel(view, x_m, y_m)]]].name
+
+
+def test_map_shows_the_ground_in_rooms_and_nothing_outside(plan: Plan, view: SectionView) -> None:
+    assert view.triangle.shape == (100, 180)
+    assert element_at(plan, view, 2.0, 2.0) == element_at(plan, view, 4.0, 2.0) == "Slab: ground (0)"
+    assert view.triangle[pixel(view, -0.4, 2.0)] == -1
+    assert view.depth_m[pixel(view, 2.0, 2.0)] == pytest.approx(1.2, abs=1e-5)
+
+
+def test_cut_walls_are_solid_and_doorway_and_rooms_are_not(plan: Plan, view: SectionView) -> None:
+    solid = inside_solid(plan.survey, view, plan.survey.floors[0].ground_triangles)
+    for spot in ((4.0, 0.7), (4.0, 3.3), (4.0, -0.1), (-0.1, 2.0), (8.1, 2.0)):
+        assert solid[pixel(view, *spot)], spot
+    for spot in ((4.0, 2.0), (2.0, 2.0), (6.0, 3.0), (-0.4, 2.0)):
+        assert not solid[pixel(view, *spot)], spot
+
+
+def test_solid_area_is_the_area_of_the_walls_section(plan: Plan, view: SectionView) -> None:
+    solid = inside_solid(plan.survey, view, plan.survey.floors[0].ground_triangles)
+    expected_m2 = 2 * 8 * 0.2 + 2 * 4 * 0.2 + 2 * 1.5 * 0.2
+    # Every edge of the section may be off by half a pixel.
+    slack_m2 = 0.5 * view.pixel_m * (4 * 8.2 + 4 * 4.2 + 4 * 1.7)
+    assert solid.sum() * view.pixel_m**2 == pytest.approx(expected_m2, abs=slack_m2)
+
+
+@pytest.mark.parametrize(
+    ("index", "all_is_ground", "least", "most"),
+    [(0, False, 2000, 3000), (0, True, 1, 500), (1, False, 2000, 3000), (1, True, 2000, 3000)],
+)
+def test_cells_of_cut_walls_are_the_solid_pixels_of_the_view_from_above(
+    plan: Plan, engine: ScanEngine, index: int, all_is_ground: bool, least: int, most: int
+) -> None:
+    floor = plan.survey.floors[index]
+    if all_is_ground:  # walls whose own bottom is seen are rooms then
+        floor = dataclasses.replace(floor, ground_triangles=np.arange(plan.survey.scene.n_triangles, dtype=np.int32))
+    cut_m = cut_height_m(plan, floor)
+    view = view_section(plan.survey, engine, camera_from_above(), ground_m=floor.elevation_m, cut_m=cut_m,
+                        window_m=WINDOW_M, width=180)  # fmt: skip
+    expected = inside_solid(plan.survey, view, floor.ground_triangles)
+    cells, cell_m = solid_cells(plan.survey, engine, floor=floor, cut_m=cut_m, window_m=WINDOW_M, width=180)
+    assert cell_m == view.pixel_m
+    assert least < expected.sum() < most
+    np.testing.assert_array_equal(cells, expected)
+
+
+def test_nothing_is_cut_above_the_roof(plan: Plan, engine: ScanEngine) -> None:
+    floor = plan.survey.floors[0]
+    cells, _ = solid_cells(plan.survey, engine, floor=floor, cut_m=9.0, window_m=WINDOW_M, width=180)
+    assert not cells.any()
+
+
+def test_section_lines_have_the_length_of_the_walls_outlines(plan: Plan) -> None:
+    lines = section_lines(plan.survey, 1.2)
+    assert (np.abs(lines[:, :, 2] - 1.2) < 1e-12).all()
+    outside = 2 * (8 + 0.2) * 2 + 2 * (4 + 0.2) * 2 + 2 * (1.5 + 0.2) * 2
+    assert np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1).sum() == pytest.approx(outside)
+
+
+def test_pixels_have_the_colour_of_their_patch(plan: Plan, view: SectionView) -> None:
+    rgb = view_rgb(plan, plan.survey.floors[0], view)
+    rows, columns = np.nonzero(np.isin(view.triangle, plan.survey.floors[0].ground_triangles))
+    solid = inside_solid(plan.survey, view, plan.survey.floors[0].ground_triangles)
+    inner = ~solid[rows, columns] & (view.depth_m[rows, columns] > 1.19)
+    patch = view.patch[rows, columns][inner]
+    expected = palette.PATCH_COLOURS_SRGB[palette.patch_colour_index(plan.times_seen[patch], plan.achievable[patch])]
+    shown = rgb[rows, columns][inner]
+    assert np.isclose(shown, expected, atol=1e-6).all(axis=1).mean() > 0.95  # the rest are edges, drawn darker
+
+
+def test_upper_floor_is_cut_above_its_own_ground(plan: Plan) -> None:
+    assert [cut_height_m(plan, floor) for floor in plan.survey.floors] == pytest.approx([1.2, 4.0])
+
+
+@given(azimuth=st.floats(-4, 4), elevation=st.floats(0.2, 1.5))
+def test_camera_shows_a_point_where_it_projects_to(azimuth: float, elevation: float) -> None:
+    camera = camera_at(azimuth_rad=azimuth, elevation_rad=elevation)
+    np.testing.assert_allclose(
+        np.stack([camera.right, camera.up, camera.forward]) @ camera.right, [1, 0, 0], atol=1e-12
+    )
+    np.testing.assert_allclose(np.cross(camera.right, camera.up), -camera.forward, atol=1e-12)
+    points = np.array([[1.0, 2.0, 3.0], [-4.0, 0.5, 3.0]])
+    seen = camera.project(points)
+    np.testing.assert_allclose(camera.on_plane(seen[:, 0], seen[:, 1], 3.0), points, atol=1e-9)
+
+
+@settings(deadline=None, max_examples=40)
+@given(spots=st.lists(st.tuples(st.floats(0, 10), st.floats(0, 10)), min_size=1, max_size=12))
+def test_markers_do_not_overlap(spots: list[tuple[float, float]]) -> None:
+    discs = spread_apart(np.array(spots), 0.5)
+    gaps = np.linalg.norm(discs[:, None] - discs[None], axis=2)[~np.eye(len(spots), dtype=np.bool_)]
+    assert gaps.min(initial=np.inf) >= 0.45
+
+
+def test_markers_far_apart_stay_where_they_are() -> None:
+    spots = np.array([[0.0, 0.0], [3.0, 0.0]])
+    np.testing.assert_array_equal(spread_apart(spots, 1.0), spots)
+
+
+@given(longest=st.floats(1e-3, 1e4))
+def test_scale_bar_is_a_round_length_that_fits(longest: float) -> None:
+    length = nice_length_m(longest)
+    assert longest / 2.5 * (1 - 1e-6) <= length <= longest * (1 + 1e-6)
+    assert f"{length:e}"[0] in "125"
+
+
+@pytest.mark.parametrize(
+    "name", ["map_F0.png", "map_F1.png", "links_F0.png", "picture_F0.png", "overview.png", "coverage_curve.png"]
+)
+def test_report_pictures_are_wide_and_not_blank(plan_folder: Path, name: str) -> None:
+    picture = Oiio.ImageBuf(str(plan_folder / "report" / name))
+    pixels = picture.get_pixels(Oiio.UINT8)[:, :, :3]
+    assert pixels.shape[1] == 1600
+    assert 300 < pixels.shape[0] < 2000
+    assert (pixels.min(axis=2) < 200).mean() > 0.003
+    assert picture.spec().getattribute("Software") is None
+
+
+class Page(HTMLParser):
+    """Tags that were opened and not closed, and what the page wants to load."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.loads: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.loads += [value or "" for key, value in attrs if key in ("src", "href")]
+        if tag not in ("meta", "img"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def test_report_page_is_closed_and_loads_only_what_lies_beside_it(plan: Plan, plan_folder: Path) -> None:
+    page = Page((plan_folder / "report" / "index.html").read_text())
+    assert page.open == []
+    assert len(page.loads) == 8
+    assert [name for name in page.loads if not (plan_folder / "report" / name).is_file()] == []
+
+
+def test_report_page_escapes_what_the_source_says(plan: Plan) -> None:
+    text = report_page(plan)
+    assert "Obergeschoß" in text
+    assert "units were guessed" in text
+    assert "Nothing&#x27;s name" in text
+
+
+def test_unseen_list_names_the_element_in_its_source(plan: Plan) -> None:
+    lines = unseen_csv(plan).splitlines()
+    assert lines[1] == "3,Wand süd,IfcWall,id-3,F0,1.250,40.000"
+    assert len(lines) == 3

@@ -1,0 +1,169 @@
+"""Coverage pictures: what stands where in them, and what happens where nothing can draw them."""
+
+import dataclasses
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.errors import MissingPackageError
+from planner_core.model import FloatArray, Link, Plan
+from planner_core.plan_folder import offscreen, palette, pictures
+from planner_core.plan_folder.folder import write_plan_folder
+from planner_core.progress import ProgressEvent
+
+DRAW = """
+import pyvista
+from planner_core.plan_folder.offscreen import offscreen_plotter
+with offscreen_plotter(64, 48) as plotter:
+    plotter.add_mesh(pyvista.Sphere(), color="red")
+    print(plotter.screenshot(return_img=True).shape)
+"""
+
+
+@pytest.fixture
+def fresh_choice() -> Iterator[None]:
+    """Forget which window opened before, and what the test finds out."""
+    offscreen.window_class.cache_clear()
+    yield
+    offscreen.window_class.cache_clear()
+
+
+@pytest.fixture(scope="module")
+def ground_floor(plan: Plan, engine: ScanEngine) -> tuple[FloatArray, pictures.Eye]:
+    return pictures.render_floor(plan, plan.survey.floors[0], engine=engine)
+
+
+def colour_at(drawn: tuple[FloatArray, pictures.Eye], point_m: tuple[float, float, float]) -> FloatArray:
+    rgb, eye = drawn
+    height, width = rgb.shape[:2]
+    ((x, y),) = 0.5 * (eye.project(np.array([point_m])) + 1) * np.array([width, height])
+    return rgb[int(height - y), int(x)]
+
+
+@given(
+    size=st.tuples(st.floats(1, 60), st.floats(1, 60), st.floats(0.5, 5)),
+    azimuth=st.floats(-4, 4),
+    elevation=st.floats(0.3, 1.4),
+)
+def test_eye_fills_the_picture_with_a_box(size: tuple[float, float, float], azimuth: float, elevation: float) -> None:
+    corners = np.array([[x, y, z] for x in (0.0, size[0]) for y in (0, size[1]) for z in (0, size[2])])
+    corners += np.array([500.0, -40, 7])
+    seen = pictures.eye_on(corners, azimuth_rad=azimuth, elevation_rad=elevation).project(corners)
+    np.testing.assert_allclose([seen.min(axis=0), seen.max(axis=0)], [[-1, -1], [1, 1]], atol=1e-6)
+
+
+def test_a_ball_is_drawn_where_the_eye_projects_its_middle() -> None:
+    corners = np.array([[x, y, z] for x in (0.0, 8.0) for y in (0.0, 5.0) for z in (0.0, 2.0)])
+    eye = pictures.eye_on(corners, azimuth_rad=1.1, elevation_rad=0.8)
+    width, height = 600, 2 * round(300 * eye.half_height_tan / eye.half_width_tan)
+    ball_m = np.array([6.5, 1.0, 1.5])
+    with offscreen.offscreen_plotter(width, height) as plotter:
+        plotter.add_mesh(pyvista.Sphere(radius=0.1, center=ball_m), color="red", lighting=False)
+        rgb = pictures.shoot(plotter, eye)
+    row, column = np.nonzero(rgb[:, :, 1] < 0.5)
+    expected = 0.5 * (eye.project(ball_m[None])[0] + 1) * np.array(rgb.shape[1::-1])
+    np.testing.assert_allclose([column.mean() + 0.5, rgb.shape[0] - row.mean() - 0.5], expected, atol=1.0)
+
+
+def test_pixels_are_means_of_what_is_drawn_finer(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = np.random.default_rng(3).integers(0, 256, (40, 60, 3), dtype=np.uint8)
+    for times in (1, 2, 3, 4):
+        monkeypatch.setattr(pictures, "OVERSAMPLING", times)
+        part = drawn[: 40 // times * times, : 60 // times * times]
+        mean = part.reshape(len(part) // times, times, -1, times, 3).mean(axis=(1, 3)) / 255
+        shown = pictures.averaged(part)
+        assert np.abs(shown - mean).max() <= 0.5 / pictures.N_LEVELS + 1e-12
+        np.testing.assert_allclose(shown * pictures.N_LEVELS, np.rint(shown * pictures.N_LEVELS), atol=1e-9)
+
+
+def test_picture_shows_walls_cut_dark_and_ground_in_the_colour_of_its_patch(
+    plan: Plan, ground_floor: tuple[FloatArray, pictures.Eye]
+) -> None:
+    cut_m = pictures.picture_cut_m(plan, plan.survey.floors[0])
+    step = 0.5 / pictures.N_LEVELS + 1 / 255
+    for wall in ((4.0, 0.7, cut_m), (4.0, 3.3, cut_m), (-0.1, 2.0, cut_m), (5.0, 4.1, cut_m)):
+        np.testing.assert_allclose(colour_at(ground_floor, wall), palette.WALL, atol=step)
+    middle_of_doorway = colour_at(ground_floor, (4.0, 2.1, 0.0))
+    seen = palette.PATCH_COLOURS_SRGB[1:]
+    assert np.abs(middle_of_doorway - seen).max(axis=1).min() < 0.12  # occlusion darkens a little
+    np.testing.assert_allclose(colour_at(ground_floor, (-0.55, -0.55, 1.5)), [1, 1, 1], atol=step)
+
+
+def test_stations_and_strong_links_are_drawn_and_weak_ones_are_not(
+    plan: Plan, ground_floor: tuple[FloatArray, pictures.Eye]
+) -> None:
+    step = 0.5 / pictures.N_LEVELS + 1 / 255
+    first, second, upstairs = plan.stations
+    np.testing.assert_allclose(colour_at(ground_floor, tuple(first.position_m)), palette.STATION, atol=step)
+    ends = pictures.strong_links(plan, [first, second])
+    np.testing.assert_array_equal(ends, [[first.position_m, second.position_m]])
+    weak = dataclasses.replace(plan, links=(Link(first.id, second.id, 0.29, 1.0),))
+    assert pictures.strong_links(weak, [first, second]).shape == (0, 2, 3)
+    assert pictures.strong_links(plan, [upstairs]).shape == (0, 2, 3)
+
+
+def test_every_patch_is_a_cell_and_level_ground_has_the_palettes_colour(plan: Plan) -> None:
+    floor = plan.survey.floors[0]
+    everything = np.ones(plan.survey.scene.n_triangles, dtype=np.bool_)
+    surface = pictures.coloured_patches(plan, floor, everything)
+    assert surface.n_cells == plan.survey.patches.n_patches
+    ground = np.isin(plan.survey.patches.triangle_of_patch, floor.ground_triangles)
+    index = palette.patch_colour_index(plan.times_seen[ground], plan.achievable[ground])
+    np.testing.assert_array_equal(surface.cell_data["rgb"][ground], np.rint(255 * palette.PATCH_COLOURS_SRGB[index]))
+    areas = surface.compute_cell_sizes(length=False, volume=False)["Area"]
+    np.testing.assert_allclose(areas, plan.survey.patches.area_m2, rtol=1e-4)  # VTK keeps points as float32
+
+
+def test_nothing_of_other_floors_or_above_the_cut_is_shown(plan: Plan) -> None:
+    for floor in plan.survey.floors:
+        box = pictures.box_m(plan, floor)
+        used = pictures.triangles_in(plan.survey, box)
+        bounds = np.reshape(pictures.cut_out(pictures.coloured_patches(plan, floor, used), box).bounds, (3, 2)).T
+        np.testing.assert_array_less(box[0] - 1e-5, bounds[0])
+        np.testing.assert_array_less(bounds[1], box[1] + 1e-5)
+        assert bounds[1, 2] == pytest.approx(floor.elevation_m + pictures.CUT_HEIGHT_M, abs=1e-5)
+
+
+@pytest.mark.slow
+def test_drawing_says_nothing_on_stderr_without_a_screen(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "VTK_DEFAULT_OPENGL_WINDOW"):
+        monkeypatch.delenv(name, raising=False)
+    done = subprocess.run([sys.executable, "-c", DRAW], check=True, capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("(48, 64, 3)\n", "")
+
+
+@pytest.mark.usefixtures("fresh_choice")
+def test_no_window_is_an_error_with_the_remedy_and_not_the_end_of_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No EGL driver: VTK itself would end the process by a segmentation fault."""
+    monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere")
+    monkeypatch.setattr(offscreen, "WINDOWS", ("vtkEGLRenderWindow", "vtkNoSuchWindow"))
+    with pytest.raises(MissingPackageError, match=r"libegl1.* or libosmesa6"):
+        offscreen.window_class()
+
+
+@pytest.mark.usefixtures("thumbnails")
+def test_plan_without_a_window_is_written_and_says_that_pictures_are_left_out(
+    plan: Plan, engine: ScanEngine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none_opens() -> str:
+        raise MissingPackageError("none opens here; install <EGL>")
+
+    monkeypatch.setattr(offscreen, "window_class", none_opens)
+    events: list[ProgressEvent] = []
+    write_plan_folder(plan, tmp_path / "plan", engine=engine, progress=events.append)
+    report = tmp_path / "plan" / "report"
+    assert sorted(path.name for path in report.glob("*_F0.png")) == ["links_F0.png", "map_F0.png"]
+    page = (report / "index.html").read_text()
+    assert "coverage pictures are left out: none opens here; install &lt;EGL&gt;" in page
+    assert "picture_F" not in page
+    left_out = [event.note for event in events if "left out" in event.note]
+    assert left_out == [f"report/picture_F{i}.png is left out: none opens here; install <EGL>" for i in (0, 1)]
+    assert events[-1].done == events[-1].total

@@ -1,0 +1,134 @@
+"""Networks of whole plans, recomputed with networkx from the plan's own links."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import combinations
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from planner_core.engine.scan_engine import open_engine
+from planner_core.model import Plan, PlanSettings, Requirements
+from planner_core.planning.pool import make_pool
+from planner_core.positions.places import find_places
+from planner_core.select.greedy import select_greedy
+
+Planned = Callable[[str, PlanSettings], Plan]
+
+
+def graph_of(plan: Plan) -> "nx.Graph[str]":
+    graph: nx.Graph[str] = nx.Graph()
+    graph.add_nodes_from(station.id for station in plan.stations)
+    asked = plan.settings.requirements
+    graph.add_edges_from(
+        (link.a, link.b)
+        for link in plan.links
+        if link.overlap >= asked.overlap and not link.strength < asked.min_strength
+    )
+    return graph
+
+
+def overlap_of(one: np.ndarray, other: np.ndarray, area_m2: np.ndarray) -> float:
+    shared = area_m2[one & other].sum()
+    return float(min(shared / area_m2[one].sum(), shared / area_m2[other].sum()))
+
+
+def candidate_graph(plan: Plan) -> tuple["nx.Graph[int]", np.ndarray]:
+    """Links between all candidates, as found anew, and where the candidates are."""
+    survey = plan.survey
+    engine = open_engine(survey.scene, survey.patches)
+    at = find_places(survey, plan.settings, engine, floors=(0,)).candidates
+    none = np.zeros(0, dtype=np.int64)
+    links = make_pool(survey, plan.settings, engine, at, given=none, kept=none).links
+    assert links is not None
+    whole: nx.Graph[int] = nx.Graph()
+    whole.add_nodes_from(range(at.floor.size))
+    for one in range(at.floor.size):
+        whole.add_edges_from((one, int(k)) for k in links.neighbour[links.row(one)])
+    return whole, at.position_m
+
+
+@pytest.mark.parametrize("scene", ["l-room", "two-rooms", "corridor-comb"])
+def test_stations_are_one_network_and_the_links_are_what_scans_have_in_common(
+    scene: str, small: PlanSettings, planned: Planned, looks: Callable[..., object]
+) -> None:
+    plan = planned(scene, small)
+    assert nx.is_connected(graph_of(plan))
+    assert plan.connected
+    assert plan.registration is not None
+    assert {frozenset(network.stations) for network in plan.registration.networks} == {
+        frozenset(part) for part in nx.connected_components(graph_of(plan))
+    }
+    seen = looks(plan, np.stack([s.position_m for s in plan.stations])).seen  # type: ignore[attr-defined]
+    area_m2 = plan.survey.patches.area_m2
+    told = {frozenset((link.a, link.b)): link.overlap for link in plan.links}
+    for i, k in combinations(range(len(plan.stations)), 2):
+        found = overlap_of(seen[i], seen[k], area_m2)
+        pair = frozenset((plan.stations[i].id, plan.stations[k].id))
+        assert told.get(pair, 0.0) == pytest.approx(found, abs=0.01) if found > 0.06 else pair is not None
+
+
+def test_loops_leave_no_link_that_all_hangs_on(small: PlanSettings, planned: Planned) -> None:
+    def asking(network: str) -> PlanSettings:
+        return replace(small, requirements=Requirements(coverage=0.9, network=network))
+
+    joined, loops = (planned("corridor-comb", asking(network)) for network in ("joined", "loops"))
+    assert nx.is_connected(graph_of(loops))
+    whole, at_m = candidate_graph(loops)
+    station = {s.id: int(np.linalg.norm(at_m - s.position_m, axis=1).argmin()) for s in loops.stations}
+    unavoidable = {frozenset(pair) for pair in nx.bridges(whole)}
+    left = [(a, b) for a, b in nx.bridges(graph_of(loops)) if frozenset((station[a], station[b])) not in unavoidable]
+    assert left == []
+    # The case is one where it matters.
+    assert len(list(nx.bridges(graph_of(joined)))) > len(list(nx.bridges(graph_of(loops))))
+    assert len(loops.stations) >= len(joined.stations)
+
+
+def test_no_network_asked_for_takes_no_more_stations_and_tells_no_gaps(small: PlanSettings, planned: Planned) -> None:
+    free = planned("corridor-comb", replace(small, requirements=Requirements(coverage=0.9, network="none")))
+    joined = planned("corridor-comb", small)
+    assert len(free.stations) < len(joined.stations)
+    assert not nx.is_connected(graph_of(free))
+    assert not any("register" in line for line in free.warnings)
+
+
+@pytest.mark.parametrize("scene", ["two-rooms", "corridor-comb", "doors-open"])
+def test_joining_inside_the_choice_takes_no_more_stations_than_joining_afterwards(
+    scene: str, small: PlanSettings, planned: Planned
+) -> None:
+    plan = planned(scene, small)
+    survey = plan.survey
+    engine = open_engine(survey.scene, survey.patches)
+    at = find_places(survey, small, engine, floors=(0,)).candidates
+    none = np.zeros(0, dtype=np.int64)
+    pool = make_pool(survey, small, engine, at, given=none, kept=none)
+    assert pool.links is not None
+    whole: nx.Graph[int] = nx.Graph()
+    whole.add_nodes_from(range(at.floor.size))
+    for one in range(at.floor.size):
+        whole.add_edges_from((one, int(k)) for k in pool.links.neighbour[pool.links.row(one)])
+    chosen = set(select_greedy(pool.problem).chosen)
+    # Afterwards: the two nearest pieces of each part are joined by the shortest way, until there is one piece.
+    for part in nx.connected_components(whole):
+        pieces = [set(p) for p in nx.connected_components(whole.subgraph(chosen & part))]
+        while len(pieces) > 1:
+            way = min(
+                (nx.shortest_path(whole, a, b) for p, q in combinations(pieces, 2) for a in p for b in q), key=len
+            )
+            chosen |= set(way)
+            pieces = [set(p) for p in nx.connected_components(whole.subgraph(chosen & part))]
+    assert len(plan.stations) <= len(chosen)
+    parts = {int(pool.links.part[c]) for c in chosen}
+    # Nor does it leave more networks.
+    assert nx.number_connected_components(graph_of(plan)) <= len(parts)
+
+
+@pytest.mark.parametrize("scene", ["doors-open", "two-rooms"])
+def test_spots_that_nobody_can_be_registered_with_are_no_way_round_the_network(
+    scene: str, small: PlanSettings, planned: Planned
+) -> None:
+    # At 1.7 m this scanner sees neither floor nor ceiling from the middle of a room: nothing tells the height.
+    plan = planned(scene, replace(small, instrument_heights_m=(1.3, 1.7)))
+    assert nx.is_connected(graph_of(plan))
+    assert all(result.met for result in plan.requirements)

@@ -1,0 +1,57 @@
+"""Method `proven` in the whole flow: never more stations than greedy, a bound that says so, options checked first."""
+
+from dataclasses import replace
+
+import pytest
+
+import scenes_synthetic
+from planner_core.coverage.survey import make_survey
+from planner_core.engine.scan_engine import open_engine
+from planner_core.errors import RequirementError
+from planner_core.model import PlanSettings, Requirements
+from planner_core.plan_folder.plan_json import plan_document
+from planner_core.planning.plan import make_plan, plan_survey, selection_settings
+from planner_core.scanner.catalogue import load_scanner
+
+SETTINGS = PlanSettings(
+    scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),
+    requirements=Requirements(coverage=0.9, network="none"),
+    grid_step_m=1.0,
+    instrument_heights_m=(1.0, 1.5),
+    max_patch_area_m2=0.1,
+)
+PROVEN = replace(SETTINGS, method="proven", method_options=(("work_limit", "2"),), refine=False)
+
+
+@pytest.mark.parametrize("scene", ["two-rooms", pytest.param("corridor-comb", marks=pytest.mark.slow)])
+def test_proven_plans_need_no_more_stations_than_greedy_ones_and_say_how_few_can_do(scene: str) -> None:
+    survey = make_survey(scenes_synthetic.build(scene).scene, SETTINGS)
+    engine = open_engine(survey.scene, survey.patches)
+    greedy, proven = (plan_survey(survey, settings, engine) for settings in (SETTINGS, PROVEN))
+    assert len(proven.stations) <= len(greedy.stations)
+    assert 0 < greedy.lower_bound <= len(proven.stations)
+    assert 0 < proven.lower_bound <= len(proven.stations)
+    assert proven.coverage.meets(0.9)
+    optimality = plan_document(proven)["optimality"]
+    assert optimality["proven"] == (proven.lower_bound == len(proven.stations))
+    assert optimality["why_stopped"] == proven.why_stopped in ("proven", "work limit")
+    assert plan_document(greedy)["optimality"]["why_stopped"] == ""
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ((("work_limit", "-1"),), "work limit: got -1"),
+        ((("time_limit_s", "soon"),), "option time_limit_s: got 'soon', expected a number"),
+        ((("spatial.step_m", "1"),), "option spatial.step_m: there is none of that name"),
+    ],
+)
+def test_options_of_the_proven_method_are_checked_before_any_work(
+    options: tuple[tuple[str, str], ...], message: str
+) -> None:
+    settings = replace(PROVEN, method_options=options)
+    with pytest.raises(RequirementError) as refusal:
+        selection_settings(settings)
+    assert message in str(refusal.value)
+    with pytest.raises(RequirementError):
+        make_plan(scenes_synthetic.build("box").scene, settings)

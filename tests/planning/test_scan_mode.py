@@ -1,0 +1,110 @@
+"""The scan mode, from the setting to what is written: beams or patches, and what `auto` takes."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tlsplan import summary
+
+import scenes_synthetic
+from planner_core.coverage.survey import make_survey, visible_from
+from planner_core.engine.patch_mode import AUTO_PATCHES_BEAMS, scan_mode_of
+from planner_core.engine.scan_engine import open_engine
+from planner_core.errors import RequirementError
+from planner_core.model import PlanSettings, Requirements, Scanner, Scene
+from planner_core.plan_folder.plan_json import plan_document
+from planner_core.plan_folder.stations_csv import GivenStation
+from planner_core.planning.evaluate import evaluate_survey
+from planner_core.planning.plan import plan_survey
+from planner_core.scanner.template import make_template
+from planner_core.scene.load import load_scene
+
+SCHEMA = Path(__file__).resolve().parents[2] / "docs" / "formats" / "plan.schema.json"
+
+
+def dome(step_deg: float) -> Scanner:
+    """A scanner of every direction but a cone below."""
+    return Scanner(
+        name="dome",
+        title="Dome",
+        source="this test",
+        range_min_m=0.5,
+        range_max_m=30.0,
+        n_azimuths=round(360 / step_deg),
+        elevation_rad=tuple(np.deg2rad(np.arange(90, -60 - 1e-9, -step_deg))),
+        instrument_height_min_m=1.5,
+        instrument_height_max_m=1.5,
+    )
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    path = tmp_path_factory.mktemp("rooms") / "two-rooms.ifc"
+    scenes_synthetic.write(scenes_synthetic.build("two-rooms"), path)
+    return load_scene(path)
+
+
+def settings_of(step_deg: float, mode: str) -> PlanSettings:
+    return PlanSettings(
+        scanner=dome(step_deg), requirements=Requirements(coverage=0.9), grid_step_m=1.0, scan_mode=mode
+    )
+
+
+def test_auto_takes_patches_for_very_many_beams_alone() -> None:
+    few, many = dome(1.0), dome(0.1)
+    assert few.n_beams < AUTO_PATCHES_BEAMS < many.n_beams
+    assert scan_mode_of("auto", make_template(few)) == "beams"
+    assert scan_mode_of("auto", make_template(many)) == "patches"
+    for asked in ("beams", "patches"):
+        assert scan_mode_of(asked, make_template(few)) == scan_mode_of(asked, make_template(many)) == asked
+    # One row has no step to compute a density by.
+    fan = replace(make_template(few), azimuth_rad=np.linspace(0, 6, AUTO_PATCHES_BEAMS), elevation_rad=np.zeros(1))
+    assert scan_mode_of("auto", fan) == "beams"
+    with pytest.raises(RequirementError, match="scan_mode: got 'rays', expected one of auto, beams, patches"):
+        scan_mode_of("rays", fan)
+
+
+def test_a_survey_refuses_an_unknown_scan_mode(scene: Scene) -> None:
+    with pytest.raises(RequirementError, match="scan_mode: got 'rays'"):
+        make_survey(scene, settings_of(1.0, "rays"))
+
+
+def test_plans_by_patches_and_by_beams_agree_and_say_which_they_are(
+    scene: Scene, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = settings_of(0.2, "patches")
+    survey = make_survey(scene, settings)
+    engine = open_engine(scene, survey.patches)
+    plans = {}
+    for mode in ("patches", "beams"):
+        plans[mode] = plan_survey(survey, replace(settings, scan_mode=mode), engine)
+        document = json.loads(json.dumps(plan_document(plans[mode])))
+        assert document["settings"]["scan_mode"] == mode
+        assert mode in json.loads(SCHEMA.read_text())["properties"]["settings"]["properties"]["scan_mode"]["enum"]
+        summary.show(document)
+        said = capsys.readouterr().out
+        assert ("patches sampled instead of" in said) == (mode == "patches")
+        assert "1,351,800 beams a scan" in said
+    by_patches, by_beams = plans["patches"], plans["beams"]
+    assert abs(len(by_patches.stations) - len(by_beams.stations)) <= 1
+    assert by_patches.coverage.achievable_area_m2 == pytest.approx(by_beams.coverage.achievable_area_m2, rel=0.01)
+    assert by_patches.coverage.fraction_of_achievable >= 0.9
+
+
+def test_a_given_list_is_worth_the_same_by_patches_and_by_beams(scene: Scene) -> None:
+    settings = settings_of(0.2, "patches")
+    survey = make_survey(scene, settings)
+    engine = open_engine(scene, survey.patches)
+    middle = (survey.floors[0].bounds_m.mean(axis=0), survey.floors[0].elevation_m + 1.5)
+    given = [GivenStation("A", np.array([*middle[0], middle[1]]) + scene.offset_m, None, None)]
+    worth = {
+        mode: evaluate_survey(survey, replace(settings, scan_mode=mode), given, engine) for mode in ("patches", "beams")
+    }
+    a, b = (worth[mode].coverage for mode in ("patches", "beams"))
+    assert a.covered_area_m2 == pytest.approx(b.covered_area_m2, rel=0.02)
+    assert a.achievable_area_m2 == pytest.approx(b.achievable_area_m2, rel=0.01)
+    at = worth["patches"].stations[0].position_m[None]
+    own = visible_from(survey, settings, engine, at)
+    assert survey.patches.area_m2[own.patch].sum() == pytest.approx(worth["patches"].stations[0].covered_area_m2)

@@ -1,0 +1,25 @@
+"""Both engines admit the same spots of real buildings, whose planes lie in line with the grid and flush with floors."""
+
+import pytest
+
+from planner_core.coverage.survey import make_survey
+from planner_core.engine.scan_engine import open_engine
+from planner_core.model import PlanSettings
+from planner_core.positions.grid import find_candidates
+from planner_core.scanner.catalogue import load_scanner
+
+
+@pytest.mark.parametrize("name", ["duplex", pytest.param("fzk-haus", marks=pytest.mark.slow)])
+def test_candidates_of_a_real_building_do_not_depend_on_the_engine(name, real_scene):
+    scene = real_scene(name)
+    settings = PlanSettings(
+        scanner=load_scanner("hdl-64e"), grid_step_m=1.0, instrument_heights_m=(1.3,), max_patch_area_m2=0.1
+    )
+    survey = make_survey(scene, settings)
+    found = []
+    for engine in ("open3d", "auto"):
+        caster = open_engine(scene, survey.patches, engine=engine)
+        candidates = find_candidates(survey, settings, caster, floors=tuple(range(len(survey.floors))))
+        found.append({tuple(place) for place in candidates.position_m.round(4).tolist()})
+    assert found[0], "no candidates at all"
+    assert found[0] == found[1], sorted(found[0] ^ found[1])

@@ -1,0 +1,204 @@
+"""Walking distances: against rooms where they are known, and networkx on the same cells."""
+
+from itertools import combinations, pairwise
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from planner_core.coverage.survey import make_survey
+from planner_core.model import PlanSettings, Scene
+from planner_core.positions.free_space import free_space
+from planner_core.positions.mover import Mover, Zone
+from planner_core.positions.reach import Footing, Reach, reachability
+from planner_core.positions.walking import Walking, walking_distances, walking_path, walks_straight
+from planner_core.scanner.catalogue import load_scanner
+from scenes_synthetic import build
+
+SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0)
+
+
+def reach_of(scene: Scene, mover: Mover | None = None, *zones: Zone, cell_m: float = 0.05) -> Reach:
+    survey = make_survey(scene, SETTINGS)
+    return reachability(survey, free_space(survey, mover or Mover(), zones=zones, cell_m=cell_m))
+
+
+def some_places(reach: Reach, number: int) -> np.ndarray:
+    node = np.flatnonzero(reach.reached_node & reach.space.on_ground)
+    return reach.space.position_m(np.random.default_rng(5).choice(node, number, replace=False))
+
+
+def grid_distances(reach: Reach, places: np.ndarray) -> np.ndarray:
+    """Shortest ways from cell to neighbouring cell, by networkx."""
+    space = reach.space
+    position, stands = space.position_m(), reach.reached_node
+    node, direction = np.nonzero((space.links >= 0) & stands[:, None])
+    to = space.links[node, direction]
+    both = stands[to]
+    node, to = node[both], to[both]
+    graph = nx.Graph()
+    graph.add_weighted_edges_from(
+        zip(node.tolist(), to.tolist(), np.linalg.norm(position[node] - position[to], axis=1).tolist(), strict=True)
+    )
+    at = [int(np.argmin(((position - place) ** 2).sum(axis=1))) for place in places]
+    found = [nx.single_source_dijkstra_path_length(graph, source) for source in at]
+    return np.array([[lengths.get(target, np.inf) for target in at] for lengths in found])
+
+
+def round_a_corner_m(a: np.ndarray, b: np.ndarray, corner: np.ndarray, radius: float) -> float:
+    """Length of the taut string from a to b round a disc, which it passes on the far side: two tangents and an arc."""
+    da, db = np.linalg.norm(a - corner), np.linalg.norm(b - corner)
+    between = 2 * np.pi - np.arccos(np.dot(a - corner, b - corner) / (da * db))
+    arc = between - np.arccos(radius / da) - np.arccos(radius / db)
+    return float(np.sqrt(da**2 - radius**2) + np.sqrt(db**2 - radius**2) + radius * arc)
+
+
+def test_in_an_empty_room_distances_are_straight_lines() -> None:
+    reach = reach_of(build("convex-room").scene)
+    places = some_places(reach, 25)
+    exact = np.linalg.norm(places[:, None] - places[None], axis=2)
+    # Along the slanted walls the cells are jagged: some lines are bent by millimetres.
+    assert np.abs(walking_distances(reach, places) - exact).max() < 0.01
+    assert (walking_distances(reach, places) >= exact - 1e-9).all()
+
+
+@pytest.mark.parametrize(("a", "b"), [((1.0, 8.0), (8.0, 1.0)), ((0.5, 9.0), (6.0, 0.5)), ((2.5, 9.5), (9.5, 2.5))])
+def test_round_the_corner_of_an_l_the_walk_is_that_of_a_taut_string(a: tuple[float, ...], b: tuple[float, ...]) -> None:
+    reach = reach_of(build("l-by-range").scene)
+    ends = np.array([[*a, 0.0], [*b, 0.0]])
+    exact = round_a_corner_m(np.array(a), np.array(b), np.array([3.0, 3.0]), Mover().radius_m)
+    found = walking_distances(reach, ends)[0, 1]
+    pulled = walking_path(reach, *ends).length_m
+    cell = reach.space.grid.cell_m
+    assert exact - 2 * cell <= pulled <= found + 1e-6
+    assert found <= 1.028 * exact + 2 * cell
+    assert pulled <= 1.01 * exact + 2 * cell
+
+
+@pytest.mark.parametrize("name", ["corridor-comb", "doors-open", "stairwell"])
+def test_distances_lie_between_those_of_networkx_on_the_cells_and_their_least_possible(name: str) -> None:
+    """Ways from cell to cell are up to 8.24 % longer than straight ones, ours at most 2.8 %, on the same cells."""
+    reach = reach_of(build(name).scene, cell_m=0.1)
+    places = some_places(reach, 8)
+    oracle = grid_distances(reach, places)
+    found = walking_distances(reach, places)
+    cell = reach.space.grid.cell_m
+    assert np.isfinite(oracle).all()
+    assert (found >= oracle / 1.0824 - 2 * cell).all()
+    assert (found <= oracle * 1.028 + 2 * cell).all()
+    assert found.sum() < oracle.sum()
+
+
+def test_distances_are_a_metric() -> None:
+    reach = reach_of(build("spiral").scene)
+    found = walking_distances(reach, some_places(reach, 30))
+    assert np.array_equal(found, found.T)
+    assert (np.diag(found) == 0).all()
+    assert (found[:, None] <= found[:, :, None] + found[None] + 1e-9).all()
+
+
+def test_stairs_count_with_their_slope() -> None:
+    """The flight has 14 treads of 0.26 m and 15 risers over 2.8 m; one walks from before it to behind it, above."""
+    reach = reach_of(build("stairwell").scene)
+    foot, head = np.array([1.8, 0.3, 0.0]), np.array([1.8, 5.7, 2.8])
+    along = np.hypot(14 * 0.26, 2.8) + (5.4 - 14 * 0.26)
+    found = walking_distances(reach, np.stack([foot, head]))[0, 1]
+    path = walking_path(reach, foot, head)
+    assert abs(found - along) < 0.028 * along
+    assert abs(path.length_m - along) < 0.02 * along
+    ground = reach.space.position_m()
+    for a, b in pairwise(path.points_m):
+        for share in np.linspace(0.0, 1.0, 20):
+            at = a + share * (b - a)
+            below = ground[np.abs(ground[:, :2] - at[:2]).max(axis=1) <= 0.051]
+            assert np.abs(below[:, 2] - at[2]).min() <= 0.35
+
+
+def test_places_one_above_the_other_are_a_flight_of_stairs_apart() -> None:
+    reach = reach_of(build("stairwell").scene)
+    found = walking_distances(reach, np.array([[0.6, 1.0, 0.0], [0.6, 1.0, 2.8], [0.6, 1.0, 5.6]]))
+    assert found[0, 1] > 2 * np.hypot(2.8, 1.0)
+    assert found[0, 2] > found[0, 1] + 5.0
+
+
+def test_a_small_robot_turns_corners_along_walkable_cells_only() -> None:
+    robot = Mover(radius_m=0.08, step_m=0.03, height_m=0.4, stairs_height_m=0.4, opens_doors=False)
+    reach = reach_of(build("doors-open").scene, robot)
+    walking = Walking(reach)
+    places = some_places(reach, 12)
+    cells, footing = reach.space.cells(), Footing(reach)
+    node = footing.nodes(places)
+    for a, b in combinations(range(12), 2):
+        path = walking.path(places[a], places[b])
+        at = np.concatenate([node[[a]], footing.nodes(path.points_m[1:-1]), node[[b]]])
+        seen = walks_straight(reach.space, cells, reach.reached_node, at[:-1], at[1:])
+        # What is not straight lies within a block, which hangs together.
+        assert (cells[at[:-1]][~seen] // 4 == cells[at[1:]][~seen] // 4).all()
+
+
+def test_a_path_stays_where_there_is_room_and_is_no_longer_than_the_distance() -> None:
+    reach = reach_of(build("doors-open").scene)
+    places = some_places(reach, 8)
+    walking = Walking(reach)
+    found = walking.distances_m(places)
+    ground = reach.space.position_m()[reach.reached_node][:, :2]
+    for i in range(1, 8):
+        path = walking.path(places[0], places[i])
+        assert np.array_equal(path.points_m[[0, -1]], places[[0, i]])
+        assert np.linalg.norm(places[0] - places[i]) - 1e-9 <= path.length_m <= found[0, i] + 1e-6
+        for a, b in pairwise(path.points_m):
+            for share in np.linspace(0.0, 1.0, 30):
+                away = np.abs(ground - (a + share * (b - a))[:2]).max(axis=1).min()
+                assert away <= 1.01 * reach.space.grid.cell_m
+
+
+def test_sealed_rooms_are_infinitely_far_and_have_no_path() -> None:
+    reach = reach_of(build("closed-rooms").scene)
+    places = np.array([[1.5, 2.0, 0.0], [1.5, 3.0, 0.0], [4.5, 2.0, 0.0], [4.5, 2.0, 9.0]])
+    found = walking_distances(reach, places)
+    assert found[0, 1] == pytest.approx(1.0)
+    assert np.isinf(found[0, 2:]).all()
+    assert np.isinf(found[3]).all()
+    path = walking_path(reach, places[0], places[2])
+    assert path.points_m.shape == (0, 3)
+    assert np.isinf(path.length_m)
+
+
+def test_a_zone_kept_out_of_is_walked_round() -> None:
+    scene = build("convex-room").scene
+    square = Zone(np.array([[3.0, 2.5], [4.5, 2.5], [4.5, 4.0], [3.0, 4.0]]), 0)
+    ends = np.array([[2.0, 3.2, 0.0], [5.5, 3.2, 0.0]])
+    corner = 2.5
+    exact = 2 * np.hypot(1.0, 3.2 - corner) + 1.5
+    assert walking_distances(reach_of(scene), ends)[0, 1] == pytest.approx(3.5, abs=1e-6)
+    assert walking_path(reach_of(scene, None, square), *ends).length_m == pytest.approx(exact, abs=0.12)
+
+
+def test_a_narrow_passage_joins_what_it_joins() -> None:
+    """A body of 0.49 m radius in doorways of 1 m: the way is one cell wide."""
+    reach = reach_of(build("thin-walls").scene, Mover(radius_m=0.47))
+    found = walking_distances(reach, np.array([[1.5, 2.0, 0.0], [4.5, 2.0, 0.0], [7.5, 2.0, 0.0]]))
+    assert np.isfinite(found).all()
+    assert found[0, 2] == pytest.approx(6.0, abs=0.15)
+
+
+def test_walking_straight_agrees_with_every_cell_of_the_line() -> None:
+    reach = reach_of(build("doors-open").scene, cell_m=0.1)
+    space = reach.space
+    rng = np.random.default_rng(2)
+    node = rng.choice(np.flatnonzero(reach.reached_node), (300, 2))
+    sees = walks_straight(space, space.cells(), reach.reached_node, node[:, 0], node[:, 1])
+    assert 20 < sees.sum() < 280
+    free = set(map(tuple, space.cells()[reach.reached_node].tolist()))  # one storey: cells are nodes
+    for (a, b), seen in zip(space.cells()[node].tolist(), sees.tolist(), strict=True):
+        n = max(abs(b[0] - a[0]), abs(b[1] - a[1]), 1)
+        shares = np.arange(n + 1)[:, None] / n
+        line = np.floor(np.array(a) + shares * (np.array(b) - a) + 0.5).astype(int).tolist()
+        assert seen == all(tuple(cell) in free for cell in line)
+
+
+def test_distances_are_the_same_twice() -> None:
+    reach = reach_of(build("corridor-comb").scene)
+    places = some_places(reach, 12)
+    one, two = walking_distances(reach, places), walking_distances(reach, places)
+    assert one.tobytes() == two.tobytes()
