@@ -29,7 +29,7 @@ from ..options import (
 @click.command("plan", epilog="Example:  tlsplan plan building.ifc --coverage 95 -o plan/")
 @scene_argument
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
-              help="Plan folder to write. [default: <scene>-plan beside you]")  # fmt: skip
+              help="Plan folder to write. [default: <scene>-plan in the current directory]")  # fmt: skip
 @apply(problem_options, settled_options, method_choice, scene_options, engine_options, overwrite_option, output_options)
 def command(scene: Path, folder: Path | None, overwrite: bool, as_json: bool, quiet: bool, **values: Any) -> None:
     """Plan where to put the scanner in SCENE: the fewest stations that meet what is asked and register as one network.

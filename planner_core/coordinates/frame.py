@@ -52,7 +52,7 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
     Raises
     ------
     CoordinatesError
-        What was said of coordinates can't be used; or they are surely wrong, and not to be taken `as_told`.
+        What was said of coordinates can't be used; or they are surely wrong, and `accept_implausible` is not set.
     PlanFolderError
         `scene.georeference` of the document is not as it is written.
     """
@@ -71,7 +71,7 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
     doubts = doubts_of(named, systems.plane, points_m)
     if systems.of_file is not None and systems.plane is not None:
         doubts = (*doubts_of_renaming(systems.of_file, systems.plane, named.to_site(points_m)[:, :2]), *doubts)
-    if request is not None and not request.as_told:
+    if request is not None and not request.accept_implausible:
         _refuse_certain(doubts)
     return replace(
         named,
@@ -311,7 +311,7 @@ def _refuse_certain(doubts: Sequence[Doubt]) -> None:
     """Raise where one is certain; the others go with it, since one of them may say why."""
     if any(doubt.certain for doubt in doubts):
         told = "; ".join(doubt.text for doubt in sorted(doubts, key=lambda doubt: not doubt.certain))
-        raise CoordinatesError(f"coordinates: {told}; --as-told takes them even so")
+        raise CoordinatesError(f"coordinates: {told}; --accept-implausible takes them even so")
 
 
 def _doubts_of_fit(points: ControlPoints, fit: Fit, asked: FrameRequest, suspect: str) -> tuple[str, ...]:

@@ -33,5 +33,5 @@ class FrameRequest:
     """By latitude, longitude and true north of the scene file, in `crs`: good to metres or worse."""
     scene_coordinates: bool = False
     """Scene coordinates, whatever the scene file says."""
-    as_told: bool = False
+    accept_implausible: bool = False
     """Coordinates that are surely wrong are taken with a warning, instead of being refused."""

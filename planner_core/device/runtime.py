@@ -100,8 +100,9 @@ class _Context:
         self.built: dict[tuple[str, tuple[str, ...]], Any] = {}
 
 
-#: By device: whoever opens it again in this process need not build our kernels again, which takes as long as a small
-#: plan. A context in which anything failed is not used again: some drivers fail ever after.
+#: By device: whoever opens it again in this process need not build our kernels again. Even where the driver has them on
+#: disk, that is much of the time of a small plan. A context in which a kernel failed is not used again: some drivers
+#: fail ever after.
 _contexts: dict[Any, _Context] = {}
 
 

@@ -113,7 +113,7 @@ def _everywhere(range_m: float) -> Scanner:
     return Scanner(
         name="everywhere",
         title="Looks everywhere",
-        source="none: a scanner of the mind",
+        source="none: an ideal scanner",
         range_min_m=0.0,
         range_max_m=range_m,
         n_azimuths=2 * half_turn,

@@ -112,7 +112,7 @@ def _older(rows: dict[str, Row], state: str) -> list[str]:
 
 def _broken(rows: dict[str, Row]) -> list[str]:
     said = [f"- {key}: {each}" for key, row in rows.items() for each in row["broken"]]
-    return ["## Promises that were not kept", *said, ""] if said else []
+    return ["## Where it falls short", *said, ""] if said else []
 
 
 def _stations(rows: Sequence[Row]) -> list[str]:
@@ -167,7 +167,7 @@ def _marks(rows: Sequence[Row]) -> list[str]:
 
 def _puzzles(rows: Sequence[Row]) -> list[str]:
     return [
-        "A scanner of the mind that looks everywhere, at 1.5 m, as far as told or farther than the room is long;",
+        "An ideal scanner that looks everywhere, at 1.5 m, as far as told or farther than the room is long;",
         "99.9 % of the achievable area: what is left are slivers where walls meet. Best: what the scene's own proof",
         "says, which asks for no network: *cover* has to be equal to it. *Joined* and *refined* hang together besides.",
         "",

@@ -81,13 +81,22 @@ def test_scene_coordinates_are_said_to_be_none_of_a_crs(export: Export) -> None:
 
 
 def test_json_tells_coordinates_and_doubts(export: Export, tmp_path: Path) -> None:
-    told = export("--json", "--crs", "25832", "--origin", "5438260,458870,110", "--as-told")
+    told = export("--json", "--crs", "25832", "--origin", "5438260,458870,110", "--accept-implausible")
     document = json.loads(told.stdout)
     assert (document["format"], document["n_files"]) == ("csv", 1)
     assert document["n_bytes"] == (tmp_path / "out.csv").stat().st_size
     assert document["coordinates"].startswith("EPSG:25832")
     assert any("look swapped" in line for line in document["warnings"])
     assert any("datum of heights" in line for line in document["notes"])
+
+
+def test_the_old_name_of_an_option_is_taken_with_a_notice(export: Export) -> None:
+    swapped = ("--crs", "25832", "--origin", "5438260,458870,110")
+    old, new = export(*swapped, "--as-told"), export("--overwrite", *swapped, "--accept-implausible")
+    assert (old.exit_code, new.exit_code) == (0, 0)
+    assert "--as-told is --accept-implausible now" in old.stderr
+    assert "--as-told" not in new.stderr
+    assert "--as-told" not in export("--help").output
 
 
 def test_control_points_place_the_plan(export: Export, tmp_path: Path) -> None:
@@ -146,7 +155,7 @@ def test_names_of_no_format_are_refused(export: Export, names: str, told: str) -
         (
             ["--crs", "25832", "--origin", "5438260,458870,110"],
             CoordinatesError,
-            "look swapped; exchange them; --as-told",
+            "look swapped; exchange them; --accept-implausible",
         ),
         (["--crs", "25832", "--origin", "458870000,5438260000,110000"], CoordinatesError, "read as millimetres"),
         (["--crs", "EPSG:1"], CoordinatesError, "no coordinate reference system"),

@@ -66,11 +66,11 @@ def only(lines: tuple[str, ...], *words: str) -> str:
 
 def surely_wrong(document: dict[str, Any], asked: FrameRequest) -> tuple[str, ...]:
     """The warnings that are had where one insists; without that they are the refusal."""
-    with pytest.raises(CoordinatesError, match=r"^coordinates: .*; --as-told takes them even so$") as caught:
+    with pytest.raises(CoordinatesError, match=r"^coordinates: .*; --accept-implausible takes them even so$") as caught:
         site_frame(document, asked)
     said = str(caught.value)
     assert "\n" not in said
-    warnings = site_frame(document, replace(asked, as_told=True)).warnings
+    warnings = site_frame(document, replace(asked, accept_implausible=True)).warnings
     assert any(line in said for line in warnings)
     return warnings
 
@@ -122,7 +122,7 @@ def test_a_crs_of_another_zone_over_a_map_conversion_is_refused(crs: str) -> Non
     asked = FrameRequest(crs=crs)
     line = only(surely_wrong(plan_of(TOLD), asked), "is taken to be in", crs)
     assert "--crs names coordinates and converts none: leave it out, or say where the scene lies" in line
-    assert site_frame(plan_of(TOLD), FrameRequest(crs=crs, as_told=True)).crs == crs
+    assert site_frame(plan_of(TOLD), FrameRequest(crs=crs, accept_implausible=True)).crs == crs
 
 
 def test_six_degrees_between_two_zones_are_as_far_as_on_the_ground() -> None:

@@ -187,7 +187,7 @@ def pages_of(contents: Contents, paper: str) -> list[Page]:
     remarks = (*warnings_of(plan), *contents.remarks)
     if len(remarks) > MAX_WARNINGS:
         rows = tuple((str(place), line) for place, line in enumerate(remarks, start=1))
-        table = Table("Remarks", (Column("No.", 6, number=True), Column("To be heeded", 150)), rows)
+        table = Table("Remarks", (Column("No.", 6, number=True), Column("Warning", 150)), rows)
         pages += _table_pages(plan, "Remarks", [table], sheet)
     return [replace(page, zoom=zoom) if page.sheet is sheet else page for page in pages]
 

@@ -146,7 +146,7 @@ def _draw_warnings(ink: Ink, warnings: list[str], room: Box) -> float:
         lines.append(f"… and {len(warnings) - len(shown)} more: see the sheet of remarks")
     top = room.bottom + 3.7 * len(lines) + 10
     ink.lines([corners(Box(room.left, room.bottom, room.width, top - room.bottom))], Pen(0.45), closed=True)
-    ink.text((room.left + 3, top - 5.2), "To be heeded", 9.0, bold=True)
+    ink.text((room.left + 3, top - 5.2), "Warnings", 9.0, bold=True)
     for place, line in enumerate(lines):
         ink.text((room.left + 3, top - 10 - 3.7 * place), line, 7.6)
     return top + 5

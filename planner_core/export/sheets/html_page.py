@@ -123,7 +123,7 @@ def _heed(lines: Sequence[str]) -> str:
     if not lines:
         return ""
     items = "\n".join(f"<li>{_words(line)}</li>" for line in lines)
-    return f'<div class="heed"><b>To be heeded</b>\n<ul>\n{items}\n</ul></div>'
+    return f'<div class="heed"><b>Warnings</b>\n<ul>\n{items}\n</ul></div>'
 
 
 def _overview(contents: Contents) -> str:
