@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import runpy
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -22,6 +23,8 @@ def draw_small(patch: pytest.MonkeyPatch) -> None:
 
 
 if __name__ == "__main__":
+    # Python puts a program's folder first: numba, which looks for the package `coverage`, would find tests/coverage.
+    sys.path[:] = [entry for entry in sys.path if entry != str(Path(__file__).resolve().parent)]
     with pytest.MonkeyPatch.context() as own:
         draw_small(own)
         sys.argv = sys.argv[1:]
