@@ -48,7 +48,7 @@ COORDINATE_OPTIONS = {
     "accept_implausible": click.option("--accept-implausible", is_flag=True,
                                        help="Accept coordinates that are surely wrong, such as swapped ones, with a "
                                             "warning."),
-    "as_told": click.option("--as-told", is_flag=True, hidden=True, callback=_renamed),
+    "as_told": click.option("--as-told", is_flag=True, hidden=True, callback=_renamed, help="--accept-implausible."),
 }  # fmt: skip
 
 

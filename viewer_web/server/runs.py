@@ -80,9 +80,9 @@ class Runs:
     read_only
         Nothing is written: what became of a run whose process is gone is only told.
     tell
-        Gets the document of every run that changed while `watch` is on.
+        Gets the document of every run that changed while `watch` is on, and of one that is cancelled here.
     tell_deleted
-        Gets the name of every run that was deleted meanwhile.
+        Gets the name of every run that was deleted here, or, while `watch` is on, by others; perhaps twice.
     """
 
     def __init__(
@@ -217,6 +217,8 @@ class Runs:
                     f"{folder}: can't be removed ({error.strerror or error}); check the permissions, or remove it "
                     "yourself"
                 ) from error
+        # At once, as between two looks a run may have begun and gone: the watcher would know nothing of it.
+        self._tell_deleted(run)
 
     # ------------------------------------------------------------------------------------------ watching
     def watch(self) -> None:

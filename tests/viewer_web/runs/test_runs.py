@@ -127,6 +127,17 @@ def test_a_run_that_is_cancelled_at_once_has_no_plan_and_its_number_is_not_given
     assert runs.start(LONG).id == "R002"
 
 
+def test_deleting_is_told_though_no_look_ever_saw_the_run(own_hall: Path, until: Until) -> None:
+    """A run may begin, be cancelled and deleted between two looks of the watcher; pages know it."""
+    deleted: list[str] = []
+    runs = Runs(own_hall, tell_deleted=deleted.append)
+    runs.start(LONG)
+    runs.cancel("R001")
+    until(lambda: runs.get("R001").state != "running")
+    runs.delete("R001")
+    assert deleted == ["R001"]
+
+
 def test_a_run_that_is_cancelled_before_its_process_is_there_is_cancelled(
     runs: Runs, own_hall: Path, until: Until, monkeypatch: pytest.MonkeyPatch
 ) -> None:
