@@ -17,38 +17,32 @@ if TYPE_CHECKING:
 F = TypeVar("F")
 
 
-def _renamed(_context: click.Context, _option: click.Parameter, given: bool) -> bool:
-    if given:
-        click.echo("warning: --as-told is --accept-implausible now; the next release takes that alone", err=True)
-    return given
-
-
 #: By the name of what they tell.
 COORDINATE_OPTIONS = {
     "crs": click.option("--crs", default="", metavar="EPSG:CODE|WKT",
-                        help="The site's coordinate reference system. [default: the scene file's]"),
-    "vertical_crs": click.option("--vertical-crs", default="", metavar="EPSG:CODE|WKT", help="Vertical CRS."),
+                        help="Coordinate reference system (CRS) of the site. [default: that of the scene file]"),
+    "vertical_crs": click.option("--vertical-crs", default="", metavar="EPSG:CODE|WKT",
+                                 help="Vertical CRS of the site."),
     "origin": click.option("--origin", default=None, metavar="E,N,H",
-                           help="Where the origin of the scene lies on the site, in metres."),
+                           help="Site coordinates of the scene's origin, metres."),
     "rotation": click.option("--rotation", default=None, type=float, metavar="DEGREES",
                              help="With --origin: rotation from scene to grid, counter-clockwise. [default: 0]"),
     "scale": click.option("--scale", default=None, type=float,
                           help="With --origin: grid scale factor, in plan. [default: 1]"),
     "control_points": click.option("--control-points", type=click.Path(path_type=Path), default=None, metavar="FILE",
-                                   help="Instead: CSV of places known in both, name,x,y,z,E,N,H[,weight]."),
+                                   help="Instead of --origin: control points, CSV name,x,y,z,E,N,H[,weight]."),
     "parameters": click.option("--parameters", type=click.Choice(["4", "7"]), default=None,
                                help="Helmert transformation: 4 parameters plus height shift, or 7. [default: 4]"),
-    "fixed_scale": click.option("--fixed-scale", is_flag=True, help="Control points give no scale: it is 1."),
+    "fixed_scale": click.option("--fixed-scale", is_flag=True, help="With --control-points: scale fixed to 1."),
     "residual_limit": click.option("--residual-limit", type=click.FloatRange(min=0.0, min_open=True), default=None,
-                                   metavar="METRES", help="Warn of control points off by more. [default: 0.02]"),
+                                   metavar="METRES", help="With --control-points: residual that is warned of. "
+                                                     "[default: 0.02]"),
     "by_site_placement": click.option("--by-site-placement", is_flag=True,
-                                      help="Instead, with --crs: by the latitude and longitude of an IFC file's site."),
+                                      help="Instead of --origin, with --crs: latitude and longitude of the IFC site."),
     "scene_coordinates": click.option("--scene-coordinates", is_flag=True,
-                                      help="Scene coordinates, whatever the scene file says."),
+                                      help="Scene coordinates, even where the scene file has a CRS."),
     "accept_implausible": click.option("--accept-implausible", is_flag=True,
-                                       help="Accept coordinates that are surely wrong, such as swapped ones, with a "
-                                            "warning."),
-    "as_told": click.option("--as-told", is_flag=True, hidden=True, callback=_renamed, help="--accept-implausible."),
+                                       help="Accept implausible coordinates, such as swapped ones, with a warning."),
 }  # fmt: skip
 
 
@@ -85,7 +79,7 @@ def frame_request(told: Mapping[str, Any]) -> FrameRequest:
         residual_limit_m=FrameRequest.residual_limit_m if limit_m is None else limit_m,
         by_site_placement=told["by_site_placement"],
         scene_coordinates=told["scene_coordinates"],
-        accept_implausible=told["accept_implausible"] or told["as_told"],
+        accept_implausible=told["accept_implausible"],
     )
 
 

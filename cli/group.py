@@ -16,8 +16,17 @@ COMMANDS = (
 )  # fmt: skip
 
 
+#: Options of the last release by their names of now: taken for one more, with a notice.
+RENAMED_OPTIONS = {"--as-told": "--accept-implausible", "--fixed": "--scanned"}
+
+
 class LazyGroup(click.Group):
     """A click group whose commands live in `tlsplan.commands.<name>` as `command`, listed in the order of use."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Take options by the names of the last release, too."""
+        end = args.index("--") if "--" in args else len(args)
+        return super().parse_args(ctx, [*map(_renamed, args[:end]), *args[end:]])
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names in the order in which a user meets them."""
@@ -31,6 +40,15 @@ class LazyGroup(click.Group):
         command = module.command
         assert isinstance(command, click.Command)
         return command
+
+
+def _renamed(argument: str) -> str:
+    name, equals, value = argument.partition("=")
+    if name not in RENAMED_OPTIONS:
+        return argument
+    now = RENAMED_OPTIONS[name]
+    click.echo(f"warning: {name} is now {now}; the old name goes with the next release", err=True)
+    return now + equals + value
 
 
 @click.command(

@@ -140,7 +140,7 @@ def with_settled(problem: PlanSettings, settling: Settling) -> PlanSettings:
     from planner_core.positions.site_reading import check_ids, settled_from
 
     settled = list(problem.site.settled)
-    for path, role in ((settling.fixed, "scanned"), (settling.locked, "locked"), (settling.kept, "kept")):
+    for path, role in ((settling.scanned, "scanned"), (settling.locked, "locked"), (settling.kept, "kept")):
         if path is not None:
             rows = read_station_list(path)
             settled += settled_from(

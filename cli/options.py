@@ -18,44 +18,44 @@ scene_argument = click.argument("scene", type=click.Path(path_type=Path, readabl
 
 scanner_option = click.option(
     "--scanner", default="hdl-64e", show_default=True, metavar="NAME[:MODE]|FILE[:MODE]",
-    help="Scanner by name (`tlsplan scanners` lists them and their modes) or your own specification file.",
+    help="Scanner: a name and mode listed by `tlsplan scanners`, or your own specification file.",
 )  # fmt: skip
 units_option = click.option(
     "--units", type=click.Choice(list(METRES_PER_UNIT)), default=None,
-    help="Unit of the scene file, where it does not say so itself (OBJ, PLY, STL). [default: as the file says, else m]",
+    help="Length unit of the scene file, for formats without one (OBJ, PLY, STL). [default: the file's, else m]",
 )  # fmt: skip
 up_option = click.option(
     "--up", type=click.Choice(["y", "z"]), default=None,
-    help="Up axis of the scene file. [default: as the file says; glTF y, others z]",
+    help="Up axis of the scene file. [default: the file's; y for glTF, z for others]",
 )  # fmt: skip
 skip_bad_faces_option = click.option(
-    "--skip-bad-faces", is_flag=True, help="Drop (and count) faces that name vertices the file does not have."
+    "--skip-bad-faces", is_flag=True, help="Drop and count faces with missing vertices instead of refusing the file."
 )
 glass_option = click.option(
     "--glass", type=click.Choice(["stop", "pass", "return"]), default="stop", show_default=True,
-    help="What glass does to beams, where the file says what is glass. stop: they end there, so that nothing seen "
-    "through glass is relied on; pass: they go through; return: they come back, as from a wall.",
+    help="Effect of glass on beams, for files that mark glass. stop: beams end at glass without a return; pass: beams "
+    "go through; return: glass returns beams like a wall.",
 )  # fmt: skip
 doors_option = click.option(
     "--doors", type=click.Choice(["open", "shut", "all"]), default="open", show_default=True,
-    help="Which doors are open, where the file says what is a door (IFC). open: those indoors, as crews open them; "
-    "shut: none; all: those that lead outdoors, too. Leaves of open doors are left out, frames stay.",
+    help="State of doors during scanning, for files that mark doors (IFC). open: interior doors open, exterior doors "
+    "shut; shut: all shut; all: all open. Leaves of open doors are left out, frames stay.",
 )  # fmt: skip
 engine_option = click.option(
     "--engine", type=click.Choice(["auto", "opencl", "open3d"]), default="auto", show_default=True,
-    help="What casts the beams. auto: OpenCL, or Open3D, with a warning, where no OpenCL device is usable.",
+    help="Scan engine. auto: OpenCL; falls back to Open3D, with a warning, without a usable OpenCL device.",
 )  # fmt: skip
 device_option = click.option(
     "--device", default=None, metavar="NAME",
-    help="OpenCL device by number or part of its name (see `tlsplan doctor`). [default: the fastest by `tlsplan tune`, "
+    help="OpenCL device: number or part of its name, see `tlsplan doctor`. [default: the fastest by `tlsplan tune`, "
     "else the first GPU, else the first device]",
 )  # fmt: skip
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON on standard output.")
-quiet_option = click.option("-q", "--quiet", is_flag=True, help="No progress and no summary; warnings and errors stay.")
-overwrite_option = click.option("--overwrite", is_flag=True, help="Replace the output where it exists.")
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
+overwrite_option = click.option("--overwrite", is_flag=True, help="Replace existing output.")
 floor_option = click.option(
     "--floor", "floors", multiple=True, metavar="ID|NAME",
-    help="Plan only this floor (`tlsplan floors` lists them); may be repeated. [default: all]",
+    help="Floor to plan, see `tlsplan floors`; may be repeated. [default: all]",
 )  # fmt: skip
 grid_option = click.option(
     "--grid", "grid_step_m", type=click.FloatRange(min=0.05), default=0.5, show_default=True, metavar="METRES",
@@ -63,33 +63,34 @@ grid_option = click.option(
 )  # fmt: skip
 height_option = click.option(
     "--height", "heights_m", type=click.FloatRange(min=0.1), multiple=True, metavar="METRES",
-    help="Instrument height to try; may be repeated. [default: the scanner's range in steps of 0.4 m]",
+    help="Instrument height above the floor; may be repeated, then the best is chosen per station. [default: the "
+    "scanner's height range in steps of 0.4 m]",
 )  # fmt: skip
 clearance_option = click.option(
     "--clearance", "clearance_m", type=click.FloatRange(min=0.0), default=0.4, show_default=True, metavar="METRES",
-    help="Smallest distance from the sensor to walls and furniture.",
+    help="Minimum distance from the sensor to walls and furniture.",
 )  # fmt: skip
 patch_area_option = click.option(
     "--patch-area", "max_patch_area_m2", type=click.FloatRange(min=1e-5), default=0.04, show_default=True,
-    metavar="M2", help="Largest patch, the unit in which coverage is counted.",
+    metavar="M2", help="Maximum area of a surface patch, the unit in which coverage is counted.",
 )  # fmt: skip
 scan_mode_option = click.option(
     "--scan-mode", type=click.Choice(["auto", "beams", "patches"]), metavar="MODE", default="auto", show_default=True,
-    help="What candidates are judged by. beams: every beam; patches: samples of every patch, at a cost that does not "
-    "depend on the scanner's resolution. auto: patches from four million beams a scan on.",
+    help="How visibility is computed. beams: every beam of the scan; patches: lines of sight to samples of every "
+    "patch, at a cost independent of the scanner's resolution; auto: patches from four million beams per scan.",
 )  # fmt: skip
 requirements_option = click.option(
     "--requirements", "file", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",
-    help="What is asked, by floor, class and zone, and the site: YAML or JSON, see docs/formats/requirements.md. "
-    "Options given beside it take the place of its entries.",
+    help="Requirements file (YAML or JSON): requirements by floor, class and zone, and the site; see "
+    "docs/formats/requirements.md. Options override its entries.",
 )  # fmt: skip
 coverage_option = click.option(
     "--coverage", type=click.FloatRange(min=0, min_open=True, max=100), default=None, metavar="PERCENT",
-    help="Coverage asked for, of the achievable area, overall and on each floor. [default: 95]",
+    help="Required coverage of the scannable area, overall and per floor. [default: 95]",
 )  # fmt: skip
 overlap_option = click.option(
     "--overlap", type=click.FloatRange(min=0, max=100), default=None, metavar="PERCENT",
-    help="Overlap from which on two stations count as linked. [default: 30]",
+    help="Minimum overlap of a link between two stations. [default: 30]",
 )  # fmt: skip
 network_option = click.option(
     "--network", type=click.Choice(["joined", "loops", "none"]), default=None,
@@ -97,81 +98,82 @@ network_option = click.option(
     "any one link fails; none: not asked. [default: joined]",
 )  # fmt: skip
 spacing_option = click.option(
-    "--spacing", default=None, metavar="LENGTH", help="Greatest distance between points on surfaces, such as 6mm."
+    "--spacing", default=None, metavar="LENGTH", help="Maximum point spacing on surfaces, such as 6mm."
 )
 max_range_option = click.option(
-    "--max-range", "range_", default=None, metavar="LENGTH", help="Greatest range that counts, such as 20m."
+    "--max-range", "range_", default=None, metavar="LENGTH", help="Maximum range, such as 20m."
 )
 max_incidence_option = click.option(
     "--max-incidence", "incidence", default=None, metavar="ANGLE",
-    help="Greatest angle of incidence that counts, such as 65deg.",
+    help="Maximum angle of incidence, such as 65deg.",
 )  # fmt: skip
 max_noise_option = click.option(
     "--max-noise", "noise", default=None, metavar="LENGTH",
-    help="Greatest range noise (one sigma) that counts, such as 2mm; for scanners that tell theirs.",
+    help="Maximum range noise (one sigma), such as 2mm; for scanners with a specified range noise.",
 )  # fmt: skip
 seen_from_option = click.option(
     "--seen-from", type=click.IntRange(min=1), default=None, metavar="NUMBER",
-    help="Stations that must see a surface for it to count. [default: 1]",
+    help="Minimum number of stations that see each surface. [default: 1]",
 )  # fmt: skip
 entrance_option = click.option(
     "--entrance", "entrances", multiple=True, metavar="X,Y,Z",
-    help="Place on the ground where the crew comes in, scene coordinates; may be repeated. [default: the largest "
-    "spaces of each floor have one]",
+    help="Building entrance: a ground point in scene coordinates; may be repeated. [default: the largest spaces of "
+    "each floor have one]",
 )  # fmt: skip
 scan_seconds_option = click.option(
     "--seconds-per-scan", type=click.FloatRange(min=0), default=None, metavar="SECONDS",
-    help="Time of one scan. [default: as the scanner's mode says]",
+    help="Duration of one scan. [default: that of the scanner's mode]",
 )  # fmt: skip
 set_up_option = click.option(
     "--set-up", "set_up_s", type=click.FloatRange(min=0), default=60.0, show_default=True, metavar="SECONDS",
-    help="Time to set up at a station, besides scanning.",
+    help="Set-up time per station, without scanning.",
 )  # fmt: skip
 objective_option = click.option(
     "--objective", type=click.Choice(["fewest", "coverage", "time"]), default="fewest", show_default=True,
-    help="fewest: stations; coverage: most of it with --max-stations; time: least time in the field.",
+    help="What is optimised. fewest: fewest stations; coverage: most coverage with --max-stations; time: least field "
+    "time.",
 )  # fmt: skip
 max_stations_option = click.option(
     "--max-stations", type=click.IntRange(min=1), default=None, metavar="NUMBER",
-    help="Stations that objective coverage may take.",
+    help="Maximum number of stations, with --objective coverage.",
 )  # fmt: skip
 refine_option = click.option(
     "--refine/--no-refine", default=True, show_default=True,
-    help="Look for better places off the grid once stations are chosen.",
+    help="Search for better positions off the grid once stations are chosen.",
 )  # fmt: skip
-fixed_option = click.option(
-    "--fixed", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",
-    help="Stations already scanned, CSV or plan.json: they count and are not visited again.",
+scanned_option = click.option(
+    "--scanned", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",
+    help="Stations already scanned (CSV or plan.json): they count towards coverage and are not visited again.",
 )  # fmt: skip
 locked_option = click.option(
     "--locked", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",
-    help="Stations that must be in the plan, CSV or plan.json.",
+    help="Stations that must be in the plan (CSV or plan.json).",
 )  # fmt: skip
 keep_option = click.option(
     "--keep", "kept", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",
-    help="Plan again: stations of an earlier plan, CSV or plan.json, to change as little as possible.",
+    help="Stations of an earlier plan (CSV or plan.json) to keep as far as possible when planning again.",
 )  # fmt: skip
 forbid_option = click.option(
     "--forbid", "forbidden", multiple=True, metavar="X,Y,Z[,RADIUS]",
-    help="Place of no station within RADIUS metres (0.5), scene coordinates; may be repeated.",
+    help="Keep stations at least RADIUS metres (0.5) from this point in scene coordinates; may be repeated.",
 )  # fmt: skip
 method_option = click.option(
     "--method", type=click.Choice(["proven", "greedy", "paper"]), default="proven", show_default=True,
-    help="How stations are chosen. proven: few, as one network, with a bound on how few there can be, in a few "
-    "minutes; greedy: one after the other, in seconds, joined or not; paper: the pipeline of the method paper.",
+    help="Planning method. proven: fewest stations as one connected network, with a proven lower bound, in minutes; "
+    "greedy: one station after the other, in seconds, without a network; paper: the pipeline of the method paper.",
 )  # fmt: skip
 time_limit_option = click.option(
     "--time-limit", "time_limit_s", type=click.FloatRange(min=0), default=None, metavar="SECONDS",
-    help="Method proven: stop after so long with the best plan so far. Two runs may then differ. [default: a limit of "
-    "work, the same for every run]",
+    help="Time limit of method proven, which then ends with the best plan so far; two runs may differ. [default: a "
+    "limit of work, the same in every run]",
 )  # fmt: skip
 search_option = click.option(
     "--search", type=click.Choice(["ls", "sa", "ts", "none"]), default=None,
-    help="Spatial search of method paper: local search, simulated annealing, tabu search. [default: sa]",
+    help="Spatial search of method paper: local search, simulated annealing, tabu search or none. [default: sa]",
 )  # fmt: skip
 set_option = click.option(
     "--set", "assignments", multiple=True, metavar="NAME=VALUE",
-    help="An option of the method, such as spatial.step_m=0.1; may be repeated. --method-options lists them.",
+    help="Option of the method, such as spatial.step_m=0.1, see --method-options; may be repeated.",
 )  # fmt: skip
 
 
@@ -198,12 +200,12 @@ def _print_method_options(ctx: click.Context, _: click.Parameter, wanted: bool) 
 
 method_options_option = click.option(
     "--method-options", is_flag=True, is_eager=True, expose_value=False, callback=_print_method_options,
-    help="List the options that --set takes, with their defaults, and exit.",
+    help="List the options of --set with their defaults, and exit.",
 )  # fmt: skip
-seed_option = click.option("--seed", type=int, default=0, show_default=True, help="Seed of everything random.")
+seed_option = click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
 stations_option = click.option(
     "--stations", type=click.Path(path_type=Path, readable=False), required=True, metavar="FILE",
-    help="Stations in scene coordinates: CSV (id, x_m, y_m, z_m ...) or a plan.json.",
+    help="Station list in scene coordinates: CSV (id, x_m, y_m, z_m ...) or a plan.json.",
 )  # fmt: skip
 
 
@@ -250,7 +252,7 @@ class Asking:
 class Settling:
     """What is settled before planning: the values of `settled_options`."""
 
-    fixed: Path | None = None
+    scanned: Path | None = None
     locked: Path | None = None
     kept: Path | None = None
     forbidden: tuple[str, ...] = ()
@@ -296,7 +298,7 @@ requirement_options = _gathered(
     "asking", Asking, requirements_option, coverage_option, overlap_option, network_option, spacing_option,
     max_range_option, max_incidence_option, max_noise_option, seen_from_option, floor_option, entrance_option,
 )  # fmt: skip
-settled_options = _gathered("settling", Settling, fixed_option, locked_option, keep_option, forbid_option)
+settled_options = _gathered("settling", Settling, scanned_option, locked_option, keep_option, forbid_option)
 method_choice = apply(
     _gathered(
         "choosing", MethodOptions, method_option, objective_option, max_stations_option, refine_option,

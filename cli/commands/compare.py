@@ -25,25 +25,32 @@ NOT_MET = 7
 @click.command("compare", epilog="Example:  tlsplan compare plan/ --stations actual.csv -o scan-again/")
 @click.argument("plan", type=click.Path(path_type=Path))
 @click.option("--stations", "lists", type=click.Path(path_type=Path, readable=False), required=True, multiple=True,
-              metavar="FILE", help="Where the scanner stood: CSV, or poses of an E57; may be repeated.")  # fmt: skip
+              metavar="FILE", help="Stations as scanned: CSV, or an E57 with its poses; may be repeated.")  # fmt: skip
 @click.option("--coordinates", type=click.Choice(["auto", "scene", "site"]), default="auto", show_default=True,
-              help="Those of the list. auto: in which it lies at the plan.")  # fmt: skip
+              help="Coordinate system of the list. auto: the one in which the list matches the plan.")  # fmt: skip
 @click.option("--heights", type=click.Choice(["sensor", "ground"]), default="sensor", show_default=True,
-              help="Whose a CSV's z is. ground: the sensor is its instrument height above, the planned one where the "
-              "list has none.")  # fmt: skip
-@click.option("--columns", default="", metavar="LETTERS", help="Of a CSV without header line, such as PENZ. [none]")
+              help="Height reference of a CSV: sensor, or ground point, with the instrument height of the list, else "
+              "that of the plan.")  # fmt: skip
+@click.option(
+    "--columns",
+    default="",
+    metavar="LETTERS",
+    help="Column letters of a CSV without header line, such as PENZ. [default: a header line]",
+)
 @click.option("--match", type=click.Choice(["name", "place"]), default="name", show_default=True,
-              help="name: by names, and the others by place; place: names don't count.")  # fmt: skip
+              help="How scanned stations are matched to planned ones. name: by name, the rest by position; place: by "
+              "position only.")  # fmt: skip
 @click.option("--within", "within_m", type=click.FloatRange(min=0.0), default=2.0, show_default=True, metavar="METRES",
-              help="Stations further apart than this are not matched by place.")  # fmt: skip
+              help="Maximum distance of a match by position.")  # fmt: skip
 @click.option("--floor", "floors", multiple=True, metavar="ID|NAME",
-              help="Only this floor; may be repeated. Stations of the others are taken as planned. [all]")  # fmt: skip
+              help="Floor to compare; may be repeated. Stations of other floors count as planned. "
+              "[default: all]")  # fmt: skip
 @click.option("--scan-again/--no-scan-again", default=True, show_default=True,
-              help="Where something is not met, look for the fewest further stations.")  # fmt: skip
+              help="Find the fewest additional stations that meet what is missing.")  # fmt: skip
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
-              help="Write a plan folder of what was scanned and further stations, if any.")  # fmt: skip
+              help="Plan folder to write: scanned stations and additional ones, if any.")  # fmt: skip
 @click.option("--scene", type=click.Path(path_type=Path), default=None, metavar="FILE",
-              help="The scene file of the plan. [default: looked for where it was, and beside the plan]")  # fmt: skip
+              help="Scene file of the plan. [default: looked for where it was, and beside the plan]")  # fmt: skip
 @coordinate_options
 @apply(engine_options, overwrite_option, output_options)
 @click.pass_context
@@ -68,10 +75,10 @@ def command(
     quiet: bool,
     **told: Any,
 ) -> None:
-    """Say what it costs that the scanner did not stand where PLAN has it, and what to scan again before leaving.
+    """Compare stations as scanned with PLAN: what is missing, and what to scan before leaving the site.
 
-    Ends with exit code 0 where what was asked is met as far as the plan met it, and 7 where it is not. With -q only
-    warnings and that code tell.
+    Exit code 0: requirements are met as far as the plan met them; 7: they are not. With -q only warnings and the exit
+    code tell.
     """
     from planner_core.as_scanned.comparison import compare_as_scanned
     from planner_core.as_scanned.document import as_scanned_document

@@ -19,10 +19,10 @@ _WORK_LIMIT = 10.0
 
 @click.command("demo", epilog="Example:  tlsplan demo   then   tlsplan view demo-plan/")
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), default=Path("demo-plan"), show_default=True,
-              metavar="FOLDER", help="Plan folder to write; the building goes beside it as <FOLDER>.ifc.")  # fmt: skip
+              metavar="FOLDER", help="Plan folder to write, with the building beside it as <FOLDER>.ifc.")  # fmt: skip
 @apply(problem_options, engine_options, overwrite_option, output_options)
 def command(folder: Path, overwrite: bool, **values: Any) -> None:
-    """Make a synthetic two-storey house, plan it and write the plan folder."""
+    """Plan a synthetic two-storey house and write the plan folder."""
     import scenes_synthetic
     from planner_core.errors import OutputExistsError
     from planner_core.plan_folder.folder import check_output

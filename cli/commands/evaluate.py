@@ -24,7 +24,7 @@ from ..options import (
 @scene_argument
 @stations_option
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
-              help="Also write a plan folder of these stations, to look at.")  # fmt: skip
+              help="Plan folder of these stations to write.")  # fmt: skip
 @apply(problem_options, scene_options, engine_options, overwrite_option, output_options)
 def command(
     scene: Path,
@@ -38,7 +38,7 @@ def command(
     reading: FileOptions,
     **problem: Any,
 ) -> None:
-    """Compute the coverage of a given station list in SCENE: your own plan, or what was really scanned."""
+    """Compute coverage and network of a given station list in SCENE: your own plan, or stations as scanned."""
     from planner_core.plan_folder.folder import check_output, write_plan_folder
     from planner_core.plan_folder.stations_csv import read_station_list
     from planner_core.planning.evaluate import evaluate_survey

@@ -40,53 +40,54 @@ def _metres(_: click.Context, option: click.Parameter, text: str | None) -> tupl
 FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
     "columns": click.option(
         "--columns", metavar="LETTERS|NAME", default=None,
-        help="Column set of station lists, such as PNEZD, or a program's by name, such as trimble-access. [PENZD]",
+        help="Columns of station lists: letters such as PNEZD, or a program by name, such as trimble-access. [PENZD]",
     ),
     "separator": click.option(
         "--separator", type=click.Choice(["comma", "semicolon", "tab", "space"]), default=None,
-        help="Between columns of station lists. [the column set's own]",
+        help="Column separator of station lists. [that of the columns chosen]",
     ),
     "decimals": click.option(
-        "--decimals", type=click.IntRange(0, 6), default=None, help="Of metres in station lists. [4, which is 0.1 mm]"
+        "--decimals", type=click.IntRange(0, 6), default=None, help="Decimals of metres in station lists. [4: 0.1 mm]"
     ),
     "subtract": click.option(
         "--subtract", metavar="E,N,H", default=None, callback=_metres,
-        help="Metres taken off all coordinates of CSV and GSI, for programs that can't hold large ones. [0,0,0]",
+        help="Metres subtracted from coordinates in CSV and GSI, for programs limited to small ones. [0,0,0]",
     ),
     "gsi_unit": click.option(
         "--gsi-unit", type=click.Choice(["mm", "0.1mm"]), default=None,
-        help="Last digit of GSI. [mm of GSI-8, 0.1mm of GSI-16]",
+        help="Resolution of GSI. [mm for GSI-8, 0.1mm for GSI-16]",
     ),
     "geojson_crs": click.option(
         "--geojson-crs", type=click.Choice(["wgs84", "local"]), default=None,
-        help="GeoJSON as longitude and latitude, or in the site's own coordinates, which few programs expect. [wgs84]",
+        help="Coordinates of GeoJSON: longitude and latitude, or the site's own, which few programs read. [wgs84]",
     ),
     "kml_heights": click.option(
         "--kml-heights", type=click.Choice(["relative", "absolute"]), default=None,
-        help="KML above the lowest floor, put on the ground, or as if above the sea. [relative]",
+        help="Heights of KML: above the lowest floor, set on the ground, or above sea level. [relative]",
     ),
     "instrument": click.option(
         "--instrument", type=click.Choice(["ground", "sensor"]), default=None,
-        help="Whose height a format with one height only holds: the ground point's or the sensor's. [ground]",
+        help="Height in formats with a single one: ground point or sensor. [ground]",
     ),
     "floors": click.option(
-        "--floor", "floors", multiple=True, metavar="ID|NAME", help="Only this floor; may be repeated. [all]"
+        "--floor", "floors", multiple=True, metavar="ID|NAME", help="Floor to export; may be repeated. [all]"
     ),
-    "paper": click.option("--paper", type=click.Choice(["A4", "A3"]), default=None, help="Size of sheets. [A3]"),
+    "paper": click.option("--paper", type=click.Choice(["A4", "A3"]), default=None, help="Paper size of sheets. [A3]"),
     "cut_m": click.option(
         "--cut-m", type=click.FloatRange(min=0.1, max=10), default=None, metavar="METRES",
-        help="Height above the ground at which drawings cut walls. [1.2]",
+        help="Height of the section plane of drawings above the floor. [1.2]",
     ),
     "noise": click.option(
-        "--noise", is_flag=True, default=None, help="Clouds have the scanner's own range noise and dropouts."
+        "--noise", is_flag=True, default=None, help="Add the scanner's range noise and dropouts to point clouds."
     ),
-    "seed": click.option("--seed", type=click.IntRange(min=0), default=None, help="Of the noise. [0]"),
+    "seed": click.option("--seed", type=click.IntRange(min=0), default=None, help="Random seed of the noise. [0]"),
     "max_points": click.option(
         "--max-points", type=click.IntRange(min=1), default=None,
-        help="The cloud of a station has no more points than these: beams are thinned evenly. [all]",
+        help="Maximum points per station; beams are thinned evenly. [all]",
     ),
     "stations": click.option(
-        "--stations", default=None, callback=_ids, metavar="ID[,ID...]", help="Clouds of these stations only. [all]"
+        "--stations", default=None, callback=_ids, metavar="ID[,ID...]",
+        help="Stations whose point clouds are written. [all]"
     ),
 }  # fmt: skip
 
@@ -146,11 +147,11 @@ class _Sectioned(click.Command):
 )
 @click.argument("plan", type=click.Path(path_type=Path))
 @click.option("--format", "names", required=True, callback=_names, metavar="NAME[,NAME...]|all",
-              help="See --list. Several, and all: into one folder, under their standard names.")  # fmt: skip
+              help="Format, see --list; several, or all, go into one folder under their standard names.")  # fmt: skip
 @click.option("-o", "--output", "target", type=click.Path(path_type=Path), required=True, metavar="PATH",
-              help="What to write.")  # fmt: skip
+              help="File or folder to write.")  # fmt: skip
 @click.option("--scene", type=click.Path(path_type=Path), default=None, metavar="FILE",
-              help="The scene file of the plan. [default: looked for where it was, and beside the plan]")  # fmt: skip
+              help="Scene file of the plan. [default: looked for where it was, and beside the plan]")  # fmt: skip
 @click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list,
               help="List the formats, and exit.")  # fmt: skip
 @_format_options
@@ -166,7 +167,7 @@ def command(
     quiet: bool,
     **told: Any,
 ) -> None:
-    """Write the plan folder PLAN in other formats, to hand it over."""
+    """Export the plan folder PLAN to formats of other programs, and sheets for the crew."""
     from .. import output
     from ..progress import ProgressReporter
 
@@ -175,7 +176,7 @@ def command(
         if names == (WEB,):
             written = _web(plan, target, overwrite, reporter.show)
         else:
-            written = _hand_over(names, plan, target, options, overwrite, scene, frame, reporter.show)
+            written = _export(names, plan, target, options, overwrite, scene, frame, reporter.show)
         reporter.warn(written.remarks)
     if as_json:
         document = {"format": ",".join(names), "path": str(target)}
@@ -192,7 +193,7 @@ def _size(n_bytes: int) -> str:
     return f"{n_bytes / 1e6:.1f} MB" if n_bytes >= 100_000 else f"{n_bytes / 1e3:.1f} kB"
 
 
-def _hand_over(
+def _export(
     names: tuple[str, ...],
     plan: Path,
     target: Path,

@@ -12,7 +12,7 @@ from ..options import FileOptions, apply, output_options, scene_argument, scene_
 @click.command("floors", epilog="Example:  tlsplan floors building.ifc")
 @apply(scene_argument, scene_options, output_options)
 def command(scene: Path, reading: FileOptions, as_json: bool, quiet: bool) -> None:
-    """List the floors of SCENE that can be planned, with area and elevation."""
+    """List the floors of SCENE that stations can stand on, with area and elevation."""
     from planner_core.scene.floors import find_floors
 
     from .. import inputs, output

@@ -32,9 +32,9 @@ from ..options import (
               help="Plan folder to write. [default: <scene>-plan in the current directory]")  # fmt: skip
 @apply(problem_options, settled_options, method_choice, scene_options, engine_options, overwrite_option, output_options)
 def command(scene: Path, folder: Path | None, overwrite: bool, as_json: bool, quiet: bool, **values: Any) -> None:
-    """Plan where to put the scanner in SCENE: the fewest stations that meet what is asked and register as one network.
+    """Plan scanner stations in SCENE: the fewest that meet the requirements and register as one network.
 
-    Ctrl-C while stations are chosen ends the search: the best plan so far is written, with its bound.
+    Ctrl-C during the search ends it: the best plan so far is written, with its lower bound.
     """
     run(scene, folder or Path(f"{scene.stem}-plan"), overwrite=overwrite, as_json=as_json, quiet=quiet, **values)
 

@@ -13,14 +13,14 @@ from ..options import overwrite_option, quiet_option, seed_option
 @click.argument("names", nargs=-1, metavar="[FIGURE]...")
 @click.option(
     "-o", "--output", "folder", type=click.Path(path_type=Path, file_okay=False), default=Path("reproduction"),
-    show_default=True, metavar="FOLDER", help="Folder for pages, pictures and numbers.",
+    show_default=True, metavar="FOLDER", help="Folder of pages, pictures and numbers to write.",
 )  # fmt: skip
-@click.option("--full", is_flag=True, help="The paper's sizes: hours. [default: sizes that run in minutes]")
+@click.option("--full", is_flag=True, help="Sizes of the paper, which take hours. [default: sizes that take minutes]")
 @seed_option
 @overwrite_option
 @quiet_option
 def command(names: tuple[str, ...], folder: Path, full: bool, seed: int, overwrite: bool, quiet: bool) -> None:
-    """Run FIGUREs of the method paper again and write what came out; `all` runs every one, no name lists them."""
+    """Reproduce FIGUREs of the method paper; `all` runs every one, without a name they are listed."""
     from planner_core.errors import OutputExistsError, RequirementError
     from planner_core.plan_folder.atomic import scratch_folder
 

@@ -37,7 +37,7 @@ check them against the data sheet, or write a [file of your own](../formats/scan
 @click.command("scanners", epilog="Example:  tlsplan scanners --json")
 @json_option
 def command(as_json: bool) -> None:
-    """List the scanners that --scanner knows by name."""
+    """List the scanners known by name, with their modes."""
     from planner_core.scanner.catalogue import list_scanners
 
     from .. import output

@@ -14,11 +14,11 @@ _CAMPUS, _CAMPUS_TRIANGLES = "campus", 1_000_000
 @click.command("scene", epilog="Example:  tlsplan scene house -o house.ifc")
 @click.argument("name", required=False)
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
-              help="File to write; its ending chooses among ifc, obj, ply, stl, glb, usd, usda, usdc.")  # fmt: skip
+              help="File to write: .ifc, .obj, .ply, .stl, .glb, .usd, .usda or .usdc.")  # fmt: skip
 @click.option("--triangles", type=int, metavar="N", default=None,
-              help="Size of the scene campus (ply, obj, glb or usdz only); 1000000 where not given.")  # fmt: skip
+              help="Number of triangles of the scene campus (ply, obj, glb or usdz only). [default: 1000000]")  # fmt: skip
 @click.option("--on-map", is_flag=True,
-              help="The file says besides where on earth it is: map conversion and CRS (ifc only).")  # fmt: skip
+              help="Georeferenced: with map conversion and CRS (ifc only).")  # fmt: skip
 @seed_option
 @overwrite_option
 @quiet_option
@@ -31,7 +31,7 @@ def command(
     overwrite: bool,
     quiet: bool,
 ) -> None:
-    """Write the synthetic scene NAME to a file; without NAME, list the scenes there are."""
+    """Write the synthetic scene NAME to a file; without NAME, list all scenes."""
     import scenes_synthetic
     from planner_core.errors import OutputExistsError, RequirementError
 

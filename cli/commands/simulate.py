@@ -28,10 +28,10 @@ FORMATS = ("exr", "png", "ply")
 @scene_argument
 @stations_option
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), required=True, metavar="FOLDER",
-              help="Folder for the scans.")  # fmt: skip
+              help="Folder of scans to write.")  # fmt: skip
 @click.option("--format", "formats", type=click.Choice(FORMATS), multiple=True,
               default=FORMATS, show_default=True,
-              help="exr: range image; png: preview; ply: point cloud. May be repeated.")  # fmt: skip
+              help="Files per station. exr: range image; png: preview; ply: point cloud; may be repeated.")  # fmt: skip
 @apply(scanner_option, scene_options, engine_options, overwrite_option, output_options)
 def command(
     scene: Path,
@@ -46,7 +46,7 @@ def command(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Simulate the scans of a station list in SCENE: range images and point clouds, one a station."""
+    """Simulate the scans of a station list in SCENE: range images and point clouds per station."""
     from planner_core.export.clouds.simulated import simulated_clouds, write_simulated_scans
     from planner_core.model import PlanSettings
     from planner_core.plan_folder.stations_csv import read_station_list

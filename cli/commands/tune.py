@@ -25,11 +25,11 @@ INSTRUMENT_HEIGHT_M = 1.5
 
 @click.command("tune", epilog="Example:  tlsplan tune   or   tlsplan tune --device nvidia")
 @device_option
-@click.option("--quick", is_flag=True, help="Try the first three shapes only: seconds instead of a minute a device.")
+@click.option("--quick", is_flag=True, help="First three shapes only: seconds instead of a minute per device.")
 @json_option
 @quiet_option
 def command(device: str | None, quick: bool, as_json: bool, quiet: bool) -> None:
-    """Measure which device, and which shape of beam tiles on it, scans fastest, and keep it for all later runs.
+    """Find the fastest OpenCL device and tile shape for scans, and keep them for later runs.
 
     Beams are cast in tiles and packets; their best shape differs from device to device. Scans of a synthetic house are
     timed in each shape on every device that works, or on the one that --device names, which takes a minute or so each,

@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 @click.argument("plan", type=click.Path(path_type=Path))
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on. [default: any free one]")
 @click.option("--host", default="127.0.0.1", show_default=True, metavar="ADDRESS",
-              help="Address to listen on; anything but loopback lets others on the network read the plan.")  # fmt: skip
+              help="Address to listen on; any but loopback lets others on the network read the plan.")  # fmt: skip
 @click.option("--allow-host", "allowed_hosts", multiple=True, metavar="NAME",
-              help="Also answer under this host name, for a proxy or a tunnel. May be repeated.")  # fmt: skip
+              help="Further host name to answer to, for a proxy or a tunnel; may be repeated.")  # fmt: skip
 @click.option("--scene", type=click.Path(path_type=Path), metavar="FILE",
-              help="The scene file, for editing live. [default: where it was when planned]")  # fmt: skip
-@click.option("--read-only", is_flag=True, help="Let nobody change the review or start runs.")
-@click.option("--no-live", is_flag=True, help="Show files only: saves the memory and time that live editing takes.")
-@click.option("--no-browser", is_flag=True, help="Only serve and print the address.")
+              help="Scene file, for live figures while editing. [default: where it was when planned]")  # fmt: skip
+@click.option("--read-only", is_flag=True, help="No changes to the review, no runs.")
+@click.option("--no-live", is_flag=True, help="No live figures: saves memory and time.")
+@click.option("--no-browser", is_flag=True, help="Print the address without opening a browser.")
 def command(
     plan: Path,
     port: int,
@@ -33,9 +33,9 @@ def command(
     no_live: bool,
     no_browser: bool,
 ) -> None:
-    """Show the plan folder PLAN in the browser, served from this machine until Ctrl-C.
+    """Show the plan folder PLAN in the browser, served until Ctrl-C.
 
-    The address that is printed holds a token: who has it can read the plan and change its review.
+    The printed address holds a token: anyone who has it can read the plan and change its review.
     """
     from planner_core.errors import PlanFolderError
     from planner_core.plan_folder.plan_json import read_plan_json

@@ -16,6 +16,7 @@ passed='^(PIP_|npm_config_|NPM_CONFIG_|UV_|NODE_EXTRA_CA_CERTS=|SSL_CERT_|REQUES
 inside() {
     local suite=$1 system=$2 targets=$3 target began failed=0
     local packages="python3 make git nodejs npm"
+    unset TMPDIR # a folder of the host
     mount -t proc proc /proc
 
     debootstrap --variant=minbase --include=ca-certificates "$suite" "$system" ${MIRROR:+"$MIRROR"} >"$system.log" 2>&1 ||
@@ -67,7 +68,7 @@ hand_on_network() {
     apt-config dump | grep -E '^Acquire::(http|https|Check-)' >"$system/etc/apt/apt.conf.d/99host" || true
     if compgen -G "/usr/local/share/ca-certificates/*.crt" >/dev/null; then
         cp /usr/local/share/ca-certificates/*.crt "$system/usr/local/share/ca-certificates/"
-        chroot "$system" update-ca-certificates >>"$system.log" 2>&1
+        chroot "$system" update-ca-certificates >>"$system.log" 2>&1 || { tail -n 20 "$system.log" >&2; return 1; }
     fi
     for file in /etc/pip.conf /etc/npmrc ~/.npmrc ~/.pip/pip.conf ~/.config/pip/pip.conf; do
         [ -f "$file" ] || continue

@@ -94,7 +94,7 @@ def test_the_old_name_of_an_option_is_taken_with_a_notice(export: Export) -> Non
     swapped = ("--crs", "25832", "--origin", "5438260,458870,110")
     old, new = export(*swapped, "--as-told"), export("--overwrite", *swapped, "--accept-implausible")
     assert (old.exit_code, new.exit_code) == (0, 0)
-    assert "--as-told is --accept-implausible now" in old.stderr
+    assert "--as-told is now --accept-implausible" in old.stderr
     assert "--as-told" not in new.stderr
     assert "--as-told" not in export("--help").output
 
