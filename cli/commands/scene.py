@@ -16,7 +16,7 @@ _CAMPUS, _CAMPUS_TRIANGLES = "campus", 1_000_000
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE",
               help="File to write: .ifc, .obj, .ply, .stl, .glb, .usd, .usda or .usdc.")  # fmt: skip
 @click.option("--triangles", type=int, metavar="N", default=None,
-              help="Number of triangles of the scene campus (ply, obj, glb or usdz only). [default: 1000000]")  # fmt: skip
+              help="Number of triangles of the scene campus (ply, obj, glb or usdz only). [1000000]")  # fmt: skip
 @click.option("--on-map", is_flag=True,
               help="Georeferenced: with map conversion and CRS (ifc only).")  # fmt: skip
 @seed_option

@@ -90,15 +90,6 @@ def test_json_tells_coordinates_and_doubts(export: Export, tmp_path: Path) -> No
     assert any("datum of heights" in line for line in document["notes"])
 
 
-def test_the_old_name_of_an_option_is_taken_with_a_notice(export: Export) -> None:
-    swapped = ("--crs", "25832", "--origin", "5438260,458870,110")
-    old, new = export(*swapped, "--as-told"), export("--overwrite", *swapped, "--accept-implausible")
-    assert (old.exit_code, new.exit_code) == (0, 0)
-    assert "--as-told is now --accept-implausible" in old.stderr
-    assert "--as-told" not in new.stderr
-    assert "--as-told" not in export("--help").output
-
-
 def test_control_points_place_the_plan(export: Export, tmp_path: Path) -> None:
     points = tmp_path / "points.csv"
     points.write_text("name,x,y,z,E,N,H\nA,0,0,0,100,200,30\nB,10,0,0,100,210,30\nC,10,8,0,92,210,30\n")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from tlsplan import exit_codes
-from tlsplan.group import COMMANDS, cli
+from tlsplan.group import COMMANDS, RENAMED_OPTIONS, cli
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAVY = (
@@ -50,6 +50,26 @@ def test_help_loads_no_heavy_package(arguments: list[str]) -> None:
 def test_help_of_every_command_shows_an_example(name: str) -> None:
     text = CliRunner().invoke(cli, [name, "--help"]).output
     assert "Example:  tlsplan" in text
+
+
+@pytest.mark.parametrize("given", [("--fixed", "done.csv"), ("--fixed=done.csv",)])
+def test_options_by_the_names_of_the_last_release_are_taken_with_a_notice(
+    given: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    told = CliRunner().invoke(cli, ["plan", *given, "house.ifc"])
+    assert told.stderr == "warning: --fixed is now --scanned; the old name goes with the next release\n"
+    assert str(told.exception).startswith("done.csv: no such file")
+    literal = CliRunner().invoke(cli, ["plan", "--", *given])
+    assert "is now" not in literal.stderr
+
+
+def test_renamed_options_are_options_and_their_old_names_are_not() -> None:
+    context = cli.make_context("tlsplan", [], resilient_parsing=True)
+    commands = [cli.get_command(context, name) for name in COMMANDS]
+    names = {name for command in commands if command is not None for each in command.params for name in each.opts}
+    assert names >= set(RENAMED_OPTIONS.values())
+    assert not names & set(RENAMED_OPTIONS)
 
 
 def test_help_of_every_option_says_what_it_is() -> None:
