@@ -16,7 +16,7 @@ EXIT_CODES: dict[int, str] = {
     "on, a value out of its range, port in use",
     5: "the output exists; pass --overwrite",
     6: "the OpenCL device or a package or system library is missing or failed",
-    7: "compare: what was scanned does not meet what was asked, or hangs together worse than planned",
+    7: "compare: scanned stations do not meet the requirements, or their network is worse than planned",
     130: "interrupted (Ctrl-C, or asked to end by SIGTERM)",
 }
 

@@ -27,11 +27,11 @@ def show(document: dict[str, Any]) -> None:
     output.say(f"stations      {len(document['stations'])}{_bound(optimality)}")
     output.say(
         f"coverage      {reached_percent(coverage['fraction_of_achievable'], asks['coverage'])} % of the "
-        f"{coverage['achievable_area_m2']:.0f} m2 that this scanner can see from admissible positions"
+        f"{coverage['achievable_area_m2']:.0f} m2 scannable from valid tripod positions"
     )
     output.say(
         f"              {100 * coverage['fraction_of_total']:.1f} % of all {coverage['total_area_m2']:.0f} m2 in "
-        "the model, which counts what nobody can see, such as the inside of walls"
+        "the model, which includes what no position sees, such as the inside of walls"
     )
     scene = document["scene"]
     for line in output.materials(scene["glass_area_m2"], scene["mirror_area_m2"], glass=scene["glass"]):
@@ -54,7 +54,7 @@ def show(document: dict[str, Any]) -> None:
             output.say(
                 f"NOT MET       {result['name']}: "
                 f"{reached_percent(result['fraction_of_achievable'], result['required'])} %, "
-                f"{100 * result['required']:g} % are asked"
+                f"{100 * result['required']:g} % are required"
             )
     output.say(f"registration  {_registration(document)}")
     for line in _field(document):
@@ -74,7 +74,7 @@ def _registration(document: dict[str, Any]) -> str:
     ]
     links = "link" if len(counted) == 1 else "links"
     n_networks = len(registration["networks"])
-    state = "all stations are connected" if n_networks <= 1 else f"{n_networks} separate networks"
+    state = "all stations are connected" if n_networks <= 1 else f"{n_networks} unconnected groups"
     needed = [network["bottleneck"] for network in registration["networks"] if network["bottleneck"] is not None]
     weakest = min(needed, key=lambda link: float(link["overlap"]), default=None)
     hangs = ""
@@ -86,7 +86,7 @@ def _registration(document: dict[str, Any]) -> str:
 def _field(document: dict[str, Any]) -> list[str]:
     """Return lines on the day in the field."""
     route, time = document["route"], document["field_time"]
-    lines = [] if route is None else [f"walk          {route['length_m']:.0f} m"]
+    lines = [] if route is None else [f"route         {route['length_m']:.0f} m"]
     if time is not None and time["total_s"] is not None:
         lines.append(f"field time    {_hours(time['total_s'])}, {_hours(time['scanning_s'])} of it scanning")
     return lines
@@ -114,7 +114,7 @@ def where_to_look(folder: Path) -> None:
     """Print what to open next."""
     output.say()
     output.say(f"plan folder   {folder}")
-    output.say(f"look          {_command()} view {folder}")
+    output.say(f"view          {_command()} view {folder}")
     output.say(f"print         {folder / 'report' / 'index.html'}")
 
 
@@ -130,8 +130,8 @@ def _command() -> str:
 def _scan_mode(document: dict[str, Any]) -> str:
     n_beams = document["scanner"]["n_azimuths"] * document["scanner"]["n_channels"]
     if document["settings"]["scan_mode"] == "patches":
-        return f", patches sampled instead of {n_beams:,} beams a scan"
-    return f", {n_beams:,} beams a scan"
+        return f", patches sampled instead of {n_beams:,} beams per scan"
+    return f", {n_beams:,} beams per scan"
 
 
 def _percent_upwards(share: float) -> Decimal:
@@ -146,9 +146,9 @@ def _bound(optimality: dict[str, Any]) -> str:
     bound = optimality["lower_bound"]
     if bound is None:
         return ""
-    stopped = {"interrupted": "; interrupted", "time limit": "; the time was up"}.get(optimality["why_stopped"], "")
+    stopped = {"interrupted": "; interrupted", "time limit": "; time limit reached"}.get(optimality["why_stopped"], "")
     if bound > optimality["stations"]:
-        return f", fewer than the {bound} that the grid's candidates need{stopped}"
+        return f", below the lower bound {bound} on the candidates of the grid{stopped}"
     if bound == optimality["stations"]:
-        return ", proven to be the fewest possible on these candidates"
-    return f" (at least {bound} are needed on these candidates{stopped})"
+        return ", proven to be the fewest on these candidates"
+    return f" (lower bound {bound} on these candidates{stopped})"

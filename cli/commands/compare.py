@@ -203,7 +203,7 @@ def _coverage(document: dict[str, Any]) -> list[str]:
         # What falls short of the plan's own figure does not read as that, either.
         least = 0.0 if row["asked_is_met"] else asked if row["met"] else min(asked, row["planned"])
         lines.append(
-            f"{'coverage' if not lines else '':<13} {row['name']:<24} {_percent(asked)} asked, "
+            f"{'coverage' if not lines else '':<13} {row['name']:<24} {_percent(asked)} required, "
             f"{planned} % planned, {reached_percent(row['actual'], least)} % as scanned{state}"
         )
     return lines
@@ -226,7 +226,7 @@ def _network(document: dict[str, Any]) -> list[str]:
     if lost:
         lines.append(f"links lost    {_some(lost)}")
     if network["actual_parts"] > 1:
-        lines.append("not joined    as scanned, links join the stations of each line below, and no line to another:")
+        lines.append("unconnected   as scanned, links connect the stations within each line below, and no two lines:")
         lines += [f"  part {number:<7} {_some(part)}" for number, part in enumerate(network["networks"], start=1)]
     return lines
 
@@ -261,13 +261,13 @@ def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
     if document["met"]:
         missed = _missed(document, document["network"], parts, "asked_is_met")
         if not missed:
-            return ["What was asked is still met: nothing need be scanned again."]
+            return ["The requirements are still met: nothing has to be scanned again."]
         return [
-            "Nothing that the plan met is lost: nothing need be scanned again.",
+            "Nothing that the plan met is lost: nothing has to be scanned again.",
             f"NOT met, as in the plan: {missed}.",
         ]
     if again is None:
-        return [f"What was asked is NOT met: {_missed(document, document['network'], parts, 'met')}."]
+        return [f"Requirements NOT met: {_missed(document, document['network'], parts, 'met')}."]
     rows = again["stations"]
     fewest = "fewest possible" if again["fewest_is_proven"] else "fewest found"
     many = "station" if len(rows) == 1 else "stations"
@@ -307,7 +307,7 @@ def _with_them(document: dict[str, Any], again: dict[str, Any]) -> str:
     elif missed:
         state = f"what was lost is back; NOT met, as in the plan: {missed}"
     else:
-        state = f"all that was asked is met{'' if planned else ' again'}"
+        state = f"all requirements are met{'' if planned else ' again'}"
     return f"with them     {_percent(again['coverage'])} coverage, {_parts(again['network_parts'])}: {state}"
 
 

@@ -83,5 +83,5 @@ def command(
 
 def _left_in_words(left: LeftRun) -> str:
     if left.is_ending:
-        return f"run {left.run} was asked to end: where it has stations by now, it still writes its plan to {left.plan}"
+        return f"run {left.run} was asked to end: if it has stations by now, it still writes its plan to {left.plan}"
     return f"run {left.run} goes on, and writes its plan to {left.plan}; start `tlsplan view` again to see or cancel it"

@@ -175,8 +175,8 @@ def _at_plan(listed: Sequence[ListedStation], plan: PlanSource, coordinates: str
     as_listed = np.array([each.position_m for each in listed])
     if plan.frame.is_scene and coordinates == "site":
         raise StationListError(
-            "stations: site coordinates are told, but nothing is known of the site's; give --crs and --origin, or "
-            "--control-points"
+            "stations: got site coordinates, but the coordinate system of the site is not known; give --crs and "
+            "--origin, or --control-points"
         )
     readings = {"scene": as_listed}
     if not plan.frame.is_scene:

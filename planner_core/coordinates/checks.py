@@ -133,7 +133,7 @@ def notes_of(frame: SiteFrame, plane: MapCrs | None, points_m: FloatArray) -> tu
     """Return what is to be known beside the coordinates; parameters as `doubts_of`."""
     notes = []
     if not frame.vertical_name:
-        notes.append("the datum of heights is not told: name it with --vertical-crs")
+        notes.append("the vertical datum is not given: name it with --vertical-crs")
     elif not frame.vertical_crs:
         notes.append(f"heights are in {frame.vertical_name}, as the scene file has it; no such system is known here")
     if plane is not None and len(points_m):

@@ -67,7 +67,7 @@ LETTERS = {
     "C": "code (the floor's id)",
     "D": "description",
     "F": "floor",
-    "O": "place in the walk",
+    "O": "number on the route",
     "R": "coordinate reference system",
 }
 

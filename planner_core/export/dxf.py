@@ -69,10 +69,10 @@ _LAYERS = (
     ("FURNITURE", "furniture and other things", _GREY, 8, 9),
     ("OUTLINE", "border of the ground", _GREY, 8, 13),
     ("UNSEEN", "surface that a station could see and none of the plan does", palette.UNSEEN, 30, 13),
-    ("OUT-OF-REACH", "ground that no allowed spot sees", palette.NOT_ACHIEVABLE, 9, 9),
+    ("OUT-OF-REACH", "floor that no valid position sees", palette.NOT_ACHIEVABLE, 9, 9),
     ("LINK-WEAK", "overlaps too small or too weak to count", _GREY, 8, 13),
     ("LINK", "links between scans that count", palette.LINK, 6, 25),
-    ("ROUTE", "the walk from station to station", palette.ROUTE, 200, 30),
+    ("ROUTE", "route from station to station", palette.ROUTE, 200, 30),
     ("STATION", "stations", palette.STATION, 7, 30),
 )
 _DASHED = frozenset({"LINK-WEAK"})

@@ -125,7 +125,7 @@ _FORMATS = (
     ),
     Format(
         name="landxml",
-        title="stations and walk as LandXML 1.2",
+        title="stations and route as LandXML 1.2",
         file_name="stations.xml",
         write=_lazy("planner_core.export.landxml", "write_landxml"),
         options=("floors",),
@@ -134,7 +134,7 @@ _FORMATS = (
     ),
     Format(
         name="geojson",
-        title="stations, links, walk and floors as GeoJSON",
+        title="stations, links, route and floors as GeoJSON",
         file_name="stations.geojson",
         write=_lazy("planner_core.export.geojson", "write_geojson"),
         options=("geojson_crs", "floors"),
@@ -143,7 +143,7 @@ _FORMATS = (
     ),
     Format(
         name="kml",
-        title="stations, links, walk and floors as KML",
+        title="stations, links, route and floors as KML",
         file_name="stations.kml",
         write=_lazy("planner_core.export.kml", "write_kml"),
         options=("instrument", "kml_heights", "floors"),
@@ -152,7 +152,7 @@ _FORMATS = (
     ),
     Format(
         name="dxf",
-        title="a drawing: cut walls, stations as blocks, links, walk, a sheet a floor",
+        title="a drawing: cut walls, stations as blocks, links, route, a sheet per floor",
         file_name="drawing.dxf",
         write=_lazy("planner_core.export.dxf", "write_dxf"),
         options=("floors", "paper", "cut_m"),

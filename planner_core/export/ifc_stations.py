@@ -235,7 +235,7 @@ def _add_stations(
             "IfcBuildingElementProxy",
             f"station/{station.id}",
             Name=station.id,
-            Description=f"Station {station.number} of the walk",
+            Description=f"Station {station.number} on the route",
             ObjectType=OBJECT_TYPE,
             ObjectPlacement=target.placement(station.position_m, where.ObjectPlacement),
             Representation=target.shape(station.instrument_height_m, body),

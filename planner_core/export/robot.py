@@ -191,7 +191,7 @@ def _remarks(mission: _Mission, step_m: float) -> tuple[str, ...]:
             "its own step (`robot` in the site of the requirements)"
         )
     if mission.left_out:
-        remarks.append(f"{named([station.id for station in mission.left_out])} not in the walk: no waypoints")
+        remarks.append(f"{named([station.id for station in mission.left_out])} not on the route: no waypoints")
     return tuple(remarks)
 
 

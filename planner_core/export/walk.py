@@ -69,6 +69,6 @@ def ways_of(plan: PlanSource) -> tuple[Way, ...]:
 def walk_remarks(ways: tuple[Way, ...]) -> tuple[str, ...]:
     """Say what of the walk is missing, a line each."""
     if not ways:
-        return ("the plan has no walk: no ways are written",)
+        return ("the plan has no route: none is written",)
     broken = [way.title for way in ways if not way.walkable]
     return (f"no way inside the model leads from {', '.join(broken)}",) if broken else ()

@@ -55,7 +55,7 @@ class SiteFrame:
         """What every file says of its coordinates: their system, and that of heights where it is told."""
         if self.is_scene:
             return f"{SCENE_NAME}, no CRS"
-        heights = f"heights {self.vertical_name}" if self.vertical_name else "height datum not told"
+        heights = f"heights {self.vertical_name}" if self.vertical_name else "vertical datum not given"
         return f"{self.name if self.crs else f'{self.name}, no CRS'}; {heights}"
 
     @property

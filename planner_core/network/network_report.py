@@ -91,7 +91,7 @@ def registration_warnings(registration: Registration, floor_names: Mapping[str, 
     if more:
         n_stations = sum(len(registration.networks[number].stations) for number in more)
         lines.append(
-            f"{len(more)} more networks, of {n_stations} stations, do not register with the others; see the "
+            f"{len(more)} more groups, of {n_stations} stations, do not register with the others; see the "
             "links of the plan"
         )
     if alone:
@@ -267,7 +267,7 @@ def _apart(registration: Registration, numbers: list[int], gap: NetworkGap, floo
 def _held_least(link: Link) -> str:
     motion = weak_motion(link.weak_axis)
     north = ", north being +y" if motion.by_compass else ""
-    return f": held least is the {motion.words}{north}" if motion.words else ""
+    return f": weakest direction: {motion.words}{north}" if motion.words else ""
 
 
 def _between(registration: Registration, gap: NetworkGap) -> str:
@@ -278,7 +278,7 @@ def _between(registration: Registration, gap: NetworkGap) -> str:
 def _hangs(network: RegistrationNetwork) -> str:
     pairs = [f"{link.a} to {link.b}" for link in network.bridges]
     return (
-        f"the network of {_named(network.stations)} hangs on single links, loops are required: "
+        f"the network of {_named(network.stations)} is held together by single links, a redundant network is required: "
         f"{_listed(pairs)}; add a station that links both sides"
     )
 

@@ -23,7 +23,7 @@ def write_coverage_curve(plan: Plan, path: Path) -> None:
     axes = figure.add_axes((0.07, 0.12, 0.89, 0.72))
     asked = 100 * plan.settings.requirements.coverage
     axes.axhline(asked, color=palette.UNSEEN, linewidth=1.5, linestyle=(0, (6, 4)))
-    axes.text(0.0, asked + 1.2, f" asked for: {asked:g} %", color=palette.UNSEEN, fontsize=13, va="bottom")
+    axes.text(0.0, asked + 1.2, f" required: {asked:g} %", color=palette.UNSEEN, fontsize=13, va="bottom")
     marker = "o" if len(curve) <= _MAX_POINTS else ""
     axes.plot(np.arange(len(curve)), curve, color=palette.SEEN_OFTEN, linewidth=2.5, marker=marker, markersize=6)
     if len(steps) <= _MAX_NAMES:

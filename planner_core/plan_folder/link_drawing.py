@@ -42,7 +42,7 @@ def link_legend(plan: Plan) -> tuple[LegendLine, ...]:
     share = f"{100 * asked.overlap:g} %"
     return (
         (f"overlap of {share} or more, all motions held", *enough[1:]),
-        (f"held {STRONG_TIMES:g} times as firmly as asked", *strong[1:]),
+        (f"held {STRONG_TIMES:g} times the required strength", *strong[1:]),
         ("too little to count", *few[1:]),
     )
 

@@ -70,7 +70,7 @@ def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionVi
 
 
 def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView) -> None:
-    """Write the map of one floor: cut open, surfaces in the colours of coverage, the walk from station to station.
+    """Write the map of one floor: cut open, surfaces in the colours of coverage, route from station to station.
 
     view : what `view_floor` says of the floor.
     """
@@ -213,7 +213,7 @@ def _map_figures(plan: Plan, floor_index: int) -> tuple[tuple[str, str], ...]:
     if plan.route is None:
         return figures
     walked_m = sum(run.length_m for run in runs_on(plan, floor_index))
-    return ((f"{walked_m:.0f} m", "to walk"), *figures)
+    return ((f"{walked_m:.0f} m", "route"), *figures)
 
 
 def _link_figures(plan: Plan, floor: Floor) -> tuple[tuple[str, str], ...]:
@@ -246,7 +246,7 @@ def _plan_subtitle(plan: Plan) -> str:
 
 def _plan_figures(plan: Plan) -> tuple[tuple[str, str], ...]:
     coverage = plan.coverage
-    walk = ((f"{plan.route.length_m:.0f} m", "to walk"),) if plan.route is not None else ()
+    walk = ((f"{plan.route.length_m:.0f} m", "route"),) if plan.route is not None else ()
     return (
         *walk,
         (str(len(plan.stations)), "stations"),

@@ -121,20 +121,20 @@ _STYLE = (
 
 def _figures(plan: Plan) -> str:
     scanner, coverage, asked = plan.settings.scanner, plan.coverage, plan.settings.requirements
-    bound = f", at least {plan.lower_bound} needed on these candidates" if plan.lower_bound > 0 else ""
+    bound = f", lower bound {plan.lower_bound} on these candidates" if plan.lower_bound > 0 else ""
     if 0 < plan.lower_bound == len(plan.stations):
-        bound = ", proven to be the fewest possible on these candidates"
+        bound = ", proven to be the fewest on these candidates"
     rows = [
         ("Stations", f"{len(plan.stations)}{bound}"),
         (
             "Coverage",
-            f"{100 * coverage.fraction_of_achievable:.1f} % of {coverage.achievable_area_m2:.0f} m² achievable from "
-            f"admissible positions (asked for: {100 * asked.coverage:g} %); "
+            f"{100 * coverage.fraction_of_achievable:.1f} % of {coverage.achievable_area_m2:.0f} m² scannable from "
+            f"valid tripod positions (required: {100 * asked.coverage:g} %); "
             f"{100 * coverage.fraction_of_total:.1f} % of all {coverage.total_area_m2:.0f} m² in the model",
         ),
         ("Registration", _registration(plan)),
         *_field(plan),
-        ("Scanner", f"{escape(scanner.title)}, range {scanner.range_max_m:g} m, {scanner.n_beams:,} beams a scan"),
+        ("Scanner", f"{escape(scanner.title)}, range {scanner.range_max_m:g} m, {scanner.n_beams:,} beams per scan"),
         ("Patches", f"at most {plan.survey.patches.max_area_m2:g} m² each"),
     ]
     for floor, figures in zip(plan.survey.floors, plan.coverage_by_floor, strict=True):
@@ -150,7 +150,8 @@ def _registration(plan: Plan) -> str:
     counted = sum(link.overlap >= asked.overlap and not link.strength < asked.min_strength for link in plan.links)
     state = "all stations connected" if plan.connected else "<b>not all stations connected</b>"
     if of is not None and len(of.networks) > 1:
-        state = f"<b>{len(of.networks)} separate networks</b> of {', '.join(str(len(n.stations)) for n in of.networks)}"
+        sizes = ", ".join(str(len(network.stations)) for network in of.networks)
+        state = f"<b>{len(of.networks)} unconnected groups</b> of {sizes}"
     needed = [each.bottleneck for each in (() if of is None else of.networks) if each.bottleneck is not None]
     weakest = min(needed, key=lambda link: link.overlap, default=None)
     hangs = "" if weakest is None else f"; weakest link {escape(weakest.a)} to {escape(weakest.b)}, "
@@ -162,12 +163,12 @@ def _registration(plan: Plan) -> str:
 def _held_least(link: Link) -> str:
     motion = weak_motion(link.weak_axis)
     north = " (north is up on the maps: y of the model)" if motion.by_compass else ""
-    return f"; held least is the {escape(motion.words)}{north}" if motion.words else ""
+    return f"; weakest direction: {escape(motion.words)}{north}" if motion.words else ""
 
 
 def _field(plan: Plan) -> Iterator[tuple[str, str]]:
     if plan.route is not None:
-        yield "Walk", f"{plan.route.length_m:.0f} m between the stations"
+        yield "Route", f"{plan.route.length_m:.0f} m between the stations"
     time = plan.field_time
     if time is not None and time.total_s is not None and time.scanning_s is not None:
         scanning, set_up, walking = (seconds / 60 for seconds in (time.scanning_s, time.set_up_s, time.walking_s))

@@ -38,17 +38,17 @@ _SLIVER_M2 = 0.05
 
 #: What the reasons mean, for people.
 REASON_TEXTS = {
-    "not worth a station": "Spots that see it exist; the requirement is met without them.",
-    "too few spots see it": "It is seen, but not from as many spots as are asked for.",
-    "out of range": "In plain view, but farther than the scanner, or the requirement, reaches.",
-    "outside the field of view": "In plain view, but above or below what the scanner can see.",
-    "too oblique": "In plain view, but at too flat an angle.",
-    "too sparse": "In plain view, but points lie too far apart, or none falls on it.",
-    "too noisy": "In plain view, but range noise is larger than is asked for.",
+    "not worth a station": "Positions that see it exist; the requirement is met without them.",
+    "too few spots see it": "Seen, but from fewer positions than required.",
+    "out of range": "In view, but beyond the maximum range of the scanner or the requirement.",
+    "outside the field of view": "In view, but above or below the scanner's field of view.",
+    "too oblique": "In view, but at too large an angle of incidence.",
+    "too sparse": "In view, but at too large a point spacing, or without a point.",
+    "too noisy": "In view, but with more range noise than allowed.",
     "returns no beam": "Glass or mirror.",
-    "occluded": "Something stands before it, whatever spot one takes.",
-    "no admissible spot": "In a room or outside where no tripod can be put up.",
-    "inside solids": "Faces between building parts: nobody can see them.",
+    "occluded": "Hidden by something else from every position.",
+    "no admissible spot": "In a room, or outdoors, without a valid tripod position.",
+    "inside solids": "Faces between building parts: no position sees them.",
 }
 
 
@@ -67,7 +67,7 @@ def table(header: tuple[str, ...], rows: Iterable[tuple[str, ...]], *, numbers_f
 # ------------------------------------------------------------------------------------------ requirements
 def requirements_table(plan: Plan) -> str:
     """What was asked and what became of it; empty where the plan does not say."""
-    header = ("Requirement", "Asked of points", "", "Required", "Reached", "Of achievable, m²")
+    header = ("Requirement", "Points", "", "Required", "Reached", "Of scannable, m²")
     return table(header, map(_result_row, plan.requirements), numbers_from=3) if plan.requirements else ""
 
 
@@ -186,7 +186,7 @@ def _surfaces_table(plan: Plan, surfaces: list[UnseenSurface]) -> str:
         "Kind",
         *(("Room",) if scene.rooms else ()),
         "Floor",
-        *(("Best spot, sees",) if with_spot else ()),
+        *(("Best position, sees",) if with_spot else ()),
     )
     n_texts = len(header)
     header += ("Area, m²", "Pieces", "Largest, m²", "at x, m", "y, m", "z, m")
@@ -236,7 +236,7 @@ def _unseen_by_element(plan: Plan) -> str:
     )
     if not largest:
         return "<p>Everything achievable is seen.</p>"
-    text = table(("Element", "Kind", "Floor", "Unseen, m²", "Achievable, m²"), rows, numbers_from=3)
+    text = table(("Element", "Kind", "Floor", "Unseen, m²", "Scannable, m²"), rows, numbers_from=3)
     n_more = len(largest) - MAX_UNSEEN_ON_PAGE
     return text + (f"\n<p>{n_more} more in unseen.csv.</p>" if n_more > 0 else "")
 

@@ -51,7 +51,7 @@ def make_plan(
     Raises
     ------
     RequirementError
-        Settings that make no sense, unknown floors, no spot to stand on, nothing that meets what is asked.
+        Settings that make no sense, unknown floors, no valid tripod position, nothing that meets what is asked.
     DeviceError, SceneError
         See `open_engine`.
     """
@@ -253,11 +253,11 @@ def _bare_floors(survey: Survey, candidates: Candidates, floors: tuple[int, ...]
     reasons = ", ".join(f"{reason}: {n}" for reason, n in sorted(candidates.rejected.items(), key=lambda r: -r[1]))
     if len(bare) == len(floors):
         raise RequirementError(
-            f"candidates: none of {candidates.n_tried} grid points is a spot to stand on ({reasons}), expected at "
+            f"candidates: none of {candidates.n_tried} grid points is a valid tripod position ({reasons}), expected at "
             "least one; use a finer grid step or less clearance"
         )
     return tuple(
-        f"floor {name!r} has no spot to stand on, what is seen of it is seen from other floors (refused: {reasons}); "
+        f"floor {name!r} has no valid tripod position, it is seen from other floors only (refused: {reasons}); "
         "use a finer grid step or less clearance"
         for name in bare
     )

@@ -65,7 +65,7 @@ def place_settled(
         height_m = float(told_m)
     indoors = lies_mostly_indoors(survey, settings, engine, survey.floors[index])
     _, reasons = reject(survey, floor, settings, engine, position_m[None], np.array([ground_m]), mostly_covered=indoors)
-    remarks += [f"station {station.id}: no spot for a tripod on {floor.name!r} ({reason})" for reason in reasons]
+    remarks += [f"station {station.id}: no valid tripod position on {floor.name!r} ({reason})" for reason in reasons]
     return SettledPlace(station, position_m, index, height_m, tuple(remarks))
 
 

@@ -45,11 +45,11 @@ def ends_of(site: Site, offset_m: FloatArray) -> Ends:
     Raises
     ------
     RequirementError
-        An end for a walk that returns.
+        An end for a route that returns.
     """
     if site.returns and site.end_m is not None:
         raise RequirementError(
-            f"end of the walk: got {site.end_m} for a walk that returns, expected one of the two; leave `end` or "
+            f"end of the route: got {site.end_m} for a route that returns, expected one of the two; leave `end` or "
             "`returns` out"
         )
     start = site.start_m or (site.entrances_m[0] if site.entrances_m else None)
@@ -142,13 +142,13 @@ def route_warnings(route: Route, ids: Sequence[str]) -> tuple[str, ...]:
     if route.left_out:
         lines.append(
             f"route: no ground that the crew reaches within {ARM_M:g} m of {_named([ids[i] for i in route.left_out])}, "
-            "left out of the walk; check these places, or give entrances"
+            "left out of the route; check these positions, or give entrances"
         )
     broken = [leg for leg in route.legs if not leg.walkable]
     if broken:
         names = [f"{_stop(leg.a, ids, 'start')} to {_stop(leg.b, ids, 'end')}" for leg in broken]
         lines.append(
-            f"route: no way inside the model leads from {_named(names)}, length and time of the walk are without that; "
+            f"route: no way inside the model leads from {_named(names)}, length and time of the route leave it out; "
             "check doors and stairs of the model"
         )
     return tuple(lines)

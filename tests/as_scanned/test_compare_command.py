@@ -45,7 +45,7 @@ def test_missing_stations_end_with_7_and_a_plan_of_what_to_scan_again(
     assert result.exit_code == 7, result.output
     assert "missing       2" in result.stdout
     assert "NOT MET" in result.stdout
-    assert "all that was asked is met again" in result.stdout
+    assert "all requirements are met again" in result.stdout
     again = json.loads((tmp_path / "again" / "plan.json").read_text())
     scanned = {row["id"] for row in again["stations"] if row["fixed"]}
     assert scanned == {each.id for each in source.stations} - set(names)
@@ -162,20 +162,20 @@ def test_every_station_to_scan_again_tells_what_it_is_for(source: PlanSource) ->
     assert lines[2].strip() == "adds 21.0 m2 on floor F0 to the scans"
     assert lines[4].strip() == "joins S1 and 1 more with S3"
     assert lines[5].split(maxsplit=1)[1] == "S8 does for what was lost; S9 is for what the plan did not meet either"
-    assert lines[6].endswith("1 part: all that was asked is met")
+    assert lines[6].endswith("1 part: all requirements are met")
 
 
 def test_what_is_still_not_met_is_told_and_not_that_all_is(source: PlanSource) -> None:
     *_, last = _again(rescan_document(network_met=False, lost=True), source)
     assert last.endswith("what was lost is back; NOT met, as in the plan: the network (2 parts)")
     lines = _again(rescan_document(network_met=False, lost=False), source)
-    assert lines[0] == "Nothing that the plan met is lost: nothing need be scanned again."
+    assert lines[0] == "Nothing that the plan met is lost: nothing has to be scanned again."
     assert lines[1] == "NOT met, as in the plan: the network (2 parts)."
     document = rescan_document(network_met=False, lost=True)
     document["scan_again"].update(met=False, requirements=[{"name": "overall", "met": False, "asked_is_met": False}])
     assert _again(document, source)[-1].endswith("even so, NOT met: coverage overall")
     document["scan_again"] = None
-    assert _again(document, source) == ["What was asked is NOT met: coverage overall."]
+    assert _again(document, source) == ["Requirements NOT met: coverage overall."]
 
 
 def test_exchanged_names_cost_nothing_and_lose_no_links(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ def test_scene_coordinates_know_true_north_where_the_file_tells_it() -> None:
 def test_a_frame_says_what_its_coordinates_are() -> None:
     assert SiteFrame().crs_line == "scene coordinates, no CRS"
     local = SiteFrame(name="local site coordinates", source="control points")
-    assert local.crs_line == "local site coordinates, no CRS; height datum not told"
+    assert local.crs_line == "local site coordinates, no CRS; vertical datum not given"
     utm = SiteFrame(
         crs="EPSG:25832", name="EPSG:25832 UTM", vertical_crs="EPSG:7837", vertical_name="DHHN2016", source="given epsg"
     )

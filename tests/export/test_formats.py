@@ -120,7 +120,7 @@ def test_a_file_appears_with_its_folders_and_nothing_beside_it(
     written = hand_over("csv", written_plan(stations=[STATION]), target, frame=UTM)
     assert [path.name for path in target.parent.iterdir()] == ["stations.csv"]
     assert (written.path, written.n_files, written.n_bytes) == (target, 1, target.stat().st_size)
-    assert written.coordinates.startswith("EPSG:25832 ETRS89 / UTM zone 32N; height datum not told")
+    assert written.coordinates.startswith("EPSG:25832 ETRS89 / UTM zone 32N; vertical datum not given")
     assert any("a metre on the ground" in note for note in written.notes)
     row = next(csv.reader(target.read_text().splitlines()))
     assert row[:4] == ["S001", "458875.0000", "5438264.0000", "110.0000"]

@@ -195,7 +195,7 @@ def test_warnings_name_what_is_apart_why_and_what_to_do():
         "station D on floor 'Level 2' does not register with the others: the best link, B to D, overlaps 12.0 %, 30 % "
         "are required; open the doors or add a station on the stairs between their floors, or register with targets",
         "station E on floor 'F1' does not register with the others: the best link, B to E, overlaps 45.6 % but is too "
-        "weak, strength 0.0004 of 0.01: held least is the shift E–W, north being +y; move one to where both see a "
+        "weak, strength 0.0004 of 0.01: weakest direction: shift E–W, north being +y; move one to where both see a "
         "surface that stops this, or register with targets",
         "station F on floor 'F1' does not register with the others: no link reaches 5 % overlap; look for shut doors "
         "in between, or register with targets",
@@ -218,7 +218,7 @@ def test_many_networks_apart_are_counted():
     links = [Link("S0", "S1", 0.5, 0.1), *(Link("S0", one, 0.2, 0.1) for one in ids[2:])]
     lines = registration_warnings(report(links, ids))
     assert len(lines) == 7
-    assert lines[-1].startswith("12 more networks, of 12 stations,")
+    assert lines[-1].startswith("12 more groups, of 12 stations,")
     assert all("\n" not in line for line in lines)
 
 

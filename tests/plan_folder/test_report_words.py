@@ -13,8 +13,8 @@ from planner_core.plan_folder.report import report_page
 @pytest.mark.parametrize(
     ("weak_axis", "told"),
     [
-        ("tilts about 134 degrees from x to y", "held least is the tilt about NW–SE (north is up on the maps: y of"),
-        ("turns about the vertical", "38.4 % overlap; held least is the turn (heading)</td>"),
+        ("tilts about 134 degrees from x to y", "weakest direction: tilt about NW–SE (north is up on the maps: y of"),
+        ("turns about the vertical", "38.4 % overlap; weakest direction: turn (heading)</td>"),
         ("", "38.4 % overlap</td>"),
     ],
 )

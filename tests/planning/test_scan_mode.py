@@ -86,7 +86,7 @@ def test_plans_by_patches_and_by_beams_agree_and_say_which_they_are(
         summary.show(document)
         said = capsys.readouterr().out
         assert ("patches sampled instead of" in said) == (mode == "patches")
-        assert "1,351,800 beams a scan" in said
+        assert "1,351,800 beams per scan" in said
     by_patches, by_beams = plans["patches"], plans["beams"]
     assert abs(len(by_patches.stations) - len(by_beams.stations)) <= 1
     assert by_patches.coverage.achievable_area_m2 == pytest.approx(by_beams.coverage.achievable_area_m2, rel=0.01)

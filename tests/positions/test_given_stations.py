@@ -73,7 +73,7 @@ def test_what_is_odd_about_given_stations_is_said_line_by_line(stairs: tuple[Sur
     assert stations[1].instrument_height_m == 1.8
     assert len(said["attic"]) == 1
     assert "there is no floor 'attic' (there are F0 (Level 1)); taken by its height" in said["attic"][0]
-    assert any(line.startswith("station wall: no spot for a tripod on 'Level 1' (") for line in remarks)
+    assert any(line.startswith("station wall: no valid tripod position on 'Level 1' (") for line in remarks)
     assert "station far: stands over no floor; counted for 'Level 1'" in remarks
 
 
@@ -104,5 +104,5 @@ def test_what_makes_no_sense_is_refused_before_any_place_is_looked_for(
     with pytest.raises(RequirementError, match=r"noise: got a limit with scanner .*, expected one with a table"):
         evaluate_survey(survey, noise, given, engine)
     ends = replace(SETTINGS, site=Site(returns=True, end_m=(1.0, 1.0, 0.0)))
-    with pytest.raises(RequirementError, match=r"end of the walk: got .* for a walk that returns"):
+    with pytest.raises(RequirementError, match=r"end of the route: got .* for a route that returns"):
         evaluate_survey(survey, ends, given, engine)

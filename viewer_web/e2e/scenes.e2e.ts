@@ -152,7 +152,7 @@ describe.each(names)('%s', (name) => {
     await shot('2-unseen');
   });
 
-  test('a station shows its cloud, its panorama and its place in the walk', async () => {
+  test('a station shows its cloud, its panorama and its number on the route', async () => {
     const [station] = [...stations].sort((a, b) => b.covered_area_m2 - a.covered_area_m2);
     await viewer.open(`#floor=${floor.id}&station=${station.id}`);
     const { page } = viewer;

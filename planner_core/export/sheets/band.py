@@ -96,14 +96,14 @@ def _draw_legend(ink: Ink, view: FloorView, box: Box) -> None:
 
 #: In many words, and in few where there is little room.
 _LEGEND = {
-    "station": ("station and its number in the walk", "station"),
+    "station": ("station and its number on the route", "station"),
     "scanned": ("station that was scanned before", "scanned before"),
-    "walk": ("walk from station to station", "walk"),
+    "walk": ("route from station to station", "walk"),
     "strong": ("link that holds firmly", "firm link of scans"),
     "counts": ("link that registers two scans", "link of scans"),
     "weak": ("overlap too weak to register", "overlap too weak"),
     "missed ground": ("floor that the plan leaves unseen", "floor left unseen"),
-    "out of reach": ("floor that no spot sees", "floor no spot sees"),
+    "out of reach": ("floor that no position sees", "floor no position sees"),
     "missed wall": ("wall that the plan leaves unseen", "wall left unseen"),
     "wall": ("cut {cut:.3g} m above the floor", "cut at {cut:.3g} m"),
     "below": ("things that are lower", "lower things"),

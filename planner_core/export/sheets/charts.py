@@ -142,7 +142,7 @@ def draw_histogram(ink: Ink, made: Histogram, box: Box) -> None:
     if made.asked is not None and made.within is not None:
         x = to_x(made.asked)
         ink.lines([np.array([(x, plot.bottom), (x, plot.top)])], _ASKED)
-        _boxed(ink, (x, plot.top - 2.0), f"asked: {made.asked:.4g}{made.unit}", plot)
+        _boxed(ink, (x, plot.top - 2.0), f"required: {made.asked:.4g}{made.unit}", plot)
         lines.append(f"{100 * made.within:.1f} % keep the limit")
     ink.text((plot.right, box.top - 7.6), "; ".join(lines), _SIZE_PT, align="right", colour=QUIET)
 
@@ -170,7 +170,7 @@ def draw_curve(ink: Ink, plan: PlanSource, box: Box) -> None:
     plot, to_x, to_y = _draw_axes(ink, title, box, x_axis, Axis("seen share of the achievable surface, %", 105, 20))
     asked = 100 * float(plan.document["requirements"]["coverage"])
     ink.lines([np.array([(plot.left, to_y(asked)), (plot.right, to_y(asked))])], _ASKED)
-    ink.text((plot.left + 1, to_y(asked) + 0.9), f"asked: {asked:g} %", _SIZE_PT, colour=_ASKED.colour)
+    ink.text((plot.left + 1, to_y(asked) + 0.9), f"required: {asked:g} %", _SIZE_PT, colour=_ASKED.colour)
     spots = np.array([(to_x(place), to_y(share)) for place, share in enumerate(curve.tolist())])
     ink.lines([spots], _CURVE)
     if len(curve) <= _MAX_POINTS:

@@ -56,7 +56,7 @@ def _floor_coverage(plan: PlanSource, floor: FieldFloor) -> str:
 
 def _coverage(figures: Mapping[str, Any], asked: float) -> str:
     reached = reached_percent(float(figures["fraction_of_achievable"]), asked)
-    return f"{reached} % of {figures['achievable_area_m2']:.0f} m² achievable; asked for: {100 * asked:g} %"
+    return f"{reached} % of {figures['achievable_area_m2']:.0f} m² scannable; required: {100 * asked:g} %"
 
 
 def _team_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:

@@ -88,7 +88,7 @@ def floors_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table:
         Column("Ground H, m", 14, number=True),
         Column("Stations", 12, number=True),
         Column("Seen, %", 12, number=True),
-        Column("Achievable, m²", 16, number=True),
+        Column("Scannable, m²", 16, number=True),
     )
     return Table("Floors", columns, tuple(rows))
 
@@ -102,13 +102,13 @@ def asked_table(plan: PlanSource) -> Table:
     rows = tuple(_asked_row(result) for result in plan.document["requirements"]["results"])
     columns = (
         Column("Requirement", 34),
-        Column("Of points", 46),
+        Column("Points", 46),
         Column("Required, %", 13, number=True),
         Column("Reached, %", 13, number=True),
         Column("Result", 12, bold=True),
-        Column("Of achievable, m²", 17, number=True),
+        Column("Of scannable, m²", 17, number=True),
     )
-    return Table("What was asked, and what is reached", columns, rows)
+    return Table("Required and reached", columns, rows)
 
 
 def _asked_row(result: Mapping[str, Any]) -> tuple[str, ...]:
@@ -201,14 +201,14 @@ def _notes(plan: PlanSource, station: FieldStation) -> Iterator[str]:
     if station.id in scanned_before(plan):
         yield "scanned before"
     if any(station.id in network["articulations"] for network in plan.document["registration"]["networks"]):
-        yield "the network hangs on it"
+        yield "critical station"
     route = plan.document.get("route")
     if route is not None and station.id in route["left_out"]:
-        yield "not in the walk"
+        yield "not on the route"
 
 
 def networks_table(plan: PlanSource) -> Table | None:
-    """Networks of scans and what they hang on; None where there is nothing to say: one station, or none."""
+    """Networks of scans and what holds them together; None where there is nothing to say: one station, or none."""
     networks = plan.document["registration"]["networks"]
     if len(plan.stations) < 2:
         return None
@@ -224,8 +224,8 @@ def networks_table(plan: PlanSource) -> Table | None:
         Column("No.", 7, number=True, bold=True),
         Column("Stations, by number", 62),
         Column("Floors", 14),
-        Column("Weakest link that it needs, and its weakest motion", 44),
-        Column("Links it falls apart without", 40),
+        Column("Weakest link needed, and its weakest direction", 44),
+        Column("Single-link connections", 40),
     )
     more = len(rows) - _MAX_NETWORKS
     note = f"{more} more: see plan.json." if more > 0 else ""
@@ -253,10 +253,10 @@ def gaps_table(plan: PlanSource) -> Table | None:
         )
         for gap in gaps[:_MAX_NETWORKS]
     )
-    columns = (Column("Networks", 30), Column("Best link, by number", 30), Column("Overlap, %", 20, number=True))
-    note = "Scans of separate networks need targets, an open door or a further station between them."
+    columns = (Column("Groups", 30), Column("Best link, by number", 30), Column("Overlap, %", 20, number=True))
+    note = "Unconnected groups need targets, an open door or a further station between them."
     note += f" {len(gaps) - len(rows)} more: see plan.json." if len(gaps) > len(rows) else ""
-    return Table("What is missing between the networks", columns, rows, note)
+    return Table("Between unconnected groups", columns, rows, note)
 
 
 def _pair(link: Mapping[str, Any], number: Mapping[str, int]) -> str:
@@ -283,7 +283,7 @@ def unseen_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table | N
         Column("Element", 50),
         Column("Room", 30),
         Column("Floor", 10),
-        Column("Why it is not seen", 40),
+        Column("Reason", 40),
         Column("Area, m²", 14, number=True),
     )
     left = len(surfaces) - len(rows)
@@ -304,4 +304,4 @@ def _unseen_row(surface: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _reason(reason: str) -> str:
-    return "what was asked is met without it" if reason == _LEFT_OUT else reason
+    return "left out: requirements are met without it" if reason == _LEFT_OUT else reason

@@ -61,7 +61,7 @@ def test_the_text_is_geojson_of_rfc_7946(write: Write, site_plan: PlanSource) ->
     document = json.loads(path.read_text(encoding="utf-8"))
     assert document["type"] == "FeatureCollection"
     assert "crs" not in document
-    assert "height datum not told" in document["heights"]
+    assert "vertical datum not given" in document["heights"]
     ids = [feature["id"] for feature in document["features"]]
     assert len(set(ids)) == len(ids)
     for feature in document["features"]:

@@ -125,7 +125,7 @@ def test_json_and_yaml_say_the_same(house_plan: PlanSource, mission: Mission) ->
 def test_what_is_not_visited_says_why(house_plan: PlanSource, mission: Mission) -> None:
     folder, remarks = mission(house_plan)
     assert document_of(folder)["not_visited"] == [{"id": "S5", "reason": "no way leads there"}]
-    assert "S5 not in the walk: no waypoints" in remarks
+    assert "S5 not on the route: no waypoints" in remarks
     assert any("climb steps of up to 0.25 m" in remark for remark in remarks)
 
 
@@ -283,7 +283,7 @@ def test_a_plan_without_a_walk_has_waypoints_without_headings(house_plan: PlanSo
     document = document_of(folder)
     assert document["paths"] == []
     assert {(point["heading_rad"], point["heading_of"]) for point in document["waypoints"]} == {(None, None)}
-    assert "the plan has no walk: no ways are written" in remarks
+    assert "the plan has no route: none is written" in remarks
     assert "S5 not over ground that can be walked: a robot can't get there" in remarks
     (roof,) = (point for point in document["waypoints"] if point["id"] == "S5")
     assert roof["clearance_m"] is None

@@ -75,7 +75,7 @@ def test_what_is_of_all_floors_says_so_where_the_sheets_are_not(
     for name in ("Registration", "Walk", "Field time"):
         assert figures[name].startswith("whole plan: "), name
     words = "\n".join(pdf_of(site_plan, floors=("F0",)).texts)
-    for title in ("What was asked, and what is reached", "How the scans register", "How well it is seen"):
+    for title in ("Required and reached", "How the scans register", "How well it is seen"):
         assert f"{title}: whole plan" in words
     assert "whole plan" not in "\n".join(site_sheets.texts)
 

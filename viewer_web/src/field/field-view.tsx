@@ -124,7 +124,7 @@ interface StopListProps {
 
 function StopList({ stops, done, next, onTick, onPick }: StopListProps) {
   return (
-    <ol class="field-stops" aria-label="Stations in the order of the walk">
+    <ol class="field-stops" aria-label="Stations in the order of the route">
       {stops.map((stop) => (
         <li key={stop.stationId} class={stop === next ? 'field-stop field-stop-next' : 'field-stop'}>
           <label>

@@ -1,4 +1,4 @@
-/** The walk from station to station: how long, and one stop after the other. */
+/** The route from station to station: how long, and one stop after the other. */
 import { duration, metres } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
