@@ -261,7 +261,7 @@ def test_swapped_columns_at_the_plan_are_doubted(source: PlanSource, tmp_path: P
 def test_site_coordinates_of_an_unknown_site_are_refused(house_plan: Path, source: PlanSource, tmp_path: Path) -> None:
     nowhere = open_plan(house_plan, frame=FrameRequest(scene_coordinates=True))
     path = write_csv(tmp_path / "list.csv", [(each.id, each.site_m) for each in source.stations])
-    with pytest.raises(StationListError, match="nothing is known of the site"):
+    with pytest.raises(StationListError, match="coordinate system of the site is not known"):
         read_actual([path], nowhere, coordinates="site")
     with pytest.raises(StationListError, match="lies at the plan"):
         read_actual([path], nowhere)

@@ -20,4 +20,4 @@ def test_coverage_as_scanned_that_falls_short_reads_so(planned: float, actual: f
         "planned_is_met": planned >= 0.95, "asked_is_met": actual >= 0.95,
     }  # fmt: skip
     (line,) = _coverage({"requirements": [row]})
-    assert line == f"coverage      overall                  95.0 % asked, {told}"
+    assert line == f"coverage      overall                  95.0 % required, {told}"

@@ -87,7 +87,7 @@ def test_json_tells_coordinates_and_doubts(export: Export, tmp_path: Path) -> No
     assert document["n_bytes"] == (tmp_path / "out.csv").stat().st_size
     assert document["coordinates"].startswith("EPSG:25832")
     assert any("look swapped" in line for line in document["warnings"])
-    assert any("datum of heights" in line for line in document["notes"])
+    assert any("vertical datum" in line for line in document["notes"])
 
 
 def test_control_points_place_the_plan(export: Export, tmp_path: Path) -> None:

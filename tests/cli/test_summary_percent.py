@@ -29,7 +29,7 @@ def test_overlap_of_the_weakest_link_is_rounded_down_beside_the_threshold_as_ask
 
 
 def test_weakest_link_is_that_of_all_networks() -> None:
-    assert summary._registration(network(0.42, 0.31, None)).endswith("3 separate networks; weakest: A1 to B1, 31.0 %")
+    assert summary._registration(network(0.42, 0.31, None)).endswith("3 unconnected groups; weakest: A1 to B1, 31.0 %")
 
 
 def document(reached: float) -> dict[str, Any]:

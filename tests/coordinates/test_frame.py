@@ -378,4 +378,4 @@ def test_the_distortion_at_the_site_is_told() -> None:
 
 
 def test_an_untold_height_datum_is_told() -> None:
-    assert only(site_frame(plan_of(), UTM).notes, "datum of heights is not told")
+    assert only(site_frame(plan_of(), UTM).notes, "vertical datum is not given")

@@ -237,7 +237,7 @@ def test_loops_that_are_asked_and_missing_are_named():
     ids = ["A", "B", "C"]
     links = [Link("A", "B", 0.5, 0.1), Link("B", "C", 0.5, 0.1)]
     (line,) = registration_warnings(report(links, ids, loops=True))
-    assert "stations A, B, C hangs on single links" in line
+    assert "stations A, B, C is held together by single links" in line
     assert "A to B, B to C" in line
     assert registration_warnings(report([*links, Link("A", "C", 0.4, 0.1)], ids, loops=True)) == ()
 

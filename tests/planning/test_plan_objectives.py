@@ -133,11 +133,11 @@ def listed(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], object]:
 def test_a_kept_station_of_the_id_of_a_distant_scanned_one_is_refused(small: PlanSettings, listed: object) -> None:
     near, moved, far = (listed(x) for x in ("1.0", "1.5", "5.0"))  # type: ignore[operator]
     with pytest.raises(RequirementError, match=r"S001.*4\.0 m away.*rename"):
-        inputs.with_settled(small, Settling(fixed=near, kept=far))
-    settled = inputs.with_settled(small, Settling(fixed=moved, kept=near)).site.settled
+        inputs.with_settled(small, Settling(scanned=near, kept=far))
+    settled = inputs.with_settled(small, Settling(scanned=moved, kept=near)).site.settled
     assert [(station.id, station.role) for station in settled] == [("S001", "scanned")]
     with pytest.raises(RequirementError, match="S001"):
-        inputs.with_settled(small, Settling(fixed=near, locked=far))
+        inputs.with_settled(small, Settling(scanned=near, locked=far))
 
 
 def test_options_of_one_method_are_refused_with_another(small: PlanSettings) -> None:

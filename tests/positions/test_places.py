@@ -270,7 +270,7 @@ def test_settled_stations_are_the_last_rows_at_their_exact_places(rooms: tuple[S
 @pytest.mark.parametrize(
     ("x", "z", "height_m", "said"),
     [
-        (4.1, 1.5, None, "no spot for a tripod"),
+        (4.1, 1.5, None, "no valid tripod position"),
         (4.1, 1.5, None, "not to be reached on foot"),
         (20.0, 1.5, None, "stands over no floor"),
         (1.0, 1.5, 1.2, "instrument height 1.200 m is given, but the sensor is 1.500 m above"),

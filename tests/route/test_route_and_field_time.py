@@ -171,7 +171,7 @@ def test_the_walk_begins_at_the_start_else_at_the_first_entrance() -> None:
     assert started.start_m is not None
     assert started.start_m.tolist() == [3.0, 2.0, 0.0]
     assert ends_of(Site(), offset_m) == ANYWHERE
-    with pytest.raises(RequirementError, match="end on the route"):
+    with pytest.raises(RequirementError, match="end of the route"):
         ends_of(dataclasses.replace(site, end_m=(103.0, 2.0, 10.0)), offset_m)
 
 

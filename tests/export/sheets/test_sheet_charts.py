@@ -94,7 +94,7 @@ def test_figures_of_charts_have_units(site_sheets: Any) -> None:
     words = " ".join(" ".join(site_sheets.texts).split())
     for unit in (" m", "°", " mm"):
         assert re.search(rf"half of it at most [\d.]+{unit}, 95 % at most [\d.]+{unit};", words), unit
-    assert "asked: 4 m" in words and "asked: 75°" in words and "asked: 500 mm" in words
+    assert "required: 4 m" in words and "required: 75°" in words and "required: 500 mm" in words
 
 
 # ---------------------------------------------------------------------------------------------------- grey

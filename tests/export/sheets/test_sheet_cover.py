@@ -60,7 +60,7 @@ def test_cover_of_one_floor_says_so_and_has_its_figures(site_plan: PlanSource, p
     assert "Only Level 2: 1 of 2 floors" in cover
     (floor,) = [each for each in site_plan.document["coverage"]["floors"] if each["floor"] == "F1"]
     share, area_m2 = 100 * floor["fraction_of_achievable"], floor["achievable_area_m2"]
-    assert f"{share:.1f} % of {area_m2:.0f} m² achievable" in cover
+    assert f"{share:.1f} % of {area_m2:.0f} m² scannable" in cover
     whole = site_plan.document["coverage"]
     assert f"{100 * whole['fraction_of_achievable']:.1f} % of {whole['achievable_area_m2']:.0f} m²" not in cover
     assert "2 here; whole plan: 6" in cover
