@@ -175,24 +175,16 @@ set_option = click.option(
 )  # fmt: skip
 
 
-def _as_text(value: Any) -> str:
-    """Return a default as --set takes it."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return ",".join(f"{part:g}" for part in value) if isinstance(value, tuple) else str(value).lower()
-
-
 def _print_method_options(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     if not wanted or ctx.resilient_parsing:
         return
-    from planner_core.model.options import option_list
-    from planner_core.paper.pipeline import PaperSettings
-    from planner_core.select.proven import SelectionSettings
+    from planner_core.model import Paper, Proven
+    from planner_core.model.options import as_text, option_list
 
     from .output import table
 
-    for method, settings in (("proven", SelectionSettings()), ("paper", PaperSettings())):
-        table((f"option of --method {method}", "default"), [(n, _as_text(v)) for n, v in option_list(settings)])
+    for method in (Proven(), Paper()):
+        table((f"option of --method {method.name}", "default"), [(n, as_text(v)) for n, v in option_list(method)])
     ctx.exit()
 
 
