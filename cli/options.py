@@ -91,10 +91,21 @@ overlap_option = click.option(
     "--overlap", type=click.FloatRange(min=0, max=100), default=None, metavar="PERCENT",
     help="Overlap from which on two stations count as linked. [default: 30]",
 )  # fmt: skip
+
+
+class _NetworkKind(click.Choice[str]):
+    """Choices of --network; words of earlier versions are taken as well."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the choice that a word means."""
+        now = {"joined": "connected", "loops": "redundant"}.get(str(value), value)
+        return super().convert(now, param, ctx)
+
+
 network_option = click.option(
-    "--network", type=click.Choice(["joined", "loops", "none"]), default=None,
-    help="How links must join the stations. joined: into one network, as far as the building allows; loops: also when "
-    "any one link fails; none: not asked. [default: joined]",
+    "--network", type=_NetworkKind(["connected", "redundant", "none"]), default=None,
+    help="How links must join the stations. connected: into one network, as far as the building allows; redundant: "
+    "also when any one link fails; none: not asked. [default: connected]",
 )  # fmt: skip
 spacing_option = click.option(
     "--spacing", default=None, metavar="LENGTH", help="Greatest distance between points on surfaces, such as 6mm."

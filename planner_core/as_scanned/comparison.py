@@ -18,6 +18,7 @@ from planner_core.errors import StationListError
 from planner_core.model import (
     FloatArray,
     Link,
+    NetworkKind,
     Objective,
     PartResult,
     Plan,
@@ -122,14 +123,14 @@ def is_part_met(was: PartResult, now: PartResult) -> bool:
 def is_network_met(planned: Plan, found: Plan) -> bool:
     """Whether the stations hang together as asked, or as well as the plan's."""
     was, now = registration_of(planned), registration_of(found)
-    if planned.settings.requirements.network == "none" or now.met:
+    if planned.settings.requirements.network == NetworkKind.NONE or now.met:
         return True
     return not was.met and len(now.networks) <= len(was.networks) and (now.connected or not was.connected)
 
 
 def is_network_asked_met(plan: Plan) -> bool:
     """Whether the stations hang together as asked, whatever another plan had."""
-    return plan.settings.requirements.network == "none" or registration_of(plan).met
+    return plan.settings.requirements.network == NetworkKind.NONE or registration_of(plan).met
 
 
 def registration_of(plan: Plan) -> Registration:

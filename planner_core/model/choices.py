@@ -11,50 +11,50 @@ _Choice = TypeVar("_Choice", bound=StrEnum)
 
 
 class Objective(StrEnum):
-    """What a plan is the best of."""
+    """What a plan is the best of: fewest stations, most coverage with a number of them, least time in the field."""
 
     FEWEST = "fewest"
-    """Stations."""
     COVERAGE = "coverage"
-    """Most of it, with a number of stations."""
     TIME = "time"
-    """Least time in the field."""
 
 
 class ScanBy(StrEnum):
-    """What candidates are judged by."""
+    """What candidates are judged by: beams, or samples of patches (`planner_core.engine.patch_mode`).
+
+    Auto: patches for scanners of very many beams.
+    """
 
     AUTO = "auto"
-    """Patches for scanners of very many beams."""
     BEAMS = "beams"
     PATCHES = "patches"
-    """Samples of patches, see `planner_core.engine.patch_mode`."""
 
 
 class NetworkKind(StrEnum):
-    """How stations hang together by links, as far as candidates can."""
+    """How links must join the stations, as far as candidates can; redundant: also when any one link fails."""
 
-    JOINED = "joined"
-    LOOPS = "loops"
-    """Also when any one link fails."""
+    CONNECTED = "connected"
+    REDUNDANT = "redundant"
     NONE = "none"
-    """Not asked."""
+
+    @classmethod
+    def _missing_(cls, value: object) -> NetworkKind | None:
+        """Words of earlier versions, in files and plans that are kept."""
+        return {"joined": cls.CONNECTED, "loops": cls.REDUNDANT}.get(str(value))
 
 
 class Role(StrEnum):
-    """What is settled of a station, or a place, before planning."""
+    """What is settled of a station, or a place, before planning.
+
+    scanned : its scan exists. locked : it must be in the plan. kept : it was in an earlier plan and stays where that
+    costs nothing. begun : it is of a set that the search begins with, such as the best one of a search that was cut
+    short, and nothing keeps it. forbidden : no station within `SettledStation.radius_m` of it.
+    """
 
     SCANNED = "scanned"
-    """Its scan exists."""
     LOCKED = "locked"
-    """It must be in the plan."""
     KEPT = "kept"
-    """It was in an earlier plan and stays where that costs nothing."""
     BEGUN = "begun"
-    """It is of a set that the search begins with, such as the best one of a search that was cut short; nothing keeps
-    it."""
     FORBIDDEN = "forbidden"
-    """No station within `SettledStation.radius_m` of it."""
 
 
 class Glass(StrEnum):
@@ -66,12 +66,10 @@ class Glass(StrEnum):
 
 
 class Doors(StrEnum):
-    """Whose leaves are left out, see `planner_core.scene.doors`."""
+    """Which doors are open, their leaves left out: none, those indoors, or all, see `planner_core.scene.doors`."""
 
     SHUT = "shut"
-    """None: as modelled."""
     OPEN = "open"
-    """Of doors indoors."""
     ALL = "all"
 
 
@@ -83,13 +81,8 @@ class UpAxis(StrEnum):
 
 
 def one_of(kind: type[_Choice], word: str, what: str, *, error: type[PlannerError] = RequirementError) -> _Choice:
-    """Return the member of `kind` that `word` is the value of.
-
-    Raises
-    ------
-    RequirementError
-        Or `error`: there is none; the message names `what`, and all there are.
-    """
-    if word not in list(kind):
-        raise error(f"{what}: got {word!r}, expected one of {', '.join(kind)}")
-    return kind(word)
+    """Return the member of `kind` that `word` means; raises `error`, which names `what` and all there are."""
+    try:
+        return kind(word)
+    except ValueError:
+        raise error(f"{what}: got {word!r}, expected one of {', '.join(kind)}") from None

@@ -88,7 +88,7 @@ class Requirements:
     reflectivity: float = 0.8
     """Of the surfaces, for range noise."""
     parts: tuple[PartRequirement, ...] = ()
-    network: NetworkKind = NetworkKind.JOINED
+    network: NetworkKind = NetworkKind.CONNECTED
     """By links of at least `overlap` and `min_strength`."""
     min_strength: float = 0.01
     """Least strength of a link that counts: all six motions are held, the worst of them ten times as badly as if all

@@ -141,7 +141,7 @@ def make_pool(
         links=_links(survey, settings, demand.rows.seen, progress) if isinstance(settings.method, Proven) else None,
         given=tuple(given.tolist()),
         kept=tuple(kept.tolist()),
-        loops=settings.requirements.network == NetworkKind.LOOPS,
+        loops=settings.requirements.network == NetworkKind.REDUNDANT,
         barred=np.zeros(candidates.floor.size, dtype=bool),
     )
     if pool.links is None:
@@ -232,7 +232,7 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
 
 def _links(survey: Survey, settings: PlanSettings, seen: Visibility, progress: Progress) -> CandidateLinks | None:
     asked = settings.requirements
-    if asked.network == "none" or asked.overlap <= 0:
+    if asked.network == NetworkKind.NONE or asked.overlap <= 0:
         return None
     surface = surface_of_patches(survey.scene, survey.patches, times_seen(seen) > 0)
     return candidate_links(

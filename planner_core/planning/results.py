@@ -185,11 +185,11 @@ def _registered(
         tuple(station.floor for station in stations),
         threshold=asked.overlap,
         min_strength=asked.min_strength,
-        loops=asked.network == NetworkKind.LOOPS,
+        loops=asked.network == NetworkKind.REDUNDANT,
     )
 
 
 def _registration_warnings(survey: Survey, asked: Requirements, registration: Registration) -> tuple[str, ...]:
-    if asked.network == "none" or asked.overlap == 0:
+    if asked.network == NetworkKind.NONE or asked.overlap == 0:
         return ()
     return registration_warnings(registration, {floor.id: floor.name for floor in survey.floors})

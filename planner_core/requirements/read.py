@@ -192,9 +192,11 @@ def _seen_from(said: dict[str, Any], where: str, default: int, *, sign: str = ":
 def _network(value: object, where: str, default: NetworkKind) -> NetworkKind:
     if value is None:
         return default
-    if not isinstance(value, str) or value.strip().casefold() not in list(NetworkKind):
-        raise refusal(f"{where}: network", value, f"one of {', '.join(NetworkKind)}", f"leave it out for {default}")
-    return NetworkKind(value.strip().casefold())
+    try:
+        return NetworkKind(value.strip().casefold() if isinstance(value, str) else "")
+    except ValueError:
+        known = ", ".join(NetworkKind)
+        raise refusal(f"{where}: network", value, f"one of {known}", f"leave it out for {default}") from None
 
 
 def _section(value: object, what: str) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from planner_core.model import (
     Greedy,
     GroundPick,
     KeepOut,
+    NetworkKind,
     Paper,
     PartRequirement,
     Plan,
@@ -62,7 +63,7 @@ REQUIREMENTS = {
     "seen_from": st.integers(1, 9),
     "reflectivity": fraction,
     "parts": st.lists(part, max_size=3, unique_by=lambda each: each.name).map(tuple),
-    "network": st.sampled_from(["joined", "loops", "none"]),
+    "network": st.sampled_from(list(NetworkKind)),
     "min_strength": fraction,
 }
 requirements = st.builds(Requirements, **REQUIREMENTS)

@@ -53,5 +53,7 @@ def test_words_become_members_and_what_is_not_said_is_as_on_the_command_line(sma
     assert told.objective is Objective.TIME
     assert told.scan_mode is ScanBy.BEAMS
     assert SettledStation("A", (0, 0, 1), "kept").role is Role.KEPT
-    assert Requirements(network="none").network is NetworkKind.NONE
+    assert Requirements(network="redundant").network is NetworkKind.REDUNDANT
+    earlier = [Requirements(network=word).network for word in ("joined", "loops")]
+    assert earlier == [NetworkKind.CONNECTED, NetworkKind.REDUNDANT]
     assert PlanSettings(small.scanner).method == Proven()

@@ -87,5 +87,5 @@ def registration_of(settings: PlanSettings, links: Sequence[Link], stations: Seq
         [station.floor for station in stations],
         threshold=asked.overlap,
         min_strength=asked.min_strength,
-        loops=asked.network == NetworkKind.LOOPS,
+        loops=asked.network == NetworkKind.REDUNDANT,
     )
