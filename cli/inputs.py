@@ -24,14 +24,15 @@ _SAME_STATION_M = 2.0
 
 def load(scene: Path, reading: FileOptions, *, progress: Progress) -> Scene:
     """Load the scene file with the options of the command line."""
+    from planner_core.model import Doors, Glass, UpAxis
     from planner_core.scene.load import LoadOptions, load_scene
 
     options = LoadOptions(
         metres_per_unit=METRES_PER_UNIT[reading.units] if reading.units else None,
-        up_axis=reading.up.upper() if reading.up else None,
+        up_axis=UpAxis(reading.up.upper()) if reading.up else None,
         skip_bad_faces=reading.skip_bad_faces,
-        glass=reading.glass,
-        doors=reading.doors,
+        glass=Glass(reading.glass),
+        doors=Doors(reading.doors),
     )
     return load_scene(scene, options=options, progress=progress)
 
@@ -50,7 +51,7 @@ def settings(
     seed: int,
 ) -> PlanSettings:
     """Return the settings of a plan from the values of `options.problem_options`."""
-    from planner_core.model import PlanSettings
+    from planner_core.model import PlanSettings, ScanBy
     from planner_core.scanner.catalogue import load_scanner
 
     requirements, site = asked(asking)
@@ -62,7 +63,7 @@ def settings(
         instrument_heights_m=tuple(heights_m),
         clearance_m=clearance_m,
         max_patch_area_m2=max_patch_area_m2,
-        scan_mode=scan_mode,
+        scan_mode=ScanBy(scan_mode),
         site=site,
         seconds_per_scan=seconds_per_scan,
         set_up_s=set_up_s,
@@ -136,11 +137,12 @@ def with_settled(problem: PlanSettings, settling: Settling) -> PlanSettings:
     RequirementError, StationListError
         Lists that can't be read, places that are none, one id twice.
     """
+    from planner_core.model import Role
     from planner_core.plan_folder.stations_csv import read_station_list
     from planner_core.positions.site_reading import check_ids, settled_from
 
     settled = list(problem.site.settled)
-    for path, role in ((settling.scanned, "scanned"), (settling.locked, "locked"), (settling.kept, "kept")):
+    for path, role in ((settling.scanned, Role.SCANNED), (settling.locked, Role.LOCKED), (settling.kept, Role.KEPT)):
         if path is not None:
             rows = read_station_list(path)
             settled += settled_from(
@@ -148,7 +150,8 @@ def with_settled(problem: PlanSettings, settling: Settling) -> PlanSettings:
             )
     for text in settling.forbidden:
         x, y, z, *radius = numbers(text, "--forbid", "X,Y,Z or X,Y,Z,RADIUS", (3, 4))
-        settled += settled_from((("", (x, y, z), None, None),), "forbidden", radius_m=radius[0] if radius else 0.5)
+        place = ("", (x, y, z), None, None)
+        settled += settled_from((place,), Role.FORBIDDEN, radius_m=radius[0] if radius else 0.5)
     settled = _kept_once(settled)
     check_ids(settled)
     return replace(problem, site=replace(problem.site, settled=tuple(settled)))
@@ -187,7 +190,8 @@ def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
         Text that is no NAME=VALUE, a search for a method that has none, or options that the method refuses.
     """
     from planner_core.errors import RequirementError
-    from planner_core.planning.plan import check_method
+    from planner_core.model import Objective
+    from planner_core.model.options import method_of
 
     method, search, time_limit_s = choosing.method, choosing.search, choosing.time_limit_s
     if search is not None and method != "paper":
@@ -213,16 +217,13 @@ def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
         options.append((name.strip(), value.strip()))
     if options and method == "greedy":
         raise RequirementError("--set: got it with --method greedy, which has no options; use method proven or paper")
-    chosen = replace(
+    return replace(
         problem,
-        method=method,
-        method_options=tuple(options),
-        objective=choosing.objective,
+        method=method_of(method, options),
+        objective=Objective(choosing.objective),
         max_stations=choosing.max_stations,
         refine=choosing.refine,
     )
-    check_method(chosen)  # refuses what makes no sense before anything is loaded
-    return chosen
 
 
 def open_survey(

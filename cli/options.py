@@ -92,10 +92,21 @@ overlap_option = click.option(
     "--overlap", type=click.FloatRange(min=0, max=100), default=None, metavar="PERCENT",
     help="Minimum overlap of a link between two stations. [default: 30]",
 )  # fmt: skip
+
+
+class _NetworkKind(click.Choice[str]):
+    """Choices of --network; words of earlier versions are taken as well."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the choice that a word means."""
+        now = {"joined": "connected", "loops": "redundant"}.get(str(value), value)
+        return super().convert(now, param, ctx)
+
+
 network_option = click.option(
-    "--network", type=click.Choice(["joined", "loops", "none"]), default=None,
-    help="How links must join the stations. joined: into one network, as far as the building allows; loops: also when "
-    "any one link fails; none: not asked. [default: joined]",
+    "--network", type=_NetworkKind(["connected", "redundant", "none"]), default=None,
+    help="Required network of links between stations. connected: one network, as far as the building allows; "
+    "redundant: also when any one link fails; none: not required. [default: connected]",
 )  # fmt: skip
 spacing_option = click.option(
     "--spacing", default=None, metavar="LENGTH", help="Maximum point spacing on surfaces, such as 6mm."
@@ -177,24 +188,16 @@ set_option = click.option(
 )  # fmt: skip
 
 
-def _as_text(value: Any) -> str:
-    """Return a default as --set takes it."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return ",".join(f"{part:g}" for part in value) if isinstance(value, tuple) else str(value).lower()
-
-
 def _print_method_options(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
     if not wanted or ctx.resilient_parsing:
         return
-    from planner_core.model.options import option_list
-    from planner_core.paper.pipeline import PaperSettings
-    from planner_core.select.proven import SelectionSettings
+    from planner_core.model import Paper, Proven
+    from planner_core.model.options import as_text, option_list
 
     from .output import table
 
-    for method, settings in (("proven", SelectionSettings()), ("paper", PaperSettings())):
-        table((f"option of --method {method}", "default"), [(n, _as_text(v)) for n, v in option_list(settings)])
+    for method in (Proven(), Paper()):
+        table((f"option of --method {method.name}", "default"), [(n, as_text(v)) for n, v in option_list(method)])
     ctx.exit()
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, Scanner, Scene, Survey
+from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, ScanBy, Scanner, Scene, Survey
 from planner_core.plan_folder.section_view import CUT_HEIGHT_M, section_lines
 from planner_core.positions.grid import N_HALVINGS, find_candidates
 from planner_core.scanner.catalogue import load_scanner
@@ -73,7 +73,7 @@ def open_level(
         grid_step_m=grid_step_m,
         instrument_heights_m=heights_m,
         max_patch_area_m2=max_patch_area_m2,
-        scan_mode="beams",
+        scan_mode=ScanBy.BEAMS,
     )
     survey = make_survey(built, settings)
     engine = open_engine(survey.scene, survey.patches)

@@ -18,11 +18,15 @@ from planner_core.errors import StationListError
 from planner_core.model import (
     FloatArray,
     Link,
+    NetworkKind,
+    Objective,
     PartResult,
     Plan,
     PlanSettings,
+    Proven,
     Registration,
     Requirements,
+    Role,
     SettledStation,
     Station,
 )
@@ -119,14 +123,14 @@ def is_part_met(was: PartResult, now: PartResult) -> bool:
 def is_network_met(planned: Plan, found: Plan) -> bool:
     """Whether the stations hang together as asked, or as well as the plan's."""
     was, now = registration_of(planned), registration_of(found)
-    if planned.settings.requirements.network == "none" or now.met:
+    if planned.settings.requirements.network == NetworkKind.NONE or now.met:
         return True
     return not was.met and len(now.networks) <= len(was.networks) and (now.connected or not was.connected)
 
 
 def is_network_asked_met(plan: Plan) -> bool:
     """Whether the stations hang together as asked, whatever another plan had."""
-    return plan.settings.requirements.network == "none" or registration_of(plan).met
+    return plan.settings.requirements.network == NetworkKind.NONE or registration_of(plan).met
 
 
 def registration_of(plan: Plan) -> Registration:
@@ -323,28 +327,26 @@ def plan_rescan(live: LivePlan, found: AsScanned, *, progress: Progress = silent
 def rescan_settings(live: LivePlan, found: AsScanned) -> PlanSettings:
     """Return the settings that further stations are planned with."""
     before, offset_m = live.settings, live.survey.scene.offset_m
-    settled = [station for station in before.site.settled if station.role == "forbidden"]
+    settled = [station for station in before.site.settled if station.role == Role.FORBIDDEN]
     # Of floors that are not compared nobody knows whether they are scanned: they stay in the plan.
     to_come = {station.id for station in found.of_fate(NOT_COMPARED)}
     settled += [
-        _settled(station, "locked" if station.id in to_come and not station.fixed else "scanned", offset_m)
+        _settled(station, Role.LOCKED if station.id in to_come and not station.fixed else Role.SCANNED, offset_m)
         for station in found.draft.stations
     ]
     missing = {station.id for station in found.of_fate(MISSING)}
-    settled += [_settled(station, "kept", offset_m) for station in live.draft.stations if station.id in missing]
-    proven = before.method == "proven"
+    settled += [_settled(station, Role.KEPT, offset_m) for station in live.draft.stations if station.id in missing]
     return replace(
         before,
-        method="proven",
-        method_options=before.method_options if proven else (),
-        objective="fewest",
+        method=before.method if isinstance(before.method, Proven) else Proven(),
+        objective=Objective.FEWEST,
         max_stations=None,
         requirements=_as_good_as(before.requirements, found.planned.plan),
         site=replace(before.site, settled=tuple(settled)),
     )
 
 
-def _settled(station: DraftStation, role: str, offset_m: FloatArray) -> SettledStation:
+def _settled(station: DraftStation, role: Role, offset_m: FloatArray) -> SettledStation:
     x, y, z = as_written_m(station.at_m + offset_m).tolist()
     return SettledStation(station.id, (x, y, z), role, station.floor, station.instrument_height_m)
 

@@ -12,7 +12,7 @@ import numpy as np
 from planner_core.coverage.levels import Sights, sights_of_returns, sights_of_views
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import FloatArray, Survey
+from planner_core.model import FloatArray, ScanBy, Survey
 from planner_core.progress import Progress, ProgressEvent, silent
 
 #: Sights a batch should have: some 500 bytes each while a batch is worked on.
@@ -22,7 +22,7 @@ _FIRST_BATCH, _MOST_BATCH = 8, 64
 
 
 def looks_in_batches(
-    survey: Survey, scan_mode: str, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
+    survey: Survey, scan_mode: ScanBy, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
 ) -> Iterator[Sights]:
     """How each of positions sees each patch, piece by piece: of the first few positions, the next few, and so on.
 
@@ -49,10 +49,10 @@ def looks_in_batches(
         first = end
 
 
-def _looking(survey: Survey, scan_mode: str, engine: ScanEngine) -> Callable[[FloatArray, Progress], Sights]:
+def _looking(survey: Survey, scan_mode: ScanBy, engine: ScanEngine) -> Callable[[FloatArray, Progress], Sights]:
     """Turn positions into sights."""
     template = survey.template
-    if scan_mode_of(scan_mode, template) == "beams":
+    if scan_mode_of(scan_mode, template) == ScanBy.BEAMS:
         area_m2 = survey.patches.area_m2
         return lambda at, progress: sights_of_returns(
             engine.patch_returns(template, at, moments=True, progress=progress), area_m2

@@ -1,29 +1,22 @@
-"""The problem made ready: settings checked, floors found, patches numbered, the beams of a scan known.
+"""The problem made ready: floors found, patches numbered, the beams of a scan known.
 
 Input a `Scene` and `PlanSettings`, output a `Survey`; every flow (plan, evaluate, simulate) begins here.
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from planner_core.engine.patch_mode import PatchMode, check_scan_mode, scan_mode_of
+from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, PlanSettings, Scene, Survey, Visibility
+from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, PlanSettings, ScanBy, Scene, Survey, Visibility
 from planner_core.positions.ground_picks import with_ground_picks
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scanner.template import make_template
 from planner_core.scene.extent import check_extent
 from planner_core.scene.floors import find_floors
 from planner_core.scene.patches import make_patches
-
-#: What `PlanSettings.method` may be.
-METHODS = ("greedy", "proven", "paper")
-#: No mast is longer; a larger figure is a slip in its unit.
-MAX_INSTRUMENT_HEIGHT_M = 100.0
 
 
 def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = silent) -> Survey:
@@ -32,12 +25,10 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
     Raises
     ------
     RequirementError
-        Settings that make no sense, or that name floors which are not there; see `check_settings`, `planned_floors`,
-        `with_ground_picks`.
+        Floors that are not there, see `planned_floors`; picks that mark no ground, see `with_ground_picks`.
     SceneError
         A scene in the wrong unit, see `check_extent`.
     """
-    check_settings(settings)
     check_extent(scene)
     progress(ProgressEvent("survey", 0, 2, "floors"))
     report = with_ground_picks(scene, find_floors(scene), settings.site.ground_picks)
@@ -55,41 +46,6 @@ def make_survey(scene: Scene, settings: PlanSettings, *, progress: Progress = si
     )
 
 
-def check_settings(settings: PlanSettings) -> None:
-    """Refuse settings that make no sense, naming the first one."""
-    wanted = settings.requirements
-    if not (math.isfinite(wanted.coverage) and 0.0 < wanted.coverage <= 1.0):
-        raise RequirementError(
-            f"coverage: got {wanted.coverage:g}, expected a fraction above 0 and at most 1; give e.g. 0.95 (95 %)"
-        )
-    if not (math.isfinite(wanted.overlap) and 0.0 <= wanted.overlap <= 1.0):
-        raise RequirementError(
-            f"overlap: got {wanted.overlap:g}, expected a fraction from 0 to 1; give e.g. 0.3 (30 %)"
-        )
-    if settings.method not in METHODS:
-        raise RequirementError(f"method: got {settings.method!r}, expected one of {', '.join(METHODS)}")
-    if settings.method == "greedy" and settings.method_options:
-        name, _ = settings.method_options[0]
-        raise RequirementError(f"option {name}: got it with method greedy, which has none; use method proven or paper")
-    check_scan_mode(settings.scan_mode)
-    for name in ("grid_step_m", "height_step_m", "max_patch_area_m2"):
-        value = getattr(settings, name)
-        if not (math.isfinite(value) and value > 0):
-            raise RequirementError(f"{name}: got {value:g}, expected more than 0; leave it out for the default")
-    for name in ("clearance_m", "ground_ring_radius_m"):
-        value = getattr(settings, name)
-        if not (math.isfinite(value) and value >= 0):
-            raise RequirementError(f"{name}: got {value:g}, expected 0 or more; leave it out for the default")
-    if settings.n_ground_ring_rays < 1:
-        raise RequirementError(f"n_ground_ring_rays: got {settings.n_ground_ring_rays}, expected at least 1; e.g. 16")
-    for height in settings.instrument_heights_m:
-        if not 0 < height <= MAX_INSTRUMENT_HEIGHT_M:
-            raise RequirementError(
-                f"instrument height: got {height:g} m, expected more than 0 and at most {MAX_INSTRUMENT_HEIGHT_M:g} m "
-                "above the ground; give e.g. 1.6"
-            )
-
-
 def visible_from(
     survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
 ) -> Visibility:
@@ -100,7 +56,7 @@ def visible_from(
     RequirementError, DeviceError
         See `ScanEngine.visible_patches` and `PatchMode.visible_patches`.
     """
-    if scan_mode_of(settings.scan_mode, survey.template) == "beams":
+    if scan_mode_of(settings.scan_mode, survey.template) == ScanBy.BEAMS:
         return engine.visible_patches(survey.template, positions_m, progress=progress)
     mode = PatchMode(engine, survey.scene, survey.patches)
     return mode.visible_patches(survey.template, positions_m, progress=progress)

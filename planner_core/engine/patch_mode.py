@@ -37,6 +37,7 @@ from planner_core.model import (
     Int32Array,
     Int64Array,
     Patches,
+    ScanBy,
     Scene,
     UInt8Array,
     Visibility,
@@ -46,8 +47,6 @@ from planner_core.progress import Progress, ProgressEvent, silent
 if TYPE_CHECKING:
     from planner_core.engine.opencl import OpenCLEngine
 
-#: What `check_scan_mode` accepts.
-SCAN_MODES = ("auto", "beams", "patches")
 #: Beams of a scan from which on `auto` takes patches: docs/benchmarks/patch-mode.md.
 AUTO_PATCHES_BEAMS = 4_000_000
 
@@ -61,25 +60,12 @@ _GROUPS_A_RUN = 64
 LEAST_RETURNS = 1.0
 
 
-def check_scan_mode(asked: str) -> None:
-    """Raise RequirementError where `asked` is none of `SCAN_MODES`."""
-    if asked not in SCAN_MODES:
-        raise RequirementError(f"scan_mode: got {asked!r}, expected one of {', '.join(SCAN_MODES)}")
-
-
-def scan_mode_of(asked: str, template: BeamTemplate) -> str:
-    """`beams` or `patches`: what was asked for, or for `auto` what suits the number of beams a scan has.
-
-    Raises
-    ------
-    RequirementError
-        `asked` is none of `SCAN_MODES`.
-    """
-    check_scan_mode(asked)
-    if asked != "auto":
+def scan_mode_of(asked: ScanBy, template: BeamTemplate) -> ScanBy:
+    """`BEAMS` or `PATCHES`: what was asked for, or for `AUTO` what suits the number of beams a scan has."""
+    if asked != ScanBy.AUTO:
         return asked
     rows, columns = template.shape
-    return "patches" if min(rows, columns) > 1 and rows * columns >= AUTO_PATCHES_BEAMS else "beams"
+    return ScanBy.PATCHES if min(rows, columns) > 1 and rows * columns >= AUTO_PATCHES_BEAMS else ScanBy.BEAMS
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,11 @@ Angles are radians; azimuth runs counter-clockwise from +x seen from above, elev
 """
 
 from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32Array, Int64Array, UInt8Array
+from planner_core.model.choices import Doors, Glass, NetworkKind, Objective, Role, ScanBy, UpAxis
+from planner_core.model.methods import METHODS, Greedy, Method, Paper, Proven
 from planner_core.model.planning import Candidates, PlanSettings, Survey
 from planner_core.model.registration import FloorNetworks, Link, NetworkGap, Registration, RegistrationNetwork
-from planner_core.model.requirements import NETWORKS, Asked, PartRequirement, PartResult, Requirements
+from planner_core.model.requirements import Asked, PartRequirement, PartResult, Requirements
 from planner_core.model.results import Coverage, Loss, Plan, Station, UnseenElement
 from planner_core.model.review import (
     Comment,
@@ -29,7 +31,7 @@ from planner_core.model.review import (
 from planner_core.model.route import FieldTime, Leg, Route, SealedArea
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
 from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Room, Scene, SceneSource, Storey
-from planner_core.model.site import ROLES, GroundPick, KeepOut, SettledStation, Site
+from planner_core.model.site import GroundPick, KeepOut, SettledStation, Site
 from planner_core.model.site_frame import Georeference, SiteFrame
 from planner_core.model.unseen import (
     REASONS,
@@ -43,9 +45,8 @@ from planner_core.model.unseen import (
 )
 
 __all__ = [
-    "NETWORKS",
+    "METHODS",
     "REASONS",
-    "ROLES",
     "Asked",
     "BeamTemplate",
     "BestSpot",
@@ -54,6 +55,7 @@ __all__ = [
     "Comment",
     "Coverage",
     "CurveStep",
+    "Doors",
     "Element",
     "FieldTime",
     "Float32Array",
@@ -62,6 +64,8 @@ __all__ = [
     "FloorNetworks",
     "ForbiddenPlace",
     "Georeference",
+    "Glass",
+    "Greedy",
     "GroundPick",
     "Int32Array",
     "Int64Array",
@@ -70,9 +74,13 @@ __all__ = [
     "Link",
     "LoadReport",
     "Loss",
+    "Method",
     "NetworkGap",
+    "NetworkKind",
+    "Objective",
     "Optics",
     "OwnPart",
+    "Paper",
     "PartRequirement",
     "PartResult",
     "PatchReturns",
@@ -80,6 +88,7 @@ __all__ = [
     "Plan",
     "PlanSettings",
     "PlanUnderReview",
+    "Proven",
     "RayHits",
     "Registration",
     "RegistrationNetwork",
@@ -87,9 +96,11 @@ __all__ = [
     "ReturnMoments",
     "Review",
     "ReviewedStation",
+    "Role",
     "Room",
     "Route",
     "ScanBatch",
+    "ScanBy",
     "Scanner",
     "Scene",
     "SceneSource",
@@ -107,6 +118,7 @@ __all__ = [
     "UnseenElement",
     "UnseenPiece",
     "UnseenSurface",
+    "UpAxis",
     "Verdict",
     "Visibility",
     "Why",

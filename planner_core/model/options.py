@@ -1,7 +1,7 @@
-"""Options of a planning method by name: ("spatial.step_m", "0.1") pairs -> frozen settings dataclasses.
+"""Settings of a planning method as text: ("spatial.step_m", "0.1") pairs -> `Method`, and back.
 
-The command line's `--set NAME=VALUE` ends here. Names are those of the dataclasses' fields, with a dot between a part
-and its field; values are text, read as the type of the field's default.
+For what is written and read: the command line's `--set NAME=VALUE`, and `method_options` of plan.json. Names are those
+of the dataclasses' fields, with a dot between a part and its field; values are text, read as the field's type.
 """
 
 from __future__ import annotations
@@ -12,8 +12,43 @@ from difflib import get_close_matches
 from typing import Any, TypeVar
 
 from planner_core.errors import RequirementError
+from planner_core.model.methods import METHODS, Method
 
 _Settings = TypeVar("_Settings")
+
+
+def method_of(name: str, options: Iterable[tuple[str, str]] = ()) -> Method:
+    """Return the method of that name, with options.
+
+    Raises
+    ------
+    RequirementError
+        There is none of that name; and as `with_options`.
+    """
+    if name not in METHODS:
+        raise RequirementError(f"method: got {name!r}, expected one of {', '.join(METHODS)}")
+    method = METHODS[name]()
+    told = list(options)
+    if told and not fields(method):
+        raise RequirementError(
+            f"option {told[0][0]}: got it with method {name}, which has none; use method proven or paper"
+        )
+    return with_options(method, told)
+
+
+def options_of(method: Method) -> dict[str, str]:
+    """Options that make `method` what it is: those that differ from their defaults, as `method_of` takes them."""
+    defaults = dict(option_list(METHODS[method.name]()))
+    return {name: as_text(value) for name, value in option_list(method) if value != defaults[name]}
+
+
+def as_text(value: Any) -> str:
+    """A value of an option as `with_options` reads it."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, tuple):
+        return ",".join(as_text(part) for part in value)
+    return str(value).lower().removesuffix(".0")
 
 
 def with_options(settings: _Settings, options: Iterable[tuple[str, str]]) -> _Settings:
@@ -60,8 +95,8 @@ def _replaced(settings: Any, options: dict[str, str], *, known: list[str], prefi
         if rest:
             parts.setdefault(head, {})[rest] = text
         else:
-            annotation = next(str(field.type) for field in fields(settings) if field.name == head)
-            changes[head] = _read(prefix + name, text, getattr(settings, head), annotation)
+            kind = next(str(field.type) for field in fields(settings) if field.name == head)
+            changes[head] = _read(prefix + name, text, getattr(settings, head), kind)
     for head, inner in parts.items():
         changes[head] = _replaced(getattr(settings, head), inner, known=known, prefix=f"{prefix}{head}.")
     return replace(settings, **changes)
@@ -74,10 +109,9 @@ def _unknown(name: str, known: list[str]) -> RequirementError:
 
 
 def _read(name: str, text: str, default: Any, annotation: str) -> Any:
-    """`text` as the type of `default`; where that is None, as the number or numbers that its annotation allows."""
-    of_none = "tuple" if annotation.startswith("tuple") else "float"
-    kind = of_none if default is None else type(default).__name__
-    if default is None and text.lower() == "none":
+    """`text` as what the field's annotation allows."""
+    kind, _, or_none = annotation.partition(" | ")
+    if or_none and text.lower() == "none":
         return None
     try:
         if kind == "bool":
@@ -86,7 +120,7 @@ def _read(name: str, text: str, default: Any, annotation: str) -> Any:
             return int(text)
         if kind == "float":
             return float(text)
-        if kind == "tuple":
+        if kind.startswith("tuple"):
             return tuple(float(part) for part in text.split(","))
     except (ValueError, KeyError):
         what = {"bool": "yes or no", "int": "a whole number", "float": "a number"}.get(kind, "numbers, comma-separated")

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
+from planner_core.errors import RequirementError
 from planner_core.model.arrays import BoolArray, FloatArray, Int32Array, Int64Array
+from planner_core.model.choices import Objective, Role, ScanBy, one_of
+from planner_core.model.methods import METHODS, Method, Paper, Proven
 from planner_core.model.requirements import Requirements
 from planner_core.model.scans import BeamTemplate, Scanner
 from planner_core.model.scene import Floor, Patches, Scene
 from planner_core.model.site import Site
+
+#: No mast is longer; a larger figure is a slip in its unit.
+MAX_INSTRUMENT_HEIGHT_M = 100.0
 
 
 @dataclass(frozen=True)
@@ -38,17 +45,18 @@ class Candidates:
 
 @dataclass(frozen=True)
 class PlanSettings:
-    """Everything that decides a plan besides the scene: same scene, same settings, same plan, byte for byte."""
+    """Everything that decides a plan besides the scene: same scene, same settings, same plan, byte for byte.
+
+    Settings that make no sense raise a `RequirementError` of one line when they are made.
+    """
 
     scanner: Scanner
     requirements: Requirements = field(default_factory=Requirements)
-    objective: str = "fewest"
-    """`fewest` stations; `coverage`: most of it with `max_stations`; `time`: least time in the field."""
+    objective: Objective = Objective.FEWEST
     max_stations: int | None = None
-    method: str = "greedy"
-    """`greedy`; `proven`, see `planner_core.select.proven`; `paper`: the method paper's, see `planner_core.paper`."""
-    method_options: tuple[tuple[str, str], ...] = ()
-    """(name, value) of options of the method, as text: fields of `SelectionSettings` or `PaperSettings`."""
+    """Of objective `coverage`, at most."""
+    method: Method = field(default_factory=Proven)
+    """`Greedy`, `Proven` or `Paper`, with its own settings."""
     seed: int = 0
     grid_step_m: float = 0.5
     instrument_heights_m: tuple[float, ...] = ()
@@ -60,16 +68,101 @@ class PlanSettings:
     special_places: bool = True
     """Doorways, middles of rooms and landings besides the grid, see `planner_core.positions.places`."""
     max_patch_area_m2: float = 0.04
-    scan_mode: str = "auto"
-    """What candidates are judged by: `beams`, `patches` (samples of patches, see `planner_core.engine.patch_mode`), or
-    `auto`: patches for scanners of very many beams."""
+    scan_mode: ScanBy = ScanBy.AUTO
     site: Site = field(default_factory=Site)
     refine: bool = True
     """Look for better places off the grid once stations are chosen (method `proven`)."""
     seconds_per_scan: float | None = None
     """None: as the scanner's mode says."""
     set_up_s: float = 60.0
+    """Levelling a tripod, checking the battery, starting the scan."""
     walking_m_per_s: float = 1.0
+    """At a stroll, with a tripod over the shoulder."""
+
+    def __post_init__(self) -> None:
+        if type(self.method) not in METHODS.values():
+            known = ", ".join(f"{kind.__name__}()" for kind in METHODS.values())
+            raise RequirementError(f"method: got {self.method!r}, expected one of {known}; its settings are its own")
+        object.__setattr__(self, "scan_mode", one_of(ScanBy, self.scan_mode, "scan_mode"))
+        object.__setattr__(self, "objective", one_of(Objective, self.objective, "objective"))
+        self._check_figures()
+        self._check_method()
+        self._check_scanner()
+
+    @property
+    def scanning_s(self) -> float | None:
+        """Seconds of one scan: as told, else as the scanner's mode says; None where nobody knows."""
+        return self.scanner.seconds_per_scan if self.seconds_per_scan is None else self.seconds_per_scan
+
+    def _check_figures(self) -> None:
+        for name in ("grid_step_m", "height_step_m", "max_patch_area_m2"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise RequirementError(f"{name}: got {value:g}, expected more than 0; leave it out for the default")
+        for name in ("clearance_m", "ground_ring_radius_m"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0):
+                raise RequirementError(f"{name}: got {value:g}, expected 0 or more; leave it out for the default")
+        if self.n_ground_ring_rays < 1:
+            raise RequirementError(f"n_ground_ring_rays: got {self.n_ground_ring_rays}, expected at least 1; e.g. 16")
+        for height in self.instrument_heights_m:
+            if not 0 < height <= MAX_INSTRUMENT_HEIGHT_M:
+                raise RequirementError(
+                    f"instrument height: got {height:g} m, expected more than 0 and at most "
+                    f"{MAX_INSTRUMENT_HEIGHT_M:g} m above the ground; give e.g. 1.6"
+                )
+        for what, seconds in (("seconds per scan", self.scanning_s), ("set-up seconds", self.set_up_s)):
+            if seconds is not None and not (math.isfinite(seconds) and seconds >= 0):
+                raise RequirementError(f"{what}: got {seconds:g}, expected 0 or more; e.g. 60")
+        if not (math.isfinite(self.walking_m_per_s) and self.walking_m_per_s > 0):
+            raise RequirementError(
+                f"walking speed: got {self.walking_m_per_s:g} m/s, expected more than 0; give e.g. 1"
+            )
+
+    def _check_method(self) -> None:
+        """Refuse what the method does not do."""
+        name, objective, settled = self.method.name, self.objective, self.site.settled
+        if isinstance(self.method, Paper):
+            if any(station.role != Role.FORBIDDEN for station in settled):
+                raise RequirementError(
+                    "settled stations: got them with method paper, which has none; use method proven"
+                )
+            if max([self.requirements.seen_from, *(part.seen_from for part in self.requirements.parts)]) > 1:
+                raise RequirementError(
+                    "seen_from: got more than 1 with method paper, which has no such thing; use proven"
+                )
+        is_proven = isinstance(self.method, Proven)
+        if objective != Objective.FEWEST and not is_proven:
+            raise RequirementError(
+                f"objective {objective}: got it with method {name}, which only looks for fewest stations; use method "
+                "proven"
+            )
+        n_most = self.max_stations
+        if (objective == Objective.COVERAGE) != (n_most is not None):
+            raise RequirementError(
+                f"objective {objective}: got {'no' if n_most is None else n_most} stations as its limit, expected one "
+                "with objective coverage and none otherwise; give both, such as coverage and 10 stations, or neither"
+            )
+        if n_most is not None and n_most < 1:
+            raise RequirementError(f"max_stations: got {n_most}, expected 1 or more; e.g. 10")
+        if any(station.role == Role.KEPT for station in settled) and not (is_proven and objective == Objective.FEWEST):
+            raise RequirementError(
+                f"kept stations: got them with method {name} and objective {objective}, which would not keep them; use "
+                "method proven and objective fewest"
+            )
+
+    def _check_scanner(self) -> None:
+        """Refuse what the scanner's figures do not tell."""
+        if self.requirements.limits_noise and not self.scanner.range_noise:
+            raise RequirementError(
+                f"noise: got a limit with scanner {self.scanner.name}, expected one with a table of range noise; "
+                "give a scanner file of your own with range_noise, or ask for range and incidence instead"
+            )
+        if self.objective == Objective.TIME and self.scanning_s is None:
+            raise RequirementError(
+                f"seconds per scan: got none, and scanner {self.scanner.name!r} does not tell, expected them for a "
+                "plan of least time; give e.g. 120"
+            )
 
 
 @dataclass(frozen=True)

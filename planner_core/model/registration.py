@@ -89,7 +89,7 @@ class Registration:
 
     @property
     def met(self) -> bool:
-        """Whether the stations are one network and, where loops are asked, it survives the failure of a link."""
+        """Whether the stations are one network and, where that is asked, it survives the failure of a link."""
         return self.connected and (not self.loops or all(network.survives_a_link for network in self.networks))
 
     @property

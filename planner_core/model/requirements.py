@@ -6,9 +6,7 @@ import math
 from dataclasses import dataclass, field, fields
 
 from planner_core.errors import RequirementError
-
-#: What `Requirements.network` may be.
-NETWORKS = ("joined", "loops", "none")
+from planner_core.model.choices import NetworkKind, one_of
 
 
 @dataclass(frozen=True)
@@ -90,17 +88,23 @@ class Requirements:
     reflectivity: float = 0.8
     """Of the surfaces, for range noise."""
     parts: tuple[PartRequirement, ...] = ()
-    network: str = "joined"
-    """How stations hang together by links of at least `overlap` and `min_strength`, as far as candidates can: `joined`;
-    `loops`: also when any one link fails; `none`: not asked."""
+    network: NetworkKind = NetworkKind.CONNECTED
+    """By links of at least `overlap` and `min_strength`."""
     min_strength: float = 0.01
     """Least strength of a link that counts: all six motions are held, the worst of them ten times as badly as if all
     were held alike. See docs/method/registration.md."""
 
     def __post_init__(self) -> None:
+        if not (math.isfinite(self.coverage) and 0.0 < self.coverage <= 1.0):
+            raise RequirementError(
+                f"coverage: got {self.coverage:g}, expected a fraction above 0 and at most 1; give e.g. 0.95 (95 %)"
+            )
+        if not (math.isfinite(self.overlap) and 0.0 <= self.overlap <= 1.0):
+            raise RequirementError(
+                f"overlap: got {self.overlap:g}, expected a fraction from 0 to 1; give e.g. 0.3 (30 %)"
+            )
         _check_seen_from(self.seen_from)
-        if self.network not in NETWORKS:
-            raise RequirementError(f"network: got {self.network!r}, expected one of {', '.join(NETWORKS)}")
+        object.__setattr__(self, "network", one_of(NetworkKind, self.network, "network"))
         if not 0.0 < self.reflectivity <= 1.0:
             raise RequirementError(
                 f"reflectivity: got {self.reflectivity}, expected above 0 and at most 1; a white wall has 0.8"
@@ -108,6 +112,11 @@ class Requirements:
         names = [part.name for part in self.parts]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise RequirementError(f"requirement {twice[0]!r}: got it twice, expected each name once; rename one")
+
+    @property
+    def limits_noise(self) -> bool:
+        """Whether anything asked of all or of a part limits noise."""
+        return any(asked.noise_m is not None for asked in (self.asked, *(part.asked for part in self.parts)))
 
 
 @dataclass(frozen=True)

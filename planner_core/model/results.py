@@ -131,3 +131,11 @@ class Plan:
     """What each station adds, and why the unseen stays unseen; None: not looked for."""
     warnings: tuple[str, ...] = ()
     timings_s: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def summary(self) -> str:
+        """What the plan is worth, in a line."""
+        bound = f" (lower bound {self.lower_bound})" if self.lower_bound else ""
+        share, area_m2 = self.coverage.fraction_of_achievable, self.coverage.achievable_area_m2
+        connected = "connected" if self.connected else "not connected"
+        return f"{len(self.stations)} stations{bound}, {100 * share:.1f} % of {area_m2:.0f} m2 scannable, {connected}"

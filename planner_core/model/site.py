@@ -7,11 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-#: What `SettledStation.role` may be. `scanned`: its scan exists; `locked`: it must be in the plan; `kept`: it was in an
-#: earlier plan and stays where that costs nothing; `begun`: it is of a set that the search begins with, such as the
-#: best one of a search that was cut short, and nothing keeps it; `forbidden`: no station within
-#: `SettledStation.radius_m` of it.
-ROLES = ("scanned", "locked", "kept", "begun", "forbidden")
+from planner_core.errors import RequirementError
+from planner_core.model.choices import Role, one_of
 
 
 @dataclass(frozen=True)
@@ -33,11 +30,14 @@ class SettledStation:
 
     id: str
     position_m: tuple[float, float, float]
-    role: str
+    role: Role
     floor: str = ""
     instrument_height_m: float | None = None
     radius_m: float = 0.5
     """Of a forbidden place."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "role", one_of(Role, self.role, "role"))
 
 
 @dataclass(frozen=True)
@@ -68,9 +68,16 @@ class Site:
     mover_height_m: float | None = None
     opens_doors: bool = True
     start_m: tuple[float, float, float] | None = None
-    """Where the day's walk begins; None: at the first entrance, else where it is shortest."""
+    """Where the route of the day begins; None: at the first entrance, else where it is shortest."""
     end_m: tuple[float, float, float] | None = None
     returns: bool = False
-    """The walk ends where it began."""
+    """The route ends where it began."""
     ground_picks: tuple[GroundPick, ...] = ()
     """In the order they were made: a later one has the last word."""
+
+    def __post_init__(self) -> None:
+        if self.returns and self.end_m is not None:
+            raise RequirementError(
+                f"end of the route: got {self.end_m} for a route that returns, expected one of the two; leave `end` or "
+                "`returns` out"
+            )

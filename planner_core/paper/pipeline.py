@@ -1,6 +1,6 @@
 """The method paper's pipeline: improve starting positions by spatial search, select by a genetic algorithm, repair.
 
-`planner_core.planning` calls the three steps where `method` is `paper`. Local frame, metres.
+`planner_core.planning` calls the three steps where `method` is `Paper`. Local frame, metres.
 
     starts --search by F2--> improved --genetic selection--> chosen --overlap repair--> stations
 
@@ -11,20 +11,18 @@ López et al. 2023, sections 3.4 to 3.6 and Tables 1 to 3; docs/method/paper.md 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine, device_of
 from planner_core.errors import RequirementError
-from planner_core.model import Candidates, FloatArray, Int64Array, PlanSettings, Survey
-from planner_core.model.options import with_options
-from planner_core.paper.genetic import GeneticSettings, select_genetic
+from planner_core.model import Candidates, FloatArray, Int64Array, Paper, PlanSettings, Survey
+from planner_core.paper.genetic import select_genetic
 from planner_core.paper.overlap_repair import repair_overlap
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.paper.random_starts import sample_at_random
-from planner_core.paper.search import SearchSettings, search
-from planner_core.paper.search.settings import METHODS
+from planner_core.paper.search import search
 from planner_core.paper.search.station_fitness import StationFitness
 from planner_core.positions.grid import find_candidates
 from planner_core.positions.ground_surface import GroundSurface
@@ -33,61 +31,29 @@ from planner_core.select.problem import CoverProblem
 
 #: Beams of a scan beyond which a search takes days: seconds a position, and hundreds of positions a start.
 MAX_SEARCH_BEAMS = 4_000_000
-STARTS = ("uniform", "random")
-POOLS = ("both", "improved")
 
 
-@dataclass(frozen=True)
-class PaperSettings:
-    """The pipeline's settings; `PlanSettings.method_options` replaces fields by name, such as `spatial.step_m`."""
-
-    search: str = "sa"
-    """`ls` greedy local search, `sa` simulated annealing, `ts` tabu search, `none`: starts stay where they are."""
-    starts: str = "uniform"
-    """`uniform`: the grid of the plan's settings; `random`: `n_random` a floor."""
-    n_random: int = 200
-    pool: str = "both"
-    """What is selected from: `both` starts and improved positions, or `improved` ones alone, as in the paper. Searches
-    leave small rooms, and then no selection of improved positions covers what is required."""
-    published_tests: bool = False
-    """Whether the paper's three tests decide where a tripod can stand, instead of ours."""
-    repair: bool = True
-    """Whether stations are added until all overlap as required and link up."""
-    overlap_radius_m: float = 0.0
-    """Radius of the circles that stand for scans; 0: the scanner's greatest range."""
-    spatial: SearchSettings = field(default_factory=SearchSettings)
-    genetic: GeneticSettings = field(default_factory=GeneticSettings)
-
-    def __post_init__(self) -> None:
-        """Refuse words that mean nothing, and a number of starts below 1."""
-        for name, known in (("search", (*METHODS, "none")), ("starts", STARTS), ("pool", POOLS)):
-            if getattr(self, name) not in known:
-                raise RequirementError(f"{name}: got {getattr(self, name)!r}, expected one of {', '.join(known)}")
-        if self.n_random < 1:
-            raise RequirementError(f"n_random: got {self.n_random}, expected at least 1; leave it out for 200")
-        if not self.overlap_radius_m >= 0:
-            raise RequirementError(f"overlap_radius_m: got {self.overlap_radius_m:g}, expected 0 or more; e.g. 5")
-
-
-def paper_settings(settings: PlanSettings) -> PaperSettings:
-    """Defaults with the plan's seed and options.
-
-    Raises
-    ------
-    RequirementError
-        An option that does not exist or makes no sense.
-    """
-    seeded = PaperSettings(
-        spatial=SearchSettings(seed=settings.seed, fixed_height=len(settings.instrument_heights_m) == 1),
-        genetic=GeneticSettings(seed=settings.seed),
+def paper_settings(settings: PlanSettings) -> Paper:
+    """The plan's method `Paper`, with the plan's seed and heights where it has none of its own."""
+    paper = settings.method
+    assert isinstance(paper, Paper)  # `planner_core.planning.plan` asks
+    spatial, genetic = paper.spatial, paper.genetic
+    one_height = len(settings.instrument_heights_m) == 1
+    return replace(
+        paper,
+        spatial=replace(
+            spatial,
+            seed=settings.seed if spatial.seed is None else spatial.seed,
+            fixed_height=one_height if spatial.fixed_height is None else spatial.fixed_height,
+        ),
+        genetic=replace(genetic, seed=settings.seed if genetic.seed is None else genetic.seed),
     )
-    return with_options(seeded, settings.method_options)
 
 
 def find_pool(
     survey: Survey,
     settings: PlanSettings,
-    paper: PaperSettings,
+    paper: Paper,
     engine: ScanEngine,
     *,
     floors: tuple[int, ...],
@@ -129,7 +95,7 @@ def _check_beams(survey: Survey, settings: PlanSettings) -> None:
 def _improved(
     survey: Survey,
     settings: PlanSettings,
-    paper: PaperSettings,
+    paper: Paper,
     engine: ScanEngine,
     distribution: PointDistribution,
     starts: Candidates,
@@ -174,7 +140,7 @@ def _joined(first: Candidates, second: Candidates) -> Candidates:
 
 
 def select_by_genes(
-    problem: CoverProblem, paper: PaperSettings, engine: ScanEngine, *, progress: Progress = silent
+    problem: CoverProblem, paper: Paper, engine: ScanEngine, *, progress: Progress = silent
 ) -> Int64Array:
     """Return candidates (K,) chosen by the genetic algorithm, on the engine's device where it has one."""
     device = device_of(engine)
@@ -196,7 +162,7 @@ def shortfall(problem: CoverProblem, chosen: Int64Array) -> tuple[str, ...]:
 
 def repair(
     settings: PlanSettings,
-    paper: PaperSettings,
+    paper: Paper,
     candidates: Candidates,
     chosen: Int64Array,
     *,

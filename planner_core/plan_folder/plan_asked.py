@@ -9,7 +9,7 @@ import math
 from dataclasses import fields
 from typing import Any
 
-from planner_core.model import Asked, Link, PartRequirement, PartResult, Plan, Registration, Site
+from planner_core.model import Asked, Link, PartRequirement, PartResult, Plan, Registration, Role, Site
 
 
 def requirements_document(plan: Plan) -> dict[str, Any]:
@@ -49,7 +49,7 @@ def site_document(site: Site) -> dict[str, Any]:
                 "position": _exact_all(station.position_m),
                 "floor": station.floor,
                 "instrument_height_m": exact(station.instrument_height_m),
-                "radius_m": exact(station.radius_m) if station.role == "forbidden" else None,
+                "radius_m": exact(station.radius_m) if station.role == Role.FORBIDDEN else None,
             }
             for station in site.settled
         ],

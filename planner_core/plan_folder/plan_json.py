@@ -33,6 +33,7 @@ from planner_core.model import (
     Station,
     UnseenElement,
 )
+from planner_core.model.options import options_of
 from planner_core.plan_folder.plan_asked import exact, registration_document, requirements_document, site_document
 from planner_core.plan_folder.route_json import field_time_document, route_document, sealed_document
 from planner_core.plan_folder.why_json import why_document
@@ -58,8 +59,8 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "source": _source(plan.survey.scene, folder),
         "scanner": _scanner(plan.settings.scanner),
         "requirements": requirements_document(plan),
-        "method": plan.settings.method,
-        "method_options": dict(plan.settings.method_options),
+        "method": plan.settings.method.name,
+        "method_options": options_of(plan.settings.method),
         "seed": plan.settings.seed,
         "settings": _settings(plan),
         "site": site_document(plan.settings.site),

@@ -16,15 +16,24 @@ from typing import Any, TypeVar
 from planner_core.errors import PlanFolderError
 from planner_core.model import (
     Asked,
+    Doors,
+    Glass,
     GroundPick,
     KeepOut,
+    NetworkKind,
+    Objective,
     PartRequirement,
     PlanSettings,
     Requirements,
+    Role,
+    ScanBy,
     Scanner,
     SettledStation,
     Site,
+    UpAxis,
 )
+from planner_core.model.choices import one_of
+from planner_core.model.options import method_of
 from planner_core.scene.load import LoadOptions
 
 _Read = TypeVar("_Read")
@@ -42,17 +51,16 @@ def settings_of(document: Mapping[str, Any]) -> PlanSettings:
     PlanFolderError
         A key is missing, as in plans of earlier versions, or holds what the writer never wrote; it is named.
     RequirementError
-        A requirement of the document makes no sense, as of one that was edited.
+        A setting of the document makes no sense, as of one that was edited.
     """
     plan = _Part(document, "")
-    settings = plan.part("settings")
+    settings, options = plan.part("settings"), plan.part("method_options")
     return PlanSettings(
         scanner=_scanner(plan.part("scanner")),
         requirements=_requirements(plan.part("requirements")),
-        objective=settings.text("objective"),
+        objective=one_of(Objective, settings.text("objective"), "objective"),
         max_stations=settings.whole_or_none("max_stations"),
-        method=plan.text("method"),
-        method_options=tuple((name, plan.part("method_options").text(name)) for name in plan.part("method_options")),
+        method=method_of(plan.text("method"), ((name, options.text(name)) for name in options)),
         seed=plan.whole("seed"),
         grid_step_m=settings.number("grid_step_m"),
         instrument_heights_m=settings.numbers("instrument_heights_m"),
@@ -62,7 +70,7 @@ def settings_of(document: Mapping[str, Any]) -> PlanSettings:
         n_ground_ring_rays=settings.whole("n_ground_ring_rays"),
         special_places=settings.yes("special_places"),
         max_patch_area_m2=settings.number("max_patch_area_m2"),
-        scan_mode=settings.text("scan_mode"),
+        scan_mode=one_of(ScanBy, settings.text("scan_mode"), "scan_mode"),
         site=_site(plan.part("site")),
         refine=settings.yes("refine"),
         seconds_per_scan=settings.number_or_none("seconds_per_scan"),
@@ -74,12 +82,13 @@ def settings_of(document: Mapping[str, Any]) -> PlanSettings:
 def load_options_of(document: Mapping[str, Any]) -> LoadOptions:
     """Read the options that the scene was loaded with; raises `PlanFolderError` as `settings_of` does."""
     told = _Part(document, "").part("scene").part("load_options")
+    up_axis = told.text_or_none("up_axis")
     return LoadOptions(
         metres_per_unit=told.number_or_none("metres_per_unit"),
-        up_axis=told.text_or_none("up_axis"),
+        up_axis=None if up_axis is None else one_of(UpAxis, up_axis, "up_axis"),
         skip_bad_faces=told.yes("skip_bad_faces"),
-        glass=told.text("glass"),
-        doors=told.text("doors"),
+        glass=one_of(Glass, told.text("glass"), "glass"),
+        doors=one_of(Doors, told.text("doors"), "doors"),
     )
 
 
@@ -179,7 +188,7 @@ def _requirements(of: _Part) -> Requirements:
         seen_from=of.whole("seen_from"),
         reflectivity=of.number("reflectivity"),
         parts=tuple(_part(part) for part in of.each("parts")),
-        network=of.text("network"),
+        network=one_of(NetworkKind, of.text("network"), "network"),
         min_strength=of.number("min_strength"),
     )
 
@@ -233,7 +242,7 @@ def _settled(of: _Part) -> SettledStation:
     return SettledStation(
         id=of.text("id"),
         position_m=of.three("position"),
-        role=of.text("role"),
+        role=one_of(Role, of.text("role"), "role"),
         floor=of.text("floor"),
         instrument_height_m=of.number_or_none("instrument_height_m"),
         radius_m=SettledStation.radius_m if radius_m is None else radius_m,

@@ -22,8 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine, device_of
-from planner_core.model import BoolArray, Candidates, FloatArray, PlanSettings, Survey
-from planner_core.model.options import with_options
+from planner_core.model import BoolArray, Candidates, FloatArray, Objective, PlanSettings, Proven, Role, Survey
 from planner_core.paper.pipeline import paper_settings, repair, select_by_genes, shortfall
 from planner_core.planning.pool import Choice, Pool
 from planner_core.planning.refine import WORK_SHARE, refine
@@ -37,7 +36,7 @@ from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import select_by_size
 from planner_core.select.most_coverage import most_coverage
 from planner_core.select.polish import polish
-from planner_core.select.proven import INTERRUPTED, PROVEN, ProvenSelection, SelectionSettings
+from planner_core.select.proven import INTERRUPTED, PROVEN, ProvenSelection
 
 #: `Choice.why_stopped` of a plan that takes more stations than it had to, for the sake of an earlier one.
 KEPT = "earlier stations kept"
@@ -45,15 +44,11 @@ KEPT = "earlier stations kept"
 _HEARD = "interrupted: the best plan so far is taken; interrupt again to have none"
 
 
-def selection_settings(settings: PlanSettings) -> SelectionSettings:
-    """Settings of method `proven`: defaults with the plan's seed and options.
-
-    Raises
-    ------
-    RequirementError
-        An option that does not exist or makes no sense.
-    """
-    return with_options(SelectionSettings(seed=settings.seed), settings.method_options)
+def selection_settings(settings: PlanSettings) -> Proven:
+    """The plan's method `Proven`, with the plan's seed where it has none of its own."""
+    proven = settings.method
+    assert isinstance(proven, Proven)  # `planner_core.planning.plan` asks
+    return replace(proven, seed=settings.seed) if proven.seed is None else proven
 
 
 def choose_greedily(pool: Pool, *, progress: Progress = silent) -> Choice:
@@ -87,16 +82,10 @@ def choose(
     *,
     progress: Progress = silent,
 ) -> Choice:
-    """Choose by method `proven` for the objective of the settings.
-
-    Raises
-    ------
-    RequirementError
-        Options or an objective that make no sense.
-    """
+    """Choose by method `proven` for the objective of the settings."""
     budget = _Budget(selection_settings(settings), time.monotonic())
-    begun = (*pool.given, *(int(row) for row in places.rows_of("begun")))
-    if settings.objective == "coverage":
+    begun = (*pool.given, *(int(row) for row in places.rows_of(Role.BEGUN)))
+    if settings.objective == Objective.COVERAGE:
         return _most_covered(pool, settings, budget, engine, progress, begun=begun)
     choice = _fewest(pool, budget, engine, progress, begun=begun)
     try:  # from here on there is a plan, whoever interrupts what
@@ -104,7 +93,7 @@ def choose(
             choice = _replanned(choice, budget, engine, progress)
         elif settings.refine and _goes_on(choice, budget):
             choice = _refined(choice, places, survey, settings, engine, budget, progress)
-        if settings.objective == "time":
+        if settings.objective == Objective.TIME:
             choice = _quickest(choice, places, survey, settings, budget, progress)
     except KeyboardInterrupt:
         _settle(progress, "select", INTERRUPTED)
@@ -116,11 +105,11 @@ def choose(
 class _Budget:
     """How long to search, in all, from `began_s` of the clock on."""
 
-    whole: SelectionSettings
+    whole: Proven
     began_s: float
 
     @property
-    def left(self) -> SelectionSettings:
+    def left(self) -> Proven:
         """As much time as is left; work is allowed anew to each step, so that it does not hang on the clock."""
         if self.whole.time_limit_s is None:
             return self.whole
@@ -154,7 +143,7 @@ def _fewest(pool: Pool, budget: _Budget, engine: ScanEngine, progress: Progress,
 
 def _select(
     pool: Pool,
-    selection: SelectionSettings,
+    selection: Proven,
     engine: ScanEngine,
     progress: Progress,
     *,
@@ -248,8 +237,8 @@ def _quickest(
     if ends.end_m is not None:
         end = sum(len(stop) for stop in stops)
         stops.append(ends.end_m[None])
-    told_s = (settings.seconds_per_scan, settings.scanner.seconds_per_scan)
-    scan_s = next(seconds for seconds in told_s if seconds is not None)  # `check_field_settings` has looked
+    scan_s = settings.scanning_s
+    assert scan_s is not None  # `PlanSettings` has looked
     found = least_time(
         pool.problem,
         choice.chosen,
@@ -268,7 +257,7 @@ def _quickest(
         ),
         fewest=choice.lower_bound,
         given=pool.given,
-        scanned=tuple(int(row) for row in places.rows_of("scanned")),
+        scanned=tuple(int(row) for row in places.rows_of(Role.SCANNED)),
         network=pool.network,
         progress=progress,
     )
@@ -292,7 +281,7 @@ def _field_s(
 ) -> tuple[int, float]:
     """Legs that can't be walked, and seconds for all else, by the route through chosen rows."""
     rows = np.array(chosen, dtype=np.int64)
-    scanned = np.isin(rows, places.rows_of("scanned"))
+    scanned = np.isin(rows, places.rows_of(Role.SCANNED))
     at = pool.take(rows)
     route = plan_route(
         places.reach,
@@ -316,7 +305,7 @@ def _most_covered(
     *,
     begun: tuple[int, ...],
 ) -> Choice:
-    assert settings.max_stations is not None  # `planner_core.planning.plan.check_method` has looked
+    assert settings.max_stations is not None  # `PlanSettings` has looked
     # Of the pool's problem, in which stations that nobody can be registered with see nothing, what is asked of all.
     overall = [pool.demand.goals.index(pool.demand.overall)]
     problem = replace(

@@ -13,7 +13,7 @@ import numpy as np
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import StationListError
-from planner_core.model import Plan, PlanSettings, Route, Scene, SettledStation, Station, Survey, Visibility
+from planner_core.model import Plan, PlanSettings, Role, Route, Scene, SettledStation, Station, Survey, Visibility
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.free_space import FreeSpace
@@ -24,8 +24,6 @@ from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain
 from planner_core.requirements.figures import missed_in_words
-from planner_core.requirements.sights import check_noise
-from planner_core.route.field_time import check_field_settings
 from planner_core.route.route import Ends, ends_of, plan_route
 from planner_core.select.bound import lower_bound
 from planner_core.select.greedy import select_greedy
@@ -68,9 +66,7 @@ def evaluate_survey(
 ) -> Plan:
     """Do the rest of `evaluate_stations`, for callers that scan with the same engine afterwards."""
     _check_list(stations)
-    check_field_settings(settings)
-    check_noise(settings)
-    ends = ends_of(settings.site, survey.scene.offset_m)  # refuses what makes no sense before any work
+    ends = ends_of(settings.site, survey.scene.offset_m)
     clock = Stopwatch()
     floors = planned_floors(survey.floors, settings.requirements.floors)
     with clock.stage("candidates"):
@@ -160,7 +156,7 @@ def place_stations(
 
 def _as_settled(given: GivenStation) -> SettledStation:
     x, y, z = np.asarray(given.position_m, dtype=np.float64).tolist()
-    return SettledStation(given.id, (x, y, z), "scanned", given.floor or "", given.instrument_height_m)
+    return SettledStation(given.id, (x, y, z), Role.SCANNED, given.floor or "", given.instrument_height_m)
 
 
 def _check_list(stations: Sequence[GivenStation]) -> None:

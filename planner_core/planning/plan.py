@@ -14,23 +14,33 @@ import numpy as np
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, Candidates, Int64Array, Plan, PlanSettings, Scene, Site, Station, Survey
+from planner_core.model import (
+    BoolArray,
+    Candidates,
+    Greedy,
+    Int64Array,
+    Objective,
+    Paper,
+    Plan,
+    PlanSettings,
+    Proven,
+    Role,
+    Scene,
+    Site,
+    Station,
+    Survey,
+)
 from planner_core.paper.pipeline import find_pool, paper_settings
-from planner_core.planning.choose import choose, choose_by_paper, choose_greedily, selection_settings
+from planner_core.planning.choose import choose, choose_by_paper, choose_greedily
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.places import Places, find_places, places_as_they_are
 from planner_core.progress import Progress, silent
 from planner_core.requirements.explain import explain
-from planner_core.requirements.sights import check_noise
-from planner_core.route.field_time import check_field_settings
 from planner_core.route.route import ends_of, in_visiting_order, plan_route
 from planner_core.select.check import check_coverage
 
-__all__ = ["OBJECTIVES", "make_plan", "make_survey", "plan_survey"]
-
-#: What `PlanSettings.objective` may be.
-OBJECTIVES = ("fewest", "coverage", "time")
+__all__ = ["make_plan", "make_survey", "plan_survey"]
 
 
 def make_plan(
@@ -51,7 +61,7 @@ def make_plan(
     Raises
     ------
     RequirementError
-        Settings that make no sense, unknown floors, no valid tripod position, nothing that meets what is asked.
+        Unknown floors, no valid tripod position, nothing that meets what is asked.
     DeviceError, SceneError
         See `open_engine`.
     """
@@ -65,7 +75,6 @@ def make_plan(
 def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, progress: Progress = silent) -> Plan:
     """Do the rest of `make_plan`, for callers that scan with the same engine afterwards."""
     clock = Stopwatch()
-    check_method(settings)  # refuses what makes no sense before any work
     floors = planned_floors(survey.floors, settings.requirements.floors)
     # 3. Where a tripod can stand, and be carried to.
     with clock.stage("candidates"):
@@ -73,14 +82,14 @@ def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, p
         bare = _bare_floors(survey, places.candidates, floors)
     # 4. What each spot sees, what of that meets what is asked, and which two could be registered with each other.
     with clock.stage("scan"):
-        given = places.rows_of("scanned", "locked")
-        kept = places.rows_of("kept")
+        given = places.rows_of(Role.SCANNED, Role.LOCKED)
+        kept = places.rows_of(Role.KEPT)
         pool = make_pool(survey, settings, caster, places.candidates, given=given, kept=kept, progress=progress)
         _check_something_is_seen(pool, survey, settings)
     # 5. Few spots that see enough, and how few are possible.
     with clock.stage("select"):
         choice = _choose(pool, places, survey, settings, caster, progress)
-        if settings.method != "paper" and settings.objective != "coverage":
+        if not isinstance(settings.method, Paper) and settings.objective != Objective.COVERAGE:
             check_coverage(choice.pool.rows.met, pool.demand.area_m2, pool.targets, choice.chosen)
     # 6. In which order to walk them, and what they are worth.
     with clock.stage("figures"):
@@ -88,61 +97,10 @@ def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, p
     return replace(plan, timings_s=clock.seconds)
 
 
-def check_method(settings: PlanSettings) -> None:
-    """Refuse options and objectives that the method does not have.
-
-    Raises
-    ------
-    RequirementError
-        Naming the first.
-    """
-    if settings.method == "paper":
-        paper_settings(settings)
-        if any(station.role != "forbidden" for station in settings.site.settled):
-            raise RequirementError("settled stations: got them with method paper, which has none; use method proven")
-        asked = settings.requirements
-        if max([asked.seen_from, *(part.seen_from for part in asked.parts)]) > 1:
-            raise RequirementError("seen_from: got more than 1 with method paper, which has no such thing; use proven")
-    elif settings.method == "proven":
-        selection_settings(settings)
-    _check_objective(settings)
-    check_noise(settings)
-    ends_of(settings.site, np.zeros(3))
-    check_field_settings(settings)
-
-
-def _check_objective(settings: PlanSettings) -> None:
-    objective = settings.objective
-    if objective not in OBJECTIVES:
-        raise RequirementError(f"objective: got {objective!r}, expected one of {', '.join(OBJECTIVES)}")
-    if objective != "fewest" and settings.method != "proven":
-        raise RequirementError(
-            f"objective {objective}: got it with method {settings.method}, which only looks for fewest "
-            "stations; use method proven"
-        )
-    if (objective == "coverage") != (settings.max_stations is not None):
-        raise RequirementError(
-            f"objective {objective}: got {_or_no(settings.max_stations)} stations as its limit, expected one with "
-            "objective coverage and none otherwise; give both, such as coverage and 10 stations, or neither"
-        )
-    if settings.max_stations is not None and settings.max_stations < 1:
-        raise RequirementError(f"max_stations: got {settings.max_stations}, expected 1 or more; e.g. 10")
-    kept = any(station.role == "kept" for station in settings.site.settled)
-    if kept and (settings.method != "proven" or objective != "fewest"):
-        raise RequirementError(
-            f"kept stations: got them with method {settings.method} and objective {objective}, which would not keep "
-            "them; use method proven and objective fewest"
-        )
-
-
-def _or_no(number: int | None) -> str:
-    return "no" if number is None else str(number)
-
-
 def _places(
     survey: Survey, settings: PlanSettings, caster: ScanEngine, floors: tuple[int, ...], progress: Progress
 ) -> Places:
-    if settings.method != "paper":
+    if not isinstance(settings.method, Paper):
         return find_places(survey, settings, caster, floors=floors, progress=progress)
     pool = find_pool(survey, settings, paper_settings(settings), caster, floors=floors, progress=progress)
     return places_as_they_are(survey, settings, pool, progress=progress)
@@ -151,9 +109,9 @@ def _places(
 def _choose(
     pool: Pool, places: Places, survey: Survey, settings: PlanSettings, caster: ScanEngine, progress: Progress
 ) -> Choice:
-    if settings.method == "proven":
+    if isinstance(settings.method, Proven):
         return choose(pool, places, survey, settings, caster, progress=progress)
-    if settings.method == "greedy":
+    if isinstance(settings.method, Greedy):
         return choose_greedily(pool, progress=progress)
     return choose_by_paper(pool, settings, caster, progress=progress)
 
@@ -170,7 +128,7 @@ def _described(
     """Put the stations in the order of the walk, and work out their figures."""
     pool = choice.pool
     rows = np.array(choice.chosen, dtype=np.int64)
-    scanned = np.isin(rows, places.rows_of("scanned"))
+    scanned = np.isin(rows, places.rows_of(Role.SCANNED))
     at = pool.take(rows)
     route = plan_route(
         places.reach,
@@ -214,8 +172,8 @@ def _names(places: Places, rows: Int64Array, site: Site) -> list[str]:
 
     Nor is a number given again that a station of an earlier plan had: it would be taken for that one.
     """
-    told = {each.row: each.place.station.id for each in places.settled if each.place.station.role != "begun"}
-    taken = {station.id for station in site.settled if station.role not in ("begun", "forbidden")}
+    told = {each.row: each.place.station.id for each in places.settled if each.place.station.role != Role.BEGUN}
+    taken = {station.id for station in site.settled if station.role not in (Role.BEGUN, Role.FORBIDDEN)}
     free = (name for name in (f"S{number:03d}" for number in count(1)) if name not in taken)
     return [told[int(row)] if int(row) in told else next(free) for row in rows]
 

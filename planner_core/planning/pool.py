@@ -12,7 +12,17 @@ import numpy as np
 
 from planner_core.coverage.coverage import times_seen
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import BoolArray, Candidates, Int32Array, Int64Array, PlanSettings, Survey, Visibility
+from planner_core.model import (
+    BoolArray,
+    Candidates,
+    Int32Array,
+    Int64Array,
+    NetworkKind,
+    PlanSettings,
+    Proven,
+    Survey,
+    Visibility,
+)
 from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of, parts_of
 from planner_core.network.overlap import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
@@ -128,10 +138,10 @@ def make_pool(
         demand=demand,
         rows=demand.rows,
         targets=targets,
-        links=_links(survey, settings, demand.rows.seen, progress) if settings.method == "proven" else None,
+        links=_links(survey, settings, demand.rows.seen, progress) if isinstance(settings.method, Proven) else None,
         given=tuple(given.tolist()),
         kept=tuple(kept.tolist()),
-        loops=settings.requirements.network == "loops",
+        loops=settings.requirements.network == NetworkKind.REDUNDANT,
         barred=np.zeros(candidates.floor.size, dtype=bool),
     )
     if pool.links is None:
@@ -222,7 +232,7 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
 
 def _links(survey: Survey, settings: PlanSettings, seen: Visibility, progress: Progress) -> CandidateLinks | None:
     asked = settings.requirements
-    if asked.network == "none" or asked.overlap <= 0:
+    if asked.network == NetworkKind.NONE or asked.overlap <= 0:
         return None
     surface = surface_of_patches(survey.scene, survey.patches, times_seen(seen) > 0)
     return candidate_links(

@@ -17,13 +17,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine, device_of
-from planner_core.model import BoolArray, Candidates, PlanSettings, Survey
+from planner_core.model import BoolArray, Candidates, PlanSettings, Proven, Survey
 from planner_core.planning.pool import Pool, extended, narrowed
 from planner_core.positions.nearby import places_nearby
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.select.large import select_by_size
 from planner_core.select.polish import polish
-from planner_core.select.proven import INTERRUPTED, SelectionSettings
+from planner_core.select.proven import INTERRUPTED
 
 #: Circles around a station, and steps up and down, as parts of the grid's steps; finer in the second round.
 _CIRCLES = ((0.35, 0.7), (0.15, 0.3))
@@ -50,7 +50,7 @@ def refine(
     survey: Survey,
     settings: PlanSettings,
     engine: ScanEngine,
-    selection: SelectionSettings,
+    selection: Proven,
     *,
     allowed: Callable[[Candidates], BoolArray],
     progress: Progress = silent,
@@ -94,7 +94,7 @@ def refine(
     return Refined(pool=pool, chosen=chosen, interrupted=interrupted)
 
 
-def _left(selection: SelectionSettings, began_s: float) -> SelectionSettings:
+def _left(selection: Proven, began_s: float) -> Proven:
     """Settings with as much time as is left, where it is limited."""
     if selection.time_limit_s is None:
         return selection
@@ -135,7 +135,7 @@ def _around(
 
 
 def _better(
-    wide: Pool, chosen: tuple[int, ...], selection: SelectionSettings, engine: ScanEngine, progress: Progress
+    wide: Pool, chosen: tuple[int, ...], selection: Proven, engine: ScanEngine, progress: Progress
 ) -> tuple[tuple[int, ...], bool]:
     """A set of fewer stations, or else of as many that cover more; and whether the search for it was interrupted."""
     found = select_by_size(

@@ -26,6 +26,7 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
     FloatArray,
     Link,
+    NetworkKind,
     Plan,
     PlanSettings,
     Registration,
@@ -41,7 +42,7 @@ from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import Demand, Rows
 from planner_core.requirements.figures import coverage_curve, losses_of, part_results, rows_of_quality, times_met
-from planner_core.route.field_time import field_time_of
+from planner_core.route.field_time import field_time
 from planner_core.route.route import route_warnings
 from planner_core.route.sealed import sealed_areas
 
@@ -146,7 +147,7 @@ def describe_plan(
         times_met=np.minimum(demand.times_met, _MOST_TIMES_MET).astype(np.uint8),
         registration=registration,
         route=route,
-        field_time=field_time_of(settings, n_scans=n_scans, walk_m=route.length_m),
+        field_time=field_time(settings, n_scans=n_scans, walk_m=route.length_m),
         sealed=sealed,
         why=explain(
             survey,
@@ -184,11 +185,11 @@ def _registered(
         tuple(station.floor for station in stations),
         threshold=asked.overlap,
         min_strength=asked.min_strength,
-        loops=asked.network == "loops",
+        loops=asked.network == NetworkKind.REDUNDANT,
     )
 
 
 def _registration_warnings(survey: Survey, asked: Requirements, registration: Registration) -> tuple[str, ...]:
-    if asked.network == "none" or asked.overlap == 0:
+    if asked.network == NetworkKind.NONE or asked.overlap == 0:
         return ()
     return registration_warnings(registration, {floor.id: floor.name for floor in survey.floors})

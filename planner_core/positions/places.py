@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, PlanSettings, Survey
+from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, PlanSettings, Role, Survey
 from planner_core.positions.doorways import centre_in_doorways
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.grid import Tally, admitted, find_candidates, is_near, lies_mostly_indoors
@@ -67,7 +67,7 @@ class Places:
             good &= ~why(self.site, self.reach, found)
         return good
 
-    def rows_of(self, *roles: str) -> Int64Array:
+    def rows_of(self, *roles: Role) -> Int64Array:
         """(K,) int64 rows of settled stations that have one of `roles`."""
         return np.array([each.row for each in self.settled if each.place.station.role in roles], dtype=np.int64)
 
@@ -278,15 +278,15 @@ def _settled(
     """
     placed, remarks = [], []
     for station in settings.site.settled:
-        if station.role == "forbidden":
+        if station.role == Role.FORBIDDEN:
             continue
         place = place_settled(survey, settings, engine, station, space=reach.space)
         alone = _of_settled([place])
         reasons = [reason for reason, why in _RULED_OUT_AS.items() if why(site, reach, alone)[0]]
-        if reasons and station.role == "kept":
+        if reasons and station.role == Role.KEPT:
             remarks.append(f"station {station.id} of the earlier plan is dropped: {', '.join(reasons)}")
             continue
-        if station.role == "begun":
+        if station.role == Role.BEGUN:
             placed += [] if reasons else [place]
             continue
         remarks += [f"{station.role} station {station.id} is {reason}" for reason in reasons]

@@ -22,20 +22,19 @@ from typing import Any, cast
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import ROLES, GroundPick, KeepOut, SettledStation, Site
+from planner_core.model import GroundPick, KeepOut, Role, SettledStation, Site
 from planner_core.positions.outlines import LEAST_AREA_M2, area_of_outline_m2, crossing_sides
 
 #: Key of a list of stations, and the role it gives them.
 _ROLE_OF_KEY = {
-    "fixed": "scanned",
-    "scanned": "scanned",
-    "locked": "locked",
-    "kept": "kept",
-    "begun": "begun",
-    "forbidden": "forbidden",
+    "fixed": Role.SCANNED,
+    "scanned": Role.SCANNED,
+    "locked": Role.LOCKED,
+    "kept": Role.KEPT,
+    "begun": Role.BEGUN,
+    "forbidden": Role.FORBIDDEN,
 }
 _SITE_KEYS = ("entrances", "keep_out", "access", *_ROLE_OF_KEY, "robot", "start", "end", "returns", "ground_picks")
-_LETTER = {"scanned": "fixed", "locked": "locked", "kept": "kept", "begun": "begun", "forbidden": "forbidden"}
 #: As many as a zone of a requirements file may have.
 _MOST_CORNERS = 10_000
 #: Each takes a look at the whole mesh.
@@ -75,7 +74,7 @@ def site_from_mapping(mapping: Mapping[str, Any]) -> Site:
 
 
 def settled_from(
-    given: Iterable[tuple[str, Sequence[float], str | None, float | None]], role: str, *, radius_m: float = 0.5
+    given: Iterable[tuple[str, Sequence[float], str | None, float | None]], role: Role, *, radius_m: float = 0.5
 ) -> tuple[SettledStation, ...]:
     """Give stations of a list a role.
 
@@ -83,18 +82,14 @@ def settled_from(
     ----------
     given
         (id, position, floor, instrument height): the sensor's origin, scene frame; floor and height may be None.
-    role
-        One of `planner_core.model.ROLES`.
     radius_m
         Of forbidden places.
 
     Raises
     ------
     RequirementError
-        An unknown role, positions that are not three finite numbers, a height or radius below zero, an id twice.
+        Positions that are not three finite numbers, a height or radius below zero, an id twice.
     """
-    if role not in ROLES:
-        raise RequirementError(f"role: got {role!r}, expected one of {', '.join(ROLES)}")
     settled = []
     for number, (name, position, floor, height_m) in enumerate(given, start=1):
         told = f"{role} station {name or number}"
@@ -102,7 +97,7 @@ def settled_from(
         radius = _length(f"{told}'s radius", radius_m)
         settled.append(
             SettledStation(
-                id=name or f"{_LETTER[role]}-{number}",
+                id=name or f"{'fixed' if role == Role.SCANNED else role}-{number}",
                 position_m=_place(told, position),
                 role=role,
                 floor=floor or "",
@@ -114,13 +109,13 @@ def settled_from(
     return tuple(settled)
 
 
-def _stations(key: str, value: Any, role: str) -> tuple[SettledStation, ...]:
+def _stations(key: str, value: Any, role: Role) -> tuple[SettledStation, ...]:
     out: list[SettledStation] = []
     for number, item in _each(key, value):
         title = f"{key}[{number}]"
         if not isinstance(item, Mapping):
             item = {"position": item}
-        names = ("id", "position", "floor", *(("radius",) if role == "forbidden" else ("height",)))
+        names = ("id", "position", "floor", *(("radius",) if role == Role.FORBIDDEN else ("height",)))
         told = _mapping(title, item, names)
         if "position" not in told:
             raise RequirementError(f"{title}: got no position, expected [x, y, z] of the sensor in the scene frame")
@@ -159,7 +154,7 @@ def check_ids(settled: Sequence[SettledStation]) -> None:
     """A settled station has an id of its own; places where none may stand do not need any."""
     seen: set[str] = set()
     for station in settled:
-        if station.role == "forbidden":
+        if station.role == Role.FORBIDDEN:
             continue
         if station.id in seen:
             raise RequirementError(

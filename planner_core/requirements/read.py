@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import NETWORKS, Asked, PartRequirement, Requirements
+from planner_core.model import Asked, NetworkKind, PartRequirement, Requirements
 from planner_core.positions.outlines import LEAST_AREA_M2, area_of_outline_m2, crossing_sides
 from planner_core.requirements.document import read_document
 from planner_core.requirements.quantities import (
@@ -189,12 +189,14 @@ def _seen_from(said: dict[str, Any], where: str, default: int, *, sign: str = ":
     return default if value is None else count(value, f"{where}{sign}seen_from")
 
 
-def _network(value: object, where: str, default: str) -> str:
+def _network(value: object, where: str, default: NetworkKind) -> NetworkKind:
     if value is None:
         return default
-    if not isinstance(value, str) or value.strip().casefold() not in NETWORKS:
-        raise refusal(f"{where}: network", value, f"one of {', '.join(NETWORKS)}", "leave it out for joined")
-    return value.strip().casefold()
+    try:
+        return NetworkKind(value.strip().casefold() if isinstance(value, str) else "")
+    except ValueError:
+        known = ", ".join(NetworkKind)
+        raise refusal(f"{where}: network", value, f"one of {known}", f"leave it out for {default}") from None
 
 
 def _section(value: object, what: str) -> dict[str, Any]:

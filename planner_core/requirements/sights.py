@@ -12,29 +12,8 @@ import numpy as np
 from planner_core.coverage.levels import Sights, with_noise
 from planner_core.coverage.looking import looks_in_batches
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.errors import RequirementError
-from planner_core.model import FloatArray, PlanSettings, Requirements, Survey
+from planner_core.model import FloatArray, PlanSettings, Survey
 from planner_core.progress import Progress, silent
-
-
-def check_noise(settings: PlanSettings) -> None:
-    """Refuse limits on noise where the scanner's figures know none.
-
-    Raises
-    ------
-    RequirementError
-        Noise is asked for and the scanner has no table of range noise.
-    """
-    if asks_for_noise(settings.requirements) and not settings.scanner.range_noise:
-        raise RequirementError(
-            f"noise: got a limit with scanner {settings.scanner.name}, expected one with a table of range noise; "
-            "give a scanner file of your own with range_noise, or ask for range and incidence instead"
-        )
-
-
-def asks_for_noise(requirements: Requirements) -> bool:
-    """Whether anything asked of all or of a part limits noise."""
-    return any(asked.noise_m is not None for asked in (requirements.asked, *(p.asked for p in requirements.parts)))
 
 
 def sights_from(
@@ -48,7 +27,7 @@ def sights_from(
     Raises
     ------
     RequirementError, DeviceError
-        See `check_noise`, `ScanEngine.patch_returns`, `PatchMode.see`.
+        See `ScanEngine.patch_returns`, `PatchMode.see`.
     """
     batches = list(sights_in_batches(survey, settings, engine, positions_m, progress=progress))
     sizes = np.concatenate([np.zeros(1, dtype=np.int64), *(np.diff(batch.starts) for batch in batches)])
@@ -61,7 +40,7 @@ def sights_from(
         spacing_m=np.concatenate([none, *(batch.spacing_m for batch in batches)]),
         range_m=np.concatenate([none, *(batch.range_m for batch in batches)]),
         incidence_rad=np.concatenate([none, *(batch.incidence_rad for batch in batches)]),
-        noise_m=np.concatenate([none, *noise]) if asks_for_noise(settings.requirements) else None,
+        noise_m=np.concatenate([none, *noise]) if settings.requirements.limits_noise else None,
     )
 
 
@@ -72,8 +51,7 @@ def sights_in_batches(
 
     How positions are split depends on how much they see, and no figure depends on it.
     """
-    check_noise(settings)
-    noisy = asks_for_noise(settings.requirements)
+    noisy = settings.requirements.limits_noise
     for sights in looks_in_batches(survey, settings.scan_mode, engine, positions_m, progress=progress):
         if noisy:
             yield with_noise(sights, settings.scanner, reflectivity=settings.requirements.reflectivity)

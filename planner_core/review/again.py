@@ -22,6 +22,7 @@ import dataclasses
 from collections.abc import Iterator
 
 from planner_core.errors import ReviewError
+from planner_core.model.choices import Role
 from planner_core.model.planning import PlanSettings
 from planner_core.model.requirements import PartRequirement, Requirements
 from planner_core.model.review import ForbiddenPlace, PlanUnderReview, Review, ReviewedStation, Zone
@@ -55,7 +56,7 @@ def settings_with_review(settings: PlanSettings, review: Review, plan: PlanUnder
 
 
 def _site(site: Site, review: Review, plan: PlanUnderReview) -> Site:
-    before = (station for station in site.settled if station.role in ("scanned", "forbidden"))
+    before = (station for station in site.settled if station.role in (Role.SCANNED, Role.FORBIDDEN))
     keep_outs = (_keep_out(zone) for zone in _in_order(review) if zone.kind == "keep_out")
     return dataclasses.replace(
         site,
@@ -74,7 +75,7 @@ def _settled(review: Review, plan: PlanUnderReview) -> Iterator[SettledStation]:
             continue  # it is in the settings, as scanned
         verdict = review.verdicts.get(station.id)
         if verdict is None or verdict.verdict != "rejected":
-            yield _station(station, "locked" if station.locked else "kept")
+            yield _station(station, Role.LOCKED if station.locked else Role.KEPT)
         elif station.locked:
             raise ReviewError(
                 f"station {station.id}: is locked, and {verdict.by} rejected it; unlock it or clear the verdict"
@@ -84,7 +85,7 @@ def _settled(review: Review, plan: PlanUnderReview) -> Iterator[SettledStation]:
             yield _forbidden_place(place, f"rejected {station.id}", station.floor)
 
 
-def _station(station: ReviewedStation, role: str) -> SettledStation:
+def _station(station: ReviewedStation, role: Role) -> SettledStation:
     return SettledStation(
         id=station.id,
         position_m=station.position_m,
@@ -105,7 +106,7 @@ def _forbidden(review: Review, plan: PlanUnderReview) -> Iterator[SettledStation
 
 
 def _forbidden_place(place: ForbiddenPlace, name: str, floor: str) -> SettledStation:
-    return SettledStation(name, place.position_m, "forbidden", floor, radius_m=place.radius_m)
+    return SettledStation(name, place.position_m, Role.FORBIDDEN, floor, radius_m=place.radius_m)
 
 
 def _keep_out(zone: Zone) -> KeepOut:

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Int32Array, Leg, Route, Site
 from planner_core.positions.reach import ARM_M, Reach, stand_nodes
 from planner_core.positions.walking import Walking
@@ -40,18 +39,7 @@ ANYWHERE = Ends()
 
 
 def ends_of(site: Site, offset_m: FloatArray) -> Ends:
-    """Ends of the walk as the site says: from its start, else its first entrance. offset_m : `Scene.offset_m`.
-
-    Raises
-    ------
-    RequirementError
-        An end for a route that returns.
-    """
-    if site.returns and site.end_m is not None:
-        raise RequirementError(
-            f"end of the route: got {site.end_m} for a route that returns, expected one of the two; leave `end` or "
-            "`returns` out"
-        )
+    """Ends of the walk as the site says: from its start, else its first entrance. offset_m : `Scene.offset_m`."""
     start = site.start_m or (site.entrances_m[0] if site.entrances_m else None)
     local = [None if place is None else np.asarray(place, np.float64) - offset_m for place in (start, site.end_m)]
     return Ends(local[0], local[1], site.returns)

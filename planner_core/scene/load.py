@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from planner_core.errors import SceneError, SceneNotFoundError
-from planner_core.model import Georeference, LoadReport, Optics, Scene, SceneSource
+from planner_core.model import Doors, Georeference, Glass, LoadReport, Optics, Scene, SceneSource, UpAxis
+from planner_core.model.choices import one_of
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import without_door_leaves
@@ -35,10 +36,7 @@ FORMAT_OF_EXTENSION = {
     ".usdz": "usd",
 }
 
-#: What `LoadOptions.doors` may be.
-DOORS = ("shut", "open", "all")
-#: Meanings of `LoadOptions.glass`.
-OPTICS_OF_GLASS = {"pass": Optics.PASSES, "stop": Optics.STOPS, "return": Optics.RETURNS}
+_OPTICS_OF_GLASS = {Glass.PASS: Optics.PASSES, Glass.STOP: Optics.STOPS, Glass.RETURN: Optics.RETURNS}
 
 
 @dataclass(frozen=True)
@@ -46,15 +44,22 @@ class LoadOptions:
     """What a user may say about a file. `None`: as the file says; where it says nothing, metres and z up."""
 
     metres_per_unit: float | None = None
-    up_axis: str | None = None
-    """`Y` or `Z`."""
+    up_axis: UpAxis | None = None
     skip_bad_faces: bool = False
     """Drop faces that name a vertex which does not exist, instead of refusing the file."""
-    glass: str = "pass"
-    """What glass does to beams: `pass`, `stop` or `return`, see `planner_core.model.Optics`."""
-    doors: str = "shut"
-    """`shut`: as modelled. Leaves of doors (`IfcDoor`) are left out: `open`, of those indoors; `all`. See
-    `planner_core.scene.doors`."""
+    glass: Glass = Glass.PASS
+    """What glass does to beams."""
+    doors: Doors = Doors.SHUT
+    """Which doors (`IfcDoor`) have their leaves left out."""
+
+    def __post_init__(self) -> None:
+        unit = self.metres_per_unit
+        if unit is not None and not (math.isfinite(unit) and unit > 0):
+            raise SceneError(f"metres per unit is {unit}, expected a number above 0; 0.001 is a millimetre.")
+        if self.up_axis is not None:
+            object.__setattr__(self, "up_axis", one_of(UpAxis, self.up_axis, "upward axis", error=SceneError))
+        object.__setattr__(self, "glass", one_of(Glass, self.glass, "glass", error=SceneError))
+        object.__setattr__(self, "doors", one_of(Doors, self.doors, "doors", error=SceneError))
 
 
 def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Progress = silent) -> Scene:
@@ -81,7 +86,6 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
     """
     path = Path(path)
     file_format = _check_file(path)
-    _check_options(options)
     progress(ProgressEvent("load", 0, 0, f"reading {path.name}"))
     digest = _sha256(path)
     raw = _read(path, file_format, options, progress)
@@ -122,8 +126,8 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
     )
     scene = with_rooms(scene, raw.rooms, raw.storeys, metres_per_unit=vertex_unit_m, up_axis=up_axis)
     scene = replace(scene, georeference=_georeference(raw, options))
-    if options.doors != "shut":
-        scene = without_door_leaves(scene, outer_too=options.doors == "all")
+    if options.doors != Doors.SHUT:
+        scene = without_door_leaves(scene, outer_too=options.doors == Doors.ALL)
     progress(ProgressEvent("load", 1, 1, "loaded"))
     return _with_warnings(_with_glass(scene, options.glass), _doubts(scene, raw, options))
 
@@ -153,18 +157,6 @@ def _check_file(path: Path) -> str:
             f"{path}: it can't be read ({error.strerror or error}); check its permissions."
         ) from error
     return file_format
-
-
-def _check_options(options: LoadOptions) -> None:
-    unit = options.metres_per_unit
-    if unit is not None and not (math.isfinite(unit) and unit > 0):
-        raise SceneError(f"metres per unit is {unit}, expected a number above 0; 0.001 is a millimetre.")
-    if options.up_axis not in (None, "Y", "Z"):
-        raise SceneError(f"the upward axis is {options.up_axis!r}, expected Y or Z; pass one of them.")
-    if options.glass not in OPTICS_OF_GLASS:
-        raise SceneError(f"glass: got {options.glass!r}, expected one of {', '.join(OPTICS_OF_GLASS)}.")
-    if options.doors not in DOORS:
-        raise SceneError(f"doors: got {options.doors!r}, expected one of {', '.join(DOORS)}.")
 
 
 def _check_told_unit(path: Path, raw: RawScene, options: LoadOptions) -> None:
@@ -209,7 +201,7 @@ def _read(path: Path, file_format: str, options: LoadOptions, progress: Progress
     return read_usd(path, skip_bad_faces=options.skip_bad_faces)
 
 
-def _with_glass(scene: Scene, glass: str) -> Scene:
+def _with_glass(scene: Scene, glass: Glass) -> Scene:
     """The scene with the user's word on glass, and how much of it there is."""
     told = scene.optics_of_triangle
     if told is None:
@@ -222,7 +214,7 @@ def _with_glass(scene: Scene, glass: str) -> Scene:
         glass_area_m2=float(area_m2[told == Optics.PASSES].sum()),
         mirror_area_m2=float(area_m2[told == Optics.STOPS].sum()),
     )
-    optics = np.where(told == Optics.PASSES, np.uint8(OPTICS_OF_GLASS[glass]), told).astype(np.uint8)
+    optics = np.where(told == Optics.PASSES, np.uint8(_OPTICS_OF_GLASS[glass]), told).astype(np.uint8)
     return replace(scene, report=report, optics_of_triangle=optics if optics.any() else None)
 
 

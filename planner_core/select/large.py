@@ -24,7 +24,7 @@ import numpy as np
 
 from planner_core.device import Device
 from planner_core.errors import RequirementError
-from planner_core.model import Int64Array
+from planner_core.model import Int64Array, Proven
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
@@ -33,7 +33,7 @@ from planner_core.select.limits import INTERRUPTED, PROVEN, Limits
 from planner_core.select.network import Network, network_within
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
-from planner_core.select.proven import Point, ProvenSelection, SelectionSettings, select
+from planner_core.select.proven import Point, ProvenSelection, select
 from planner_core.select.relaxation import BOUND_UNIT
 from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, open_walks
 
@@ -49,7 +49,7 @@ _BOUND_SHARE = 0.3
 #: Steps of the first annealing, a candidate of the core; the next one after a failure gets twice as many.
 _FIRST_STEPS_A_CANDIDATE = 50
 _MOST_STEPS = 2**28
-_DEFAULTS = SelectionSettings()
+_DEFAULTS = Proven()
 #: One station besides the given ones, and not proven: there is no smaller set to be annealed.
 EXHAUSTED = "nothing left to exchange"
 
@@ -112,7 +112,7 @@ def core_problem(
 
 def select_large(
     problem: CoverProblem,
-    settings: SelectionSettings = _DEFAULTS,
+    settings: Proven = _DEFAULTS,
     *,
     network: Network | None = None,
     given: Sequence[int] = (),
@@ -148,7 +148,7 @@ def select_large(
     return result
 
 
-def select_by_size(problem: CoverProblem, settings: SelectionSettings = _DEFAULTS, **how: Any) -> ProvenSelection:
+def select_by_size(problem: CoverProblem, settings: Proven = _DEFAULTS, **how: Any) -> ProvenSelection:
     """`select` for problems that it is made for, `select_large` for others; see there for `how`."""
     search = select_large if problem.row.size > LARGE_ENTRIES else select
     return search(problem, settings, **how)
@@ -175,7 +175,7 @@ class _Search:
     def __init__(
         self,
         problem: CoverProblem,
-        settings: SelectionSettings,
+        settings: Proven,
         network: Network | None,
         given: tuple[int, ...],
         device: Device | None,
@@ -287,7 +287,7 @@ class _Search:
     def _core_of(self, prices: LagrangeBound) -> tuple[Core, Walks]:
         """Candidates that matter, those of the best set among them, and walks on them."""
         core = core_problem(self._problem, prices, n_stations=len(self._best), also=self._best, network=self._network)
-        terrain = Terrain(core.problem, seed=self._settings.seed, network=core.network)
+        terrain = Terrain(core.problem, seed=self._settings.seed or 0, network=core.network)
         return core, open_walks(terrain, device=self._device, host=self._host)
 
     def _walk(self, core: Core, walks: Walks, size: int, *, round_: int, n_steps: int) -> list[int]:

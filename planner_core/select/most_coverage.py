@@ -29,7 +29,7 @@ import numpy as np
 
 from planner_core.device import Device
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, Int64Array
+from planner_core.model import BoolArray, Int64Array, Proven
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant
@@ -38,7 +38,6 @@ from planner_core.select.limits import INTERRUPTED, PROVEN, Limits
 from planner_core.select.network import Network
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
-from planner_core.select.proven import SelectionSettings
 from planner_core.select.relaxation import BOUND_UNIT
 from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, open_walks
 
@@ -48,7 +47,7 @@ _MOST_STEPS = 2**28
 #: How often prices are made for the bound found so far, and the share of the work that all of them may do.
 _BOUND_ROUNDS = 6
 _BOUND_SHARE = 0.4
-_DEFAULTS = SelectionSettings()
+_DEFAULTS = Proven()
 #: With `loops`: no candidate has the links that would keep the set joined, and it has fewer stations than allowed.
 NOBODY_JOINS = "nobody else can be joined"
 
@@ -84,7 +83,7 @@ class MostCoverage:
 def most_coverage(
     problem: CoverProblem,
     n_stations: int,
-    settings: SelectionSettings = _DEFAULTS,
+    settings: Proven = _DEFAULTS,
     *,
     network: Network | None = None,
     given: Sequence[int] = (),
@@ -129,7 +128,7 @@ def most_coverage(
 def coverage_by_stations(
     problem: CoverProblem,
     n_stations: Sequence[int],
-    settings: SelectionSettings = _DEFAULTS,
+    settings: Proven = _DEFAULTS,
     *,
     network: Network | None = None,
     given: Sequence[int] = (),
@@ -237,7 +236,7 @@ class _Search:
         self,
         problem: CoverProblem,
         n_stations: int,
-        settings: SelectionSettings,
+        settings: Proven,
         network: Network | None,
         given: tuple[int, ...],
         device: Device | None,
@@ -279,7 +278,7 @@ class _Search:
         self._prove()
         if not self._go_on():
             return
-        terrain = Terrain(self._problem, seed=self._settings.seed, network=self._network)
+        terrain = Terrain(self._problem, seed=self._settings.seed or 0, network=self._network)
         walks = open_walks(terrain, device=self._device, host=self._host)
         round_, n_steps = 0, _FIRST_STEPS_A_CANDIDATE * self._problem.n_candidates
         while self._go_on():

@@ -24,7 +24,7 @@ import numpy as np
 
 from planner_core.device import Device
 from planner_core.errors import RequirementError
-from planner_core.model import Int32Array
+from planner_core.model import Int32Array, Proven
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.blocks import BlockProof, blocks_of
 from planner_core.select.bound import counting_bound
@@ -38,7 +38,7 @@ from planner_core.select.problem import CoverProblem
 from planner_core.select.reductions import Reduced, reduce_problem
 from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, open_walks
 
-__all__ = ["INTERRUPTED", "PROVEN", "ROUNDING", "Point", "ProvenSelection", "SelectionSettings", "select"]
+__all__ = ["INTERRUPTED", "PROVEN", "ROUNDING", "Point", "ProvenSelection", "select"]
 
 #: No smaller set meets `required`; one that meets `least` was not ruled out, and nothing is left to look at.
 ROUNDING = "rounding of areas"
@@ -55,32 +55,7 @@ _BLOCK_SHARE = 0.8
 #: The proof's turn lasts at least so long, in units of work.
 _LEAST_TURN = 0.1
 _MAX_STEPS = 2**28
-
-
-@dataclass(frozen=True)
-class SelectionSettings:
-    """How long to search. work_limit : numbers looked at, in 1e9, roughly seconds of one core.
-
-    time_limit_s : besides, of the clock; with it two runs may differ. n_walks : annealings side by side, each with its
-    own random numbers; results depend on it, and not on the number of cores. prove : whether to work on the bound, too;
-    if not, all of the work goes into fewer stations.
-    """
-
-    work_limit: float = 150.0
-    time_limit_s: float | None = None
-    seed: int = 0
-    n_walks: int = 4
-    prove: bool = True
-
-    def __post_init__(self) -> None:
-        if not self.work_limit >= 0:
-            raise RequirementError(f"work limit: got {self.work_limit}, expected 0 or more; e.g. 60")
-        if self.time_limit_s is not None and not self.time_limit_s >= 0:
-            raise RequirementError(f"time limit: got {self.time_limit_s} s, expected 0 or more, or none; e.g. 60")
-        if not 0 <= self.seed < 2**64:
-            raise RequirementError(f"seed: got {self.seed}, expected a whole number from 0 to 2^64 - 1")
-        if not 1 <= self.n_walks <= 1024:
-            raise RequirementError(f"walks: got {self.n_walks}, expected a whole number from 1 to 1024; e.g. 4")
+_DEFAULTS = Proven()
 
 
 @dataclass(frozen=True)
@@ -121,7 +96,7 @@ class ProvenSelection:
 
 def select(
     problem: CoverProblem,
-    settings: SelectionSettings = SelectionSettings(),
+    settings: Proven = _DEFAULTS,
     *,
     network: Network | None = None,
     given: Sequence[int] = (),
@@ -224,7 +199,7 @@ class _Search:
     def __init__(
         self,
         reduced: Reduced,
-        settings: SelectionSettings,
+        settings: Proven,
         *,
         network: Network | None,
         device: Device | None,
@@ -402,7 +377,7 @@ class _Search:
         if not self._can_anneal():
             return False
         if self._walks is None:
-            terrain = Terrain(self._problem, seed=self._settings.seed, network=self._network)
+            terrain = Terrain(self._problem, seed=self._settings.seed or 0, network=self._network)
             self._walks = open_walks(terrain, device=self._device, host=self._host)
         if self._sets.shape != (self._settings.n_walks, len(self._best) - 1):
             self._sets = self._without_one()

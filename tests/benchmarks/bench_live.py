@@ -29,7 +29,7 @@ import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.patch_mode import scan_mode_of
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import PlanSettings, Review
+from planner_core.model import Greedy, PlanSettings, Review
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.viewer_layers import layer_files
 from planner_core.planning.live.draft import DraftStation
@@ -96,7 +96,9 @@ def plan_folder(scene: str, scanner: str, folder: Path) -> Path:
     if not file.exists():
         file = folder / f"{scene}.ifc"
         scenes_synthetic.write(scenes_synthetic.build(scene), file)
-    settings = PlanSettings(scanner=load_scanner(scanner), grid_step_m=1.0, instrument_heights_m=(1.5,), refine=False)
+    settings = PlanSettings(
+        scanner=load_scanner(scanner), grid_step_m=1.0, instrument_heights_m=(1.5,), refine=False, method=Greedy()
+    )
     survey = make_survey(load_scene(file), settings)
     engine = open_engine(survey.scene, survey.patches)
     plan = plan_survey(survey, settings, engine)

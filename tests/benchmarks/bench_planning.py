@@ -29,8 +29,8 @@ from planning_page import page
 
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, device_of, open_engine
-from planner_core.model import Survey
-from planner_core.paper.pipeline import PaperSettings, paper_settings, repair, select_by_genes
+from planner_core.model import Paper, Survey
+from planner_core.paper.pipeline import paper_settings, repair, select_by_genes
 from planner_core.planning.choose import selection_settings
 from planner_core.planning.pool import Pool, make_pool
 from planner_core.planning.refine import WORK_SHARE, Refined, refine
@@ -143,9 +143,9 @@ def judged(on: Ready, chosen: Sequence[int], cpu_s: float, wall_s: float, *, lat
 def rivals(on: Ready) -> dict[str, Found]:
     """Greedy selection alone and repaired, and the paper's selection and repair."""
     pool, problem, within, settings = on.pool, on.whole, on.pool.problem, on.case.settings
-    paper = replace(paper_settings(replace(settings, method_options=())), search="none")
+    paper = paper_settings(replace(settings, method=Paper(search="none")))
 
-    def repaired(chosen: Sequence[int], by: PaperSettings) -> list[int]:
+    def repaired(chosen: Sequence[int], by: Paper) -> list[int]:
         rows = np.array(chosen, dtype=np.int64)
         return [int(row) for row in repair(settings, by, pool.candidates, rows)[0]]
 

@@ -29,7 +29,7 @@ from planner_core.coverage.coverage import floor_of_patch
 from planner_core.coverage.survey import make_survey, planned_floors, scope_of, visible_from
 from planner_core.device import Device, open_device
 from planner_core.engine.opencl import OpenCLEngine
-from planner_core.model import PlanSettings, Scene
+from planner_core.model import PlanSettings, Proven, Scene
 from planner_core.paper.genetic import GeneticSettings, select_genetic
 from planner_core.positions.grid import find_candidates
 from planner_core.scanner.catalogue import load_scanner
@@ -38,7 +38,7 @@ from planner_core.select.bound import lower_bound
 from planner_core.select.check import check_coverage
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import CoverProblem, cover_problem, floor_targets
-from planner_core.select.proven import ProvenSelection, SelectionSettings, select
+from planner_core.select.proven import ProvenSelection, select
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 IFC_FOLDER = REPOSITORY.parent / "shared" / "data" / "ifc"
@@ -119,7 +119,7 @@ def measure(on: Task, device: Device, *, work: float) -> Row:
     first = [np.array(greedy)]
     genetic, genetic_s = timed(lambda: select_genetic(problem, settings, device=device, given=first).chosen)
     before = lower_bound(problem, n_stations=len(greedy))
-    ours, ours_s = timed(lambda: select(problem, SelectionSettings(work_limit=work), device=device))
+    ours, ours_s = timed(lambda: select(problem, Proven(work_limit=work), device=device))
     for chosen in (greedy, genetic, ours.chosen):
         on.check([int(c) for c in chosen])
     row = Row(on, len(greedy), greedy_s, len(genetic), genetic_s, before, ours, ours_s)

@@ -24,13 +24,13 @@ from scipy.spatial import cKDTree
 from selection_report import machine, options_of, publish, timed
 
 from planner_core.device import Device, open_device
-from planner_core.model import BoolArray, FloatArray, Int64Array, Visibility
+from planner_core.model import BoolArray, FloatArray, Int64Array, Proven, Visibility
 from planner_core.select.greedy import select_greedy
 from planner_core.select.lagrange import LagrangeBound, large_bound
 from planner_core.select.large import select_large
 from planner_core.select.most_coverage import MostCoverage, coverage_by_stations
 from planner_core.select.problem import CoverProblem, Target, cover_problem
-from planner_core.select.proven import ProvenSelection, SelectionSettings
+from planner_core.select.proven import ProvenSelection
 
 COVERAGE = 0.95
 ROOM_M, RANGE_M, NEAR_WALL_M = 6.0, 9.0, 0.4
@@ -122,10 +122,10 @@ def problem_of(seen: list[np.ndarray], area_m2: FloatArray, parts: list[BoolArra
 def measure(name: str, problem: CoverProblem, device: Device, *, work: float) -> Row:
     n_greedy, greedy_s = timed(lambda: len(select_greedy(problem).chosen))
     bound, bound_s = timed(lambda: large_bound(problem, n_stations=n_greedy, work_limit=work))
-    found, found_s = timed(lambda: select_large(problem, SelectionSettings(work_limit=work), device=device))
+    found, found_s = timed(lambda: select_large(problem, Proven(work_limit=work), device=device))
     print(f"{name}: {len(found.chosen)} of {n_greedy}, bound {bound.value:.2f}, {found_s:.1f} s", file=sys.stderr)
     points = [max(1, len(found.chosen) * part // 4) for part in (1, 2, 3)]
-    curve = coverage_by_stations(problem, points, SelectionSettings(work_limit=work / 4), device=device)
+    curve = coverage_by_stations(problem, points, Proven(work_limit=work / 4), device=device)
     return Row(name, problem, bound, bound_s, greedy_s, found, found_s, curve)
 
 

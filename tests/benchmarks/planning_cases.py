@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import scenes_synthetic
-from planner_core.model import PlanSettings, Requirements, Scanner, Scene
+from planner_core.model import PlanSettings, Proven, Requirements, Scanner, Scene
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import LoadOptions, load_scene
 from scenes_synthetic.campus import write_campus
@@ -100,7 +100,7 @@ def _puzzle(name: str, best: int, range_m: float, told: str) -> Case:
     settings = PlanSettings(
         scanner=_everywhere(range_m),
         requirements=asked,
-        method="proven",
+        method=Proven(),
         scan_mode="patches",
         instrument_heights_m=(HEIGHT_M,),
     )
@@ -160,4 +160,4 @@ def _large() -> Iterator[Case]:
 
 
 def _usual(**other: object) -> PlanSettings:
-    return PlanSettings(scanner=load_scanner("hdl-64e"), method="proven", **other)  # type: ignore[arg-type]
+    return PlanSettings(scanner=load_scanner("hdl-64e"), method=Proven(), **other)  # type: ignore[arg-type]

@@ -13,7 +13,7 @@ import pytest
 from tlsplan.main import main
 
 from planner_core.engine import opencl
-from planner_core.model import PlanSettings
+from planner_core.model import Greedy, PlanSettings
 from planner_core.plan_folder.plan_json import DROPPABLE_KEYS, plan_document
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.catalogue import load_scanner
@@ -95,7 +95,7 @@ def test_memory_that_suffices_for_fewer_candidates_at_a_time_gives_the_same_plan
     monkeypatch.setattr(opencl, "_CHUNK", 6)
     scene = load_scene(scene_file)
     settings = PlanSettings(
-        load_scanner("hdl-64e"), grid_step_m=0.7, instrument_heights_m=(1.5,), max_patch_area_m2=0.5
+        load_scanner("hdl-64e"), grid_step_m=0.7, instrument_heights_m=(1.5,), max_patch_area_m2=0.5, method=Greedy()
     )
     expected = make_plan(scene, settings)
     with faults.abort("list_patches", "OUT_OF_RESOURCES", more_than=3) as seen:

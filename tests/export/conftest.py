@@ -13,7 +13,7 @@ import pytest
 from made_once import MadeOnce
 
 import scenes_synthetic
-from planner_core.model import PlanSettings, Requirements, Scanner
+from planner_core.model import Greedy, PlanSettings, Requirements, Scanner
 from planner_core.plan_folder.plan_json import SCHEMA, plan_text
 from planner_core.planning.plan import make_plan
 from planner_core.scene.load import LoadOptions, load_scene
@@ -32,7 +32,9 @@ def planned_box(made_once: MadeOnce) -> Path:
 
 def plan_box(folder: Path) -> None:
     path = scenes_synthetic.write(scenes_synthetic.on_map(scenes_synthetic.build("box")), folder / "box.ifc")
-    settings = PlanSettings(scanner=SCANNER, requirements=Requirements(coverage=0.5), grid_step_m=1.5, refine=False)
+    settings = PlanSettings(
+        scanner=SCANNER, requirements=Requirements(coverage=0.5), grid_step_m=1.5, refine=False, method=Greedy()
+    )
     plan = make_plan(load_scene(path, options=LoadOptions(doors="shut")), settings, engine="open3d")
     (folder / "plan").mkdir()
     (folder / "plan" / "plan.json").write_text(plan_text(plan, folder / "plan"), encoding="utf-8")

@@ -10,19 +10,22 @@ import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import PlanSettings, Requirements, Survey
+from planner_core.model import Paper, PlanSettings, Requirements, Survey
+from planner_core.model.genetic import GeneticSettings
+from planner_core.model.options import method_of
+from planner_core.model.spatial_search import SearchSettings
 from planner_core.paper.overlap_repair import station_overlaps
 from planner_core.paper.pipeline import find_pool, paper_settings
 from planner_core.paper.point_distribution import PointDistribution
-from planner_core.planning.plan import make_plan, plan_survey
+from planner_core.planning.plan import plan_survey
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.scanner.catalogue import load_scanner
 
+SHORT = Paper(spatial=SearchSettings(max_iterations=6, step_m=0.2))
 SETTINGS = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),
     requirements=Requirements(coverage=0.9),
-    method="paper",
-    method_options=(("spatial.max_iterations", "6"), ("spatial.step_m", "0.2")),
+    method=SHORT,
     grid_step_m=1.0,
     instrument_heights_m=(1.0, 1.5),
     max_patch_area_m2=0.1,
@@ -38,7 +41,7 @@ def opened(scene: str, settings: PlanSettings = SETTINGS) -> tuple[Survey, ScanE
     "search", ["ts", pytest.param("ls", marks=pytest.mark.slow), pytest.param("sa", marks=pytest.mark.slow)]
 )
 def test_plan_by_the_papers_pipeline_meets_the_requirement(search: str) -> None:
-    settings = replace(SETTINGS, method_options=(*SETTINGS.method_options, ("search", search)))
+    settings = replace(SETTINGS, method=replace(SHORT, search=search))
     survey, engine = opened("two-rooms", settings)
     plan = plan_survey(survey, settings, engine)
     assert plan.coverage.meets(0.9)
@@ -50,10 +53,10 @@ def test_plan_by_the_papers_pipeline_meets_the_requirement(search: str) -> None:
 
 def test_repair_brings_every_circle_to_the_required_overlap() -> None:
     base = replace(SETTINGS, requirements=Requirements(coverage=0.8, overlap=0.6))
-    fast = (("search", "none"), ("overlap_radius_m", "2"))
+    fast = Paper(search="none", overlap_radius_m=2)
     survey, engine = opened("corridor-comb", base)
     found = {
-        word: plan_survey(survey, replace(base, method_options=(*fast, ("repair", word))), engine)
+        word: plan_survey(survey, replace(base, method=replace(fast, repair=word == "yes")), engine)
         for word in ("no", "yes")
     }
     before, after = found["no"].stations, found["yes"].stations
@@ -67,9 +70,9 @@ def test_repair_brings_every_circle_to_the_required_overlap() -> None:
 
 def test_improved_positions_are_better_than_their_starts_and_admissible() -> None:
     survey, engine = opened("l-room")
-    none = replace(SETTINGS, method_options=(("search", "none"),))
+    none = replace(SETTINGS, method=Paper(search="none"))
     starts = find_pool(survey, none, paper_settings(none), engine, floors=(0,))
-    only = replace(SETTINGS, method_options=(*SETTINGS.method_options, ("pool", "improved"), ("search", "ls")))
+    only = replace(SETTINGS, method=replace(SHORT, pool="improved", search="ls"))
     improved = find_pool(survey, only, paper_settings(only), engine, floors=(0,))
     judge = PointDistribution(survey.scene, survey.patches, engine)
     before = judge.of(survey.template, starts.position_m).f2_m2
@@ -79,7 +82,7 @@ def test_improved_positions_are_better_than_their_starts_and_admissible() -> Non
     ground_m = GroundSurface(survey, survey.floors[0]).below(improved.position_m)
     np.testing.assert_allclose(improved.position_m[:, 2] - ground_m, improved.instrument_height_m)
     assert ((improved.instrument_height_m > 0.9) & (improved.instrument_height_m < 1.6)).all()
-    both = replace(SETTINGS, method_options=(*SETTINGS.method_options, ("search", "ls")))
+    both = replace(SETTINGS, method=replace(SHORT, search="ls"))
     pool = find_pool(survey, both, paper_settings(both), engine, floors=(0,))
     rows = {tuple(row) for row in pool.position_m}
     assert len(rows) == len(pool.position_m)
@@ -90,8 +93,8 @@ def test_random_starts_follow_the_seed() -> None:
     survey, engine = opened("box")
 
     def drawn(seed: int) -> list[list[float]]:
-        options = (("starts", "random"), ("n_random", "9"), ("search", "none"))
-        settings = replace(SETTINGS, seed=seed, method_options=options)
+        paper = Paper(starts="random", n_random=9, search="none")
+        settings = replace(SETTINGS, seed=seed, method=paper)
         return find_pool(survey, settings, paper_settings(settings), engine, floors=(0,)).position_m.tolist()
 
     assert len(drawn(1)) == 9
@@ -99,20 +102,26 @@ def test_random_starts_follow_the_seed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("option", "message"),
     [
-        ((("search", "pso"),), "search: got 'pso', expected one of ls, sa, ts, none"),
-        ((("n_random", "0"),), "n_random: got 0, expected at least 1"),
-        ((("pool", "all"),), "pool: got 'all', expected one of both, improved"),
-        ((("genetic.population", "1"),), "genetic population: got 1"),
-        ((("spatial.step_m", "-1"),), "step_m: got -1"),
+        (("search", "pso"), "search: got 'pso', expected one of ls, sa, ts, none"),
+        (("n_random", "0"), "n_random: got 0, expected at least 1"),
+        (("pool", "all"), "pool: got 'all', expected one of both, improved"),
+        (("genetic.population", "1"), "genetic population: got 1"),
+        (("spatial.step_m", "-1"), "step_m: got -1"),
     ],
 )
-def test_options_of_the_pipeline_are_checked_before_any_work(
-    options: tuple[tuple[str, str], ...], message: str
-) -> None:
+def test_options_of_the_pipeline_are_checked_as_they_are_read(option: tuple[str, str], message: str) -> None:
     with pytest.raises(RequirementError, match=message):
-        paper_settings(replace(SETTINGS, method_options=options))
+        method_of("paper", [option])
+
+
+def test_searches_have_the_plans_seed_and_its_one_height_unless_they_have_their_own() -> None:
+    told = replace(SETTINGS, seed=5, instrument_heights_m=(1.5,))
+    paper = paper_settings(told)
+    assert (paper.spatial.seed, paper.spatial.fixed_height, paper.genetic.seed) == (5, True, 5)
+    own = Paper(spatial=SearchSettings(seed=0, fixed_height=False), genetic=GeneticSettings(seed=1))
+    assert paper_settings(replace(told, method=own)) == own
 
 
 def test_a_search_with_very_many_beams_is_refused_before_it_takes_days() -> None:
@@ -123,28 +132,25 @@ def test_a_search_with_very_many_beams_is_refused_before_it_takes_days() -> None
 
 
 def test_greedy_has_no_options() -> None:
-    settings = replace(SETTINGS, method="greedy")
     with pytest.raises(RequirementError, match=r"option spatial\.max_iterations: got it with method greedy"):
-        make_plan(scenes_synthetic.build("box").scene, settings)
+        method_of("greedy", [("spatial.max_iterations", "6")])
 
 
-@pytest.mark.parametrize(
-    ("option", "value"), [("genetic.objective", "eq9"), ("genetic.max_iterations", "0"), ("genetic.patience", "30")]
-)
-def test_a_plan_that_misses_its_coverage_says_so_and_no_other_does(option: str, value: str) -> None:
-    options = (("search", "none"), ("repair", "no"), ("genetic.population", "8"), ("genetic.n_parents", "8"))
-    settings = replace(SETTINGS, method_options=(*options, ("genetic.expected_active", "1"), (option, value)))
+@pytest.mark.parametrize(("option", "value"), [("objective", "eq9"), ("max_iterations", 0), ("patience", 30)])
+def test_a_plan_that_misses_its_coverage_says_so_and_no_other_does(option: str, value: object) -> None:
+    genetic = replace(GeneticSettings(population=8, n_parents=8, expected_active=1), **{option: value})
+    settings = replace(SETTINGS, method=Paper(search="none", repair=False, genetic=genetic))
     survey, engine = opened("corridor-comb", settings)
     plan = plan_survey(survey, settings, engine)
     met = plan.coverage.meets(0.9) and all(coverage.meets(0.9) for coverage in plan.coverage_by_floor)
     told = [line for line in plan.warnings if line.startswith("genetic selection: ended with")]
-    assert met == (value == "30")
+    assert met == (value == 30)
     assert len(told) == (0 if met else 1)
 
 
 def test_repair_says_that_it_leaves_out_an_overlap_of_the_whole_circle() -> None:
-    settings = replace(SETTINGS, requirements=Requirements(coverage=0.5, overlap=1.0))
-    settings = replace(settings, method_options=(("search", "none"), ("genetic.max_iterations", "5")))
+    paper = Paper(search="none", genetic=GeneticSettings(max_iterations=5))
+    settings = replace(SETTINGS, requirements=Requirements(coverage=0.5, overlap=1.0), method=paper)
     survey, engine = opened("box", settings)
     plan = plan_survey(survey, settings, engine)
     assert any(line.startswith("overlap repair: left out") for line in plan.warnings)

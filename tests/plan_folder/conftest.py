@@ -13,6 +13,7 @@ from planner_core.model import (
     Coverage,
     Element,
     Floor,
+    Greedy,
     Link,
     LoadReport,
     Plan,
@@ -114,7 +115,9 @@ def make_plan(survey: Survey, engine: ScanEngine) -> Plan:
 
     return Plan(
         survey=survey,
-        settings=PlanSettings(scanner=SCANNER, requirements=Requirements(0.9, 0.3), max_patch_area_m2=0.25),
+        settings=PlanSettings(
+            scanner=SCANNER, requirements=Requirements(0.9, 0.3), max_patch_area_m2=0.25, method=Greedy()
+        ),
         stations=stations,
         times_seen=times_seen,
         achievable=achievable,

@@ -13,18 +13,23 @@ from hypothesis import strategies as st
 
 from planner_core.errors import PlanFolderError
 from planner_core.model import (
-    ROLES,
     Asked,
+    Greedy,
     GroundPick,
     KeepOut,
+    NetworkKind,
+    Paper,
     PartRequirement,
     Plan,
     PlanSettings,
+    Proven,
     Requirements,
+    Role,
     Scanner,
     SettledStation,
     Site,
 )
+from planner_core.model.spatial_search import SearchSettings
 from planner_core.plan_folder.plan_json import plan_document, plan_text, read_plan_json
 from planner_core.plan_folder.plan_settings import find_scene, load_options_of, settings_of
 from planner_core.scanner.catalogue import list_scanners
@@ -58,7 +63,7 @@ REQUIREMENTS = {
     "seen_from": st.integers(1, 9),
     "reflectivity": fraction,
     "parts": st.lists(part, max_size=3, unique_by=lambda each: each.name).map(tuple),
-    "network": st.sampled_from(["joined", "loops", "none"]),
+    "network": st.sampled_from(list(NetworkKind)),
     "min_strength": fraction,
 }
 requirements = st.builds(Requirements, **REQUIREMENTS)
@@ -66,7 +71,7 @@ settled = st.builds(
     SettledStation,
     id=word,
     position_m=place,
-    role=st.sampled_from(ROLES),
+    role=st.sampled_from(list(Role)),
     floor=word,
     instrument_height_m=st.none() | above_0,
     radius_m=above_0,
@@ -87,7 +92,7 @@ SITE = {
     "returns": st.booleans(),
     "ground_picks": st.lists(st.builds(GroundPick, place, st.booleans(), word), max_size=3).map(tuple),
 }
-site = st.builds(Site, **SITE)
+site = st.builds(Site, **SITE | {"returns": st.just(False)}) | st.builds(Site, **SITE | {"end_m": st.none()})
 SCANNER = {
     "name": word,
     "title": word,
@@ -113,16 +118,25 @@ SCANNER = {
     "dual_axis_compensator": st.none() | st.booleans(),
 }
 scanner = st.builds(Scanner, **SCANNER)
+method = st.one_of(
+    st.just(Greedy()),
+    st.builds(Proven, at_least_0, st.none() | at_least_0, st.none() | st.integers(0, 2**63), prove=st.booleans()),
+    st.builds(
+        Paper,
+        search=st.sampled_from(["ls", "none"]),
+        overlap_radius_m=at_least_0,
+        spatial=st.builds(SearchSettings, step_m=above_0, lattice_origin_m=st.none() | place),
+    ),
+)
 ANY_SETTINGS = {
     "scanner": scanner,
     "requirements": requirements,
     "objective": st.sampled_from(["fewest", "coverage", "time"]),
     "max_stations": st.none() | st.integers(1, 99),
-    "method": st.sampled_from(["greedy", "proven", "paper"]),
-    "method_options": st.lists(st.tuples(word, word), max_size=3, unique_by=lambda option: option[0]).map(tuple),
+    "method": method,
     "seed": st.integers(0, 2**63),
     "grid_step_m": above_0,
-    "instrument_heights_m": st.lists(above_0, max_size=3).map(tuple),
+    "instrument_heights_m": st.lists(st.floats(1e-6, 100), max_size=3).map(tuple),
     "height_step_m": above_0,
     "clearance_m": at_least_0,
     "ground_ring_radius_m": at_least_0,
@@ -136,7 +150,28 @@ ANY_SETTINGS = {
     "set_up_s": at_least_0,
     "walking_m_per_s": above_0,
 }
-any_settings = st.builds(PlanSettings, **ANY_SETTINGS)
+
+
+def fitting(**told: Any) -> PlanSettings:
+    """Settings of what is told, but for what does not fit together."""
+    if told["requirements"].limits_noise:
+        told["scanner"] = replace(told["scanner"], range_noise=((1.0, 0.5, 0.001),))
+    if told["objective"] != "fewest" and not isinstance(told["method"], Proven):
+        told["objective"] = "fewest"
+    if told["objective"] == "time" and told["scanner"].seconds_per_scan is None:
+        told["seconds_per_scan"] = 60.0
+    told["max_stations"] = (told["max_stations"] or 1) if told["objective"] == "coverage" else None
+    keeps = told["objective"] == "fewest" and isinstance(told["method"], Proven)
+    roles = {Role.FORBIDDEN} if isinstance(told["method"], Paper) else set(Role) - (set() if keeps else {Role.KEPT})
+    settled = tuple(station for station in told["site"].settled if station.role in roles)
+    told["site"] = replace(told["site"], settled=settled)
+    if isinstance(told["method"], Paper):
+        parts = tuple(replace(part, seen_from=1) for part in told["requirements"].parts)
+        told["requirements"] = replace(told["requirements"], seen_from=1, parts=parts)
+    return PlanSettings(**told)
+
+
+any_settings = st.builds(fitting, **ANY_SETTINGS)
 
 
 def document_of(plan: Plan, told: PlanSettings) -> dict[str, Any]:

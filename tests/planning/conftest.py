@@ -10,7 +10,7 @@ import pytest
 
 import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import BoolArray, FloatArray, Plan, PlanSettings, Requirements, Scene
+from planner_core.model import BoolArray, FloatArray, Plan, PlanSettings, Proven, Requirements, Scene
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.catalogue import load_scanner
 
@@ -20,8 +20,7 @@ SMALL = PlanSettings(
     grid_step_m=1.0,
     instrument_heights_m=(1.5,),
     max_patch_area_m2=0.4,
-    method="proven",
-    method_options=(("work_limit", "0.1"),),
+    method=Proven(work_limit=0.1),
     refine=False,
 )
 

@@ -6,7 +6,7 @@ import pytest
 
 import scenes_synthetic
 from planner_core.errors import RequirementError
-from planner_core.model import PlanSettings, Scene
+from planner_core.model import Greedy, PlanSettings, Scene
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
@@ -25,7 +25,7 @@ def room(tmp_path_factory: pytest.TempPathFactory) -> Scene:
 
 def test_a_plan_with_ranges_in_kilometres_is_refused(room: Scene) -> None:
     with pytest.raises(RequirementError, match=r"nothing to be seen .* between 0.0005 and 0.005 m; check its ranges"):
-        make_plan(room, PlanSettings(scanner=KILOMETRES, grid_step_m=1.0))
+        make_plan(room, PlanSettings(scanner=KILOMETRES, grid_step_m=1.0, method=Greedy()))
 
 
 def test_a_station_that_sees_nothing_is_warned_about(room: Scene) -> None:

@@ -1,12 +1,16 @@
 """Options of a method by name: every field can be set, and everything else is refused in one line."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 
 import pytest
 
 from planner_core.errors import RequirementError
-from planner_core.model.options import option_list, with_options
-from planner_core.paper.pipeline import PaperSettings
+from planner_core.model import Greedy, Method, Paper, Proven
+from planner_core.model.genetic import GeneticSettings
+from planner_core.model.options import method_of, option_list, options_of, with_options
+from planner_core.model.spatial_search import SearchSettings
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,7 @@ class Outer:
     inner: Inner = field(default_factory=Inner)
 
 
-def test_options_are_read_as_the_types_of_their_defaults() -> None:
+def test_options_are_read_as_the_types_of_their_fields() -> None:
     options = [("word", "b"), ("on", "yes"), ("length_m", "2"), ("inner.steps", "7"), ("inner.at_m", "1,2.5")]
     assert with_options(Outer(), [*options, ("inner.limit", "4")]) == Outer("b", True, 2.0, Inner(7, (1.0, 2.5), 4.0))
     assert with_options(Outer(inner=Inner(limit=1.0)), []) == Outer(inner=Inner(limit=1.0))
@@ -67,7 +71,7 @@ def test_an_option_given_twice_is_refused() -> None:
 
 
 def test_defaults_of_the_pipeline_are_those_of_the_papers_tables() -> None:
-    values = dict(option_list(PaperSettings()))
+    values = dict(option_list(Paper()))
     table_1 = {"max_iterations": 60, "max_without_improvement": 10, "n_directions": 16, "step_m": 0.05}
     table_1 |= {"initial_temperature": 450.0, "cooling": 0.8}
     for name, value in table_1.items():
@@ -80,6 +84,43 @@ def test_defaults_of_the_pipeline_are_those_of_the_papers_tables() -> None:
 
 
 def test_an_origin_of_too_few_numbers_is_refused() -> None:
-    assert with_options(PaperSettings(), [("spatial.lattice_origin_m", "1,2,3")]).spatial.lattice_origin_m == (1, 2, 3)
+    assert with_options(Paper(), [("spatial.lattice_origin_m", "1,2,3")]).spatial.lattice_origin_m == (1, 2, 3)
     with pytest.raises(RequirementError, match=r"lattice_origin_m: got .*, expected three finite metres"):
-        with_options(PaperSettings(), [("spatial.lattice_origin_m", "1")])
+        with_options(Paper(), [("spatial.lattice_origin_m", "1")])
+
+
+@pytest.mark.parametrize(
+    ("method", "options"),
+    [
+        (Greedy(), {}),
+        (Proven(), {}),
+        (Proven(work_limit=2), {"work_limit": "2"}),
+        (
+            Proven(work_limit=0.1, time_limit_s=30.0, seed=0, prove=False),
+            {"work_limit": "0.1", "time_limit_s": "30", "seed": "0", "prove": "no"},
+        ),
+        (
+            Paper(
+                search="ls",
+                spatial=SearchSettings(max_iterations=5, fixed_height=True, lattice_origin_m=(1, 2.5, -3)),
+                genetic=GeneticSettings(seed=2**63),
+            ),
+            {
+                "search": "ls",
+                "spatial.max_iterations": "5",
+                "spatial.fixed_height": "yes",
+                "spatial.lattice_origin_m": "1,2.5,-3",
+                "genetic.seed": str(2**63),
+            },
+        ),
+    ],
+)
+def test_a_method_is_written_as_the_options_that_make_it(method: Method, options: dict[str, str]) -> None:
+    """As in plan.json: what is left at its default is not said."""
+    assert options_of(method) == options
+    assert method_of(method.name, options.items()) == method
+
+
+def test_methods_of_no_such_name_are_refused() -> None:
+    with pytest.raises(RequirementError, match="method: got 'best', expected one of greedy, proven, paper"):
+        method_of("best")

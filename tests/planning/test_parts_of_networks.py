@@ -8,7 +8,7 @@ import pytest
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import PlanSettings, Requirements
+from planner_core.model import Greedy, PlanSettings, Proven, Requirements
 from planner_core.planning.plan import make_plan
 from planner_core.planning.pool import make_pool
 from planner_core.positions.places import find_places
@@ -16,8 +16,7 @@ from planner_core.scanner.catalogue import load_scanner
 
 SETTINGS = PlanSettings(
     scanner=load_scanner("hdl-64e"),
-    method="proven",
-    method_options=(("work_limit", "0.2"),),
+    method=Proven(work_limit=0.2),
     max_patch_area_m2=0.2,
     refine=False,
 )
@@ -57,7 +56,7 @@ def test_a_room_of_its_own_is_not_left_aside_however_little_is_asked() -> None:
     """Half of the area can be had without a third of the rooms; which of them, and whether, selection may say."""
     synthetic = scenes_synthetic.build("closed-rooms")
     settings = PlanSettings(
-        scanner=SETTINGS.scanner, method="proven", max_patch_area_m2=0.2, requirements=Requirements(coverage=0.5)
+        scanner=SETTINGS.scanner, method=Proven(), max_patch_area_m2=0.2, requirements=Requirements(coverage=0.5)
     )
     survey = make_survey(synthetic.scene, settings)
     engine = open_engine(survey.scene, survey.patches, engine="opencl")
@@ -75,7 +74,7 @@ def test_a_room_of_its_own_is_not_left_aside_however_little_is_asked() -> None:
 def test_where_hardly_any_two_can_be_registered_nobody_is_left_aside() -> None:
     """Without slabs nothing holds heights: no link counts, and every candidate is a part by itself."""
     scene = scenes_synthetic.build("without-slabs").scene
-    greedy = make_plan(scene, replace(SETTINGS, method="greedy", method_options=()), engine="opencl")
+    greedy = make_plan(scene, replace(SETTINGS, method=Greedy()), engine="opencl")
     plan = make_plan(scene, SETTINGS, engine="opencl")
     assert plan.n_bounded is not None and plan.n_bounded >= greedy.n_candidates
     assert len(plan.stations) <= len(greedy.stations)

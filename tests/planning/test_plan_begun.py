@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
-from planner_core.model import KeepOut, Plan, PlanSettings, Requirements, Scene, SettledStation, Site
+from planner_core.model import KeepOut, Plan, PlanSettings, Proven, Requirements, Scene, SettledStation, Site
 from planner_core.planning.plan import make_plan
 from planner_core.positions.site_reading import site_from_mapping
 from planner_core.progress import ProgressEvent
@@ -16,7 +16,7 @@ from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import load_scene
 
 #: Greedy selection is all that so little work leaves.
-NO_SEARCH = (("work_limit", "0"),)
+NO_SEARCH = Proven(work_limit=0)
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def settings() -> PlanSettings:
     return PlanSettings(
         scanner=load_scanner("hdl-64e"),
         requirements=Requirements(coverage=1.0, network="none"),
-        method="proven",
+        method=Proven(),
         grid_step_m=1.0,
         instrument_heights_m=(1.3,),
         max_patch_area_m2=0.25,
@@ -42,7 +42,7 @@ def settings() -> PlanSettings:
 @pytest.fixture(scope="module")
 def searched(rooms: Scene, settings: PlanSettings) -> tuple[Plan, list[ProgressEvent]]:
     events: list[ProgressEvent] = []
-    plan = make_plan(rooms, replace(settings, method_options=(("work_limit", "1"),)), progress=events.append)
+    plan = make_plan(rooms, replace(settings, method=Proven(work_limit=1)), progress=events.append)
     return plan, events
 
 
@@ -59,7 +59,7 @@ def test_a_search_is_no_worse_than_what_it_begins_with(
     rooms: Scene, settings: PlanSettings, searched: tuple[Plan, list[ProgressEvent]]
 ) -> None:
     best, _ = searched
-    short = replace(settings, method_options=NO_SEARCH)
+    short = replace(settings, method=NO_SEARCH)
     greedy = make_plan(rooms, short)
     assert len(best.stations) < len(greedy.stations), "the search has to bring something for this test to say anything"
     again = make_plan(rooms, beginning_with(best, short))
@@ -72,8 +72,8 @@ def test_nothing_keeps_the_stations_that_a_search_begins_with(
     rooms: Scene, settings: PlanSettings, searched: tuple[Plan, list[ProgressEvent]]
 ) -> None:
     best, _ = searched
-    greedy = make_plan(rooms, replace(settings, method_options=NO_SEARCH))
-    again = make_plan(rooms, beginning_with(greedy, replace(settings, method_options=(("work_limit", "1"),))))
+    greedy = make_plan(rooms, replace(settings, method=NO_SEARCH))
+    again = make_plan(rooms, beginning_with(greedy, replace(settings, method=Proven(work_limit=1))))
     assert len(again.stations) <= len(best.stations)
 
 
@@ -83,7 +83,7 @@ def test_stations_to_begin_with_that_nobody_may_stand_at_are_left_out(
     best, _ = searched
     x, y, _ = best.stations[0].position_m + best.survey.scene.offset_m
     around = ((x - 0.9, y - 0.9), (x + 0.9, y - 0.9), (x + 0.9, y + 0.9), (x - 0.9, y + 0.9))
-    short = replace(settings, method_options=NO_SEARCH)
+    short = replace(settings, method=NO_SEARCH)
     again = make_plan(rooms, beginning_with(best, short, keep_out=(KeepOut(around, name="piano"),)))
     places_m = np.array([station.position_m for station in again.stations]) + best.survey.scene.offset_m
     assert (np.abs(places_m[:, :2] - [x, y]).max(axis=1) > 0.9).all()
@@ -91,8 +91,8 @@ def test_stations_to_begin_with_that_nobody_may_stand_at_are_left_out(
 
 def test_most_coverage_is_no_less_than_that_of_what_it_begins_with(rooms: Scene, settings: PlanSettings) -> None:
     two = replace(settings, objective="coverage", max_stations=2)
-    best = make_plan(rooms, replace(two, method_options=(("work_limit", "0.3"),)))
-    short = replace(two, method_options=NO_SEARCH)
+    best = make_plan(rooms, replace(two, method=Proven(work_limit=0.3)))
+    short = replace(two, method=NO_SEARCH)
     greedy = make_plan(rooms, short)
     assert greedy.coverage.covered_area_m2 < best.coverage.covered_area_m2
     again = make_plan(rooms, beginning_with(best, short))

@@ -10,14 +10,17 @@ import pytest
 import scenes_synthetic
 from planner_core.model import (
     Asked,
+    Greedy,
     GroundPick,
     KeepOut,
+    Paper,
     PartRequirement,
     PlanSettings,
     Requirements,
     SettledStation,
     Site,
 )
+from planner_core.model.spatial_search import SearchSettings
 from planner_core.plan_folder.plan_json import DROPPABLE_KEYS, plan_text, read_plan_json
 from planner_core.plan_folder.plan_settings import find_scene, load_options_of, settings_of
 from planner_core.planning.plan import make_plan
@@ -50,8 +53,7 @@ def asked_of_parts(small: PlanSettings) -> PlanSettings:
         scanner=scanner,
         requirements=requirements,
         max_patch_area_m2=0.4 * THIRD * 2,
-        method="greedy",
-        method_options=(),
+        method=Greedy(),
     )
 
 
@@ -78,8 +80,8 @@ def with_a_site(small: PlanSettings) -> PlanSettings:
 
 
 def by_the_paper(small: PlanSettings) -> PlanSettings:
-    options = (("spatial.max_iterations", "3"), ("spatial.step_m", "0.2"), ("search", "sa"))
-    return replace(small, method="paper", method_options=options, instrument_heights_m=(1.0, 1.5 + THIRD / 10), seed=3)
+    paper = Paper(spatial=SearchSettings(max_iterations=3, step_m=0.2))
+    return replace(small, method=paper, instrument_heights_m=(1.0, 1.5 + THIRD / 10), seed=3)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ import pytest
 import small_pictures
 
 import scenes_synthetic
-from planner_core.model import Plan, PlanSettings
+from planner_core.model import Plan, PlanSettings, Proven
 from planner_core.planning.plan import make_plan
 from planner_core.progress import ProgressEvent
 
@@ -115,7 +115,7 @@ def test_a_limit_of_no_time_still_gives_a_plan_with_its_bound(objective: str, sm
         max_stations=3 if objective == "coverage" else None,
         seconds_per_scan=60.0,
         refine=True,
-        method_options=(("time_limit_s", "0"),),
+        method=Proven(time_limit_s=0),
     )
     plan = make_plan(scenes_synthetic.build("corridor-comb").scene, settings)
     assert plan.stations
@@ -181,7 +181,7 @@ def test_a_limit_of_time_is_for_all_steps_together(small: PlanSettings, monkeypa
     def note(event: ProgressEvent) -> None:
         steps.append((event.stage, event.done))
 
-    settings = replace(small, refine=True, method_options=(("time_limit_s", "600"),))
+    settings = replace(small, refine=True, method=Proven(time_limit_s=600))
     plan = make_plan(scenes_synthetic.build("corridor-comb").scene, settings, progress=note)
     assert all(result.met for result in plan.requirements)
     # Ten minutes are over at the first look at the clock: nothing is refined.

@@ -73,7 +73,7 @@ def test_loops_leave_no_link_that_all_hangs_on(small: PlanSettings, planned: Pla
     def asking(network: str) -> PlanSettings:
         return replace(small, requirements=Requirements(coverage=0.9, network=network))
 
-    joined, loops = (planned("corridor-comb", asking(network)) for network in ("joined", "loops"))
+    joined, loops = (planned("corridor-comb", asking(network)) for network in ("connected", "redundant"))
     assert nx.is_connected(graph_of(loops))
     whole, at_m = candidate_graph(loops)
     station = {s.id: int(np.linalg.norm(at_m - s.position_m, axis=1).argmin()) for s in loops.stations}

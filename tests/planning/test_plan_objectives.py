@@ -11,8 +11,7 @@ from tlsplan.options import MethodOptions, Settling
 
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Plan, PlanSettings, Requirements, SettledStation, Site
-from planner_core.planning.plan import check_method
+from planner_core.model import Greedy, Paper, Plan, PlanSettings, Requirements, SettledStation, Site
 from planner_core.positions.places import find_places
 
 Planned = Callable[[str, PlanSettings], Plan]
@@ -99,12 +98,12 @@ KEPT = Site(settled=(SettledStation("S001", (1.0, 1.0, 1.5), "kept"),))
         ({"max_stations": 3}, ("fewest", "3 stations as its limit")),
         ({"objective": "coverage", "max_stations": 0}, ("max_stations", "got 0")),
         ({"max_stations": 0}, ("fewest", "0 stations as its limit")),
-        ({"objective": "time", "method": "greedy", "method_options": ()}, ("time", "greedy")),
+        ({"objective": "time", "method": Greedy()}, ("time", "greedy")),
         ({"objective": "time"}, ("seconds per scan", "none")),
         ({"objective": "time", "seconds_per_scan": 60.0, "site": KEPT}, ("kept", "time")),
         ({"objective": "coverage", "max_stations": 3, "site": KEPT}, ("kept", "coverage")),
-        ({"method": "greedy", "method_options": (), "site": KEPT}, ("kept", "greedy")),
-        ({"method": "paper", "method_options": (), "site": KEPT}, ("settled", "paper")),
+        ({"method": Greedy(), "site": KEPT}, ("kept", "greedy")),
+        ({"method": Paper(), "site": KEPT}, ("settled", "paper")),
     ],
 )
 def test_settings_that_contradict_each_other_are_refused_in_one_line(
@@ -112,7 +111,7 @@ def test_settings_that_contradict_each_other_are_refused_in_one_line(
 ) -> None:
     unknown = replace(small, scanner=replace(small.scanner, seconds_per_scan=None))
     with pytest.raises(RequirementError) as refusal:
-        check_method(replace(unknown, **changes))  # type: ignore[arg-type]
+        replace(unknown, **changes)  # type: ignore[arg-type]
     assert "\n" not in str(refusal.value)
     assert all(word in str(refusal.value) for word in words)
 
@@ -151,5 +150,5 @@ def test_options_of_one_method_are_refused_with_another(small: PlanSettings) -> 
         (MethodOptions(assignments=("work_limits=1",)), "work_limit"),
     ):
         with pytest.raises(RequirementError, match=words) as refusal:
-            inputs.with_method(replace(small, method_options=()), options)
+            inputs.with_method(small, options)
         assert "\n" not in str(refusal.value)

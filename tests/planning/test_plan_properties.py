@@ -13,7 +13,7 @@ import pytest
 
 import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import Plan, PlanSettings, Requirements, Scene
+from planner_core.model import Greedy, Plan, PlanSettings, Requirements, Scene
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
@@ -29,6 +29,7 @@ COARSE = PlanSettings(
     grid_step_m=1.0,
     instrument_heights_m=(1.3,),
     max_patch_area_m2=0.1,
+    method=Greedy(),
 )
 
 

@@ -106,7 +106,7 @@ from planner_core.planning.plan import make_plan
 from planner_core.scanner.catalogue import load_scanner
 settings = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=360), requirements=Requirements(coverage=0.92),
-    grid_step_m=1.0, max_patch_area_m2=0.4, method="proven", method_options=(("work_limit", "0.1"),),
+    grid_step_m=1.0, max_patch_area_m2=0.4, method=Proven(work_limit=0.1),
 )
 document = plan_document(make_plan(scenes_synthetic.build("l-room").scene, settings))
 for name in ("timings_s", "device", "versions"):

@@ -13,7 +13,7 @@ from tlsplan.options import Asking
 import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Asked, FloatArray, PartRequirement, Plan, PlanSettings, Requirements
+from planner_core.model import Asked, FloatArray, PartRequirement, Plan, PlanSettings, Proven, Requirements
 from planner_core.planning.plan import make_plan
 from planner_core.positions.places import find_places
 from planner_core.scene.patches import patch_triangles
@@ -57,7 +57,7 @@ def test_parts_with_figures_of_their_own_are_met_as_scans_recount_them(
             PartRequirement("corner", coverage=0.97, zone=((-1.0, -1.0), (4.0, -1.0), (4.0, 4.0), (-1.0, 4.0))),
         ),
     )
-    plan = planned("house", replace(small, requirements=requirements, method_options=(("work_limit", "0.02"),)))
+    plan = planned("house", replace(small, requirements=requirements, method=Proven(work_limit=0.02)))
     scene = plan.survey.scene
     by_candidates, by_stations = (looks(plan, at).seen for at in (candidates_m(plan), stations_m(plan)))
     everything = np.ones(plan.survey.patches.n_patches, dtype=bool)

@@ -11,7 +11,7 @@ import pytest
 
 import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import REASONS, Plan, PlanSettings
+from planner_core.model import REASONS, Plan, PlanSettings, Proven
 from planner_core.planning.plan import make_plan
 
 Planned = Callable[[str, PlanSettings], Plan]
@@ -21,7 +21,7 @@ Planned = Callable[[str, PlanSettings], Plan]
 def test_areas_by_reason_add_up_to_all_surface_and_the_unseen_is_listed_whole(
     scene: str, small: PlanSettings, planned: Planned
 ) -> None:
-    plan = planned(scene, replace(small, method_options=(("work_limit", "0.02"),)))
+    plan = planned(scene, replace(small, method=Proven(work_limit=0.02)))
     why, area_m2 = plan.why, plan.survey.patches.area_m2
     assert why is not None
     assert sum(why.area_by_reason_m2) == pytest.approx(area_m2.sum())
@@ -66,7 +66,7 @@ def test_what_a_station_adds_is_told_of_asked_floors_alone_and_once(
     seen_from: int, coverage: float, small: PlanSettings, planned: Planned
 ) -> None:
     asked = replace(small.requirements, coverage=coverage, floors=("F0",), seen_from=seen_from)
-    plan = planned("double-height-hall", replace(small, requirements=asked, method_options=(("work_limit", "0.02"),)))
+    plan = planned("double-height-hall", replace(small, requirements=asked, method=Proven(work_limit=0.02)))
     assert plan.why is not None
     by_station = {told.station: told.own_area_m2 for told in plan.why.stations}
     floor = np.repeat(plan.survey.floor_of_triangle, np.diff(plan.survey.patches.first_patch))

@@ -8,9 +8,11 @@ import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import PlanSettings, Requirements
+from planner_core.model import Greedy, PlanSettings, Proven, Requirements
+from planner_core.model.options import method_of
 from planner_core.plan_folder.plan_json import plan_document
-from planner_core.planning.plan import make_plan, plan_survey, selection_settings
+from planner_core.planning.choose import selection_settings
+from planner_core.planning.plan import plan_survey
 from planner_core.scanner.catalogue import load_scanner
 
 SETTINGS = PlanSettings(
@@ -19,8 +21,9 @@ SETTINGS = PlanSettings(
     grid_step_m=1.0,
     instrument_heights_m=(1.0, 1.5),
     max_patch_area_m2=0.1,
+    method=Greedy(),
 )
-PROVEN = replace(SETTINGS, method="proven", method_options=(("work_limit", "2"),), refine=False)
+PROVEN = replace(SETTINGS, method=Proven(work_limit=2), refine=False)
 
 
 @pytest.mark.parametrize("scene", ["two-rooms", pytest.param("corridor-comb", marks=pytest.mark.slow)])
@@ -39,19 +42,20 @@ def test_proven_plans_need_no_more_stations_than_greedy_ones_and_say_how_few_can
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("option", "message"),
     [
-        ((("work_limit", "-1"),), "work limit: got -1"),
-        ((("time_limit_s", "soon"),), "option time_limit_s: got 'soon', expected a number"),
-        ((("spatial.step_m", "1"),), "option spatial.step_m: there is none of that name"),
+        (("work_limit", "-1"), "work limit: got -1"),
+        (("time_limit_s", "soon"), "option time_limit_s: got 'soon', expected a number"),
+        (("spatial.step_m", "1"), "option spatial.step_m: there is none of that name"),
     ],
 )
-def test_options_of_the_proven_method_are_checked_before_any_work(
-    options: tuple[tuple[str, str], ...], message: str
-) -> None:
-    settings = replace(PROVEN, method_options=options)
+def test_options_of_the_proven_method_are_checked_as_they_are_read(option: tuple[str, str], message: str) -> None:
     with pytest.raises(RequirementError) as refusal:
-        selection_settings(settings)
+        method_of("proven", [option])
     assert message in str(refusal.value)
-    with pytest.raises(RequirementError):
-        make_plan(scenes_synthetic.build("box").scene, settings)
+
+
+def test_the_search_has_the_plans_seed_unless_it_has_one_of_its_own() -> None:
+    seeded = replace(PROVEN, seed=5)
+    assert selection_settings(seeded).seed == 5
+    assert selection_settings(replace(seeded, method=Proven(seed=0))).seed == 0

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.model import ROLES, KeepOut, SettledStation, Site
+from planner_core.model import KeepOut, Role, SettledStation, Site
 from planner_core.positions.site_reading import check_ids, settled_from, site_from_mapping
 
 FULL = """
@@ -24,7 +24,6 @@ kept: [{position: [6, 5, 1.5]}]
 forbidden: [{position: [5.0, 1.0, 1.6], radius: 1.0}, [7, 7, 1.5]]
 robot: {radius: 0.3, step: 0.03, height: 0.6, opens_doors: false}
 start: [1, 2, 0]
-end: [8, 2, 0]
 returns: true
 """
 
@@ -49,9 +48,14 @@ def test_a_full_site_is_read_key_by_key() -> None:
         mover_height_m=0.6,
         opens_doors=False,
         start_m=(1.0, 2.0, 0.0),
-        end_m=(8.0, 2.0, 0.0),
         returns=True,
     )
+
+
+def test_a_walk_that_returns_has_no_other_end() -> None:
+    assert site_from_mapping({"end": [8, 2, 0], "returns": False}).end_m == (8.0, 2.0, 0.0)
+    with pytest.raises(RequirementError, match=r"end of the route: got .*8\.0.* for a route that returns"):
+        site_from_mapping({"end": [8, 2, 0], "returns": True})
 
 
 def test_a_floor_may_be_named_by_zero() -> None:
@@ -143,7 +147,7 @@ def test_stations_of_a_list_get_their_role_floor_and_height() -> None:
         SettledStation("B", (4.0, 5.0, 6.0), "locked"),
     )
     assert settled_from(given_stations, "forbidden", radius_m=2.0)[1].radius_m == 2.0
-    for role in ROLES:
+    for role in Role:
         assert {station.role for station in settled_from(given_stations, role)} == {role}
 
 

@@ -13,7 +13,7 @@ from planner_core.coverage.coverage import floor_of_patch, times_seen
 from planner_core.coverage.levels import Sights
 from planner_core.coverage.survey import scope_of, visible_from
 from planner_core.errors import RequirementError
-from planner_core.model import Asked, PartRequirement, PartResult, Visibility
+from planner_core.model import Asked, PartRequirement, PartResult, Requirements, Visibility
 from planner_core.requirements import demand as demands
 from planner_core.requirements.demand import demand_of, rows_from
 from planner_core.requirements.figures import (
@@ -246,7 +246,8 @@ def test_sights_do_not_depend_on_how_positions_are_split(
         load_scanner("hdl-64e"),
         range_noise=((0.5, 0.05, 0.004), (50.0, 0.05, 0.02), (0.5, 0.9, 0.001), (50.0, 0.9, 0.01)),
     )
-    wanted = replace(settings_of(scan_mode=scan_mode, asked=Asked(noise_m=0.002)), scanner=scanner)
+    asked = Requirements(asked=Asked(noise_m=0.002))
+    wanted = replace(settings_of(scan_mode=scan_mode), scanner=scanner, requirements=asked)
     heard: list[tuple[int, int]] = []
     whole = sights_from(
         box.survey, wanted, box.engine, box.positions_m, progress=lambda event: heard.append((event.done, event.total))

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from planner_core.model import Asked, PartRequirement
+from planner_core.model import Asked, PartRequirement, Requirements
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain, shortfalls
 from planner_core.requirements.sights import sights_from
@@ -103,7 +103,7 @@ def test_noise_that_the_scanner_does_not_know_is_said_to_be_unknown(box: SimpleN
         load_scanner("hdl-64e"),
         range_noise=((0.1, 0.01, 0.001), (4.0, 0.01, 0.001), (0.1, 1.0, 0.001), (4.0, 1.0, 0.001)),
     )
-    wanted = replace(settings_of(asked=Asked(noise_m=0.002)), scanner=scanner)
+    wanted = replace(settings_of(), scanner=scanner, requirements=Requirements(asked=Asked(noise_m=0.002)))
     lines = explain(box.survey, demand_of(box.survey, wanted, box.engine, west))
     assert any("East wall" in line and line.endswith("noise is not known there, 2 mm are asked") for line in lines)
 

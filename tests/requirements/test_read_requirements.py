@@ -75,7 +75,7 @@ def test_a_file_says_what_its_words_say(tmp_path: Path) -> None:
         asked=all_of_it,
         seen_from=2,
         reflectivity=0.6,
-        network="loops",
+        network="redundant",
         min_strength=0.02,
         parts=(
             PartRequirement("Level 1", 0.98, Asked(0.006, 20.0, sixty_five), 2, floors=("Level 1",)),

@@ -6,12 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from planner_core.model import Proven
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.figures import part_results
 from planner_core.requirements.read import requirements_from
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem
-from planner_core.select.proven import SelectionSettings, select
+from planner_core.select.proven import select
 
 ASKED = {
     "fine walls": {"range": "5 m", "classes": {"IfcWall*": {"coverage": "97 %", "incidence": "60 deg"}}},
@@ -41,7 +42,7 @@ def test_selection_takes_as_few_stations_as_any_subset_that_meets_all(
 
     n = len(box.positions_m)
     fewest = next(k for k in range(n + 1) if any(meets_all(some) for some in combinations(range(n), k)))
-    found = select(problem, SelectionSettings())
+    found = select(problem, Proven())
     assert 2 <= fewest == len(found.chosen) == found.lower_bound
     assert meets_all(tuple(found.chosen))
     assert meets_all(tuple(select_greedy(problem).chosen))

@@ -10,7 +10,7 @@ import scenes_synthetic
 from planner_core.coverage.survey import make_survey, visible_from
 from planner_core.engine.patch_mode import scan_mode_of
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import PlanSettings, Requirements, Scene
+from planner_core.model import Greedy, PlanSettings, Requirements, Scene
 from planner_core.planning.plan import plan_survey
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import load_scene
@@ -33,6 +33,7 @@ def settings_of(name: str, *, patch_m2: float = 0.1) -> PlanSettings:
         grid_step_m=1.5,
         instrument_heights_m=(HEIGHT_M,),
         max_patch_area_m2=patch_m2,
+        method=Greedy(),
     )
 
 

@@ -183,15 +183,15 @@ def test_size_warning_ends_when_the_user_says_the_unit(tmp_path, house):
     assert load_scene(path, options=LoadOptions(metres_per_unit=0.001)).report.warnings == ()
 
 
-@pytest.mark.parametrize("options", [LoadOptions(metres_per_unit=0.0), LoadOptions(metres_per_unit=float("nan"))])
-def test_unit_that_makes_no_sense_is_refused(tmp_path, write_house, options):
+@pytest.mark.parametrize("metres", [0.0, float("nan")])
+def test_unit_that_makes_no_sense_is_refused(metres):
     with pytest.raises(SceneError, match="metres per unit"):
-        load_scene(write_house(tmp_path, "house.obj"), options=options)
+        LoadOptions(metres_per_unit=metres)
 
 
-def test_axis_that_makes_no_sense_is_refused(tmp_path, write_house):
-    with pytest.raises(SceneError, match="upward axis"):
-        load_scene(write_house(tmp_path, "house.obj"), options=LoadOptions(up_axis="x"))
+def test_axis_that_makes_no_sense_is_refused():
+    with pytest.raises(SceneError, match="upward axis: got 'x', expected one of Y, Z"):
+        LoadOptions(up_axis="x")
 
 
 def test_mesh_formats_load_without_the_heavy_packages(tmp_path, write_house):

@@ -12,7 +12,7 @@ import scenes_synthetic
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError, SceneError
-from planner_core.model import BeamTemplate, PlanSettings, Requirements, Scene
+from planner_core.model import BeamTemplate, Greedy, PlanSettings, Requirements, Scene
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import LoadOptions, load_scene
@@ -28,6 +28,7 @@ COARSE = PlanSettings(
     grid_step_m=2.0,
     instrument_heights_m=(1.3,),
     max_patch_area_m2=1.0,
+    method=Greedy(),
 )
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import scenes_synthetic
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.model import BeamTemplate, PlanSettings, Requirements
+from planner_core.model import BeamTemplate, Greedy, PlanSettings, Requirements
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.patches import make_patches
@@ -27,6 +27,7 @@ COARSE = PlanSettings(
     grid_step_m=1.5,
     instrument_heights_m=(1.3,),
     max_patch_area_m2=0.5,
+    method=Greedy(),
 )
 
 

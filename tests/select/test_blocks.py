@@ -10,12 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from selection_instances import network_of, problem_of
 
+from planner_core.model import Proven
 from planner_core.select import proven
 from planner_core.select.blocks import BlockProof, _apart, blocks_of
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.network_start import joined
-from planner_core.select.proven import SelectionSettings, select
+from planner_core.select.proven import select
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -123,7 +124,7 @@ def test_selection_of_flats_is_proven_by_blocks(seed, monkeypatch):
 
     monkeypatch.setattr(proven._Search, "_prove_as_one", never)
     problem, network = flats(seed, n=5)
-    found = select(problem, SelectionSettings(work_limit=5.0, n_walks=1), network=network)
+    found = select(problem, Proven(work_limit=5.0, n_walks=1), network=network)
     assert found.proven
     assert len(found.chosen) == smallest(problem, network), f"seed {seed}"
 

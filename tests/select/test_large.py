@@ -10,15 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
+from planner_core.model import Proven
 from planner_core.select.greedy import select_greedy
 from planner_core.select.lagrange import large_bound
 from planner_core.select.large import core_problem, select_large
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
-from planner_core.select.proven import SelectionSettings
 
 SEEDS = st.integers(0, 2**32 - 1)
-LITTLE = SelectionSettings(work_limit=0.012, n_walks=2)
+LITTLE = Proven(work_limit=0.012, n_walks=2)
 
 
 def random_problem(seed, *, n=10, r=60, density=0.25, looks=1):
@@ -76,7 +76,7 @@ def test_sets_are_the_smallest_on_nearly_all_small_problems():
 
 def test_set_of_a_larger_problem_is_smaller_than_greedy_selection_s():
     problem = random_problem(1, n=150, r=1500, density=0.04)
-    found = select_large(problem, SelectionSettings(work_limit=0.5, n_walks=2))
+    found = select_large(problem, Proven(work_limit=0.5, n_walks=2))
     assert len(found.chosen) < found.n_greedy == len(select_greedy(problem).chosen)
     stations, bounds = [point.stations for point in found.curve], [point.bound for point in found.curve]
     assert stations == sorted(stations, reverse=True)
@@ -89,7 +89,7 @@ def test_set_with_a_network_hangs_together_by_networkx(loops):
     for seed in range(2):
         problem = random_problem(seed, n=40, r=300, density=0.1)
         network, graph = ring_network(40, loops=loops)
-        found = select_large(problem, SelectionSettings(work_limit=0.04, n_walks=1), network=network, given=[7])
+        found = select_large(problem, Proven(work_limit=0.04, n_walks=1), network=network, given=[7])
         own = graph.subgraph(found.chosen)
         assert nx.is_connected(own)
         assert not loops or not list(nx.bridges(own))
@@ -123,7 +123,7 @@ def test_core_with_loops_keeps_all_candidates():
 
 def test_same_settings_give_the_same_result_on_device_and_host():
     problem = random_problem(4, n=16, r=100, density=0.15)
-    limits = SelectionSettings(work_limit=0.0055, n_walks=1)
+    limits = Proven(work_limit=0.0055, n_walks=1)
     first = select_large(problem, limits)
     assert first == select_large(problem, limits) == select_large(problem, limits, host=True)
 
@@ -135,7 +135,7 @@ def test_start_that_is_smaller_is_kept():
         for chosen in itertools.combinations(range(14), fewest_by_trial(problem))
         if (problem.covered(list(chosen)) >= problem.required).all()
     )
-    found = select_large(problem, SelectionSettings(work_limit=0.0), start=best)
+    found = select_large(problem, Proven(work_limit=0.0), start=best)
     assert len(found.chosen) == len(best)
     assert found.why_stopped == "work limit"
 
@@ -147,7 +147,7 @@ def test_interrupted_search_returns_the_set_and_bound_it_has():
         if event.stage == "bound" and event.done >= 80:
             raise KeyboardInterrupt
 
-    found = select_large(problem, SelectionSettings(work_limit=5.0), progress=interrupt)
+    found = select_large(problem, Proven(work_limit=5.0), progress=interrupt)
     assert found.why_stopped == "interrupted"
     assert len(found.chosen) == found.n_greedy > found.lower_bound
 

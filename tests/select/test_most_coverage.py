@@ -10,15 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
+from planner_core.model import Proven
 from planner_core.select.lagrange import large_bound
 from planner_core.select.most_coverage import coverage_bound, coverage_by_stations, fill, most_coverage
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
-from planner_core.select.proven import SelectionSettings
 
 SEEDS = st.integers(0, 2**32 - 1)
-LITTLE = SelectionSettings(work_limit=0.004, n_walks=2)
-ENOUGH = SelectionSettings(work_limit=0.025, n_walks=2)
+LITTLE = Proven(work_limit=0.004, n_walks=2)
+ENOUGH = Proven(work_limit=0.025, n_walks=2)
 
 
 def random_problem(seed, *, n=9, r=40, density=0.3, looks=1):
@@ -134,7 +134,7 @@ def test_filling_keeps_a_set_joined_and_takes_who_adds_most(seed, with_network, 
 
 def test_more_stations_never_cover_less_nor_have_a_lower_bound():
     problem = random_problem(3, n=40, r=400, density=0.08)
-    curve = coverage_by_stations(problem, (12, 1, 3, 5, 8, 5), SelectionSettings(work_limit=0.05, n_walks=1))
+    curve = coverage_by_stations(problem, (12, 1, 3, 5, 8, 5), Proven(work_limit=0.05, n_walks=1))
     assert [point.n_stations for point in curve] == [1, 3, 5, 8, 12]
     ticks, bounds = [point.ticks for point in curve], [point.bound_ticks for point in curve]
     assert ticks == sorted(ticks)
@@ -162,7 +162,7 @@ def test_bound_comes_within_a_percent_of_the_linear_relaxation(looks, n_given):
         bounds=[(1 if i < n_given else 0, 1) for i in range(n)] + [(0, 1)] * r,
     )
     value = -relaxed.fun * 1e9
-    found = most_coverage(problem, n_stations, SelectionSettings(work_limit=0.8, n_walks=1), given=range(n_given))
+    found = most_coverage(problem, n_stations, Proven(work_limit=0.8, n_walks=1), given=range(n_given))
     assert value * (1 - 1e-6) <= found.bound_ticks <= 1.01 * value
     if looks == 1:
         assert found.ticks >= 0.9 * value
@@ -187,7 +187,7 @@ def test_bound_of_any_prices_holds_for_every_set(seed, n, looks):
 
 def test_same_settings_give_the_same_set_on_device_and_host():
     problem = random_problem(11, n=20, r=100, density=0.15)
-    limits = SelectionSettings(work_limit=0.01, n_walks=2)
+    limits = Proven(work_limit=0.01, n_walks=2)
     first, again = most_coverage(problem, 5, limits), most_coverage(problem, 5, limits)
     assert first == again == most_coverage(problem, 5, limits, host=True)
 
@@ -195,7 +195,7 @@ def test_same_settings_give_the_same_set_on_device_and_host():
 def test_start_that_covers_more_is_kept_and_stations_that_add_nothing_are_not():
     problem = random_problem(12, n=12)
     best = max(itertools.combinations(range(12), 3), key=lambda chosen: int(problem.covered(list(chosen))[-1]))
-    none = SelectionSettings(work_limit=0.0)
+    none = Proven(work_limit=0.0)
     assert most_coverage(problem, 3, none, start=best).ticks == int(problem.covered(list(best))[-1])
     alone = CoverProblem(
         starts=np.array([0, 4, 5, 6]),
@@ -216,7 +216,7 @@ def test_interrupted_search_returns_the_set_it_has():
     def interrupt(event):
         raise KeyboardInterrupt
 
-    found = most_coverage(problem, 6, SelectionSettings(work_limit=10.0), progress=interrupt)
+    found = most_coverage(problem, 6, Proven(work_limit=10.0), progress=interrupt)
     assert found.why_stopped == "interrupted"
     assert len(found.chosen) == 6
     assert found.ticks <= found.bound_ticks == found.whole_ticks

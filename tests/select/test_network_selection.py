@@ -10,16 +10,16 @@ from hypothesis import strategies as st
 from selection_instances import hangs_together, network_of, problem_of, random_network
 
 from planner_core.errors import RequirementError
-from planner_core.model import Visibility
+from planner_core.model import Proven, Visibility
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.network_start import joined
 from planner_core.select.problem import Target, cover_problem
-from planner_core.select.proven import SelectionSettings, select
+from planner_core.select.proven import select
 from planner_core.select.reductions import reduce_problem
 
 SEEDS = st.integers(0, 2**32 - 1)
-QUICK = SelectionSettings(work_limit=0.1, n_walks=1)
+QUICK = Proven(work_limit=0.1, n_walks=1)
 
 
 def random_problem(seed, *, n=8, r=14, seen_from=(1, 1)):
@@ -249,11 +249,11 @@ def test_a_set_can_spare_just_those_without_whom_it_hangs_together(seed, loops, 
 def test_a_start_that_is_not_joined_is_joined_and_network_and_host_agree():
     problem = random_problem(5, n=14, r=40, seen_from=(1, 2))
     network = random_network(6, 14, share=0.2)
-    quick = SelectionSettings(work_limit=0.02, n_walks=1)
+    quick = Proven(work_limit=0.02, n_walks=1)
     start = select_greedy(problem).chosen
     one = select(problem, quick, network=network, start=start)
     assert one == select(problem, quick, network=network, start=start, host=True)
-    again = select(problem, SelectionSettings(work_limit=0.0), network=network, start=one.chosen)
+    again = select(problem, Proven(work_limit=0.0), network=network, start=one.chosen)
     assert len(again.chosen) <= len(one.chosen)
 
 

@@ -9,15 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.model import Visibility
+from planner_core.model import Proven, Visibility
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import CoverProblem, Target, cover_problem
-from planner_core.select.proven import SelectionSettings, select
+from planner_core.select.proven import select
 from planner_core.select.relaxation import CutProgram
 
 SEEDS = st.integers(0, 2**32 - 1)
-QUICK = SelectionSettings(work_limit=0.5, n_walks=2)
+QUICK = Proven(work_limit=0.5, n_walks=2)
 
 
 def problem_of(sees, ticks, counts_for, required, *, slack=0):
@@ -128,7 +128,7 @@ def test_nothing_required_needs_no_station():
 def test_selection_is_never_larger_than_greedy_and_its_curve_is_monotone():
     for seed in range(3):
         problem = hall(seed)
-        result = select(problem, SelectionSettings(work_limit=2.0))
+        result = select(problem, Proven(work_limit=2.0))
         assert result.lower_bound <= len(result.chosen) <= len(select_greedy(problem).chosen) == result.n_greedy
         curve = result.curve
         assert all(a.work <= b.work for a, b in itertools.pairwise(curve))
@@ -141,17 +141,17 @@ def test_selection_is_never_larger_than_greedy_and_its_curve_is_monotone():
 def test_selection_without_any_work_is_no_larger_than_greedy_or_the_start(seed):
     problem = random_problem(seed, n=14, r=30)
     greedy = select_greedy(problem).chosen
-    result = select(problem, SelectionSettings(work_limit=0.0))
+    result = select(problem, Proven(work_limit=0.0))
     assert len(result.chosen) <= len(greedy), f"seed {seed}"
     assert (result.curve[-1].stations, result.curve[-1].bound) == (len(result.chosen), result.lower_bound)
     best = select(problem, QUICK).chosen
-    assert len(select(problem, SelectionSettings(work_limit=0.0), start=best).chosen) == len(best), f"seed {seed}"
+    assert len(select(problem, Proven(work_limit=0.0), start=best).chosen) == len(best), f"seed {seed}"
 
 
 def test_a_start_better_than_greedy_is_kept_and_a_start_that_misses_is_refused():
     # Greedy takes the middle one first and then needs both others; the others alone do.
     problem = problem_of([[1, 1, 0, 0], [0, 1, 1, 0], [0, 0, 1, 1]], [3, 4, 4, 3], [[1, 1, 1, 1]], [14])
-    assert set(select(problem, SelectionSettings(work_limit=0), start=(0, 2)).chosen) == {0, 2}
+    assert set(select(problem, Proven(work_limit=0), start=(0, 2)).chosen) == {0, 2}
     with pytest.raises(RequirementError, match="start of selection"):
         select(problem, start=(1,))
     with pytest.raises(RequirementError, match="start of selection"):
@@ -160,14 +160,14 @@ def test_a_start_better_than_greedy_is_kept_and_a_start_that_misses_is_refused()
 
 def test_work_limit_ends_the_search_with_a_valid_set_and_bound():
     problem = thicket(1)
-    result = select(problem, SelectionSettings(work_limit=0.0))
+    result = select(problem, Proven(work_limit=0.0))
     assert result.why_stopped == "work limit"
     assert 0 < result.lower_bound <= len(result.chosen) == result.n_greedy
     assert not result.proven and 0 < result.gap < 1
 
 
 def test_time_limit_ends_the_search():
-    result = select(thicket(1), SelectionSettings(time_limit_s=0.0))
+    result = select(thicket(1), Proven(time_limit_s=0.0))
     assert result.why_stopped == "time limit"
 
 
@@ -181,7 +181,7 @@ def test_interrupt_returns_the_best_set_so_far(stage):
         if event.stage == stage and "trying" in event.note + "trying" * (stage != "select"):
             raise KeyboardInterrupt
 
-    result = select(problem, SelectionSettings(work_limit=20.0), progress=interrupt)
+    result = select(problem, Proven(work_limit=20.0), progress=interrupt)
     assert result.why_stopped == "interrupted" and seen[-1] == stage
     # The rest of the tree is open: a lost node would pass for a proof.
     assert 0 < result.lower_bound < len(result.chosen) <= result.n_greedy
@@ -189,7 +189,7 @@ def test_interrupt_returns_the_best_set_so_far(stage):
 
 def test_same_seed_gives_the_same_result_on_the_device_and_on_the_host():
     problem = hall(3)
-    quick = SelectionSettings(work_limit=0.3, n_walks=2, seed=5)
+    quick = Proven(work_limit=0.3, n_walks=2, seed=5)
     assert select(problem, quick) == select(problem, quick, host=True)
 
 
@@ -198,7 +198,7 @@ def test_same_seed_gives_the_same_result_on_the_device_and_on_the_host():
 )
 def test_settings_that_make_no_sense_are_refused(wrong):
     with pytest.raises(RequirementError, match="expected"):
-        replace(SelectionSettings(), **wrong)
+        replace(Proven(), **wrong)
 
 
 def test_given_candidates_that_are_none_are_refused():
@@ -254,6 +254,6 @@ def test_interrupt_in_the_middle_of_a_node_proves_nothing(monkeypatch):
     monkeypatch.setattr(CutProgram, "solve", interrupted)
     for n in (1, 2, 150, 300, 301):
         looked.clear()
-        result = select(thicket(2), SelectionSettings(work_limit=20.0))
+        result = select(thicket(2), Proven(work_limit=20.0))
         assert result.why_stopped == "interrupted", n
         assert result.lower_bound < len(result.chosen), n

@@ -7,13 +7,13 @@ import pytest
 from planner_core.coverage.coverage import floor_of_patch
 from planner_core.coverage.survey import make_survey, planned_floors, scope_of, visible_from
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import PlanSettings
+from planner_core.model import PlanSettings, Proven
 from planner_core.positions.grid import find_candidates
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.select.check import check_coverage
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem, floor_targets
-from planner_core.select.proven import SelectionSettings, select
+from planner_core.select.proven import select
 
 
 @pytest.mark.slow
@@ -29,7 +29,7 @@ def test_upper_floor_of_duplex_is_planned_with_fewer_stations_than_greedy_takes_
     of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
     targets = floor_targets(of_patch, floors, scope_of(of_patch, floors, len(survey.floors)), 0.95)
     problem = cover_problem(visibility, survey.patches.area_m2, targets)
-    result = select(problem, SelectionSettings(work_limit=5.0))
+    result = select(problem, Proven(work_limit=5.0))
     check_coverage(visibility, survey.patches.area_m2, targets, result.chosen)
     assert result.proven
     assert len(result.chosen) < len(select_greedy(problem).chosen) == result.n_greedy

@@ -12,10 +12,11 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
+from planner_core.model import Proven
 from planner_core.select.check import check_selection
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
-from planner_core.select.proven import SelectionSettings, select
+from planner_core.select.proven import select
 
 #: Seconds from the first sign of a stage to the signal.
 DELAYS_S = (0.0, 0.02, 0.1)
@@ -60,7 +61,7 @@ def be_interrupted(stage, delay_s):
             began.set()
 
     network = ring() if stage == "select" else None
-    return select(thicket(), SelectionSettings(work_limit=1e6, n_walks=1), network=network, progress=note)
+    return select(thicket(), Proven(work_limit=1e6, n_walks=1), network=network, progress=note)
 
 
 @pytest.mark.parametrize("stage", ["select", "bound", "prove"])

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import scenes_synthetic
-from planner_core.model import PlanSettings
+from planner_core.model import Greedy, PlanSettings
 from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.catalogue import load_scanner
@@ -26,7 +26,10 @@ def main() -> None:
     if not (folder / "plan.json").is_file():
         built = scenes_synthetic.write(scenes_synthetic.build("house"), folder.parent / "house.ifc")
         settings = PlanSettings(
-            scanner=load_scanner("hdl-64e"), grid_step_m=GRID_STEP_M, instrument_heights_m=(INSTRUMENT_HEIGHT_M,)
+            scanner=load_scanner("hdl-64e"),
+            grid_step_m=GRID_STEP_M,
+            instrument_heights_m=(INSTRUMENT_HEIGHT_M,),
+            method=Greedy(),
         )
         write_plan_folder(make_plan(load_scene(built), settings), folder)
 

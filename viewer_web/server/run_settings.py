@@ -5,10 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from planner_core.model import PlanSettings, Requirements, SettledStation
+from planner_core.model import Objective, PlanSettings, Proven, Requirements, Role, SettledStation
+from planner_core.model.choices import one_of
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import settings_of
-from planner_core.planning.plan import check_method
 from planner_core.positions.site_reading import site_from_mapping
 from planner_core.requirements.read import requirements_from
 from planner_core.review.again import settings_with_review
@@ -50,19 +50,18 @@ def run_settings(basis: Path, request: RunRequest, *, begun_m: Sequence[Sequence
         planned,
         requirements=_following(requirements, request.requirements, planned.requirements),
         site=site_from_mapping(site) if "site" in _named(request.requirements) else planned.site,
-        objective=request.objective,
-        max_stations=request.max_stations,
-        method="proven",
-        method_options=_options(planned, request.time_limit_s),
+        objective=Objective.FEWEST,
+        max_stations=None,
+        method=_method(planned, request.time_limit_s),
     )
     if request.from_review:
         store = ReviewStore(basis)
         settings = settings_with_review(settings, store.current(), store.plan())
-    if settings.objective != "fewest":  # which keep nothing
-        settings = _with_settled(settings, lambda station: station.role != "kept")
-    settings = _with_settled(settings, lambda station: station.role != "begun", *_begun(begun_m))
-    check_method(settings)
-    return settings
+    objective = one_of(Objective, request.objective, "objective")
+    if objective != Objective.FEWEST:  # which keep nothing
+        settings = _with_settled(settings, lambda station: station.role != Role.KEPT)
+    settings = _with_settled(settings, lambda station: station.role != Role.BEGUN, *_begun(begun_m))
+    return replace(settings, objective=objective, max_stations=request.max_stations)
 
 
 def _following(asked: Requirements, entries: Mapping[str, Any], planned: Requirements) -> Requirements:
@@ -81,16 +80,15 @@ def _named(entries: Mapping[str, Any]) -> set[str]:
     }
 
 
-def _options(planned: PlanSettings, time_limit_s: float | None) -> tuple[tuple[str, str], ...]:
-    """The plan's options of method proven, with the limit of time that is asked."""
-    kept = planned.method_options if planned.method == "proven" else ()
-    limit = () if time_limit_s is None else (("time_limit_s", repr(time_limit_s)),)
-    return (*((name, value) for name, value in kept if name != "time_limit_s"), *limit)
+def _method(planned: PlanSettings, time_limit_s: float | None) -> Proven:
+    """Method proven as in the plan, with the limit of time that is asked."""
+    kept = planned.method if isinstance(planned.method, Proven) else Proven()
+    return replace(kept, time_limit_s=time_limit_s)
 
 
 def _begun(places_m: Sequence[Sequence[float]]) -> list[SettledStation]:
     return [
-        SettledStation(f"begun-{number}", (float(x), float(y), float(z)), "begun")
+        SettledStation(f"begun-{number}", (float(x), float(y), float(z)), Role.BEGUN)
         for number, (x, y, z) in enumerate(places_m, start=1)
     ]
 

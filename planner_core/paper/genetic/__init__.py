@@ -3,8 +3,8 @@
 `select_genetic` in `planner_core.paper.genetic.search` is the stage; docs/method/genetic-selection.md has the method.
 """
 
+from planner_core.model.genetic import GeneticSettings
 from planner_core.paper.genetic.search import GeneticResult, select_genetic
-from planner_core.paper.genetic.settings import GeneticSettings
 from planner_core.select.problem import CoverProblem
 
 __all__ = ["CoverProblem", "GeneticResult", "GeneticSettings", "select_genetic"]

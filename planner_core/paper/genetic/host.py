@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.model import BoolArray, Int64Array
+from planner_core.model.genetic import GeneticSettings
 from planner_core.paper.genetic.coverage import HostCoverage
 from planner_core.paper.genetic.objective import Objective
 from planner_core.paper.genetic.operators import (
@@ -20,7 +21,6 @@ from planner_core.paper.genetic.operators import (
     rank,
 )
 from planner_core.paper.genetic.philox import Draws
-from planner_core.paper.genetic.settings import GeneticSettings
 from planner_core.paper.genetic.trajectory import EXHAUSTED, STALE, Trajectory, note
 from planner_core.progress import Progress
 from planner_core.select.problem import CoverProblem
@@ -36,7 +36,7 @@ def evolve_on_host(
     n_threads: int | None = None,
 ) -> Trajectory:
     """Evolve a population whose first individuals are `given`, (n, N) bool."""
-    draws = Draws(settings.seed)
+    draws = Draws(settings.seed or 0)
     with HostCoverage(problem, n_threads=n_threads) as coverage:
         # 1. Start: given individuals, then random ones.
         others = np.arange(len(given), settings.population)

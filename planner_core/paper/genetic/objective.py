@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import Int64Array
+from planner_core.model.genetic import OBJECTIVES, GeneticSettings
 from planner_core.paper.genetic.problem import MAX_KEY
-from planner_core.paper.genetic.settings import OBJECTIVES, GeneticSettings
 from planner_core.select.problem import CoverProblem
 
 #: Bits that the quotient of Eq. 9 keeps behind the point, at most.

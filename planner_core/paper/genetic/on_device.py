@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from planner_core.device import Buffer, Device, Program
 from planner_core.model import BoolArray
+from planner_core.model.genetic import GeneticSettings
 from planner_core.paper.genetic.objective import Objective
 from planner_core.paper.genetic.operators import rate_range
 from planner_core.paper.genetic.philox import threshold
-from planner_core.paper.genetic.settings import GeneticSettings
 from planner_core.paper.genetic.trajectory import EXHAUSTED, STALE, Trajectory, note
 from planner_core.progress import Progress
 from planner_core.select.bit_rows import Tiles, lay_out, pack
@@ -248,7 +248,7 @@ def _rules(settings: GeneticSettings, objective: Objective) -> NDArray[np.uint64
     low, span = rate_range(settings, objective.n_candidates)
     return np.array(
         [
-            settings.seed,
+            settings.seed or 0,
             objective.n_candidates,
             settings.population,
             settings.n_parents,

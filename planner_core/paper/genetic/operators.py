@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 
 from planner_core.model import BoolArray, Int64Array
+from planner_core.model.genetic import GeneticSettings
 from planner_core.paper.genetic.philox import Draws, Purpose, below, threshold
-from planner_core.paper.genetic.settings import GeneticSettings
 
 #: Key of offspring that must not replace anybody: below all keys of `planner_core.paper.genetic.objective`.
 BARRED = np.iinfo(np.int64).min

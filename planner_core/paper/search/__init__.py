@@ -3,9 +3,9 @@
 `search` in `planner_core.paper.search.improve` is the stage; docs/method/spatial-search.md has the method.
 """
 
+from planner_core.model.spatial_search import SearchSettings
 from planner_core.paper.search.improve import search
 from planner_core.paper.search.landscape import Fitness
-from planner_core.paper.search.settings import SearchSettings
 from planner_core.paper.search.walk import SearchHistory, SearchResult
 
 __all__ = ["Fitness", "SearchHistory", "SearchResult", "SearchSettings", "search"]

@@ -17,10 +17,10 @@ import numpy as np
 from planner_core.engine.scan_engine import check_positions
 from planner_core.errors import RequirementError
 from planner_core.model import FloatArray
+from planner_core.model.spatial_search import METHODS, SearchSettings
 from planner_core.paper.search.annealing import Annealing
 from planner_core.paper.search.landscape import Fitness
 from planner_core.paper.search.local_search import LocalSearch
-from planner_core.paper.search.settings import METHODS, SearchSettings
 from planner_core.paper.search.tabu import TabuSearch
 from planner_core.paper.search.walk import SearchResult, Walk
 from planner_core.progress import Progress, ProgressEvent, silent

@@ -13,7 +13,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Int64Array
-from planner_core.paper.search.settings import SearchSettings
+from planner_core.model.spatial_search import SearchSettings
 
 #: A coordinate this near to a whole number of cells is one: 0.5 / 0.05 and the like are not exact.
 _WHOLE = 1e-6

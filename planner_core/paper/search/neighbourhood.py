@@ -25,7 +25,7 @@ from itertools import product
 import numpy as np
 
 from planner_core.model import FloatArray
-from planner_core.paper.search.settings import SearchSettings
+from planner_core.model.spatial_search import SearchSettings
 
 _GOLDEN_ANGLE_RAD = np.pi * (3.0 - np.sqrt(5.0))
 

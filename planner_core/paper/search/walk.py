@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int64Array
+from planner_core.model.spatial_search import SearchSettings
 from planner_core.paper.search.landscape import Fitness, Landscape, Worth
 from planner_core.paper.search.neighbourhood import directions, undoing
-from planner_core.paper.search.settings import SearchSettings
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Walk:
     def random(self, agents: Int64Array, n: int) -> FloatArray:
         """(A, n) uniform numbers in [0, 1), each row from its agent's own stream."""
         if not self._streams:
-            self._streams = [_stream(self.settings.seed, agent) for agent in range(self.n_agents)]
+            self._streams = [_stream(self.settings.seed or 0, agent) for agent in range(self.n_agents)]
         return np.array([self._streams[agent].random(n) for agent in agents]).reshape(agents.size, n)
 
     def neighbours(self, agents: Int64Array) -> FloatArray:

@@ -15,7 +15,7 @@ from planner_core.coverage.coverage import (
     unseen_elements,
 )
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import Link, Plan, PlanSettings, Registration, Station, Survey
+from planner_core.model import Link, NetworkKind, Plan, PlanSettings, Registration, Station, Survey
 from planner_core.network.network_report import registration_report
 from planner_core.planning.live.draft import DraftStation
 from planner_core.planning.live.tally import Parts
@@ -87,5 +87,5 @@ def registration_of(settings: PlanSettings, links: Sequence[Link], stations: Seq
         [station.floor for station in stations],
         threshold=asked.overlap,
         min_strength=asked.min_strength,
-        loops=asked.network == "loops",
+        loops=asked.network == NetworkKind.REDUNDANT,
     )

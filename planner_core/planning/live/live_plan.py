@@ -35,7 +35,7 @@ from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import Demand, Rows
 from planner_core.requirements.figures import losses_of, rows_of_quality
 from planner_core.requirements.goals import Goal
-from planner_core.route.field_time import field_time_of
+from planner_core.route.field_time import field_time
 from planner_core.route.route import ends_of, plan_route
 
 #: Standings that are remembered: the draft's, the one without the station that is dragged, and those before them.
@@ -152,7 +152,7 @@ class LivePlan:
             progress=progress,
         )
         n_scans = int((~scanned).sum())
-        return Walk(route, field_time_of(self.settings, n_scans=n_scans, walk_m=route.length_m))
+        return Walk(route, field_time(self.settings, n_scans=n_scans, walk_m=route.length_m))
 
     # ------------------------------------------------------------------------------------------ previews
     def preview(

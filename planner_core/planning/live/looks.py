@@ -15,7 +15,7 @@ import numpy as np
 from planner_core.coverage.levels import Sights, sights_meeting, sights_of_returns, sights_of_views, with_noise
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import Asked, FloatArray, Int32Array, PlanSettings, Survey, Visibility
+from planner_core.model import Asked, FloatArray, Int32Array, PlanSettings, ScanBy, Survey, Visibility
 from planner_core.requirements.demand import Rows
 
 #: Looks are kept up to this size, those used last; a dragged station makes some twenty a second.
@@ -107,7 +107,7 @@ def _visibility(rows: list[Int32Array], n_patches: int) -> Visibility:
 def _sights_by(survey: Survey, settings: PlanSettings, engine: ScanEngine) -> Callable[[FloatArray], Sights]:
     """Turn positions into sights by the plan's scan mode; patch mode sends its groups to the device once, here."""
     template, area_m2 = survey.template, survey.patches.area_m2
-    if scan_mode_of(settings.scan_mode, template) == "beams":
+    if scan_mode_of(settings.scan_mode, template) == ScanBy.BEAMS:
         return lambda at: sights_of_returns(engine.patch_returns(template, at, moments=True), area_m2)
     mode = PatchMode(engine, survey.scene, survey.patches)
     return lambda at: sights_of_views(mode.see(template, at))

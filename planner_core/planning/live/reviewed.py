@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planner_core.model import FloatArray, Floor, KeepOut, SettledStation
+from planner_core.model import FloatArray, Floor, KeepOut, Role, SettledStation
 from planner_core.model.review import ForbiddenPlace, Review, ReviewedStation
 from planner_core.planning.live.draft import Draft, DraftStation, local_place
 
@@ -50,6 +50,6 @@ def draft_of_review(
 def _settled(place: ForbiddenPlace, floors: Sequence[Floor]) -> tuple[SettledStation, ...]:
     names = [place.floor] if place.floor else [floor.id for floor in floors]
     return tuple(
-        SettledStation(f"{place.id} {name}", place.position_m, "forbidden", name, radius_m=place.radius_m)
+        SettledStation(f"{place.id} {name}", place.position_m, Role.FORBIDDEN, name, radius_m=place.radius_m)
         for name in names
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.model import PlanSettings
+from planner_core.model import Greedy, PlanSettings
 from planner_core.plan_folder.face_results import face_results, unseen_range
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
@@ -39,7 +39,7 @@ def house_folder(house_file: Path) -> Path:
     scanner = replace(load_scanner("hdl-64e"), n_azimuths=360)
     settings = PlanSettings(
         scanner=scanner,
-        method="greedy",
+        method=Greedy(),
         grid_step_m=2.0,
         instrument_heights_m=(1.3,),
         max_patch_area_m2=0.25,

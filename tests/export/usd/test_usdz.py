@@ -17,7 +17,7 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import HandoverError
 from planner_core.export.formats import hand_over
-from planner_core.model import PlanSettings, Requirements, Scanner
+from planner_core.model import Greedy, PlanSettings, Requirements, Scanner
 from planner_core.plan_folder.face_results import face_results, unseen_range
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.usd_clouds import cloud_layer
@@ -37,7 +37,9 @@ def stage_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A plan folder of a box with all of its stage; not to be written into."""
     folder = tmp_path_factory.mktemp("usdz")
     scene = load_scene(scenes_synthetic.write(scenes_synthetic.build("box"), folder / "box.ifc"))
-    settings = PlanSettings(scanner=SCANNER, requirements=Requirements(coverage=0.5), grid_step_m=1.5, refine=False)
+    settings = PlanSettings(
+        scanner=SCANNER, requirements=Requirements(coverage=0.5), grid_step_m=1.5, refine=False, method=Greedy()
+    )
     survey = make_survey(scene, settings)
     engine = open_engine(scene, survey.patches, engine="open3d")
     plan = plan_survey(survey, settings, engine)

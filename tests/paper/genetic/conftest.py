@@ -10,11 +10,11 @@ import pytest
 
 from planner_core.device import Device
 from planner_core.model import Visibility
+from planner_core.model.genetic import GeneticSettings
 from planner_core.paper.genetic import operators as host
 from planner_core.paper.genetic.objective import objective_of
 from planner_core.paper.genetic.on_device import DEFAULT_SHAPE, SHAPES, Population
 from planner_core.paper.genetic.philox import Draws
-from planner_core.paper.genetic.settings import GeneticSettings
 from planner_core.select.bit_rows import lay_out, pack
 from planner_core.select.problem import CoverProblem, Target, cover_problem
 

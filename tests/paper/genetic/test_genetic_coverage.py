@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.model import Visibility
+from planner_core.model.genetic import OBJECTIVES, GeneticSettings
 from planner_core.paper.genetic.coverage import HostCoverage
 from planner_core.paper.genetic.objective import objective_of
 from planner_core.paper.genetic.on_device import DEFAULT_SHAPE, SHAPES, Population, Shape
-from planner_core.paper.genetic.settings import OBJECTIVES, GeneticSettings
 from planner_core.select.bit_rows import PART_BITS, lay_out
 from planner_core.select.problem import Target, cover_problem
 

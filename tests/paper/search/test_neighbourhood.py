@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner_core.model.spatial_search import SearchSettings
 from planner_core.paper.search.neighbourhood import circle, cube, directions, sphere, square, undoing
-from planner_core.paper.search.settings import SearchSettings
 
 ALL = [cube(), square(), circle(16), circle(6), sphere(16), sphere(42)]
 

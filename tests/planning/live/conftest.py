@@ -12,7 +12,7 @@ import pytest
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import Asked, PartRequirement, Plan, PlanSettings, Requirements
+from planner_core.model import Asked, PartRequirement, Plan, PlanSettings, Proven, Requirements
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.viewer_files import patches_bytes
 from planner_core.plan_folder.viewer_layers import layer_files
@@ -28,8 +28,7 @@ SMALL = PlanSettings(
     grid_step_m=1.0,
     instrument_heights_m=(1.5,),
     max_patch_area_m2=0.2,
-    method="proven",
-    method_options=(("work_limit", "0.1"),),
+    method=Proven(work_limit=0.1),
     refine=True,
 )
 #: Limits of all, a class with limits of its own, and a part that two stations must see.

@@ -14,7 +14,7 @@ import pytest
 import small_pictures
 
 import scenes_synthetic
-from planner_core.model import PartRequirement, PlanSettings, Requirements
+from planner_core.model import Greedy, PartRequirement, PlanSettings, Requirements
 from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.catalogue import load_scanner
@@ -57,6 +57,7 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> Path:
         instrument_heights_m=(1.3,),
         max_patch_area_m2=0.25,
         special_places=False,
+        method=Greedy(),
     )
     with pytest.MonkeyPatch.context() as patch:
         small_pictures.draw_small(patch)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import PlannerError, RequirementError
-from planner_core.model import PlanSettings
+from planner_core.model import PlanSettings, Proven
 from planner_core.model.review import Zone
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import settings_of
@@ -33,7 +33,7 @@ def test_a_run_that_asks_nothing_else_differs_from_the_plan_in_its_method_only(
     hall: Path, planned: PlanSettings
 ) -> None:
     again = asked(hall / "plan")
-    assert again.method == "proven"
+    assert again.method == Proven()
     assert again.requirements == planned.requirements
     assert (again.site, again.scanner, again.grid_step_m) == (planned.site, planned.scanner, planned.grid_step_m)
 
@@ -48,8 +48,8 @@ def test_what_is_said_replaces_the_plans_and_what_has_no_zero_stays(hall: Path, 
 
 
 def test_a_limit_of_time_is_an_option_of_the_search(hall: Path) -> None:
-    assert asked(hall / "plan", time_limit_s=30).method_options == (("time_limit_s", "30.0"),)
-    assert asked(hall / "plan").method_options == ()
+    assert asked(hall / "plan", time_limit_s=30).method == Proven(time_limit_s=30)
+    assert asked(hall / "plan").method == Proven()
 
 
 def test_the_review_locks_keeps_and_adds_what_it_says(own_hall: Path) -> None:

@@ -13,8 +13,8 @@ const OBJECTIVES = [
   ['time', 'Least time in the field'],
 ] as const;
 const NETWORKS = [
-  ['joined', 'One network'],
-  ['loops', 'One network, in loops'],
+  ['connected', 'One network'],
+  ['redundant', 'One network, in loops'],
   ['none', 'Not asked'],
 ] as const;
 

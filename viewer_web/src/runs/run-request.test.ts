@@ -9,7 +9,7 @@ const ASKED = {
   coverage: 0.95,
   overlap: 0.3,
   seen_from: 2,
-  network: 'loops',
+  network: 'redundant',
   floors: ['F0'],
   asked: { spacing_m: 0.0065, range_m: 20, incidence_rad: (65 * Math.PI) / 180, noise_m: null },
 };
@@ -21,7 +21,7 @@ test('the form begins with what the plan was asked', () => {
     requirements: {
       coverage: '95 %',
       overlap: '30 %',
-      network: 'loops',
+      network: 'redundant',
       spacing: '6.5 mm',
       range: '20 m',
       incidence: '65 deg',
@@ -46,7 +46,7 @@ test('a request is understood by the reader of requirements, and means what the 
   ].join('\n');
   const read = JSON.parse(runPython('-c', program, path));
   rmSync(folder, { recursive: true });
-  expect(read).toMatchObject({ coverage: 0.95, overlap: 0.3, seen_from: 2, network: 'loops', floors: ['F0'] });
+  expect(read).toMatchObject({ coverage: 0.95, overlap: 0.3, seen_from: 2, network: 'redundant', floors: ['F0'] });
   expect(read.asked.spacing_m).toBeCloseTo(0.0065, 9);
   expect(read.asked.range_m).toBe(20);
   expect(read.asked.incidence_rad).toBeCloseTo((65 * Math.PI) / 180, 9);
@@ -61,6 +61,12 @@ test.each([
 ] as [Partial<RunForm>, keyof RunForm, RegExp][])('%j is told to be wrong', (changes, field, words) => {
   expect(faultsOf(form(changes))[field as 'seenFrom']).toMatch(words);
   expect(Object.keys(faultsOf(form(changes)))).toEqual([field]);
+});
+
+test('networks of earlier plans are asked for by the words of today', () => {
+  const asked = (network?: string) => formFrom({ coverage: 0.95, overlap: 0.3, network }).network;
+  expect(['joined', 'loops', 'none', 'redundant'].map(asked)).toEqual(['connected', 'redundant', 'none', 'redundant']);
+  expect(asked()).toBe('connected');
 });
 
 test('a decimal comma is a decimal point, and what is left empty is not asked', () => {

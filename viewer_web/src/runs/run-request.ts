@@ -2,7 +2,7 @@
 import type { RunRequest } from '../api/documents.ts';
 
 export type Objective = 'fewest' | 'coverage' | 'time';
-export type NetworkKind = 'joined' | 'loops' | 'none';
+export type NetworkKind = 'connected' | 'redundant' | 'none';
 
 /** Fields as they are typed: empty means not asked. */
 export interface RunForm {
@@ -122,6 +122,12 @@ export interface AskedOfPlan {
     | undefined;
 }
 
+/** What a plan says of its network; plans of earlier versions say loops, and joined. */
+function networkOf(word: string | undefined): NetworkKind {
+  if (word === 'redundant' || word === 'loops') return 'redundant';
+  return word === 'none' ? 'none' : 'connected';
+}
+
 /** The form that asks again what the plan was asked. */
 export function formFrom(asked: AskedOfPlan): RunForm {
   const typed = (value: number | null | undefined, scale: number): string =>
@@ -133,7 +139,7 @@ export function formFrom(asked: AskedOfPlan): RunForm {
     maxStations: '',
     coveragePercent: typed(asked.coverage, 100),
     overlapPercent: typed(asked.overlap, 100),
-    network: asked.network === 'loops' || asked.network === 'none' ? asked.network : 'joined',
+    network: networkOf(asked.network),
     spacingMm: typed(limits?.spacing_m, 1000),
     rangeM: typed(limits?.range_m, 1),
     incidenceDeg: typed(limits?.incidence_rad, 180 / Math.PI),

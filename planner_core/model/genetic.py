@@ -34,8 +34,8 @@ class GeneticSettings:
     objective: str = "fewest"
     n_stations: int = 0
     """For `coverage-at-most-n` alone, at least 1."""
-    seed: int = 0
-    """0 to 2^64 - 1."""
+    seed: int | None = None
+    """0 to 2^64 - 1; None: the plan's; 0 without one."""
     population: int = 500
     n_parents: int = 250
     """Size of the mating pool, and offspring an iteration where replacement is stationary."""
@@ -110,6 +110,8 @@ class GeneticSettings:
         }
         for name, (least, most) in least_most.items():
             value = getattr(self, name)
+            if name == "seed" and value is None:
+                continue
             if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
                 raise RequirementError(
                     f"genetic {_words(name)}: got {value}, expected a whole number from {least} to {most}"

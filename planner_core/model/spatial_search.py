@@ -25,7 +25,8 @@ MOST_DIRECTIONS = 2048
 class SearchSettings:
     """Same starts, landscape and settings: same result, byte for byte. Defaults are the paper's where it gives one."""
 
-    seed: int = 0
+    seed: int | None = None
+    """None: the plan's; 0 without one."""
     max_iterations: int = 60
     max_without_improvement: int = 10
     """Iterations after which tabu search gives a place up that has brought no new best of its agent."""
@@ -33,8 +34,8 @@ class SearchSettings:
     n_directions: int = 16
     """Of the sphere or circle; even, so that every direction has its opposite. The cube has 14, the square 8."""
     step_m: float = 0.05
-    fixed_height: bool = False
-    """Whether agents stay at the height of their start."""
+    fixed_height: bool | None = None
+    """Whether agents stay at the height of their start; None: where the plan tries one height alone."""
     reversal_slack: float = 1e-6
     """The paper's epsilon: a move is the last one undone where their unit vectors' dot product is below this - 1."""
     initial_temperature: float = 450.0
@@ -62,8 +63,8 @@ class SearchSettings:
         """
         _check_neighbourhood(self)
         for name, least in (("seed", 0), ("max_iterations", 1), ("max_without_improvement", 1)):
-            if getattr(self, name) < least:
-                raise RequirementError(f"{name}: got {getattr(self, name)}, expected at least {least}; leave it out")
+            if (value := getattr(self, name)) is not None and value < least:
+                raise RequirementError(f"{name}: got {value}, expected at least {least}; leave it out")
         for name, low, high in (
             ("step_m", 0.0, math.inf),
             ("reversal_slack", 0.0, 1.0),

@@ -1,0 +1,242 @@
+"""What `import tlsplan` offers: the library's stages with names, defaults and words of the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner_core.coordinates.request import FrameRequest
+from planner_core.errors import PlannerError, StationListError
+from planner_core.export.formats import Written, hand_over_pack
+from planner_core.export.options import Options as ExportOptions
+from planner_core.model import (
+    Doors,
+    Glass,
+    Greedy,
+    Method,
+    Objective,
+    Paper,
+    Plan,
+    PlanSettings,
+    Proven,
+    Requirements,
+    Scanner,
+    Scene,
+    UpAxis,
+)
+from planner_core.plan_folder import folder as plan_folders
+from planner_core.plan_folder import plan_source
+from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.plan_folder.stations_csv import GivenStation, read_station_list
+from planner_core.planning.evaluate import evaluate_stations
+from planner_core.planning.plan import make_plan
+from planner_core.positions.site_reading import site_from_mapping
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.requirements.read import read_requirements, requirements_from
+from planner_core.scanner.catalogue import load_scanner
+from planner_core.scene import load
+from planner_core.scene.load import LoadOptions
+
+__all__ = [
+    "Doors",
+    "ExportOptions",
+    "FrameRequest",
+    "Glass",
+    "Greedy",
+    "LoadOptions",
+    "Method",
+    "Objective",
+    "Paper",
+    "Plan",
+    "PlanSettings",
+    "PlanSource",
+    "PlannerError",
+    "Progress",
+    "ProgressEvent",
+    "Proven",
+    "Requirements",
+    "Scene",
+    "UpAxis",
+    "Written",
+    "evaluate",
+    "export",
+    "load_scene",
+    "open_plan",
+    "plan",
+    "settings",
+    "write_plan",
+]
+
+#: As the command line reads files: beams end at glass, and doors indoors are open.
+AS_THE_COMMAND = LoadOptions(glass=Glass.STOP, doors=Doors.OPEN)
+_SETTINGS = {field.name for field in fields(PlanSettings)} - {"scanner", "requirements", "site"}
+
+
+def load_scene(path: str | Path, *, options: LoadOptions = AS_THE_COMMAND, progress: Progress = silent) -> Scene:
+    """Load a building from an IFC, OBJ, PLY, STL, glTF or USD file; raises `SceneError`."""
+    return load.load_scene(Path(path), options=options, progress=progress)
+
+
+def settings(
+    scanner: str | Path | Scanner = "hdl-64e", *, requirements: str | Path | None = None, **more: Any
+) -> PlanSettings:
+    """Return settings to plan or evaluate with.
+
+    Parameters
+    ----------
+    scanner
+        Name, as `tlsplan scanners` lists them, or file; a mode after a colon, such as `rtc360:6mm`.
+    requirements
+        A requirements file, YAML or JSON, see docs/formats/requirements.md.
+    more
+        Fields of `PlanSettings`, such as `grid_step_m=1.0` or `method=Proven(work_limit=20)`; and entries of a
+        requirements file, `site` among them, in place of the file's own, such as `coverage="95 %"`, `spacing="6 mm"`.
+
+    Raises
+    ------
+    RequirementError
+        What is not understood, or makes no sense.
+    """
+    chosen = {name: more.pop(name) for name in _SETTINGS & set(more)}
+    if requirements is None:
+        required, site = requirements_from(more, where="settings")
+    else:
+        required, site = read_requirements(requirements, instead=more)
+    used = scanner if isinstance(scanner, Scanner) else load_scanner(scanner)
+    return PlanSettings(scanner=used, requirements=required, site=site_from_mapping(site), **chosen)
+
+
+def plan(
+    scene: Scene,
+    told: PlanSettings | None = None,
+    *,
+    engine: str = "auto",
+    device: str | None = None,
+    progress: Progress = silent,
+    **more: Any,
+) -> Plan:
+    """Plan the stations of a survey.
+
+    Parameters
+    ----------
+    told
+        Settings; None: of what is in `more`, which `settings` takes.
+    engine, device
+        What casts the beams: `auto`, `opencl` or `open3d`; OpenCL device by number or part of its name.
+    progress
+        Is called with one `ProgressEvent` after the other; a KeyboardInterrupt that it raises while stations are
+        chosen ends the search with the best plan so far.
+
+    Raises
+    ------
+    PlannerError
+        Settings that make no sense or can't be met, no device; one line.
+    """
+    return make_plan(scene, _settings(told, more), engine=engine, device=device, progress=progress)
+
+
+def evaluate(
+    scene: Scene,
+    stations: str | Path | Iterable[Sequence[float]],
+    told: PlanSettings | None = None,
+    *,
+    engine: str = "auto",
+    device: str | None = None,
+    progress: Progress = silent,
+    **more: Any,
+) -> Plan:
+    """Return what given stations are worth, by the figures of a plan.
+
+    Parameters
+    ----------
+    stations
+        A CSV or plan.json; or positions (x, y, z) of the sensor, scene frame, metres.
+    told, engine, device, progress, more
+        As for `plan`.
+
+    Raises
+    ------
+    PlannerError
+        As `plan`; or stations that can't be read.
+    """
+    given = read_station_list(Path(stations)) if isinstance(stations, str | Path) else _given(stations)
+    return evaluate_stations(scene, _settings(told, more), given, engine=engine, device=device, progress=progress)
+
+
+def write_plan(plan: Plan, folder: str | Path, *, overwrite: bool = False, progress: Progress = silent) -> PlanSource:
+    """Write the plan folder, as `tlsplan plan` does, and return it opened.
+
+    Raises
+    ------
+    PlannerError
+        There is something at `folder` that may not be replaced, or it can't be written.
+    """
+    plan_folders.write_plan_folder(plan, Path(folder), overwrite=overwrite, progress=progress)
+    return open_plan(folder)
+
+
+def open_plan(folder: str | Path, *, scene: str | Path | None = None, frame: FrameRequest | None = None) -> PlanSource:
+    """Open a plan folder: its stations, floors and links, and all that plan.json says in `document`.
+
+    Parameters
+    ----------
+    scene
+        The scene file, where it is neither where it was nor beside the folder.
+    frame
+        The site's coordinate system, where the scene file does not tell it.
+
+    Raises
+    ------
+    PlannerError
+        There is no plan of this version, or no such coordinate system.
+    """
+    return plan_source.open_plan(Path(folder), scene=None if scene is None else Path(scene), frame=frame)
+
+
+def export(
+    plan: PlanSource | str | Path,
+    folder: str | Path,
+    formats: Sequence[str] = ("all",),
+    options: ExportOptions = ExportOptions(),  # noqa: B008 - frozen
+    *,
+    overwrite: bool = False,
+    progress: Progress = silent,
+) -> Written:
+    """Write a plan folder in formats of other programs, into one folder.
+
+    Parameters
+    ----------
+    plan
+        Opened, or where it is; of coordinates and scene files that the plan does not know, tell `open_plan`.
+    formats
+        Names, as `tlsplan export --list` has them; `all`: every one that needs nothing else.
+
+    Raises
+    ------
+    PlannerError
+        An unknown format, something at `folder`, or what a format needs is not there.
+    """
+    opened = plan if isinstance(plan, PlanSource) else open_plan(plan)
+    return hand_over_pack(formats, opened, Path(folder), options, overwrite=overwrite, progress=progress)
+
+
+def _settings(told: PlanSettings | None, more: dict[str, Any]) -> PlanSettings:
+    if told is None:
+        return settings(**more)
+    if more:
+        raise TypeError(f"got settings and {', '.join(more)} besides, expected one of both; put them into the settings")
+    return told
+
+
+def _given(positions: Iterable[Sequence[float]]) -> tuple[GivenStation, ...]:
+    given = []
+    for number, position in enumerate(positions, start=1):
+        at = np.asarray(position, dtype=np.float64)
+        if at.shape != (3,) or not np.isfinite(at).all():
+            raise StationListError(f"station {number}: got {position}, expected three finite numbers x, y, z in metres")
+        given.append(GivenStation(f"S{number:03d}", at, None, None))
+    return tuple(given)

@@ -1,0 +1,88 @@
+"""The methods of planning, each with its settings: what `PlanSettings.method` holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar, TypeAlias
+
+from planner_core.errors import RequirementError
+from planner_core.model.genetic import GeneticSettings
+from planner_core.model.spatial_search import METHODS as SEARCHES
+from planner_core.model.spatial_search import SearchSettings
+
+STARTS = ("uniform", "random")
+POOLS = ("both", "improved")
+
+
+@dataclass(frozen=True)
+class Greedy:
+    """One station after the other, each the one that adds most, in seconds; connected or not."""
+
+    name: ClassVar[str] = "greedy"
+
+
+@dataclass(frozen=True)
+class Proven:
+    """Few stations as one network, with a bound on how few there can be, see `planner_core.select.proven`.
+
+    work_limit : numbers looked at, in 1e9, roughly seconds of one core. time_limit_s : besides, of the clock; with it
+    two runs may differ. n_walks : annealings side by side, each with its own random numbers; results depend on it, and
+    not on the number of cores. prove : whether to work on the bound, too; if not, all of the work goes into fewer
+    stations.
+    """
+
+    name: ClassVar[str] = "proven"
+    work_limit: float = 150.0
+    time_limit_s: float | None = None
+    seed: int | None = None
+    """None: the plan's; 0 without one."""
+    n_walks: int = 4
+    prove: bool = True
+
+    def __post_init__(self) -> None:
+        if not self.work_limit >= 0:
+            raise RequirementError(f"work limit: got {self.work_limit}, expected 0 or more; e.g. 60")
+        if self.time_limit_s is not None and not self.time_limit_s >= 0:
+            raise RequirementError(f"time limit: got {self.time_limit_s} s, expected 0 or more, or none; e.g. 60")
+        if self.seed is not None and not 0 <= self.seed < 2**64:
+            raise RequirementError(f"seed: got {self.seed}, expected a whole number from 0 to 2^64 - 1")
+        if not 1 <= self.n_walks <= 1024:
+            raise RequirementError(f"walks: got {self.n_walks}, expected a whole number from 1 to 1024; e.g. 4")
+
+
+@dataclass(frozen=True)
+class Paper:
+    """The method paper's pipeline, see `planner_core.paper.pipeline`."""
+
+    name: ClassVar[str] = "paper"
+    search: str = "sa"
+    """`ls` greedy local search, `sa` simulated annealing, `ts` tabu search, `none`: starts stay where they are."""
+    starts: str = "uniform"
+    """`uniform`: the grid of the plan's settings; `random`: `n_random` per floor."""
+    n_random: int = 200
+    pool: str = "both"
+    """What is selected from: `both` starts and improved positions, or `improved` ones alone, as in the paper. Searches
+    leave small rooms, and then no selection of improved positions covers what is required."""
+    published_tests: bool = False
+    """Whether the paper's three tests decide where a tripod can stand, instead of ours."""
+    repair: bool = True
+    """Whether stations are added until all overlap as required and link up."""
+    overlap_radius_m: float = 0.0
+    """Radius of the circles that stand for scans; 0: the scanner's greatest range."""
+    spatial: SearchSettings = field(default_factory=SearchSettings)
+    genetic: GeneticSettings = field(default_factory=GeneticSettings)
+
+    def __post_init__(self) -> None:
+        """Refuse words that mean nothing, and a number of starts below 1."""
+        for name, known in (("search", (*SEARCHES, "none")), ("starts", STARTS), ("pool", POOLS)):
+            if getattr(self, name) not in known:
+                raise RequirementError(f"{name}: got {getattr(self, name)!r}, expected one of {', '.join(known)}")
+        if self.n_random < 1:
+            raise RequirementError(f"n_random: got {self.n_random}, expected at least 1; leave it out for 200")
+        if not self.overlap_radius_m >= 0:
+            raise RequirementError(f"overlap_radius_m: got {self.overlap_radius_m:g}, expected 0 or more; e.g. 5")
+
+
+Method: TypeAlias = Greedy | Proven | Paper
+METHODS: dict[str, type[Method]] = {each.name: each for each in (Greedy, Proven, Paper)}
+"""By the names that the command line and plan.json have for them."""

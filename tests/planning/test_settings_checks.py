@@ -1,0 +1,59 @@
+"""Settings and requirements check themselves when they are made: what makes no sense is refused in one line."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from planner_core.errors import RequirementError
+from planner_core.model import NetworkKind, Objective, PlanSettings, Proven, Requirements, Role, ScanBy, SettledStation
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"grid_step_m": 0.0}, "grid_step_m: got 0, expected more than 0"),
+        ({"max_patch_area_m2": float("nan")}, "max_patch_area_m2: got nan, expected more than 0"),
+        ({"clearance_m": -0.1}, "clearance_m: got -0.1, expected 0 or more"),
+        ({"n_ground_ring_rays": 0}, "n_ground_ring_rays: got 0, expected at least 1"),
+        (
+            {"instrument_heights_m": (1.5, 160.0)},
+            "instrument height: got 160 m, expected more than 0 and at most 100 m",
+        ),
+        ({"scan_mode": "rays"}, "scan_mode: got 'rays', expected one of auto, beams, patches"),
+        ({"method": "best"}, "method: got 'best', expected one of Greedy(), Proven(), Paper()"),
+    ],
+)
+def test_figures_and_words_of_a_plan_are_checked(small: PlanSettings, change: dict[str, Any], message: str) -> None:
+    with pytest.raises(RequirementError) as refused:
+        replace(small, **change)
+    assert message in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Requirements(coverage=0.0), "coverage: got 0, expected a fraction above 0 and at most 1"),
+        (lambda: Requirements(coverage=95.0), "coverage: got 95, expected"),
+        (lambda: Requirements(overlap=float("nan")), "overlap: got nan, expected a fraction from 0 to 1"),
+        (lambda: Requirements(network="star"), "network: got 'star', expected one of"),
+        (lambda: SettledStation("A", (0, 0, 1), "fixed"), "role: got 'fixed', expected one of scanned, locked, kept"),
+    ],
+)
+def test_requirements_and_settled_stations_are_checked(make: Callable[[], object], message: str) -> None:
+    with pytest.raises(RequirementError) as refused:
+        make()
+    assert message in str(refused.value)
+
+
+def test_words_become_members_and_what_is_not_said_is_as_on_the_command_line(small: PlanSettings) -> None:
+    told = replace(small, objective="time", seconds_per_scan=60.0, scan_mode="beams")
+    assert told.objective is Objective.TIME
+    assert told.scan_mode is ScanBy.BEAMS
+    assert SettledStation("A", (0, 0, 1), "kept").role is Role.KEPT
+    assert Requirements(network="redundant").network is NetworkKind.REDUNDANT
+    earlier = [Requirements(network=word).network for word in ("joined", "loops")]
+    assert earlier == [NetworkKind.CONNECTED, NetworkKind.REDUNDANT]
+    assert PlanSettings(small.scanner).method == Proven()
