@@ -12,7 +12,14 @@ Angles are radians; azimuth runs counter-clockwise from +x seen from above, elev
 
 from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32Array, Int64Array, UInt8Array
 from planner_core.model.planning import Candidates, PlanSettings, Survey
-from planner_core.model.registration import FloorNetworks, Link, NetworkGap, Registration, RegistrationNetwork
+from planner_core.model.registration import (
+    FloorNetworks,
+    Link,
+    NetworkGap,
+    Registration,
+    RegistrationNetwork,
+    WeakMotion,
+)
 from planner_core.model.requirements import NETWORKS, Asked, PartRequirement, PartResult, Requirements
 from planner_core.model.results import Coverage, Loss, Plan, Station, UnseenElement
 from planner_core.model.review import (
@@ -109,6 +116,7 @@ __all__ = [
     "UnseenSurface",
     "Verdict",
     "Visibility",
+    "WeakMotion",
     "Why",
     "Zone",
 ]
