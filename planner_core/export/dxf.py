@@ -37,7 +37,7 @@ from planner_core.export.walk import ways_of
 from planner_core.model import FloatArray, Floor
 from planner_core.network.weak_motion import overlap_share
 from planner_core.plan_folder import palette
-from planner_core.plan_folder.link_drawing import STRONG_TIMES
+from planner_core.plan_folder.drawing.links import STRONG_TIMES
 from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
 from planner_core.progress import Progress, ProgressEvent
 

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from planner_core.export.chosen import scanned_before
-from planner_core.export.sheets.floor_view import WEAK, is_planned, link_class
+from planner_core.export.sheets.floor_view import is_planned, link_class
 from planner_core.model import FloatArray, WeakMotion
 from planner_core.network.weak_motion import motion_words, overlap_percent
+from planner_core.plan_folder.drawing.links import WEAK
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 
 #: Coordinates on paper are for people who set up a tripod: to the millimetre.
