@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from oracles import sights_from
 
 from planner_core.coverage.survey import visible_from
 from planner_core.engine.scan_engine import open_engine
@@ -22,7 +23,6 @@ from planner_core.planning.live.looks import Looker
 from planner_core.planning.live.opening import open_live
 from planner_core.planning.live.pairs import PairFinder
 from planner_core.planning.live.preview import Preview
-from planner_core.requirements.sights import sights_from
 
 Planned = Callable[[str, PlanSettings], tuple[Path, Plan]]
 EASY = settings(
