@@ -8,6 +8,7 @@ from planner_core.coverage.levels import Sights, sights_meeting
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Asked, BeamTemplate, BoolArray, FloatArray, Int32Array, PlanSettings, Survey, UInt8Array
 from planner_core.plan_folder.viewer_files import range_step_m
+from planner_core.progress import Progress, silent
 from planner_core.requirements.sights import asks_for_noise, sights_in_batches
 from planner_core.select.problem import Target
 
@@ -33,9 +34,11 @@ def times_meeting(sights: Sights, asked: Asked) -> Int32Array:
     return np.bincount(sights.patch[meets], minlength=sights.n_patches).astype(np.int32)
 
 
-def sights_from(survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray) -> Sights:
+def sights_from(
+    survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
+) -> Sights:
     """How each of positions (N, 3), local frame, sees each patch: all at once."""
-    batches = list(sights_in_batches(survey, settings, engine, positions_m))
+    batches = list(sights_in_batches(survey, settings, engine, positions_m, progress=progress))
     sizes = np.concatenate([np.zeros(1, dtype=np.int64), *(np.diff(batch.starts) for batch in batches)])
     none = np.zeros(0, dtype=np.float32)
     noise = [batch.noise_m for batch in batches if batch.noise_m is not None]

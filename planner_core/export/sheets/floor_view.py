@@ -19,6 +19,7 @@ from planner_core.model import BoolArray, FloatArray, Floor
 from planner_core.plan_folder.drawing import links
 from planner_core.plan_folder.drawing.links import Spot
 from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
+from planner_core.positions.outlines import over_polygon
 
 #: Beyond the ground's bounds: outer walls, a way around the house.
 _AROUND_M = 2.0
@@ -201,11 +202,6 @@ def _solids(lines: list[SectionLine], trodden_m: FloatArray) -> Iterable[tuple[F
 def _inside(rings: Sequence[FloatArray], points_m: FloatArray) -> BoolArray:
     """(N,) bool: points (N, 2) inside an odd number of rings."""
     inside = np.zeros(len(points_m), dtype=np.bool_)
-    x, y = points_m[:, 0, None], points_m[:, 1, None]
     for ring in rings:
-        (x0, y0), (x1, y1) = ring.T, np.roll(ring, -1, axis=0).T
-        spans = (y0 > y) != (y1 > y)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            at = x0 + (y - y0) / (y1 - y0) * (x1 - x0)
-        inside ^= (spans & (x < at)).sum(axis=1) % 2 == 1
+        inside ^= over_polygon(points_m, ring)
     return inside
