@@ -55,7 +55,7 @@ def build(*, seed: int = 0) -> SyntheticScene:
     rng = np.random.default_rng(seed)
     rooms = [room for storey in range(_N_STOREYS) for room in _rooms(storey)]
     fabric = [*_slabs(), *(part for storey in range(_N_STOREYS) for part in _walls(storey)), *_lantern()]
-    swings = _swings(fabric, rng)
+    swings = _swings(rng)
     fitter = Fitter(rooms)
     pieces = _Pieces(rng)
     for storey in range(_N_STOREYS):
@@ -184,7 +184,7 @@ def _walls(storey: int) -> list[Part]:
     ]
 
 
-def _swings(fabric: list[Part], rng: np.random.Generator) -> dict[str, tuple[str, str, float]]:
+def _swings(rng: np.random.Generator) -> dict[str, tuple[str, str, float]]:
     """Class room doors stand open by chance, most of them wide; toilets, staff room and front door are shut or ajar."""
     swings = {"Door front": ("+x", "left", 0.0)}
     for storey in range(_N_STOREYS):

@@ -10,7 +10,14 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 THE_PLACE = Path("planner_core/operating_system.py")
-SHIPPED = ("planner_core", "cli", "scenes_synthetic", "viewer_web/server", "viewer_web")
+SHIPPED = (
+    "planner_core",
+    "cli",
+    "docs/reproduction/paper_figures",
+    "scenes_synthetic",
+    "viewer_web/server",
+    "viewer_web",
+)
 MODULES = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios", "tty"}
 #: What CPython's documentation marks "Availability: Unix", as far as anybody might use it.
 OS = """

@@ -147,7 +147,6 @@ def _write(rescan: Rescan, live: LivePlan, folder: Path, overwrite: bool, report
 
 # ---------------------------------------------------------------------------------------------- words
 _MOST_TOLD = 12
-_TELLING_MOVE_M = 0.05
 
 
 def _show(document: dict[str, Any], source: PlanSource) -> None:

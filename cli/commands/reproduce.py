@@ -21,14 +21,15 @@ from ..options import overwrite_option, quiet_option, seed_option
 @quiet_option
 def command(names: tuple[str, ...], folder: Path, full: bool, seed: int, overwrite: bool, quiet: bool) -> None:
     """Reproduce FIGUREs of the method paper; `all` runs every one, without a name they are listed."""
+    from paper_figures.figure import Bench
+    from paper_figures.figures import FIGURES
+    from paper_figures.page import write_index, write_page
+
     from planner_core.errors import OutputExistsError, RequirementError
     from planner_core.plan_folder.atomic import scratch_folder
 
     from .. import output
     from ..progress import ProgressReporter
-    from ..reproduction.figure import Bench
-    from ..reproduction.figures import FIGURES
-    from ..reproduction.page import write_index, write_page
 
     known = {figure.name: figure for figure in FIGURES}
     if not names:

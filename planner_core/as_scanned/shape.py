@@ -48,11 +48,6 @@ class ShapeFit:
         """Whether nothing else fits nearly as well."""
         return bool(self.other_share < _OTHER_SHARE)
 
-    def planned_of(self, listed_m: FloatArray) -> FloatArray:
-        """(N, 3) listed places -> where the plan has them."""
-        at_m: FloatArray = _back(np.array([[self.turn_rad, *self.shift_m]]), listed_m)[0]
-        return at_m
-
 
 def shape_fit(listed_m: FloatArray, planned_m: FloatArray, *, may_turn: bool = True) -> ShapeFit | None:
     """Find how a list lies to the plan; None where too few of its stations agree with any way.

@@ -14,13 +14,11 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from planner_core.coverage.coverage import coverage_of
 from planner_core.engine.patch_mode import PatchViews
 from planner_core.errors import RequirementError
 from planner_core.model import (
     Asked,
     BoolArray,
-    Coverage,
     Float32Array,
     FloatArray,
     Int32Array,
@@ -113,42 +111,6 @@ def with_noise(sights: Sights, scanner: Scanner, *, reflectivity: float) -> Sigh
     return replace(sights, noise_m=noise.astype(np.float32))
 
 
-@dataclass(frozen=True)
-class BestLevels:
-    """Least figures of each patch over all positions, each for itself; (P,) float64, inf where nobody sees the patch.
-
-    noise_m : None where the sights have none; inf also where it is not known.
-    """
-
-    spacing_m: FloatArray
-    range_m: FloatArray
-    incidence_rad: FloatArray
-    noise_m: FloatArray | None
-
-
-def best_levels(sights: Sights) -> BestLevels:
-    """Best figures by patch: what a map of spacing, range or incidence shows.
-
-    They need not come from one position: whether a patch meets several limits at once is `patches_meeting`.
-    """
-
-    def least(figures: Float32Array) -> FloatArray:
-        best = np.full(sights.n_patches, np.inf)
-        np.fmin.at(best, sights.patch, figures)
-        return best
-
-    noise = None if sights.noise_m is None else least(sights.noise_m)
-    return BestLevels(least(sights.spacing_m), least(sights.range_m), least(sights.incidence_rad), noise)
-
-
-def joint_spacing_m(sights: Sights) -> FloatArray:
-    """(P,) float64, spacing of the points of all positions together, inf where unseen: densities 1 / spacing^2 add."""
-    with np.errstate(divide="ignore"):
-        densities = sights.spacing_m.astype(np.float64) ** -2.0
-        density = np.bincount(sights.patch, weights=densities, minlength=sights.n_patches)
-        return np.asarray(density**-0.5, dtype=np.float64)
-
-
 def sights_meeting(sights: Sights, asked: Asked) -> BoolArray:
     """(M,) bool, sights that meet all limits. Limits are rounded to float32 where the figures are.
 
@@ -169,25 +131,3 @@ def sights_meeting(sights: Sights, asked: Asked) -> BoolArray:
             # What is not known is NaN, which compares false: not met.
             meets &= getattr(sights, field.name) <= float(limit)
     return meets
-
-
-def times_meeting(sights: Sights, asked: Asked) -> Int32Array:
-    """(P,) int32, number of positions each of which meets all limits on the patch by itself; see `sights_meeting`."""
-    meets = sights_meeting(sights, asked)
-    return np.bincount(sights.patch[meets], minlength=sights.n_patches).astype(np.int32)
-
-
-def patches_meeting(sights: Sights, asked: Asked) -> BoolArray:
-    """(P,) bool: some position by itself meets all limits on the patch; raises as `sights_meeting` does."""
-    return times_meeting(sights, asked) > 0
-
-
-def level_of_coverage(sights: Sights, asked: Asked, *, patch_area_m2: FloatArray, achievable: BoolArray) -> Coverage:
-    """LOC: area that meets the limits, of the achievable and of all area.
-
-    Parameters
-    ----------
-    patch_area_m2 : (P,). achievable : (P,) bool, the patches that some candidate sees (or sees as well as asked).
-    """
-    everywhere = np.ones(sights.n_patches, dtype=np.bool_)
-    return coverage_of(patch_area_m2, achievable, patches_meeting(sights, asked), everywhere)

@@ -180,7 +180,7 @@ def _unseen_surfaces(
     largest, n_pieces, named = _largest_pieces(unseen, group, pieces, len(groups))
     piece_of_patch = np.full(survey.patches.n_patches, -1, dtype=np.int32)
     piece_of_patch[unseen.patch] = named
-    spots = _best_spots(unseen, group, reason, len(groups), candidates_m, rows)
+    spots = _best_spots(unseen, group, reason, candidates_m, rows)
     surfaces = tuple(
         UnseenSurface(
             element=int(groups[k, 0]),
@@ -239,7 +239,6 @@ def _best_spots(
     unseen: Surfaces,
     group: Int64Array,
     reason: Int64Array,
-    n_groups: int,
     candidates_m: FloatArray,
     rows: Visibility,
 ) -> dict[int, BestSpot]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.export.chosen import chosen_floors, chosen_stations, scanned_before
+from planner_core.export.covered_area import covered_polygons
 from planner_core.export.dxf_document import (
     STYLE,
     Layer,
@@ -28,16 +29,14 @@ from planner_core.export.dxf_document import (
 )
 from planner_core.export.dxf_sheets import PAPERS_MM, add_sheet
 from planner_core.export.options import Options
-from planner_core.export.polylines import chains
 from planner_core.export.section import SectionLine, floor_outline, floor_section, lines_below
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.unseen import unseen_surface
-from planner_core.export.union_border import union_border
 from planner_core.export.walk import ways_of
 from planner_core.model import FloatArray, Floor
 from planner_core.network.weak_motion import overlap_share
 from planner_core.plan_folder import palette
-from planner_core.plan_folder.link_drawing import STRONG_TIMES
+from planner_core.plan_folder.drawing.links import STRONG_TIMES
 from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
 from planner_core.progress import Progress, ProgressEvent
 
@@ -272,8 +271,7 @@ def _hatch(drawing: _Drawing, triangles_m: FloatArray, over_m: FloatArray, floor
     """Hatch the area that triangles (N, 3, 2) cover and those over them (M, 3, 2) leave free."""
     if not len(triangles_m):
         return
-    edges, places_m = union_border(triangles_m, over_m)
-    rings = [places_m[np.array(chain)] for chain, closed in chains(edges, places_m) if closed]
+    rings = [ring for polygon in covered_polygons(triangles_m, over_m) for ring in polygon]
     if rings:
         _add_hatch(drawing, rings, floor, what)
 

@@ -84,7 +84,16 @@ def nested(rings: Sequence[FloatArray]) -> tuple[tuple[FloatArray, ...], ...]:
     rings
         (N, 2) each, counter-clockwise, none crossing another or itself; they may touch.
     """
-    inside = [[k for k, other in enumerate(rings) if k != i and _holds(other, ring)] for i, ring in enumerate(rings)]
+    import shapely
+
+    areas = [shapely.Polygon(ring) for ring in rings]
+    # Rings may share corners, but no sides: a place inside of one that touches another is on one side of it.
+    places = [area.representative_point() for area in areas]
+    sizes = [area.area for area in areas]
+    inside = [
+        [k for k, other in enumerate(areas) if sizes[k] > sizes[i] and other.contains(place)]
+        for i, place in enumerate(places)
+    ]
     polygons = []
     for number, around in enumerate(inside):
         if len(around) % 2:
@@ -92,15 +101,3 @@ def nested(rings: Sequence[FloatArray]) -> tuple[tuple[FloatArray, ...], ...]:
         openings = [k for k, others in enumerate(inside) if number in others and len(others) == len(around) + 1]
         polygons.append((rings[number], *(np.concatenate([rings[k][:1], rings[k][:0:-1]]) for k in openings)))
     return tuple(polygons)
-
-
-def _holds(outer: FloatArray, ring: FloatArray) -> bool:
-    """Whether a ring lies inside of another, by the middle of its longest side: rings share corners, but no sides."""
-    ends = np.roll(ring, -1, axis=0)
-    longest = int(np.hypot(*(ends - ring).T).argmax())
-    x, y = (ring[longest] + ends[longest]) / 2
-    a, b = outer, np.roll(outer, -1, axis=0)
-    crosses = (a[:, 1] > y) != (b[:, 1] > y)
-    rise = np.where(crosses, b[:, 1] - a[:, 1], 1.0)
-    at_x = a[:, 0] + (y - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
-    return bool((crosses & (at_x > x)).sum() % 2)

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from planner_core.export.covered_area import covered_polygons
 from planner_core.export.polylines import (
     chains,
     corners,
@@ -26,7 +27,6 @@ from planner_core.export.polylines import (
     nodes,
     split_at,
 )
-from planner_core.export.union_border import union_border
 from planner_core.model import BoolArray, Element, FloatArray, Floor, Int64Array, Optics, Scene
 
 CUT_HEIGHT_M = 1.2
@@ -144,10 +144,10 @@ def floor_outline(scene: Scene, floor: Floor) -> tuple[SectionLine, ...]:
         (x0, y0), (x1, y1) = floor.bounds_m + scene.offset_m[:2]
         return (SectionLine(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]), True, -1, "ground"),)
     corners_m = scene.vertices_m[scene.triangles[floor.ground_triangles]][:, :, :2]
-    edges, places_m = union_border(corners_m)
     rings = [
-        _line(places_m[np.array(chain)], closed, scene.offset_m[:2], -1, "ground")
-        for chain, closed in chains(edges, places_m)
+        _line(ring, True, scene.offset_m[:2], -1, "ground")
+        for polygon in covered_polygons(corners_m)
+        for ring in polygon
     ]
     return tuple(sorted(rings, key=lambda ring: tuple(ring.points_m[0])))
 

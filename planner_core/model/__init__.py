@@ -14,7 +14,14 @@ from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32
 from planner_core.model.choices import Doors, Glass, NetworkKind, Objective, Role, ScanBy, UpAxis
 from planner_core.model.methods import METHODS, Greedy, Method, Paper, Proven
 from planner_core.model.planning import Candidates, PlanSettings, Survey
-from planner_core.model.registration import FloorNetworks, Link, NetworkGap, Registration, RegistrationNetwork
+from planner_core.model.registration import (
+    FloorNetworks,
+    Link,
+    NetworkGap,
+    Registration,
+    RegistrationNetwork,
+    WeakMotion,
+)
 from planner_core.model.requirements import Asked, PartRequirement, PartResult, Requirements
 from planner_core.model.results import Coverage, Loss, Plan, Station, UnseenElement
 from planner_core.model.review import (
@@ -121,6 +128,7 @@ __all__ = [
     "UpAxis",
     "Verdict",
     "Visibility",
+    "WeakMotion",
     "Why",
     "Zone",
 ]

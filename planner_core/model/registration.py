@@ -3,6 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class WeakMotion:
+    """The small motion of one scan against another that the surface they share holds least.
+
+    direction : unit vector in axes of the scene, along the shift or about the turn; either of its two senses.
+    """
+
+    kind: Literal["shift", "turn"]
+    direction: tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -10,15 +22,14 @@ class Link:
     """Overlap of two stations. `overlap`: the smaller of both shares of seen area that the other sees too.
 
     `strength`: smallest eigenvalue of the shared surface's point-to-plane normal matrix, scaled to [0, 1]; NaN where
-    it was not computed. `weak_axis`: the motion that this surface holds least, in words such as `slides along x`; empty
-    where it was not computed.
+    it was not computed. `weak_motion`: None where it was not computed.
     """
 
     a: str
     b: str
     overlap: float
     strength: float
-    weak_axis: str = ""
+    weak_motion: WeakMotion | None = None
 
 
 @dataclass(frozen=True)

@@ -62,20 +62,12 @@ class SiteFrame:
     def grid_north_rad(self) -> float:
         """Direction of north in the plan of the scene: clockwise from its +y, in (-pi, pi]; for north arrows.
 
-        Of the site's grid; in scene coordinates true north, where the scene file says it, else +y. `north_name` says
-        which.
+        Of the site's grid; in scene coordinates true north, where the scene file says it, else +y.
         """
         if self.is_scene and self.true_north_rad is not None:
             return self.true_north_rad
         north = np.linalg.solve(self.matrix[:3, :3], np.array([0.0, 1.0, 0.0]))
         return math.atan2(float(north[0]), float(north[1]))
-
-    @property
-    def north_name(self) -> str:
-        """Which north `grid_north_rad` is: `grid north`, `true north` or `scene +y`."""
-        if not self.is_scene:
-            return "grid north"
-        return "scene +y" if self.true_north_rad is None else "true north"
 
     @property
     def horizontal_scale(self) -> float:

@@ -17,7 +17,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import Link
 from planner_core.model.registration import FloorNetworks, NetworkGap, Registration, RegistrationNetwork
 from planner_core.network.overlap import MIN_LISTED_OVERLAP
-from planner_core.network.weak_motion import overlap_percent, weak_motion
+from planner_core.network.weak_motion import motion_words, overlap_percent
 
 #: More networks than these are counted, not told one by one.
 _TOLD = 6
@@ -265,9 +265,8 @@ def _apart(registration: Registration, numbers: list[int], gap: NetworkGap, floo
 
 
 def _held_least(link: Link) -> str:
-    motion = weak_motion(link.weak_axis)
-    north = ", north being +y" if motion.by_compass else ""
-    return f": weakest direction: {motion.words}{north}" if motion.words else ""
+    motion = motion_words(link.weak_motion, of_north=", north being +y")
+    return f": weakest direction: {motion}" if motion else ""
 
 
 def _between(registration: Registration, gap: NetworkGap) -> str:

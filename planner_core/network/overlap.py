@@ -9,7 +9,7 @@ the shared surface and L the root mean square distance of its patches from c, a 
 normal by J.m, J = (n, (p - c) x n / L). The smallest eigenvalue of sum a J J' / sum a is how well the worst determined
 motion is held; it is at most 1/3 (three translations share the trace 1), so 3 times it is the strength. 0: some motion
 is free, as along a straight corridor; 1: all are held alike. L makes it a figure of shape, not of size. Its eigenvector
-is that motion: the weak axis.
+is the weak motion.
 
 What it means for errors, and which strength is enough: docs/method/registration.md.
 """
@@ -20,9 +20,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Link, Patches, Scene, Visibility
+from planner_core.model import BoolArray, FloatArray, Link, Patches, Scene, Visibility, WeakMotion
 from planner_core.network.pairs import PairMatrices, SharedSurface, overlapping_pairs, strengths_of
-from planner_core.network.weak_axis import weak_axis
+from planner_core.network.weak_axis import weak_motion
 from planner_core.scene.patches import patch_triangles
 
 #: Overlaps below this are not listed: nobody registers on a twentieth of a scan.
@@ -39,18 +39,21 @@ def overlap_links(
 ) -> tuple[Link, ...]:
     """List the pairs of stations (rows of `visibility`) whose overlap is at least `min_overlap`, by station number.
 
-    Without `surface` strengths are NaN and weak axes empty. The figures are those of `candidate_links`, bit by bit.
+    Without `surface` strengths are NaN and weak motions None. The figures are those of `candidate_links`, bit by bit.
     """
     matrices = PairMatrices(visibility, patch_area_m2, surface) if surface is not None else None
     links = []
     for pairs in overlapping_pairs(visibility, patch_area_m2, min_overlap=min_overlap):
-        strength, axes = np.full(pairs.first.size, np.nan), [""] * pairs.first.size
+        strength = np.full(pairs.first.size, np.nan)
+        motions: list[WeakMotion | None] = [None] * pairs.first.size
         if matrices is not None:
             matrix = matrices.of(pairs.first, pairs.second)
-            strength, axes = strengths_of(matrix), [weak_axis(one) for one in matrix]
+            strength, motions = strengths_of(matrix), [weak_motion(one) for one in matrix]
         links += [
-            Link(station_ids[i], station_ids[j], float(overlap), float(held), axis)
-            for i, j, overlap, held, axis in zip(pairs.first, pairs.second, pairs.overlap, strength, axes, strict=True)
+            Link(station_ids[i], station_ids[j], float(overlap), float(held), motion)
+            for i, j, overlap, held, motion in zip(
+                pairs.first, pairs.second, pairs.overlap, strength, motions, strict=True
+            )
         ]
     return tuple(links)
 

@@ -1,30 +1,19 @@
 """What people are told of a link: its overlap, and the motion that it holds least, in words of a survey.
 
-Fractions and the words of `planner_core.network.weak_axis` -> text. The words name axes of the scene, for programs;
-people think in shifts, tilts and the heading, along or about a line of the map. The viewer says the same.
+Fractions and `WeakMotion`s -> text. People think in shifts, tilts and the heading, along or about a line of the map.
+The viewer says the same.
 """
 
 from __future__ import annotations
 
 import math
-import re
-from dataclasses import dataclass
 from decimal import ROUND_DOWN, Decimal
+
+from planner_core.model import WeakMotion
 
 #: Lines steeper than this have no direction in plan, those flatter are level: as in the viewer.
 _STEEP_DEG, _LEVEL_DEG = 80.0, 10.5
 _LINES = ("N–S", "NE–SW", "E–W", "NW–SE")
-_DEGREES = re.compile(r"(\d+) degrees from x to y")
-_COMPONENTS = re.compile(r"\((-?[\d.]+), (-?[\d.]+), (-?[\d.]+)\)")
-_AXIS = re.compile(r"(?:along|about) ([xy])\b")
-
-
-@dataclass(frozen=True)
-class WeakMotion:
-    """A motion. words : such as `tilt about NW–SE`. by_compass : they name sides of the compass: say where north is."""
-
-    words: str
-    by_compass: bool = False
 
 
 def overlap_percent(overlap: float) -> str:
@@ -42,47 +31,45 @@ def _rounded_down(overlap: float, decimals: int) -> Decimal:
     return Decimal(repr(float(overlap))).quantize(Decimal(1).scaleb(-decimals), rounding=ROUND_DOWN)
 
 
-def weak_motion(weak_axis: str, *, north_rad: float | None = 0.0) -> WeakMotion:
-    """Say which motion it is; words that name no direction are returned as they are.
+def motion_words(motion: WeakMotion | None, *, north_rad: float | None = 0.0, of_north: str = "") -> str:
+    """Say which motion it is, as `tilt about NW–SE`; empty where none is known.
 
     Parameters
     ----------
-    weak_axis
-        Of a link: `tilts about 134 degrees from x to y`.
     north_rad
         Where north is in the plan of the scene, clockwise from its +y. None: nothing is called north, and lines are
         told by the axes of the scene.
+    of_north
+        Added where sides of the compass are named: what north is.
     """
-    axis = _direction(weak_axis)
-    if axis is None:
-        return WeakMotion(weak_axis)
-    turns = weak_axis.startswith(("turns", "tilts"))
-    x, y, z = axis
+    if motion is None:
+        return ""
+    turns = motion.kind == "turn"
+    x, y, z = motion.direction
     rise_deg = math.degrees(math.atan2(abs(z), math.hypot(x, y)))
     if rise_deg >= _STEEP_DEG:
-        return WeakMotion("turn (heading)" if turns else "shift up–down")
+        return "turn (heading)" if turns else "shift up–down"
     if rise_deg > _LEVEL_DEG:
-        return WeakMotion("turn about a slope" if turns else "shift on a slope")
-    kind = "tilt about" if turns else "shift"
+        return "turn about a slope" if turns else "shift on a slope"
     bearing_deg = math.degrees(math.atan2(x, y))
     if north_rad is None:
-        return WeakMotion(f"{kind if turns else 'shift along'} {_by_axes(bearing_deg)}")
+        return f"{'tilt about' if turns else 'shift along'} {_by_axes(bearing_deg)}"
     line = _LINES[math.floor((bearing_deg - math.degrees(north_rad)) / 45.0 + 0.5) % 4]
-    return WeakMotion(f"{kind} {line}", by_compass=True)
+    return f"{'tilt about' if turns else 'shift'} {line}{of_north}"
 
 
-def _direction(weak_axis: str) -> tuple[float, float, float] | None:
-    """Direction of the motion in scene axes; None where the words name none."""
-    if "vertical" in weak_axis:
-        return 0.0, 0.0, 1.0
-    if found := _DEGREES.search(weak_axis):
-        angle_rad = math.radians(float(found[1]))
-        return math.cos(angle_rad), math.sin(angle_rad), 0.0
-    if found := _COMPONENTS.search(weak_axis):
-        return float(found[1]), float(found[2]), float(found[3])
-    if found := _AXIS.search(weak_axis):
-        return (1.0, 0.0, 0.0) if found[1] == "x" else (0.0, 1.0, 0.0)
-    return None
+def words_by_axes(motion: WeakMotion | None) -> str:
+    """Name a motion by axes of the scene, as plan.json keeps it: `tilts about 134 degrees from x to y`."""
+    if motion is None:
+        return ""
+    x, y, z = motion.direction
+    if z == 1.0:
+        return "slides along the vertical" if motion.kind == "shift" else "turns about the vertical"
+    named = f"({x:.2f}, {y:.2f}, {z:.2f})"
+    if z == 0.0:
+        angle_deg = round(math.degrees(math.atan2(y, x))) % 180
+        named = {0: "x", 90: "y"}.get(angle_deg, f"{angle_deg} degrees from x to y")
+    return f"{'slides along' if motion.kind == 'shift' else 'tilts about'} {named}"
 
 
 def _by_axes(bearing_deg: float) -> str:

@@ -1,20 +1,33 @@
-"""Pictures of the plan: a map a floor, an overview of all floors, the coverage curve. Plan, ScanEngine -> PNG.
+"""Pictures of the plan: a map a floor, an overview of all floors. Plan, ScanEngine -> PNG.
 
-Drawn by matplotlib's software renderer over `section_view`; nothing here depends on a screen, a graphics driver, the
-user's matplotlib settings or the time of day.
+Drawn over `section_view` with the marks of sheets; nothing here depends on a screen or a graphics driver.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
 
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import FloatArray, Floor, Plan
+from planner_core.model import FloatArray, Floor, Link, Plan
 from planner_core.plan_folder import palette
-from planner_core.plan_folder.link_drawing import draw_links, link_class, link_legend
+from planner_core.plan_folder.drawing import links
+from planner_core.plan_folder.drawing.ink import Box, Pen
+from planner_core.plan_folder.drawing.links import STRONG_TIMES, Spot
+from planner_core.plan_folder.drawing.marks import (
+    LINKS,
+    WALK,
+    Labels,
+    draw_links,
+    draw_stations,
+    draw_words,
+    linked_words,
+)
+from planner_core.plan_folder.drawing.png_ink import PngInk, pixels, whole_pixels_mm
 from planner_core.plan_folder.section_view import (
     SectionView,
     camera_at,
@@ -26,30 +39,57 @@ from planner_core.plan_folder.section_view import (
     view_section,
 )
 from planner_core.plan_folder.sheet import (
-    DISC_RADIUS_PX,
-    DPI,
-    FOOTER_IN,
-    HEADER_IN,
-    MARGIN_IN,
-    WIDTH_IN,
+    FOOTER_MM,
+    MARGIN_MM,
+    WIDTH_MM,
     LegendLine,
-    axes_on_sheet,
-    draw_discs,
     draw_footer,
     draw_header,
     floor_figures,
     floor_subtitle,
     new_sheet,
-    save_sheet,
-    size_on_sheet_in,
+    picture_box,
 )
 from planner_core.plan_folder.station_marks import foot_m
-from planner_core.plan_folder.walk_drawing import draw_ends, draw_sealed, draw_walk, draw_way, runs_on
+from planner_core.plan_folder.walk_drawing import (
+    Mark,
+    breaks_on,
+    draw_runs,
+    ends_on,
+    runs_on,
+    sealed_hatch_m,
+    sealed_on,
+    stairs_on,
+)
 
-CAPTION_IN = 0.45
+CAPTION_MM = 8.0
 PALE = (0.93, 0.93, 0.92)
 """Of floors and furniture under lines that matter more."""
 OVERVIEW_CAMERA = camera_at(azimuth_rad=np.deg2rad(62.0), elevation_rad=np.deg2rad(48.0))
+_HATCH = Pen(0.2, palette.INK)
+_HATCH_MM = 1.3
+_SECTION = Pen(0.24, palette.WALL)
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A view on the sheet."""
+
+    view: SectionView
+    box: Box
+
+    @property
+    def mm_per_m(self) -> float:
+        """How long a metre of the view's plane is."""
+        return self.box.width / float(self.view.window_m[1, 0] - self.view.window_m[0, 0])
+
+    def on_paper(self, plane_m: FloatArray) -> FloatArray:
+        """(..., 2) millimetres of points (..., 2) of the view's plane, which is the plan where it looks down."""
+        return np.asarray((plane_m - self.view.window_m[0]) * self.mm_per_m + (self.box.left, self.box.bottom))
+
+    def marks(self, marks: Iterable[Mark]) -> list[Mark]:
+        """Words at places on paper, of those in plan."""
+        return [(self.on_paper(at_m), words) for at_m, words in marks]
 
 
 def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionView:
@@ -57,7 +97,6 @@ def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionVi
     floor = plan.survey.floors[floor_index]
     margin_m = 0.01 * float(np.ptp(floor.bounds_m, axis=0).max()) + 0.5
     window_m = floor.bounds_m + np.array([[-margin_m], [margin_m]])
-    width_in, _ = size_on_sheet_in(*(window_m[1] - window_m[0]).tolist())
     return view_section(
         plan.survey,
         engine,
@@ -65,7 +104,7 @@ def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionVi
         ground_m=floor.elevation_m,
         cut_m=cut_height_m(plan, floor),
         window_m=window_m,
-        width=round(width_in * DPI),
+        width=pixels(picture_box(*(window_m[1] - window_m[0]).tolist()).width),
     )
 
 
@@ -75,34 +114,61 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
     view : what `view_floor` says of the floor.
     """
     floor = plan.survey.floors[floor_index]
-    figure, axes = _map_sheet(view)
-    _draw_view(axes, plan, floor, view)
-    draw_sealed(axes, plan, floor_index)
-    draw_walk(axes, plan, floor_index, pixel_m=view.pixel_m)
-    draw_ends(axes, plan, floor)
-    _draw_stations(axes, plan, floor, view, joined=plan.route is None)
-    draw_header(figure, floor.name, floor_subtitle(plan, floor), _map_figures(plan, floor_index))
-    draw_footer(figure, pixel_m=view.pixel_m, lines=_walk_legend(plan))
-    save_sheet(figure, path)
+    ink, at = _map_sheet(view)
+    with ink.clip(at.box):
+        _draw_view(ink, plan, floor, at)
+        ink.lines([at.on_paper(line) for line in sealed_hatch_m(plan, floor_index, _HATCH_MM / at.mm_per_m)], _HATCH)
+        draw_runs(ink, [at.on_paper(run.points_m[:, :2]) for run in runs_on(plan, floor_index)])
+        labels = Labels(ink, at.box, [])
+        _draw_stations(labels, plan, floor, at, joined=plan.route is None)
+        draw_words(
+            labels,
+            stairs=at.marks(stairs_on(plan, floor_index)),
+            ends=at.marks(ends_on(plan, floor)),
+            breaks=at.marks(breaks_on(plan, floor_index)),
+            sealed=at.marks(sealed_on(plan, floor_index)),
+        )
+    draw_header(ink, floor.name, floor_subtitle(plan, floor), _map_figures(plan, floor_index))
+    draw_footer(ink, mm_per_m=at.mm_per_m, lines=_walk_legend(plan))
+    ink.save(path)
 
 
 def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView) -> None:
     """Write the map of one floor's registration network: what scans hold together by, and how well."""
     floor = plan.survey.floors[floor_index]
-    figure, axes = _map_sheet(view)
-    _draw_view(axes, plan, floor, view, coloured=False)
-    draw_links(axes, plan, floor.id)
-    _draw_stations(axes, plan, floor, view, joined=False)
-    draw_header(figure, f"{floor.name}: how scans register", floor_subtitle(plan, floor), _link_figures(plan, floor))
-    draw_footer(figure, pixel_m=view.pixel_m, legend=(), lines=link_legend(plan))
-    save_sheet(figure, path)
+    ink, at = _map_sheet(view)
+    spots = {station.id: Spot(station.floor, station.order, station.position_m[:2]) for station in plan.stations}
+    ends, elsewhere = links.links_on(floor.id, spots, [(link.a, link.b, link_class(link, plan)) for link in plan.links])
+    with ink.clip(at.box):
+        _draw_view(ink, plan, floor, at, coloured=False)
+        draw_links(ink, [at.on_paper(of_class) for of_class in ends])
+        _draw_stations(Labels(ink, at.box, []), plan, floor, at, elsewhere=elsewhere)
+    draw_header(ink, f"{floor.name}: how scans register", floor_subtitle(plan, floor), _link_figures(plan, floor))
+    draw_footer(ink, mm_per_m=at.mm_per_m, legend=(), lines=_link_legend(plan))
+    ink.save(path)
 
 
-def _map_sheet(view: SectionView) -> tuple[Any, Any]:
-    """Sheet with title and legend strips, and axes for a floor looked at from above."""
-    width_in, height_in = size_on_sheet_in(*(view.window_m[1] - view.window_m[0]).tolist())
-    figure = new_sheet(height_in + HEADER_IN + FOOTER_IN)
-    return figure, axes_on_sheet(figure, (WIDTH_IN - width_in) / 2, FOOTER_IN, width_in, height_in)
+def link_class(link: Link, plan: Plan) -> int | None:
+    """Class of a link by what is required; None: not worth drawing."""
+    required = plan.settings.requirements
+    return links.link_class(
+        link.overlap, link.strength, min_overlap=required.overlap, min_strength=required.min_strength
+    )
+
+
+def _link_legend(plan: Plan) -> tuple[LegendLine, ...]:
+    weak, enough, strong = LINKS
+    return (
+        (f"overlap of {100 * plan.settings.requirements.overlap:g} % or more, all motions held", enough),
+        (f"held {STRONG_TIMES:g} times as firmly as asked", strong),
+        ("too little to count", weak),
+    )
+
+
+def _map_sheet(view: SectionView) -> tuple[PngInk, Placed]:
+    """Sheet with title and legend strips, and where on it a floor looked at from above is."""
+    box = picture_box(*(view.window_m[1] - view.window_m[0]).tolist())
+    return new_sheet(box.height), Placed(view, box)
 
 
 def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
@@ -110,34 +176,28 @@ def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
     floors = plan.survey.floors
     windows = [_overview_window_m(plan, floor) for floor in floors]
     n_columns = min(2, len(floors))
-    cell_in = (WIDTH_IN - MARGIN_IN * (n_columns + 1)) / n_columns
-    in_per_m = cell_in / max(float(window[1, 0] - window[0, 0]) for window in windows)
-    heights_in = [float(window[1, 1] - window[0, 1]) * in_per_m + CAPTION_IN for window in windows]
-    rows_in = [max(heights_in[start : start + n_columns]) for start in range(0, len(floors), n_columns)]
-    figure = new_sheet(sum(rows_in) + HEADER_IN + FOOTER_IN)
+    cell_mm = (WIDTH_MM - MARGIN_MM * (n_columns + 1)) / n_columns
+    mm_per_m = cell_mm / max(float(window[1, 0] - window[0, 0]) for window in windows)
+    heights_mm = [float(window[1, 1] - window[0, 1]) * mm_per_m + CAPTION_MM for window in windows]
+    rows_mm = [max(heights_mm[start : start + n_columns]) for start in range(0, len(floors), n_columns)]
+    ink = new_sheet(sum(rows_mm))
     for index, window in enumerate(windows):
         row, column = divmod(index, n_columns)
-        top_in = sum(rows_in[row:]) + FOOTER_IN
-        left_in = MARGIN_IN + column * (cell_in + MARGIN_IN)
-        _draw_overview_cell(figure, plan, index, engine, window, in_per_m, (left_in, top_in))
-    draw_header(figure, plan.survey.scene.source.path.name, _plan_subtitle(plan), _plan_figures(plan))
-    draw_footer(figure, lines=_walk_legend(plan))
-    save_sheet(figure, path)
+        width_mm, height_mm = ((window[1] - window[0]) * mm_per_m).tolist()
+        top_mm = sum(rows_mm[row:]) + FOOTER_MM
+        left_mm = MARGIN_MM + column * (cell_mm + MARGIN_MM)
+        at_mm = (whole_pixels_mm(left_mm), whole_pixels_mm(top_mm - CAPTION_MM - height_mm))
+        box = Box(*at_mm, whole_pixels_mm(width_mm), height_mm)
+        _draw_overview_cell(ink, plan, index, engine, window, box)
+    draw_header(ink, plan.survey.scene.source.path.name, _plan_subtitle(plan), _plan_figures(plan))
+    draw_footer(ink, lines=_walk_legend(plan))
+    ink.save(path)
 
 
 def _draw_overview_cell(
-    figure: Any,
-    plan: Plan,
-    index: int,
-    engine: ScanEngine,
-    window_m: FloatArray,
-    in_per_m: float,
-    left_top_in: tuple[float, float],
+    ink: PngInk, plan: Plan, index: int, engine: ScanEngine, window_m: FloatArray, box: Box
 ) -> None:
     floor = plan.survey.floors[index]
-    width_in, height_in = (float(value) for value in (window_m[1] - window_m[0]) * in_per_m)
-    left_in, top_in = left_top_in
-    axes = axes_on_sheet(figure, left_in, top_in - CAPTION_IN - height_in, width_in, height_in)
     view = view_section(
         plan.survey,
         engine,
@@ -145,15 +205,15 @@ def _draw_overview_cell(
         ground_m=floor.elevation_m,
         cut_m=cut_height_m(plan, floor),
         window_m=window_m,
-        width=max(1, round(width_in * DPI)),
+        width=max(1, pixels(box.width)),
     )
-    _draw_view(axes, plan, floor, view)
-    for run in runs_on(plan, index):
-        draw_way(axes, view.camera.project(run.points_m))
-    _draw_stations(axes, plan, floor, view, joined=plan.route is None)
+    at = Placed(view, box)
+    with ink.clip(box):
+        _draw_view(ink, plan, floor, at)
+        draw_runs(ink, [at.on_paper(view.camera.project(run.points_m)) for run in runs_on(plan, index)])
+        _draw_stations(Labels(ink, box, []), plan, floor, at, joined=plan.route is None)
     share = 100 * plan.coverage_by_floor[index].fraction_of_achievable
-    at = (left_in / WIDTH_IN, (top_in - 0.25) / float(figure.get_size_inches()[1]))
-    figure.text(*at, f"{floor.name}   {share:.1f} %", fontsize=15, color=palette.INK, weight="bold")
+    ink.text((box.left, box.top + 2.5), f"{floor.name}   {share:.1f} %", 10.4, bold=True)
 
 
 def _overview_window_m(plan: Plan, floor: Floor) -> FloatArray:
@@ -164,18 +224,14 @@ def _overview_window_m(plan: Plan, floor: Floor) -> FloatArray:
     return np.stack([seen.min(axis=0), seen.max(axis=0)])
 
 
-def _draw_view(axes: Any, plan: Plan, floor: Floor, view: SectionView, *, coloured: bool = True) -> None:
+def _draw_view(ink: PngInk, plan: Plan, floor: Floor, at: Placed, *, coloured: bool = True) -> None:
     """Draw a cut floor. coloured : patches in the colours of coverage, else all pale, so that lines stand out."""
-    from matplotlib.collections import LineCollection
-
-    axes.imshow(
-        view_rgb(plan, floor, view, coloured=coloured), extent=view.extent, interpolation="antialiased", zorder=1
-    )
-    lines = section_lines(plan.survey, view.cut_m)
-    flat = view.camera.project(lines.reshape(-1, 3)).reshape(-1, 2, 2)
-    axes.add_collection(LineCollection(list(flat), colors=[palette.WALL], linewidths=1.0, zorder=2))
-    axes.set_xlim(view.extent[0], view.extent[1])
-    axes.set_ylim(view.extent[2], view.extent[3])
+    # Bytes, as matplotlib would make them itself after half a dozen copies of the floats.
+    rgb = (255 * view_rgb(plan, floor, at.view, coloured=coloured)).astype(np.uint8)
+    ink.raster(rgb, at.box.left, at.box.bottom)
+    lines_m = section_lines(plan.survey, at.view.cut_m)
+    flat_m = at.view.camera.project(lines_m.reshape(-1, 3)).reshape(-1, 2, 2)
+    ink.lines(list(at.on_paper(flat_m)), _SECTION)
 
 
 def view_rgb(plan: Plan, floor: Floor, view: SectionView, *, coloured: bool = True) -> FloatArray:
@@ -204,7 +260,7 @@ def _depth_edges(view: SectionView) -> np.ndarray:
 
 
 def _walk_legend(plan: Plan) -> tuple[LegendLine, ...]:
-    return (("visiting order" if plan.route is None else "walk", palette.ROUTE, 1.8, "-"),)
+    return (("visiting order" if plan.route is None else "walk", WALK),)
 
 
 def _map_figures(plan: Plan, floor_index: int) -> tuple[tuple[str, str], ...]:
@@ -223,20 +279,27 @@ def _link_figures(plan: Plan, floor: Floor) -> tuple[tuple[str, str], ...]:
     return ((str(len(here)), "stations"), (str(n_links), "links that count"))
 
 
-def _draw_stations(axes: Any, plan: Plan, floor: Floor, view: SectionView, *, joined: bool = True) -> None:
-    """Numbered discs; where they would overlap they move apart, and a line leads to the spot.
+def _draw_stations(
+    labels: Labels,
+    plan: Plan,
+    floor: Floor,
+    at: Placed,
+    *,
+    joined: bool = False,
+    elsewhere: Mapping[str, tuple[int, ...]] = MappingProxyType({}),
+) -> None:
+    """Draw numbered discs, and words where stations link to others of `elsewhere`.
 
     joined : straight lines join them in visiting order.
     """
     stations = sorted((s for s in plan.stations if s.floor == floor.id), key=lambda station: station.order)
     if not stations:
         return
-    spots = view.camera.project(np.array([foot_m(station) for station in stations]))
+    spots = at.on_paper(at.view.camera.project(np.array([foot_m(station) for station in stations])))
     if joined:
-        axes.plot(
-            spots[:, 0], spots[:, 1], color=palette.ROUTE, linewidth=1.6, alpha=0.75, zorder=3, solid_joinstyle="round"
-        )
-    draw_discs(axes, stations, spots, radius=DISC_RADIUS_PX * view.pixel_m)
+        labels.ink.lines([spots], WALK)
+    numbers = [station.order for station in stations]
+    draw_stations(labels, spots, numbers, [linked_words(elsewhere.get(station.id, ())) for station in stations])
 
 
 def _plan_subtitle(plan: Plan) -> str:

@@ -22,6 +22,9 @@ from numpy.typing import NDArray
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Floor, Plan, Station, Survey, UInt8Array
 from planner_core.plan_folder import palette
+from planner_core.plan_folder.drawing.ink import PAPER, Box, Ink, Pen
+from planner_core.plan_folder.drawing.marks import Labels, draw_stations
+from planner_core.plan_folder.drawing.png_ink import pixels
 from planner_core.plan_folder.offscreen import offscreen_plotter
 from planner_core.plan_folder.section_view import (
     BELOW_GROUND_M,
@@ -30,21 +33,12 @@ from planner_core.plan_folder.section_view import (
     solid_cells,
 )
 from planner_core.plan_folder.sheet import (
-    DISC_RADIUS_PX,
-    DPI,
-    FOOTER_IN,
-    HEADER_IN,
-    PAPER,
-    WIDTH_IN,
-    axes_on_sheet,
-    draw_discs,
     draw_footer,
     draw_header,
     floor_figures,
     floor_subtitle,
     new_sheet,
-    save_sheet,
-    size_on_sheet_in,
+    picture_box,
 )
 from planner_core.plan_folder.station_marks import foot_m
 from planner_core.scene.patches import patch_triangles
@@ -84,6 +78,9 @@ POLE_RADIUS_M = 0.018
 BALL_RADIUS_M = 0.085
 LEG_SPREAD_M = 0.28
 LINK_RADIUS_M = 0.016
+
+_HIDDEN_LINK = Pen(0.27, palette.LINK, (0.8, 0.8))
+_HIDDEN_POLE = Pen(0.27, palette.STATION, (0.8, 0.8))
 
 
 @dataclass(frozen=True)
@@ -149,16 +146,16 @@ def write_floor_picture(plan: Plan, floor_index: int, path: Path, *, engine: Sca
     floor = plan.survey.floors[floor_index]
     stations = stations_of(plan, floor)
     rgb, eye = render_floor(plan, floor, engine=engine)
-    height, width = rgb.shape[:2]
-    figure = new_sheet(height / DPI + HEADER_IN + FOOTER_IN)
-    axes = axes_on_sheet(figure, (WIDTH_IN - width / DPI) / 2, FOOTER_IN, width / DPI, height / DPI)
+    box = picture_box(eye.half_width_tan, eye.half_height_tan)
+    ink = new_sheet(box.height)
     # Bytes, as matplotlib would make them itself after half a dozen copies of the floats.
-    axes.imshow((255 * rgb).astype(np.uint8), extent=(0, width, 0, height), interpolation="none", zorder=1)
-    _draw_marks(axes, stations, strong_links(plan, stations), eye, (width, height))
-    draw_header(figure, floor.name, floor_subtitle(plan, floor), floor_figures(plan, floor_index))
+    ink.raster((255 * rgb).astype(np.uint8), box.left, box.bottom)
+    with ink.clip(box):
+        _draw_marks(ink, stations, strong_links(plan, stations), eye, box)
+    draw_header(ink, floor.name, floor_subtitle(plan, floor), floor_figures(plan, floor_index))
     overlap = f"overlap of {100 * plan.settings.requirements.overlap:g} % or more"
-    draw_footer(figure, lines=((overlap, palette.LINK, 1.8, "-"),))
-    save_sheet(figure, path)
+    draw_footer(ink, lines=((overlap, Pen(0.5, palette.LINK)),))
+    ink.save(path)
 
 
 def stations_of(plan: Plan, floor: Floor) -> list[Station]:
@@ -172,8 +169,8 @@ def render_floor(plan: Plan, floor: Floor, *, engine: ScanEngine) -> tuple[Float
     links_m = strong_links(plan, stations)
     box = box_m(plan, floor)
     eye = _eye_on_box(box, stations)
-    width_in, height_in = size_on_sheet_in(eye.half_width_tan, eye.half_height_tan)
-    with offscreen_plotter(OVERSAMPLING * round(width_in * DPI), OVERSAMPLING * round(height_in * DPI)) as plotter:
+    size = picture_box(eye.half_width_tan, eye.half_height_tan)
+    with offscreen_plotter(OVERSAMPLING * pixels(size.width), OVERSAMPLING * pixels(size.height)) as plotter:
         _add_building(plotter, plan, floor, box, engine)
         _add_stations(plotter, stations)
         if len(links_m):
@@ -365,20 +362,17 @@ def averaged(drawn: UInt8Array) -> FloatArray:
     return levels
 
 
-def _draw_marks(axes: Any, stations: list[Station], links_m: FloatArray, eye: Eye, size_px: tuple[int, int]) -> None:
+def _draw_marks(ink: Ink, stations: list[Station], links_m: FloatArray, eye: Eye, box: Box) -> None:
     """Numbers of the stations; poles and links once more as thin lines that show through walls."""
-    axes.set_xlim(0, size_px[0])
-    axes.set_ylim(0, size_px[1])
 
-    def pixels(points_m: FloatArray) -> FloatArray:
-        at: FloatArray = 0.5 * (eye.project(points_m) + 1) * np.array(size_px)
-        return at
+    def on_paper(points_m: FloatArray) -> FloatArray:
+        at = 0.5 * (eye.project(points_m) + 1) * (box.width, box.height)
+        return np.asarray(at + np.array([box.left, box.bottom]))
 
     if not stations:
         return
     sensors_m = np.array([station.position_m for station in stations])
     poles_m = np.stack([np.array([foot_m(station) for station in stations]), sensors_m], axis=1)
-    for lines_m, colour in ((poles_m, palette.STATION), (links_m, palette.LINK)):
-        for line in pixels(lines_m.reshape(-1, 3)).reshape(-1, 2, 2):
-            axes.plot(*line.T, color=colour, linewidth=1.1, alpha=0.8, linestyle=(0, (3, 3)), zorder=2)
-    draw_discs(axes, stations, pixels(sensors_m), radius=DISC_RADIUS_PX)
+    for lines_m, pen in ((poles_m, _HIDDEN_POLE), (links_m, _HIDDEN_LINK)):
+        ink.lines(list(on_paper(lines_m.reshape(-1, 3)).reshape(-1, 2, 2)), pen)
+    draw_stations(Labels(ink, box, []), on_paper(sensors_m), [station.order for station in stations])

@@ -10,6 +10,7 @@ from dataclasses import fields
 from typing import Any
 
 from planner_core.model import Asked, Link, PartRequirement, PartResult, Plan, Registration, Role, Site
+from planner_core.network.weak_motion import words_by_axes
 
 
 def requirements_document(plan: Plan) -> dict[str, Any]:
@@ -86,12 +87,16 @@ def asked_document(asked: Asked) -> dict[str, float | None]:
 
 def link_document(link: Link) -> dict[str, Any]:
     """Return one link."""
+    motion = link.weak_motion
     return {
         "a": link.a,
         "b": link.b,
         "overlap": _number(link.overlap, 9),
         "strength": _number(link.strength, 9),
-        "weak_axis": link.weak_axis,
+        "weak_axis": words_by_axes(motion),
+        "weak_motion": None
+        if motion is None
+        else {"kind": motion.kind, "direction": [_number(part) for part in motion.direction]},
     }
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import MissingPackageError
 from planner_core.model import Link, Plan
-from planner_core.network.weak_motion import overlap_percent, weak_motion
+from planner_core.network.weak_motion import motion_words, overlap_percent
 from planner_core.plan_folder.curve_drawing import write_coverage_curve
 from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map, write_overview
 from planner_core.plan_folder.pictures import write_floor_picture
@@ -161,9 +161,8 @@ def _registration(plan: Plan) -> str:
 
 
 def _held_least(link: Link) -> str:
-    motion = weak_motion(link.weak_axis)
-    north = " (north is up on the maps: y of the model)" if motion.by_compass else ""
-    return f"; weakest direction: {escape(motion.words)}{north}" if motion.words else ""
+    motion = motion_words(link.weak_motion, of_north=" (north is up on the maps: y of the model)")
+    return f"; weakest direction: {motion}" if motion else ""
 
 
 def _field(plan: Plan) -> Iterator[tuple[str, str]]:

@@ -21,9 +21,6 @@ PREVIEW_MIN_HEIGHT = 240
 _ROWS_AT_ONCE = 64
 """Of a preview, coloured in float64."""
 
-NO_SURFACE = 0xFFFFFFFF
-"""Triangle and patch of a beam without return: -1 as uint32."""
-
 
 def write_scan(survey: Survey, station: Station, scan: ScanBatch, path: Path) -> Path:
     """Write the first scan of `scan`, taken from `station`; the file appears whole or not at all.

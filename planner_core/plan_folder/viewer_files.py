@@ -11,9 +11,7 @@ from planner_core.model import (
     BeamTemplate,
     BoolArray,
     Float32Array,
-    FloatArray,
     Int32Array,
-    UInt8Array,
 )
 
 MAX_TIMES_SEEN = 254
@@ -36,14 +34,6 @@ def cloud_bytes(range_m: Float32Array, cos_incidence: Float32Array, template: Be
     quantised = np.where(hit, np.clip(steps, 1, _STEPS), 0).astype("<u2")
     intensity = np.rint(255 * np.abs(np.where(hit, cos_incidence, 0))).astype(np.uint8)
     return bytes(quantised.tobytes() + intensity.tobytes())
-
-
-def read_cloud(content: bytes, template: BeamTemplate) -> tuple[FloatArray, UInt8Array]:
-    """Range (R, C) float64 in metres, NaN where there is no return, and intensity (R, C) uint8, of `cloud_bytes`."""
-    n_rows, n_columns = template.shape
-    steps = np.frombuffer(content, dtype="<u2", count=n_rows * n_columns).reshape(template.shape)
-    intensity = np.frombuffer(content, dtype=np.uint8, offset=2 * n_rows * n_columns).reshape(template.shape)
-    return np.where(steps > 0, steps * range_step_m(template), np.nan), intensity
 
 
 def patches_bytes(times_seen: Int32Array, achievable: BoolArray) -> bytes:

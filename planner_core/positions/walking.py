@@ -40,20 +40,6 @@ class WalkingPath:
     length_m: float
 
 
-def walking_distances(reach: Reach, ground_m: FloatArray, *, progress: Progress = silent) -> FloatArray:
-    """(K, K) float64: walking distances between places on the ground (K, 3), inf where one leads to no other.
-
-    Symmetric, with a zero diagonal, and no detour is shorter than the direct way. A place where the mover has no room
-    is set up from the nearest spot within arm's length, and the walk ends there: `positions.reach.Footing`.
-    """
-    return Walking(reach).distances_m(ground_m, progress=progress)
-
-
-def walking_path(reach: Reach, from_m: FloatArray, to_m: FloatArray) -> WalkingPath:
-    """Shortest way between two places on the ground, (3,) each, pulled taut round the corners."""
-    return Walking(reach).path(from_m, to_m)
-
-
 class Walking:
     """The walking graph of what is reached: for many questions about one building."""
 
@@ -66,7 +52,11 @@ class Walking:
         self._edges = _block_edges(self._space, self._walkable, block, self._spot)
 
     def distances_m(self, ground_m: FloatArray, *, progress: Progress = silent) -> FloatArray:
-        """(K, K) float64 of places (K, 3), see `walking_distances`."""
+        """(K, K) float64: walking distances between places on the ground (K, 3), inf where one leads to no other.
+
+        Symmetric, with a zero diagonal, and no detour is shorter than the direct way. A place where the mover has no
+        room is set up from the nearest spot within arm's length, and the walk ends there: `positions.reach.Footing`.
+        """
         from scipy.sparse.csgraph import dijkstra
 
         node, place = self._stands(ground_m)
@@ -88,7 +78,7 @@ class Walking:
         return WalkingFrom(self, *self._stands(ground_m))
 
     def path(self, from_m: FloatArray, to_m: FloatArray) -> WalkingPath:
-        """Shortest way, see `walking_path`."""
+        """Shortest way between two places on the ground, (3,) each, pulled taut round the corners."""
         from scipy.sparse.csgraph import dijkstra
 
         none = WalkingPath(np.empty((0, 3)), float("inf"))

@@ -52,7 +52,7 @@ def visiting_order(
     Parameters
     ----------
     distance_m
-        (N, N) float64, symmetric, inf where there is no way: `planner_core.positions.walking.walking_distances`.
+        (N, N) float64, symmetric, inf where there is no way: `planner_core.positions.walking.Walking`.
     floor
         (N,) int32, floor of each stop.
     start, end

@@ -88,7 +88,7 @@ def find_floors(scene: Scene) -> FloorReport:
         grounds = _grounds_of_surfaces(columns, warnings)
     if not grounds:
         warnings.append("no floor found: no level surface with 1.5 m of clear space above it")
-    floors = tuple(_floor(columns, index, ground) for index, ground in enumerate(sorted(grounds, key=_height)))
+    floors = tuple(_floor(index, ground) for index, ground in enumerate(sorted(grounds, key=_height)))
     return FloorReport(floors, floor_of_triangles(scene, floors), tuple(warnings))
 
 
@@ -431,7 +431,7 @@ def _ground(
     )
 
 
-def _floor(survey: _Survey, index: int, ground: _Ground) -> Floor:
+def _floor(index: int, ground: _Ground) -> Floor:
     return Floor(
         id=f"F{index}",
         name=ground.name,

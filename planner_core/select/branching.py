@@ -275,7 +275,7 @@ class BranchAndBound:
 
         None where it turned out that some can be fixed: they are, in `lower`, `upper` and `counts`.
         """
-        branches = self._branches(x, lower, upper, counts)
+        branches = self._branches(x, lower, upper)
         if len(branches) == 1:
             return branches[0]
         values, proofs = self._program.probe(branches, lower, upper, enough=float(self.n_stations - 1))
@@ -284,7 +284,7 @@ class BranchAndBound:
         gain = np.maximum(values - float(x.sum()), 1e-4)
         return branches[int(np.argmax(gain[:, 0] * gain[:, 1]))]
 
-    def _branches(self, x: FloatArray, lower: Int64Array, upper: Int64Array, counts: Counts) -> list[Branch]:
+    def _branches(self, x: FloatArray, lower: Int64Array, upper: Int64Array) -> list[Branch]:
         """Branches that are worth a trial: at least one, and one alone needs none."""
         distance = np.where(lower < upper, np.abs(x - 0.5), 1.0)
         likely = np.argsort(distance, kind="stable")[:_PROBES]

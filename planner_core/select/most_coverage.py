@@ -125,45 +125,6 @@ def most_coverage(
     return search.result()
 
 
-def coverage_by_stations(
-    problem: CoverProblem,
-    n_stations: Sequence[int],
-    settings: Proven = _DEFAULTS,
-    *,
-    network: Network | None = None,
-    given: Sequence[int] = (),
-    device: Device | None = None,
-    host: bool = False,
-    progress: Progress = silent,
-) -> tuple[MostCoverage, ...]:
-    """`most_coverage` for each of a few numbers of stations, in rising order: what one station more is worth.
-
-    `settings.work_limit` holds for each. More stations never cover less, nor have a lower bound: each search begins
-    with the set before it, and what more stations can't cover, fewer can't.
-    """
-    found: list[MostCoverage] = []
-    for number in sorted(set(n_stations)):
-        start = found[-1].chosen if found else None
-        found.append(
-            most_coverage(
-                problem,
-                number,
-                settings,
-                network=network,
-                given=given,
-                start=start,
-                device=device,
-                host=host,
-                progress=progress,
-            )
-        )
-    least = found[-1].bound_ticks if found else 0
-    for place in range(len(found) - 1, -1, -1):
-        least = min(least, found[place].bound_ticks)
-        found[place] = replace(found[place], bound_ticks=least)
-    return tuple(found)
-
-
 def coverage_bound(problem: CoverProblem, prices: LagrangeBound, n_stations: int) -> int:
     """Ticks of the only target that no set of `n_stations` candidates with the given ones exceeds: the formula above.
 

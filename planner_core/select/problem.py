@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
+from planner_core.model import BoolArray, FloatArray, Int64Array, Visibility
 
 #: Areas are counted in units of 1e-9 m^2: 9e9 m^2 fit in 63 bits, and a patch of 1 mm^2 still has a thousand.
 TICKS_PER_M2 = 1e9
@@ -166,14 +166,3 @@ def _merged_rows(visibility: Visibility, row_of_patch: Int64Array, n_rows: int) 
     owner = np.repeat(np.arange(visibility.n_positions), np.diff(visibility.starts))[keep]
     starts = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=visibility.n_positions))]).astype(np.int64)
     return starts, row_of_patch[visibility.patch[keep]]
-
-
-def floor_targets(
-    floor_of_patch: Int32Array, floors: tuple[int, ...], scope: BoolArray, fraction: float, seen_from: int = 1
-) -> tuple[Target, ...]:
-    """One target a planned floor, and one for everything in `scope` together: for problems made without a `Demand`.
-
-    floor_of_patch : (P,) int32. floors : indices of those planned. scope : (P,) bool, see `scope_of`.
-    """
-    parts = (*(floor_of_patch == index for index in floors), scope)
-    return tuple(Target(part, fraction, seen_from) for part in parts)

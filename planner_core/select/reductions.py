@@ -30,15 +30,13 @@ class Reduced:
 
     forced : candidates of the whole problem that every solution can be taken to hold, `given` ones first; a solution of
     what is left, mapped back, and these together are one of the whole. pinned : candidates of what is left that a
-    solution of it has to hold, `given` ones first; where there are any, none are forced. n_dominated, n_rows_dropped :
-    for the record.
+    solution of it has to hold, `given` ones first; where there are any, none are forced. n_dominated : for the record.
     """
 
     problem: CoverProblem
     candidate: Int64Array
     forced: tuple[int, ...]
     n_dominated: int
-    n_rows_dropped: int
     pinned: tuple[int, ...] = ()
 
     def whole(self, chosen: Sequence[int]) -> tuple[int, ...]:
@@ -80,14 +78,14 @@ def reduce_problem(problem: CoverProblem, *, given: Sequence[int] = (), rows_onl
         n_dominated += int((~keep).sum())
         now, left = _restrict(now, keep), left[keep]
         if (now.n_candidates, now.n_rows) == before:
-            return Reduced(now, left, tuple(forced), n_dominated, problem.n_rows - now.n_rows)
+            return Reduced(now, left, tuple(forced), n_dominated)
 
 
 def _without_idle_rows(problem: CoverProblem, given: Sequence[int]) -> Reduced:
     """Apply the rules that leave candidates alone: once is enough, none makes work for another one."""
     now = _merge_rows(_drop_rows(_drop_met_targets(problem)))
     pinned = tuple(dict.fromkeys([*(int(c) for c in given), *(int(c) for c in _needed(now))]))
-    return Reduced(now, np.arange(problem.n_candidates), (), 0, problem.n_rows - now.n_rows, pinned)
+    return Reduced(now, np.arange(problem.n_candidates), (), 0, pinned)
 
 
 def _check_given(given: Sequence[int], n_candidates: int) -> None:

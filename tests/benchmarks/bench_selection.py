@@ -37,7 +37,7 @@ from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.select.bound import lower_bound
 from planner_core.select.check import check_coverage
 from planner_core.select.greedy import select_greedy
-from planner_core.select.problem import CoverProblem, cover_problem, floor_targets
+from planner_core.select.problem import CoverProblem, Target, cover_problem
 from planner_core.select.proven import ProvenSelection, select
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -89,7 +89,8 @@ def task(name: str, scene: Scene, device: Device, *, grid_m: float, floors: tupl
     candidates = find_candidates(survey, settings, engine, floors=planned)
     visibility = visible_from(survey, settings, engine, candidates.position_m)
     of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
-    targets = floor_targets(of_patch, planned, scope_of(of_patch, planned, len(survey.floors)), COVERAGE)
+    parts = (*(of_patch == index for index in planned), scope_of(of_patch, planned, len(survey.floors)))
+    targets = tuple(Target(part, COVERAGE) for part in parts)
     area_m2 = survey.patches.area_m2
     problem = cover_problem(visibility, area_m2, targets)
     return Task(f"{name}, {grid_m:g} m", problem, lambda chosen: check_coverage(visibility, area_m2, targets, chosen))

@@ -28,7 +28,7 @@ from planner_core.model import BoolArray, FloatArray, Int64Array, Proven, Visibi
 from planner_core.select.greedy import select_greedy
 from planner_core.select.lagrange import LagrangeBound, large_bound
 from planner_core.select.large import select_large
-from planner_core.select.most_coverage import MostCoverage, coverage_by_stations
+from planner_core.select.most_coverage import MostCoverage, most_coverage
 from planner_core.select.problem import CoverProblem, Target, cover_problem
 from planner_core.select.proven import ProvenSelection
 
@@ -125,8 +125,11 @@ def measure(name: str, problem: CoverProblem, device: Device, *, work: float) ->
     found, found_s = timed(lambda: select_large(problem, Proven(work_limit=work), device=device))
     print(f"{name}: {len(found.chosen)} of {n_greedy}, bound {bound.value:.2f}, {found_s:.1f} s", file=sys.stderr)
     points = [max(1, len(found.chosen) * part // 4) for part in (1, 2, 3)]
-    curve = coverage_by_stations(problem, points, Proven(work_limit=work / 4), device=device)
-    return Row(name, problem, bound, bound_s, greedy_s, found, found_s, curve)
+    curve: list[MostCoverage] = []
+    for point in points:
+        start = curve[-1].chosen if curve else None
+        curve.append(most_coverage(problem, point, Proven(work_limit=work / 4), start=start, device=device))
+    return Row(name, problem, bound, bound_s, greedy_s, found, found_s, tuple(curve))
 
 
 def report(device: Device, *, quick: bool, work: float) -> str:

@@ -17,17 +17,8 @@ from typing import IO
 import pytest
 from small_pictures import draw_small
 from tlsplan.main import main
-from tlsplan.reproduction import charts
 
 Tlsplan = Callable[..., "subprocess.CompletedProcess[str]"]
-
-
-@pytest.fixture(scope="session", autouse=True)
-def coarse_charts() -> Iterator[None]:
-    """Draw the charts of the reproduction in few pixels: nobody looks at them."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(charts, "DPI", 40)
-        yield
 
 
 @pytest.fixture(scope="session")

@@ -31,10 +31,8 @@ from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.tree import Tree
 from planner_core.engine.tuning import use_shape
 from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource, Visibility
-from planner_core.paper.circles import circle_overlaps
 from planner_core.paper.genetic import GeneticSettings, on_device, select_genetic
 from planner_core.paper.point_distribution import PointDistribution
-from planner_core.paper.set_coverage import SetCoverage
 from planner_core.scene.patches import make_patches
 from planner_core.select.network import Network
 from planner_core.select.problem import Target, cover_problem
@@ -102,16 +100,7 @@ def results(kind: str, *, with_tree: bool, save_tree: Path | None) -> list[Any]:
         found.append(engine.cast_rays(np.repeat(at, 7, axis=0), rng.normal(size=(21, 3)), range_max_m=np.inf))
         found.append(PatchMode(engine, scene, patches).see(template, at[:1]))
         found.append(PointDistribution(scene, patches, engine).sums(template, at))
-        found += measured(engine.visible_patches(template, at), patches.area_m2, at, device)
     return found + evolved(kind, device) + annealed(device)
-
-
-def measured(visibility: Visibility, area_m2: Any, at: Any, device: Device) -> list[Any]:
-    """F1 of sets and F3 of pairs."""
-    count, area = SetCoverage(visibility, area_m2, device=device).of([[0], [0, 2], [], [0, 1, 2]])
-    overlaps = circle_overlaps(at, np.array([0.5, 1.0, 0.7]), device=device)
-    # Arc cosines differ in their last bits between the drivers.
-    return [SimpleNamespace(count=count, area=area, overlaps=np.round(overlaps, 9))]
 
 
 def evolved(kind: str, device: Device) -> list[Any]:

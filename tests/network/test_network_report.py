@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.model import Link
+from planner_core.model import Link, WeakMotion
 from planner_core.network.network_report import registration_report, registration_warnings
 
 THRESHOLD, MIN_STRENGTH = 0.3, 0.01
@@ -186,7 +186,7 @@ def test_warnings_name_what_is_apart_why_and_what_to_do():
         Link("A", "B", 0.5, 0.1),
         Link("A", "C", 0.2999, 0.2),
         Link("B", "D", 0.12, 0.2),
-        Link("B", "E", 0.456, 0.0004, "slides along x"),
+        Link("B", "E", 0.456, 0.0004, WeakMotion("shift", (1.0, 0.0, 0.0))),
     ]
     lines = registration_warnings(report(links, ids, floors), {"F2": "Level 2"})
     assert lines == (

@@ -7,10 +7,11 @@ import pytest
 
 from planner_core.coverage.survey import make_survey, visible_from
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import PlanSettings, Visibility
+from planner_core.model import PlanSettings, Visibility, WeakMotion
 from planner_core.network.overlap import SharedSurface, overlap_links, surface_of_patches
 from planner_core.network.pairs import PairMatrices, strengths_of
-from planner_core.network.weak_axis import weak_axis
+from planner_core.network.weak_axis import weak_motion
+from planner_core.network.weak_motion import words_by_axes
 from planner_core.scanner.catalogue import load_scanner
 from scenes_synthetic import hard, rooms
 
@@ -82,31 +83,32 @@ def tower():
         ([plane(0, 3.0), plane(1, 2.0)], "slides along the vertical"),
     ],
 )
-def test_weak_axis_is_the_free_motion(shape, words):
+def test_weak_motion_is_the_free_motion(shape, words):
     matrix = matrix_of(shape)
-    assert weak_axis(matrix) == words
+    assert words_by_axes(weak_motion(matrix)) == words
     assert strengths_of(matrix[None])[0] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_weak_axis_of_motions_that_are_held_alike_does_not_hang_on_rounding():
+def test_weak_motion_of_motions_that_are_held_alike_does_not_hang_on_rounding():
     wall = turned([plane(0, 3.0)], 30.0)
-    assert weak_axis(matrix_of(wall)) == "slides along the vertical"
+    assert words_by_axes(weak_motion(matrix_of(wall))) == "slides along the vertical"
     # The three turns of a cube are held alike, about whichever axes they are taken.
     cube = [plane(axis, side) for axis in range(3) for side in (-2.0, 2.0)]
     for degrees in (0.0, 13.0, 45.0, 77.0):
-        assert weak_axis(matrix_of(turned(turned(cube, degrees), degrees, axis=0))) == "tilts about x"
+        assert words_by_axes(weak_motion(matrix_of(turned(turned(cube, degrees), degrees, axis=0)))) == "tilts about x"
 
 
-def test_weak_axis_is_named_of_links_that_hold_as_well():
+def test_weak_motion_is_named_of_links_that_hold_as_well():
     # A little of an end wall: the corridor still slides most easily.
     closed = matrix_of([*corridor(0), plane(0, 4.0, spread_m=(0.3, 0.3), n=3)])
-    assert weak_axis(closed) == "slides along x"
+    assert words_by_axes(weak_motion(closed)) == "slides along x"
     # Nine patches of 265 face along it: three times that share, a little less for the turns they hold as well.
     assert strengths_of(closed[None])[0] == pytest.approx(3 * 9 / 265, rel=0.01)
 
 
-def test_nothing_in_common_has_no_weak_axis():
-    assert weak_axis(np.zeros((6, 6))) == ""
+def test_nothing_in_common_has_no_weak_motion():
+    assert weak_motion(np.zeros((6, 6))) is None
+    assert words_by_axes(None) == ""
 
 
 def _links(synthetic, positions_m):
@@ -124,7 +126,7 @@ def test_scans_in_the_middle_of_a_tunnel_slide_along_it_and_those_at_its_end_are
     synthetic = hard.tunnel()
     assert synthetic.truth.slides_along == (1.0, 0.0, 0.0)
     middle, end = _links(synthetic.scene, [(38.0, 0, 1.5), (42.0, 0, 1.5), (5.0, 0, 1.5), (7.0, 0, 1.5)])
-    assert (middle.a, middle.b, middle.weak_axis) == ("A", "B", "slides along x")
+    assert (middle.a, middle.b, middle.weak_motion) == ("A", "B", WeakMotion("shift", (1.0, 0.0, 0.0)))
     assert middle.overlap > 0.3
     assert middle.strength < 1e-9
     assert (end.a, end.b) == ("C", "D")
@@ -140,4 +142,4 @@ def test_links_in_a_closed_room_hold():
     (link,) = _links(scene, at)
     assert link.overlap > 0.5
     assert link.strength > 0.01
-    assert link.weak_axis
+    assert link.weak_motion is not None

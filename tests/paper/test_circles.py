@@ -6,10 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.geometry import Point
 
-from planner_core.device import Device
-from planner_core.errors import RequirementError
-from planner_core.paper import circles
-from planner_core.paper.circles import circle_overlaps, shared_area_m2, shared_fraction
+from planner_core.paper.circles import shared_area_m2, shared_fraction
 
 #: Sides of a quarter of a polygon; its area is short of its circle's by this share.
 QUARTER = 256
@@ -69,56 +66,3 @@ def test_printed_formula_has_no_value_for_one_circle_in_another() -> None:
     with np.errstate(invalid="ignore"):
         assert np.isnan(np.arccos(d_i / r))
     assert float(shared_area_m2(d, r, s)) == pytest.approx(np.pi * s * s)
-
-
-def positions_of(seed: int, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    rng = np.random.default_rng(seed)
-    at = rng.uniform(-6, 6, (n, 3))
-    at[n // 2] = at[0]
-    radius = rng.uniform(0.5, 5.0, n)
-    radius[n // 2] = radius[0]
-    return at, radius, rng.integers(0, 2, n).astype(np.int32)
-
-
-@pytest.mark.parametrize("doubles", [True, False])
-def test_device_and_host_and_single_pairs_agree(device: Device, monkeypatch: pytest.MonkeyPatch, doubles: bool) -> None:
-    at, radius, floor = positions_of(1, 41)
-    monkeypatch.setattr(circles, "has_float64", lambda device: doubles)
-    on_device = circle_overlaps(at + 1e4, radius, floor=floor, device=device)
-    on_host = circle_overlaps(at + 1e4, radius, floor=floor)
-    np.testing.assert_allclose(on_device, on_host, atol=1e-9 if doubles else 2e-6 * (5 / 0.5) ** 2)
-    for i in range(0, 41, 3):
-        for j in range(41):
-            alone = float(shared_fraction(np.hypot(*(at[i] - at[j])[:2]), radius[i], radius[j]))
-            assert on_host[i, j] == pytest.approx(alone if floor[i] == floor[j] else 0.0, abs=1e-9)
-    np.testing.assert_allclose(np.diag(on_host), 1.0)
-    assert (on_host > 0).sum() > 200
-
-
-def test_heights_and_shifts_and_turns_change_nothing() -> None:
-    at, _, _ = positions_of(2, 20)
-    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
-    moved = np.concatenate([at[:, :2] @ turn.T + [100.0, -50.0], at[:, 2:] * 3], axis=1)
-    np.testing.assert_allclose(circle_overlaps(at, 4.0), circle_overlaps(moved, 4.0), atol=1e-10)
-    np.testing.assert_allclose(circle_overlaps(at, 4.0), circle_overlaps(at[:, :2], 4.0), atol=0)
-
-
-def test_no_positions_have_no_overlaps(device: Device) -> None:
-    assert circle_overlaps(np.empty((0, 3)), 5.0).shape == (0, 0)
-    assert circle_overlaps(np.empty((0, 3)), 5.0, device=device).shape == (0, 0)
-
-
-@pytest.mark.parametrize(
-    ("positions", "radius", "floor", "words"),
-    [
-        (np.zeros((3, 4)), 1.0, None, "positions_m"),
-        (np.full((3, 2), np.nan), 1.0, None, "positions_m"),
-        (np.zeros((3, 2)), 0.0, None, "radius_m"),
-        (np.zeros((3, 2)), np.inf, None, "radius_m"),
-        (np.zeros((3, 2)), np.ones(2), None, "radius_m"),
-        (np.zeros((3, 2)), 1.0, np.zeros(2, dtype=np.int32), "floor"),
-    ],
-)
-def test_circles_that_make_no_sense_are_refused(positions, radius, floor, words) -> None:
-    with pytest.raises(RequirementError, match=words):
-        circle_overlaps(positions, radius, floor=floor)

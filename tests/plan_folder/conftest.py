@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_pictures import draw_small
 
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import (
@@ -27,7 +28,7 @@ from planner_core.model import (
     Survey,
     UnseenElement,
 )
-from planner_core.plan_folder import maps, pictures, sheet
+from planner_core.plan_folder import pictures
 from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.scanner.template import make_template
 from planner_core.scene.patches import make_patches
@@ -155,9 +156,7 @@ def _coarse_pictures() -> Iterator[None]:
 @pytest.fixture
 def thumbnails(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw all pictures small, for tests that want a plan folder and look at none of them."""
-    for module in (sheet, maps, pictures):
-        monkeypatch.setattr(module, "DPI", 20)
-    monkeypatch.setattr(pictures, "CAP_CELLS", 80)
+    draw_small(monkeypatch)
 
 
 @pytest.fixture(scope="session")

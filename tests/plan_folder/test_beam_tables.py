@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import OpenImageIO
 import pytest
+from oracles import read_cloud
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, Plan
@@ -13,7 +14,7 @@ from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.scans import write_scan
 from planner_core.plan_folder.sdf_authoring import new_layer
 from planner_core.plan_folder.usd_stations import author_stations
-from planner_core.plan_folder.viewer_files import cloud_bytes, read_cloud
+from planner_core.plan_folder.viewer_files import cloud_bytes
 from planner_core.scanner.template import directions, make_template
 
 

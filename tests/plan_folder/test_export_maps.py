@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Plan
 from planner_core.plan_folder import palette
+from planner_core.plan_folder.drawing.marks import nice_length_m, spread_apart
 from planner_core.plan_folder.maps import view_rgb
 from planner_core.plan_folder.report import report_page, unseen_csv
 from planner_core.plan_folder.section_view import (
@@ -25,7 +26,6 @@ from planner_core.plan_folder.section_view import (
     solid_cells,
     view_section,
 )
-from planner_core.plan_folder.sheet import nice_length_m, spread_apart
 
 WINDOW_M = np.array([[-0.5, -0.5], [8.5, 4.5]])
 

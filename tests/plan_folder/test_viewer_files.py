@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from oracles import read_cloud
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BeamTemplate, Plan
-from planner_core.plan_folder.viewer_files import cloud_bytes, patches_bytes, range_step_m, read_cloud
+from planner_core.plan_folder.viewer_files import cloud_bytes, patches_bytes, range_step_m
 
 TEMPLATE = BeamTemplate(np.arange(5) * 0.4, np.array([0.3, 0.0, -0.3]), 0.0, 50.0)
 

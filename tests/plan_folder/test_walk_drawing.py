@@ -2,7 +2,6 @@
 
 import dataclasses
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import OpenImageIO as Oiio
@@ -11,12 +10,22 @@ import pytest
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Leg, Link, Plan, Route, SealedArea, Site
 from planner_core.plan_folder import palette
-from planner_core.plan_folder.link_drawing import LINK_CLASSES, draw_links, link_class
-from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map
-from planner_core.plan_folder.sheet import axes_on_sheet, new_sheet
-from planner_core.plan_folder.walk_drawing import draw_ends, draw_sealed, draw_walk, runs_on
+from planner_core.plan_folder.drawing.ink import Pen
+from planner_core.plan_folder.drawing.links import Spot, links_on
+from planner_core.plan_folder.drawing.marks import LINKS, WALK, draw_links
+from planner_core.plan_folder.drawing.png_ink import PngInk
+from planner_core.plan_folder.maps import link_class, view_floor, write_floor_map, write_link_map
+from planner_core.plan_folder.walk_drawing import (
+    breaks_on,
+    draw_runs,
+    ends_on,
+    runs_on,
+    sealed_hatch_m,
+    sealed_on,
+    stairs_on,
+)
 
-PIXELS_PER_M = 100
+MM_PER_M = 20.0
 SIZE_M = (16.0, 5.0)
 STRIPS_M = np.array([[[1.0, 2.5], [2.0, 3.0]], [[1.0, 3.0], [2.0, 3.5]]])
 
@@ -42,22 +51,20 @@ def walked(plan: Plan) -> Plan:
 
 
 class Paper:
-    """Axes of 1 cm a pixel, and what is drawn on them."""
+    """A picture of 2 cm a metre, and what is drawn on it."""
 
     def __init__(self) -> None:
-        self.figure: Any = new_sheet(SIZE_M[1])
-        self.axes: Any = axes_on_sheet(self.figure, 0.0, 0.0, *SIZE_M)
-        self.axes.set_xlim(0, SIZE_M[0])
-        self.axes.set_ylim(0, SIZE_M[1])
+        self.ink = PngInk(MM_PER_M * SIZE_M[0], MM_PER_M * SIZE_M[1])
         self.pixels: np.ndarray | None = None  # drawn when first looked at
 
     def near(self, x_m: float, y_m: float, colour: tuple[float, float, float], *, within_m: float = 0.04) -> bool:
         if self.pixels is None:
-            self.figure.canvas.draw()
-            self.pixels = np.asarray(self.figure.canvas.buffer_rgba())[:, :, :3].astype(float) / 255
+            self.ink.figure.canvas.draw()
+            self.pixels = np.asarray(self.ink.figure.canvas.buffer_rgba())[:, :, :3].astype(float) / 255
         pixels = self.pixels
-        row, column = int((SIZE_M[1] - y_m) * PIXELS_PER_M), int(x_m * PIXELS_PER_M)
-        reach = max(1, int(within_m * PIXELS_PER_M))
+        pixels_per_m = pixels.shape[1] / SIZE_M[0]
+        row, column = int((SIZE_M[1] - y_m) * pixels_per_m), int(x_m * pixels_per_m)
+        reach = max(1, int(within_m * pixels_per_m))
         some = pixels[max(row - reach, 0) : row + reach + 1, max(column - reach, 0) : column + reach + 1]
         return bool((np.abs(some - np.array(colour)).max(axis=2) < 0.03).any())
 
@@ -73,13 +80,13 @@ def test_runs_are_the_stretches_of_the_walk_on_each_floor(walked: Plan) -> None:
 
 def test_walk_is_drawn_along_its_legs_on_its_own_floor_only(walked: Plan) -> None:
     below, above = Paper(), Paper()
-    draw_walk(below.axes, walked, 0, pixel_m=0.01)
-    draw_walk(above.axes, walked, 1, pixel_m=0.01)
+    for floor, paper in enumerate((below, above)):
+        draw_runs(paper.ink, [MM_PER_M * run.points_m[:, :2] for run in runs_on(walked, floor)])
     for x_m, y_m in ((1.0, 2.0), (3.5, 2.0), (5.0, 2.1), (6.0, 2.7)):
-        assert below.near(x_m, y_m, palette.ROUTE), (x_m, y_m)
-        assert not above.near(x_m, y_m, palette.ROUTE), (x_m, y_m)
-    assert above.near(4.5, 2.25, palette.ROUTE)
-    assert not below.near(4.5, 2.4, palette.ROUTE)
+        assert below.near(x_m, y_m, WALK.colour), (x_m, y_m)
+        assert not above.near(x_m, y_m, WALK.colour), (x_m, y_m)
+    assert above.near(4.5, 2.25, WALK.colour)
+    assert not below.near(4.5, 2.4, WALK.colour)
 
 
 def test_texts_name_stairs_breaks_start_and_further_entrances(walked: Plan) -> None:
@@ -88,18 +95,15 @@ def test_texts_name_stairs_breaks_start_and_further_entrances(walked: Plan) -> N
     walked = dataclasses.replace(walked, settings=dataclasses.replace(walked.settings, site=Site(entrances_m=doors)))
     texts = []
     for index, floor in enumerate(walked.survey.floors):
-        paper = Paper()
-        draw_walk(paper.axes, walked, index, pixel_m=0.01)
-        draw_ends(paper.axes, walked, floor)
-        draw_sealed(paper.axes, walked, index)
-        texts.append(sorted(text.get_text() for text in paper.axes.texts))
+        marks = (stairs_on(walked, index), breaks_on(walked, index), ends_on(walked, floor), sealed_on(walked, index))
+        texts.append(sorted(words for each in marks for _, words in each))
     assert texts[0] == ["entrance", "from 3, no way inside", "start and end", "to 3, Obergeschoß"]
     assert texts[1] == ["from 2, Erdgeschoss", "no way in, 1 m²", "then 1, no way inside"]
 
 
 def test_sealed_rooms_are_hatched_and_nothing_else_is(walked: Plan) -> None:
     paper = Paper()
-    draw_sealed(paper.axes, walked, 1)
+    paper.ink.lines([MM_PER_M * line for line in sealed_hatch_m(walked, 1, 0.1)], Pen(0.3, palette.INK))
     for x_m, y_m in ((1.2, 2.6), (1.8, 2.6), (1.2, 3.4), (1.8, 3.4)):
         assert paper.near(x_m, y_m, palette.INK, within_m=0.12), (x_m, y_m)
     for x_m, y_m in ((0.8, 2.7), (2.25, 3.35), (1.5, 2.3), (1.5, 3.75)):
@@ -122,13 +126,15 @@ def test_links_are_classed_by_what_was_asked_for(plan: Plan) -> None:
 
 def test_links_are_drawn_between_stations_of_a_floor_and_others_are_named(plan: Plan) -> None:
     links = (Link("S001", "S002", 0.9, 0.5), Link("S002", "S003", 0.4, 0.5))
+    spots = {station.id: Spot(station.floor, station.order, station.position_m[:2]) for station in plan.stations}
+    ends, elsewhere = links_on("F0", spots, [(link.a, link.b, link_class(link, plan)) for link in links])
+    assert [len(of_class) for of_class in ends] == [0, 0, 1], "S003 is on another floor"
+    assert elsewhere == {"S002": (3,)}
     paper, bare = Paper(), Paper()
-    draw_links(paper.axes, dataclasses.replace(plan, links=links), "F0")
-    draw_links(bare.axes, dataclasses.replace(plan, links=()), "F0")
-    assert paper.near(4.0, 2.1, LINK_CLASSES[2][1])
-    assert not bare.near(4.0, 2.1, LINK_CLASSES[2][1])
-    assert not paper.near(4.5, 1.85, LINK_CLASSES[2][1]), "S003 is on another floor"
-    assert [text.get_text() for text in paper.axes.texts] == ["↕ 3"]
+    draw_links(paper.ink, [MM_PER_M * of_class for of_class in ends])
+    draw_links(bare.ink, [np.zeros((0, 2, 2))] * 3)
+    assert paper.near(4.0, 2.1, LINKS[2].colour, within_m=0.1)
+    assert not bare.near(4.0, 2.1, LINKS[2].colour, within_m=0.1)
 
 
 def test_maps_show_the_walk_on_one_and_links_on_the_other(walked: Plan, engine: ScanEngine, tmp_path: Path) -> None:
@@ -137,8 +143,8 @@ def test_maps_show_the_walk_on_one_and_links_on_the_other(walked: Plan, engine: 
     for write, name in ((write_floor_map, "walk.png"), (write_link_map, "links.png")):
         write(walked, 0, tmp_path / name, view=view)
         pixels = Oiio.ImageBuf(str(tmp_path / name)).get_pixels(Oiio.FLOAT)[:, :, :3]
-        for colour in (palette.ROUTE, palette.LINK, palette.SEEN_ONCE):
+        for colour in (WALK.colour, LINKS[2].colour, palette.SEEN_ONCE):
             share[name, colour] = int((np.abs(pixels - np.array(colour)).max(axis=2) < 0.03).sum())
-    assert share["walk.png", palette.ROUTE] > 300 < share["links.png", palette.LINK]
-    assert share["walk.png", palette.LINK] == share["links.png", palette.ROUTE] == 0
+    assert share["walk.png", WALK.colour] > 300 < share["links.png", LINKS[2].colour]
+    assert share["walk.png", LINKS[2].colour] == share["links.png", WALK.colour] == 0
     assert share["walk.png", palette.SEEN_ONCE] > 1000 > share["links.png", palette.SEEN_ONCE]

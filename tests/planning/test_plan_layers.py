@@ -5,13 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from oracles import sights_from, times_meeting
 
-from planner_core.coverage.levels import times_meeting
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import REASONS, Asked, PartRequirement, Plan, PlanSettings, Requirements
 from planner_core.plan_folder.viewer_layers import layer_files
 from planner_core.positions.places import find_places
-from planner_core.requirements.sights import sights_from
 
 LIMITS = (Asked(range_m=3.0), Asked(incidence_rad=0.9))
 

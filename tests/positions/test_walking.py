@@ -11,7 +11,7 @@ from planner_core.model import PlanSettings, Scene
 from planner_core.positions.free_space import free_space
 from planner_core.positions.mover import Mover, Zone
 from planner_core.positions.reach import Footing, Reach, reachability
-from planner_core.positions.walking import Walking, walking_distances, walking_path, walks_straight
+from planner_core.positions.walking import Walking, walks_straight
 from planner_core.scanner.catalogue import load_scanner
 from scenes_synthetic import build
 
@@ -58,8 +58,8 @@ def test_in_an_empty_room_distances_are_straight_lines() -> None:
     places = some_places(reach, 25)
     exact = np.linalg.norm(places[:, None] - places[None], axis=2)
     # Along the slanted walls the cells are jagged: some lines are bent by millimetres.
-    assert np.abs(walking_distances(reach, places) - exact).max() < 0.01
-    assert (walking_distances(reach, places) >= exact - 1e-9).all()
+    assert np.abs(Walking(reach).distances_m(places) - exact).max() < 0.01
+    assert (Walking(reach).distances_m(places) >= exact - 1e-9).all()
 
 
 @pytest.mark.parametrize(("a", "b"), [((1.0, 8.0), (8.0, 1.0)), ((0.5, 9.0), (6.0, 0.5)), ((2.5, 9.5), (9.5, 2.5))])
@@ -67,8 +67,8 @@ def test_round_the_corner_of_an_l_the_walk_is_that_of_a_taut_string(a: tuple[flo
     reach = reach_of(build("l-by-range").scene)
     ends = np.array([[*a, 0.0], [*b, 0.0]])
     exact = round_a_corner_m(np.array(a), np.array(b), np.array([3.0, 3.0]), Mover().radius_m)
-    found = walking_distances(reach, ends)[0, 1]
-    pulled = walking_path(reach, *ends).length_m
+    found = Walking(reach).distances_m(ends)[0, 1]
+    pulled = Walking(reach).path(*ends).length_m
     cell = reach.space.grid.cell_m
     assert exact - 2 * cell <= pulled <= found + 1e-6
     assert found <= 1.028 * exact + 2 * cell
@@ -81,7 +81,7 @@ def test_distances_lie_between_those_of_networkx_on_the_cells_and_their_least_po
     reach = reach_of(build(name).scene, cell_m=0.1)
     places = some_places(reach, 8)
     oracle = grid_distances(reach, places)
-    found = walking_distances(reach, places)
+    found = Walking(reach).distances_m(places)
     cell = reach.space.grid.cell_m
     assert np.isfinite(oracle).all()
     assert (found >= oracle / 1.0824 - 2 * cell).all()
@@ -91,7 +91,7 @@ def test_distances_lie_between_those_of_networkx_on_the_cells_and_their_least_po
 
 def test_distances_are_a_metric() -> None:
     reach = reach_of(build("spiral").scene)
-    found = walking_distances(reach, some_places(reach, 30))
+    found = Walking(reach).distances_m(some_places(reach, 30))
     assert np.array_equal(found, found.T)
     assert (np.diag(found) == 0).all()
     assert (found[:, None] <= found[:, :, None] + found[None] + 1e-9).all()
@@ -102,8 +102,8 @@ def test_stairs_count_with_their_slope() -> None:
     reach = reach_of(build("stairwell").scene)
     foot, head = np.array([1.8, 0.3, 0.0]), np.array([1.8, 5.7, 2.8])
     along = np.hypot(14 * 0.26, 2.8) + (5.4 - 14 * 0.26)
-    found = walking_distances(reach, np.stack([foot, head]))[0, 1]
-    path = walking_path(reach, foot, head)
+    found = Walking(reach).distances_m(np.stack([foot, head]))[0, 1]
+    path = Walking(reach).path(foot, head)
     assert abs(found - along) < 0.028 * along
     assert abs(path.length_m - along) < 0.02 * along
     ground = reach.space.position_m()
@@ -116,7 +116,7 @@ def test_stairs_count_with_their_slope() -> None:
 
 def test_places_one_above_the_other_are_a_flight_of_stairs_apart() -> None:
     reach = reach_of(build("stairwell").scene)
-    found = walking_distances(reach, np.array([[0.6, 1.0, 0.0], [0.6, 1.0, 2.8], [0.6, 1.0, 5.6]]))
+    found = Walking(reach).distances_m(np.array([[0.6, 1.0, 0.0], [0.6, 1.0, 2.8], [0.6, 1.0, 5.6]]))
     assert found[0, 1] > 2 * np.hypot(2.8, 1.0)
     assert found[0, 2] > found[0, 1] + 5.0
 
@@ -155,11 +155,11 @@ def test_a_path_stays_where_there_is_room_and_is_no_longer_than_the_distance() -
 def test_sealed_rooms_are_infinitely_far_and_have_no_path() -> None:
     reach = reach_of(build("closed-rooms").scene)
     places = np.array([[1.5, 2.0, 0.0], [1.5, 3.0, 0.0], [4.5, 2.0, 0.0], [4.5, 2.0, 9.0]])
-    found = walking_distances(reach, places)
+    found = Walking(reach).distances_m(places)
     assert found[0, 1] == pytest.approx(1.0)
     assert np.isinf(found[0, 2:]).all()
     assert np.isinf(found[3]).all()
-    path = walking_path(reach, places[0], places[2])
+    path = Walking(reach).path(places[0], places[2])
     assert path.points_m.shape == (0, 3)
     assert np.isinf(path.length_m)
 
@@ -170,14 +170,14 @@ def test_a_zone_kept_out_of_is_walked_round() -> None:
     ends = np.array([[2.0, 3.2, 0.0], [5.5, 3.2, 0.0]])
     corner = 2.5
     exact = 2 * np.hypot(1.0, 3.2 - corner) + 1.5
-    assert walking_distances(reach_of(scene), ends)[0, 1] == pytest.approx(3.5, abs=1e-6)
-    assert walking_path(reach_of(scene, None, square), *ends).length_m == pytest.approx(exact, abs=0.12)
+    assert Walking(reach_of(scene)).distances_m(ends)[0, 1] == pytest.approx(3.5, abs=1e-6)
+    assert Walking(reach_of(scene, None, square)).path(*ends).length_m == pytest.approx(exact, abs=0.12)
 
 
 def test_a_narrow_passage_joins_what_it_joins() -> None:
     """A body of 0.49 m radius in doorways of 1 m: the way is one cell wide."""
     reach = reach_of(build("thin-walls").scene, Mover(radius_m=0.47))
-    found = walking_distances(reach, np.array([[1.5, 2.0, 0.0], [4.5, 2.0, 0.0], [7.5, 2.0, 0.0]]))
+    found = Walking(reach).distances_m(np.array([[1.5, 2.0, 0.0], [4.5, 2.0, 0.0], [7.5, 2.0, 0.0]]))
     assert np.isfinite(found).all()
     assert found[0, 2] == pytest.approx(6.0, abs=0.15)
 
@@ -200,5 +200,5 @@ def test_walking_straight_agrees_with_every_cell_of_the_line() -> None:
 def test_distances_are_the_same_twice() -> None:
     reach = reach_of(build("corridor-comb").scene)
     places = some_places(reach, 12)
-    one, two = walking_distances(reach, places), walking_distances(reach, places)
+    one, two = Walking(reach).distances_m(places), Walking(reach).distances_m(places)
     assert one.tobytes() == two.tobytes()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracles import floor_targets, sights_from
 
 from planner_core.coverage.coverage import floor_of_patch, times_seen
 from planner_core.coverage.levels import Sights
@@ -23,10 +24,10 @@ from planner_core.requirements.figures import (
     rows_of_quality,
     times_met,
 )
-from planner_core.requirements.sights import sights_from, sights_in_batches
+from planner_core.requirements.sights import sights_in_batches
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.patches import patch_triangles
-from planner_core.select.problem import cover_problem, floor_targets
+from planner_core.select.problem import cover_problem
 
 MIXED = {
     "asked": Asked(spacing_m=0.05, range_m=5.0),

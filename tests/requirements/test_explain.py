@@ -5,11 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from oracles import sights_from
 
 from planner_core.model import Asked, PartRequirement, Requirements
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain, shortfalls
-from planner_core.requirements.sights import sights_from
 from planner_core.scanner.catalogue import load_scanner
 
 

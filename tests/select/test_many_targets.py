@@ -1,10 +1,11 @@
 """More targets than an integer has bits."""
 
 import numpy as np
+from oracles import floor_targets
 
 from planner_core.model import Visibility
 from planner_core.select.greedy import select_greedy
-from planner_core.select.problem import cover_problem, floor_targets
+from planner_core.select.problem import cover_problem
 
 
 def test_every_one_of_a_hundred_floors_is_covered() -> None:

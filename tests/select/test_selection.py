@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracles import floor_targets
 
 from planner_core.errors import RequirementError
 from planner_core.model import Visibility
 from planner_core.select.bound import counting_bound, lagrange_bound, lower_bound
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.problem import Target, cover_problem, floor_targets
+from planner_core.select.problem import Target, cover_problem
 
 SEEDS = st.integers(0, 2**32 - 1)
 

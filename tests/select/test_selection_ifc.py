@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from oracles import floor_targets
 
 from planner_core.coverage.coverage import floor_of_patch
 from planner_core.coverage.survey import make_survey, planned_floors, scope_of, visible_from
@@ -12,7 +13,7 @@ from planner_core.positions.grid import find_candidates
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.select.check import check_coverage
 from planner_core.select.greedy import select_greedy
-from planner_core.select.problem import cover_problem, floor_targets
+from planner_core.select.problem import cover_problem
 from planner_core.select.proven import select
 
 

@@ -6,7 +6,7 @@ Positions are in the scene frame, metres; areas m^2; a figure that is not known 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -74,6 +74,13 @@ class StationAreas(BaseModel):
     own_area_m2: float
 
 
+class WeakMotionDocument(BaseModel):
+    """The motion that a link holds least; the direction is a unit vector in axes of the scene."""
+
+    kind: Literal["shift", "turn"]
+    direction: Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
 class LinkDocument(BaseModel):
     """Overlap of two stations, as in plan.json."""
 
@@ -81,7 +88,7 @@ class LinkDocument(BaseModel):
     b: str
     overlap: float
     strength: float | None
-    weak_axis: str
+    weak_motion: WeakMotionDocument | None
 
 
 class Joined(BaseModel):

@@ -10,10 +10,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner_core.export.sheets.floor_view import COUNTS, STRONG, WEAK, FloorView, is_planned
-from planner_core.export.sheets.fonts import fitted, width_mm, wrapped
-from planner_core.export.sheets.ink import INK, PAPER, QUIET, Box, Ink, Pen
-from planner_core.export.sheets.marks import (
+from planner_core.export.sheets.floor_view import FloorView, is_planned
+from planner_core.export.sheets.paper import Tile
+from planner_core.export.sheets.words import reached_percent, required_on
+from planner_core.model import SiteFrame
+from planner_core.plan_folder.drawing.fonts import fitted, width_mm, wrapped
+from planner_core.plan_folder.drawing.ink import INK, PAPER, QUIET, Box, Ink, Pen
+from planner_core.plan_folder.drawing.links import COUNTS, STRONG, WEAK
+from planner_core.plan_folder.drawing.marks import (
     CUT,
     DISC_MM,
     HATCH_MISSED,
@@ -26,24 +30,19 @@ from planner_core.export.sheets.marks import (
     WALK,
     WALL_FILL,
     arrow_head,
+    corners,
+    draw_axes,
+    draw_letter,
+    draw_scale_bar,
 )
-from planner_core.export.sheets.paper import Tile
-from planner_core.export.sheets.spans import Family, spans_of_rings
-from planner_core.export.sheets.words import reached_percent, required_on
-from planner_core.model import FloatArray, SiteFrame
+from planner_core.plan_folder.drawing.spans import Family, spans_of_rings
 from planner_core.plan_folder.plan_source import PlanSource
-from planner_core.plan_folder.sheet import nice_length_m
 
 _FRAME = Pen(0.5)
 _LINE = Pen(0.25)
 _SCALE_WIDTH_MM = 42.0
 _MOST_TITLE_MM = 128.0
 _LEAST_TITLE_MM = 80.0
-
-
-def corners(box: Box) -> FloatArray:
-    """(4, 2) of a box."""
-    return np.array([(box.left, box.bottom), (box.right, box.bottom), (box.right, box.top), (box.left, box.top)])
 
 
 def draw_band(
@@ -148,7 +147,7 @@ def _draw_north_or_axes(ink: Ink, plan: PlanSource, box: Box) -> None:
     if not frame.is_scene:
         _draw_north(ink, frame.grid_north_rad, (box.left + 12, box.top - 10.5))
     else:
-        _draw_axes(ink, (box.left + (7 if _has_two_arrows(frame) else 12), box.top - 10.5))
+        draw_axes(ink, (box.left + (7 if _has_two_arrows(frame) else 12), box.top - 10.5))
         if frame.true_north_rad is not None:
             _draw_north(ink, frame.true_north_rad, (box.left + 24.3, box.top - 10.0), size=0.55, kind="true")
     words = fitted(_north_words(plan), 5.8, box.width - 2)
@@ -166,17 +165,8 @@ def _north_words(plan: PlanSource) -> str:
 
 
 def _draw_scale(ink: Ink, tile: Tile, box: Box) -> None:
-    """Draw the scale bar in light and dark pieces."""
-    length_m = nice_length_m((box.width - 9) / tile.mm_per_m)
-    n_pieces = 5 if f"{length_m:g}"[0] in "15" else 4
-    piece_mm = length_m / n_pieces * tile.mm_per_m
-    left, bottom = box.left + (box.width - n_pieces * piece_mm) / 2, box.bottom + 7.2
-    for piece in range(n_pieces):
-        bar = corners(Box(left + piece * piece_mm, bottom, piece_mm, 1.6))
-        ink.area([bar], INK if piece % 2 == 0 else PAPER)
-        ink.lines([bar], Pen(0.15), closed=True)
-    ink.text((left, bottom + 2.3), "0", 6.2, align="middle")
-    ink.text((left + n_pieces * piece_mm, bottom + 2.3), f"{length_m:g} m", 6.2, align="middle")
+    """Draw the scale bar, and when it holds."""
+    draw_scale_bar(ink, tile.mm_per_m, box.left + box.width / 2, box.bottom + 7.2, longest_mm=box.width - 9)
     words = "true to scale when printed at 100 %"
     ink.text((box.left + box.width / 2, box.bottom + 2.2), fitted(words, 5.8, box.width - 2), 5.8, align="middle",
              colour=QUIET)  # fmt: skip
@@ -185,16 +175,6 @@ def _draw_scale(ink: Ink, tile: Tile, box: Box) -> None:
 def _has_two_arrows(frame: SiteFrame) -> bool:
     """Whether the axes of the listed coordinates are shown and north, which is another way, beside them."""
     return frame.is_scene and frame.true_north_rad is not None
-
-
-def _draw_axes(ink: Ink, middle: tuple[float, float]) -> None:
-    """Draw the axes of the scene, which are those of the paper."""
-    start = np.array(middle) - 4.5
-    for way, name in ((np.array([1.0, 0.0]), "x"), (np.array([0.0, 1.0]), "y")):
-        ink.lines([np.stack([start, start + 9 * way])], Pen(0.35))
-        base, aside = start + 8.6 * way, 0.9 * np.array([-way[1], way[0]])
-        ink.area([np.array([start + 11 * way, base + aside, base - aside])], INK)
-        _letter(ink, start + 12.8 * way, name)
 
 
 def _draw_north(ink: Ink, turn: float, middle: tuple[float, float], *, size: float = 1.0, kind: str = "") -> None:
@@ -207,15 +187,11 @@ def _draw_north(ink: Ink, turn: float, middle: tuple[float, float], *, size: flo
     ink.area([right_half], INK)
     ink.lines([left_half, right_half], Pen(0.25), closed=True)
     letter = tip + (2.9 if kind else 2.2) * ahead
-    _letter(ink, letter, "N")
+    draw_letter(ink, letter, "N")
     if kind:
         # On the side away from the arrow.
         ink.text((float(letter[0]), float(letter[1]) + (1.5 if ahead[1] >= 0 else -2.9)), kind, 5.6, bold=True,
                  align="middle")  # fmt: skip
-
-
-def _letter(ink: Ink, at: FloatArray, letter: str) -> None:
-    ink.text((float(at[0]), float(at[1]) - 1.2), letter, 8.0, bold=True, align="middle")
 
 
 def _draw_key(ink: Ink, tile: Tile, neighbours: Sequence[tuple[int, int]], box: Box) -> None:

@@ -17,8 +17,6 @@ from planner_core.export.sheets.cover import MAX_WARNINGS, draw_cover, draw_fram
 from planner_core.export.sheets.cover_figures import WHOLE_PLAN
 from planner_core.export.sheets.floor_page import Neighbour, draw_floor, is_empty
 from planner_core.export.sheets.floor_view import FloorView, is_planned, view_floor
-from planner_core.export.sheets.fonts import has_letters
-from planner_core.export.sheets.ink import Box, Ink
 from planner_core.export.sheets.paper import Sheet, Tile, sheet_of, text_sheet, tiles_of
 from planner_core.export.sheets.tables import Piece, draw_piece, paginated
 from planner_core.export.sheets.words import (
@@ -32,6 +30,8 @@ from planner_core.export.sheets.words import (
     unseen_table,
     warnings_of,
 )
+from planner_core.plan_folder.drawing.fonts import has_letters
+from planner_core.plan_folder.drawing.ink import Box, Ink
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
 #: Draws a sheet, of that number of so many.

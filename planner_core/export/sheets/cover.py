@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from planner_core.export.sheets.band import corners
 from planner_core.export.sheets.cover_figures import WHOLE_PLAN, cover_figures, part_words
-from planner_core.export.sheets.fonts import fitted, wrapped
-from planner_core.export.sheets.ink import QUIET, RULE, Box, Ink, Pen
 from planner_core.export.sheets.paper import Sheet
 from planner_core.export.sheets.words import warnings_of
+from planner_core.plan_folder.drawing.fonts import fitted, wrapped
+from planner_core.plan_folder.drawing.ink import QUIET, RULE, Box, Ink, Pen
+from planner_core.plan_folder.drawing.marks import corners
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
 SUBTITLE = "Plan of the laser scans: stations, drawings to scale, registration, coverage"

@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from planner_core.export.sheets.floor_view import WEAK, is_planned, link_class
+from planner_core.export.sheets.floor_view import is_planned, link_class
 from planner_core.export.sheets.words import reached_percent, required_on
+from planner_core.plan_folder.drawing.links import WEAK
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
 WHOLE_PLAN = "whole plan"

@@ -8,35 +8,35 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.export.sheets.band import corners, draw_band
-from planner_core.export.sheets.floor_view import COUNTS, STRONG, WEAK, FloorView
-from planner_core.export.sheets.fonts import width_mm
-from planner_core.export.sheets.ink import INK, PAPER, Box, Ink, Pen
-from planner_core.export.sheets.marks import (
+from planner_core.export.sheets.band import draw_band
+from planner_core.export.sheets.floor_view import FloorView
+from planner_core.export.sheets.paper import Tile
+from planner_core.export.sheets.site_grid import draw_grid
+from planner_core.export.sheets.walk import Mark
+from planner_core.model import FloatArray
+from planner_core.plan_folder.drawing.fonts import width_mm
+from planner_core.plan_folder.drawing.ink import PAPER, Box, Ink, Pen
+from planner_core.plan_folder.drawing.marks import (
     BELOW,
     CUT,
-    DISC_MM,
     FITTING,
     HATCH_MISSED,
     HATCH_OUT_OF_REACH,
-    LINK_ASIDE_MM,
-    LINK_RIM_MM,
-    LINKS,
     MISSED_GROUND,
     MISSED_WALL,
     MISSED_WALL_RIM,
     OUT_OF_REACH,
     WALL_FILL,
     Labels,
-    draw_station,
+    corners,
+    draw_links,
+    draw_stations,
     draw_walk,
+    draw_words,
+    linked_words,
 )
-from planner_core.export.sheets.paper import Tile
-from planner_core.export.sheets.site_grid import draw_grid
-from planner_core.export.sheets.spans import Family, spans_of_rings, spans_of_triangles, without
-from planner_core.model import FloatArray
+from planner_core.plan_folder.drawing.spans import Family, spans_of_rings, spans_of_triangles, without
 from planner_core.plan_folder.plan_source import PlanSource
-from planner_core.plan_folder.sheet import spread_apart
 
 #: Up to so many stations on a sheet, ids that are not their numbers are written beside them.
 _MAX_IDS = 60
@@ -66,13 +66,13 @@ def draw_floor(
     with ink.clip(box):
         _draw_ground(ink, view, tile)
         _draw_building(ink, view, tile)
-        _draw_links(ink, view, tile)
+        draw_links(ink, [tile.on_paper(ends) for ends in view.links])
         _draw_walk(ink, view, tile)
     others = list(_edges(tile, neighbours))
     names = draw_grid(ink, plan.frame, tile, view.floor.elevation_m, taken=[edge for edge, _ in others])
     labels = Labels(ink, box, [*names, *(edge for edge, _ in others)])
     with ink.clip(box):
-        _draw_stations(ink, plan, view, tile, labels)
+        _draw_stations(view, tile, labels)
         _draw_words(view, tile, labels)
     for edge, words in others:
         _draw_neighbour(ink, edge, words)
@@ -123,21 +123,6 @@ def _near(triangles: FloatArray, tile: Tile) -> FloatArray:
     return np.asarray(triangles[near])
 
 
-def _draw_links(ink: Ink, view: FloorView, tile: Tile) -> None:
-    for kind in (WEAK, COUNTS, STRONG):
-        ends, pen = list(_aside(tile.on_paper(view.links[kind]))), LINKS[kind]
-        if kind > WEAK:
-            ink.lines(ends, Pen(pen.width_mm + LINK_RIM_MM, PAPER))
-        ink.lines(ends, pen)
-
-
-def _aside(ends: FloatArray) -> FloatArray:
-    """Lines (K, 2, 2) in millimetres, moved to their right."""
-    way = ends[:, 1] - ends[:, 0]
-    length = np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-9)
-    return np.asarray(ends + LINK_ASIDE_MM * (np.stack([way[:, 1], -way[:, 0]], axis=1) / length[:, None])[:, None])
-
-
 def _draw_walk(ink: Ink, view: FloorView, tile: Tile) -> None:
     low: list[FloatArray] = []
     high: list[FloatArray] = []
@@ -148,24 +133,29 @@ def _draw_walk(ink: Ink, view: FloorView, tile: Tile) -> None:
     draw_walk(ink, [tile.on_paper(way.points_m) for way in view.ways], low, high)
 
 
-def _draw_stations(ink: Ink, plan: PlanSource, view: FloorView, tile: Tile, labels: Labels) -> None:
+def _draw_stations(view: FloorView, tile: Tile, labels: Labels) -> None:
     low_m, high_m = tile.window_m
     shown = [s for s in view.stations if ((s.position_m[:2] >= low_m) & (s.position_m[:2] <= high_m)).all()]
     if not shown:
         return
-    spots = tile.on_paper(np.array([station.position_m[:2] for station in shown]))
-    discs = spread_apart(spots, 2.1 * DISC_MM)
-    for station, spot, disc in zip(shown, spots, discs, strict=True):
-        draw_station(ink, spot, disc, station.number, scanned=station.id in view.scanned)
-        labels.taken.append(Box(float(disc[0]) - DISC_MM, float(disc[1]) - DISC_MM, 2 * DISC_MM, 2 * DISC_MM))
-    for station, disc in zip(shown, discs, strict=True):
-        words = [] if len(shown) > _MAX_IDS or _is_number(station.id, station.number) else [station.id]
-        others = view.elsewhere.get(station.id, ())
-        if others:
-            more = f" +{len(others) - 3}" if len(others) > 3 else ""
-            words.append("↕ " + ", ".join(str(number) for number in others[:3]) + more)
-        if words:
-            labels.put(disc, "  ".join(words), size_pt=5.6)
+    words = [
+        "  ".join(
+            part
+            for part in (
+                "" if len(shown) > _MAX_IDS or _is_number(station.id, station.number) else station.id,
+                linked_words(view.elsewhere.get(station.id, ())),
+            )
+            if part
+        )
+        for station in shown
+    ]
+    draw_stations(
+        labels,
+        tile.on_paper(np.array([station.position_m[:2] for station in shown])),
+        [station.number for station in shown],
+        words,
+        scanned=[station.id in view.scanned for station in shown],
+    )
 
 
 def _is_number(name: str, number: int) -> bool:
@@ -175,19 +165,18 @@ def _is_number(name: str, number: int) -> bool:
 
 
 def _draw_words(view: FloorView, tile: Tile, labels: Labels) -> None:
-    for way in view.ways:
-        for words, at in ((way.arrives, way.points_m[0]), (way.leaves, way.points_m[-1])):
-            if words:
-                at_mm = tile.on_paper(at)
-                labels.ink.area([at_mm + 1.05 * np.array([(-1, 0), (0, -1), (1, 0), (0, 1)])], INK)
-                labels.put(at_mm, words)
-    for mark in (*view.ends, *view.breaks):
-        labels.put(tile.on_paper(mark.at_m), mark.words)
-    for mark in view.ends:
-        at_mm = tile.on_paper(mark.at_m)
-        labels.ink.area([at_mm + 1.2 * np.array([(-1, -0.7), (1, -0.7), (0, 1)])], INK)
-    for mark in view.sealed:
-        labels.put(tile.on_paper(mark.at_m), mark.words, apart=0.0)
+    def placed(marks: Sequence[Mark]) -> list[tuple[FloatArray, str]]:
+        return [(tile.on_paper(mark.at_m), mark.words) for mark in marks]
+
+    stairs = [
+        Mark(at_m, words)
+        for way in view.ways
+        for words, at_m in ((way.arrives, way.points_m[0]), (way.leaves, way.points_m[-1]))
+        if words
+    ]
+    draw_words(
+        labels, stairs=placed(stairs), ends=placed(view.ends), breaks=placed(view.breaks), sealed=placed(view.sealed)
+    )
 
 
 def _edges(tile: Tile, neighbours: Sequence[Neighbour]) -> Iterator[tuple[Box, str]]:

@@ -5,7 +5,6 @@ Plan coordinates, scene frame, metres.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -17,12 +16,11 @@ from planner_core.export.sheets.building import Building
 from planner_core.export.sheets.unseen import UnseenSurface, unseen_surface
 from planner_core.export.sheets.walk import Mark, Way, breaks_on, ends_on, sealed_on, ways_on
 from planner_core.model import BoolArray, FloatArray, Floor
-from planner_core.plan_folder.link_drawing import STRONG_TIMES
+from planner_core.plan_folder.drawing import links
+from planner_core.plan_folder.drawing.links import Spot
 from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
+from planner_core.positions.outlines import over_polygon
 
-WEAK, COUNTS, STRONG = 0, 1, 2
-#: Links of less than this share of the overlap asked for are not drawn: they would hide the others.
-_LEAST_SHARE = 0.5
 #: Beyond the ground's bounds: outer walls, a way around the house.
 _AROUND_M = 2.0
 _MARGIN_M = 0.4
@@ -68,14 +66,14 @@ class FloorView:
 
 
 def link_class(plan: PlanSource, link: FieldLink) -> int | None:
-    """`WEAK`, `COUNTS` or `STRONG`; None: not worth drawing. A strength not computed is neither weak nor strong."""
-    asked = plan.document["requirements"]
-    least = float(asked["min_strength"])
-    if link.overlap < _LEAST_SHARE * float(asked["overlap"]):
-        return None
-    if link.overlap < float(asked["overlap"]) or link.strength < least:
-        return WEAK
-    return STRONG if not math.isnan(link.strength) and link.strength >= STRONG_TIMES * least else COUNTS
+    """`WEAK`, `COUNTS` or `STRONG` by what is required; None: not worth drawing."""
+    required = plan.document["requirements"]
+    return links.link_class(
+        link.overlap,
+        link.strength,
+        min_overlap=float(required["overlap"]),
+        min_strength=float(required["min_strength"]),
+    )
 
 
 def is_planned(plan: PlanSource, floor: FieldFloor) -> bool:
@@ -94,7 +92,10 @@ def view_floor(
         tuple(ends_on(plan, floor)),
         tuple(sealed_on(plan, floor)),
     )
-    links, elsewhere = _links_on(plan, floor)
+    spots = {each.id: Spot(each.floor_id, each.number, each.position_m[:2]) for each in plan.stations}
+    ends_of_links, elsewhere = links.links_on(
+        floor.id, spots, [(link.a, link.b, link_class(plan, link)) for link in plan.links]
+    )
     places = [station.position_m[None, :2] for station in stations] + [way.points_m for way in ways]
     places += [mark.at_m[None] for mark in (*ends, *sealed)]
     view = FloorView(
@@ -105,7 +106,7 @@ def view_floor(
         ends=ends,
         breaks=tuple(breaks_on(plan, floor)),
         sealed=sealed,
-        links=links,
+        links=ends_of_links,
         elsewhere=elsewhere,
         scanned=scanned_before(plan) & {station.id for station in stations},
     )
@@ -128,28 +129,6 @@ def _around(places: Sequence[FloatArray]) -> FloatArray:
     """(2, 2) box of points (N, 2), with a margin."""
     points = np.concatenate(places)
     return np.stack([points.min(axis=0) - _MARGIN_M, points.max(axis=0) + _MARGIN_M])
-
-
-def _links_on(
-    plan: PlanSource, floor: FieldFloor
-) -> tuple[tuple[FloatArray, FloatArray, FloatArray], dict[str, tuple[int, ...]]]:
-    """Ends of the links among a floor's stations, by class, and numbers of stations linked on other floors."""
-    by_id = {station.id: station for station in plan.stations}
-    ends: tuple[list[FloatArray], ...] = ([], [], [])
-    elsewhere: dict[str, list[int]] = {}
-    for link in plan.links:
-        kind = link_class(plan, link)
-        a, b = by_id.get(link.a), by_id.get(link.b)
-        if kind is None or a is None or b is None:
-            continue
-        if a.floor_id == floor.id == b.floor_id:
-            ends[kind].append(np.stack([a.position_m[:2], b.position_m[:2]]))
-        elif kind > WEAK:
-            for here, other in ((a, b), (b, a)):
-                if here.floor_id == floor.id:
-                    elsewhere.setdefault(here.id, []).append(other.number)
-    weak, counting, strong = (np.array(part).reshape(-1, 2, 2) for part in ends)
-    return (weak, counting, strong), {name: tuple(sorted(numbers)) for name, numbers in elsewhere.items()}
 
 
 def _with_building(plan: PlanSource, view: FloorView, building: Building, trodden_m: FloatArray) -> FloorView:
@@ -223,11 +202,6 @@ def _solids(lines: list[SectionLine], trodden_m: FloatArray) -> Iterable[tuple[F
 def _inside(rings: Sequence[FloatArray], points_m: FloatArray) -> BoolArray:
     """(N,) bool: points (N, 2) inside an odd number of rings."""
     inside = np.zeros(len(points_m), dtype=np.bool_)
-    x, y = points_m[:, 0, None], points_m[:, 1, None]
     for ring in rings:
-        (x0, y0), (x1, y1) = ring.T, np.roll(ring, -1, axis=0).T
-        spans = (y0 > y) != (y1 > y)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            at = x0 + (y - y0) / (y1 - y0) * (x1 - x0)
-        inside ^= (spans & (x < at)).sum(axis=1) % 2 == 1
+        inside ^= over_polygon(points_m, ring)
     return inside

@@ -16,11 +16,11 @@ from planner_core.export.sheets.charts import draw_curve, draw_histogram
 from planner_core.export.sheets.cover import OVERVIEW, SUBTITLE, has_picture, picture_words
 from planner_core.export.sheets.cover_figures import cover_figures, part_words
 from planner_core.export.sheets.floor_page import Neighbour, draw_floor
-from planner_core.export.sheets.fonts import unbroken
-from planner_core.export.sheets.ink import Box, Ink
 from planner_core.export.sheets.paper import MARGIN_MM, sheet_of
-from planner_core.export.sheets.svg_ink import SvgInk
 from planner_core.export.sheets.words import Table, warnings_of
+from planner_core.plan_folder.drawing.fonts import unbroken
+from planner_core.plan_folder.drawing.ink import Box, Ink
+from planner_core.plan_folder.drawing.svg_ink import SvgInk
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.progress import Progress, ProgressEvent
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.export.sheets.ink import Box
 from planner_core.model import FloatArray
+from planner_core.plan_folder.drawing.ink import Box
 
 #: (short, long) side.
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0)}

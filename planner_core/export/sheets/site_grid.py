@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.export.sheets.fonts import width_mm
-from planner_core.export.sheets.ink import PAPER, QUIET, Box, Ink, Pen
 from planner_core.export.sheets.paper import Tile
 from planner_core.model import FloatArray, SiteFrame
+from planner_core.plan_folder.drawing.fonts import width_mm
+from planner_core.plan_folder.drawing.ink import PAPER, QUIET, Box, Ink, Pen
 
 #: Lines are at least this far apart on paper.
 _APART_MM = 38.0

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.export.sheets.fonts import wrapped
-from planner_core.export.sheets.ink import INK, QUIET, RULE, Box, Ink, Pen
 from planner_core.export.sheets.words import Column, Table
+from planner_core.plan_folder.drawing.fonts import wrapped
+from planner_core.plan_folder.drawing.ink import INK, QUIET, RULE, Box, Ink, Pen
 
 SIZE_PT = 7.2
 _HEAD_PT = 6.4

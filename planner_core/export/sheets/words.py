@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from planner_core.export.chosen import scanned_before
-from planner_core.export.sheets.floor_view import WEAK, is_planned, link_class
-from planner_core.model import FloatArray
-from planner_core.network.weak_motion import overlap_percent, weak_motion
+from planner_core.export.sheets.floor_view import is_planned, link_class
+from planner_core.model import FloatArray, WeakMotion
+from planner_core.network.weak_motion import motion_words, overlap_percent
+from planner_core.plan_folder.drawing.links import WEAK
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 
 #: Coordinates on paper are for people who set up a tripod: to the millimetre.
@@ -235,7 +236,8 @@ def networks_table(plan: PlanSource) -> Table | None:
 def _weakest_words(plan: PlanSource, link: Mapping[str, Any], number: Mapping[str, int]) -> str:
     """`4 to 5: 32.7 %, tilt about E–W`: the motion by grid north, or by the scene's axes where that is not known."""
     north_rad = None if plan.frame.is_scene else plan.frame.grid_north_rad
-    motion = weak_motion(str(link["weak_axis"]), north_rad=north_rad).words
+    weak = link.get("weak_motion")  # plans of older versions have none
+    motion = motion_words(weak and WeakMotion(weak["kind"], tuple(weak["direction"])), north_rad=north_rad)
     return f"{_pair(link, number)}: {overlap_percent(link['overlap'])} %" + (f", {motion}" if motion else "")
 
 

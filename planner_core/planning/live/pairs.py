@@ -13,10 +13,10 @@ from itertools import chain
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Link, Survey, Visibility
+from planner_core.model import BoolArray, FloatArray, Int32Array, Link, Survey, Visibility, WeakMotion
 from planner_core.network.overlap import surface_of_patches
 from planner_core.network.pairs import PairMatrices, SharedSurface, area_ticks, strengths_of
-from planner_core.network.weak_axis import weak_axis
+from planner_core.network.weak_axis import weak_motion
 from planner_core.planning.live.looks import Look
 
 #: Pairs that are remembered; a few hundred bytes each.
@@ -25,11 +25,11 @@ _KEPT_PAIRS = 20_000
 
 @dataclass(frozen=True)
 class Held:
-    """What two looks have in common. overlap, strength, weak_axis : as in `Link`."""
+    """What two looks have in common. overlap, strength, weak_motion : as in `Link`."""
 
     overlap: float
     strength: float
-    weak_axis: str
+    weak_motion: WeakMotion | None
 
 
 class PairFinder:
@@ -52,7 +52,9 @@ class PairFinder:
         while len(self._kept) > _KEPT_PAIRS:
             self._kept.popitem(last=False)
         return tuple(
-            Link(name, other, held.overlap, held.strength, held.weak_axis) for other, held in found if held is not None
+            Link(name, other, held.overlap, held.strength, held.weak_motion)
+            for other, held in found
+            if held is not None
         )
 
     def links(self, stations: Sequence[tuple[str, Look]]) -> tuple[Link, ...]:
@@ -80,7 +82,7 @@ class PairFinder:
             return held
         matrix = self._matrices(look.patch, [common[index] for index in listed])
         for index, strength, one in zip(listed.tolist(), strengths_of(matrix), matrix, strict=True):
-            held[index] = Held(float(overlap[index]), float(strength), weak_axis(one))
+            held[index] = Held(float(overlap[index]), float(strength), weak_motion(one))
         return held
 
     def _matrices(self, base: Int32Array, common: list[Int32Array]) -> FloatArray:

@@ -80,10 +80,10 @@ def test_names_that_are_none_are_printed_or_told(
     assert any("二階" in remark and "font" in remark for remark in sheets.remarks)
 
 
-def _with_bottleneck(document: dict[str, Any], overlap: float, weak_axis: str) -> None:
+def _with_bottleneck(document: dict[str, Any], overlap: float, weak_motion: dict[str, Any] | None) -> None:
     """One network that hangs on the link of the first two stations, and two that it would join."""
     registration = document["registration"]
-    link = {"a": "S001", "b": "S002", "overlap": overlap, "strength": 0.05, "weak_axis": weak_axis}
+    link = {"a": "S001", "b": "S002", "overlap": overlap, "strength": 0.05, "weak_motion": weak_motion}
     others = [each for each in registration["links"] if {each["a"], each["b"]} != {"S001", "S002"}]
     registration["links"] = [*others, link]
     registration["networks"] = [{**registration["networks"][0], "bottleneck": link}]
@@ -93,7 +93,7 @@ def _with_bottleneck(document: dict[str, Any], overlap: float, weak_axis: str) -
 def test_overlap_of_a_link_reads_the_same_on_every_sheet(
     edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
 ) -> None:
-    words = "\n".join(pdf_of(edited(lambda document: _with_bottleneck(document, 0.27966046, ""))).texts)
+    words = "\n".join(pdf_of(edited(lambda document: _with_bottleneck(document, 0.27966046, None))).texts)
     assert len(re.findall(r"^[12] \(27\.9\)", words, re.MULTILINE)) == 2
     assert "1 to 2: 27.9 %" in words
     assert "1 to 2\n27.9\n" in words
@@ -101,20 +101,25 @@ def test_overlap_of_a_link_reads_the_same_on_every_sheet(
 
 
 @pytest.mark.parametrize(
-    ("weak_axis", "on_site", "in_scene"),
+    ("kind", "direction", "on_site", "in_scene"),
     [
         # The grid's north is 20 degrees to the right of +y: 136 degrees from +y are 116 from north.
-        ("tilts about 134 degrees from x to y", "tilt about NW–SE", "tilt about the line 44° from y to -x"),
-        ("slides along y", "shift N–S", "shift along y"),
-        ("slides along 65 degrees from x to y", "shift N–S", "shift along the line 25° from y to x"),
-        ("slides along 110 degrees from x to y", "shift NW–SE", "shift along the line 20° from y to -x"),
-        ("turns about the vertical", "turn (heading)", "turn (heading)"),
+        ("turn", [-0.694658, 0.71934, 0.0], "tilt about NW–SE", "tilt about the line 44° from y to -x"),
+        ("shift", [0.0, 1.0, 0.0], "shift N–S", "shift along y"),
+        ("shift", [0.422618, 0.906308, 0.0], "shift N–S", "shift along the line 25° from y to x"),
+        ("shift", [-0.34202, 0.939693, 0.0], "shift NW–SE", "shift along the line 20° from y to -x"),
+        ("turn", [0.0, 0.0, 1.0], "turn (heading)", "turn (heading)"),
     ],
 )
 def test_weak_motion_is_told_by_the_north_that_the_sheets_show(
-    edited: Callable[..., PlanSource], site_plan: PlanSource, weak_axis: str, on_site: str, in_scene: str
+    edited: Callable[..., PlanSource],
+    site_plan: PlanSource,
+    kind: str,
+    direction: list[float],
+    on_site: str,
+    in_scene: str,
 ) -> None:
-    plan = edited(lambda document: _with_bottleneck(document, 0.3, weak_axis))
+    plan = edited(lambda document: _with_bottleneck(document, 0.3, {"kind": kind, "direction": direction}))
     for frame, told in ((site_plan.frame, on_site), (plan.frame, in_scene)):
         table = networks_table(replace(plan, frame=frame))
         assert table is not None

@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.export.sheets.building import Building, read_building
-from planner_core.export.sheets.floor_view import COUNTS, STRONG, WEAK, FloorView, link_class, view_floor
-from planner_core.export.sheets.fonts import fitted, width_mm, wrapped
+from planner_core.export.sheets.floor_view import FloorView, link_class, view_floor
 from planner_core.export.sheets.paper import SCALES, tiles_of
+from planner_core.plan_folder.drawing.fonts import fitted, width_mm, wrapped
+from planner_core.plan_folder.drawing.links import COUNTS, STRONG, WEAK
 from planner_core.plan_folder.plan_source import FieldLink, PlanSource
 
 

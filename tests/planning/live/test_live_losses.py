@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from oracles import sights_from
 
 from planner_core.coverage.levels import with_noise
 from planner_core.engine.scan_engine import open_engine
@@ -19,7 +20,6 @@ from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.opening import open_live
 from planner_core.requirements.goals import goals_of
-from planner_core.requirements.sights import sights_from
 
 Planned = Callable[[str, PlanSettings], tuple[Path, Plan]]
 #: Within 9 m, dull surfaces the noisier: of what sends back 0.1 to 1.

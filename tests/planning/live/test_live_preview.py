@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from oracles import sights_from
 
 from planner_core.coverage.survey import visible_from
 from planner_core.engine.scan_engine import open_engine
@@ -22,7 +23,6 @@ from planner_core.planning.live.looks import Looker
 from planner_core.planning.live.opening import open_live
 from planner_core.planning.live.pairs import PairFinder
 from planner_core.planning.live.preview import Preview
-from planner_core.requirements.sights import sights_from
 
 Planned = Callable[[str, PlanSettings], tuple[Path, Plan]]
 EASY = settings(
@@ -66,7 +66,7 @@ def assert_is_of_its_draft(live: LivePlan, before: Draft, preview: Preview, laye
     assert {frozenset((link.a, link.b)) for link in preview.links} == set(mine)
     for link in preview.links:
         same = mine[frozenset((link.a, link.b))]
-        assert (link.overlap, link.strength, link.weak_axis) == (same.overlap, same.strength, same.weak_axis)
+        assert (link.overlap, link.strength, link.weak_motion) == (same.overlap, same.strength, same.weak_motion)
     assert preview.registration.connected == figures.connected
     networks = {frozenset(network.stations) for network in preview.registration.networks}
     assert networks == {frozenset(network.stations) for network in figures.registration.networks}
@@ -201,8 +201,8 @@ def test_links_are_the_same_from_either_end(house: LivePlan) -> None:
     none_known = np.zeros(survey.patches.n_patches, dtype=bool)
     forth = PairFinder(survey, survey.patches.area_m2, none_known, min_overlap=0.05).links(stations)
     back = PairFinder(survey, survey.patches.area_m2, none_known, min_overlap=0.05).links(stations[::-1])
-    figures = {frozenset((link.a, link.b)): (link.overlap, link.strength, link.weak_axis) for link in forth}
-    assert figures == {frozenset((link.a, link.b)): (link.overlap, link.strength, link.weak_axis) for link in back}
+    figures = {frozenset((link.a, link.b)): (link.overlap, link.strength, link.weak_motion) for link in forth}
+    assert figures == {frozenset((link.a, link.b)): (link.overlap, link.strength, link.weak_motion) for link in back}
     assert forth == house.figures(house.draft).plan.links
 
 

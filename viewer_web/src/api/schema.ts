@@ -55,6 +55,7 @@ export interface Documents {
   Unsign: Unsign;
   VerdictDocument: VerdictDocument;
   WalkOfDraft: WalkOfDraft;
+  WeakMotionDocument: WeakMotionDocument;
   ZoneDocument: ZoneDocument;
 }
 /**
@@ -663,7 +664,18 @@ export interface LinkDocument {
   b: string;
   overlap: number;
   strength: number | null;
-  weak_axis: string;
+  weak_motion: WeakMotionDocument | null;
+}
+/**
+ * The motion that a link holds least; the direction is a unit vector in axes of the scene.
+ */
+export interface WeakMotionDocument {
+  kind: 'shift' | 'turn';
+  /**
+   * @minItems 3
+   * @maxItems 3
+   */
+  direction: [number, number, number];
 }
 /**
  * How far the live side is: it answers what moved stations are worth, once the scene is loaded.

@@ -58,7 +58,7 @@ test('a station on its way stands where it is dragged, with the links it would h
   store.editing.underWay.value = { stationId: 'S002', floorId: 'F0', positionM, heightM: 1.4 };
   expect(placeOf('S002')).toEqual([2, 1, 1.4]);
   expect(store.draft.value?.links).toHaveLength(2);
-  const link = { a: 'S002', b: 'S003', overlap: 0.5, strength: 0.2, weak_axis: '' };
+  const link = { a: 'S002', b: 'S003', overlap: 0.5, strength: 0.2, weak_motion: null };
   store.editing.preview.value = { links: [link] } as unknown as typeof store.editing.preview.value;
   expect(store.draft.value?.links).toEqual([link]);
 });

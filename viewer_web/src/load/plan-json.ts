@@ -17,12 +17,15 @@ const CoverageFigures = v.object({
 const point = v.tuple([v.number(), v.number(), v.number()]);
 const Room = v.nullable(v.object({ name: v.string() }));
 
+const WeakMotion = v.object({ kind: v.picklist(['shift', 'turn']), direction: point });
+
 const Link = v.object({
   a: v.string(),
   b: v.string(),
   overlap: fraction,
   strength: v.nullable(v.number()),
-  weak_axis: v.optional(v.string(), ''),
+  /** The motion that the link holds least; missing in plans of older versions. */
+  weak_motion: v.optional(v.nullable(WeakMotion), null),
 });
 
 const Network = v.object({
@@ -175,6 +178,7 @@ export type PlanStation = PlanJson['stations'][number];
 export type PlanFloor = PlanJson['floors'][number];
 export type RequirementResult = v.InferOutput<typeof RequirementResult>;
 export type StationLoss = v.InferOutput<typeof StationLoss>;
+export type WeakMotion = v.InferOutput<typeof WeakMotion>;
 export type PlanLink = v.InferOutput<typeof Link>;
 export type PlanNetwork = v.InferOutput<typeof Network>;
 export type UnseenSurface = v.InferOutput<typeof UnseenSurface>;

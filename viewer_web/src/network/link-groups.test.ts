@@ -9,7 +9,7 @@ const link = (a: number, b: number, overlap: number, strength: number | null = 0
   b: `S${b}`,
   overlap,
   strength,
-  weak_axis: '',
+  weak_motion: null,
 });
 
 // A triangle with one more station on a bridge, another that nothing reaches well enough, and a link of no use.

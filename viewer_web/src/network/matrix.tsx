@@ -110,7 +110,7 @@ function keyOf(place: ReadonlyMap<string, number>, a: string, b: string): string
 
 function inWords([a, b]: Pair, link: PlanLink | undefined, counting: Counting): string {
   if (link === undefined) return `${a} – ${b}: nothing shared worth listing`;
-  const weak = weakMotionOf(link.weak_axis);
+  const weak = weakMotionOf(link.weak_motion);
   const held = weak === null ? '' : `, held least: ${weak.short}`;
   const use = counts(link, counting) ? '' : ' Too weak to register by.';
   return `${a} – ${b}: ${percentDown(link.overlap)} overlap, strength ${strengthInWords(link.strength)}${held}.${use}`;

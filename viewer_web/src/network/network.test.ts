@@ -3,7 +3,7 @@ import type { PlanLink } from '../load/plan-json.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import { type Counting, networkOf } from './graph.ts';
 import { layOut } from './graph-layout.ts';
-import { overlapColor, strengthColor, strengthInWords, strengthShare, weakDirection } from './strength.ts';
+import { overlapColor, strengthColor, strengthInWords, strengthShare } from './strength.ts';
 
 const COUNTING: Counting = { threshold: 0.3, minStrength: 0.01 };
 const link = (a: number, b: number, overlap = 0.5, strength: number | null = 0.1): PlanLink => ({
@@ -11,7 +11,7 @@ const link = (a: number, b: number, overlap = 0.5, strength: number | null = 0.1
   b: `S${b}`,
   overlap,
   strength,
-  weak_axis: '',
+  weak_motion: null,
 });
 const ids = (n: number): string[] => [...Array(n).keys()].map((i) => `S${i}`);
 const nameOf = ({ a, b }: PlanLink): string => `${a}-${b}`;
@@ -170,25 +170,4 @@ test('stronger links are further along the colours, which all are colours', () =
   expect(strengthInWords(null)).toBe('not computed');
   expect(strengthInWords(0.006)).toBe('0.006 (weak)');
   expect(strengthInWords(0.5)).toBe('0.500 (strong)');
-});
-
-test.each([
-  ['slides along x', false, [1, 0, 0]],
-  ['slides along y', false, [0, 1, 0]],
-  ['slides along the vertical', false, [0, 0, 1]],
-  ['turns about the vertical', true, [0, 0, 1]],
-  ['tilts about x', true, [1, 0, 0]],
-  ['slides along 30 degrees from x to y', false, [Math.cos(Math.PI / 6), 0.5, 0]],
-  ['tilts about (0.50, -0.50, 0.71)', true, [0.5, -0.5, 0.71]],
-])('the weak axis "%s" has a direction', (words, isTurn, axis) => {
-  const found = weakDirection(words);
-  expect(found?.isTurn).toBe(isTurn);
-  axis.forEach((value, k) => {
-    expect(found?.axis[k]).toBeCloseTo(value, 6);
-  });
-});
-
-test('words that name no axis have none', () => {
-  expect(weakDirection('')).toBeNull();
-  expect(weakDirection('holds')).toBeNull();
 });

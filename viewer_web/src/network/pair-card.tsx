@@ -17,7 +17,7 @@ export function PairCard({ store }: { store: Store }) {
   const ids = store.shownStations.value.map(({ id }) => id);
   const { bridges } = networkOf(ids, store.shownLinks.value, counting);
   const marking = store.marking.value;
-  const weak = weakMotionOf(link?.weak_axis ?? '');
+  const weak = weakMotionOf(link?.weak_motion ?? null);
   const north = northHint(plan.scene.georeference?.to_map ?? null);
   return (
     <Card
@@ -42,7 +42,7 @@ export function PairCard({ store }: { store: Store }) {
         />
         {weak !== null && <Figure name="Held least" value={weak.long} hint={north} />}
       </dl>
-      {weak !== null && weak.why !== '' && <p class="muted weak-why">{`${weak.why} ${north}`}</p>}
+      {weak !== null && <p class="muted weak-why">{`${weak.why} ${north}`}</p>}
       <ul class="chips">
         {pair.map((id) => (
           <li key={id}>

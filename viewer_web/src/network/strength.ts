@@ -37,28 +37,6 @@ export function strengthInWords(strength: number | null): string {
   return `${strength.toFixed(3)} (${word})`;
 }
 
-/** Direction of the weak motion in scene axes, unit; null: it has no words, or they name none. */
-export function weakDirection(
-  words: string,
-): { readonly isTurn: boolean; readonly axis: [number, number, number] } | null {
-  const isTurn = /^(turns|tilts)/.test(words);
-  if (/vertical|along z|about z/.test(words)) return { isTurn, axis: [0, 0, 1] };
-  const between = /(-?\d+(?:\.\d+)?) degrees from (x|y|z) to (x|y|z)/.exec(words);
-  if (between !== null) {
-    const angle = (Number(between[1]) * Math.PI) / 180;
-    const axis: [number, number, number] = [0, 0, 0];
-    axis['xyz'.indexOf(between[2])] += Math.cos(angle);
-    axis['xyz'.indexOf(between[3])] += Math.sin(angle);
-    return { isTurn, axis };
-  }
-  const components = /\((-?[\d.]+), (-?[\d.]+), (-?[\d.]+)\)/.exec(words);
-  if (components !== null) {
-    return { isTurn, axis: [Number(components[1]), Number(components[2]), Number(components[3])] };
-  }
-  const named = /(?:along|about) (x|y)\b/.exec(words);
-  return named === null ? null : { isTurn, axis: named[1] === 'x' ? [1, 0, 0] : [0, 1, 0] };
-}
-
 const OVERLAP = { light: ['#e4efee', '#17607a'], dark: ['#24333a', '#7fd0da'] } as const;
 
 /** 0 pale ... 1 deep, by the square root: most overlaps are small. */

@@ -2,11 +2,11 @@
  * The motion that a link holds least, in words of a survey: which of the six it is (three shifts, the heading, two tilts), along
  * or about which direction in plan.
  *
- * plan.json names it by the axes of the scene, as "tilts about 134 degrees from x to y". Here north is +y, up on every map.
+ * plan.json gives it by the axes of the scene. Here north is +y, up on every map.
  */
-import { weakDirection } from './strength.ts';
+import type { WeakMotion } from '../load/plan-json.ts';
 
-export interface WeakMotion {
+export interface MotionWords {
   /** For a line of a list: "tilt about NW–SE". */
   readonly short: string;
   /** With its direction in degrees. */
@@ -33,12 +33,10 @@ const LEVEL_DEG = 10.5;
 const LINES = ['N–S', 'NE–SW', 'E–W', 'NW–SE'] as const;
 const SIDES = ['N', 'NE', 'E', 'SE', 'S', 'SW', 'W', 'NW'] as const;
 
-/** Null: not known. Words that name no direction are told as they are. */
-export function weakMotionOf(words: string): WeakMotion | null {
-  if (words === '') return null;
-  const found = weakDirection(words);
-  if (found === null) return { short: words, long: words, why: '' };
-  const { isTurn, axis } = found;
+/** Null: not known. */
+export function weakMotionOf(motion: WeakMotion | null): MotionWords | null {
+  if (motion === null) return null;
+  const [isTurn, axis] = [motion.kind === 'turn', motion.direction];
   const riseDeg = degrees(Math.atan2(Math.abs(axis[2]), Math.hypot(axis[0], axis[1])));
   if (riseDeg >= STEEP_DEG) return isTurn ? HEADING : HEIGHT;
   // Up along the line, whichever way the axis is given.
@@ -52,19 +50,19 @@ export function weakMotionOf(words: string): WeakMotion | null {
 
 const MORE_DIRECTIONS = 'What both see faces too few directions; surface that faces others would hold it.';
 
-const HEIGHT: WeakMotion = {
+const HEIGHT: MotionWords = {
   short: 'shift up–down',
   long: 'shift up or down',
   why: 'Hardly anything that both see is level; a floor or a ceiling would hold it.',
 };
 
-const HEADING: WeakMotion = {
+const HEADING: MotionWords = {
   short: 'turn (heading)',
   long: 'rotation about the vertical: the heading',
   why: 'The walls that both see are too near to one another, or stand around one point; a wall further out would hold it.',
 };
 
-function shift(bearingDeg: number): WeakMotion {
+function shift(bearingDeg: number): MotionWords {
   const line = lineOf(bearingDeg);
   const [one, other] = line.split('–');
   return {
@@ -74,7 +72,7 @@ function shift(bearingDeg: number): WeakMotion {
   };
 }
 
-function tilt(bearingDeg: number): WeakMotion {
+function tilt(bearingDeg: number): MotionWords {
   const line = lineOf(bearingDeg);
   const [one, other] = lineOf(bearingDeg + 90).split('–');
   return {

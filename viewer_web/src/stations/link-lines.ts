@@ -5,7 +5,7 @@ import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 import { type Slice, sliceOfFloor } from '../floors/cut.ts';
 import type { PlanLink } from '../load/plan-json.ts';
-import { strengthColor, weakDirection } from '../network/strength.ts';
+import { strengthColor } from '../network/strength.ts';
 import type { ShownStation } from './shown.ts';
 import { weakGlyph } from './weak-glyph.ts';
 
@@ -47,8 +47,8 @@ export class LinkLines {
       const color = strengthColor(link.strength, isDark);
       const lines = link === chosen ? this.chosen : this.plain;
       lines.add([...from.toArray(), ...to.toArray()], color);
-      const weak = link === chosen ? weakDirection(link.weak_axis) : null;
-      if (weak !== null) lines.add(weakGlyph(from.clone().lerp(to, 0.5), weak.axis, weak.isTurn), color);
+      const weak = link === chosen ? link.weak_motion : null;
+      if (weak !== null) lines.add(weakGlyph(from.clone().lerp(to, 0.5), weak.direction, weak.kind === 'turn'), color);
     }
     this.plain.show();
     this.chosen.show();

@@ -43,8 +43,8 @@ export function smallPlan(): PlanJson {
       threshold: 0.3,
       connected: false,
       links: [
-        { a: 'S001', b: 'S002', overlap: 0.42, strength: 0.1, weak_axis: 'slides along x' },
-        { a: 'S002', b: 'S003', overlap: 0.08, strength: null, weak_axis: '' },
+        { a: 'S001', b: 'S002', overlap: 0.42, strength: 0.1, weak_motion: { kind: 'shift', direction: [1, 0, 0] } },
+        { a: 'S002', b: 'S003', overlap: 0.08, strength: null, weak_motion: null },
       ],
       min_strength: 0,
       networks: [],

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tlsplan.reproduction import fig13, fig15
-from tlsplan.reproduction import searches as of_searches
-from tlsplan.reproduction.figure import Bench, Outcome
-from tlsplan.reproduction.levels import Level, open_level
+from paper_figures import fig13, fig15
+from paper_figures import searches as of_searches
+from paper_figures.figure import Bench, Outcome
+from paper_figures.levels import Level, open_level
 
 import scenes_synthetic
 from planner_core.model import Visibility

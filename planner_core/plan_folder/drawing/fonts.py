@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from planner_core.errors import MissingPackageError
-from planner_core.export.sheets.ink import MM_PER_POINT, clean
+from planner_core.plan_folder.drawing.ink import MM_PER_POINT, clean
 
 REGULAR, BOLD = "SheetSans", "SheetSans-Bold"
 _FILES = {REGULAR: "DejaVuSans.ttf", BOLD: "DejaVuSans-Bold.ttf"}

@@ -9,8 +9,8 @@ from html import escape
 from math import degrees
 from pathlib import Path
 
-from planner_core.export.sheets.ink import INK, MM_PER_POINT, Box, Colour, Pen, clean
 from planner_core.model import FloatArray
+from planner_core.plan_folder.drawing.ink import INK, MM_PER_POINT, Box, Colour, Pen, clean
 
 _ANCHOR = {"left": "start", "middle": "middle", "right": "end"}
 

@@ -8,9 +8,9 @@ from math import degrees
 from pathlib import Path
 from typing import Any
 
-from planner_core.export.sheets.fonts import BOLD, REGULAR, font
-from planner_core.export.sheets.ink import INK, MM_PER_POINT, Box, Colour, Pen, clean
 from planner_core.model import FloatArray
+from planner_core.plan_folder.drawing.fonts import BOLD, REGULAR, font
+from planner_core.plan_folder.drawing.ink import INK, MM_PER_POINT, Box, Colour, Pen, clean
 
 _POINTS_PER_MM = 1.0 / MM_PER_POINT
 _EVEN_ODD = 0

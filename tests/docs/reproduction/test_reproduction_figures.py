@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from paper_figures import fig04, fig06, fig07, fig11, fig17
+from paper_figures.figure import Bench, Outcome
+from paper_figures.levels import Level, open_level
 from scipy.spatial.distance import pdist
-from tlsplan.reproduction import fig04, fig06, fig07, fig11, fig17
-from tlsplan.reproduction.figure import Bench, Outcome
-from tlsplan.reproduction.levels import Level, open_level
 
 import scenes_synthetic
 from planner_core.model import Visibility

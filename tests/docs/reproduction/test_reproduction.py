@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from paper_figures import fig16
+from paper_figures import figures as registry
+from paper_figures.figure import Bench, Figure, Outcome, Picture
+from paper_figures.page import write_index, write_page
 from tlsplan.commands import reproduce
 from tlsplan.group import cli
-from tlsplan.reproduction import fig16
-from tlsplan.reproduction import figures as registry
-from tlsplan.reproduction.figure import Bench, Figure, Outcome, Picture
-from tlsplan.reproduction.page import write_index, write_page
 
 from planner_core.device import Device
 from planner_core.errors import DeviceError, OutputExistsError, RequirementError

@@ -1,0 +1,1 @@
+"""What maps, charts and sheets are drawn with: inks of PNG, PDF and SVG, marks, hatching, letters."""

@@ -1,0 +1,58 @@
+"""Links of stations on a drawing: how well two scans hold together, and which of them a floor shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.model import FloatArray
+
+WEAK, COUNTS, STRONG = 0, 1, 2
+STRONG_TIMES = 4.0
+"""A link this many times as strong as required is drawn as strong."""
+#: Links of less than this share of the required overlap are not drawn: they would hide the others.
+_LEAST_SHARE = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Spot:
+    """A station on a drawing. number : in the disc. at_m : (2,) in plan."""
+
+    floor: str
+    number: int
+    at_m: FloatArray
+
+
+def link_class(overlap: float, strength: float, *, min_overlap: float, min_strength: float) -> int | None:
+    """`WEAK`, `COUNTS` or `STRONG`; None: not worth drawing. A strength that is NaN is neither weak nor strong."""
+    if overlap < _LEAST_SHARE * min_overlap:
+        return None
+    if overlap < min_overlap or strength < min_strength:
+        return WEAK
+    return STRONG if not math.isnan(strength) and strength >= STRONG_TIMES * min_strength else COUNTS
+
+
+def links_on(
+    floor: str, spots: Mapping[str, Spot], links: Iterable[tuple[str, str, int | None]]
+) -> tuple[tuple[FloatArray, FloatArray, FloatArray], dict[str, tuple[int, ...]]]:
+    """Find what the drawing of a floor shows of links (station, station, class).
+
+    Returns ends (K, 2, 2) in plan of the links among its stations, by class; and of each of its stations that links to
+    stations of other floors, their numbers.
+    """
+    ends: tuple[list[FloatArray], ...] = ([], [], [])
+    elsewhere: dict[str, list[int]] = {}
+    for a, b, kind in links:
+        if kind is None or a not in spots or b not in spots:
+            continue
+        if spots[a].floor == floor == spots[b].floor:
+            ends[kind].append(np.stack([spots[a].at_m, spots[b].at_m]))
+        elif kind > WEAK:
+            for here, other in ((a, b), (b, a)):
+                if spots[here].floor == floor:
+                    elsewhere.setdefault(here, []).append(spots[other].number)
+    weak, counting, strong = (np.array(part).reshape(-1, 2, 2) for part in ends)
+    return (weak, counting, strong), {name: tuple(sorted(numbers)) for name, numbers in elsewhere.items()}

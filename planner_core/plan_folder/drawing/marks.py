@@ -1,0 +1,252 @@
+"""How things look on drawings: pens told apart by colour, and without colour by width and dashes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.model import FloatArray
+from planner_core.plan_folder.drawing.fonts import width_mm
+from planner_core.plan_folder.drawing.ink import INK, PAPER, Box, Colour, Ink, Pen
+from planner_core.plan_folder.drawing.links import WEAK
+
+WALL_FILL: Colour = (0.40, 0.42, 0.44)
+STATION_FILL: Colour = (0.05, 0.14, 0.20)
+MISSED: Colour = (0.80, 0.16, 0.03)
+
+CUT = Pen(0.25)
+FITTING = Pen(0.16, (0.15, 0.15, 0.15))
+BELOW = Pen(0.11, (0.55, 0.56, 0.58))
+MISSED_GROUND = Pen(0.24, MISSED)
+OUT_OF_REACH = Pen(0.12, (0.50, 0.51, 0.53))
+MISSED_WALL = Pen(1.1, MISSED, (1.3, 0.7))
+MISSED_WALL_RIM = Pen(1.7, PAPER)
+WALK = Pen(0.5, (0.30, 0.12, 0.42), round=True)
+WALK_ABOVE = Pen(0.5, WALK.colour, (1.7, 0.8))
+"""Where it climbs higher than the walls are cut: the stairs are not drawn there."""
+WALK_RIM = Pen(1.2, PAPER, round=True)
+LEADER = Pen(0.25)
+#: By class of link: `WEAK`, `COUNTS`, `STRONG`.
+LINKS = (
+    Pen(0.28, (0.42, 0.43, 0.45), (0.6, 1.1)),
+    Pen(0.42, (0.76, 0.42, 0.0), (3.4, 1.3)),
+    Pen(0.95, (0.0, 0.52, 0.5)),
+)
+LINK_RIM_MM = 0.5
+LINK_ASIDE_MM = 0.9
+"""Links run this far beside the line between their stations, which the walk may take."""
+#: (distance on paper in millimetres, angle in degrees) of hatching.
+HATCH_MISSED = (1.3, 45.0)
+HATCH_OUT_OF_REACH = (2.4, -45.0)
+DISC_MM = 2.6
+DOT_MM = 0.7
+ARROW_MM = 2.3
+
+
+def arrow_head(way: FloatArray, length: float) -> FloatArray:
+    """(3, 2) triangle half-way along a line (M, 2), pointing ahead."""
+    step = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    along = np.append(0.0, np.cumsum(step))
+    piece = int(np.searchsorted(along[1:-1], along[-1] / 2, side="right"))
+    ahead = (way[piece + 1] - way[piece]) / max(float(step[piece]), 1e-12)
+    at = way[piece] + ahead * (along[-1] / 2 - along[piece])
+    across = np.array([-ahead[1], ahead[0]])
+    base, aside = at - 0.4 * length * ahead, 0.38 * length * across
+    return np.array([at + 0.6 * length * ahead, base - aside, base + aside])
+
+
+def draw_walk(ink: Ink, ways: list[FloatArray], low: list[FloatArray], high: list[FloatArray]) -> None:
+    """Draw ways (M, 2) in millimetres, with arrow heads where there is room for them.
+
+    low, high : parts of them up to the height of the cut, and above.
+    """
+    ink.lines(ways, WALK_RIM)
+    ink.lines(low, WALK)
+    ink.lines(high, WALK_ABOVE)
+    for way in ways:
+        if float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum()) > 4 * DISC_MM + ARROW_MM:
+            head = arrow_head(way, ARROW_MM)
+            ink.lines([head], Pen(0.5, PAPER), closed=True)
+            ink.area([head], WALK.colour)
+
+
+def draw_links(ink: Ink, ends: Sequence[FloatArray]) -> None:
+    """Draw links with ends (K, 2, 2) in millimetres, by class, the best on top."""
+    for kind, (of_class, pen) in enumerate(zip(ends, LINKS, strict=True)):
+        lines = list(_aside(of_class))
+        if kind > WEAK:
+            ink.lines(lines, Pen(pen.width_mm + LINK_RIM_MM, PAPER))
+        ink.lines(lines, pen)
+
+
+def _aside(ends: FloatArray) -> FloatArray:
+    """Lines (K, 2, 2) in millimetres, moved to their right."""
+    way = ends[:, 1] - ends[:, 0]
+    length = np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-9)
+    return np.asarray(ends + LINK_ASIDE_MM * (np.stack([way[:, 1], -way[:, 0]], axis=1) / length[:, None])[:, None])
+
+
+def draw_station(ink: Ink, spot: FloatArray, disc: FloatArray, number: int, *, scanned: bool) -> None:
+    """Draw a dot where a station is, and its number in a disc there, or beside it with a line to the spot.
+
+    scanned : before; nothing is to be done there, and the disc is hollow.
+    """
+    if float(np.hypot(*(disc - spot))) > 0.3 * DISC_MM:
+        ink.lines([np.stack([spot, disc])], LEADER)
+    ink.disc((float(spot[0]), float(spot[1])), DOT_MM, INK, Pen(0.2, PAPER))
+    at = (float(disc[0]), float(disc[1]))
+    fill, letters = (PAPER, STATION_FILL) if scanned else (STATION_FILL, PAPER)
+    ink.disc(at, DISC_MM, fill, Pen(0.35, letters))
+    size_pt = 7.6 if number < 100 else 6.0
+    ink.text((at[0], at[1] - 0.128 * size_pt), str(number), size_pt, colour=letters, bold=True, align="middle")
+
+
+#: Where words go beside a place, the best first, in distances to it.
+_ASIDE = (
+    *((1, 0), (1, 1), (1, -1), (-1, 0), (-1, 1), (-1, -1), (0, 1), (0, -1)),
+    *((1.8, 1.8), (-1.8, 1.8), (1.8, -1.8), (-1.8, -1.8), (0, 2.2), (0, -2.2)),
+)
+
+
+@dataclass
+class Labels:
+    """Words beside places, where they cover neither each other nor what was there before."""
+
+    ink: Ink
+    within: Box
+    taken: list[Box]
+
+    def put(self, at: FloatArray, words: str, *, size_pt: float = 6.2, apart: float = 2.9) -> None:
+        """Write in a white box beside `at` (2,), or where the least is covered."""
+        width, height = width_mm(words, size_pt) + 1.2, 0.42 * size_pt + 0.4
+        x, y = float(at[0]), float(at[1])
+        if not (self.within.left <= x <= self.within.right and self.within.bottom <= y <= self.within.top):
+            return
+        places = [
+            Box(x + dx * apart + (dx - 1) / 2 * width, y + dy * apart + (dy - 1) / 2 * height, width, height)
+            for dx, dy in _ASIDE
+        ]
+        box = min(places, key=self._covered)
+        self.taken.append(box)
+        self.ink.area([corners(box)], PAPER)
+        self.ink.lines([corners(box)], Pen(0.12), closed=True)
+        self.ink.text((box.left + 0.6, box.bottom + 0.11 * size_pt), words, size_pt)
+
+    def _covered(self, box: Box) -> float:
+        """Area that a box covers of others, and far more for what sticks out of the drawing."""
+        out = max(0.0, self.within.left - box.left, box.right - self.within.right)
+        out += max(0.0, self.within.bottom - box.bottom, box.top - self.within.top)
+        return 100 * out + sum(_common(box, other) for other in self.taken)
+
+
+def draw_stations(
+    labels: Labels,
+    spots: FloatArray,
+    numbers: Sequence[int],
+    words: Sequence[str] = (),
+    *,
+    scanned: Sequence[bool] = (),
+) -> None:
+    """Draw numbered discs at spots (N, 2), moved apart where they would overlap, and words beside them.
+
+    words, scanned : of each; empty: none.
+    """
+    if not len(spots):
+        return
+    discs = spread_apart(spots, 2.1 * DISC_MM)
+    for place, (spot, disc, number) in enumerate(zip(spots, discs, numbers, strict=True)):
+        draw_station(labels.ink, spot, disc, number, scanned=bool(scanned) and scanned[place])
+        labels.taken.append(Box(float(disc[0]) - DISC_MM, float(disc[1]) - DISC_MM, 2 * DISC_MM, 2 * DISC_MM))
+    for disc, told in zip(discs, words, strict=False):
+        if told:
+            labels.put(disc, told, size_pt=5.6)
+
+
+def linked_words(numbers: Sequence[int]) -> str:
+    """Name the stations of other floors that one links to."""
+    more = f" +{len(numbers) - 3}" if len(numbers) > 3 else ""
+    return "↕ " + ", ".join(str(number) for number in numbers[:3]) + more if numbers else ""
+
+
+Words = Sequence[tuple[FloatArray, str]]
+"""Places (2,) in millimetres, and what is written there."""
+
+
+def draw_words(labels: Labels, *, stairs: Words, ends: Words, breaks: Words, sealed: Words) -> None:
+    """Write where the walk changes floors, where it begins and ends, where it breaks off, and where nobody gets in."""
+    for at, words in stairs:
+        labels.ink.area([at + 1.05 * np.array([(-1, 0), (0, -1), (1, 0), (0, 1)])], INK)
+        labels.put(at, words)
+    for at, words in (*ends, *breaks):
+        labels.put(at, words)
+    for at, _ in ends:
+        labels.ink.area([at + 1.2 * np.array([(-1, -0.7), (1, -0.7), (0, 1)])], INK)
+    for at, words in sealed:
+        labels.put(at, words, apart=0.0)
+
+
+def draw_scale_bar(ink: Ink, mm_per_m: float, middle: float, bottom: float, *, longest_mm: float) -> None:
+    """Draw the scale bar in light and dark pieces."""
+    length_m = nice_length_m(longest_mm / mm_per_m)
+    n_pieces = 5 if f"{length_m:g}"[0] in "15" else 4
+    piece_mm = length_m / n_pieces * mm_per_m
+    left = middle - n_pieces * piece_mm / 2
+    for piece in range(n_pieces):
+        bar = corners(Box(left + piece * piece_mm, bottom, piece_mm, 1.6))
+        ink.area([bar], INK if piece % 2 == 0 else PAPER)
+        ink.lines([bar], Pen(0.15), closed=True)
+    ink.text((left, bottom + 2.3), "0", 6.2, align="middle")
+    ink.text((left + n_pieces * piece_mm, bottom + 2.3), f"{length_m:g} m", 6.2, align="middle")
+
+
+def draw_axes(ink: Ink, middle: tuple[float, float]) -> None:
+    """Draw the axes of the scene, which are those of the paper."""
+    start = np.array(middle) - 4.5
+    for way, name in ((np.array([1.0, 0.0]), "x"), (np.array([0.0, 1.0]), "y")):
+        ink.lines([np.stack([start, start + 9 * way])], Pen(0.35))
+        base, aside = start + 8.6 * way, 0.9 * np.array([-way[1], way[0]])
+        ink.area([np.array([start + 11 * way, base + aside, base - aside])], INK)
+        draw_letter(ink, start + 12.8 * way, name)
+
+
+def draw_letter(ink: Ink, at: FloatArray, letter: str) -> None:
+    """Write the letter of an arrow, its middle at a place (2,)."""
+    ink.text((float(at[0]), float(at[1]) - 1.2), letter, 8.0, bold=True, align="middle")
+
+
+def corners(box: Box) -> FloatArray:
+    """(4, 2) of a box."""
+    return np.array([(box.left, box.bottom), (box.right, box.bottom), (box.right, box.top), (box.left, box.top)])
+
+
+def _common(a: Box, b: Box) -> float:
+    return max(0.0, min(a.right, b.right) - max(a.left, b.left)) * max(0.0, min(a.top, b.top) - max(a.bottom, b.bottom))
+
+
+def nice_length_m(longest_m: float) -> float:
+    """Longest of 1, 2, 5 times a power of ten that is at most `longest_m`."""
+    power = 10.0 ** np.floor(np.log10(longest_m))
+    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= longest_m * (1 + 1e-9)))
+
+
+def spread_apart(spots: FloatArray, distance: float) -> FloatArray:
+    """Move points (N, 2) as little as a few rounds of pushing need until no two are nearer than `distance`.
+
+    Two points at one spot are pushed apart along x, the first of them to the left.
+    """
+    placed = spots.astype(np.float64).copy()
+    for _ in range(200):
+        gaps = np.linalg.norm(placed[:, None] - placed[None], axis=2)
+        close = np.argwhere(np.triu(gaps < distance * 0.999, k=1))
+        if not close.size:
+            break
+        for i, j in close:
+            gap = placed[j] - placed[i]  # as it is by now: an earlier pair may have moved one of the two
+            length = float(np.hypot(*gap))
+            way = gap / length if length > 1e-9 * distance else np.array([1.0, 0.0])
+            push = 0.5 * max(distance - length, 0.0) * way
+            placed[i] -= push
+            placed[j] += push
+    return placed

@@ -1,0 +1,72 @@
+"""Figures of whole plans in the plainest way: what tests compare with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner_core.coverage.levels import Sights, sights_meeting
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import Asked, BeamTemplate, BoolArray, FloatArray, Int32Array, PlanSettings, Survey, UInt8Array
+from planner_core.plan_folder.viewer_files import range_step_m
+from planner_core.progress import Progress, silent
+from planner_core.requirements.sights import sights_in_batches
+from planner_core.select.problem import Target
+
+
+def best_figures(sights: Sights, name: str) -> FloatArray:
+    """(P,) the least `range_m`, `incidence_rad`, ... of each patch from any position; inf where nobody sees it."""
+    best = np.full(sights.n_patches, np.inf)
+    np.fmin.at(best, sights.patch, getattr(sights, name))
+    return best
+
+
+def joint_spacing_m(sights: Sights) -> FloatArray:
+    """(P,) float64, spacing of the points of all positions together, inf where unseen: densities 1 / spacing^2 add."""
+    with np.errstate(divide="ignore"):
+        densities = sights.spacing_m.astype(np.float64) ** -2.0
+        density = np.bincount(sights.patch, weights=densities, minlength=sights.n_patches)
+        return np.asarray(density**-0.5, dtype=np.float64)
+
+
+def times_meeting(sights: Sights, asked: Asked) -> Int32Array:
+    """(P,) int32, number of positions each of which meets all limits on the patch by itself."""
+    meets = sights_meeting(sights, asked)
+    return np.bincount(sights.patch[meets], minlength=sights.n_patches).astype(np.int32)
+
+
+def sights_from(
+    survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
+) -> Sights:
+    """How each of positions (N, 3), local frame, sees each patch: all at once."""
+    batches = list(sights_in_batches(survey, settings, engine, positions_m, progress=progress))
+    sizes = np.concatenate([np.zeros(1, dtype=np.int64), *(np.diff(batch.starts) for batch in batches)])
+    none = np.zeros(0, dtype=np.float32)
+    noise = [batch.noise_m for batch in batches if batch.noise_m is not None]
+    return Sights(
+        starts=np.cumsum(sizes, dtype=np.int64),
+        patch=np.concatenate([none.astype(np.int32), *(batch.patch for batch in batches)]),
+        n_patches=survey.patches.n_patches,
+        spacing_m=np.concatenate([none, *(batch.spacing_m for batch in batches)]),
+        range_m=np.concatenate([none, *(batch.range_m for batch in batches)]),
+        incidence_rad=np.concatenate([none, *(batch.incidence_rad for batch in batches)]),
+        noise_m=np.concatenate([none, *noise]) if settings.requirements.limits_noise else None,
+    )
+
+
+def read_cloud(content: bytes, template: BeamTemplate) -> tuple[FloatArray, UInt8Array]:
+    """Range (R, C) float64 in metres, NaN where there is no return, and intensity (R, C) uint8, of `cloud_bytes`."""
+    n_rows, n_columns = template.shape
+    steps = np.frombuffer(content, dtype="<u2", count=n_rows * n_columns).reshape(template.shape)
+    intensity = np.frombuffer(content, dtype=np.uint8, offset=2 * n_rows * n_columns).reshape(template.shape)
+    return np.where(steps > 0, steps * range_step_m(template), np.nan), intensity
+
+
+def floor_targets(
+    floor_of_patch: Int32Array, floors: tuple[int, ...], scope: BoolArray, fraction: float, seen_from: int = 1
+) -> tuple[Target, ...]:
+    """One target a planned floor, and one for everything in `scope` together.
+
+    floor_of_patch : (P,) int32. floors : indices of those planned. scope : (P,) bool, see `scope_of`.
+    """
+    parts = (*(floor_of_patch == index for index in floors), scope)
+    return tuple(Target(part, fraction, seen_from) for part in parts)
