@@ -5,9 +5,9 @@ import { MetWord, metInWords } from '../panels/targets.tsx';
 import type { Store } from '../store.ts';
 import { countEdits, editsInWords } from './draft.ts';
 import { hasEdits, stationsOf } from './draft-follower.ts';
-import type { Editing } from './editing.ts';
 import type { Latencies } from './preview-loop.ts';
 import { canEdit, isLive } from './readiness.ts';
+import type { Editing } from './state.ts';
 import { draftTotals, missedOf, planTotals, previewTotals, signedCount, signedPoints, type Totals } from './totals.ts';
 
 export function DraftBar({ store }: { store: Store }) {

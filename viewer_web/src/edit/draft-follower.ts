@@ -4,11 +4,13 @@ import type { Desk } from '../api/desk.ts';
 import type { DraftLink, DraftWalk, Run } from '../api/documents.ts';
 import type { PatchValues } from '../heat/layers.ts';
 import { TIMES_SEEN } from '../heat/layers.ts';
+import type { LayerSource } from '../heat/state.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { PlanLink, PlanRoute } from '../load/plan-json.ts';
 import type { ShownStation, StationWorth } from '../stations/shown.ts';
-import type { Draft, LayerSource, StationSource, Store } from '../store.ts';
+import type { Draft, StationSource } from '../stations/state.ts';
+import type { Store } from '../store.ts';
 import { countEdits, type DraftStation, draftStations, localOf, shownInDraft } from './draft.ts';
 import { floorAt } from './review-areas.ts';
 

@@ -1,11 +1,11 @@
 /** Keys of editing: undo and redo, Escape and Enter for what is half done, Delete for the chosen station. */
 import type { Store } from '../store.ts';
 import { removeStation } from './changes.ts';
-import type { Editor } from './editor.ts';
 import { canEdit } from './readiness.ts';
+import type { EditorActions } from './state.ts';
 
 /** Returns what stops listening. */
-export function listenToEditKeys(target: Window, store: Store, editor: Editor): () => void {
+export function listenToEditKeys(target: Window, store: Store, editor: EditorActions): () => void {
   const onKey = (event: KeyboardEvent): void => {
     if (isTyping(event.target) || event.altKey || !canEdit(store)) return;
     const isDone = event.ctrlKey || event.metaKey ? actOnChord(event, store) : actOnKey(event.key, store, editor);
@@ -34,7 +34,7 @@ function actOnChord({ key, shiftKey }: KeyboardEvent, store: Store): boolean {
   return true;
 }
 
-function actOnKey(key: string, store: Store, { areas, mover }: Editor): boolean {
+function actOnKey(key: string, store: Store, { areas, mover }: EditorActions): boolean {
   const { editing, desk } = store;
   const hasOutline = editing.outline.peek().length > 0;
   if (key === 'Escape' && editing.underWay.peek() !== null) mover.cancel();

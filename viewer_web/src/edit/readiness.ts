@@ -3,7 +3,7 @@ import { NO_ANSWER } from '../api/api-error.ts';
 import type { Desk } from '../api/desk.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { Store } from '../store.ts';
-import type { Tool } from './editing.ts';
+import type { Tool } from './state.ts';
 
 /** The live side computes. */
 export function isLive(store: Store): boolean {

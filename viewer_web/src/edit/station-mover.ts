@@ -9,11 +9,11 @@ import type { Store } from '../store.ts';
 import { addStation, moveStation } from './changes.ts';
 import { type DraftStation, localOf, sceneOf } from './draft.ts';
 import type { DraftFollower } from './draft-follower.ts';
-import type { UnderWay } from './editing.ts';
 import type { GroundMap, Place } from './ground-map.ts';
 import { PreviewLoop } from './preview-loop.ts';
 import { askPreview, type Preview, PreviewPaint, type Wish } from './previews.ts';
 import { isLive, toolInHand } from './readiness.ts';
+import type { UnderWay } from './state.ts';
 
 /** What the live side has values of while something moves; others keep the plan's. */
 const LIVE_LAYERS = new Set(['times_seen', 'range', 'incidence', 'spacing', 'noise']);

@@ -2,9 +2,9 @@
 import { batch } from '@preact/signals';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
-import type { Tool } from './editing.ts';
 import { faultOf } from './outline.ts';
 import { isLive } from './readiness.ts';
+import type { Tool } from './state.ts';
 
 interface ToolEntry {
   readonly tool: Tool;

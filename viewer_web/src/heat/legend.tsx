@@ -8,10 +8,11 @@ import { lossLegend } from '../stations/losses.ts';
 import { rampBytes } from '../stations/range-ramp.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import { cssColor, stationColor } from '../stations/station-color.ts';
-import type { LayerState, Store } from '../store.ts';
+import type { Store } from '../store.ts';
 import { layerColors, themed } from './colors.ts';
 import { type ClassLayer, type HeatLayer, legendClasses, NOT_ASKED_CLASS, type RampLayer } from './layers.ts';
 import { quantity } from './quantity.ts';
+import type { LayerState } from './state.ts';
 import type { Spread } from './statistics.ts';
 
 export function Legend({ store }: { store: Store }) {

@@ -7,7 +7,8 @@ import { GraphKey } from '../network/network-tab.tsx';
 import { StrengthLegend } from '../network/strength-legend.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import { Panorama } from '../stations/panorama.tsx';
-import type { SheetId, Store } from '../store.ts';
+import type { Store } from '../store.ts';
+import type { SheetId } from './state.ts';
 
 const TITLES: Readonly<Record<SheetId, string>> = {
   graph: 'Links between stations',

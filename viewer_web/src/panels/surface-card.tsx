@@ -1,7 +1,8 @@
 /** What was clicked in the building. */
 import type { ElementCoverage } from '../heat/element-coverage.ts';
 import type { PlanView } from '../scene/plan-view.ts';
-import type { Picked, Store } from '../store.ts';
+import type { Picked } from '../scene/state.ts';
+import type { Store } from '../store.ts';
 import { Card } from './card.tsx';
 import { counted, kindInWords, percent, squareMetres } from './figures.ts';
 import { Figure } from './section.tsx';

@@ -7,9 +7,10 @@ import { ReviewTab } from '../review/review-tab.tsx';
 import { RunsTab } from '../runs/runs-tab.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import { StationList } from '../stations/station-list.tsx';
-import type { Store, TabId } from '../store.ts';
+import type { Store } from '../store.ts';
 import { UnseenTab } from '../unseen/unseen-tab.tsx';
 import { RouteSection } from '../walk/route-section.tsx';
+import type { TabId } from './state.ts';
 import { Summary } from './summary.tsx';
 
 interface Tab {

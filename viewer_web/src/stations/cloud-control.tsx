@@ -1,6 +1,7 @@
 /** What the clouds are coloured by, and what of them is shown. */
 import { counted, whole } from '../panels/figures.ts';
-import type { CloudPaint, CloudState, Store } from '../store.ts';
+import type { Store } from '../store.ts';
+import type { CloudPaint, CloudState } from './state.ts';
 
 const PAINTS: readonly [CloudPaint, string][] = [
   ['range', 'Range'],

@@ -2,9 +2,10 @@
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { quantity } from '../heat/quantity.ts';
 import type { PlanView } from '../scene/plan-view.ts';
-import type { CloudPaint, Store } from '../store.ts';
+import type { Store } from '../store.ts';
 import { BeamFinder, type Direction, directionAt, frameOf, panoramaPixels } from './panorama-image.ts';
 import { rampRgb } from './range-ramp.ts';
+import type { CloudPaint } from './state.ts';
 import { stationColor } from './station-color.ts';
 
 /** Enough for the widest screens the sheet fills. */

@@ -1,7 +1,8 @@
 import { Vector3 } from 'three';
 import { expect, test } from 'vitest';
+import type { Beams } from '../load/cloud.ts';
 import { cloudPoint } from '../load/cloud.ts';
-import type { Beams, ThinnedCloud } from '../load/cloud-rows.ts';
+import type { ThinnedCloud } from '../load/cloud-rows.ts';
 import { countingOf } from '../network/graph.ts';
 import { smallPlan } from '../testing/small-plan.ts';
 import { BeamFinder, directionAt, frameOf, panoramaPixels } from './panorama-image.ts';
