@@ -6,8 +6,8 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import JSONResponse, Response
 
 from viewer_web.server.answers import PREFIX, json_answer, refusals, refuse
-from viewer_web.server.run_documents import RunDocument, RunList, RunRequest
-from viewer_web.server.runs import RunBusyError, RunNotFoundError, Runs
+from viewer_web.server.jobs.documents import RunDocument, RunList, RunRequest
+from viewer_web.server.jobs.runs import RunBusyError, RunNotFoundError, Runs
 
 _READ_ONLY = "this plan is shown read-only; start `tlsplan view` without --read-only to plan from here"
 
