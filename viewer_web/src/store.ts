@@ -1,5 +1,5 @@
 /** The one store: the state of each feature, under one roof. The panels and the 3D side read the same signals. */
-import type { Desk } from './api/desk.ts';
+import type { ReviewClient } from './api/review-client.ts';
 import { type Choices, createChoices } from './choices.ts';
 import { type CompareState, createCompareState } from './compare/state.ts';
 import { createEditing, type Editing } from './edit/state.ts';
@@ -28,17 +28,17 @@ export interface Store
   /** The page only shows files: nothing that needs the server behind them. */
   readonly isStatic: boolean;
   /** What the server knows beyond files; null: there is no such server. */
-  readonly desk: Desk | null;
+  readonly reviewClient: ReviewClient | null;
   /** What is being edited and not committed yet. */
   readonly editing: Editing;
 }
 
 interface StoreOptions {
   readonly isStatic?: boolean;
-  readonly desk?: Desk | null;
+  readonly reviewClient?: ReviewClient | null;
 }
 
-export function createStore({ isStatic = false, desk = null }: StoreOptions = {}): Store {
+export function createStore({ isStatic = false, reviewClient = null }: StoreOptions = {}): Store {
   const load = createLoadState();
   const walk = createWalkState(load);
   const stations = createStationState(load);
@@ -54,5 +54,5 @@ export function createStore({ isStatic = false, desk = null }: StoreOptions = {}
     ...createPanelState(),
     ...createCompareState(),
   };
-  return { ...state, ...createChoices(state), isStatic, desk, editing: createEditing() };
+  return { ...state, ...createChoices(state), isStatic, reviewClient, editing: createEditing() };
 }

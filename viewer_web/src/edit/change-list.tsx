@@ -20,9 +20,9 @@ interface Entry {
 }
 
 export function ChangeList({ store }: { store: Store }) {
-  const { desk } = store;
-  const review = desk?.review.value ?? null;
-  if (desk === null || review === null) return null;
+  const { reviewClient } = store;
+  const review = reviewClient?.review.value ?? null;
+  if (reviewClient === null || review === null) return null;
   const floors = store.loaded.value?.plan.floors ?? [];
   const nameOf = (id: string): string =>
     id === '' ? 'all floors' : (floors.find((floor) => floor.id === id)?.name ?? id);
@@ -42,7 +42,7 @@ export function ChangeList({ store }: { store: Store }) {
               type="button"
               class="button button-small button-quiet"
               aria-label={`${entry.backLabel}: ${entry.title}`}
-              onClick={() => void desk.commit(`take back ${entry.title}`, [entry.back])}
+              onClick={() => void reviewClient.commit(`take back ${entry.title}`, [entry.back])}
             >
               {entry.backLabel}
             </button>
@@ -55,7 +55,7 @@ export function ChangeList({ store }: { store: Store }) {
             type="button"
             class="button button-small"
             onClick={() =>
-              void desk.commit(
+              void reviewClient.commit(
                 'reset to the plan',
                 entries.map(({ back }) => back),
               )

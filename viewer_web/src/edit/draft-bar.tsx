@@ -11,9 +11,9 @@ import type { Editing } from './state.ts';
 import { draftTotals, missedOf, planTotals, previewTotals, signedCount, signedPoints, type Totals } from './totals.ts';
 
 export function DraftBar({ store }: { store: Store }) {
-  const { desk, editing, loaded } = store;
+  const { reviewClient, editing, loaded } = store;
   const plan = loaded.value?.plan;
-  if (desk === null || plan === undefined) return null;
+  if (reviewClient === null || plan === undefined) return null;
   const stations = stationsOf(store);
   const isEdited = hasEdits(stations);
   const isMoving = editing.underWay.value !== null;
@@ -46,8 +46,8 @@ function measured({ nDrags, answerTimes, drawTimes }: Editing) {
 }
 
 /** The figures are of an older revision: those of this one are being computed. */
-function isStale({ desk, editing }: Store): boolean {
-  const [figures, review] = [desk?.figures.value ?? null, desk?.review.value ?? null];
+function isStale({ reviewClient, editing }: Store): boolean {
+  const [figures, review] = [reviewClient?.figures.value ?? null, reviewClient?.review.value ?? null];
   return editing.preview.value === null && figures !== null && review !== null && figures.revision < review.revision;
 }
 
@@ -55,7 +55,7 @@ function isStale({ desk, editing }: Store): boolean {
 function totalsNow(store: Store): Totals | null {
   const plan = store.loaded.value?.plan;
   const head = store.editing.preview.value;
-  const figures = store.desk?.figures.value ?? null;
+  const figures = store.reviewClient?.figures.value ?? null;
   if (plan === undefined) return null;
   if (head !== null) return previewTotals(plan, head);
   if (figures !== null && isLive(store)) return draftTotals(plan, figures);
@@ -141,9 +141,9 @@ function Total({ name, value, change, isBetterUp = false, children }: TotalProps
 }
 
 function UndoButtons({ store }: { store: Store }) {
-  const { desk } = store;
-  if (desk === null) return null;
-  const [undo, redo] = [desk.undoable.value, desk.redoable.value];
+  const { reviewClient } = store;
+  if (reviewClient === null) return null;
+  const [undo, redo] = [reviewClient.undoable.value, reviewClient.redoable.value];
   return (
     <span>
       <button
@@ -152,7 +152,7 @@ function UndoButtons({ store }: { store: Store }) {
         aria-label={undo === null ? 'Undo' : `Undo: ${undo}`}
         title={undo === null ? 'Nothing to undo' : `Undo: ${undo} (Ctrl-Z)`}
         disabled={undo === null}
-        onClick={() => void desk.undo()}
+        onClick={() => void reviewClient.undo()}
       >
         ↶
       </button>
@@ -162,7 +162,7 @@ function UndoButtons({ store }: { store: Store }) {
         aria-label={redo === null ? 'Redo' : `Redo: ${redo}`}
         title={redo === null ? 'Nothing to redo' : `Redo: ${redo} (Ctrl-Shift-Z)`}
         disabled={redo === null}
-        onClick={() => void desk.redo()}
+        onClick={() => void reviewClient.redo()}
       >
         ↷
       </button>

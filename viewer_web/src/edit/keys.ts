@@ -28,14 +28,14 @@ export function isTyping(target: EventTarget | null): boolean {
 
 function actOnChord({ key, shiftKey }: KeyboardEvent, store: Store): boolean {
   const letter = key.toLowerCase();
-  if (letter === 'z' && !shiftKey) void store.desk?.undo();
-  else if ((letter === 'z' && shiftKey) || letter === 'y') void store.desk?.redo();
+  if (letter === 'z' && !shiftKey) void store.reviewClient?.undo();
+  else if ((letter === 'z' && shiftKey) || letter === 'y') void store.reviewClient?.redo();
   else return false;
   return true;
 }
 
 function actOnKey(key: string, store: Store, { areas, mover }: EditorActions): boolean {
-  const { editing, desk } = store;
+  const { editing, reviewClient } = store;
   const hasOutline = editing.outline.peek().length > 0;
   if (key === 'Escape' && editing.underWay.peek() !== null) mover.cancel();
   else if (key === 'Escape' && hasOutline) areas.dropOutline();
@@ -45,7 +45,7 @@ function actOnKey(key: string, store: Store, { areas, mover }: EditorActions): b
   else if (key === 'Delete' && store.tab.peek() === 'edit') {
     const id = store.stationId.peek();
     if (id === null) return false;
-    void desk?.commit(`remove ${id}`, [removeStation(id)]);
+    void reviewClient?.commit(`remove ${id}`, [removeStation(id)]);
   } else return false;
   return true;
 }

@@ -1,22 +1,22 @@
 /** What can be done right now, and in words what to do where something can't. */
 import { NO_ANSWER } from '../api/api-error.ts';
-import type { Desk } from '../api/desk.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { Store } from '../store.ts';
 import type { Tool } from './state.ts';
 
 /** The live side computes. */
 export function isLive(store: Store): boolean {
-  return store.desk?.live.value.state === 'ready';
+  return store.reviewClient?.live.value.state === 'ready';
 }
 
 /** Changes of the review are taken. */
 export function canEdit(store: Store): boolean {
-  return (store.desk?.canEdit.value ?? false) && store.planBase.value === OWN_PLAN;
+  return (store.reviewClient?.canEdit.value ?? false) && store.planBase.value === OWN_PLAN;
 }
 
 /** Why the server's side is missing, in words; null: it is there. */
-export function whyNoServer({ line, session, fault }: Desk): string | null {
+export function whyNoServer({ line, session, fault }: ReviewClient): string | null {
   if (session.value !== null) return null;
   if (line.value === 'connecting') return 'Asking the server …';
   if (line.value === 'none') {
@@ -27,23 +27,23 @@ export function whyNoServer({ line, session, fault }: Desk): string | null {
 
 /** Why changes are not taken; null: they are. */
 export function whyNoEditing(store: Store): string | null {
-  const { desk } = store;
-  if (desk === null) return 'This is a copy to look at. Open the plan with `tlsplan view` to change it.';
+  const { reviewClient } = store;
+  if (reviewClient === null) return 'This is a copy to look at. Open the plan with `tlsplan view` to change it.';
   if (store.planBase.value !== OWN_PLAN) {
     return 'This is the plan of a run. Changes belong to the plan it was made from: go back to it to edit.';
   }
-  const missing = whyNoServer(desk);
+  const missing = whyNoServer(reviewClient);
   if (missing !== null) return missing;
-  if (desk.session.value?.read_only) {
+  if (reviewClient.session.value?.read_only) {
     return 'The server was started with --read-only. Start it without, and the plan can be changed.';
   }
-  if (!desk.canEdit.value) return desk.fault.value ?? NO_ANSWER;
+  if (!reviewClient.canEdit.value) return reviewClient.fault.value ?? NO_ANSWER;
   return null;
 }
 
 /** Why moving shows no figures; null: it does. */
 export function whyNotLive(store: Store): string | null {
-  const live = store.desk?.live.value;
+  const live = store.reviewClient?.live.value;
   if (live === undefined || live.state === 'ready') return null;
   if (live.state === 'starting') {
     const share =

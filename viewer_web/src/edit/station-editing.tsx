@@ -74,13 +74,17 @@ function HeightSlider({ store, station }: { store: Store; station: DraftStation 
 }
 
 function StationButtons({ store, station }: { store: Store; station: DraftStation }) {
-  const { desk } = store;
-  if (desk === null) return null;
+  const { reviewClient } = store;
+  if (reviewClient === null) return null;
   const { id } = station;
   if (station.isRemoved) {
     return (
       <div class="buttons">
-        <button type="button" class="button" onClick={() => void desk.commit(`restore ${id}`, [restoreStation(id)])}>
+        <button
+          type="button"
+          class="button"
+          onClick={() => void reviewClient.commit(`restore ${id}`, [restoreStation(id)])}
+        >
           Bring it back
         </button>
       </div>
@@ -94,7 +98,7 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
         class="button button-small"
         title="A locked station is in every plan that is made again"
         aria-pressed={station.isLocked}
-        onClick={() => void desk.commit(`${lockWords} ${id}`, [lockStation(id, !station.isLocked)])}
+        onClick={() => void reviewClient.commit(`${lockWords} ${id}`, [lockStation(id, !station.isLocked)])}
       >
         {station.isLocked ? 'Unlock' : 'Lock'}
       </button>
@@ -102,7 +106,7 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
         <button
           type="button"
           class="button button-small"
-          onClick={() => void desk.commit(`move ${id} back`, [moveBack(id)])}
+          onClick={() => void reviewClient.commit(`move ${id} back`, [moveBack(id)])}
         >
           Move back
         </button>
@@ -112,7 +116,7 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
         class="button button-small"
         title="No station may stand here, or within the radius, when the plan is made again"
         onClick={() =>
-          void desk.commit('forbid a place', [
+          void reviewClient.commit('forbid a place', [
             forbid(station.positionM, store.editing.forbidRadiusM.peek(), station.floorId),
           ])
         }
@@ -135,7 +139,7 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
       <button
         type="button"
         class="button button-small"
-        onClick={() => void desk.commit(`remove ${id}`, [removeStation(id)])}
+        onClick={() => void reviewClient.commit(`remove ${id}`, [removeStation(id)])}
       >
         Remove
       </button>

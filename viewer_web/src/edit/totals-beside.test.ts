@@ -1,7 +1,7 @@
 import { beforeEach, expect, test } from 'vitest';
 import { ApiClient } from '../api/client.ts';
-import { Desk } from '../api/desk.ts';
 import type { Change, DraftFigures } from '../api/documents.ts';
+import { ReviewClient } from '../api/review-client.ts';
 import { metInWords, missedInWords } from '../panels/targets.tsx';
 import { createStore, type Store } from '../store.ts';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
@@ -26,40 +26,40 @@ function figuresAt(revision: number): DraftFigures {
   };
 }
 
-let desk: Desk;
+let reviewClient: ReviewClient;
 let store: Store;
 beforeEach(async () => {
-  desk = new Desk(new ApiClient(new FakeReviewServer().fetch), { listen: () => () => undefined });
-  await desk.open();
-  store = createStore({ desk });
+  reviewClient = new ReviewClient(new ApiClient(new FakeReviewServer().fetch), { listen: () => () => undefined });
+  await reviewClient.open();
+  store = createStore({ reviewClient });
 });
 
 test('without edits there is only the plan, and before it is loaded not even that', () => {
   expect(totalsBeside(store)).toBeNull();
   store.loaded.value = { plan: smallPlan() } as never;
-  desk.live.value = { state: 'ready', step: null, fraction: null, message: null };
-  desk.figures.value = figuresAt(0);
+  reviewClient.live.value = { state: 'ready', step: null, fraction: null, message: null };
+  reviewClient.figures.value = figuresAt(0);
   expect(totalsBeside(store)).toMatchObject({ planned: { nStations: 3 }, isEdited: false, edited: null });
 });
 
 test('the edited plan stands beside the plan, where the live side knows what it is worth', async () => {
   store.loaded.value = { plan: smallPlan() } as never;
-  await desk.commit('move', [MOVE]);
+  await reviewClient.commit('move', [MOVE]);
   expect(totalsBeside(store)).toMatchObject({ isEdited: true, edited: null });
-  desk.live.value = { state: 'ready', step: null, fraction: null, message: null };
-  desk.figures.value = figuresAt(desk.review.value!.revision);
+  reviewClient.live.value = { state: 'ready', step: null, fraction: null, message: null };
+  reviewClient.figures.value = figuresAt(reviewClient.review.value!.revision);
   expect(totalsBeside(store)).toMatchObject({
     planned: { nStations: 3, coverage: 0.95 },
     edited: { nStations: 2, coverage: 0.9, floors: [{ nStations: 1 }, { nStations: 1 }] },
     isStale: false,
   });
-  desk.figures.value = figuresAt(desk.review.value!.revision - 1);
+  reviewClient.figures.value = figuresAt(reviewClient.review.value!.revision - 1);
   expect(totalsBeside(store)?.isStale).toBe(true);
 });
 
 test('the plan of a run stands alone, whatever was edited in the plan the page is for', async () => {
   store.loaded.value = { plan: smallPlan() } as never;
-  await desk.commit('move', [MOVE]);
+  await reviewClient.commit('move', [MOVE]);
   store.planBase.value = 'runs/R001/plan';
   expect(totalsBeside(store)).toMatchObject({ isEdited: false, edited: null });
 });

@@ -121,7 +121,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
         </div>
         <Sheet store={store} view={view} />
       </main>
-      {store.desk !== null && <Messages desk={store.desk} />}
+      {store.reviewClient !== null && <Messages reviewClient={store.reviewClient} />}
     </div>
   );
 }

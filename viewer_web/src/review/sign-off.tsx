@@ -1,8 +1,8 @@
 /** The sign-off: who says that the plan, as reviewed, is to be carried out. */
 import { useState } from 'preact/hooks';
 import { timeInWords } from '../api/conflict-words.ts';
-import type { Desk } from '../api/desk.ts';
 import type { Review } from '../api/documents.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 import { stationsOf } from '../edit/draft-follower.ts';
 import { canEdit } from '../edit/readiness.ts';
 import { totalsBeside } from '../edit/totals-beside.ts';
@@ -14,11 +14,11 @@ import { changesSinceSignature, sign, unsign } from './remarks.ts';
 
 interface SignOffProps {
   readonly store: Store;
-  readonly desk: Desk;
+  readonly reviewClient: ReviewClient;
   readonly review: Review;
 }
 
-export function SignOffSection({ store, desk, review }: SignOffProps) {
+export function SignOffSection({ store, reviewClient, review }: SignOffProps) {
   const signed = review.sign_off;
   const concerns = openConcerns(store, review);
   return (
@@ -26,10 +26,10 @@ export function SignOffSection({ store, desk, review }: SignOffProps) {
       {signed === null ? (
         <p class="muted">The plan is not signed off yet.</p>
       ) : (
-        <Signature desk={desk} review={review} mayTakeBack={canEdit(store)} />
+        <Signature reviewClient={reviewClient} review={review} mayTakeBack={canEdit(store)} />
       )}
       <ConcernList concerns={concerns} />
-      {canEdit(store) && signed === null && <SignForm desk={desk} concerns={concerns} />}
+      {canEdit(store) && signed === null && <SignForm reviewClient={reviewClient} concerns={concerns} />}
     </Section>
   );
 }
@@ -56,17 +56,17 @@ function ConcernList({ concerns }: { concerns: readonly Concern[] }) {
   );
 }
 
-function SignForm({ desk, concerns }: { desk: Desk; concerns: readonly Concern[] }) {
+function SignForm({ reviewClient, concerns }: { reviewClient: ReviewClient; concerns: readonly Concern[] }) {
   const [note, setNote] = useState('');
   const open = concerns.map(({ words }) => words).join('\n');
   // Of these points and no others: who has agreed to some is asked again when there are more.
   const [accepted, setAccepted] = useState('');
-  const name = desk.author.value.trim();
+  const name = reviewClient.author.value.trim();
   return (
     <form
       onSubmit={(event) => {
         event.preventDefault();
-        void desk.commit('sign off', [sign(note.trim())]);
+        void reviewClient.commit('sign off', [sign(note.trim())]);
       }}
     >
       <label class="field">
@@ -99,11 +99,19 @@ function SignForm({ desk, concerns }: { desk: Desk; concerns: readonly Concern[]
   );
 }
 
-function Signature({ desk, review, mayTakeBack }: { desk: Desk; review: Review; mayTakeBack: boolean }) {
+function Signature({
+  reviewClient,
+  review,
+  mayTakeBack,
+}: {
+  reviewClient: ReviewClient;
+  review: Review;
+  mayTakeBack: boolean;
+}) {
   const signed = review.sign_off;
   if (signed === null) return null;
   const nSince = changesSinceSignature(review);
-  const isOtherPlan = signed.plan_sha256 !== desk.session.value?.plan_sha256;
+  const isOtherPlan = signed.plan_sha256 !== reviewClient.session.value?.plan_sha256;
   return (
     <div data-testid="signature">
       <p>
@@ -120,7 +128,7 @@ function Signature({ desk, review, mayTakeBack }: { desk: Desk; review: Review; 
           <button
             type="button"
             class="button button-small"
-            onClick={() => void desk.commit('take the signature back', [unsign()])}
+            onClick={() => void reviewClient.commit('take the signature back', [unsign()])}
           >
             Take the signature back
           </button>

@@ -1,6 +1,6 @@
 /** The form of a run: it begins with what the plan was asked. */
 import { useState } from 'preact/hooks';
-import type { Desk } from '../api/desk.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
@@ -20,31 +20,31 @@ const NETWORKS = [
 
 interface FormProps {
   readonly store: Store;
-  readonly desk: Desk;
+  readonly reviewClient: ReviewClient;
 }
 
-export function RunFormSection({ store, desk }: FormProps) {
+export function RunFormSection({ store, reviewClient }: FormProps) {
   const plan = store.loaded.value?.plan;
   const [form, setForm] = useState<RunForm | null>(null);
   const [isSending, setIsSending] = useState(false);
   if (plan === undefined) return null;
   const shown = form ?? formFrom(plan.requirements);
   const faults = faultsOf(shown);
-  const obstacle = desk.runObstacle.value;
-  const isRunning = desk.runs.value.some(({ state }) => state === 'running');
+  const obstacle = reviewClient.runObstacle.value;
+  const isRunning = reviewClient.runs.value.some(({ state }) => state === 'running');
   const set = (changes: Partial<RunForm>): void => setForm({ ...shown, ...changes });
   const start = async (): Promise<void> => {
     setIsSending(true);
     try {
-      await desk.client.post('runs', requestOf(shown));
-      await desk.refreshRuns();
+      await reviewClient.client.post('runs', requestOf(shown));
+      await reviewClient.refreshRuns();
       // What was changed meanwhile stays.
       setForm((now) => {
         const meanwhile = now ?? shown;
         return { ...meanwhile, title: meanwhile.title === shown.title ? '' : meanwhile.title };
       });
     } catch (error) {
-      desk.warn((error as Error).message);
+      reviewClient.warn((error as Error).message);
     }
     setIsSending(false);
   };

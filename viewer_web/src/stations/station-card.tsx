@@ -89,7 +89,7 @@ function secondsAt({ field_time: time, stations }: PlanJson): number | null {
 /** The largest of what would be lost without the station, and a button that points it out. */
 function OwnSurface({ store, plan, station }: StationProps) {
   const worth = worthOf(store, station);
-  const results = worth === station ? plan.requirements.results : store.desk?.figures.value?.requirements;
+  const results = worth === station ? plan.requirements.results : store.reviewClient?.figures.value?.requirements;
   // The elements are those of the plan as it was made.
   const parts =
     worth === station ? (plan.why?.stations.find((one) => one.station === station.id)?.own_parts ?? []) : [];
