@@ -3,13 +3,13 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Browser } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test } from 'vitest';
-import { walkOf } from '../src/field/walk.ts';
+import { routeStops } from '../src/field/route.ts';
 import { type PlanJson, parsePlan } from '../src/load/plan-json.ts';
 import { launchBrowser, ViewerPage } from './browser.ts';
 
 const address = inject('address');
 const plan: PlanJson = parsePlan(JSON.parse(readFileSync(join(inject('planFolder'), 'plan.json'), 'utf8')));
-const stops = walkOf(plan);
+const stops = routeStops(plan);
 
 let browser: Browser;
 let viewer: ViewerPage;

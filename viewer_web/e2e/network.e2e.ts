@@ -28,7 +28,7 @@ afterEach(async () => {
 
 test('what the browser finds of the network is what the planner found', () => {
   const sorted = (lists: readonly (readonly string[])[]): string[] => lists.map((list) => list.join(' ')).sort();
-  expect(sorted(report.parts)).toEqual(sorted(registration.networks.map(({ stations }) => stations)));
+  expect(sorted(report.components)).toEqual(sorted(registration.networks.map(({ stations }) => stations)));
   expect(sorted([...report.bridges].map(({ a, b }) => [a, b]))).toEqual(
     sorted(registration.networks.flatMap(({ bridges }) => bridges)),
   );
@@ -38,7 +38,7 @@ test('what the browser finds of the network is what the planner found', () => {
 test('the tab tells networks, bridges and the weakest link', { tags: 'main' }, async () => {
   await viewer.open('#tab=network');
   const shown = await viewer.figures('network-figures');
-  expect(shown.Networks).toContain(report.parts.length === 1 ? 'one: all register' : `${report.parts.length} apart`);
+  expect(shown.Networks).toContain(report.components.length === 1 ? 'one: all register' : `${report.components.length} apart`);
   expect(shown['Links that count']).toBe(String(report.counting.length));
   expect(shown.Bridges).toBe(String(report.bridges.size));
   const weakest = report.weakest;

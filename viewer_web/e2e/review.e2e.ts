@@ -156,14 +156,14 @@ test('the edited plan stands beside the plan, in words, and what is unseen follo
   const remove = removed.map(({ id }): Change => ({ kind: 'remove_station', station: id }));
   expect(await changeAs(viewer, 'Grace', ...remove)).toBe(200);
   await page.getByRole('tab', { name: 'Plan' }).click();
-  const targets = page.getByTestId('targets');
-  await expect.poll(() => targets.textContent()).toContain('NOT MET');
-  const row = targets.locator('tr', { hasText: 'Stations' });
+  const requirements = page.getByTestId('requirements');
+  await expect.poll(() => requirements.textContent()).toContain('NOT MET');
+  const row = requirements.locator('tr', { hasText: 'Stations' });
   expect(await row.locator('td').allTextContents()).toEqual([
     `${plan.stations.length}`,
     `${plan.stations.length - removed.length}`,
   ]);
-  expect(await targets.locator('thead').textContent()).toBe('as plannedas edited');
+  expect(await requirements.locator('thead').textContent()).toBe('as plannedas edited');
   expect(await page.getByTestId('station-count').textContent()).toBe(`${plan.stations.length - removed.length}`);
   await expect.poll(() => page.getByTestId('met').textContent()).toBe('NOT MET');
   await viewer.screenshot('review-4-beside');

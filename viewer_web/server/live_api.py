@@ -30,11 +30,11 @@ from viewer_web.server.live_documents import (
     GroundHead,
     PreviewHead,
     PreviewQuestion,
-    WalkOfDraft,
+    RouteOfDraft,
     figures_document,
     ground_head,
     preview_head,
-    walk_document,
+    draft_route_document,
 )
 from viewer_web.server.live_side import LiveSide, NotReadyError
 
@@ -80,10 +80,12 @@ def _add_figures(router: APIRouter, drafts: _DraftAnswers) -> None:
         """Coverage, requirements, stations, registration and what is left unseen, of the plan as reviewed."""
         return drafts.document(request, lambda live, draft, n: figures_document(live, live.figures(draft), n))
 
-    @router.get("/walk", response_model=WalkOfDraft, responses=_REFUSED, summary="Walk through the draft")
-    def walk(request: Request) -> Response:
+    @router.get("/route", response_model=RouteOfDraft, responses=_REFUSED, summary="Route through the draft")
+    def get_route(request: Request) -> Response:
         """The way from station to station and the time in the field; takes a second or more."""
-        return drafts.document(request, lambda live, draft, n: walk_document(live.figures(draft), live.walk(draft), n))
+        return drafts.document(
+            request, lambda live, draft, n: draft_route_document(live.figures(draft), live.walk(draft), n)
+        )
 
     @router.post(
         "/preview",

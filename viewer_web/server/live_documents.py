@@ -161,8 +161,8 @@ class FiguresOfDraft(BaseModel):
     unseen: list[UnseenDocument] = Field(description="Largest first.")
 
 
-class WalkOfDraft(BaseModel):
-    """The walk through the draft's stations, `route` and `field_time` as in plan.json."""
+class RouteOfDraft(BaseModel):
+    """The route through the draft's stations, `route` and `field_time` as in plan.json."""
 
     revision: int
     route: dict[str, Any] | None
@@ -226,10 +226,10 @@ def ground_head(live: LivePlan, ground: GroundMap) -> GroundHead:
     return GroundHead(floor=ground.floor, origin=[x, y], cell_m=ground.cell_m, width=width, height=height)
 
 
-def walk_document(figures: DraftFigures, walk: Walk, revision: int) -> WalkOfDraft:
-    """Return the walk; `figures` are of the same draft."""
+def draft_route_document(figures: DraftFigures, walk: Walk, revision: int) -> RouteOfDraft:
+    """Return the route; `figures` are of the same draft."""
     plan = replace(figures.plan, route=walk.route, field_time=walk.field_time)
-    return WalkOfDraft(revision=revision, route=route_document(plan), field_time=field_time_document(walk.field_time))
+    return RouteOfDraft(revision=revision, route=route_document(plan), field_time=field_time_document(walk.field_time))
 
 
 def _coverage(coverage: Coverage) -> dict[str, float]:

@@ -8,6 +8,7 @@ import { createHeatState, type HeatState } from './heat/state.ts';
 import { createLoadState, type LoadState } from './load/state.ts';
 import { createNetworkState, type NetworkState } from './network/state.ts';
 import { createPanelState, type PanelState } from './panels/state.ts';
+import { createRouteState, type RouteState } from './route/state.ts';
 import { createSceneState, type SceneState } from './scene/state.ts';
 import { createStationState, type StationState } from './stations/state.ts';
 import { createUnseenState, type UnseenState } from './unseen/state.ts';
@@ -22,6 +23,7 @@ export interface Store
     NetworkState,
     UnseenState,
     WalkState,
+    RouteState,
     SceneState,
     CompareState,
     Choices {
@@ -40,7 +42,7 @@ interface StoreOptions {
 
 export function createStore({ isStatic = false, reviewClient = null }: StoreOptions = {}): Store {
   const load = createLoadState();
-  const walk = createWalkState(load);
+  const walk = createWalkState();
   const stations = createStationState(load);
   const state = {
     ...load,
@@ -49,6 +51,7 @@ export function createStore({ isStatic = false, reviewClient = null }: StoreOpti
     ...createFloorState(load, walk),
     ...createHeatState(load),
     ...createNetworkState(load, stations),
+    ...createRouteState(load),
     ...createUnseenState(),
     ...createSceneState(),
     ...createPanelState(),

@@ -37,6 +37,7 @@ export interface Documents {
   ResolveComment: ResolveComment;
   RestoreStation: RestoreStation;
   ReviewDocument: ReviewDocument;
+  RouteOfDraft: RouteOfDraft;
   RunBest: RunBest;
   RunDocument: RunDocument;
   RunList: RunList;
@@ -54,7 +55,6 @@ export interface Documents {
   UnseenDocument: UnseenDocument;
   Unsign: Unsign;
   VerdictDocument: VerdictDocument;
-  WalkOfDraft: WalkOfDraft;
   ZoneDocument: ZoneDocument;
 }
 /**
@@ -768,6 +768,18 @@ export interface Refusal {
   message: string;
 }
 /**
+ * The route through the draft's stations, `route` and `field_time` as in plan.json.
+ */
+export interface RouteOfDraft {
+  revision: number;
+  route: {
+    [k: string]: unknown;
+  } | null;
+  field_time: {
+    [k: string]: unknown;
+  } | null;
+}
+/**
  * The best stations so far; of a run that has a plan, those of the plan.
  */
 export interface RunBest {
@@ -900,16 +912,4 @@ export interface SessionDocument {
   revision: number;
   read_only: boolean;
   live: LiveDocument;
-}
-/**
- * The walk through the draft's stations, `route` and `field_time` as in plan.json.
- */
-export interface WalkOfDraft {
-  revision: number;
-  route: {
-    [k: string]: unknown;
-  } | null;
-  field_time: {
-    [k: string]: unknown;
-  } | null;
 }

@@ -1,7 +1,7 @@
 /** The strip of totals above the canvas: what the edited plan is worth beside the plan as it was made. */
 import type { ComponentChildren } from 'preact';
 import { percent } from '../panels/figures.ts';
-import { MetWord, metInWords } from '../panels/targets.tsx';
+import { MetWord, metInWords } from '../panels/requirements.tsx';
 import type { Store } from '../store.ts';
 import { countEdits, editsInWords } from './draft.ts';
 import { hasEdits, stationsOf } from './draft-follower.ts';

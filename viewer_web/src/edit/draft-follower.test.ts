@@ -23,7 +23,7 @@ beforeEach(async () => {
     new ApiClient(async (address, options) => {
       if (!address.startsWith('api/live/')) return server.fetch(address, options);
       asked.push(address.slice('api/live/'.length));
-      if (address.endsWith('walk')) return new Response(JSON.stringify({ route: { order: ['S001'] } }));
+      if (address.endsWith('route')) return new Response(JSON.stringify({ route: { order: ['S001'] } }));
       if (address.endsWith('figures')) return new Response('no figures here', { status: 404 });
       return new Response(Uint8Array.of(1, 2, 3, 4));
     }),
@@ -87,10 +87,10 @@ test('only stations that are not where the plan has them are asked of the live s
   expect(asked).toEqual(['stations/S001/seen']);
 });
 
-test('the walk of an edited plan is asked for where it is looked at', async () => {
+test('the route of an edited plan is asked for where it is looked at', async () => {
   reviewClient.live.value = READY;
   await reviewClient.commit('move', [move(1005)]);
-  expect(asked).not.toContain('walk');
+  expect(asked).not.toContain('route');
   store.showRoute.value = true;
   await expect.poll(() => store.draftRoute.value?.order).toEqual(['S001']);
   store.editing.showsPlan.value = true;

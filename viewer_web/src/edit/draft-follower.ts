@@ -1,6 +1,6 @@
 /** Keeps what is shown in step with the review: stations and links of the draft, and the values its stations give the patches. */
 import { computed, effect, type ReadonlySignal, signal } from '@preact/signals';
-import type { DraftLink, DraftWalk, Run } from '../api/documents.ts';
+import type { DraftLink, DraftRoute, Run } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
 import type { PatchValues } from '../heat/layers.ts';
 import { TIMES_SEEN } from '../heat/layers.ts';
@@ -94,11 +94,11 @@ export class DraftFollower {
     this.store.draftRoute.value = null;
   }
 
-  /** The walk through the draft's stations: asked for only where it is looked at, as finding it takes a second and more. */
+  /** The route through the draft's stations: asked for only where it is looked at, as finding it takes a second and more. */
   private async fetchRoute(routeKey: ReadonlySignal<string | null>): Promise<void> {
     const key = routeKey.peek();
     try {
-      const { route } = await this.reviewClient.client.json<DraftWalk>('live/walk');
+      const { route } = await this.reviewClient.client.json<DraftRoute>('live/route');
       if (routeKey.peek() === key) this.store.draftRoute.value = route as PlanRoute | null;
     } catch (error) {
       this.reviewClient.warn((error as Error).message);

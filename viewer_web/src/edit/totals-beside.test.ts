@@ -2,7 +2,7 @@ import { beforeEach, expect, test } from 'vitest';
 import { ApiClient } from '../api/client.ts';
 import type { Change, DraftFigures } from '../api/documents.ts';
 import { ReviewClient } from '../api/review-client.ts';
-import { metInWords, missedInWords } from '../panels/targets.tsx';
+import { metInWords, missedInWords } from '../panels/requirements.tsx';
 import { createStore, type Store } from '../store.ts';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
 import { smallPlan } from '../testing/small-plan.ts';

@@ -6,8 +6,8 @@ import { counted, metres } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { FloorMap } from './floor-map.tsx';
 import './field.css';
+import { nextStop, routeStops, type Stop, wayLeft, wayTo } from './route.ts';
 import { readTicks, tickKey, writeTicks } from './ticks.ts';
-import { nextStop, type Stop, walkOf, wayLeft, wayTo } from './walk.ts';
 
 interface FieldViewProps {
   readonly store: Store;
@@ -15,7 +15,7 @@ interface FieldViewProps {
 }
 
 export function FieldView({ store, loaded }: FieldViewProps) {
-  const stops = useMemo(() => walkOf(loaded.plan), [loaded]);
+  const stops = useMemo(() => routeStops(loaded.plan), [loaded]);
   const key = useMemo(() => tickKey(loaded.plan, window.location.pathname), [loaded]);
   const [done, setDone] = useState(() => readTicks(window.localStorage, key));
   const [picked, setPicked] = useState<string | null>(null);

@@ -1,5 +1,5 @@
 /** Stations that would hide one another on a map: at one spot at several heights, or nearly. */
-import type { Stop } from './walk.ts';
+import type { Stop } from './route.ts';
 
 /** In the order of the walk, never empty; drawn where the first stands. */
 export type Stack = readonly Stop[];

@@ -81,16 +81,18 @@ export function GraphKey() {
 }
 
 function Figures({ store, report, counting }: { store: Store; report: NetworkReport; counting: Counting }) {
-  const { parts, bridges, articulations, weakest } = report;
+  const { components, bridges, articulations, weakest } = report;
   const strength = counting.minStrength > 0 ? ` and strength ${counting.minStrength}` : '';
   return (
     <dl class="figures" data-testid="network-figures">
       <Figure
         name="Networks"
         value={
-          <Badge isGood={parts.length <= 1}>{parts.length <= 1 ? 'one: all register' : `${parts.length} apart`}</Badge>
+          <Badge isGood={components.length <= 1}>
+            {components.length <= 1 ? 'one: all register' : `${components.length} apart`}
+          </Badge>
         }
-        hint={parts.map((part) => part.join(' ')).join('\n')}
+        hint={components.map((component) => component.join(' ')).join('\n')}
       />
       <Figure
         name="Links that count"

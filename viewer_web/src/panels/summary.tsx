@@ -3,8 +3,8 @@ import { countingLinks } from '../edit/totals.ts';
 import { type TotalsBeside, totalsBeside } from '../edit/totals-beside.ts';
 import type { Store } from '../store.ts';
 import { askedPercent, counted, percent, squareMetres } from './figures.ts';
+import { Requirements } from './requirements.tsx';
 import { Figure, Section } from './section.tsx';
-import { Targets } from './targets.tsx';
 
 export function Summary({ store }: { store: Store }) {
   const [plan, totals] = [store.loaded.value?.plan, totalsBeside(store)];
@@ -15,7 +15,7 @@ export function Summary({ store }: { store: Store }) {
     <Section title="Plan">
       <Headline {...totals} />
       <Meter fraction={(totals.edited ?? totals.planned).coverage} required={requirements.coverage} />
-      <Targets {...totals} />
+      <Requirements {...totals} />
       {totals.isEdited && <h3>As planned</h3>}
       <dl class="figures">
         <Figure name="Seen" value={`${squareMetres(coverage.covered_area_m2)}`} hint="Area that a station sees" />
@@ -67,7 +67,7 @@ function Headline({ planned, isEdited, edited, isStale }: TotalsBeside) {
   const { coverage, nStations } = edited ?? planned;
   const as = edited !== null ? ', as edited' : isEdited ? ', as planned' : '';
   return (
-    <div class={isStale ? 'headline targets-stale' : 'headline'}>
+    <div class={isStale ? 'headline requirements-stale' : 'headline'}>
       <div>
         <strong data-testid="coverage">{percent(coverage)}</strong>
         <span>of achievable area seen{as}</span>

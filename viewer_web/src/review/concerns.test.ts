@@ -27,10 +27,10 @@ test('nothing speaks against a plan that meets all and that nobody objects to', 
   expect(concerns({})).toEqual([]);
 });
 
-test('missed targets and a network in parts are those of the plan as edited, where it is', () => {
+test('missed requirements and a network in parts are those of the plan as edited, where it is', () => {
   const poor: Totals = { ...FINE, nNetworks: 2, requirements: [MISSED] };
   const expected = [
-    ['target', 'Not met: Ground floor 90.0 % of 95 %'],
+    ['requirement', 'Not met: Ground floor 90.0 % of 95 %'],
     ['network', 'The stations register as 2 networks, not as one'],
   ];
   expect(concerns({}, beside({ planned: poor }))).toEqual(expected);

@@ -6,10 +6,10 @@ import { isInside } from '../edit/outline.ts';
 import { missedOf } from '../edit/totals.ts';
 import type { TotalsBeside } from '../edit/totals-beside.ts';
 import { counted } from '../panels/figures.ts';
-import { missedInWords } from '../panels/targets.tsx';
+import { missedInWords } from '../panels/requirements.tsx';
 
 export interface Concern {
-  readonly kind: 'unknown' | 'target' | 'network' | 'kept_out' | 'rejected' | 'comment';
+  readonly kind: 'unknown' | 'requirement' | 'network' | 'kept_out' | 'rejected' | 'comment';
   readonly words: string;
 }
 
@@ -51,7 +51,7 @@ function figureConcerns({ planned, isEdited, edited, isStale }: TotalsBeside, as
   const concerns: Concern[] = [];
   if (isStale) concerns.push({ kind: 'unknown', words: 'What the last changes are worth is still being computed' });
   if (missedOf(known.requirements).length > 0) {
-    concerns.push({ kind: 'target', words: `Not met: ${missedInWords(known.requirements)}` });
+    concerns.push({ kind: 'requirement', words: `Not met: ${missedInWords(known.requirements)}` });
   }
   if (asksNetwork && known.nNetworks > 1) {
     concerns.push({ kind: 'network', words: `The stations register as ${known.nNetworks} networks, not as one` });

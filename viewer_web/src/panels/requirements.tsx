@@ -3,13 +3,13 @@
 import { type Met, missedOf, OVERALL, type Totals } from '../edit/totals.ts';
 import type { TotalsBeside } from '../edit/totals-beside.ts';
 import { askedPercent, counted, percent, percentDown } from './figures.ts';
-import './targets.css';
+import './requirements.css';
 
-export function Targets({ planned, isEdited, edited, isStale }: TotalsBeside) {
+export function Requirements({ planned, isEdited, edited, isStale }: TotalsBeside) {
   const columns: (readonly [string, Totals | null])[] = [['as planned', planned]];
   if (isEdited) columns.push(['as edited', edited]);
   return (
-    <table class={className(isEdited, isStale)} data-testid="targets">
+    <table class={className(isEdited, isStale)} data-testid="requirements">
       {isEdited && (
         <thead>
           <tr>
@@ -44,7 +44,11 @@ export function Targets({ planned, isEdited, edited, isStale }: TotalsBeside) {
 }
 
 function className(isEdited: boolean, isStale: boolean): string {
-  return ['targets', ...(isEdited ? ['targets-beside'] : []), ...(isStale ? ['targets-stale'] : [])].join(' ');
+  return [
+    'requirements',
+    ...(isEdited ? ['requirements-beside'] : []),
+    ...(isStale ? ['requirements-stale'] : []),
+  ].join(' ');
 }
 
 interface CountRowProps {

@@ -17,7 +17,7 @@ export interface Stop {
 }
 
 /** The stations in the order of the walk; those that can't be walked to come last. */
-export function walkOf(plan: PlanJson): Stop[] {
+export function routeStops(plan: PlanJson): Stop[] {
   const { route, stations } = plan;
   const byId = new Map(stations.map((station) => [station.id, station]));
   const planned = [...stations].sort((a, b) => a.order - b.order).map(({ id }) => id);
