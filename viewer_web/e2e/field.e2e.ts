@@ -69,7 +69,7 @@ test('any station can be looked up, and the whole plan is a tap away', async () 
     .last()
     .tap();
   await reads('field-station', last.stationId);
-  await viewer.page.getByRole('button', { name: 'The whole plan' }).tap();
+  await viewer.page.getByRole('button', { name: 'Full plan' }).tap();
   await viewer.page.locator('.marker').first().waitFor({ state: 'attached' });
   await expect.poll(() => viewer.hash()).not.toContain('view=field');
 });

@@ -49,7 +49,7 @@ function compareWith(store: Store, value: string): void {
 }
 
 function nameOf(store: Store, base: string): string {
-  if (base === OWN_PLAN) return 'the plan as it was made';
+  if (base === OWN_PLAN) return 'the original plan';
   const run = store.reviewClient?.runs.value.find(({ plan }) => plan === base);
   return run?.title ? `${run.id}: ${run.title}` : titleOfBase(base);
 }

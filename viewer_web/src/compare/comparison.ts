@@ -69,6 +69,6 @@ export function figureRows(shown: Compared, other: Compared): FigureRow[] {
       row(isSame ? name : `Coverage, ${name}`, (of) => percent(on(of, id)?.coverage)),
     ),
     row('Links', ({ nLinks }) => (nLinks === null ? '' : String(nLinks))),
-    row('Networks', ({ nNetworks }) => String(nNetworks)),
+    row('Connected groups', ({ nNetworks }) => String(nNetworks)),
   ];
 }

@@ -46,7 +46,7 @@ export class AreaTools {
     const fault = faultOf(outline);
     const coverage = tool === 'priority' ? shareOf(editing.priorityPercent.peek()) : null;
     if (fault !== null || (tool === 'priority' && coverage === null)) {
-      this.reviewClient.warn(fault ?? 'The coverage of a priority zone is a percentage from 1 to 100.');
+      this.reviewClient.warn(fault ?? 'Priority zone: the required coverage is a percentage up to 100.');
       return;
     }
     const name = editing.zoneName.peek().trim();
@@ -77,7 +77,7 @@ export class AreaTools {
     }
     const picked = this.view.surfaceAt(place.clientX, place.clientY);
     if (picked === null || picked.isSection) {
-      this.reviewClient.warn('There is no surface under the pointer. Click on one.');
+      this.reviewClient.warn('No surface under the pointer: click on one.');
       return;
     }
     if (tool === 'ground') void this.pickGround(picked);
@@ -93,7 +93,7 @@ export class AreaTools {
     const floor = this.loaded.stage.floors.find(({ id }) => id === floorId);
     const at = floor && this.view.levelAt(clientX, clientY, floor.id, floor.elevationM);
     if (floor === undefined || !at) {
-      this.reviewClient.warn('Click on the floor that the area is on.');
+      this.reviewClient.warn('Click on the floor of the zone.');
       return;
     }
     const corners = editing.outline.peek();
@@ -132,7 +132,7 @@ export class AreaTools {
 
   private async pickGround(picked: Picked): Promise<void> {
     if (isSteep(this.loaded.stage.triangles.cornersM, picked.triangle)) {
-      this.reviewClient.warn('This surface is too steep to stand on. Click on one that is level.');
+      this.reviewClient.warn('This surface is too steep to stand on: click on a level one.');
       return;
     }
     const isGround = this.store.editing.marksGround.peek();
@@ -143,13 +143,13 @@ export class AreaTools {
       this.reviewClient.notice.value = { kind: 'note', text: words };
       return;
     }
-    const label = isGround ? 'mark ground' : 'unmark ground';
+    const label = isGround ? 'mark a walkable floor' : 'mark as not a floor';
     await this.reviewClient.commit(label, [pickGround(picked.pointM, isGround, floorId)]);
   }
 
   private async forbid(picked: Picked): Promise<void> {
     const radiusM = this.store.editing.forbidRadiusM.peek();
-    await this.reviewClient.commit('forbid a place', [forbid(picked.pointM, radiusM, this.floorOf(picked))]);
+    await this.reviewClient.commit('forbid a position', [forbid(picked.pointM, radiusM, this.floorOf(picked))]);
   }
 
   private add(picked: Picked): void {

@@ -31,7 +31,7 @@ export function DraftBar({ store }: { store: Store }) {
       {isEdited ? (
         <ShownChoice store={store} words={editsInWords(countEdits(stations))} />
       ) : (
-        <span class="muted">No station is edited</span>
+        <span class="muted">No stations edited</span>
       )}
       <TotalsList totals={totals} planned={planTotals(plan)} isLive={isLive(store)} />
       {canEdit(store) && <UndoButtons store={store} />}
@@ -73,7 +73,7 @@ function ShownChoice({ store, words }: { store: Store; words: string }) {
           type="button"
           role="radio"
           aria-checked={showsPlan.value === isPlan}
-          title={isPlan ? 'The plan as it was made' : words}
+          title={isPlan ? 'The original plan' : words}
           onClick={() => {
             showsPlan.value = isPlan;
           }}
@@ -87,9 +87,9 @@ function ShownChoice({ store, words }: { store: Store; words: string }) {
 
 function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planned: Totals; isLive: boolean }) {
   if (totals === null) {
-    return <p class="muted">{isLive ? 'Computing …' : 'Coverage of the edited plan is not known'}</p>;
+    return <p class="muted">{isLive ? 'Computing …' : 'Coverage of the edited plan unknown'}</p>;
   }
-  const networks = totals.nNetworks === 1 ? 'one network' : `${totals.nNetworks} networks`;
+  const connectivity = totals.nNetworks === 1 ? 'connected' : `${totals.nNetworks} unconnected groups`;
   return (
     <dl data-testid="totals">
       <Total name="Stations" value={`${totals.nStations}`} change={signedCount(totals.nStations - planned.nStations)} />
@@ -113,7 +113,11 @@ function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planne
             isBetterUp
           />
         ))}
-      <Total name="Links" value={totals.nLinks === null ? networks : `${totals.nLinks}, ${networks}`} change="" />
+      <Total
+        name="Links"
+        value={totals.nLinks === null ? connectivity : `${totals.nLinks}, ${connectivity}`}
+        change=""
+      />
     </dl>
   );
 }

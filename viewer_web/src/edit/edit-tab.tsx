@@ -37,7 +37,7 @@ function LiveNote({ store }: { store: Store }) {
     <div class="callout" role="status" data-testid="live-note">
       {words}
       {live.state === 'starting' && (
-        <progress aria-label="Getting ready" {...(fraction === null ? {} : { value: fraction })} />
+        <progress aria-label="Preparing live editing" {...(fraction === null ? {} : { value: fraction })} />
       )}
     </div>
   );

@@ -2,7 +2,7 @@
 import { NO_TOKEN } from '../api/api-error.ts';
 import type { ReviewClient } from '../api/review-client.ts';
 
-const ASKING = 'The server does not answer; asking again. What you see may be out of date.';
+const ASKING = 'The server does not answer; retrying. The page may be out of date.';
 const STARTED_AGAIN = 'If it was started again, open the address that it printed.';
 
 export function Messages({ reviewClient }: { reviewClient: ReviewClient }) {
@@ -32,14 +32,14 @@ export function Messages({ reviewClient }: { reviewClient: ReviewClient }) {
       )}
       {conflict !== null && (
         <div class="message-card message-conflict" role="alertdialog" aria-labelledby="conflict-title">
-          <h2 id="conflict-title">Somebody was first</h2>
+          <h2 id="conflict-title">Someone else changed this</h2>
           <p>{conflict.words}</p>
           <div class="buttons">
             <button type="button" class="button button-primary" onClick={() => reviewClient.takeTheirs()}>
-              Take theirs
+              Keep theirs
             </button>
             <button type="button" class="button" onClick={() => void reviewClient.applyMine()}>
-              Apply mine again
+              Keep mine
             </button>
           </div>
         </div>

@@ -26,7 +26,7 @@ test('a server that takes changes refuses nothing', async () => {
 });
 
 test('without a server, with a file server, and read-only, it is said how to get one that takes changes', async () => {
-  expect(whyNoEditing(createStore({ isStatic: true }))).toMatch(/copy to look at.*tlsplan view/);
+  expect(whyNoEditing(createStore({ isStatic: true }))).toMatch(/read-only copy.*tlsplan view/);
   expect(whyNoEditing(await storeOn(null))).toMatch(/only shows files.*tlsplan view/);
   const store = await storeOn(new FakeReviewServer());
   const session = store.reviewClient!.session;
@@ -60,7 +60,7 @@ test('while the live side is not ready, it is said how far it is or how to have 
   state.value = live({ state: 'starting', step: 'loading house.ifc', fraction: 0.4 });
   expect(whyNotLive(store)).toMatch(/loading house\.ifc, 40 %/);
   state.value = live({ state: 'failed', message: 'house.ifc: not found. Pass --scene.' });
-  expect(whyNotLive(store)).toMatch(/not found\. Pass --scene\. Stations can't be moved/);
+  expect(whyNotLive(store)).toMatch(/not found\. Pass --scene\. To move stations, fix this/);
   state.value = live({ state: 'off' });
   expect(whyNotLive(store)).toMatch(/--scene building\.ifc/);
   expect(isLive(store)).toBe(false);

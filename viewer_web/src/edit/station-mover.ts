@@ -101,7 +101,7 @@ export class StationMover {
     const ground = await this.groundOf(floorId);
     const place = ground.nearestAdmissible(at);
     if (place === null) {
-      this.reviewClient.warn('A tripod can stand nowhere on this floor.');
+      this.reviewClient.warn('No valid tripod position on this floor.');
       return;
     }
     const heightM = this.usualHeightM(floorId);
@@ -222,7 +222,7 @@ export class StationMover {
   private async commit({ stationId, floorId }: UnderWay, { head }: Preview): Promise<void> {
     const { reviewClient, store } = this;
     if (!head.admissible) {
-      reviewClient.warn(`No station can stand there: ${head.reason}.`);
+      reviewClient.warn(`No valid tripod position there: ${head.reason}.`);
       return;
     }
     const [x, y, z] = head.position;

@@ -69,5 +69,5 @@ test('what is met and what is not is said in words', () => {
   const all = { name: 'overall', required: 0.9, coverage: 0.97, isMet: true };
   expect(metInWords([all])).toBe('1 requirement met');
   expect(metInWords([floor, all])).toBe('Not met: Ground floor 93.1 % of 95 %');
-  expect(missedInWords([{ ...all, isMet: false }])).toBe('all of it 97.0 % of 90 %');
+  expect(missedInWords([{ ...all, isMet: false }])).toBe('whole building 97.0 % of 90 %');
 });

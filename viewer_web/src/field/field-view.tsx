@@ -46,12 +46,12 @@ export function FieldView({ store, loaded }: FieldViewProps) {
             store.page.value = 'plan';
           }}
         >
-          The whole plan
+          Full plan
         </button>
       </header>
       <progress class="field-progress" value={nDone} max={Math.max(1, stops.length)} aria-label="Stations done" />
       {hasEdits(stationsOf(store)) && (
-        <p class="field-note">The review moves stations: this is the walk of the plan as it was made.</p>
+        <p class="field-note">The review edits stations: this is the route of the original plan.</p>
       )}
       {next === null ? <AllDone n={stops.length} /> : <NextStop stop={next} stops={stops} done={done} onTick={tick} />}
       <FloorMap
@@ -77,7 +77,7 @@ function AllDone({ n }: { n: number }) {
 }
 
 function wayInWords(wayM: number | null, isFirst: boolean): string {
-  if (wayM === null) return isFirst ? 'The walk begins here' : 'Way not known';
+  if (wayM === null) return isFirst ? 'Start here' : 'Distance unknown';
   return wayM === 0 ? 'Here' : `${metres(wayM, wayM < 10 ? 1 : 0)} to go`;
 }
 
@@ -108,7 +108,7 @@ function NextStop({ stop, stops, done, onTick }: NextStopProps) {
         </p>
       </div>
       <button type="button" class="field-done" onClick={() => onTick(stop, !isDone)}>
-        {isDone ? 'Not done after all' : 'Done'}
+        {isDone ? 'Mark as not done' : 'Done'}
       </button>
     </section>
   );
@@ -124,7 +124,7 @@ interface StopListProps {
 
 function StopList({ stops, done, next, onTick, onPick }: StopListProps) {
   return (
-    <ol class="field-stops" aria-label="Stations in the order of the walk">
+    <ol class="field-stops" aria-label="Stations in route order">
       {stops.map((stop) => (
         <li key={stop.stationId} class={stop === next ? 'field-stop field-stop-next' : 'field-stop'}>
           <label>

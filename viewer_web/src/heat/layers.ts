@@ -48,13 +48,13 @@ const SEEN = ['#a9d9d3', '#62b6b7', '#2b8a9b', '#17607a'] as const;
 const GREY: ThemedColor = { light: '#c6cacc', dark: '#6d757a' };
 /** Paler than what can't be seen: nothing was tried there. */
 export const PALE: ThemedColor = { light: '#eef0f1', dark: '#42494e' };
-export const NOT_ASKED_CLASS: HeatClass = { value: NOT_ASKED, label: 'not asked for', color: PALE };
+export const NOT_ASKED_CLASS: HeatClass = { value: NOT_ASKED, label: 'out of scope', color: PALE };
 
 /** Of viewer/patches.u8: how many stations see it. */
 export const TIMES_SEEN_LAYER: ClassLayer = {
   kind: 'classes',
   id: TIMES_SEEN,
-  title: 'Stations that see it',
+  title: 'Number of stations',
   classes: [
     { value: 1, label: '1', color: SEEN[0] },
     { value: 2, label: '2', color: SEEN[1] },
@@ -62,20 +62,20 @@ export const TIMES_SEEN_LAYER: ClassLayer = {
     { value: 4, label: '4+', color: SEEN[3] },
     { value: 0, label: 'unseen', color: UNSEEN },
     NOT_ASKED_CLASS,
-    { value: NOT_ACHIEVABLE, label: 'not achievable', color: GREY },
+    { value: NOT_ACHIEVABLE, label: 'not scannable', color: GREY },
   ],
 };
 
 const SEEN_LAYER: ClassLayer = {
   kind: 'classes',
   id: 'seen',
-  title: 'Seen or not',
+  title: 'Seen or unseen',
   valuesOf: TIMES_SEEN,
   classes: [
     { value: 1, label: 'seen', color: SEEN[1] },
     { value: 0, label: 'unseen', color: UNSEEN },
     NOT_ASKED_CLASS,
-    { value: NOT_ACHIEVABLE, label: 'not achievable', color: GREY },
+    { value: NOT_ACHIEVABLE, label: 'not scannable', color: GREY },
   ],
 };
 
@@ -84,7 +84,7 @@ export const REASON = 'reason';
 export const OUT_OF_SCOPE = 255;
 /** By reason: what a further station would mend is warm, what the scanner can't do is cool, what nobody can is grey. */
 /** Not in files: what stations would see, and those of the edited plan do not. */
-export const LEFT_BY_EDITS = 'left by the edited plan';
+export const LEFT_BY_EDITS = 'left unseen by edits';
 const REASON_COLORS: Readonly<Record<string, ThemedColor>> = {
   covered: { light: '#dfe9e6', dark: '#54635f' },
   'not worth a station': '#e8833a',
@@ -105,8 +105,24 @@ export function reasonColor(reason: string): ThemedColor {
   return REASON_COLORS[reason] ?? GREY;
 }
 
+/** What plan.json calls otherwise than the field does. */
+export const REASON_WORDS: Readonly<Record<string, string>> = {
+  'not worth a station': 'reachable, left out',
+  'too few spots see it': 'seen from too few positions',
+  'returns no beam': 'no return',
+  'no admissible spot': 'no valid tripod position',
+};
+
+export function reasonInWords(reason: string): string {
+  return REASON_WORDS[reason] ?? reason;
+}
+
 function reasonLayer(reasons: readonly string[]): ClassLayer {
-  const ofReason = reasons.map((label, value) => ({ value, label, color: reasonColor(label) }));
+  const ofReason = reasons.map((reason, value) => ({
+    value,
+    label: reasonInWords(reason),
+    color: reasonColor(reason),
+  }));
   return {
     kind: 'classes',
     id: REASON,

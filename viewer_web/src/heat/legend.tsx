@@ -10,7 +10,14 @@ import type { ShownStation } from '../stations/shown.ts';
 import { cssColor, stationColor } from '../stations/station-color.ts';
 import type { Store } from '../store.ts';
 import { layerColors, themed } from './colors.ts';
-import { type ClassLayer, type HeatLayer, legendClasses, NOT_ASKED_CLASS, type RampLayer } from './layers.ts';
+import {
+  type ClassLayer,
+  type HeatLayer,
+  legendClasses,
+  NOT_ASKED_CLASS,
+  type RampLayer,
+  reasonInWords,
+} from './layers.ts';
 import { quantity } from './quantity.ts';
 import type { LayerState } from './state.ts';
 import type { Spread } from './statistics.ts';
@@ -28,9 +35,9 @@ function MarkLegend({ store }: { store: Store }) {
   const plan = store.loaded.value?.plan;
   const about =
     pair !== null
-      ? `Seen by both ${pair[0]} and ${pair[1]}`
+      ? `Seen from both ${pair[0]} and ${pair[1]}`
       : store.unseenFocus.value !== null
-        ? `Unseen: ${store.unseenFocus.value.surface.reason}`
+        ? `Unseen: ${reasonInWords(store.unseenFocus.value.surface.reason)}`
         : plan === undefined
           ? ''
           : lossLegend(plan, store.stationId.value ?? '', store.ownRequirement.value);
@@ -124,7 +131,7 @@ function Ramp({ layer, spread, isDark, isOfSomeFloors }: RampProps) {
       </div>
       {median !== null && mostly !== null ? (
         <p class="muted" data-testid="spread">
-          Half of what is seen: up to {quantity(median, layer.unit)}; 95 %: up to {quantity(mostly, layer.unit)}
+          Seen surface: median {quantity(median, layer.unit)}, 95 % within {quantity(mostly, layer.unit)}
         </p>
       ) : (
         <p class="muted">No surface has a value.</p>
@@ -136,7 +143,7 @@ function Ramp({ layer, spread, isDark, isOfSomeFloors }: RampProps) {
         </li>
         <li>
           <i class="swatch swatch-none" />
-          not achievable, or not known
+          not scannable, or unknown
         </li>
         {isOfSomeFloors && (
           <li>
@@ -176,10 +183,10 @@ export function Swatch({ color }: { color: string }) {
 }
 
 const CLOUD_TITLES = {
-  range: 'Range of the return',
-  incidence: 'Incidence of the beam',
-  intensity: 'Intensity: bright is head-on',
-  station: 'Clouds by station',
+  range: 'Range of returns',
+  incidence: 'Incidence angle',
+  intensity: 'Intensity (bright: head-on)',
+  station: 'Points by station',
 } as const;
 /** More colours than these nobody tells apart. */
 const MOST_STATIONS = 12;
@@ -222,7 +229,7 @@ function StationColors({ store }: { store: Store }) {
   const isShown = ({ id, floorId: own }: ShownStation): boolean =>
     store.showClouds.value ? floorId === null || own === floorId : id === store.stationId.value;
   const stations = store.shownStations.value.filter(isShown);
-  if (stations.length > MOST_STATIONS) return <p class="muted">A colour for each of {stations.length} stations.</p>;
+  if (stations.length > MOST_STATIONS) return <p class="muted">One colour per station, {stations.length} stations</p>;
   return (
     <ul class="legend-classes">
       {stations.map(({ id, order }) => (

@@ -20,8 +20,8 @@ test.each([
 });
 
 test.each([
-  ['tilts about 134 degrees from x to y', 'tilt about a level line NW–SE (bearing 136°)', 'NE or SW'],
-  ['tilts about y', 'tilt about a level line N–S (bearing 0°)', 'E or W'],
+  ['tilts about 134 degrees from x to y', 'tilt about a horizontal line NW–SE (bearing 136°)', 'NE or SW'],
+  ['tilts about y', 'tilt about a horizontal line N–S (bearing 0°)', 'E or W'],
   ['slides along x', 'shift along E–W (bearing 90°)', 'faces E or W'],
   ['slides along 100 degrees from x to y', 'shift along N–S (bearing 170°)', 'faces N or S'],
 ])('"%s" is told with its bearing, and what would hold it', (words, long, why) => {

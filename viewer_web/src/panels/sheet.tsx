@@ -12,8 +12,8 @@ import type { SheetId } from './state.ts';
 
 const TITLES: Readonly<Record<SheetId, string>> = {
   graph: 'Links between stations',
-  matrix: 'Overlap of each pair',
-  panorama: 'What the station sees',
+  matrix: 'Overlap by pair',
+  panorama: 'Panorama',
 };
 
 export function Sheet({ store, view }: { store: Store; view: PlanView | null }) {

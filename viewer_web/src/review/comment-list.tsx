@@ -58,11 +58,11 @@ function NewComment({ store, reviewClient }: { store: Store; reviewClient: Revie
       }}
     >
       <label class="field">
-        {spot === null ? 'On the plan as a whole' : `On ${spot.title}`}
+        {spot === null ? 'On the whole plan' : `On ${spot.title}`}
         <textarea
           aria-label="New comment"
           maxLength={5000}
-          placeholder="What should be looked at?"
+          placeholder="What needs attention?"
           value={text}
           onInput={(event) => setText(event.currentTarget.value)}
         />
@@ -129,7 +129,7 @@ function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps)
         <p class="comment-text">{text}</p>
       ) : (
         <textarea
-          aria-label="Reworded comment"
+          aria-label="Edited comment"
           value={edited}
           onInput={(event) => setEdited(event.currentTarget.value)}
         />
@@ -152,7 +152,7 @@ function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps)
         {mayChange && isMine && edited === null && (
           <>
             <button type="button" class="chip" onClick={() => setEdited(text)}>
-              Reword
+              Edit
             </button>
             <button
               type="button"
@@ -171,7 +171,7 @@ function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps)
               disabled={edited.trim() === ''}
               onClick={() => {
                 setEdited(null);
-                void reviewClient.commit('reword a comment', [editComment(id, edited.trim())]);
+                void reviewClient.commit('edit a comment', [editComment(id, edited.trim())]);
               }}
             >
               Save

@@ -24,9 +24,9 @@ export function SignOffSection({ store, reviewClient, review }: SignOffProps) {
   return (
     <Section title="Sign-off">
       {signed === null ? (
-        <p class="muted">The plan is not signed off yet.</p>
+        <p class="muted">Not signed off yet.</p>
       ) : (
-        <Signature reviewClient={reviewClient} review={review} mayTakeBack={canEdit(store)} />
+        <Signature reviewClient={reviewClient} review={review} mayWithdraw={canEdit(store)} />
       )}
       <ConcernList concerns={concerns} />
       {canEdit(store) && signed === null && <SignForm reviewClient={reviewClient} concerns={concerns} />}
@@ -44,7 +44,7 @@ function ConcernList({ concerns }: { concerns: readonly Concern[] }) {
   if (concerns.length === 0) return null;
   return (
     <>
-      <p class="concerns-title">Still open:</p>
+      <p class="concerns-title">Open points:</p>
       <ul class="concerns" aria-label="Open points">
         {concerns.map(({ kind, words }) => (
           <li key={words} data-concern={kind}>
@@ -74,7 +74,7 @@ function SignForm({ reviewClient, concerns }: { reviewClient: ReviewClient; conc
         <input
           type="text"
           maxLength={500}
-          placeholder="May be left empty"
+          placeholder="Optional"
           value={note}
           onInput={(event) => setNote(event.currentTarget.value)}
         />
@@ -94,7 +94,7 @@ function SignForm({ reviewClient, concerns }: { reviewClient: ReviewClient; conc
           {name === '' ? 'Sign off' : `Sign off as ${name}`}
         </button>
       </div>
-      {name === '' && <p class="hint">Enter your name above to sign.</p>}
+      {name === '' && <p class="hint">Enter your name above to sign off.</p>}
     </form>
   );
 }
@@ -102,11 +102,11 @@ function SignForm({ reviewClient, concerns }: { reviewClient: ReviewClient; conc
 function Signature({
   reviewClient,
   review,
-  mayTakeBack,
+  mayWithdraw,
 }: {
   reviewClient: ReviewClient;
   review: Review;
-  mayTakeBack: boolean;
+  mayWithdraw: boolean;
 }) {
   const signed = review.sign_off;
   if (signed === null) return null;
@@ -115,22 +115,22 @@ function Signature({
   return (
     <div data-testid="signature">
       <p>
-        <strong>{signed.name}</strong> signed <time dateTime={signed.time}>{timeInWords(signed.time)}</time>
+        <strong>{signed.name}</strong> signed off <time dateTime={signed.time}>{timeInWords(signed.time)}</time>
       </p>
       {signed.note !== '' && <p class="comment-text">{signed.note}</p>}
-      {isOtherPlan && <p class="note note-warn">It was signed for another plan: this one was made since.</p>}
+      {isOtherPlan && <p class="note note-warn">Signed off for an earlier plan; this one was made since.</p>}
       {!isOtherPlan && nSince > 0 && (
-        <p class="note note-warn">{counted(nSince, 'thing')} changed since: sign again if it still holds.</p>
+        <p class="note note-warn">{counted(nSince, 'change')} since: sign off again if it still holds.</p>
       )}
-      {!isOtherPlan && nSince === 0 && <p class="note">Nothing was changed since.</p>}
-      {mayTakeBack && (
+      {!isOtherPlan && nSince === 0 && <p class="note">No changes since.</p>}
+      {mayWithdraw && (
         <div class="buttons">
           <button
             type="button"
             class="button button-small"
-            onClick={() => void reviewClient.commit('take the signature back', [unsign()])}
+            onClick={() => void reviewClient.commit('withdraw the sign-off', [unsign()])}
           >
-            Take the signature back
+            Withdraw sign-off
           </button>
         </div>
       )}

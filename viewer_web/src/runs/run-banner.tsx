@@ -21,7 +21,7 @@ function WatchedRun({ store, run }: { store: Store; run: string }) {
       <p>
         {watchesRun.value ? (
           <>
-            Showing the best stations of <strong>run {run}</strong> so far; colours are the plan’s
+            Showing the best stations of <strong>run {run}</strong> so far; colours are those of the plan
           </>
         ) : (
           `Showing ${shown} while run ${run} goes on`

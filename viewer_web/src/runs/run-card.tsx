@@ -34,18 +34,18 @@ export function RunCard({ store, reviewClient, run, mayChange }: RunCardProps) {
       {run.message !== null && run.message !== '' && (
         <p class={run.state === 'failed' ? 'note note-warn' : 'note'}>{run.message}</p>
       )}
-      <Remarks lines={run.warnings ?? []} />
+      <Warnings lines={run.warnings ?? []} />
       <RunButtons store={store} reviewClient={reviewClient} run={run} mayChange={mayChange} />
     </li>
   );
 }
 
 /** What the plan that was found has to be read with, such as how few stations it would take from scratch. */
-function Remarks({ lines }: { lines: readonly string[] }) {
+function Warnings({ lines }: { lines: readonly string[] }) {
   if (lines.length === 0) return null;
   return (
     <details>
-      <summary>{counted(lines.length, 'remark')} on its plan</summary>
+      <summary>{counted(lines.length, 'warning')}</summary>
       <ul class="muted">
         {lines.map((line) => (
           <li key={line}>{line}</li>

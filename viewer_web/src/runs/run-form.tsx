@@ -9,13 +9,13 @@ import { FIELD_RULES, faultsOf, formFrom, type NumberField, type RunForm, reques
 const MORE: readonly NumberField[] = ['spacingMm', 'rangeM', 'incidenceDeg', 'noiseMm', 'seenFrom', 'timeLimitS'];
 const OBJECTIVES = [
   ['fewest', 'Fewest stations'],
-  ['coverage', 'Most coverage with so many'],
-  ['time', 'Least time in the field'],
+  ['coverage', 'Most coverage, number of stations given'],
+  ['time', 'Least field time'],
 ] as const;
 const NETWORKS = [
-  ['joined', 'One network'],
-  ['loops', 'One network, in loops'],
-  ['none', 'Not asked'],
+  ['joined', 'Connected'],
+  ['loops', 'Connected, redundant'],
+  ['none', 'Not required'],
 ] as const;
 
 interface FormProps {
@@ -100,7 +100,7 @@ function MainFields({ form, set, faults }: PartProps & { faults: Partial<Record<
         <input
           type="text"
           maxLength={200}
-          placeholder="What is tried"
+          placeholder="Purpose of this run"
           value={form.title}
           onInput={(event) => set({ title: event.currentTarget.value })}
         />
@@ -126,7 +126,7 @@ function MainFields({ form, set, faults }: PartProps & { faults: Partial<Record<
         <NumberInput form={form} field="overlapPercent" set={set} fault={faults.overlapPercent} />
       </div>
       <label class="field">
-        Stations register as
+        Network
         <select
           value={form.network}
           onChange={(event) => set({ network: event.currentTarget.value as RunForm['network'] })}
@@ -192,13 +192,13 @@ function FloorChoice({ store, form, set }: PartProps & { store: Store }) {
 function ReviewChoice({ store, form, set }: PartProps & { store: Store }) {
   const isOwn = store.planBase.value === OWN_PLAN;
   return (
-    <label class="check run-more" title="Moved, locked and forbidden stations, zones and marked ground count">
+    <label class="check run-more" title="Uses moved and locked stations, forbidden positions, zones and marked floors">
       <input
         type="checkbox"
         checked={form.fromReview}
         onChange={(event) => set({ fromReview: event.currentTarget.checked })}
       />
-      {isOwn ? 'Keep to the review’s edits' : 'Keep to the edits of the plan’s review'}
+      {isOwn ? 'Keep current stations and edits' : 'Keep stations and edits of the main plan'}
     </label>
   );
 }

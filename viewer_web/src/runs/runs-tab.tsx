@@ -28,12 +28,12 @@ export function RunsTab({ store }: RunsTabProps) {
   return (
     <>
       {session.read_only ? (
-        <p class="callout">The server was started with --read-only. Start it without, and plans can be made here.</p>
+        <p class="callout">The server was started with --read-only. Restart it without to plan here.</p>
       ) : (
         <RunFormSection store={store} reviewClient={reviewClient} />
       )}
       <Section title="Runs" aside={runs.length === 0 ? '' : `${runs.length}`}>
-        {runs.length === 0 && <p class="muted">None yet.</p>}
+        {runs.length === 0 && <p class="muted">No runs yet.</p>}
         <ul class="runs" aria-label="Runs">
           {runs.map((run) => (
             <RunCard key={run.id} store={store} reviewClient={reviewClient} run={run} mayChange={!session.read_only} />
