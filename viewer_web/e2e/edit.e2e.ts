@@ -260,14 +260,14 @@ test('the edited plan is set beside the plan as it was made', async () => {
   expect(await marker(stations[0].id).getAttribute('class')).not.toContain('marker-moved');
   await viewer.page.getByRole('radio', { name: /^Edited/ }).click();
   await viewer.page.getByRole('tab', { name: 'Runs' }).click();
-  await viewer.page.getByLabel('The edited plan with').selectOption('');
+  await viewer.page.getByLabel('The edited plan compared with').selectOption('');
   await viewer.page.getByTestId('comparison').waitFor();
   await viewer.settle();
   const rows = viewer.page.getByTestId('comparison').locator('tbody tr');
   expect(await rows.first().textContent()).toContain(String(plan.stations.length));
   await expect.poll(() => viewer.page.locator('.legend').textContent()).toContain('gained');
   await viewer.screenshot('edit-7-compared');
-  await viewer.page.getByLabel('The edited plan with').selectOption('(nothing)');
+  await viewer.page.getByLabel('The edited plan compared with').selectOption('(nothing)');
   await viewer.page.getByRole('tab', { name: 'Edit' }).click();
 });
 

@@ -233,7 +233,7 @@ test('a panorama shows the range image, reads ranges and looks there', { tags: '
     said.push((await page.locator('.panorama p').textContent()) ?? '');
   }
   expect(
-    said.some((words) => /^[\d.]+ m away, incidence \d+°$/.test(words)),
+    said.some((words) => /^Range [\d.]+ m, incidence \d+°$/.test(words)),
     said.join(),
   ).toBe(true);
   await viewer.screenshot('i-panorama');

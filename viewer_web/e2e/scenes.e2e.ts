@@ -244,12 +244,12 @@ describe.each(names)('%s', (name) => {
       figures[`previews_${what}_ms`] = ((await bar.getAttribute(`data-${what}-ms`)) ?? '').split(' ').map(Number);
     }
     await tab('Runs');
-    await page.getByLabel('The edited plan with').selectOption('');
+    await page.getByLabel('The edited plan compared with').selectOption('');
     await page.getByTestId('comparison').waitFor();
     await expect.poll(() => page.locator('.legend').textContent(), SLOW).toContain('gained');
     await viewer.settle();
     await shot('5-compared');
-    await page.getByLabel('The edited plan with').selectOption('(nothing)');
+    await page.getByLabel('The edited plan compared with').selectOption('(nothing)');
     await tab('Edit');
     await page.keyboard.press('Control+z');
     await expect.poll(async () => (await review()).stations[id]?.position_m ?? null, SLOW).toBeNull();

@@ -31,10 +31,10 @@ from viewer_web.server.live_documents import (
     PreviewHead,
     PreviewQuestion,
     RouteOfDraft,
+    draft_route_document,
     figures_document,
     ground_head,
     preview_head,
-    draft_route_document,
 )
 from viewer_web.server.live_side import LiveSide, NotReadyError
 
@@ -82,7 +82,7 @@ def _add_figures(router: APIRouter, drafts: _DraftAnswers) -> None:
 
     @router.get("/route", response_model=RouteOfDraft, responses=_REFUSED, summary="Route through the draft")
     def get_route(request: Request) -> Response:
-        """The way from station to station and the time in the field; takes a second or more."""
+        """Route from station to station, and field time; takes a second or more."""
         return drafts.document(
             request, lambda live, draft, n: draft_route_document(live.figures(draft), live.walk(draft), n)
         )
@@ -95,10 +95,10 @@ def _add_figures(router: APIRouter, drafts: _DraftAnswers) -> None:
             204: {"description": "A newer question of the page came."},
             **refusals(400, 413, 415, 422, 503),
         },
-        summary="What a station would be worth elsewhere",
+        summary="Preview of a station elsewhere",
     )
     def preview(question: PreviewQuestion) -> Response:
-        """Move, raise or add one station for the look of it: nothing is changed. See `PreviewHead` for the arrays."""
+        """Figures of the draft with one station moved, raised or added, without changing it; arrays: `PreviewHead`."""
         latest.note(question)
 
         def answer(live: LivePlan, draft: Draft, revision: int) -> Response:
@@ -116,7 +116,7 @@ def _add_files(router: APIRouter, drafts: _DraftAnswers) -> None:
         "/ground/{floor}",
         response_class=Response,
         responses={200: _framed(GroundHead), **_READ},
-        summary="Where stations may stand on a floor",
+        summary="Valid tripod positions on a floor",
     )
     def ground(request: Request, floor: str) -> Response:
         """A map of cells; see `GroundHead`. Made when it is first asked for."""
@@ -151,7 +151,7 @@ def _add_files(router: APIRouter, drafts: _DraftAnswers) -> None:
         "/stations/{station:path}/seen",
         response_class=Response,
         responses={200: {"content": {_BYTES: _BINARY}}, **_READ},
-        summary="What a station sees",
+        summary="Surface seen by a station",
     )
     def seen(request: Request, station: str) -> Response:
         """A bit a patch, the lowest of a byte first, as viewer/seen."""
@@ -166,7 +166,7 @@ def _add_files(router: APIRouter, drafts: _DraftAnswers) -> None:
         "/stations/{station:path}/lost",
         response_class=Response,
         responses={200: {"content": {_BYTES: _BINARY}}, **_READ},
-        summary="What the draft would lose without a station",
+        summary="Loss without a station",
     )
     def lost(request: Request, station: str) -> Response:
         """As viewer/lost: how many patches each requirement would lose, then which."""
@@ -181,7 +181,7 @@ def _add_files(router: APIRouter, drafts: _DraftAnswers) -> None:
         "/stations/{station:path}/cloud",
         response_class=Response,
         responses={200: {"content": {_BYTES: _BINARY}}, **_READ},
-        summary="The scan of a station",
+        summary="Point cloud of a station",
     )
     def cloud(request: Request, station: str) -> Response:
         """As viewer/clouds: uint16 ranges, then uint8 intensities."""

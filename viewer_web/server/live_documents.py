@@ -28,7 +28,7 @@ class PreviewQuestion(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     station: Annotated[str, Field(max_length=64)] | None = Field(description="Id of the station; null: a new one.")
-    floor: Annotated[str, Field(max_length=200)] = Field(description="Id of the floor that it is to stand on.")
+    floor: Annotated[str, Field(max_length=200)] = Field(description="Id of its floor.")
     position: Annotated[list[_Metres], Field(min_length=2, max_length=3)] = Field(
         description="[x, y] or [x, y, z]; z, the sensor's, tells grounds above each other apart."
     )
@@ -85,7 +85,7 @@ class LinkDocument(BaseModel):
 
 
 class Joined(BaseModel):
-    """How all stations hang together."""
+    """How all stations are connected."""
 
     connected: bool
     n_networks: int
@@ -101,8 +101,8 @@ class PreviewHead(BaseModel):
     n_patches_changed: int
     position: list[float] = Field(description="Where the station would stand, the sensor's origin.")
     instrument_height_m: float
-    admissible: bool = Field(description="Whether a tripod can stand there.")
-    reason: str = Field(description="Why it is not the place asked for, or none can stand there; empty where it is.")
+    admissible: bool = Field(description="Whether it is a valid tripod position.")
+    reason: str = Field(description="Why it is not the requested position, or not valid; empty where it is.")
     coverage: CoverageDocument
     floors: list[FloorCoverage]
     requirements: list[RequirementFigure]
@@ -125,7 +125,7 @@ class GroundHead(BaseModel):
 
 
 class PieceDocument(BaseModel):
-    """Surface that hangs together."""
+    """A connected piece of surface."""
 
     area_m2: float
     centroid: list[float]

@@ -202,7 +202,7 @@ def run(folder: Path, scene: Path) -> int:
         telling.end("failed", str(error))
         return 3
     except MemoryError:
-        telling.end("failed", "its memory did not suffice; plan with larger patches or a wider grid, or floor by floor")
+        telling.end("failed", "out of memory; plan with larger patches or a wider grid, or floor by floor")
         return 6
     except OSError as error:
         telling.end("failed", f"{error.filename or 'a file'}: can't be read or written ({error.strerror or error})")

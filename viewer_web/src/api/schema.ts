@@ -104,7 +104,7 @@ export interface AddZone {
   zone: ZoneDocument;
 }
 /**
- * An area that somebody drew: `keep_out`, or `priority` with the coverage that is asked of it.
+ * A drawn area: `keep_out`, or `priority` with the coverage required of it.
  */
 export interface ZoneDocument {
   /**
@@ -124,14 +124,14 @@ export interface ZoneDocument {
   coverage?: number | null;
 }
 /**
- * Take a forbidden place back.
+ * Allow a forbidden position again.
  */
 export interface Allow {
   kind: 'allow';
   id: string;
 }
 /**
- * Put another zone in the place of the one of its id.
+ * Replace the zone of this id.
  */
 export interface ChangeZone {
   kind: 'change_zone';
@@ -206,7 +206,7 @@ export interface SetHeight {
   instrument_height_m: number;
 }
 /**
- * Take a station out.
+ * Remove a station.
  */
 export interface RemoveStation {
   kind: 'remove_station';
@@ -216,7 +216,7 @@ export interface RemoveStation {
   station: string;
 }
 /**
- * Bring a station of the plan back that was taken out.
+ * Restore a removed station of the plan.
  */
 export interface RestoreStation {
   kind: 'restore_station';
@@ -226,7 +226,7 @@ export interface RestoreStation {
   station: string;
 }
 /**
- * Have a station in every plan that is made again; null: as the plan has it.
+ * Keep a station in every new plan; null: as the plan has it.
  */
 export interface LockStation {
   kind: 'lock_station';
@@ -237,7 +237,7 @@ export interface LockStation {
   locked?: boolean | null;
 }
 /**
- * Let a plan that is made again do without the station.
+ * Let new plans do without the station.
  */
 export interface UnlockStation {
   kind: 'unlock_station';
@@ -247,14 +247,14 @@ export interface UnlockStation {
   station: string;
 }
 /**
- * Keep stations away from a place.
+ * Keep stations away from a position.
  */
 export interface Forbid {
   kind: 'forbid';
   place: ForbiddenPlaceDocument;
 }
 /**
- * A place that no station may be near.
+ * A position that stations keep away from.
  */
 export interface ForbiddenPlaceDocument {
   /**
@@ -278,14 +278,14 @@ export interface ForbiddenPlaceDocument {
   floor?: string;
 }
 /**
- * Take a zone out.
+ * Remove a zone.
  */
 export interface RemoveZone {
   kind: 'remove_zone';
   id: string;
 }
 /**
- * Mark, or unmark, the surface at a point as ground.
+ * Mark the surface at a point as a walkable floor, or as none.
  */
 export interface PickGround {
   kind: 'pick_ground';
@@ -293,7 +293,7 @@ export interface PickGround {
   id?: string | null;
 }
 /**
- * A surface that somebody marked as ground, or unmarked: the coplanar region around a point on it.
+ * A surface marked as a walkable floor, or as none: the coplanar region around a point on it.
  */
 export interface GroundPickDocument {
   /**
@@ -310,14 +310,14 @@ export interface GroundPickDocument {
   floor?: string;
 }
 /**
- * Take a pick back: the surface is again what it was found to be.
+ * Remove a mark: the surface is again what it was found to be.
  */
 export interface UnpickGround {
   kind: 'unpick_ground';
   id: string;
 }
 /**
- * Reword a comment: its author may.
+ * Edit a comment: its author may.
  */
 export interface EditComment {
   kind: 'edit_comment';
@@ -328,7 +328,7 @@ export interface EditComment {
   text: string;
 }
 /**
- * Say that a comment is settled, or that it is not.
+ * Resolve a comment, or reopen it.
  */
 export interface ResolveComment {
   kind: 'resolve_comment';
@@ -336,7 +336,7 @@ export interface ResolveComment {
   resolved?: boolean;
 }
 /**
- * Take a comment out: its author may.
+ * Remove a comment: its author may.
  */
 export interface RemoveComment {
   kind: 'remove_comment';
@@ -360,7 +360,7 @@ export interface SetVerdict {
   time?: string | null;
 }
 /**
- * Take a verdict back.
+ * Clear a verdict.
  */
 export interface ClearVerdict {
   kind: 'clear_verdict';
@@ -370,7 +370,7 @@ export interface ClearVerdict {
   station: string;
 }
 /**
- * Sign the plan off as it stands; `earlier` puts a signature back that was taken back.
+ * Sign the plan off as it stands; `earlier` restores a sign-off that was withdrawn.
  */
 export interface Sign {
   kind: 'sign';
@@ -397,13 +397,13 @@ export interface SignOffDocument {
   note: string;
 }
 /**
- * Take the signature back.
+ * Withdraw the sign-off.
  */
 export interface Unsign {
   kind: 'unsign';
 }
 /**
- * An object that somebody changed meanwhile.
+ * An object that someone else changed meanwhile.
  */
 export interface ClashDocument {
   /**
@@ -546,7 +546,7 @@ export interface TouchDocument {
   at: string;
 }
 /**
- * Nothing was changed, because somebody else was first; `review` is as it stands.
+ * Nothing was changed, because someone else changed it first; `review` is as it stands.
  */
 export interface ConflictDocument {
   message: string;
@@ -620,7 +620,7 @@ export interface UnseenDocument {
   pieces: PieceDocument[];
 }
 /**
- * Surface that hangs together.
+ * A connected piece of surface.
  */
 export interface PieceDocument {
   area_m2: number;
@@ -649,7 +649,7 @@ export interface GroundHead {
   height: number;
 }
 /**
- * How all stations hang together.
+ * How all stations are connected.
  */
 export interface Joined {
   connected: boolean;
@@ -697,11 +697,11 @@ export interface PreviewHead {
   position: number[];
   instrument_height_m: number;
   /**
-   * Whether a tripod can stand there.
+   * Whether it is a valid tripod position.
    */
   admissible: boolean;
   /**
-   * Why it is not the place asked for, or none can stand there; empty where it is.
+   * Why it is not the requested position, or not valid; empty where it is.
    */
   reason: string;
   coverage: CoverageDocument;
@@ -740,7 +740,7 @@ export interface PreviewQuestion {
    */
   station: string | null;
   /**
-   * Id of the floor that it is to stand on.
+   * Id of its floor.
    */
   floor: string;
   /**
@@ -785,7 +785,7 @@ export interface RouteOfDraft {
 export interface RunBest {
   n_stations: number;
   /**
-   * No plan has fewer stations, as far as is proven.
+   * Lower bound of the number of stations; null: unknown.
    */
   lower_bound?: number | null;
   /**
@@ -808,7 +808,7 @@ export interface RunDocument {
    */
   state: 'running' | 'finished' | 'cancelled' | 'failed';
   /**
-   * It goes on, but somebody asked it to end.
+   * It was asked to end, and still goes on.
    */
   cancelling?: boolean;
   /**
@@ -817,7 +817,7 @@ export interface RunDocument {
   created: string;
   ended?: string | null;
   /**
-   * What it does.
+   * What it is doing.
    */
   stage?: string | null;
   /**
@@ -860,7 +860,7 @@ export interface RunDocument {
   revision: number;
 }
 /**
- * What is asked of a plan that is made again.
+ * What a new plan is to meet.
  */
 export interface RunRequest {
   /**
@@ -868,7 +868,7 @@ export interface RunRequest {
    */
   title?: string;
   /**
-   * Entries of a requirements file, docs/formats/requirements.md. Limits (spacing, range, incidence, noise), seen_from and planned_floors that are left out are not asked; anything else that is left out, parts of the building and the site too, stays as in the plan.
+   * Entries of a requirements file, docs/formats/requirements.md. Limits (spacing, range, incidence, noise), seen_from and planned_floors that are left out are not required; anything else that is left out, parts of the building and the site too, stays as in the plan.
    */
   requirements?: {
     [k: string]: unknown;

@@ -24,7 +24,7 @@ export function CompareSection({ store }: { store: Store }) {
   return (
     <Section title="Compare">
       <label class="field">
-        {titleOfShown(store)} with
+        {titleOfShown(store)} compared with
         <select value={base ?? NOTHING} onChange={(event) => compareWith(store, event.currentTarget.value)}>
           <option value={NOTHING}>nothing</option>
           {known.map((each) => (

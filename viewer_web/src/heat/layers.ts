@@ -54,7 +54,7 @@ export const NOT_ASKED_CLASS: HeatClass = { value: NOT_ASKED, label: 'out of sco
 export const TIMES_SEEN_LAYER: ClassLayer = {
   kind: 'classes',
   id: TIMES_SEEN,
-  title: 'Number of stations',
+  title: 'Station count',
   classes: [
     { value: 1, label: '1', color: SEEN[0] },
     { value: 2, label: '2', color: SEEN[1] },
