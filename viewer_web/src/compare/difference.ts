@@ -58,7 +58,7 @@ const SAME_PLACE_M = 0.01;
 /**
  * Pair the stations of two plans, nearest pair first, floor by floor; what finds no partner is new or gone.
  *
- * Not by id: numbers follow the walk, so another plan numbers anew.
+ * Not by id: numbers follow the route, so another plan numbers anew.
  */
 export function stationChanges(shown: readonly PlacedStation[], other: readonly PlacedStation[]): StationChange[] {
   const pairs: { to: number; from: number; distanceM: number }[] = [];

@@ -38,9 +38,9 @@ export type PatchValues = Uint8Array | Uint16Array;
 
 export const TIMES_SEEN = 'times_seen';
 export const PLAIN = 'plain';
-/** Value of `times_seen` where no admissible position sees the patch. */
+/** Value of `times_seen` where no candidate sees the patch. */
 export const NOT_ACHIEVABLE = 255;
-/** Value of `times_seen`, in the viewer alone, where nobody asked for the patch, see heat/scope.ts. */
+/** Value of `times_seen`, in the viewer alone, of patches out of scope, see heat/scope.ts. */
 export const NOT_ASKED = 254;
 
 const UNSEEN = '#e8833a';
@@ -80,7 +80,7 @@ const SEEN_LAYER: ClassLayer = {
 };
 
 export const REASON = 'reason';
-/** Value of `reason` where nobody asked for the patch. */
+/** Value of `reason` of patches out of scope. */
 export const OUT_OF_SCOPE = 255;
 /** By reason: what a further station would mend is warm, what the scanner can't do is cool, what nobody can is grey. */
 /** Not in files: what stations would see, and those of the edited plan do not. */
@@ -141,7 +141,7 @@ export function layersOf(
   return [TIMES_SEEN_LAYER, SEEN_LAYER, ...ramps, ...why, ...extra];
 }
 
-/** The classes that a legend tells of: what nobody asked for only where the plan is of some floors. */
+/** The classes that a legend tells of: what is out of scope only where the plan is of some floors. */
 export function legendClasses({ classes }: ClassLayer, isOfSomeFloors: boolean): readonly HeatClass[] {
   return isOfSomeFloors ? classes : classes.filter(({ label }) => label !== NOT_ASKED_CLASS.label);
 }

@@ -28,7 +28,7 @@ export function Legend({ store }: { store: Store }) {
   return <LayerLegend store={store} state={store.layerState.value} isDark={store.isDark.value} />;
 }
 
-/** What is pointed out, and how much it is. */
+/** What is highlighted, and how much it is. */
 function MarkLegend({ store }: { store: Store }) {
   const marking = store.marking.value;
   const pair = store.pair.value;

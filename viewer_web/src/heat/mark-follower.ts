@@ -1,4 +1,4 @@
-/** Points out the patches that the store's choices are about: a pair's shared surface, an unseen piece, a station's own. */
+/** Highlights the patches that the store's choices are about: a pair's shared surface, an unseen piece, a station's own. */
 import { effect } from '@preact/signals';
 import { fetchLost, fetchPatchValues, fetchPieces, fetchSeen, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { Building } from '../scene/building.ts';

@@ -1,4 +1,4 @@
-/** What the building is painted by, and what is pointed out in it. */
+/** What the building is painted by, and what is highlighted in it. */
 import { computed, type ReadonlySignal, type Signal, signal } from '@preact/signals';
 import { rampLayersOf } from '../load/layers.ts';
 import type { LoadState } from '../load/state.ts';
@@ -20,7 +20,7 @@ export type LayerState =
   | { readonly kind: 'failed'; readonly message: string }
   | { readonly kind: 'shown'; readonly layer: HeatLayer; readonly spread: Spread | null };
 
-/** What is pointed out in place of the layer: what a pair shares, an unseen piece, or what one station alone sees. */
+/** What is highlighted in place of the layer: what a pair shares, an unseen piece, or what one station alone sees. */
 export type Marking =
   | { readonly kind: 'none' }
   | { readonly kind: 'loading' }

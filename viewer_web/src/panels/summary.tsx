@@ -29,7 +29,7 @@ export function Summary({ store }: { store: Store }) {
           hint="Area that at least one candidate position sees"
         />
         <Figure
-          name="Of all surface"
+          name="Coverage of all surface"
           value={percent(coverage.fraction_of_total)}
           hint={`Seen share of the ${squareMetres(coverage.total_area_m2)} of the model, insides of walls included`}
         />

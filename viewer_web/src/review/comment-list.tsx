@@ -193,7 +193,7 @@ function placeInWords(store: Store, { target, position_m }: Comment): string | n
     const element = store.loaded.value?.stage.elements.find(({ sceneIndex }) => sceneIndex === target);
     return element?.name || `Element ${target}`;
   }
-  return position_m === null ? null : 'Show place';
+  return position_m === null ? null : 'Show location';
 }
 
 function goTo(store: Store, { target, position_m }: Comment, view: PlanView | null): void {
