@@ -103,7 +103,7 @@ test('markers stand where plan.json has the stations', async () => {
     const picked = await pickAt(centre.x, centre.y + 18);
     if (picked === null) continue;
     nPicked++;
-    const at = picked.At.split(', ').map(Number);
+    const at = picked.Position.split(', ').map(Number);
     expect(Math.hypot(at[0] - station.position[0], at[1] - station.position[1]), station.id).toBeLessThan(1);
   }
   expect(nPicked).toBeGreaterThan(stationsOf(floor.id).length / 2);

@@ -49,8 +49,7 @@ function MarkLegend({ store }: { store: Store }) {
         <ul class="legend-classes">
           <li>
             <Swatch color={(store.isDark.value ? DARK : LIGHT).mark} />
-            {about}
-            <span class="muted">{squareMetres(marking.areaM2)}</span>
+            {about} <span class="muted">{squareMetres(marking.areaM2)}</span>
           </li>
         </ul>
       )}
