@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from viewer_web.server.runs import LeftRun
+    from viewer_web.server.jobs.runs import LeftRun
 
 
 @click.command("view", epilog="Example:  tlsplan view plan/")
@@ -41,8 +41,8 @@ def command(
     from planner_core.plan_folder.plan_json import read_plan_json
     from planner_core.plan_folder.plan_settings import find_scene
     from planner_core.review.store import ReviewStore
-    from viewer_web.server import serve
     from viewer_web.server.live_side import opening_goes_on
+    from viewer_web.server.serve import serve
 
     from .. import output
     from ..environment import leave_at_once

@@ -14,9 +14,9 @@ from click.testing import CliRunner, Result
 from tlsplan import environment
 from tlsplan.group import cli
 
-from viewer_web import server
+from viewer_web.server import serve
+from viewer_web.server.jobs.runs import LeftRun
 from viewer_web.server.live_side import LiveSide
-from viewer_web.server.runs import LeftRun
 
 PLAN: dict[str, Any] = {
     "schema": "tlsplan/plan/1",
@@ -48,7 +48,7 @@ def view(plan_folder: Path, monkeypatch: pytest.MonkeyPatch) -> View:
                 on_left(each)
             signal.raise_signal(signal.SIGINT)
 
-        monkeypatch.setattr(server, "serve", ended)
+        monkeypatch.setattr(serve, "serve", ended)
         return CliRunner().invoke(cli, ["view", str(plan_folder), "--no-browser"])
 
     return run

@@ -10,7 +10,7 @@ import httpx
 import pytest
 from starlette.applications import Starlette
 
-from viewer_web.server import create_app
+from viewer_web.server.app import create_app
 
 Ask = Callable[..., httpx.Response]
 TOKEN = "the-token-of-these-tests"

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from schemathesis import GenerationMode
 from schemathesis.checks import load_all_checks
 
-from viewer_web.server import create_app
+from viewer_web.server.app import create_app
 from viewer_web.server.openapi import openapi_text
 
 from .conftest import TOKEN

@@ -15,7 +15,8 @@ from starlette.applications import Starlette
 from planner_core.errors import PlanFolderError
 from planner_core.review import changes as c
 from planner_core.review.store import ReviewStore
-from viewer_web.server import create_app, events
+from viewer_web.server import events
+from viewer_web.server.app import create_app
 from viewer_web.server.events import EventHub
 from viewer_web.server.session import Session
 

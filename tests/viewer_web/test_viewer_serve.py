@@ -12,15 +12,14 @@ from pathlib import Path
 import pytest
 
 from planner_core.errors import RequirementError
-from viewer_web.server import serve
-from viewer_web.server.run import own_names
+from viewer_web.server.serve import own_names, serve
 
 #: For what takes milliseconds on a machine that has nothing else to do.
 WAIT_S = 120
 SERVE = """
 import sys
 from pathlib import Path
-from viewer_web.server import serve
+from viewer_web.server.serve import serve
 try:
     serve(
         Path(sys.argv[1]),

@@ -13,7 +13,8 @@ from starlette.responses import PlainTextResponse
 from starlette.types import Message
 
 from planner_core.errors import MissingPackageError, PlanFolderError
-from viewer_web.server import create_app, files
+from viewer_web.server import files
+from viewer_web.server.app import create_app
 from viewer_web.server.files import find_file
 from viewer_web.server.guard import RequestGuard
 

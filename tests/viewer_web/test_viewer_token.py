@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from viewer_web.server import create_app
+from viewer_web.server.app import create_app
 from viewer_web.server.token import is_token, new_token
 
 from .conftest import TOKEN, Ask, send

@@ -223,7 +223,7 @@ test('a priority zone asks for its share, and an outline that crosses itself is 
   expect(await viewer.page.getByRole('button', { name: 'Finish' }).isDisabled()).toBe(true);
   await viewer.page.keyboard.press('Backspace');
   await viewer.page.getByText('3 corners').waitFor();
-  const share = viewer.page.getByRole('textbox', { name: /^Coverage asked for there/ });
+  const share = viewer.page.getByRole('textbox', { name: /^Required coverage/ });
   await share.fill('97');
   await share.press('Enter');
   const [zone] = Object.values((await changedFrom(revision)).zones);
@@ -233,20 +233,20 @@ test('a priority zone asks for its share, and an outline that crosses itself is 
 test('places are forbidden, and ground is marked and unmarked', async () => {
   let { revision } = await review();
   const { x, y } = await centreOf(stations[0].id);
-  await tool('Forbid place');
+  await tool('Forbid position');
   await viewer.page.mouse.click(x + 40, y + 40);
   const forbidden = await changedFrom(revision);
   expect(Object.values(forbidden.forbidden)[0]).toMatchObject({ radius_m: 0.5, floor: floor.id });
   revision = forbidden.revision;
-  await tool('Ground');
-  await viewer.page.getByRole('radio', { name: 'Is no ground' }).click();
+  await tool('Floor surface');
+  await viewer.page.getByRole('radio', { name: 'Not a floor' }).click();
   await viewer.page.mouse.click(x - 45, y + 25);
   const picked = await changedFrom(revision);
   expect(Object.values(picked.ground_picks)[0]).toMatchObject({ is_ground: false, floor: floor.id });
   await expect.poll(() => changes().count()).toBe(2);
   await viewer.settle();
   await viewer.screenshot('edit-6-marked');
-  await viewer.page.getByRole('button', { name: 'Reset to the plan' }).click();
+  await viewer.page.getByRole('button', { name: 'Discard all changes' }).click();
   await expect.poll(() => changes().count()).toBe(0);
 });
 
@@ -260,14 +260,14 @@ test('the edited plan is set beside the plan as it was made', async () => {
   expect(await marker(stations[0].id).getAttribute('class')).not.toContain('marker-moved');
   await viewer.page.getByRole('radio', { name: /^Edited/ }).click();
   await viewer.page.getByRole('tab', { name: 'Runs' }).click();
-  await viewer.page.getByLabel('The edited plan with').selectOption('');
+  await viewer.page.getByLabel('The edited plan compared with').selectOption('');
   await viewer.page.getByTestId('comparison').waitFor();
   await viewer.settle();
   const rows = viewer.page.getByTestId('comparison').locator('tbody tr');
   expect(await rows.first().textContent()).toContain(String(plan.stations.length));
   await expect.poll(() => viewer.page.locator('.legend').textContent()).toContain('gained');
   await viewer.screenshot('edit-7-compared');
-  await viewer.page.getByLabel('The edited plan with').selectOption('(nothing)');
+  await viewer.page.getByLabel('The edited plan compared with').selectOption('(nothing)');
   await viewer.page.getByRole('tab', { name: 'Edit' }).click();
 });
 
@@ -304,9 +304,9 @@ test('messages, bars, cards and a panorama each have a place of their own, on sm
     await viewer.screenshot(`edit-8-places-${width}x${height}`);
     expect(await overlaps(['.sidebar', '.messages', '.draft-bar', '.scene', '.sheet-panorama'])).toEqual([]);
     expect(await overlaps(['.toolbar', '.legend', '.cards'])).toEqual([]);
-    expect(await page.getByRole('button', { name: 'Take theirs' }).isVisible()).toBe(true);
+    expect(await page.getByRole('button', { name: 'Keep theirs' }).isVisible()).toBe(true);
   }
-  await page.getByRole('button', { name: 'Take theirs' }).click();
+  await page.getByRole('button', { name: 'Keep theirs' }).click();
   await page.unroute('**/api/events');
   await page.getByTestId('trouble').waitFor({ state: 'detached' });
   await page.getByRole('tab', { name: 'Edit' }).click();

@@ -3,13 +3,13 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import type { Browser } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test } from 'vitest';
-import { walkOf } from '../src/field/walk.ts';
+import { routeStops } from '../src/field/route.ts';
 import { type PlanJson, parsePlan } from '../src/load/plan-json.ts';
 import { launchBrowser, ViewerPage } from './browser.ts';
 
 const address = inject('address');
 const plan: PlanJson = parsePlan(JSON.parse(readFileSync(join(inject('planFolder'), 'plan.json'), 'utf8')));
-const stops = walkOf(plan);
+const stops = routeStops(plan);
 
 let browser: Browser;
 let viewer: ViewerPage;
@@ -69,7 +69,7 @@ test('any station can be looked up, and the whole plan is a tap away', async () 
     .last()
     .tap();
   await reads('field-station', last.stationId);
-  await viewer.page.getByRole('button', { name: 'The whole plan' }).tap();
+  await viewer.page.getByRole('button', { name: 'Full plan' }).tap();
   await viewer.page.locator('.marker').first().waitFor({ state: 'attached' });
   await expect.poll(() => viewer.hash()).not.toContain('view=field');
 });

@@ -76,13 +76,13 @@ test('a clicked surface tells the figures of its patch as the files have them', 
       const shown = await viewer.figures('surface-figures');
       const [layer] = files.layers.layers;
       const value = files.values(layer.file)[patch];
-      if (shown['Seen here'] === 'cut open') continue;
+      if (shown['Seen from'] === 'cut section') continue;
       expect(shown[layer.title]).toBe(value === layer.none ? undefined : quantity(value * layer.step, layer.unit));
       const seen = files.bytes('patches.u8')[patch];
-      expect(shown['Seen here']).toMatch(
-        seen === 255 ? /not achievable/ : seen === 0 ? /no station/ : new RegExp(`by ${seen} station`),
+      expect(shown['Seen from']).toMatch(
+        seen === 255 ? /not scannable/ : seen === 0 ? /no station/ : new RegExp(`^${seen} station`),
       );
-      expect(shown['Seen of it']).toBeDefined();
+      expect(shown.Coverage).toBeDefined();
       nCompared++;
     }
   }
@@ -102,7 +102,7 @@ test('the unseen list is sorted by size, tells why, and flies to a piece that it
   const largest = Math.max(...plan.why!.unseen_surfaces.map(({ area_m2 }) => area_m2));
   expect(areas[0]).toBeCloseTo(largest, 0);
 
-  await page.getByRole('button', { name: /not worth a station/ }).click();
+  await page.getByRole('button', { name: /reachable, left out/ }).click();
   const surface = plan
     .why!.unseen_surfaces.filter(({ reason }) => reason === 'not worth a station')
     .sort((a, b) => b.area_m2 - a.area_m2)[0];
@@ -113,7 +113,7 @@ test('the unseen list is sorted by size, tells why, and flies to a piece that it
   const after = await viewer.canvasPixels();
   expect(before.share(isPurple)).toBeLessThan(0.001);
   expect(after.share(isPurple)).toBeGreaterThan(0.005);
-  expect(await legend().textContent()).toContain('not worth a station');
+  expect(await legend().textContent()).toContain('reachable, left out');
   // The list, the legend and what is marked are one figure.
   expect(areaIn(await legend().textContent())).toBeCloseTo(surface.pieces[0].area_m2, 1);
   await viewer.screenshot('i-unseen');
@@ -134,7 +134,7 @@ test('floors that nobody asked for are neither seen nor unseen, and comparisons 
   await viewer.open(`#floor=${upper.id}&layer=seen`);
   const before = await viewer.canvasPixels();
   expect(before.share(isOrange)).toBeGreaterThan(0.002);
-  expect(await legend().textContent()).not.toContain('not asked for');
+  expect(await legend().textContent()).not.toContain('out of scope');
 
   const serve = async (folder: string): Promise<void> => {
     await page.route(`**/plan/${folder}plan.json`, (route) => route.fulfill({ json: some }));
@@ -143,12 +143,12 @@ test('floors that nobody asked for are neither seen nor unseen, and comparisons 
   await serve('');
   await page.goto('about:blank');
   await viewer.open(`#floor=${ground.id}&layer=seen`);
-  expect(await legend().textContent()).toContain('not asked for');
+  expect(await legend().textContent()).toContain('out of scope');
   await page.locator(`[data-floor=${upper.id}]`).click();
   await viewer.settle();
   const after = await viewer.canvasPixels();
   expect(after.share(isOrange)).toBeLessThan(0.0005);
-  expect(await page.locator(`[data-floor=${upper.id}]`).textContent()).toContain('not asked for');
+  expect(await page.locator(`[data-floor=${upper.id}]`).textContent()).toContain('not in this plan');
   await viewer.screenshot('i-some-floors');
   await page.unrouteAll();
 
@@ -160,10 +160,10 @@ test('floors that nobody asked for are neither seen nor unseen, and comparisons 
   await viewer.open('#tab=runs&layer=difference&compare=runs/R009/plan');
   await page.getByTestId('comparison').waitFor();
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
-  expect(await legend().textContent()).toContain('not asked for in both');
-  const said = page.getByText(/^The plan is of /);
+  expect(await legend().textContent()).toContain('not in both plans');
+  const said = page.getByText(/^The plan includes /);
   expect(await said.textContent()).toBe(
-    `The plan is of ${floors.map(({ name }) => name).join(' and ')}; Run R009 is of ${ground.name}. ` +
+    `The plan includes ${floors.map(({ name }) => name).join(' and ')}; Run R009 includes ${ground.name}. ` +
       `Only ${ground.name} is compared.`,
   );
   const row = page.getByTestId('comparison').locator('tr', { hasText: `Coverage, ${upper.name}` });
@@ -171,16 +171,16 @@ test('floors that nobody asked for are neither seen nor unseen, and comparisons 
   await viewer.screenshot('i-compare-floors');
 });
 
-test('the list of stations sorts by what each adds, and its card points that out', async () => {
+test('the list of stations sorts by unique area, and its card highlights that', async () => {
   await viewer.open(`#floor=${ground.id}`);
   const { page } = viewer;
-  await page.getByRole('button', { name: 'adds', exact: true }).click();
+  await page.getByRole('button', { name: 'Unique area', exact: true }).click();
   const shown = await page.locator('li [data-station]').evaluateAll((all) => all.map((one) => one.dataset.station));
   const byOwn = [...stationsOf(ground.id)].sort((a, b) => b.own_area_m2 - a.own_area_m2 || a.order - b.order);
   expect(shown).toEqual(byOwn.map(({ id }) => id));
   await page.locator('li [data-station]').first().click();
   await page.locator('[data-testid=cloud][data-state=shown]').waitFor();
-  await page.getByText('Point out what only it sees').click();
+  await page.getByText('Highlight unique area').click();
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
   await viewer.settle();
   const area = areaIn(await legend().textContent());
@@ -200,7 +200,7 @@ test('clouds of a floor show together, by station, and go when they are hidden',
   await page.locator('[data-testid=cloud][data-state=shown]').waitFor();
   await page.getByLabel('Colour of the cloud').selectOption('station');
   await viewer.settle();
-  expect(await page.getByTestId('cloud').textContent()).toContain(`of ${stationsOf(ground.id).length} station`);
+  expect(await page.getByTestId('cloud').textContent()).toContain(`from ${stationsOf(ground.id).length} station`);
   expect(before.shareChanged(await viewer.canvasPixels())).toBeGreaterThan(0.1);
   await viewer.screenshot('i-clouds');
   await toggle.click();
@@ -215,7 +215,7 @@ test('a panorama shows the range image, reads ranges and looks there', { tags: '
   const { page } = viewer;
   await page.locator('[data-testid=cloud][data-state=shown]').waitFor();
   await page.getByRole('button', { name: 'Panorama' }).click();
-  const picture = page.getByRole('img', { name: `All around station ${station.id}` });
+  const picture = page.getByRole('img', { name: `Panorama of station ${station.id}` });
   const drawn = await picture.evaluate((canvas: HTMLCanvasElement) => {
     const { data } = canvas.getContext('2d')!.getImageData(0, 0, canvas.width, canvas.height);
     let n = 0;
@@ -233,7 +233,7 @@ test('a panorama shows the range image, reads ranges and looks there', { tags: '
     said.push((await page.locator('.panorama p').textContent()) ?? '');
   }
   expect(
-    said.some((words) => /^[\d.]+ m away, incidence \d+°$/.test(words)),
+    said.some((words) => /^Range [\d.]+ m, incidence \d+°$/.test(words)),
     said.join(),
   ).toBe(true);
   await viewer.screenshot('i-panorama');
@@ -266,7 +266,7 @@ test('the building is walked at eye height with keys, and left with Escape', asy
   const station = stationsOf(ground.id)[0];
   await viewer.open(`#floor=${ground.id}&station=${station.id}`);
   const { page } = viewer;
-  await page.getByRole('button', { name: 'Stand there' }).click();
+  await page.getByRole('button', { name: 'View from here' }).click();
   await viewer.settle();
   const [start, before] = [await cameraOf(), await viewer.hash()];
   await page.keyboard.down('ArrowLeft');
@@ -300,7 +300,7 @@ test('the route is drawn and stepped through from stop to stop', async () => {
   await viewer.open(`#floor=${ground.id}`);
   const { page } = viewer;
   const before = await viewer.canvasPixels();
-  await page.getByText('Draw the route').click();
+  await page.getByText('Show route').click();
   await viewer.settle();
   expect(before.shareChanged(await viewer.canvasPixels())).toBeGreaterThan(0.002);
   for (const id of plan.route!.order.slice(0, 3)) {
@@ -313,7 +313,7 @@ test('the route is drawn and stepped through from stop to stop', async () => {
 
 test('ceilings and roofs are hidden, and walls stay in their full height', async () => {
   await viewer.open();
-  await viewer.page.getByText('Open and spread the floors').click();
+  await viewer.page.getByText('Spread floors apart').click();
   await viewer.settle();
   const closed = await viewer.canvasPixels();
   await viewer.page.getByText('Hide ceilings and roofs').click();
@@ -361,7 +361,7 @@ test('on a tablet fingers walk and choose', async () => {
   await viewer.open(`#floor=${ground.id}`);
   const { page } = viewer;
   await page.locator('.marker:not([hidden])').first().tap();
-  await page.getByRole('button', { name: 'Stand there' }).tap();
+  await page.getByRole('button', { name: 'View from here' }).tap();
   await viewer.settle();
   const before = await viewer.hash();
   const turn = (await page.getByRole('button', { name: 'Turn left' }).boundingBox())!;
@@ -370,6 +370,6 @@ test('on a tablet fingers walk and choose', async () => {
   await page.waitForFunction((old) => location.hash !== old, before);
   await page.mouse.up();
   await viewer.screenshot('i-tablet');
-  await page.getByRole('button', { name: 'Leave the walk' }).tap();
-  await page.getByRole('button', { name: 'Leave the walk' }).waitFor({ state: 'detached' });
+  await page.getByRole('button', { name: 'Leave walk-through' }).tap();
+  await page.getByRole('button', { name: 'Leave walk-through' }).waitFor({ state: 'detached' });
 });

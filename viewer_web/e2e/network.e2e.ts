@@ -28,7 +28,7 @@ afterEach(async () => {
 
 test('what the browser finds of the network is what the planner found', () => {
   const sorted = (lists: readonly (readonly string[])[]): string[] => lists.map((list) => list.join(' ')).sort();
-  expect(sorted(report.parts)).toEqual(sorted(registration.networks.map(({ stations }) => stations)));
+  expect(sorted(report.components)).toEqual(sorted(registration.networks.map(({ stations }) => stations)));
   expect(sorted([...report.bridges].map(({ a, b }) => [a, b]))).toEqual(
     sorted(registration.networks.flatMap(({ bridges }) => bridges)),
   );
@@ -38,9 +38,11 @@ test('what the browser finds of the network is what the planner found', () => {
 test('the tab tells networks, bridges and the weakest link', { tags: 'main' }, async () => {
   await viewer.open('#tab=network');
   const shown = await viewer.figures('network-figures');
-  expect(shown.Networks).toContain(report.parts.length === 1 ? 'one: all register' : `${report.parts.length} apart`);
-  expect(shown['Links that count']).toBe(String(report.counting.length));
-  expect(shown.Bridges).toBe(String(report.bridges.size));
+  expect(shown.Network).toContain(
+    report.components.length === 1 ? 'connected' : `${report.components.length} unconnected groups`,
+  );
+  expect(shown['Registration links']).toBe(String(report.counting.length));
+  expect(shown['Single-link connections']).toBe(String(report.bridges.size));
   const weakest = report.weakest;
   if (weakest !== null) {
     expect(shown['Weakest link']).toContain(`${weakest.a} – ${weakest.b}`);
@@ -54,16 +56,16 @@ test('the tab tells networks, bridges and the weakest link', { tags: 'main' }, a
 test('links are listed by what they are worth, each with the motion that it holds least', async () => {
   await viewer.open('#tab=network');
   const { page } = viewer;
-  const register = page.getByRole('list', { name: 'Links that register' }).locator('.row-link');
-  const tooWeak = page.getByRole('list', { name: 'Links too weak' }).locator('.row-link');
+  const register = page.getByRole('list', { name: 'Registration links' }).locator('.row-link');
+  const tooWeak = page.getByRole('list', { name: 'Weak links' }).locator('.row-link');
   const nCounting = report.counting.length - report.bridges.size;
   expect(await register.count()).toBe(Math.min(nCounting, 40));
   for (const words of await register.locator('.link-words').allTextContents()) {
-    expect(words).toMatch(/^held least: (shift|tilt about|turn) ?(N|E|NE|NW|up|\(|on|about)/);
+    expect(words).toMatch(/^weakest direction: (shift|tilt about|turn) ?(N|E|NE|NW|up|\(|on|about)/);
   }
   const nWeak = registration.links.length - report.counting.length - report.gaps.length;
   expect(await tooWeak.count()).toBe(Math.min(nWeak, 10));
-  expect(await tooWeak.first().locator('.link-words').textContent()).toMatch(/^(less than|strength below) /);
+  expect(await tooWeak.first().locator('.link-words').textContent()).toMatch(/^(overlap|strength) below /);
   // Nothing of it is cut off.
   const isCut = await page
     .locator('.link-words')

@@ -134,14 +134,14 @@ test('stations are accepted and rejected, and the plan is signed off', { tags: '
   const { floor } = plan.stations[2];
   const zone = addZone({ kind: 'keep_out', outline: around, floor, name: '', coverage: null });
   expect(await changeAs(viewer, 'Ada', zone)).toBe(200);
-  await expect.poll(() => open.textContent()).toContain('where the review keeps people out');
+  await expect.poll(() => open.textContent()).toContain('keep-out zone');
   expect(await signing.isDisabled()).toBe(true);
   await page.getByLabel(/^Sign off with these points open/).check();
   await signing.click();
   await page.getByTestId('signature').waitFor();
-  expect(await page.getByTestId('signature').textContent()).toMatch(/Grace signed at .*Nothing was changed since/);
+  expect(await page.getByTestId('signature').textContent()).toMatch(/Grace signed off at .*No changes since/);
   expect(await changeAs(viewer, 'Ada', { kind: 'lock_station', station: first.id, locked: true })).toBe(200);
-  await expect.poll(() => page.getByTestId('signature').textContent()).toContain('1 thing changed since');
+  await expect.poll(() => page.getByTestId('signature').textContent()).toContain('1 change since');
   await viewer.screenshot('review-2-signed');
   await close(viewer);
 });
@@ -156,14 +156,14 @@ test('the edited plan stands beside the plan, in words, and what is unseen follo
   const remove = removed.map(({ id }): Change => ({ kind: 'remove_station', station: id }));
   expect(await changeAs(viewer, 'Grace', ...remove)).toBe(200);
   await page.getByRole('tab', { name: 'Plan' }).click();
-  const targets = page.getByTestId('targets');
-  await expect.poll(() => targets.textContent()).toContain('NOT MET');
-  const row = targets.locator('tr', { hasText: 'Stations' });
+  const requirements = page.getByTestId('requirements');
+  await expect.poll(() => requirements.textContent()).toContain('NOT MET');
+  const row = requirements.locator('tr', { hasText: 'Stations' });
   expect(await row.locator('td').allTextContents()).toEqual([
     `${plan.stations.length}`,
     `${plan.stations.length - removed.length}`,
   ]);
-  expect(await targets.locator('thead').textContent()).toBe('as plannedas edited');
+  expect(await requirements.locator('thead').textContent()).toBe('as plannedas edited');
   expect(await page.getByTestId('station-count').textContent()).toBe(`${plan.stations.length - removed.length}`);
   await expect.poll(() => page.getByTestId('met').textContent()).toBe('NOT MET');
   await viewer.screenshot('review-4-beside');
@@ -173,25 +173,25 @@ test('the edited plan stands beside the plan, in words, and what is unseen follo
     return Number(/[\d.]+/.exec(text ?? '')?.[0]);
   };
   await page.getByRole('tab', { name: 'Unseen' }).click();
-  expect(await page.getByTestId('unseen-of').textContent()).toMatch(/^Of the plan as edited/);
-  const edited = await leftM2('left by the edited plan');
+  expect(await page.getByTestId('unseen-of').textContent()).toMatch(/^Of the edited plan/);
+  const edited = await leftM2('left unseen by edits');
   await page.getByRole('radio', { name: 'As planned' }).click();
   expect(await page.getByTestId('unseen-of').count()).toBe(0);
-  expect(await leftM2('not worth a station')).toBeLessThan(edited);
+  expect(await leftM2('reachable, left out')).toBeLessThan(edited);
   await page.getByRole('radio', { name: /^Edited/ }).click();
 
   await page.locator('.unseen > button').first().click();
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
-  await page.getByRole('button', { name: 'left by the edited plan' }).click();
+  await page.getByRole('button', { name: 'left unseen by edits' }).click();
   await page.locator('.unseen > button').first().click();
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
-  expect(await page.getByTestId('legend').textContent()).toContain('left by the edited plan');
+  expect(await page.getByTestId('legend').textContent()).toContain('left unseen by edits');
   await viewer.settle();
   await viewer.screenshot('review-5-unseen');
   await page.goto('about:blank');
   await viewer.open('#tab=runs&layer=difference&compare=');
   await page.getByRole('list', { name: 'Stations that differ' }).waitFor();
-  await expect.poll(() => page.getByTestId('legend').textContent()).toContain('3 stations only there');
+  await expect.poll(() => page.getByTestId('legend').textContent()).toContain('3 stations only in the other plan');
   const restore = removed.map(({ id }): Change => ({ kind: 'restore_station', station: id }));
   expect(await changeAs(viewer, 'Grace', ...restore)).toBe(200);
   await expect.poll(() => page.getByTestId('draft-bar').count()).toBe(0);
@@ -207,7 +207,7 @@ async function groundBeside({ page }: ViewerPage): Promise<readonly [number, num
     if (!isBare) continue;
     await page.mouse.click(...at);
     const told = page.getByTestId('surface-figures');
-    const isGround = (await told.count()) > 0 && (await told.textContent())?.includes('Ground of');
+    const isGround = (await told.count()) > 0 && (await told.textContent())?.includes('Walkable floor');
     const closer = page.getByRole('button', { name: 'Close', exact: true });
     if ((await closer.count()) > 0) await closer.first().click();
     if (isGround) return at;
@@ -219,18 +219,18 @@ test('a floor that is ground already is not marked again, and marks leave the co
   const viewer = await openAs('Ada', `#tab=edit&floor=${first.floor}`);
   const { page } = viewer;
   const count = async (): Promise<number> => Object.keys((await review(viewer)).ground_picks).length;
-  await page.getByRole('button', { name: 'From above' }).click();
+  await page.getByRole('button', { name: 'Top', exact: true }).click();
   await viewer.settle();
   const at = await groundBeside(viewer);
-  await page.getByRole('radio', { name: 'Ground', exact: true }).click();
+  await page.getByRole('radio', { name: 'Floor surface' }).click();
   await page.mouse.click(...at);
-  await page.getByText(/^This surface is ground already/).waitFor();
+  await page.getByText(/^Already a walkable floor/).waitFor();
   expect(await count()).toBe(0);
   await page.getByRole('tab', { name: 'Unseen' }).click();
   await viewer.settle();
   const before = await viewer.canvasPixels();
   await page.getByRole('tab', { name: 'Edit' }).click();
-  await page.getByRole('radio', { name: 'Is no ground' }).click();
+  await page.getByRole('radio', { name: 'Not a floor' }).click();
   await viewer.settle();
   const plain = await viewer.canvasPixels();
   await page.mouse.click(...at);
@@ -266,7 +266,7 @@ test('two people who change the same station are told of each other, and neither
   );
   await ada.screenshot('review-3-conflict');
   expect((await review(grace)).verdicts[id].by).toBe('Grace');
-  await ada.page.getByRole('button', { name: 'Apply mine again' }).click();
+  await ada.page.getByRole('button', { name: 'Keep mine' }).click();
   await expect.poll(async () => (await review(grace)).verdicts[id].by).toBe('Ada');
   // What one commits shows on the other's page without asking.
   await grace.page.getByText('rejected by Ada').first().waitFor();

@@ -103,7 +103,7 @@ test('a run is started, watched, opened, compared and deleted', { tags: 'main' }
 
   await card(id).getByRole('button', { name: 'Compare' }).click();
   await page.getByTestId('comparison').waitFor();
-  await expect.poll(() => page.locator('.legend').textContent()).toContain(`seen only by Run ${id}`);
+  await expect.poll(() => page.locator('.legend').textContent()).toContain(`seen only in Run ${id}`);
   await viewer.screenshot('runs-3-compared');
 
   // Another plan is another page: until it is there, this one's markers stay.

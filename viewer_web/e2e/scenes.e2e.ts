@@ -123,8 +123,8 @@ describe.each(names)('%s', (name) => {
     await shot('1-from-above');
     // Floors above each other: their stations stand at one spot, or nearly.
     await viewer.page.locator('[data-floor="all"]').click();
-    await viewer.page.getByLabel('Open and spread the floors').uncheck();
-    await viewer.page.getByRole('button', { name: 'From above' }).click();
+    await viewer.page.getByLabel('Spread floors apart').uncheck();
+    await viewer.page.getByRole('button', { name: 'Top', exact: true }).click();
     await viewer.settle();
     expect(await coveredNumbers()).toEqual([]);
     await shot('1-whole-from-above');
@@ -144,7 +144,7 @@ describe.each(names)('%s', (name) => {
 
   test('what is unseen is listed, flown to and pointed out', async () => {
     await viewer.open(`#tab=unseen&floor=${floor.id}`);
-    await viewer.page.getByRole('button', { name: /not worth a station/ }).click();
+    await viewer.page.getByRole('button', { name: /reachable, left out/ }).click();
     await viewer.page.locator('.unseen > button').first().click();
     await legendShown();
     await viewer.settle();
@@ -160,15 +160,15 @@ describe.each(names)('%s', (name) => {
     await viewer.settle();
     await shot('3-station');
     await page.getByRole('button', { name: 'Panorama' }).click();
-    await page.getByRole('img', { name: `All around station ${station.id}` }).waitFor();
+    await page.getByRole('img', { name: `Panorama of station ${station.id}` }).waitFor();
     await viewer.settle();
     await shot('3-panorama');
     await page.keyboard.press('Escape');
-    await page.getByRole('button', { name: 'Stand there' }).click();
+    await page.getByRole('button', { name: 'View from here' }).click();
     await viewer.settle();
     await shot('3-inside');
     await page.keyboard.press('Escape');
-    await page.getByText('Draw the route').click();
+    await page.getByText('Show route').click();
     await page.getByRole('button', { name: 'Next ›' }).click();
     await expect.poll(() => page.locator('.route-steps').textContent()).toContain(`of ${plan.route!.order.length}`);
   });
@@ -244,12 +244,12 @@ describe.each(names)('%s', (name) => {
       figures[`previews_${what}_ms`] = ((await bar.getAttribute(`data-${what}-ms`)) ?? '').split(' ').map(Number);
     }
     await tab('Runs');
-    await page.getByLabel('The edited plan with').selectOption('');
+    await page.getByLabel('The edited plan compared with').selectOption('');
     await page.getByTestId('comparison').waitFor();
     await expect.poll(() => page.locator('.legend').textContent(), SLOW).toContain('gained');
     await viewer.settle();
     await shot('5-compared');
-    await page.getByLabel('The edited plan with').selectOption('(nothing)');
+    await page.getByLabel('The edited plan compared with').selectOption('(nothing)');
     await tab('Edit');
     await page.keyboard.press('Control+z');
     await expect.poll(async () => (await review()).stations[id]?.position_m ?? null, SLOW).toBeNull();
@@ -261,8 +261,8 @@ describe.each(names)('%s', (name) => {
     const { page } = viewer;
     const { revision } = await review();
     const { x, y } = await stationToDrag();
-    await page.getByRole('radio', { name: 'Ground', exact: true }).click();
-    await page.getByRole('radio', { name: 'Is no ground' }).click();
+    await page.getByRole('radio', { name: 'Floor surface' }).click();
+    await page.getByRole('radio', { name: 'Not a floor' }).click();
     // What stands around a station may be furniture.
     const around = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [
       26 * Math.cos((i * Math.PI) / 4),
@@ -298,7 +298,7 @@ describe.each(names)('%s', (name) => {
     await expect.poll(() => card.getAttribute('data-state'), RUN).toBe('finished');
     await card.getByRole('button', { name: 'Compare' }).click();
     await page.getByTestId('comparison').waitFor();
-    await expect.poll(() => page.locator('.legend').textContent(), SLOW).toContain('seen only by');
+    await expect.poll(() => page.locator('.legend').textContent(), SLOW).toContain('seen only in');
     await viewer.settle();
     await shot('7-compared');
   });

@@ -13,7 +13,7 @@ from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import load_scene
-from viewer_web.server import serve
+from viewer_web.server.serve import serve
 
 # Coarse: the tests look at the viewer, not at how good the plan is.
 GRID_STEP_M = 1.0

@@ -47,7 +47,7 @@ test('a card lists by requirement what would be lost without the station, and po
   await viewer.screenshot('s-losses');
   await rows.last().click();
   await expect.poll(() => rows.last().getAttribute('aria-pressed')).toBe('false');
-  await page.getByText('Range of the return').waitFor();
+  await page.getByText('Range of returns').waitFor();
 });
 
 test('from above the stations that upper floors hide are counted, and their floor is a click away', async () => {

@@ -40,7 +40,7 @@ test('a damaged review and a missing scene are told, and a page goes on when the
 
   const port = Number(new URL(first.address).port);
   await first.stop();
-  await trouble.getByText('The server does not answer; asking again.').waitFor();
+  await trouble.getByText('The server does not answer; retrying.').waitFor();
   const second = await servePlan(folder, '', port);
   await trouble.getByText('The server was started again').waitFor();
   expect(await trouble.textContent()).toContain('open the address that `tlsplan view` printed');

@@ -85,7 +85,7 @@ test('the floor selector changes the picture and shows only the markers of that 
   await viewer.settle();
   expect(before.shareChanged(await viewer.canvasPixels())).toBeGreaterThan(0.02);
   await viewer.page.locator('[data-floor=all]').click();
-  await viewer.page.getByText('Open and spread the floors').click();
+  await viewer.page.getByText('Spread floors apart').click();
   await viewer.settle();
   expect(await shownMarkers()).toEqual(plan.stations.map(({ id }) => id).sort());
   await viewer.screenshot('2-whole-building');
@@ -103,7 +103,7 @@ test('markers stand where plan.json has the stations', async () => {
     const picked = await pickAt(centre.x, centre.y + 18);
     if (picked === null) continue;
     nPicked++;
-    const at = picked.At.split(', ').map(Number);
+    const at = picked.Position.split(', ').map(Number);
     expect(Math.hypot(at[0] - station.position[0], at[1] - station.position[1]), station.id).toBeLessThan(1);
   }
   expect(nPicked).toBeGreaterThan(stationsOf(floor.id).length / 2);
@@ -124,8 +124,8 @@ test('a click on a marker shows the figures of plan.json and the cloud', { tags:
     y,
     z,
     'Instrument height': `${station.instrument_height_m.toFixed(2)} m`,
-    Sees: `${station.covered_area_m2.toFixed(1)} m²`,
-    'Only it sees': `${station.own_area_m2.toFixed(1)} m²`,
+    'Seen area': `${station.covered_area_m2.toFixed(1)} m²`,
+    'Unique area': `${station.own_area_m2.toFixed(1)} m²`,
   });
   const links = plan.registration.links.filter(({ a, b }) => a === station.id || b === station.id);
   const strong = links.filter(({ overlap }) => overlap >= plan.registration.threshold);
@@ -150,7 +150,7 @@ test('a click on a marker shows the figures of plan.json and the cloud', { tags:
 });
 
 async function groundPicked(): Promise<string | undefined> {
-  return (await viewer.figures('surface-figures'))['Ground of'];
+  return (await viewer.figures('surface-figures'))['Walkable floor'];
 }
 
 test('a click on ground picks its floor', async () => {
@@ -176,11 +176,11 @@ test('a click on ground picks its floor', async () => {
 
 /** Colours of src/scene/palette.ts as ground shows them, where light falls straight; light theme. */
 const GROUND_COLOURS: Record<string, [number, number, number]> = {
-  'by no station': [0xe8, 0x83, 0x3a],
-  'by 1 station': [0xa9, 0xd9, 0xd3],
-  'by 2 stations': [0x62, 0xb6, 0xb7],
-  'by 3 stations': [0x2b, 0x8a, 0x9b],
-  'not achievable': [0xc6, 0xca, 0xcc],
+  'no station': [0xe8, 0x83, 0x3a],
+  '1 station': [0xa9, 0xd9, 0xd3],
+  '2 stations': [0x62, 0xb6, 0xb7],
+  '3 stations': [0x2b, 0x8a, 0x9b],
+  'not scannable': [0xc6, 0xca, 0xcc],
 };
 const SEEN_OFTEN: [number, number, number] = [0x17, 0x60, 0x7a];
 
@@ -197,12 +197,12 @@ test('the colour of ground is what the patch under the pointer is', async () => 
       // Not at the rim of a patch or at a line, where a pixel is partly one and partly the other.
       if (!pixels.isEvenAround(x, y)) continue;
       const shown = await pickAt(x + 0.5, y + 0.5);
-      if (shown?.['Ground of'] === undefined) continue;
-      const expected = GROUND_COLOURS[shown['Seen here']] ?? SEEN_OFTEN;
+      if (shown?.['Walkable floor'] === undefined) continue;
+      const expected = GROUND_COLOURS[shown['Seen from']] ?? SEEN_OFTEN;
       nGround++;
-      found.add(shown['Seen here']);
+      found.add(shown['Seen from']);
       const differences = pixels.at(x, y).map((value, k) => Math.abs(value - expected[k]));
-      expect(Math.max(...differences), `${shown['Seen here']} at ${x}, ${y}: ${pixels.at(x, y)}`).toBeLessThanOrEqual(
+      expect(Math.max(...differences), `${shown['Seen from']} at ${x}, ${y}: ${pixels.at(x, y)}`).toBeLessThanOrEqual(
         4,
       );
     }

@@ -30,13 +30,13 @@ def refusals(*statuses: int) -> dict[int | str, dict[str, Any]]:
         400: "The body is no JSON.",
         401: "The token is missing: open the address that `tlsplan view` printed.",
         403: "Another site asks, or the server was started with --read-only.",
-        404: "There is nothing under this name.",
-        409: "Something else was there first.",
+        404: "Nothing has this name.",
+        409: "Someone else changed this first, or a run is going on.",
         413: "The body is larger than 1 MiB, or there is one where none is expected.",
         414: "The path is too long.",
-        415: "The body is not said to be JSON.",
+        415: "The content type of the body is not JSON.",
         421: "This host name is not served.",
-        422: "What is asked makes no sense; the message says what would.",
+        422: "The request makes no sense; the message says what was expected.",
         500: "A fault of the server; its terminal says more.",
         503: "The plan folder, or something in it, can't be read or written; or too many ask at once.",
     }
@@ -44,7 +44,7 @@ def refusals(*statuses: int) -> dict[int | str, dict[str, Any]]:
     return {status: {"model": Refusal, "description": told[status]} for status in sorted({*everywhere, *statuses})}
 
 
-UNCHANGED: dict[int | str, dict[str, Any]] = {304: {"description": "The browser has it already."}}
+UNCHANGED: dict[int | str, dict[str, Any]] = {304: {"description": "Not changed: the browser has it already."}}
 """For OpenAPI: what `json_answer` may say besides."""
 
 

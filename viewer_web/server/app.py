@@ -33,7 +33,7 @@ _RUN = re.compile(r"runs/[A-Za-z0-9_-]{1,64}/plan/")
 DESCRIPTION = """\
 What the viewer asks the server that `tlsplan view` starts: the review of a plan, what changed stations are worth, runs.
 
-Positions are in the scene frame, metres; angles in radians. Every answer that is not the one that is described is JSON
+Positions are in the scene frame, metres; angles in radians. Every other answer than the one described is JSON
 with a `message` for people. Every request needs the token of this start of the server: the cookie that the printed
 address sets, or the header `x-tlsplan-token`. See docs/viewer-api.md.
 """

@@ -44,8 +44,8 @@ REPORT_POLICY = (
 )
 _REPORT = re.compile(r"/plan/(runs/[^/]+/plan/)?report/")
 _NO_TOKEN = (
-    "this plan is shown only to who opened the address that `tlsplan view` printed, and that was for another start of "
-    "the server, or in another browser; open that address, token and all"
+    "this browser has no token of this start of the server; open the address that `tlsplan view` printed, "
+    "with its token"
 )
 
 
@@ -96,7 +96,7 @@ class RequestGuard:
                 "--allow-host and this name",
             )
         if not (self._is_own_page(headers) and _is_asked_from_here(headers)):
-            return _refuse(scope, 403, "another site may not read the plan")
+            return _refuse(scope, 403, "got a request from another site; open the address that `tlsplan view` printed")
         methods = ("GET", "POST", "DELETE") if _is_api(scope) else ("GET", "HEAD")
         if scope["method"] not in methods:
             allowed = ", ".join(methods)
@@ -165,16 +165,16 @@ def _needs_token(scope: Scope) -> bool:
 def _body_refusal(scope: Scope, headers: Headers) -> Response | None:
     """Go by the length that is said: h11 hands on no more than that."""
     if "transfer-encoding" in headers:
-        return _refuse(scope, 413, "a body of unknown length is not taken; say its length")
+        return _refuse(scope, 413, "body of unknown length; send content-length")
     length = headers.get("content-length", "0")
     if length == "0":
         return None
     if scope["method"] != "POST":
-        return _refuse(scope, 413, "a request body is not expected")
+        return _refuse(scope, 413, "got a request body, expected none")
     if not (length.isascii() and length.isdecimal()) or int(length[:20]) > LARGEST_BODY_BYTES:
-        return _refuse(scope, 413, f"the body has {length[:20]} bytes, at most {LARGEST_BODY_BYTES} are taken")
+        return _refuse(scope, 413, f"the body has {length[:20]} bytes, expected at most {LARGEST_BODY_BYTES}")
     if headers.get("content-type", "").partition(";")[0].strip().lower() != "application/json":
-        return _refuse(scope, 415, "the body is not said to be application/json")
+        return _refuse(scope, 415, "content type of the body: expected application/json")
     return None
 
 

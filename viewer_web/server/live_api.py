@@ -30,11 +30,11 @@ from viewer_web.server.live_documents import (
     GroundHead,
     PreviewHead,
     PreviewQuestion,
-    WalkOfDraft,
+    RouteOfDraft,
+    draft_route_document,
     figures_document,
     ground_head,
     preview_head,
-    walk_document,
 )
 from viewer_web.server.live_side import LiveSide, NotReadyError
 
@@ -65,25 +65,27 @@ def create_live_router(
         Called for every request, from worker threads: the review as it is, and the plan that it is of.
     """
     router = APIRouter(prefix=f"{PREFIX}/live", tags=["live"])
-    desk = _Desk(side, get_review, get_plan)
-    _add_figures(router, desk)
-    _add_files(router, desk)
+    drafts = _DraftAnswers(side, get_review, get_plan)
+    _add_figures(router, drafts)
+    _add_files(router, drafts)
     return router
 
 
-def _add_figures(router: APIRouter, desk: _Desk) -> None:
+def _add_figures(router: APIRouter, drafts: _DraftAnswers) -> None:
     """Add what is worked out of the draft, or of one station put elsewhere."""
     latest = _Latest()
 
     @router.get("/figures", response_model=FiguresOfDraft, responses=_REFUSED, summary="Figures of the draft")
     def figures(request: Request) -> Response:
         """Coverage, requirements, stations, registration and what is left unseen, of the plan as reviewed."""
-        return desk.document(request, lambda live, draft, n: figures_document(live, live.figures(draft), n))
+        return drafts.document(request, lambda live, draft, n: figures_document(live, live.figures(draft), n))
 
-    @router.get("/walk", response_model=WalkOfDraft, responses=_REFUSED, summary="Walk through the draft")
-    def walk(request: Request) -> Response:
-        """The way from station to station and the time in the field; takes a second or more."""
-        return desk.document(request, lambda live, draft, n: walk_document(live.figures(draft), live.walk(draft), n))
+    @router.get("/route", response_model=RouteOfDraft, responses=_REFUSED, summary="Route through the draft")
+    def get_route(request: Request) -> Response:
+        """Route from station to station, and field time; takes a second or more."""
+        return drafts.document(
+            request, lambda live, draft, n: draft_route_document(live.figures(draft), live.walk(draft), n)
+        )
 
     @router.post(
         "/preview",
@@ -93,10 +95,10 @@ def _add_figures(router: APIRouter, desk: _Desk) -> None:
             204: {"description": "A newer question of the page came."},
             **refusals(400, 413, 415, 422, 503),
         },
-        summary="What a station would be worth elsewhere",
+        summary="Preview of a station elsewhere",
     )
     def preview(question: PreviewQuestion) -> Response:
-        """Move, raise or add one station for the look of it: nothing is changed. See `PreviewHead` for the arrays."""
+        """Figures of the draft with one station moved, raised or added, without changing it; arrays: `PreviewHead`."""
         latest.note(question)
 
         def answer(live: LivePlan, draft: Draft, revision: int) -> Response:
@@ -104,17 +106,17 @@ def _add_figures(router: APIRouter, desk: _Desk) -> None:
                 return Response(status_code=204)
             return _preview(live, draft, question, revision)
 
-        return desk.answer(answer)
+        return drafts.answer(answer)
 
 
-def _add_files(router: APIRouter, desk: _Desk) -> None:
+def _add_files(router: APIRouter, drafts: _DraftAnswers) -> None:
     """Add what the plan folder holds as files, for the draft."""
 
     @router.get(
         "/ground/{floor}",
         response_class=Response,
         responses={200: _framed(GroundHead), **_READ},
-        summary="Where stations may stand on a floor",
+        summary="Valid tripod positions on a floor",
     )
     def ground(request: Request, floor: str) -> Response:
         """A map of cells; see `GroundHead`. Made when it is first asked for."""
@@ -125,7 +127,7 @@ def _add_files(router: APIRouter, desk: _Desk) -> None:
             found = live.ground(draft, floor)
             return framed(ground_head(live, found), found.values.tobytes())
 
-        return desk.cached(request, f"ground {floor}", answer, of=lambda draft: (draft.keep_out, draft.forbidden))
+        return drafts.cached(request, f"ground {floor}", answer, of=lambda draft: (draft.keep_out, draft.forbidden))
 
     @router.get(
         "/layers/{layer}",
@@ -143,17 +145,17 @@ def _add_files(router: APIRouter, desk: _Desk) -> None:
                 raise _NotThereError(f"layer: got {layer!r}, expected {', '.join((TIMES_SEEN, *live.layers))}")
             return live.layer(draft, layer).astype("<u2").tobytes()
 
-        return desk.cached(request, f"layer {layer}", answer, of=lambda draft: draft.stations)
+        return drafts.cached(request, f"layer {layer}", answer, of=lambda draft: draft.stations)
 
     @router.get(
         "/stations/{station:path}/seen",
         response_class=Response,
         responses={200: {"content": {_BYTES: _BINARY}}, **_READ},
-        summary="What a station sees",
+        summary="Surface seen by a station",
     )
     def seen(request: Request, station: str) -> Response:
         """A bit a patch, the lowest of a byte first, as viewer/seen."""
-        return desk.cached(
+        return drafts.cached(
             request,
             f"seen {station}",
             lambda live, draft: live.seen(draft, station),
@@ -164,11 +166,11 @@ def _add_files(router: APIRouter, desk: _Desk) -> None:
         "/stations/{station:path}/lost",
         response_class=Response,
         responses={200: {"content": {_BYTES: _BINARY}}, **_READ},
-        summary="What the draft would lose without a station",
+        summary="Loss without a station",
     )
     def lost(request: Request, station: str) -> Response:
         """As viewer/lost: how many patches each requirement would lose, then which."""
-        return desk.cached(
+        return drafts.cached(
             request,
             f"lost {station}",
             lambda live, draft: live.lost(draft, station),
@@ -179,11 +181,11 @@ def _add_files(router: APIRouter, desk: _Desk) -> None:
         "/stations/{station:path}/cloud",
         response_class=Response,
         responses={200: {"content": {_BYTES: _BINARY}}, **_READ},
-        summary="The scan of a station",
+        summary="Point cloud of a station",
     )
     def cloud(request: Request, station: str) -> Response:
         """As viewer/clouds: uint16 ranges, then uint8 intensities."""
-        return desk.cached(
+        return drafts.cached(
             request,
             f"cloud {station}",
             lambda live, draft: live.cloud(draft, station),
@@ -198,7 +200,7 @@ def framed(head: BaseModel, arrays: bytes) -> bytes:
     return struct.pack("<I", len(text)) + text + arrays
 
 
-class _Desk:
+class _DraftAnswers:
     """Turns requests into questions about the draft of now. Errors are answered in words by the application."""
 
     def __init__(

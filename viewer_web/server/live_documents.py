@@ -28,7 +28,7 @@ class PreviewQuestion(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     station: Annotated[str, Field(max_length=64)] | None = Field(description="Id of the station; null: a new one.")
-    floor: Annotated[str, Field(max_length=200)] = Field(description="Id of the floor that it is to stand on.")
+    floor: Annotated[str, Field(max_length=200)] = Field(description="Id of its floor.")
     position: Annotated[list[_Metres], Field(min_length=2, max_length=3)] = Field(
         description="[x, y] or [x, y, z]; z, the sensor's, tells grounds above each other apart."
     )
@@ -92,7 +92,7 @@ class LinkDocument(BaseModel):
 
 
 class Joined(BaseModel):
-    """How all stations hang together."""
+    """How all stations are connected."""
 
     connected: bool
     n_networks: int
@@ -108,8 +108,8 @@ class PreviewHead(BaseModel):
     n_patches_changed: int
     position: list[float] = Field(description="Where the station would stand, the sensor's origin.")
     instrument_height_m: float
-    admissible: bool = Field(description="Whether a tripod can stand there.")
-    reason: str = Field(description="Why it is not the place asked for, or none can stand there; empty where it is.")
+    admissible: bool = Field(description="Whether it is a valid tripod position.")
+    reason: str = Field(description="Why it is not the requested position, or not valid; empty where it is.")
     coverage: CoverageDocument
     floors: list[FloorCoverage]
     requirements: list[RequirementFigure]
@@ -132,7 +132,7 @@ class GroundHead(BaseModel):
 
 
 class PieceDocument(BaseModel):
-    """Surface that hangs together."""
+    """A connected piece of surface."""
 
     area_m2: float
     centroid: list[float]
@@ -168,8 +168,8 @@ class FiguresOfDraft(BaseModel):
     unseen: list[UnseenDocument] = Field(description="Largest first.")
 
 
-class WalkOfDraft(BaseModel):
-    """The walk through the draft's stations, `route` and `field_time` as in plan.json."""
+class RouteOfDraft(BaseModel):
+    """The route through the draft's stations, `route` and `field_time` as in plan.json."""
 
     revision: int
     route: dict[str, Any] | None
@@ -233,10 +233,10 @@ def ground_head(live: LivePlan, ground: GroundMap) -> GroundHead:
     return GroundHead(floor=ground.floor, origin=[x, y], cell_m=ground.cell_m, width=width, height=height)
 
 
-def walk_document(figures: DraftFigures, walk: Walk, revision: int) -> WalkOfDraft:
-    """Return the walk; `figures` are of the same draft."""
+def draft_route_document(figures: DraftFigures, walk: Walk, revision: int) -> RouteOfDraft:
+    """Return the route; `figures` are of the same draft."""
     plan = replace(figures.plan, route=walk.route, field_time=walk.field_time)
-    return WalkOfDraft(revision=revision, route=route_document(plan), field_time=field_time_document(walk.field_time))
+    return RouteOfDraft(revision=revision, route=route_document(plan), field_time=field_time_document(walk.field_time))
 
 
 def _coverage(coverage: Coverage) -> dict[str, float]:

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from viewer_web.server.app import create_api
-from viewer_web.server.run import live_side, runs_side
+from viewer_web.server.serve import live_side, runs_side
 from viewer_web.server.session import Session
 
 

@@ -50,7 +50,7 @@ def review_router(session: Session) -> APIRouter:
         "/session",
         response_model=SessionDocument,
         responses={**refusals(503), **UNCHANGED},
-        summary="What is shown here",
+        summary="Shown plan",
     )
     def get_session(request: Request) -> Response:
         """Which plan, which revision of its review, whether it may be changed, and how far the live side is."""
@@ -111,7 +111,7 @@ def review_router(session: Session) -> APIRouter:
             200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}, "description": "Events, for ever."},
             **refusals(503),
         },
-        summary="What happens",
+        summary="Events",
     )
     async def get_events() -> Response:
         """Server-sent events, while the connection is open.
@@ -121,7 +121,7 @@ def review_router(session: Session) -> APIRouter:
         deleted a run.
         """
         if not session.events.has_room():
-            return refuse(503, "too many pages listen already; close some of them and reload")
+            return refuse(503, "too many pages are open already; close some of them and reload")
         headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
         return StreamingResponse(session.events.stream(), media_type="text/event-stream", headers=headers)
 

@@ -74,7 +74,7 @@ class StationEditDocument(Document):
 
 
 class ForbiddenPlaceDocument(Document):
-    """A place that no station may be near."""
+    """A position that stations keep away from."""
 
     id: NewId = ""
     position_m: Point
@@ -83,7 +83,7 @@ class ForbiddenPlaceDocument(Document):
 
 
 class ZoneDocument(Document):
-    """An area that somebody drew: `keep_out`, or `priority` with the coverage that is asked of it."""
+    """A drawn area: `keep_out`, or `priority` with the coverage required of it."""
 
     id: NewId = ""
     kind: Literal["keep_out", "priority"]
@@ -94,7 +94,7 @@ class ZoneDocument(Document):
 
 
 class GroundPickDocument(Document):
-    """A surface that somebody marked as ground, or unmarked: the coplanar region around a point on it."""
+    """A surface marked as a walkable floor, or as none: the coplanar region around a point on it."""
 
     point_m: Point
     is_ground: YesOrNo = True
@@ -191,21 +191,21 @@ class AddStation(Document):
 
 
 class RemoveStation(Document):
-    """Take a station out."""
+    """Remove a station."""
 
     kind: Literal["remove_station"]
     station: StationId
 
 
 class RestoreStation(Document):
-    """Bring a station of the plan back that was taken out."""
+    """Restore a removed station of the plan."""
 
     kind: Literal["restore_station"]
     station: StationId
 
 
 class LockStation(Document):
-    """Have a station in every plan that is made again; null: as the plan has it."""
+    """Keep a station in every new plan; null: as the plan has it."""
 
     kind: Literal["lock_station"]
     station: StationId
@@ -213,21 +213,21 @@ class LockStation(Document):
 
 
 class UnlockStation(Document):
-    """Let a plan that is made again do without the station."""
+    """Let new plans do without the station."""
 
     kind: Literal["unlock_station"]
     station: StationId
 
 
 class Forbid(Document):
-    """Keep stations away from a place."""
+    """Keep stations away from a position."""
 
     kind: Literal["forbid"]
     place: ForbiddenPlaceDocument
 
 
 class Allow(Document):
-    """Take a forbidden place back."""
+    """Allow a forbidden position again."""
 
     kind: Literal["allow"]
     id: Id
@@ -241,21 +241,21 @@ class AddZone(Document):
 
 
 class ChangeZone(Document):
-    """Put another zone in the place of the one of its id."""
+    """Replace the zone of this id."""
 
     kind: Literal["change_zone"]
     zone: ZoneDocument
 
 
 class RemoveZone(Document):
-    """Take a zone out."""
+    """Remove a zone."""
 
     kind: Literal["remove_zone"]
     id: Id
 
 
 class PickGround(Document):
-    """Mark, or unmark, the surface at a point as ground."""
+    """Mark the surface at a point as a walkable floor, or as none."""
 
     kind: Literal["pick_ground"]
     pick: GroundPickDocument
@@ -263,7 +263,7 @@ class PickGround(Document):
 
 
 class UnpickGround(Document):
-    """Take a pick back: the surface is again what it was found to be."""
+    """Remove a mark: the surface is again what it was found to be."""
 
     kind: Literal["unpick_ground"]
     id: Id
@@ -283,7 +283,7 @@ class AddComment(Document):
 
 
 class EditComment(Document):
-    """Reword a comment: its author may."""
+    """Edit a comment: its author may."""
 
     kind: Literal["edit_comment"]
     id: Id
@@ -291,7 +291,7 @@ class EditComment(Document):
 
 
 class ResolveComment(Document):
-    """Say that a comment is settled, or that it is not."""
+    """Resolve a comment, or reopen it."""
 
     kind: Literal["resolve_comment"]
     id: Id
@@ -299,7 +299,7 @@ class ResolveComment(Document):
 
 
 class RemoveComment(Document):
-    """Take a comment out: its author may."""
+    """Remove a comment: its author may."""
 
     kind: Literal["remove_comment"]
     id: Id
@@ -317,14 +317,14 @@ class SetVerdict(Document):
 
 
 class ClearVerdict(Document):
-    """Take a verdict back."""
+    """Clear a verdict."""
 
     kind: Literal["clear_verdict"]
     station: StationId
 
 
 class Sign(Document):
-    """Sign the plan off as it stands; `earlier` puts a signature back that was taken back."""
+    """Sign the plan off as it stands; `earlier` restores a sign-off that was withdrawn."""
 
     kind: Literal["sign"]
     note: Note = ""
@@ -332,7 +332,7 @@ class Sign(Document):
 
 
 class Unsign(Document):
-    """Take the signature back."""
+    """Withdraw the sign-off."""
 
     kind: Literal["unsign"]
 
@@ -381,7 +381,7 @@ class CommittedDocument(Document):
 
 
 class ClashDocument(Document):
-    """An object that somebody changed meanwhile."""
+    """An object that someone else changed meanwhile."""
 
     object: Annotated[str, Field(description="As in `touched` of a review.", examples=["station:S003"])]
     by: Annotated[str, Field(description="Who changed it last.", examples=["Ben"])]
@@ -389,7 +389,7 @@ class ClashDocument(Document):
 
 
 class ConflictDocument(Document):
-    """Nothing was changed, because somebody else was first; `review` is as it stands."""
+    """Nothing was changed, because someone else changed it first; `review` is as it stands."""
 
     message: str
     conflicts: list[ClashDocument]

@@ -2,7 +2,7 @@
 import { batch, effect, type Signal } from '@preact/signals';
 import { render } from 'preact';
 import { ApiClient } from './api/client.ts';
-import { Desk } from './api/desk.ts';
+import { ReviewClient } from './api/review-client.ts';
 import { UndoMemory } from './api/undo-memory.ts';
 import { DEFAULT_CUT_M, extentsOf } from './floors/cut.ts';
 import { TIMES_SEEN } from './heat/layers.ts';
@@ -19,8 +19,10 @@ async function start(): Promise<void> {
   const mode = document.querySelector<HTMLMetaElement>('meta[name="tlsplan-mode"]')?.content;
   const isStatic = mode === 'static';
   const undoMemory = new UndoMemory(window.sessionStorage);
-  const desk = isStatic ? null : new Desk(new ApiClient(), { storage: window.localStorage, undoMemory });
-  const store = createStore({ isStatic, desk });
+  const reviewClient = isStatic
+    ? null
+    : new ReviewClient(new ApiClient(), { storage: window.localStorage, undoMemory });
+  const store = createStore({ isStatic, reviewClient });
   store.planBase.value = planBaseOf(parseUrlState(window.location.hash).planBase);
   render(<App store={store} />, document.getElementById('app') as HTMLElement);
   try {
@@ -35,7 +37,7 @@ async function start(): Promise<void> {
       store.phase.value = { kind: 'ready' };
     });
     followAddress(store);
-    void desk?.open();
+    void reviewClient?.open();
   } catch (error) {
     const message = error instanceof Error ? error.message : String(error);
     store.phase.value = { kind: 'failed', message };

@@ -232,10 +232,10 @@ def test_files_of_the_plan_are_what_the_routes_give_of_the_unchanged_draft(desk:
         assert lost == (viewer / f"lost/{station.id}.u32").read_bytes()
 
 
-def test_walk_goes_through_all_stations(desk: Desk) -> None:
-    walk = desk.client.get("/api/live/walk").json()
-    assert sorted(walk["route"]["order"]) == sorted(station.id for station in desk.plan.stations)
-    assert walk["route"]["length_m"] > 0
+def test_route_goes_through_all_stations(desk: Desk) -> None:
+    route = desk.client.get("/api/live/route").json()
+    assert sorted(route["route"]["order"]) == sorted(station.id for station in desk.plan.stations)
+    assert route["route"]["length_m"] > 0
 
 
 @pytest.mark.parametrize(
@@ -274,7 +274,7 @@ def test_every_answer_is_one_that_the_document_describes(desk: Desk, mode: Gener
     # Of the right form, and yet no station, floor or layer of this plan: refused then.
     excluded = CHECKS.get_by_names(["positive_data_acceptance"])
     n_operations = 0
-    for found in schema.exclude(path_regex="/(walk|figures)$").get_all_operations():
+    for found in schema.exclude(path_regex="/(route|figures)$").get_all_operations():
         operation = found.ok()
         if mode is GenerationMode.NEGATIVE and not operation.body:
             continue  # nothing in it can be wrong

@@ -1,5 +1,4 @@
-export const NO_ANSWER =
-  'The server does not answer. Is `tlsplan view` still running? What you change now is not kept.';
+export const NO_ANSWER = 'The server does not answer. Is `tlsplan view` still running? Changes made now are not kept.';
 /** For whoever has no token: the cookie of another start of the server, or none. */
 export const NO_TOKEN =
   'The server was started again, or this is another browser: open the address that `tlsplan view` printed.';

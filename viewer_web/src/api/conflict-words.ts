@@ -6,9 +6,9 @@ const KINDS: Readonly<Record<string, string>> = {
   verdict: 'the verdict on station',
   comment: 'comment',
   zone: 'zone',
-  forbidden: 'forbidden place',
-  pick: 'mark of ground',
-  sign_off: 'the signature',
+  forbidden: 'forbidden position',
+  pick: 'floor mark',
+  sign_off: 'the sign-off',
 };
 
 /** "station:S003" as "station S003". */

@@ -40,7 +40,7 @@ export type DraftFigures = Frozen<
     registration: Omit<PlanJson['registration'], 'links'> & { links: PlanLink[] };
   }
 > & { readonly unseen: readonly Omit<UnseenSurface, 'reason' | 'best_spot'>[] };
-export type DraftWalk = { readonly revision: number } & Frozen<Pick<PlanJson, 'route' | 'field_time'>>;
+export type DraftRoute = { readonly revision: number } & Frozen<Pick<PlanJson, 'route' | 'field_time'>>;
 
 export type RunBest = Frozen<Required<schema.RunBest>>;
 /** As the server sends it. */

@@ -37,6 +37,7 @@ export interface Documents {
   ResolveComment: ResolveComment;
   RestoreStation: RestoreStation;
   ReviewDocument: ReviewDocument;
+  RouteOfDraft: RouteOfDraft;
   RunBest: RunBest;
   RunDocument: RunDocument;
   RunList: RunList;
@@ -54,7 +55,6 @@ export interface Documents {
   UnseenDocument: UnseenDocument;
   Unsign: Unsign;
   VerdictDocument: VerdictDocument;
-  WalkOfDraft: WalkOfDraft;
   WeakMotionDocument: WeakMotionDocument;
   ZoneDocument: ZoneDocument;
 }
@@ -105,7 +105,7 @@ export interface AddZone {
   zone: ZoneDocument;
 }
 /**
- * An area that somebody drew: `keep_out`, or `priority` with the coverage that is asked of it.
+ * A drawn area: `keep_out`, or `priority` with the coverage required of it.
  */
 export interface ZoneDocument {
   /**
@@ -125,14 +125,14 @@ export interface ZoneDocument {
   coverage?: number | null;
 }
 /**
- * Take a forbidden place back.
+ * Allow a forbidden position again.
  */
 export interface Allow {
   kind: 'allow';
   id: string;
 }
 /**
- * Put another zone in the place of the one of its id.
+ * Replace the zone of this id.
  */
 export interface ChangeZone {
   kind: 'change_zone';
@@ -207,7 +207,7 @@ export interface SetHeight {
   instrument_height_m: number;
 }
 /**
- * Take a station out.
+ * Remove a station.
  */
 export interface RemoveStation {
   kind: 'remove_station';
@@ -217,7 +217,7 @@ export interface RemoveStation {
   station: string;
 }
 /**
- * Bring a station of the plan back that was taken out.
+ * Restore a removed station of the plan.
  */
 export interface RestoreStation {
   kind: 'restore_station';
@@ -227,7 +227,7 @@ export interface RestoreStation {
   station: string;
 }
 /**
- * Have a station in every plan that is made again; null: as the plan has it.
+ * Keep a station in every new plan; null: as the plan has it.
  */
 export interface LockStation {
   kind: 'lock_station';
@@ -238,7 +238,7 @@ export interface LockStation {
   locked?: boolean | null;
 }
 /**
- * Let a plan that is made again do without the station.
+ * Let new plans do without the station.
  */
 export interface UnlockStation {
   kind: 'unlock_station';
@@ -248,14 +248,14 @@ export interface UnlockStation {
   station: string;
 }
 /**
- * Keep stations away from a place.
+ * Keep stations away from a position.
  */
 export interface Forbid {
   kind: 'forbid';
   place: ForbiddenPlaceDocument;
 }
 /**
- * A place that no station may be near.
+ * A position that stations keep away from.
  */
 export interface ForbiddenPlaceDocument {
   /**
@@ -279,14 +279,14 @@ export interface ForbiddenPlaceDocument {
   floor?: string;
 }
 /**
- * Take a zone out.
+ * Remove a zone.
  */
 export interface RemoveZone {
   kind: 'remove_zone';
   id: string;
 }
 /**
- * Mark, or unmark, the surface at a point as ground.
+ * Mark the surface at a point as a walkable floor, or as none.
  */
 export interface PickGround {
   kind: 'pick_ground';
@@ -294,7 +294,7 @@ export interface PickGround {
   id?: string | null;
 }
 /**
- * A surface that somebody marked as ground, or unmarked: the coplanar region around a point on it.
+ * A surface marked as a walkable floor, or as none: the coplanar region around a point on it.
  */
 export interface GroundPickDocument {
   /**
@@ -311,14 +311,14 @@ export interface GroundPickDocument {
   floor?: string;
 }
 /**
- * Take a pick back: the surface is again what it was found to be.
+ * Remove a mark: the surface is again what it was found to be.
  */
 export interface UnpickGround {
   kind: 'unpick_ground';
   id: string;
 }
 /**
- * Reword a comment: its author may.
+ * Edit a comment: its author may.
  */
 export interface EditComment {
   kind: 'edit_comment';
@@ -329,7 +329,7 @@ export interface EditComment {
   text: string;
 }
 /**
- * Say that a comment is settled, or that it is not.
+ * Resolve a comment, or reopen it.
  */
 export interface ResolveComment {
   kind: 'resolve_comment';
@@ -337,7 +337,7 @@ export interface ResolveComment {
   resolved?: boolean;
 }
 /**
- * Take a comment out: its author may.
+ * Remove a comment: its author may.
  */
 export interface RemoveComment {
   kind: 'remove_comment';
@@ -361,7 +361,7 @@ export interface SetVerdict {
   time?: string | null;
 }
 /**
- * Take a verdict back.
+ * Clear a verdict.
  */
 export interface ClearVerdict {
   kind: 'clear_verdict';
@@ -371,7 +371,7 @@ export interface ClearVerdict {
   station: string;
 }
 /**
- * Sign the plan off as it stands; `earlier` puts a signature back that was taken back.
+ * Sign the plan off as it stands; `earlier` restores a sign-off that was withdrawn.
  */
 export interface Sign {
   kind: 'sign';
@@ -398,13 +398,13 @@ export interface SignOffDocument {
   note: string;
 }
 /**
- * Take the signature back.
+ * Withdraw the sign-off.
  */
 export interface Unsign {
   kind: 'unsign';
 }
 /**
- * An object that somebody changed meanwhile.
+ * An object that someone else changed meanwhile.
  */
 export interface ClashDocument {
   /**
@@ -547,7 +547,7 @@ export interface TouchDocument {
   at: string;
 }
 /**
- * Nothing was changed, because somebody else was first; `review` is as it stands.
+ * Nothing was changed, because someone else changed it first; `review` is as it stands.
  */
 export interface ConflictDocument {
   message: string;
@@ -621,7 +621,7 @@ export interface UnseenDocument {
   pieces: PieceDocument[];
 }
 /**
- * Surface that hangs together.
+ * A connected piece of surface.
  */
 export interface PieceDocument {
   area_m2: number;
@@ -650,7 +650,7 @@ export interface GroundHead {
   height: number;
 }
 /**
- * How all stations hang together.
+ * How all stations are connected.
  */
 export interface Joined {
   connected: boolean;
@@ -709,11 +709,11 @@ export interface PreviewHead {
   position: number[];
   instrument_height_m: number;
   /**
-   * Whether a tripod can stand there.
+   * Whether it is a valid tripod position.
    */
   admissible: boolean;
   /**
-   * Why it is not the place asked for, or none can stand there; empty where it is.
+   * Why it is not the requested position, or not valid; empty where it is.
    */
   reason: string;
   coverage: CoverageDocument;
@@ -752,7 +752,7 @@ export interface PreviewQuestion {
    */
   station: string | null;
   /**
-   * Id of the floor that it is to stand on.
+   * Id of its floor.
    */
   floor: string;
   /**
@@ -780,12 +780,24 @@ export interface Refusal {
   message: string;
 }
 /**
+ * The route through the draft's stations, `route` and `field_time` as in plan.json.
+ */
+export interface RouteOfDraft {
+  revision: number;
+  route: {
+    [k: string]: unknown;
+  } | null;
+  field_time: {
+    [k: string]: unknown;
+  } | null;
+}
+/**
  * The best stations so far; of a run that has a plan, those of the plan.
  */
 export interface RunBest {
   n_stations: number;
   /**
-   * No plan has fewer stations, as far as is proven.
+   * Lower bound of the number of stations; null: unknown.
    */
   lower_bound?: number | null;
   /**
@@ -808,7 +820,7 @@ export interface RunDocument {
    */
   state: 'running' | 'finished' | 'cancelled' | 'failed';
   /**
-   * It goes on, but somebody asked it to end.
+   * It was asked to end, and still goes on.
    */
   cancelling?: boolean;
   /**
@@ -817,7 +829,7 @@ export interface RunDocument {
   created: string;
   ended?: string | null;
   /**
-   * What it does.
+   * What it is doing.
    */
   stage?: string | null;
   /**
@@ -860,7 +872,7 @@ export interface RunDocument {
   revision: number;
 }
 /**
- * What is asked of a plan that is made again.
+ * What a new plan is to meet.
  */
 export interface RunRequest {
   /**
@@ -868,7 +880,7 @@ export interface RunRequest {
    */
   title?: string;
   /**
-   * Entries of a requirements file, docs/formats/requirements.md. Limits (spacing, range, incidence, noise), seen_from and planned_floors that are left out are not asked; anything else that is left out, parts of the building and the site too, stays as in the plan.
+   * Entries of a requirements file, docs/formats/requirements.md. Limits (spacing, range, incidence, noise), seen_from and planned_floors that are left out are not required; anything else that is left out, parts of the building and the site too, stays as in the plan.
    */
   requirements?: {
     [k: string]: unknown;
@@ -912,16 +924,4 @@ export interface SessionDocument {
   revision: number;
   read_only: boolean;
   live: LiveDocument;
-}
-/**
- * The walk through the draft's stations, `route` and `field_time` as in plan.json.
- */
-export interface WalkOfDraft {
-  revision: number;
-  route: {
-    [k: string]: unknown;
-  } | null;
-  field_time: {
-    [k: string]: unknown;
-  } | null;
 }

@@ -7,9 +7,9 @@ import type { StationChange } from './difference.ts';
 import { changesShown } from './station-changes.ts';
 
 const WORDS: Readonly<Record<StationChange['kind'], string>> = {
-  moved: 'moved, from there to here',
-  new: 'only here',
-  gone: 'only there',
+  moved: 'moved',
+  new: 'only in this plan',
+  gone: 'only in the other plan',
 };
 
 export function ChangesLegend({ store }: { store: Store }) {

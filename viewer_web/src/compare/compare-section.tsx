@@ -16,7 +16,7 @@ const NOTHING = '(nothing)';
 export function CompareSection({ store }: { store: Store }) {
   const plan = store.loaded.value?.plan;
   if (plan === undefined) return null;
-  const runs = store.desk?.runs.value.filter((run) => run.plan !== null) ?? [];
+  const runs = store.reviewClient?.runs.value.filter((run) => run.plan !== null) ?? [];
   const bases = [OWN_PLAN, ...runs.map((run) => run.plan as string)];
   const comparison = store.comparison.value;
   const base = store.compareBase.value;
@@ -24,7 +24,7 @@ export function CompareSection({ store }: { store: Store }) {
   return (
     <Section title="Compare">
       <label class="field">
-        {titleOfShown(store)} with
+        {titleOfShown(store)} compared with
         <select value={base ?? NOTHING} onChange={(event) => compareWith(store, event.currentTarget.value)}>
           <option value={NOTHING}>nothing</option>
           {known.map((each) => (
@@ -49,8 +49,8 @@ function compareWith(store: Store, value: string): void {
 }
 
 function nameOf(store: Store, base: string): string {
-  if (base === OWN_PLAN) return 'the plan as it was made';
-  const run = store.desk?.runs.value.find(({ plan }) => plan === base);
+  if (base === OWN_PLAN) return 'the original plan';
+  const run = store.reviewClient?.runs.value.find(({ plan }) => plan === base);
   return run?.title ? `${run.id}: ${run.title}` : titleOfBase(base);
 }
 
@@ -72,7 +72,7 @@ function titleOfShown(store: Store): string {
 function shownTotals(store: Store): Totals | null {
   const plan = store.loaded.value?.plan;
   if (plan === undefined) return null;
-  const figures = store.desk?.figures.value ?? null;
+  const figures = store.reviewClient?.figures.value ?? null;
   return store.draft.value !== null && figures !== null ? draftTotals(plan, figures) : planTotals(plan);
 }
 
@@ -123,7 +123,7 @@ function curvesOf(store: Store): Curve[] {
   if (comparison.kind === 'shown' && comparison.other.base !== store.planBase.value) {
     curves.push({ title: comparison.other.title, fractions: steepestCurve(comparison.other.plan), look: 'other' });
   }
-  const figures = store.desk?.figures.value ?? null;
+  const figures = store.reviewClient?.figures.value ?? null;
   if (store.draft.value !== null && figures !== null) {
     curves.push({ title: 'The edited plan', fractions: figures.curve, look: 'draft' });
   }

@@ -16,7 +16,7 @@ test('figures stand side by side, floor by floor', () => {
     { name: 'Ground floor', shown: '95.0 %', other: '95.0 %' },
     { name: 'Upper floor', shown: '95.0 %', other: '95.0 %' },
     { name: 'Links', shown: '1', other: '1' },
-    { name: 'Networks', shown: '3', other: '3' },
+    { name: 'Connected groups', shown: '3', other: '3' },
   ]);
 });
 

@@ -1,5 +1,4 @@
 /** Another plan to hold the shown one against: its figures, its coverage by patch, its stations. */
-import { type Signal, signal } from '@preact/signals';
 import type { FloorTotal, Totals } from '../edit/totals.ts';
 import { withinScope } from '../heat/scope.ts';
 import { fetchBytes, fetchScope } from '../load/fetch-plan.ts';
@@ -13,14 +12,6 @@ export interface OtherPlan {
   /** As `LoadedPlan.patchSeen`. */
   readonly patchSeen: Uint8Array;
 }
-
-export type CompareState =
-  | { readonly kind: 'none' }
-  | { readonly kind: 'loading'; readonly base: string }
-  | { readonly kind: 'failed'; readonly message: string }
-  | { readonly kind: 'shown'; readonly other: OtherPlan };
-
-export const createCompareState = (): Signal<CompareState> => signal<CompareState>({ kind: 'none' });
 
 /** "The plan", "Run R001". */
 export function titleOfBase(base: string): string {
@@ -78,6 +69,6 @@ export function figureRows(shown: Compared, other: Compared): FigureRow[] {
       row(isSame ? name : `Coverage, ${name}`, (of) => percent(on(of, id)?.coverage)),
     ),
     row('Links', ({ nLinks }) => (nLinks === null ? '' : String(nLinks))),
-    row('Networks', ({ nNetworks }) => String(nNetworks)),
+    row('Connected groups', ({ nNetworks }) => String(nNetworks)),
   ];
 }

@@ -8,7 +8,7 @@ const FRACTIONS = [0, 0.25, 0.5, 0.75, 1];
 
 export function CoverageCurve({ curves, required }: { curves: readonly Curve[]; required: number }) {
   const known = curves.filter(({ fractions }) => fractions.length > 0);
-  if (known.length === 0) return <p class="muted">The plan says nothing of how coverage grew.</p>;
+  if (known.length === 0) return <p class="muted">This plan has no coverage curve.</p>;
   const scale = scaleOf(known, FRAME);
   const ends = known.map(({ title, fractions }) => {
     const last = fractions.filter((fraction) => fraction !== null).at(-1) ?? 0;

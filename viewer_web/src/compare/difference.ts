@@ -10,18 +10,18 @@ export const DIFFERENCE_ID = 'difference';
  * `isOfSomeFloors`: one of them is not of all that the other is of.
  */
 export function differenceLayer(other: string, isAsMade: boolean, isOfSomeFloors: boolean): ClassLayer {
-  const notCompared = { ...NOT_ASKED_CLASS, label: 'not asked for in both' };
+  const notCompared = { ...NOT_ASKED_CLASS, label: 'not in both plans' };
   return {
     kind: 'classes',
     id: DIFFERENCE_ID,
-    title: `Against ${isAsMade ? 'the plan as made' : other}`,
+    title: `Difference from ${isAsMade ? 'the original plan' : other}`,
     classes: [
-      { value: DIFFERENCE.gained, label: isAsMade ? 'gained' : 'seen only here', color: '#2b8a9b' },
-      { value: DIFFERENCE.lost, label: isAsMade ? 'lost' : `seen only by ${other}`, color: '#c2453a' },
-      { value: DIFFERENCE.both, label: 'seen by both', color: { light: '#dfe5e6', dark: '#8c979c' } },
-      { value: DIFFERENCE.none, label: 'by neither', color: '#e8b23a' },
+      { value: DIFFERENCE.gained, label: isAsMade ? 'gained' : 'seen only in this plan', color: '#2b8a9b' },
+      { value: DIFFERENCE.lost, label: isAsMade ? 'lost' : `seen only in ${other}`, color: '#c2453a' },
+      { value: DIFFERENCE.both, label: 'seen in both', color: { light: '#dfe5e6', dark: '#8c979c' } },
+      { value: DIFFERENCE.none, label: 'seen in neither', color: '#e8b23a' },
       ...(isOfSomeFloors ? [notCompared] : []),
-      { value: NOT_ACHIEVABLE, label: 'not achievable', color: { light: '#c6cacc', dark: '#6d757a' } },
+      { value: NOT_ACHIEVABLE, label: 'not scannable', color: { light: '#c6cacc', dark: '#6d757a' } },
     ],
   };
 }
@@ -58,7 +58,7 @@ const SAME_PLACE_M = 0.01;
 /**
  * Pair the stations of two plans, nearest pair first, floor by floor; what finds no partner is new or gone.
  *
- * Not by id: numbers follow the walk, so another plan numbers anew.
+ * Not by id: numbers follow the route, so another plan numbers anew.
  */
 export function stationChanges(shown: readonly PlacedStation[], other: readonly PlacedStation[]): StationChange[] {
   const pairs: { to: number; from: number; distanceM: number }[] = [];

@@ -6,24 +6,24 @@ import { changesShown } from './station-changes.ts';
 
 const of = (...floors: string[]) => ({ ...smallPlan(), requirements: { ...smallPlan().requirements, floors } });
 
-test('a plan is of the floors it was asked for, by id or name, and else of all', () => {
+test('a plan includes the floors it was asked for, by id or name, and else of all', () => {
   const ids = (...floors: string[]) => plannedFloors(of(...floors)).map(({ id }) => id);
   expect([ids(), ids('Upper floor'), ids('F0')]).toEqual([['F0', 'F1'], ['F1'], ['F0']]);
 });
 
-test('which floors each plan is of is said where they differ, and what is compared', () => {
+test('which floors each plan includes is said where they differ, and what is compared', () => {
   const words = (shown: string[], other: string[]) =>
     floorsInWords({ title: 'The plan', plan: of(...shown) }, { title: 'Run R001', plan: of(...other) });
   expect(words([], [])).toBeNull();
   expect(words(['F0'], ['ground floor'])).toBeNull();
   expect(words([], ['F0', 'F1'])).toBeNull();
   expect(words([], ['F0'])).toBe(
-    'The plan is of Ground floor and Upper floor; Run R001 is of Ground floor. Only Ground floor is compared.',
+    'The plan includes Ground floor and Upper floor; Run R001 includes Ground floor. Only Ground floor is compared.',
   );
   expect(words(['F1'], ['F0'])).toMatch(/No floor is in both/);
 });
 
-test('stations of floors that only one plan is of are not told as gone', () => {
+test('stations of floors that only one plan includes are not told as gone', () => {
   const store = createStore();
   const plan = of('F0');
   store.loaded.value = { plan, stage: { offsetM: [0, 0, 0], stations: [] } } as never;

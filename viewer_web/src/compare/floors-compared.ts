@@ -30,7 +30,7 @@ export function floorsInWords(shown: NamedPlan, other: NamedPlan): string | null
   const isSame = [shown, other].every(({ plan }) => plannedFloors(plan).length === both.size);
   if (isSame) return null;
   const of = ({ title, plan }: NamedPlan): string =>
-    `${title} is of ${listed(plannedFloors(plan).map(({ name }) => name))}`;
+    `${title} includes ${listed(plannedFloors(plan).map(({ name }) => name))}`;
   const names = plannedFloors(shown.plan).flatMap(({ id, name }) => (both.has(id) ? [name] : []));
   const what = names.length === 0 ? 'No floor is in both: nothing is compared.' : `Only ${listed(names)} is compared.`;
   return `${of(shown)}; ${of(other)}. ${what}`;

@@ -1,12 +1,13 @@
 /** Tools that mark places: zones corner by corner, forbidden places, ground, and where a comment is pinned. */
 import { batch, untracked } from '@preact/signals';
-import type { Desk } from '../api/desk.ts';
 import type { ZoneKind } from '../api/documents.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { StageFloor } from '../load/stage.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { PointerConsumer, PointerPlace } from '../scene/pointer.ts';
-import type { Picked, Store } from '../store.ts';
+import type { Picked } from '../scene/state.ts';
+import type { Store } from '../store.ts';
 import { addZone, forbid, pickGround } from './changes.ts';
 import { coplanarRegion, isSteep } from './coplanar-region.ts';
 import { sceneOf } from './draft.ts';
@@ -22,7 +23,7 @@ const CLOSING_PIXELS = 14;
 export class AreaTools {
   constructor(
     private readonly store: Store,
-    private readonly desk: Desk,
+    private readonly reviewClient: ReviewClient,
     private readonly view: PlanView,
     private readonly loaded: LoadedPlan,
     private readonly addStationAt: (floorId: string, at: Place, groundM: number) => Promise<void>,
@@ -45,11 +46,13 @@ export class AreaTools {
     const fault = faultOf(outline);
     const coverage = tool === 'priority' ? shareOf(editing.priorityPercent.peek()) : null;
     if (fault !== null || (tool === 'priority' && coverage === null)) {
-      this.desk.warn(fault ?? 'The coverage of a priority zone is a percentage from 1 to 100.');
+      this.reviewClient.warn(fault ?? 'Priority zone: the required coverage is a percentage up to 100.');
       return;
     }
     const name = editing.zoneName.peek().trim();
-    const isDone = await this.desk.commit(zoneInWords(tool), [addZone({ kind: tool, outline, floor, name, coverage })]);
+    const isDone = await this.reviewClient.commit(zoneInWords(tool), [
+      addZone({ kind: tool, outline, floor, name, coverage }),
+    ]);
     if (isDone) this.dropOutline();
   }
 
@@ -74,7 +77,7 @@ export class AreaTools {
     }
     const picked = this.view.surfaceAt(place.clientX, place.clientY);
     if (picked === null || picked.isSection) {
-      this.desk.warn('There is no surface under the pointer. Click on one.');
+      this.reviewClient.warn('No surface under the pointer: click on one.');
       return;
     }
     if (tool === 'ground') void this.pickGround(picked);
@@ -90,7 +93,7 @@ export class AreaTools {
     const floor = this.loaded.stage.floors.find(({ id }) => id === floorId);
     const at = floor && this.view.levelAt(clientX, clientY, floor.id, floor.elevationM);
     if (floor === undefined || !at) {
-      this.desk.warn('Click on the floor that the area is on.');
+      this.reviewClient.warn('Click on the floor of the zone.');
       return;
     }
     const corners = editing.outline.peek();
@@ -129,24 +132,24 @@ export class AreaTools {
 
   private async pickGround(picked: Picked): Promise<void> {
     if (isSteep(this.loaded.stage.triangles.cornersM, picked.triangle)) {
-      this.desk.warn('This surface is too steep to stand on. Click on one that is level.');
+      this.reviewClient.warn('This surface is too steep to stand on: click on a level one.');
       return;
     }
     const isGround = this.store.editing.marksGround.peek();
     const floorId = this.store.floorId.peek() ?? '';
     const region = coplanarRegion(this.loaded.stage.triangles.cornersM, picked.triangle);
-    const words = nothingToPick(region, this.loaded, this.desk.review.peek(), isGround, floorId);
+    const words = nothingToPick(region, this.loaded, this.reviewClient.review.peek(), isGround, floorId);
     if (words !== null) {
-      this.desk.notice.value = { kind: 'note', text: words };
+      this.reviewClient.notice.value = { kind: 'note', text: words };
       return;
     }
-    const label = isGround ? 'mark ground' : 'unmark ground';
-    await this.desk.commit(label, [pickGround(picked.pointM, isGround, floorId)]);
+    const label = isGround ? 'mark a walkable floor' : 'mark as not a floor';
+    await this.reviewClient.commit(label, [pickGround(picked.pointM, isGround, floorId)]);
   }
 
   private async forbid(picked: Picked): Promise<void> {
     const radiusM = this.store.editing.forbidRadiusM.peek();
-    await this.desk.commit('forbid a place', [forbid(picked.pointM, radiusM, this.floorOf(picked))]);
+    await this.reviewClient.commit('forbid a position', [forbid(picked.pointM, radiusM, this.floorOf(picked))]);
   }
 
   private add(picked: Picked): void {

@@ -20,16 +20,16 @@ interface Entry {
 }
 
 export function ChangeList({ store }: { store: Store }) {
-  const { desk } = store;
-  const review = desk?.review.value ?? null;
-  if (desk === null || review === null) return null;
+  const { reviewClient } = store;
+  const review = reviewClient?.review.value ?? null;
+  if (reviewClient === null || review === null) return null;
   const floors = store.loaded.value?.plan.floors ?? [];
   const nameOf = (id: string): string =>
     id === '' ? 'all floors' : (floors.find((floor) => floor.id === id)?.name ?? id);
   const entries = [...stationEntries(stationsOf(store), review, nameOf), ...areaEntries(review, nameOf)];
   return (
     <Section title="Changes" aside={entries.length === 0 ? '' : `${entries.length}`}>
-      {entries.length === 0 && <p class="muted">None yet: the plan is as it was made.</p>}
+      {entries.length === 0 && <p class="muted">No changes yet.</p>}
       <ul class="entries" aria-label="Changes">
         {entries.map((entry) => (
           <li key={entry.key} class="entry">
@@ -42,7 +42,7 @@ export function ChangeList({ store }: { store: Store }) {
               type="button"
               class="button button-small button-quiet"
               aria-label={`${entry.backLabel}: ${entry.title}`}
-              onClick={() => void desk.commit(`take back ${entry.title}`, [entry.back])}
+              onClick={() => void reviewClient.commit(`revert ${entry.title}`, [entry.back])}
             >
               {entry.backLabel}
             </button>
@@ -55,13 +55,13 @@ export function ChangeList({ store }: { store: Store }) {
             type="button"
             class="button button-small"
             onClick={() =>
-              void desk.commit(
-                'reset to the plan',
+              void reviewClient.commit(
+                'discard all changes',
                 entries.map(({ back }) => back),
               )
             }
           >
-            Reset to the plan
+            Discard all changes
           </button>
         </div>
       )}
@@ -120,10 +120,10 @@ function lockBack(station: string): Change {
 function areaEntries(review: Review, nameOf: (floor: string) => string): Entry[] {
   const zones = Object.entries(review.zones).map(([id, zone]): Entry => {
     const isPriority = zone.kind === 'priority';
-    const asked = zone.coverage === null ? '' : `${percent(zone.coverage, 0)} asked, `;
+    const asked = zone.coverage === null ? '' : `${percent(zone.coverage, 0)} required, `;
     return {
       key: `zone ${id}`,
-      title: zone.name || (isPriority ? 'Priority zone' : 'Keep-out'),
+      title: zone.name || (isPriority ? 'Priority zone' : 'Keep-out zone'),
       detail: isPriority ? `priority: ${asked}${nameOf(zone.floor)}` : `keep-out, ${nameOf(zone.floor)}`,
       swatch: `swatch-${zone.kind}`,
       back: removeZone(id),
@@ -134,8 +134,8 @@ function areaEntries(review: Review, nameOf: (floor: string) => string): Entry[]
   const forbidden = Object.entries(review.forbidden).map(
     ([id, place]): Entry => ({
       key: `forbidden ${id}`,
-      title: 'Forbidden place',
-      detail: `${metres(place.radius_m, 1)} around it, ${nameOf(place.floor)}`,
+      title: 'Forbidden position',
+      detail: `radius ${metres(place.radius_m, 1)}, ${nameOf(place.floor)}`,
       swatch: 'swatch-forbidden',
       back: allow(id),
       backLabel: 'Allow',
@@ -145,7 +145,7 @@ function areaEntries(review: Review, nameOf: (floor: string) => string): Entry[]
   const picks = Object.entries(review.ground_picks).map(
     ([id, pick]): Entry => ({
       key: `pick ${id}`,
-      title: pick.is_ground ? 'Marked as ground' : 'Marked as no ground',
+      title: pick.is_ground ? 'Walkable floor' : 'Not a floor',
       detail: pick.floor === '' ? 'nearest floor' : nameOf(pick.floor),
       swatch: pick.is_ground ? 'swatch-ground' : 'swatch-not_ground',
       back: unpickGround(id),

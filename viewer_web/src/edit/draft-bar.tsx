@@ -1,19 +1,19 @@
 /** The strip of totals above the canvas: what the edited plan is worth beside the plan as it was made. */
 import type { ComponentChildren } from 'preact';
 import { percent } from '../panels/figures.ts';
-import { MetWord, metInWords } from '../panels/targets.tsx';
+import { MetWord, metInWords } from '../panels/requirements.tsx';
 import type { Store } from '../store.ts';
 import { countEdits, editsInWords } from './draft.ts';
 import { hasEdits, stationsOf } from './draft-follower.ts';
-import type { Editing } from './editing.ts';
 import type { Latencies } from './preview-loop.ts';
 import { canEdit, isLive } from './readiness.ts';
+import type { Editing } from './state.ts';
 import { draftTotals, missedOf, planTotals, previewTotals, signedCount, signedPoints, type Totals } from './totals.ts';
 
 export function DraftBar({ store }: { store: Store }) {
-  const { desk, editing, loaded } = store;
+  const { reviewClient, editing, loaded } = store;
   const plan = loaded.value?.plan;
-  if (desk === null || plan === undefined) return null;
+  if (reviewClient === null || plan === undefined) return null;
   const stations = stationsOf(store);
   const isEdited = hasEdits(stations);
   const isMoving = editing.underWay.value !== null;
@@ -31,7 +31,7 @@ export function DraftBar({ store }: { store: Store }) {
       {isEdited ? (
         <ShownChoice store={store} words={editsInWords(countEdits(stations))} />
       ) : (
-        <span class="muted">No station is edited</span>
+        <span class="muted">No stations edited</span>
       )}
       <TotalsList totals={totals} planned={planTotals(plan)} isLive={isLive(store)} />
       {canEdit(store) && <UndoButtons store={store} />}
@@ -46,8 +46,8 @@ function measured({ nDrags, answerTimes, drawTimes }: Editing) {
 }
 
 /** The figures are of an older revision: those of this one are being computed. */
-function isStale({ desk, editing }: Store): boolean {
-  const [figures, review] = [desk?.figures.value ?? null, desk?.review.value ?? null];
+function isStale({ reviewClient, editing }: Store): boolean {
+  const [figures, review] = [reviewClient?.figures.value ?? null, reviewClient?.review.value ?? null];
   return editing.preview.value === null && figures !== null && review !== null && figures.revision < review.revision;
 }
 
@@ -55,7 +55,7 @@ function isStale({ desk, editing }: Store): boolean {
 function totalsNow(store: Store): Totals | null {
   const plan = store.loaded.value?.plan;
   const head = store.editing.preview.value;
-  const figures = store.desk?.figures.value ?? null;
+  const figures = store.reviewClient?.figures.value ?? null;
   if (plan === undefined) return null;
   if (head !== null) return previewTotals(plan, head);
   if (figures !== null && isLive(store)) return draftTotals(plan, figures);
@@ -73,7 +73,7 @@ function ShownChoice({ store, words }: { store: Store; words: string }) {
           type="button"
           role="radio"
           aria-checked={showsPlan.value === isPlan}
-          title={isPlan ? 'The plan as it was made' : words}
+          title={isPlan ? 'The original plan' : words}
           onClick={() => {
             showsPlan.value = isPlan;
           }}
@@ -87,9 +87,9 @@ function ShownChoice({ store, words }: { store: Store; words: string }) {
 
 function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planned: Totals; isLive: boolean }) {
   if (totals === null) {
-    return <p class="muted">{isLive ? 'Computing …' : 'Coverage of the edited plan is not known'}</p>;
+    return <p class="muted">{isLive ? 'Computing …' : 'Coverage of the edited plan unknown'}</p>;
   }
-  const networks = totals.nNetworks === 1 ? 'one network' : `${totals.nNetworks} networks`;
+  const connectivity = totals.nNetworks === 1 ? 'connected' : `${totals.nNetworks} unconnected groups`;
   return (
     <dl data-testid="totals">
       <Total name="Stations" value={`${totals.nStations}`} change={signedCount(totals.nStations - planned.nStations)} />
@@ -113,7 +113,11 @@ function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planne
             isBetterUp
           />
         ))}
-      <Total name="Links" value={totals.nLinks === null ? networks : `${totals.nLinks}, ${networks}`} change="" />
+      <Total
+        name="Links"
+        value={totals.nLinks === null ? connectivity : `${totals.nLinks}, ${connectivity}`}
+        change=""
+      />
     </dl>
   );
 }
@@ -141,9 +145,9 @@ function Total({ name, value, change, isBetterUp = false, children }: TotalProps
 }
 
 function UndoButtons({ store }: { store: Store }) {
-  const { desk } = store;
-  if (desk === null) return null;
-  const [undo, redo] = [desk.undoable.value, desk.redoable.value];
+  const { reviewClient } = store;
+  if (reviewClient === null) return null;
+  const [undo, redo] = [reviewClient.undoable.value, reviewClient.redoable.value];
   return (
     <span>
       <button
@@ -152,7 +156,7 @@ function UndoButtons({ store }: { store: Store }) {
         aria-label={undo === null ? 'Undo' : `Undo: ${undo}`}
         title={undo === null ? 'Nothing to undo' : `Undo: ${undo} (Ctrl-Z)`}
         disabled={undo === null}
-        onClick={() => void desk.undo()}
+        onClick={() => void reviewClient.undo()}
       >
         ↶
       </button>
@@ -162,7 +166,7 @@ function UndoButtons({ store }: { store: Store }) {
         aria-label={redo === null ? 'Redo' : `Redo: ${redo}`}
         title={redo === null ? 'Nothing to redo' : `Redo: ${redo} (Ctrl-Shift-Z)`}
         disabled={redo === null}
-        onClick={() => void desk.redo()}
+        onClick={() => void reviewClient.redo()}
       >
         ↷
       </button>

@@ -1,7 +1,7 @@
 import { afterEach, beforeEach, expect, test } from 'vitest';
 import { ApiClient } from '../api/client.ts';
-import { Desk } from '../api/desk.ts';
 import type { Change, LiveState, Run } from '../api/documents.ts';
+import { ReviewClient } from '../api/review-client.ts';
 import { TIMES_SEEN } from '../heat/layers.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { createStore, type Store } from '../store.ts';
@@ -13,29 +13,29 @@ const READY: LiveState = { state: 'ready', step: null, fraction: null, message: 
 const move = (x: number): Change => ({ kind: 'move_station', station: 'S001', position_m: [x, 2000, 1.3] });
 
 let asked: string[];
-let desk: Desk;
+let reviewClient: ReviewClient;
 let store: Store;
 let follower: DraftFollower;
 beforeEach(async () => {
   const server = new FakeReviewServer();
   asked = [];
-  desk = new Desk(
+  reviewClient = new ReviewClient(
     new ApiClient(async (address, options) => {
       if (!address.startsWith('api/live/')) return server.fetch(address, options);
       asked.push(address.slice('api/live/'.length));
-      if (address.endsWith('walk')) return new Response(JSON.stringify({ route: { order: ['S001'] } }));
+      if (address.endsWith('route')) return new Response(JSON.stringify({ route: { order: ['S001'] } }));
       if (address.endsWith('figures')) return new Response('no figures here', { status: 404 });
       return new Response(Uint8Array.of(1, 2, 3, 4));
     }),
     { listen: () => () => undefined },
   );
-  await desk.open();
-  store = createStore({ desk });
+  await reviewClient.open();
+  store = createStore({ reviewClient });
   const plan = smallPlan();
   const floors = plan.floors.map(({ id, elevation_m }) => ({ id, elevationM: elevation_m, topM: elevation_m + 2.8 }));
   const loaded = { plan, stage: { floors, offsetM: [1000, 2000, 0], stations: [] } } as unknown as LoadedPlan;
   store.loaded.value = loaded;
-  follower = new DraftFollower(store, desk, loaded);
+  follower = new DraftFollower(store, reviewClient, loaded);
 });
 afterEach(() => follower.dispose());
 
@@ -46,7 +46,7 @@ test('a plan without edits is shown as it is', () => {
 });
 
 test('an edited plan is shown as edited, and as planned where that is wished', async () => {
-  await desk.commit('move', [move(1005)]);
+  await reviewClient.commit('move', [move(1005)]);
   expect(placeOf('S001')).toEqual([5, 0, 1.3]);
   expect(store.draft.value?.links.map(({ a, b }) => `${a} ${b}`)).toEqual(['S001 S002', 'S002 S003']);
   store.editing.showsPlan.value = true;
@@ -64,33 +64,33 @@ test('a station on its way stands where it is dragged, with the links it would h
 });
 
 test('values come from the live side where it is ready, anew for every state of the draft', async () => {
-  await desk.commit('move', [move(1005)]);
+  await reviewClient.commit('move', [move(1005)]);
   expect(store.layerSource.value).toBeNull();
-  desk.live.value = READY;
+  reviewClient.live.value = READY;
   const first = store.layerSource.value;
   expect([...(await first!(TIMES_SEEN))!]).toEqual([1, 2, 3, 4]);
   expect([...(await first!('range'))!]).toEqual([0x0201, 0x0403]);
   expect([...follower.layers.value!.valuesOf('range')!]).toEqual([0x0201, 0x0403]);
   expect(await first!('reason')).toBeNull();
-  await desk.commit('comment', [{ kind: 'add_comment', text: 'a remark changes no values' }]);
+  await reviewClient.commit('comment', [{ kind: 'add_comment', text: 'a remark changes no values' }]);
   expect(store.layerSource.value).toBe(first);
-  await desk.commit('move', [move(1006)]);
+  await reviewClient.commit('move', [move(1006)]);
   expect(store.layerSource.value).not.toBe(first);
 });
 
 test('only stations that are not where the plan has them are asked of the live side', async () => {
-  desk.live.value = READY;
-  await desk.commit('move', [move(1005)]);
+  reviewClient.live.value = READY;
+  await reviewClient.commit('move', [move(1005)]);
   asked.length = 0;
   expect(await store.stationSource.value!.seen('S002')).toBeNull();
   expect([...(await store.stationSource.value!.seen('S001'))!]).toEqual([1, 2, 3, 4]);
   expect(asked).toEqual(['stations/S001/seen']);
 });
 
-test('the walk of an edited plan is asked for where it is looked at', async () => {
-  desk.live.value = READY;
-  await desk.commit('move', [move(1005)]);
-  expect(asked).not.toContain('walk');
+test('the route of an edited plan is asked for where it is looked at', async () => {
+  reviewClient.live.value = READY;
+  await reviewClient.commit('move', [move(1005)]);
+  expect(asked).not.toContain('route');
   store.showRoute.value = true;
   await expect.poll(() => store.draftRoute.value?.order).toEqual(['S001']);
   store.editing.showsPlan.value = true;
@@ -102,7 +102,7 @@ test('while a run goes on, those who look at runs see its best stations', () => 
     [1001, 2001, 1.3],
     [1002, 2002, 4.1],
   ];
-  desk.runs.value = [{ id: 'R001', state: 'running', best: { n_stations: 2, stations } } as unknown as Run];
+  reviewClient.runs.value = [{ id: 'R001', state: 'running', best: { n_stations: 2, stations } } as unknown as Run];
   expect(store.draft.value).toBeNull();
   store.tab.value = 'runs';
   expect(store.draft.value?.stations.map(({ floorId, positionM }) => [floorId, positionM])).toEqual([
@@ -113,6 +113,6 @@ test('while a run goes on, those who look at runs see its best stations', () => 
   store.editing.watchesRun.value = false;
   expect(store.draft.value).toBeNull();
   expect(watchableRun(store)?.id).toBe('R001');
-  desk.runs.value = [{ id: 'R001', state: 'finished', best: { n_stations: 2, stations } } as unknown as Run];
+  reviewClient.runs.value = [{ id: 'R001', state: 'finished', best: { n_stations: 2, stations } } as unknown as Run];
   expect(watchableRun(store)).toBeNull();
 });

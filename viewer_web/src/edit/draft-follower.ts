@@ -1,14 +1,16 @@
 /** Keeps what is shown in step with the review: stations and links of the draft, and the values its stations give the patches. */
 import { computed, effect, type ReadonlySignal, signal } from '@preact/signals';
-import type { Desk } from '../api/desk.ts';
-import type { DraftLink, DraftWalk, Run } from '../api/documents.ts';
+import type { DraftLink, DraftRoute, Run } from '../api/documents.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 import type { PatchValues } from '../heat/layers.ts';
 import { TIMES_SEEN } from '../heat/layers.ts';
+import type { LayerSource } from '../heat/state.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { PlanLink, PlanRoute } from '../load/plan-json.ts';
 import type { ShownStation, StationWorth } from '../stations/shown.ts';
-import type { Draft, LayerSource, StationSource, Store } from '../store.ts';
+import type { Draft, StationSource } from '../stations/state.ts';
+import type { Store } from '../store.ts';
 import { countEdits, type DraftStation, draftStations, localOf, shownInDraft } from './draft.ts';
 import { floorAt } from './review-areas.ts';
 
@@ -35,7 +37,7 @@ export class DraftLayers {
 export function stationsOf(store: Store): readonly DraftStation[] {
   const plan = store.loaded.value?.plan;
   if (plan === undefined) return [];
-  return draftStations(plan, store.planBase.value === OWN_PLAN ? (store.desk?.review.value ?? null) : null);
+  return draftStations(plan, store.planBase.value === OWN_PLAN ? (store.reviewClient?.review.value ?? null) : null);
 }
 
 /** Whether the review changes any station. */
@@ -47,7 +49,7 @@ export function hasEdits(stations: readonly DraftStation[]): boolean {
 /** The run that goes on and has stations, where runs are looked at; null: there is none. */
 export function watchableRun(store: Store): Run | null {
   if (store.tab.value !== 'runs') return null;
-  const run = store.desk?.runs.value.find(({ state }) => state === 'running');
+  const run = store.reviewClient?.runs.value.find(({ state }) => state === 'running');
   return run?.best?.stations.length ? run : null;
 }
 
@@ -59,7 +61,7 @@ export class DraftFollower {
 
   constructor(
     private readonly store: Store,
-    private readonly desk: Desk,
+    private readonly reviewClient: ReviewClient,
     private readonly loaded: LoadedPlan,
   ) {
     this.stations = computed(() => stationsOf(store));
@@ -76,7 +78,7 @@ export class DraftFollower {
       }),
       effect(() => {
         const isWanted = layersKey.value !== null;
-        const layers = isWanted ? new DraftLayers((path) => desk.client.bytes(path)) : null;
+        const layers = isWanted ? new DraftLayers((path) => reviewClient.client.bytes(path)) : null;
         this.layers.value = layers;
         store.layerSource.value = layers?.source ?? null;
         store.stationSource.value = isWanted ? this.stationSource() : null;
@@ -92,21 +94,21 @@ export class DraftFollower {
     this.store.draftRoute.value = null;
   }
 
-  /** The walk through the draft's stations: asked for only where it is looked at, as finding it takes a second and more. */
+  /** The route through the draft's stations: asked for only where it is looked at, as finding it takes a second and more. */
   private async fetchRoute(routeKey: ReadonlySignal<string | null>): Promise<void> {
     const key = routeKey.peek();
     try {
-      const { route } = await this.desk.client.json<DraftWalk>('live/walk');
+      const { route } = await this.reviewClient.client.json<DraftRoute>('live/route');
       if (routeKey.peek() === key) this.store.draftRoute.value = route as PlanRoute | null;
     } catch (error) {
-      this.desk.warn((error as Error).message);
+      this.reviewClient.warn((error as Error).message);
     }
   }
 
   /** What stations see that are not where the plan has them; the plan folder has the others. */
   private stationSource(): StationSource {
     const ask = (id: string, what: string): Promise<ArrayBuffer> =>
-      this.desk.client.bytes(`live/stations/${encodeURIComponent(id)}/${what}`);
+      this.reviewClient.client.bytes(`live/stations/${encodeURIComponent(id)}/${what}`);
     const fetchOf = (id: string, what: string): Promise<ArrayBuffer> | null => {
       const station = this.stations.peek().find((one) => one.id === id);
       const isChanged = station !== undefined && (station.isAdded || station.movedFromM !== null);
@@ -125,7 +127,7 @@ export class DraftFollower {
 
   /** Null: the plan as it is. */
   private draft(): Draft | null {
-    const { store, desk, loaded } = this;
+    const { store, reviewClient, loaded } = this;
     const { underWay, preview, showsPlan } = store.editing;
     const best = this.bestOfRun();
     if (best !== null) return { stations: best, links: [] };
@@ -133,8 +135,8 @@ export class DraftFollower {
     const moving = underWay.value;
     if (moving === null && (showsPlan.value || !hasEdits(stations))) return null;
     const { offsetM } = loaded.stage;
-    const links = desk.figures.value?.registration.links ?? loaded.plan.registration.links;
-    const figures = new Map(desk.figures.value?.stations.map((station) => [station.id, station]));
+    const links = reviewClient.figures.value?.registration.links ?? loaded.plan.registration.links;
+    const figures = new Map(reviewClient.figures.value?.stations.map((station) => [station.id, station]));
     const shown = shownInDraft(stations, offsetM).map((station) => withWorth(station, figures.get(station.id)));
     if (moving === null) return { stations: shown, links: amongShown(links, shown) };
     const { stationId } = moving;
@@ -166,10 +168,10 @@ export class DraftFollower {
 
   /** Another key: other values. Null: those of the plan folder. */
   private layersKey(): string | null {
-    const { store, desk } = this;
+    const { store, reviewClient } = this;
     const stations = this.stations.value;
     const isShown = !store.editing.showsPlan.value && store.planBase.value === OWN_PLAN;
-    if (!isShown || desk.live.value.state !== 'ready') return null;
+    if (!isShown || reviewClient.live.value.state !== 'ready') return null;
     if (!hasEdits(stations) && store.tab.value !== 'edit') return null;
     return JSON.stringify(stations.map(({ id, positionM, isRemoved }) => [id, positionM, isRemoved]));
   }

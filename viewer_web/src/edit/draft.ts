@@ -6,7 +6,7 @@ import type { ShownStation, StationMark } from '../stations/shown.ts';
 export interface DraftStation {
   readonly id: string;
   readonly floorId: string;
-  /** In the plan's walk; added stations come after it. */
+  /** In the order of the plan's route; added stations come after it. */
   readonly order: number;
   readonly positionM: Point;
   /** Null: the plan does not know it. */

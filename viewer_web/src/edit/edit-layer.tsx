@@ -4,7 +4,7 @@ import { CompareLayer } from '../compare/compare-layer.tsx';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
-import './desk.css';
+import './edit.css';
 import { Editor } from './editor.ts';
 import { listenToEditKeys } from './keys.ts';
 
@@ -15,10 +15,10 @@ interface EditLayerProps {
 }
 
 export function EditLayer({ store, loaded, view }: EditLayerProps) {
-  const { desk, editing } = store;
+  const { reviewClient, editing } = store;
   useEffect(() => {
-    if (desk === null) return undefined;
-    const editor = new Editor(store, desk, view, loaded);
+    if (reviewClient === null) return undefined;
+    const editor = new Editor(store, reviewClient, view, loaded);
     editing.editor.value = editor;
     const stopKeys = listenToEditKeys(window, store, editor);
     return () => {
@@ -26,7 +26,7 @@ export function EditLayer({ store, loaded, view }: EditLayerProps) {
       editing.editor.value = null;
       editor.dispose();
     };
-  }, [store, desk, view, loaded, editing]);
-  if (desk === null) return null;
+  }, [store, reviewClient, view, loaded, editing]);
+  if (reviewClient === null) return null;
   return <CompareLayer store={store} loaded={loaded} view={view} />;
 }

@@ -3,7 +3,7 @@ import { AuthorField } from '../review/author-field.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { ChangeList } from './change-list.tsx';
-import './desk.css';
+import './edit.css';
 import { whyNoEditing, whyNotLive } from './readiness.ts';
 import { StationEditing } from './station-editing.tsx';
 import { ToolPicker } from './tool-picker.tsx';
@@ -23,21 +23,21 @@ export function EditTab({ store }: EditTabProps) {
       <ToolPicker store={store} />
       <StationEditing store={store} />
       <ChangeList store={store} />
-      {store.desk !== null && <AuthorField desk={store.desk} />}
+      {store.reviewClient !== null && <AuthorField reviewClient={store.reviewClient} />}
     </>
   );
 }
 
 function LiveNote({ store }: { store: Store }) {
   const words = whyNotLive(store);
-  const live = store.desk?.live.value;
+  const live = store.reviewClient?.live.value;
   if (words === null || live === undefined) return null;
   const fraction = live.fraction ?? null;
   return (
     <div class="callout" role="status" data-testid="live-note">
       {words}
       {live.state === 'starting' && (
-        <progress aria-label="Getting ready" {...(fraction === null ? {} : { value: fraction })} />
+        <progress aria-label="Preparing live editing" {...(fraction === null ? {} : { value: fraction })} />
       )}
     </div>
   );

@@ -1,7 +1,7 @@
 /** The editor: everything that changes the review with the pointer, and what it draws. Lives as long as the 3D view. */
 import { computed, effect } from '@preact/signals';
-import type { Desk } from '../api/desk.ts';
 import type { GroundHead } from '../api/documents.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 import { sliceOfFloor } from '../floors/cut.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
@@ -38,14 +38,14 @@ export class Editor {
 
   constructor(
     private readonly store: Store,
-    private readonly desk: Desk,
+    private readonly reviewClient: ReviewClient,
     private readonly view: PlanView,
     private readonly loaded: LoadedPlan,
   ) {
     const groundOf = (floorId: string): Promise<GroundMap> => this.groundOf(floorId);
-    this.follower = new DraftFollower(store, desk, loaded);
-    this.mover = new StationMover(store, desk, view, loaded, this.follower, groundOf);
-    this.areas = new AreaTools(store, desk, view, loaded, (floorId, at, groundM) =>
+    this.follower = new DraftFollower(store, reviewClient, loaded);
+    this.mover = new StationMover(store, reviewClient, view, loaded, this.follower, groundOf);
+    this.areas = new AreaTools(store, reviewClient, view, loaded, (floorId, at, groundM) =>
       this.mover.add(floorId, at, groundM),
     );
     this.endings = [
@@ -73,11 +73,11 @@ export class Editor {
 
   /** The ground of a floor as the review leaves it; asked for once for each state of what it keeps free. */
   private groundOf(floorId: string): Promise<GroundMap> {
-    const review = this.desk.review.peek();
+    const review = this.reviewClient.review.peek();
     const key = `${floorId} ${JSON.stringify([review?.zones, review?.forbidden])}`;
     let ground = this.grounds.get(key);
     if (ground === undefined) {
-      ground = this.desk.client
+      ground = this.reviewClient.client
         .framed<GroundHead>(`live/ground/${encodeURIComponent(floorId)}`)
         .then(({ head, body }) => new GroundMap(head, new Uint8Array(body)));
       ground.catch(() => this.grounds.delete(key));
@@ -88,9 +88,9 @@ export class Editor {
 
   /** While editing, have the ground of the floor at hand before anything is dragged on it. */
   private followGround(): void {
-    const { store, desk } = this;
+    const { store, reviewClient } = this;
     const floorId = this.groundFloor.value;
-    desk.review.value;
+    reviewClient.review.value;
     if (floorId === null) return;
     const asked = this.groundOf(floorId);
     this.groundAsked = asked;
@@ -99,7 +99,7 @@ export class Editor {
         // An answer may be overtaken by that of another floor, or of a newer review.
         if (asked === this.groundAsked) store.editing.ground.value = ground;
       })
-      .catch((error: Error) => desk.warn(error.message));
+      .catch((error: Error) => reviewClient.warn(error.message));
   }
 
   private floorToHave(): string | null {
@@ -139,8 +139,8 @@ export class Editor {
   }
 
   private areasOfReview(): readonly Area[] {
-    const { store, desk, loaded } = this;
-    const review = desk.review.value;
+    const { store, reviewClient, loaded } = this;
+    const review = reviewClient.review.value;
     const isShown = !store.editing.showsPlan.value && store.planBase.value === OWN_PLAN;
     return review !== null && isShown ? reviewAreas(review, loaded, this.picksGround.value) : [];
   }
@@ -183,11 +183,11 @@ export class Editor {
 
   /** Where comments that are not resolved are pinned to a place; those of stations are told in the list. */
   private drawPins(): void {
-    const { store, desk, loaded } = this;
+    const { store, reviewClient, loaded } = this;
     const { floors, offsetM } = loaded.stage;
     const slices = store.slices.value;
     const isShown = store.tab.value === 'review' && store.planBase.value === OWN_PLAN;
-    const comments = isShown ? Object.values(desk.review.value?.comments ?? {}) : [];
+    const comments = isShown ? Object.values(reviewClient.review.value?.comments ?? {}) : [];
     this.pins.set(
       comments.flatMap(({ position_m, resolved }) => {
         if (resolved || position_m === null) return [];

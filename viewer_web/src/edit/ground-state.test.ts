@@ -56,14 +56,14 @@ test('picks have their say one after the other, over the ground of the plan', ()
 test('marking ground and unmarking none is refused in words, and everything else is not', () => {
   const words = (region: readonly number[], isGround: boolean, floorId: string, ...picks: Pick[]) =>
     nothingToPick(region, LOADED, reviewOf(...picks), isGround, floorId);
-  expect(words(GROUND, true, '')).toBe('This surface is ground already, of Ground floor.');
-  expect(words(GROUND, true, 'F0')).toBe('This surface is ground already, of Ground floor.');
+  expect(words(GROUND, true, '')).toBe('Already a walkable floor of Ground floor: nothing to mark.');
+  expect(words(GROUND, true, 'F0')).toBe('Already a walkable floor of Ground floor: nothing to mark.');
   expect(words(GROUND, true, 'F1')).toBeNull();
   expect(words(GROUND, false, '')).toBeNull();
-  expect(words(GROUND, false, 'F1')).toMatch(/no ground of Upper floor/);
+  expect(words(GROUND, false, 'F1')).toMatch(/Not a walkable floor of Upper floor/);
   expect(words(TABLE, true, 'F0')).toBeNull();
   expect(words(TABLE, false, '')).toMatch(/nothing to unmark/);
-  expect(words(TABLE, true, '', pick(6, 0.7, true))).toBe('This surface is ground already.');
+  expect(words(TABLE, true, '', pick(6, 0.7, true))).toBe('Already a walkable floor: nothing to mark.');
   expect(words([...GROUND, ...TABLE], true, '')).toBeNull();
   // An underside of a wall, a tenth of the ground: what is marked already is the rest.
   const { triangles } = LOADED.stage;
@@ -71,6 +71,6 @@ test('marking ground and unmarking none is refused in words, and everything else
   const cornersM = Float32Array.from([...triangles.cornersM.subarray(0, 18), ...wall]);
   const flush = { ...triangles, cornersM, groundOf: Uint8Array.of(1, 1, 0) };
   const loaded = { ...LOADED, stage: { ...LOADED.stage, triangles: flush } };
-  expect(nothingToPick([0, 1, 2], loaded, null, true, '')).toMatch(/already, of Ground floor/);
+  expect(nothingToPick([0, 1, 2], loaded, null, true, '')).toMatch(/Already a walkable floor of Ground floor/);
   expect(nothingToPick(TABLE, LOADED, null, false, '')).toMatch(/nothing to unmark/);
 });

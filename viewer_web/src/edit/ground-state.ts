@@ -48,9 +48,9 @@ export function nothingToPick(
     const allM2 = areasM2.reduce((sum, areaM2) => sum + areaM2, 0);
     if (isOfM2 < NEARLY_ALL * allM2) return null;
     const name = nameOf(floorId || (ground.find((of) => of !== null) ?? ''));
-    return `This surface is ground already${name === '' ? '' : `, of ${name}`}.`;
+    return `Already a walkable floor${name === '' ? '' : ` of ${name}`}: nothing to mark.`;
   }
   if (ground.some(isOf)) return null;
   const of = floorId === '' ? '' : ` of ${nameOf(floorId)}`;
-  return `This surface is no ground${of} as it is: there is nothing to unmark.`;
+  return `Not a walkable floor${of}: nothing to unmark.`;
 }

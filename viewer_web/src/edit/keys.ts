@@ -1,11 +1,11 @@
 /** Keys of editing: undo and redo, Escape and Enter for what is half done, Delete for the chosen station. */
 import type { Store } from '../store.ts';
 import { removeStation } from './changes.ts';
-import type { Editor } from './editor.ts';
 import { canEdit } from './readiness.ts';
+import type { EditorActions } from './state.ts';
 
 /** Returns what stops listening. */
-export function listenToEditKeys(target: Window, store: Store, editor: Editor): () => void {
+export function listenToEditKeys(target: Window, store: Store, editor: EditorActions): () => void {
   const onKey = (event: KeyboardEvent): void => {
     if (isTyping(event.target) || event.altKey || !canEdit(store)) return;
     const isDone = event.ctrlKey || event.metaKey ? actOnChord(event, store) : actOnKey(event.key, store, editor);
@@ -28,14 +28,14 @@ export function isTyping(target: EventTarget | null): boolean {
 
 function actOnChord({ key, shiftKey }: KeyboardEvent, store: Store): boolean {
   const letter = key.toLowerCase();
-  if (letter === 'z' && !shiftKey) void store.desk?.undo();
-  else if ((letter === 'z' && shiftKey) || letter === 'y') void store.desk?.redo();
+  if (letter === 'z' && !shiftKey) void store.reviewClient?.undo();
+  else if ((letter === 'z' && shiftKey) || letter === 'y') void store.reviewClient?.redo();
   else return false;
   return true;
 }
 
-function actOnKey(key: string, store: Store, { areas, mover }: Editor): boolean {
-  const { editing, desk } = store;
+function actOnKey(key: string, store: Store, { areas, mover }: EditorActions): boolean {
+  const { editing, reviewClient } = store;
   const hasOutline = editing.outline.peek().length > 0;
   if (key === 'Escape' && editing.underWay.peek() !== null) mover.cancel();
   else if (key === 'Escape' && hasOutline) areas.dropOutline();
@@ -45,7 +45,7 @@ function actOnKey(key: string, store: Store, { areas, mover }: Editor): boolean 
   else if (key === 'Delete' && store.tab.peek() === 'edit') {
     const id = store.stationId.peek();
     if (id === null) return false;
-    void desk?.commit(`remove ${id}`, [removeStation(id)]);
+    void reviewClient?.commit(`remove ${id}`, [removeStation(id)]);
   } else return false;
   return true;
 }

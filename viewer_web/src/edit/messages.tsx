@@ -1,12 +1,12 @@
 /** What the server says: notices, a broken line, and the choice that a conflict needs. They have a place of their own and cover nothing. */
 import { NO_TOKEN } from '../api/api-error.ts';
-import type { Desk } from '../api/desk.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 
-const ASKING = 'The server does not answer; asking again. What you see may be out of date.';
+const ASKING = 'The server does not answer; retrying. The page may be out of date.';
 const STARTED_AGAIN = 'If it was started again, open the address that it printed.';
 
-export function Messages({ desk }: { desk: Desk }) {
-  const [notice, conflict, trouble] = [desk.notice.value, desk.conflict.value, troubleOf(desk)];
+export function Messages({ reviewClient }: { reviewClient: ReviewClient }) {
+  const [notice, conflict, trouble] = [reviewClient.notice.value, reviewClient.conflict.value, troubleOf(reviewClient)];
   if (notice === null && conflict === null && trouble === null) return null;
   return (
     <section class="messages" aria-label="Messages">
@@ -23,7 +23,7 @@ export function Messages({ desk }: { desk: Desk }) {
             class="icon"
             aria-label="Dismiss"
             onClick={() => {
-              desk.notice.value = null;
+              reviewClient.notice.value = null;
             }}
           >
             ×
@@ -32,14 +32,14 @@ export function Messages({ desk }: { desk: Desk }) {
       )}
       {conflict !== null && (
         <div class="message-card message-conflict" role="alertdialog" aria-labelledby="conflict-title">
-          <h2 id="conflict-title">Somebody was first</h2>
+          <h2 id="conflict-title">Someone else changed this</h2>
           <p>{conflict.words}</p>
           <div class="buttons">
-            <button type="button" class="button button-primary" onClick={() => desk.takeTheirs()}>
-              Take theirs
+            <button type="button" class="button button-primary" onClick={() => reviewClient.takeTheirs()}>
+              Keep theirs
             </button>
-            <button type="button" class="button" onClick={() => void desk.applyMine()}>
-              Apply mine again
+            <button type="button" class="button" onClick={() => void reviewClient.applyMine()}>
+              Keep mine
             </button>
           </div>
         </div>
@@ -49,7 +49,7 @@ export function Messages({ desk }: { desk: Desk }) {
 }
 
 /** What is wrong with the server for as long as it is; null: nothing. */
-function troubleOf({ line, fault }: Desk): string | null {
+function troubleOf({ line, fault }: ReviewClient): string | null {
   if (line.value === 'refused') return NO_TOKEN;
   if (fault.value !== null) return fault.value;
   return line.value === 'broken' ? `${ASKING} ${STARTED_AGAIN}` : null;

@@ -22,7 +22,7 @@ export function faultOf(outline: readonly Place[]): string | null {
     const missing = 3 - outline.length;
     return `Click ${missing} more corner${missing === 1 ? '' : 's'} on the floor.`;
   }
-  if (crosses(outline)) return 'The outline crosses itself. Take the last corner back and go round the area.';
+  if (crosses(outline)) return 'The outline crosses itself. Remove the last corner and go round the area.';
   if (areaM2(outline) < SMALLEST_AREA_M2) return 'The outline has hardly any area. Draw it larger.';
   return null;
 }

@@ -1,16 +1,16 @@
 import { expect, test } from 'vitest';
 import { ApiClient } from '../api/client.ts';
-import { Desk } from '../api/desk.ts';
 import type { LiveState } from '../api/documents.ts';
+import { ReviewClient } from '../api/review-client.ts';
 import { createStore, type Store } from '../store.ts';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
 import { canEdit, isLive, toolInHand, whyNoEditing, whyNoServer, whyNotLive } from './readiness.ts';
 
 async function storeOn(server: FakeReviewServer | null): Promise<Store> {
   const fetcher = server?.fetch ?? (async () => new Response('not found', { status: 404 }));
-  const desk = new Desk(new ApiClient(fetcher), { listen: () => () => undefined });
-  await desk.open();
-  return createStore({ desk });
+  const reviewClient = new ReviewClient(new ApiClient(fetcher), { listen: () => () => undefined });
+  await reviewClient.open();
+  return createStore({ reviewClient });
 }
 const live = (changes: Partial<LiveState>): LiveState => ({
   state: 'ready',
@@ -26,10 +26,10 @@ test('a server that takes changes refuses nothing', async () => {
 });
 
 test('without a server, with a file server, and read-only, it is said how to get one that takes changes', async () => {
-  expect(whyNoEditing(createStore({ isStatic: true }))).toMatch(/copy to look at.*tlsplan view/);
+  expect(whyNoEditing(createStore({ isStatic: true }))).toMatch(/read-only copy.*tlsplan view/);
   expect(whyNoEditing(await storeOn(null))).toMatch(/only shows files.*tlsplan view/);
   const store = await storeOn(new FakeReviewServer());
-  const session = store.desk!.session;
+  const session = store.reviewClient!.session;
   session.value = { ...session.value!, read_only: true };
   expect(whyNoEditing(store)).toMatch(/--read-only.*without/);
   expect(canEdit(store)).toBe(false);
@@ -39,7 +39,10 @@ test('a server whose review can not be read is not taken for one that is gone', 
   const server = new FakeReviewServer();
   server.refusal = { status: 503, message: 'plan/review.usda: the review is damaged; rename it' };
   const store = await storeOn(server);
-  expect([whyNoServer(store.desk!), whyNoEditing(store)]).toEqual([server.refusal.message, server.refusal.message]);
+  expect([whyNoServer(store.reviewClient!), whyNoEditing(store)]).toEqual([
+    server.refusal.message,
+    server.refusal.message,
+  ]);
   server.isGone = true;
   expect(whyNoEditing(await storeOn(server))).toMatch(/does not answer/);
 });
@@ -53,11 +56,11 @@ test('the plan of a run is not edited', async () => {
 
 test('while the live side is not ready, it is said how far it is or how to have it', async () => {
   const store = await storeOn(new FakeReviewServer());
-  const state = store.desk!.live;
+  const state = store.reviewClient!.live;
   state.value = live({ state: 'starting', step: 'loading house.ifc', fraction: 0.4 });
   expect(whyNotLive(store)).toMatch(/loading house\.ifc, 40 %/);
   state.value = live({ state: 'failed', message: 'house.ifc: not found. Pass --scene.' });
-  expect(whyNotLive(store)).toMatch(/not found\. Pass --scene\. Stations can't be moved/);
+  expect(whyNotLive(store)).toMatch(/not found\. Pass --scene\. To move stations, fix this/);
   state.value = live({ state: 'off' });
   expect(whyNotLive(store)).toMatch(/--scene building\.ifc/);
   expect(isLive(store)).toBe(false);

@@ -1,24 +1,24 @@
 /** What can be done right now, and in words what to do where something can't. */
 import { NO_ANSWER } from '../api/api-error.ts';
-import type { Desk } from '../api/desk.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import type { Store } from '../store.ts';
-import type { Tool } from './editing.ts';
+import type { Tool } from './state.ts';
 
 /** The live side computes. */
 export function isLive(store: Store): boolean {
-  return store.desk?.live.value.state === 'ready';
+  return store.reviewClient?.live.value.state === 'ready';
 }
 
 /** Changes of the review are taken. */
 export function canEdit(store: Store): boolean {
-  return (store.desk?.canEdit.value ?? false) && store.planBase.value === OWN_PLAN;
+  return (store.reviewClient?.canEdit.value ?? false) && store.planBase.value === OWN_PLAN;
 }
 
 /** Why the server's side is missing, in words; null: it is there. */
-export function whyNoServer({ line, session, fault }: Desk): string | null {
+export function whyNoServer({ line, session, fault }: ReviewClient): string | null {
   if (session.value !== null) return null;
-  if (line.value === 'connecting') return 'Asking the server …';
+  if (line.value === 'connecting') return 'Connecting to the server …';
   if (line.value === 'none') {
     return 'This server only shows files. Start `tlsplan view` of this version to change the plan and to plan again.';
   }
@@ -27,31 +27,31 @@ export function whyNoServer({ line, session, fault }: Desk): string | null {
 
 /** Why changes are not taken; null: they are. */
 export function whyNoEditing(store: Store): string | null {
-  const { desk } = store;
-  if (desk === null) return 'This is a copy to look at. Open the plan with `tlsplan view` to change it.';
+  const { reviewClient } = store;
+  if (reviewClient === null) return 'This is a read-only copy. Open the plan with `tlsplan view` to change it.';
   if (store.planBase.value !== OWN_PLAN) {
-    return 'This is the plan of a run. Changes belong to the plan it was made from: go back to it to edit.';
+    return 'This is the plan of a run. Go back to the main plan to edit.';
   }
-  const missing = whyNoServer(desk);
+  const missing = whyNoServer(reviewClient);
   if (missing !== null) return missing;
-  if (desk.session.value?.read_only) {
-    return 'The server was started with --read-only. Start it without, and the plan can be changed.';
+  if (reviewClient.session.value?.read_only) {
+    return 'The server was started with --read-only. Restart it without to change the plan.';
   }
-  if (!desk.canEdit.value) return desk.fault.value ?? NO_ANSWER;
+  if (!reviewClient.canEdit.value) return reviewClient.fault.value ?? NO_ANSWER;
   return null;
 }
 
 /** Why moving shows no figures; null: it does. */
 export function whyNotLive(store: Store): string | null {
-  const live = store.desk?.live.value;
+  const live = store.reviewClient?.live.value;
   if (live === undefined || live.state === 'ready') return null;
   if (live.state === 'starting') {
     const share =
       live.fraction === null || live.fraction === undefined ? '' : `, ${(100 * live.fraction).toFixed(0)} %`;
-    return `Getting ready to compute: ${live.step || 'loading the scene'}${share}`;
+    return `Preparing live editing: ${live.step || 'loading the scene'}${share}`;
   }
   const said = live.message ? `${live.message.replace(/[.\s]+$/, '')}. ` : '';
-  if (live.state === 'failed') return `${said}Stations can't be moved until that is mended and the server restarted.`;
+  if (live.state === 'failed') return `${said}To move stations, fix this and restart the server.`;
   return `${said}To move stations, start the server with the scene: tlsplan view plan/ --scene building.ifc`;
 }
 

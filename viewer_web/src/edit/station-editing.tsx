@@ -17,14 +17,14 @@ export function StationEditing({ store }: { store: Store }) {
   if (station === undefined) {
     return (
       <Section title="Station">
-        <p class="muted">Choose a station in the picture or in the list of the plan.</p>
+        <p class="muted">Select a station in the model or in the list.</p>
       </Section>
     );
   }
   return (
     <Section title={`Station ${station.id}`} aside={stateInWords(station)}>
       {station.isFixed ? (
-        <p class="muted">It is scanned already: where it stood can’t be changed.</p>
+        <p class="muted">Already scanned: its position can’t be changed.</p>
       ) : (
         <>
           {!station.isRemoved && <HeightSlider store={store} station={station} />}
@@ -51,7 +51,7 @@ function HeightSlider({ store, station }: { store: Store; station: DraftStation 
   const mover = store.editing.editor.value?.mover;
   const moving = store.editing.underWay.value;
   const heightM = (moving?.stationId === station.id ? moving.heightM : station.instrumentHeightM) ?? null;
-  if (heightM === null) return <p class="muted">Its height above the ground is not known.</p>;
+  if (heightM === null) return <p class="muted">Instrument height unknown.</p>;
   const low = scanner?.instrument_height_min_m ?? USUAL_HEIGHTS_M[0];
   const high = scanner?.instrument_height_max_m ?? USUAL_HEIGHTS_M[1];
   return (
@@ -74,14 +74,18 @@ function HeightSlider({ store, station }: { store: Store; station: DraftStation 
 }
 
 function StationButtons({ store, station }: { store: Store; station: DraftStation }) {
-  const { desk } = store;
-  if (desk === null) return null;
+  const { reviewClient } = store;
+  if (reviewClient === null) return null;
   const { id } = station;
   if (station.isRemoved) {
     return (
       <div class="buttons">
-        <button type="button" class="button" onClick={() => void desk.commit(`restore ${id}`, [restoreStation(id)])}>
-          Bring it back
+        <button
+          type="button"
+          class="button"
+          onClick={() => void reviewClient.commit(`restore ${id}`, [restoreStation(id)])}
+        >
+          Restore
         </button>
       </div>
     );
@@ -92,9 +96,9 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
       <button
         type="button"
         class="button button-small"
-        title="A locked station is in every plan that is made again"
+        title="A locked station stays in every new plan"
         aria-pressed={station.isLocked}
-        onClick={() => void desk.commit(`${lockWords} ${id}`, [lockStation(id, !station.isLocked)])}
+        onClick={() => void reviewClient.commit(`${lockWords} ${id}`, [lockStation(id, !station.isLocked)])}
       >
         {station.isLocked ? 'Unlock' : 'Lock'}
       </button>
@@ -102,7 +106,7 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
         <button
           type="button"
           class="button button-small"
-          onClick={() => void desk.commit(`move ${id} back`, [moveBack(id)])}
+          onClick={() => void reviewClient.commit(`move ${id} back`, [moveBack(id)])}
         >
           Move back
         </button>
@@ -110,14 +114,14 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
       <button
         type="button"
         class="button button-small"
-        title="No station may stand here, or within the radius, when the plan is made again"
+        title="New plans keep stations away from this position, within the radius"
         onClick={() =>
-          void desk.commit('forbid a place', [
+          void reviewClient.commit('forbid a position', [
             forbid(station.positionM, store.editing.forbidRadiusM.peek(), station.floorId),
           ])
         }
       >
-        Forbid this place
+        Forbid this position
       </button>
       <button
         type="button"
@@ -135,7 +139,7 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
       <button
         type="button"
         class="button button-small"
-        onClick={() => void desk.commit(`remove ${id}`, [removeStation(id)])}
+        onClick={() => void reviewClient.commit(`remove ${id}`, [removeStation(id)])}
       >
         Remove
       </button>

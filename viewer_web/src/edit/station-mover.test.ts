@@ -1,8 +1,8 @@
 import { signal } from '@preact/signals';
 import { afterEach, beforeEach, expect, test, vi } from 'vitest';
 import { ApiClient } from '../api/client.ts';
-import { Desk } from '../api/desk.ts';
 import type { LiveState } from '../api/documents.ts';
+import { ReviewClient } from '../api/review-client.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { PointerConsumer, PointerPlace } from '../scene/pointer.ts';
@@ -42,7 +42,7 @@ function previewOf(body: string): Response {
 }
 
 let store: Store;
-let desk: Desk;
+let reviewClient: ReviewClient;
 let pointer: PointerConsumer;
 let answerGround: (ground: GroundMap) => void;
 let refuseGround: (error: Error) => void;
@@ -50,15 +50,15 @@ beforeEach(async () => {
   vi.stubGlobal('requestAnimationFrame', () => 0);
   const server = new FakeReviewServer();
   server.live = READY;
-  desk = new Desk(
+  reviewClient = new ReviewClient(
     new ApiClient(async (address, options) => {
       if (address === 'api/live/preview') return previewOf(String(options?.body));
       return server.fetch(address, options);
     }),
     { listen: () => () => undefined },
   );
-  await desk.open();
-  store = createStore({ desk });
+  await reviewClient.open();
+  store = createStore({ reviewClient });
   store.tab.value = 'edit';
   const plan = smallPlan();
   const view = {
@@ -79,12 +79,12 @@ beforeEach(async () => {
     answerGround = resolve;
     refuseGround = reject;
   });
-  new StationMover(store, desk, view, loaded, follower, () => ground);
+  new StationMover(store, reviewClient, view, loaded, follower, () => ground);
 });
 
 afterEach(() => vi.unstubAllGlobals());
 
-const movedTo = () => desk.review.value?.stations.S001?.position_m?.slice(0, 2);
+const movedTo = () => reviewClient.review.value?.stations.S001?.position_m?.slice(0, 2);
 
 test('a station that is dragged before the ground is known follows the pointer once it is', async () => {
   expect(pointer.onDown?.(at(0, 0))).toBe(true);
@@ -108,7 +108,7 @@ test('a station that is let go before the ground is known stands where it was le
 
 test('a ground that does not come is told once, and the station stays where it is', async () => {
   const told: string[] = [];
-  desk.notice.subscribe((notice) => notice && told.push(notice.text));
+  reviewClient.notice.subscribe((notice) => notice && told.push(notice.text));
   pointer.onDown?.(at(0, 0));
   pointer.onMove?.(at(3, 4));
   pointer.onUp?.(at(3, 4), false);
@@ -121,6 +121,6 @@ test('a station that is only clicked on stays where it is', async () => {
   pointer.onDown?.(at(0, 0));
   pointer.onUp?.(at(0, 0), true);
   answerGround(openGround('F0'));
-  await desk.commit('in turn', [{ kind: 'add_comment', text: 'a remark' }]);
+  await reviewClient.commit('in turn', [{ kind: 'add_comment', text: 'a remark' }]);
   expect([movedTo(), store.editing.underWay.value]).toEqual([undefined, null]);
 });

@@ -1,7 +1,7 @@
 /** Moves, raises and adds stations: places while the pointer moves, the server's answer as it comes, and a commit at the end. */
 import { batch, effect, untracked } from '@preact/signals';
-import type { Desk } from '../api/desk.ts';
 import type { Point } from '../api/documents.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { PointerConsumer, PointerPlace } from '../scene/pointer.ts';
@@ -9,11 +9,11 @@ import type { Store } from '../store.ts';
 import { addStation, moveStation } from './changes.ts';
 import { type DraftStation, localOf, sceneOf } from './draft.ts';
 import type { DraftFollower } from './draft-follower.ts';
-import type { UnderWay } from './editing.ts';
 import type { GroundMap, Place } from './ground-map.ts';
 import { PreviewLoop } from './preview-loop.ts';
 import { askPreview, type Preview, PreviewPaint, type Wish } from './previews.ts';
 import { isLive, toolInHand } from './readiness.ts';
+import type { UnderWay } from './state.ts';
 
 /** What the live side has values of while something moves; others keep the plan's. */
 const LIVE_LAYERS = new Set(['times_seen', 'range', 'incidence', 'spacing', 'noise']);
@@ -37,7 +37,7 @@ export class StationMover {
 
   constructor(
     private readonly store: Store,
-    private readonly desk: Desk,
+    private readonly reviewClient: ReviewClient,
     private readonly view: PlanView,
     private readonly loaded: LoadedPlan,
     private readonly follower: DraftFollower,
@@ -45,9 +45,9 @@ export class StationMover {
   ) {
     this.paint = new PreviewPaint(view);
     this.loop = new PreviewLoop(
-      (wish, signal) => askPreview(desk.client, wish, this.nextSequence(), signal),
+      (wish, signal) => askPreview(reviewClient.client, wish, this.nextSequence(), signal),
       (preview, askedMs) => this.show(preview, askedMs),
-      (error) => desk.warn(error.message),
+      (error) => reviewClient.warn(error.message),
     );
     this.endings = [
       view.onPointer(this.consumer()),
@@ -80,11 +80,11 @@ export class StationMover {
     this.store.editing.nDrags.value++;
     try {
       // The place that was asked for last, and not one on the way there.
-      const preview = await askPreview(this.desk.client, this.wish(underWay), this.nextSequence());
+      const preview = await askPreview(this.reviewClient.client, this.wish(underWay), this.nextSequence());
       this.show(preview, null);
       await this.commit(underWay, preview);
     } catch (error) {
-      this.desk.warn((error as Error).message);
+      this.reviewClient.warn((error as Error).message);
     }
     this.letGo();
   }
@@ -101,7 +101,7 @@ export class StationMover {
     const ground = await this.groundOf(floorId);
     const place = ground.nearestAdmissible(at);
     if (place === null) {
-      this.desk.warn('A tripod can stand nowhere on this floor.');
+      this.reviewClient.warn('No valid tripod position on this floor.');
       return;
     }
     const heightM = this.usualHeightM(floorId);
@@ -136,7 +136,7 @@ export class StationMover {
         store.editing.ground.value = ground;
         this.follow();
       })
-      .catch((error: Error) => this.desk.warn(error.message));
+      .catch((error: Error) => this.reviewClient.warn(error.message));
     return true;
   }
 
@@ -220,20 +220,20 @@ export class StationMover {
   }
 
   private async commit({ stationId, floorId }: UnderWay, { head }: Preview): Promise<void> {
-    const { desk, store } = this;
+    const { reviewClient, store } = this;
     if (!head.admissible) {
-      desk.warn(`No station can stand there: ${head.reason}.`);
+      reviewClient.warn(`No valid tripod position there: ${head.reason}.`);
       return;
     }
     const [x, y, z] = head.position;
     const pose = { position_m: [x, y, z] as const, instrument_height_m: head.instrument_height_m, floor: floorId };
     if (stationId !== null) {
-      await desk.commit(`move ${stationId}`, [moveStation(stationId, pose)]);
+      await reviewClient.commit(`move ${stationId}`, [moveStation(stationId, pose)]);
       return;
     }
-    const before = new Set(Object.keys(desk.review.peek()?.stations ?? {}));
-    const isDone = await desk.commit('add a station', [addStation(pose)]);
-    const added = Object.keys(desk.review.peek()?.stations ?? {}).find((id) => !before.has(id));
+    const before = new Set(Object.keys(reviewClient.review.peek()?.stations ?? {}));
+    const isDone = await reviewClient.commit('add a station', [addStation(pose)]);
+    const added = Object.keys(reviewClient.review.peek()?.stations ?? {}).find((id) => !before.has(id));
     if (isDone && added !== undefined) store.chooseStation(added);
   }
 

@@ -2,9 +2,9 @@
 import { batch } from '@preact/signals';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
-import type { Tool } from './editing.ts';
 import { faultOf } from './outline.ts';
 import { isLive } from './readiness.ts';
+import type { Tool } from './state.ts';
 
 interface ToolEntry {
   readonly tool: Tool;
@@ -18,32 +18,32 @@ const TOOLS: readonly ToolEntry[] = [
   {
     tool: 'select',
     title: 'Move',
-    hint: 'Drag a station over the ground: it stays where a tripod can stand.',
+    hint: 'Drag a station: it stays where a tripod can stand.',
     needsLive: false,
   },
-  { tool: 'add', title: 'Add station', hint: 'Click the ground where it is to stand.', needsLive: true },
+  { tool: 'add', title: 'Add station', hint: 'Click the floor at the new position.', needsLive: true },
   {
     tool: 'forbid',
-    title: 'Forbid place',
-    hint: 'Click where no station may be when the plan is made again.',
+    title: 'Forbid position',
+    hint: 'Click a point that new plans must keep stations away from.',
     needsLive: false,
   },
   {
     tool: 'keep_out',
     title: 'Keep-out',
-    hint: 'Click the corners of an area that nobody enters; close it at its first corner.',
+    hint: 'Click the corners of an area to keep out of; close it at its first corner.',
     needsLive: false,
   },
   {
     tool: 'priority',
     title: 'Priority',
-    hint: 'Click the corners of an area that needs more; close it at its first corner.',
+    hint: 'Click the corners of an area that needs more coverage; close it at its first corner.',
     needsLive: false,
   },
   {
     tool: 'ground',
-    title: 'Ground',
-    hint: 'Click a surface: the level area around it is marked for the next plan.',
+    title: 'Floor surface',
+    hint: 'Click a surface to mark its level area for the next plan.',
     needsLive: false,
   },
 ];
@@ -52,7 +52,10 @@ export function ToolPicker({ store }: { store: Store }) {
   const { editing } = store;
   const tool = editing.tool.value;
   const chosen = TOOLS.find((entry) => entry.tool === tool);
-  const hint = tool === 'select' && !isLive(store) ? 'Choose a station to lock, remove or forbid it.' : chosen?.hint;
+  const hint =
+    tool === 'select' && !isLive(store)
+      ? 'Select a station to lock it, remove it, or forbid its position.'
+      : chosen?.hint;
   return (
     <Section title="Tool">
       <div class="tools" role="radiogroup" aria-label="Tool">
@@ -112,7 +115,7 @@ function OutlineOptions({ store }: { store: Store }) {
       </label>
       {editing.tool.value === 'priority' && (
         <label class="field">
-          Coverage asked for there
+          Required coverage
           <span class="unit-input">
             <input
               type="text"
@@ -136,7 +139,7 @@ function OutlineOptions({ store }: { store: Store }) {
               Finish
             </button>
             <button type="button" class="button button-small" onClick={() => areas?.takeCornerBack()}>
-              Last corner back
+              Remove last corner
             </button>
             <button type="button" class="button button-small" onClick={() => areas?.dropOutline()}>
               Cancel
@@ -152,7 +155,7 @@ function RadiusOption({ store }: { store: Store }) {
   const radius = store.editing.forbidRadiusM;
   return (
     <label class="slider">
-      <span>Around it</span>
+      <span>Radius</span>
       <output>{radius.value.toFixed(1)} m</output>
       <input
         type="range"
@@ -183,7 +186,7 @@ function GroundOption({ store }: { store: Store }) {
             marksGround.value = isGround;
           }}
         >
-          {isGround ? 'Is ground' : 'Is no ground'}
+          {isGround ? 'Walkable floor' : 'Not a floor'}
         </button>
       ))}
     </div>

@@ -1,8 +1,8 @@
 import { beforeEach, expect, test } from 'vitest';
 import { ApiClient } from '../api/client.ts';
-import { Desk } from '../api/desk.ts';
 import type { Change, DraftFigures } from '../api/documents.ts';
-import { metInWords, missedInWords } from '../panels/targets.tsx';
+import { ReviewClient } from '../api/review-client.ts';
+import { metInWords, missedInWords } from '../panels/requirements.tsx';
 import { createStore, type Store } from '../store.ts';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
 import { smallPlan } from '../testing/small-plan.ts';
@@ -26,40 +26,40 @@ function figuresAt(revision: number): DraftFigures {
   };
 }
 
-let desk: Desk;
+let reviewClient: ReviewClient;
 let store: Store;
 beforeEach(async () => {
-  desk = new Desk(new ApiClient(new FakeReviewServer().fetch), { listen: () => () => undefined });
-  await desk.open();
-  store = createStore({ desk });
+  reviewClient = new ReviewClient(new ApiClient(new FakeReviewServer().fetch), { listen: () => () => undefined });
+  await reviewClient.open();
+  store = createStore({ reviewClient });
 });
 
 test('without edits there is only the plan, and before it is loaded not even that', () => {
   expect(totalsBeside(store)).toBeNull();
   store.loaded.value = { plan: smallPlan() } as never;
-  desk.live.value = { state: 'ready', step: null, fraction: null, message: null };
-  desk.figures.value = figuresAt(0);
+  reviewClient.live.value = { state: 'ready', step: null, fraction: null, message: null };
+  reviewClient.figures.value = figuresAt(0);
   expect(totalsBeside(store)).toMatchObject({ planned: { nStations: 3 }, isEdited: false, edited: null });
 });
 
 test('the edited plan stands beside the plan, where the live side knows what it is worth', async () => {
   store.loaded.value = { plan: smallPlan() } as never;
-  await desk.commit('move', [MOVE]);
+  await reviewClient.commit('move', [MOVE]);
   expect(totalsBeside(store)).toMatchObject({ isEdited: true, edited: null });
-  desk.live.value = { state: 'ready', step: null, fraction: null, message: null };
-  desk.figures.value = figuresAt(desk.review.value!.revision);
+  reviewClient.live.value = { state: 'ready', step: null, fraction: null, message: null };
+  reviewClient.figures.value = figuresAt(reviewClient.review.value!.revision);
   expect(totalsBeside(store)).toMatchObject({
     planned: { nStations: 3, coverage: 0.95 },
     edited: { nStations: 2, coverage: 0.9, floors: [{ nStations: 1 }, { nStations: 1 }] },
     isStale: false,
   });
-  desk.figures.value = figuresAt(desk.review.value!.revision - 1);
+  reviewClient.figures.value = figuresAt(reviewClient.review.value!.revision - 1);
   expect(totalsBeside(store)?.isStale).toBe(true);
 });
 
 test('the plan of a run stands alone, whatever was edited in the plan the page is for', async () => {
   store.loaded.value = { plan: smallPlan() } as never;
-  await desk.commit('move', [MOVE]);
+  await reviewClient.commit('move', [MOVE]);
   store.planBase.value = 'runs/R001/plan';
   expect(totalsBeside(store)).toMatchObject({ isEdited: false, edited: null });
 });
@@ -69,5 +69,5 @@ test('what is met and what is not is said in words', () => {
   const all = { name: 'overall', required: 0.9, coverage: 0.97, isMet: true };
   expect(metInWords([all])).toBe('1 requirement met');
   expect(metInWords([floor, all])).toBe('Not met: Ground floor 93.1 % of 95 %');
-  expect(missedInWords([{ ...all, isMet: false }])).toBe('all of it 97.0 % of 90 %');
+  expect(missedInWords([{ ...all, isMet: false }])).toBe('whole building 97.0 % of 90 %');
 });

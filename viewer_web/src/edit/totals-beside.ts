@@ -21,7 +21,7 @@ export function totalsBeside(store: Store): TotalsBeside | null {
   const planned = planTotals(plan);
   // The plan of a run is never edited: its stations are none of the review's.
   const isEdited = hasEdits(stationsOf(store));
-  const [figures, review] = [store.desk?.figures.value ?? null, store.desk?.review.value ?? null];
+  const [figures, review] = [store.reviewClient?.figures.value ?? null, store.reviewClient?.review.value ?? null];
   const isKnown = isEdited && figures !== null && isLive(store);
   return {
     planned,

@@ -7,7 +7,7 @@ export function FieldButton({ store }: { store: Store }) {
     <button
       type="button"
       class="field-open"
-      title="The next station, how far it is, and what is done: for a tablet on site"
+      title="Next station, distance and progress: for a tablet on site"
       onClick={() => {
         store.page.value = 'field';
       }}

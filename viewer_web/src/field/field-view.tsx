@@ -6,8 +6,8 @@ import { counted, metres } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { FloorMap } from './floor-map.tsx';
 import './field.css';
+import { nextStop, routeStops, type Stop, wayLeft, wayTo } from './route.ts';
 import { readTicks, tickKey, writeTicks } from './ticks.ts';
-import { nextStop, type Stop, walkOf, wayLeft, wayTo } from './walk.ts';
 
 interface FieldViewProps {
   readonly store: Store;
@@ -15,7 +15,7 @@ interface FieldViewProps {
 }
 
 export function FieldView({ store, loaded }: FieldViewProps) {
-  const stops = useMemo(() => walkOf(loaded.plan), [loaded]);
+  const stops = useMemo(() => routeStops(loaded.plan), [loaded]);
   const key = useMemo(() => tickKey(loaded.plan, window.location.pathname), [loaded]);
   const [done, setDone] = useState(() => readTicks(window.localStorage, key));
   const [picked, setPicked] = useState<string | null>(null);
@@ -46,12 +46,12 @@ export function FieldView({ store, loaded }: FieldViewProps) {
             store.page.value = 'plan';
           }}
         >
-          The whole plan
+          Full plan
         </button>
       </header>
       <progress class="field-progress" value={nDone} max={Math.max(1, stops.length)} aria-label="Stations done" />
       {hasEdits(stationsOf(store)) && (
-        <p class="field-note">The review moves stations: this is the walk of the plan as it was made.</p>
+        <p class="field-note">The review edits stations: this is the route of the original plan.</p>
       )}
       {next === null ? <AllDone n={stops.length} /> : <NextStop stop={next} stops={stops} done={done} onTick={tick} />}
       <FloorMap
@@ -77,7 +77,7 @@ function AllDone({ n }: { n: number }) {
 }
 
 function wayInWords(wayM: number | null, isFirst: boolean): string {
-  if (wayM === null) return isFirst ? 'The walk begins here' : 'Way not known';
+  if (wayM === null) return isFirst ? 'Start here' : 'Distance unknown';
   return wayM === 0 ? 'Here' : `${metres(wayM, wayM < 10 ? 1 : 0)} to go`;
 }
 
@@ -108,7 +108,7 @@ function NextStop({ stop, stops, done, onTick }: NextStopProps) {
         </p>
       </div>
       <button type="button" class="field-done" onClick={() => onTick(stop, !isDone)}>
-        {isDone ? 'Not done after all' : 'Done'}
+        {isDone ? 'Mark as not done' : 'Done'}
       </button>
     </section>
   );
@@ -124,7 +124,7 @@ interface StopListProps {
 
 function StopList({ stops, done, next, onTick, onPick }: StopListProps) {
   return (
-    <ol class="field-stops" aria-label="Stations in the order of the route">
+    <ol class="field-stops" aria-label="Stations in route order">
       {stops.map((stop) => (
         <li key={stop.stationId} class={stop === next ? 'field-stop field-stop-next' : 'field-stop'}>
           <label>

@@ -2,9 +2,9 @@
 import { useEffect, useMemo, useState } from 'preact/hooks';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import { metres } from '../panels/figures.ts';
+import type { Stop } from './route.ts';
 import { sectionLines } from './section-lines.ts';
 import { type Stack, shownOf, stacksOf } from './stacks.ts';
-import type { Stop } from './walk.ts';
 
 /** More triangles are too many for a drawing; the map then has no ground. */
 const MOST_TRIANGLES = 40_000;

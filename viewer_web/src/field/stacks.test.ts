@@ -1,6 +1,6 @@
 import { expect, test } from 'vitest';
+import type { Stop } from './route.ts';
 import { shownOf, stacksOf } from './stacks.ts';
-import type { Stop } from './walk.ts';
 
 const stop = (order: number, x: number, y: number, z = 1.5): Stop => ({
   stationId: `S00${order}`,

@@ -1,7 +1,7 @@
 /** Stations that would hide one another on a map: at one spot at several heights, or nearly. */
-import type { Stop } from './walk.ts';
+import type { Stop } from './route.ts';
 
-/** In the order of the walk, never empty; drawn where the first stands. */
+/** In route order, never empty; drawn where the first stands. */
 export type Stack = readonly Stop[];
 
 /** Each stop joins the first stack whose place is within reach, metres in plan. */
@@ -16,7 +16,7 @@ export function stacksOf(stops: readonly Stop[], reachM: number): Stack[] {
   return stacks;
 }
 
-/** The stop that a stack shows: the next of the walk, else the first that is not done, else the first. */
+/** The stop that a stack shows: the next of the route, else the first that is not done, else the first. */
 export function shownOf(stack: Stack, next: Stop | null, done: ReadonlySet<string>): Stop {
   return (
     stack.find((stop) => stop.stationId === next?.stationId) ??

@@ -31,7 +31,7 @@ export function FloorSelector({ store }: { store: Store }) {
               floor,
               isPlanned(floor, loaded.plan.requirements.floors)
                 ? counted(stations.filter(({ floorId }) => floorId === floor.id).length, 'station')
-                : 'not asked for',
+                : 'not in this plan',
             )}
             fraction={shown?.floors.find(({ id }) => id === floor.id)?.coverage}
           />
@@ -72,7 +72,7 @@ function FloorRow({ store, id, name, detail, fraction }: FloorRowProps) {
         <span class="muted">{detail}</span>
       </span>
       {fraction !== undefined && (
-        <span class="row-figure" title="Seen share of the achievable area">
+        <span class="row-figure" title="Coverage of scannable area">
           <span>{percent(fraction)}</span>
           <Meter fraction={fraction} />
         </span>
@@ -99,7 +99,7 @@ function CutControl({ store }: { store: Store }) {
               store.isSpread.value = event.currentTarget.checked;
             }}
           />
-          Open and spread the floors
+          Spread floors apart
         </label>
       )}
       <label class="check">
@@ -117,11 +117,11 @@ function CutControl({ store }: { store: Store }) {
       </label>
       {isOpen && (
         <label class="slider">
-          <span>Cut above ground</span>
+          <span>Cut above floor</span>
           <output>{metres(cutM, 1)}</output>
           <input
             type="range"
-            aria-label="Height of the cut above the floor's ground"
+            aria-label="Height of the cut above the floor"
             min={LOWEST_CUT_M}
             max={highest}
             step={0.05}

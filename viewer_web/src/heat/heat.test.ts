@@ -1,5 +1,6 @@
 import { expect, test } from 'vitest';
 import type { StageTriangles } from '../load/stage.ts';
+import { runPython } from '../testing/python.ts';
 import { classColors, layerColors, rampColors } from './colors.ts';
 import { coverageOf } from './element-coverage.ts';
 import {
@@ -9,6 +10,8 @@ import {
   NOT_ACHIEVABLE,
   NOT_ASKED,
   type RampLayer,
+  REASON_WORDS,
+  reasonInWords,
   TIMES_SEEN_LAYER,
   valuesOf,
 } from './layers.ts';
@@ -52,8 +55,8 @@ test('what nobody asked for is neither seen nor unseen, whatever is known of it'
 test('legends tell of what nobody asked for only where a plan is of some floors', () => {
   for (const layer of [TIMES_SEEN_LAYER, layersOf([], ['covered'], []).at(-1) as ClassLayer]) {
     const labels = (isOfSomeFloors: boolean) => legendClasses(layer, isOfSomeFloors).map(({ label }) => label);
-    expect(labels(true)).toContain('not asked for');
-    expect(labels(true).filter((label) => label !== 'not asked for')).toEqual(labels(false));
+    expect(labels(true)).toContain('out of scope');
+    expect(labels(true).filter((label) => label !== 'out of scope')).toEqual(labels(false));
   }
 });
 
@@ -180,4 +183,14 @@ test('the coverage of an element is that of its own patches', () => {
   expect(coverage.seenM2).toBeCloseTo(3);
   const some = coverageOf(element, TRIANGLES, Uint8Array.of(9, 0, 1, 2, NOT_ASKED), areas);
   expect([some.achievableM2, some.seenM2]).toEqual([coverage.achievableM2, coverage.seenM2]);
+});
+
+test('reasons that the viewer words otherwise are reasons of the planner', () => {
+  const script = 'import json; from planner_core.model.unseen import REASONS; print(json.dumps(REASONS))';
+  const reasons = JSON.parse(runPython('-c', script)) as string[];
+  expect(Object.keys(REASON_WORDS).filter((reason) => !reasons.includes(reason))).toEqual([]);
+  expect([reasonInWords('no admissible spot'), reasonInWords('too sparse')]).toEqual([
+    'no valid tripod position',
+    'too sparse',
+  ]);
 });

@@ -38,9 +38,9 @@ export type PatchValues = Uint8Array | Uint16Array;
 
 export const TIMES_SEEN = 'times_seen';
 export const PLAIN = 'plain';
-/** Value of `times_seen` where no admissible position sees the patch. */
+/** Value of `times_seen` where no candidate sees the patch. */
 export const NOT_ACHIEVABLE = 255;
-/** Value of `times_seen`, in the viewer alone, where nobody asked for the patch, see heat/scope.ts. */
+/** Value of `times_seen`, in the viewer alone, of patches out of scope, see heat/scope.ts. */
 export const NOT_ASKED = 254;
 
 const UNSEEN = '#e8833a';
@@ -48,13 +48,13 @@ const SEEN = ['#a9d9d3', '#62b6b7', '#2b8a9b', '#17607a'] as const;
 const GREY: ThemedColor = { light: '#c6cacc', dark: '#6d757a' };
 /** Paler than what can't be seen: nothing was tried there. */
 export const PALE: ThemedColor = { light: '#eef0f1', dark: '#42494e' };
-export const NOT_ASKED_CLASS: HeatClass = { value: NOT_ASKED, label: 'not asked for', color: PALE };
+export const NOT_ASKED_CLASS: HeatClass = { value: NOT_ASKED, label: 'out of scope', color: PALE };
 
 /** Of viewer/patches.u8: how many stations see it. */
 export const TIMES_SEEN_LAYER: ClassLayer = {
   kind: 'classes',
   id: TIMES_SEEN,
-  title: 'Stations that see it',
+  title: 'Station count',
   classes: [
     { value: 1, label: '1', color: SEEN[0] },
     { value: 2, label: '2', color: SEEN[1] },
@@ -62,29 +62,29 @@ export const TIMES_SEEN_LAYER: ClassLayer = {
     { value: 4, label: '4+', color: SEEN[3] },
     { value: 0, label: 'unseen', color: UNSEEN },
     NOT_ASKED_CLASS,
-    { value: NOT_ACHIEVABLE, label: 'not achievable', color: GREY },
+    { value: NOT_ACHIEVABLE, label: 'not scannable', color: GREY },
   ],
 };
 
 const SEEN_LAYER: ClassLayer = {
   kind: 'classes',
   id: 'seen',
-  title: 'Seen or not',
+  title: 'Seen or unseen',
   valuesOf: TIMES_SEEN,
   classes: [
     { value: 1, label: 'seen', color: SEEN[1] },
     { value: 0, label: 'unseen', color: UNSEEN },
     NOT_ASKED_CLASS,
-    { value: NOT_ACHIEVABLE, label: 'not achievable', color: GREY },
+    { value: NOT_ACHIEVABLE, label: 'not scannable', color: GREY },
   ],
 };
 
 export const REASON = 'reason';
-/** Value of `reason` where nobody asked for the patch. */
+/** Value of `reason` of patches out of scope. */
 export const OUT_OF_SCOPE = 255;
 /** By reason: what a further station would mend is warm, what the scanner can't do is cool, what nobody can is grey. */
 /** Not in files: what stations would see, and those of the edited plan do not. */
-export const LEFT_BY_EDITS = 'left by the edited plan';
+export const LEFT_BY_EDITS = 'left unseen by edits';
 const REASON_COLORS: Readonly<Record<string, ThemedColor>> = {
   covered: { light: '#dfe9e6', dark: '#54635f' },
   'not worth a station': '#e8833a',
@@ -105,8 +105,24 @@ export function reasonColor(reason: string): ThemedColor {
   return REASON_COLORS[reason] ?? GREY;
 }
 
+/** What plan.json calls otherwise than the field does. */
+export const REASON_WORDS: Readonly<Record<string, string>> = {
+  'not worth a station': 'reachable, left out',
+  'too few spots see it': 'seen from too few positions',
+  'returns no beam': 'no return',
+  'no admissible spot': 'no valid tripod position',
+};
+
+export function reasonInWords(reason: string): string {
+  return REASON_WORDS[reason] ?? reason;
+}
+
 function reasonLayer(reasons: readonly string[]): ClassLayer {
-  const ofReason = reasons.map((label, value) => ({ value, label, color: reasonColor(label) }));
+  const ofReason = reasons.map((reason, value) => ({
+    value,
+    label: reasonInWords(reason),
+    color: reasonColor(reason),
+  }));
   return {
     kind: 'classes',
     id: REASON,
@@ -125,7 +141,7 @@ export function layersOf(
   return [TIMES_SEEN_LAYER, SEEN_LAYER, ...ramps, ...why, ...extra];
 }
 
-/** The classes that a legend tells of: what nobody asked for only where the plan is of some floors. */
+/** The classes that a legend tells of: what is out of scope only where the plan is of some floors. */
 export function legendClasses({ classes }: ClassLayer, isOfSomeFloors: boolean): readonly HeatClass[] {
   return isOfSomeFloors ? classes : classes.filter(({ label }) => label !== NOT_ASKED_CLASS.label);
 }

@@ -8,10 +8,18 @@ import { lossLegend } from '../stations/losses.ts';
 import { rampBytes } from '../stations/range-ramp.ts';
 import type { ShownStation } from '../stations/shown.ts';
 import { cssColor, stationColor } from '../stations/station-color.ts';
-import type { LayerState, Store } from '../store.ts';
+import type { Store } from '../store.ts';
 import { layerColors, themed } from './colors.ts';
-import { type ClassLayer, type HeatLayer, legendClasses, NOT_ASKED_CLASS, type RampLayer } from './layers.ts';
+import {
+  type ClassLayer,
+  type HeatLayer,
+  legendClasses,
+  NOT_ASKED_CLASS,
+  type RampLayer,
+  reasonInWords,
+} from './layers.ts';
 import { quantity } from './quantity.ts';
+import type { LayerState } from './state.ts';
 import type { Spread } from './statistics.ts';
 
 export function Legend({ store }: { store: Store }) {
@@ -20,16 +28,16 @@ export function Legend({ store }: { store: Store }) {
   return <LayerLegend store={store} state={store.layerState.value} isDark={store.isDark.value} />;
 }
 
-/** What is pointed out, and how much it is. */
+/** What is highlighted, and how much it is. */
 function MarkLegend({ store }: { store: Store }) {
   const marking = store.marking.value;
   const pair = store.pair.value;
   const plan = store.loaded.value?.plan;
   const about =
     pair !== null
-      ? `Seen by both ${pair[0]} and ${pair[1]}`
+      ? `Seen from both ${pair[0]} and ${pair[1]}`
       : store.unseenFocus.value !== null
-        ? `Unseen: ${store.unseenFocus.value.surface.reason}`
+        ? `Unseen: ${reasonInWords(store.unseenFocus.value.surface.reason)}`
         : plan === undefined
           ? ''
           : lossLegend(plan, store.stationId.value ?? '', store.ownRequirement.value);
@@ -41,8 +49,7 @@ function MarkLegend({ store }: { store: Store }) {
         <ul class="legend-classes">
           <li>
             <Swatch color={(store.isDark.value ? DARK : LIGHT).mark} />
-            {about}
-            <span class="muted">{squareMetres(marking.areaM2)}</span>
+            {about} <span class="muted">{squareMetres(marking.areaM2)}</span>
           </li>
         </ul>
       )}
@@ -123,7 +130,7 @@ function Ramp({ layer, spread, isDark, isOfSomeFloors }: RampProps) {
       </div>
       {median !== null && mostly !== null ? (
         <p class="muted" data-testid="spread">
-          Half of what is seen: up to {quantity(median, layer.unit)}; 95 %: up to {quantity(mostly, layer.unit)}
+          Seen surface: median {quantity(median, layer.unit)}, 95 % within {quantity(mostly, layer.unit)}
         </p>
       ) : (
         <p class="muted">No surface has a value.</p>
@@ -135,7 +142,7 @@ function Ramp({ layer, spread, isDark, isOfSomeFloors }: RampProps) {
         </li>
         <li>
           <i class="swatch swatch-none" />
-          not achievable, or not known
+          not scannable, or unknown
         </li>
         {isOfSomeFloors && (
           <li>
@@ -175,10 +182,10 @@ export function Swatch({ color }: { color: string }) {
 }
 
 const CLOUD_TITLES = {
-  range: 'Range of the return',
-  incidence: 'Incidence of the beam',
-  intensity: 'Intensity: bright is head-on',
-  station: 'Clouds by station',
+  range: 'Range of returns',
+  incidence: 'Incidence angle',
+  intensity: 'Intensity (bright: head-on)',
+  station: 'Points by station',
 } as const;
 /** More colours than these nobody tells apart. */
 const MOST_STATIONS = 12;
@@ -221,7 +228,7 @@ function StationColors({ store }: { store: Store }) {
   const isShown = ({ id, floorId: own }: ShownStation): boolean =>
     store.showClouds.value ? floorId === null || own === floorId : id === store.stationId.value;
   const stations = store.shownStations.value.filter(isShown);
-  if (stations.length > MOST_STATIONS) return <p class="muted">A colour for each of {stations.length} stations.</p>;
+  if (stations.length > MOST_STATIONS) return <p class="muted">One colour per station, {stations.length} stations</p>;
   return (
     <ul class="legend-classes">
       {stations.map(({ id, order }) => (

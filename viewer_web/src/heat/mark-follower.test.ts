@@ -3,12 +3,13 @@ import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { UnseenSurface } from '../load/plan-json.ts';
 import type { Building } from '../scene/building.ts';
 import { PatchPlaces } from '../scene/patch-places.ts';
-import { createStore, type Marking } from '../store.ts';
+import { createStore } from '../store.ts';
 import { smallPlan } from '../testing/small-plan.ts';
 import { LEFT_BY_EDITS } from './layers.ts';
 import { MarkFollower } from './mark-follower.ts';
 import { PatchPaint } from './patch-paint.ts';
 import { withinScope } from './scope.ts';
+import type { Marking } from './state.ts';
 
 /** Four triangles of one patch each, side by side, 0.5 m² each: one element. */
 const CORNERS_M = Float32Array.from([0, 1, 2, 3].flatMap((x) => [x, 0, 0, x + 1, 0, 0, x, 1, 0]));

@@ -1,11 +1,12 @@
-/** Points out the patches that the store's choices are about: a pair's shared surface, an unseen piece, a station's own. */
+/** Highlights the patches that the store's choices are about: a pair's shared surface, an unseen piece, a station's own. */
 import { effect } from '@preact/signals';
 import { fetchLost, fetchPatchValues, fetchPieces, fetchSeen, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { Building } from '../scene/building.ts';
 import type { PatchPlaces } from '../scene/patch-places.ts';
 import { boxOf } from '../scene/piece-parts.ts';
 import { asksMore, parseLost } from '../stations/losses.ts';
-import type { Store, UnseenFocus } from '../store.ts';
+import type { Store } from '../store.ts';
+import type { UnseenFocus } from '../unseen/state.ts';
 import { LEFT_BY_EDITS, NOT_ACHIEVABLE, type PatchValues, REASON } from './layers.ts';
 import { listedMarks, markedArea, ownMarks, pieceMarks, sharedMarks } from './marks.ts';
 import type { PatchPaint } from './patch-paint.ts';

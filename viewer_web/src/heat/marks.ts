@@ -1,4 +1,4 @@
-/** Which patches are pointed out: what only one station sees, what two share, a piece that nobody sees. */
+/** Which patches are highlighted: what only one station sees, what two share, a piece that nobody sees. */
 
 /** Whether bit `patch` of a seen file is set: little endian within each byte, as docs/formats/stage.md has it. */
 export function isSeen(bits: Uint8Array, patch: number): boolean {

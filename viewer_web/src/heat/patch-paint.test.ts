@@ -2,11 +2,12 @@ import { afterEach, expect, test, vi } from 'vitest';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
 import type { Building, Paint } from '../scene/building.ts';
 import { LIGHT } from '../scene/palette.ts';
-import { createStore, type LayerSource, type Store } from '../store.ts';
+import { createStore, type Store } from '../store.ts';
 import { smallPlan } from '../testing/small-plan.ts';
 import { NOT_ASKED, type PatchValues, TIMES_SEEN } from './layers.ts';
 import { PatchPaint } from './patch-paint.ts';
 import { withinScope } from './scope.ts';
+import type { LayerSource } from './state.ts';
 
 /** What the building was told last, in place of a graphics card. */
 class FakeBuilding {

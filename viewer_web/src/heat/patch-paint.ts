@@ -4,10 +4,11 @@ import { DIFFERENCE_ID } from '../compare/difference.ts';
 import { fetchPatchValues, type LoadedPlan } from '../load/fetch-plan.ts';
 import type { Building } from '../scene/building.ts';
 import type { Palette } from '../scene/palette.ts';
-import type { LayerSource, Store } from '../store.ts';
+import type { Store } from '../store.ts';
 import { layerColors } from './colors.ts';
 import { type HeatLayer, NOT_ASKED, type PatchValues, PLAIN, TIMES_SEEN, valuesOf } from './layers.ts';
 import { withinScope, withinScopeAt } from './scope.ts';
+import type { LayerSource } from './state.ts';
 import { patchAreas, type Spread, spreadOf } from './statistics.ts';
 
 export class PatchPaint {

@@ -4,7 +4,7 @@ import { NOT_ASKED, OUT_OF_SCOPE } from './layers.ts';
 /** Values of `times_seen` are numbers of stations up to this one. */
 const MOST_STATIONS = NOT_ASKED - 1;
 
-/** How many stations see each patch, and `NOT_ASKED` where nobody asked; `reasons` null: the plan is of everything. */
+/** How many stations see each patch, and `NOT_ASKED` out of scope; `reasons` null: the plan is of everything. */
 export function withinScope(timesSeen: Uint8Array, reasons: ArrayLike<number> | null): Uint8Array {
   if (reasons === null) return timesSeen;
   return timesSeen.map((value, patch) => scoped(value, reasons[patch]));

@@ -1,19 +1,7 @@
 /** Reads a station's cloud piece by piece, keeping every nth row and column: the file may be larger than memory allows. */
-import type { Cloud } from './cloud.ts';
+import type { Beams, Cloud } from './cloud.ts';
 import { PlanLoadError } from './plan-load-error.ts';
 import type { StageStation } from './stage.ts';
-
-/** The angles of a cloud's beams. */
-export interface Beams {
-  readonly rows: number;
-  readonly columns: number;
-  readonly rangeStepM: number;
-  /** One a row. */
-  readonly elevationsRad: Float32Array;
-  /** Of each row's first beam; the next column is `azimuthStepRad` on. */
-  readonly azimuthsRad: Float32Array;
-  readonly azimuthStepRad: number;
-}
 
 export interface ThinnedCloud {
   readonly cloud: Cloud;

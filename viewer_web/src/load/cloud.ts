@@ -1,5 +1,16 @@
 /** The cloud of one station, viewer/clouds/*.u16: ranges and intensities of all beams, as docs/formats/stage.md has them. */
-import type { Beams } from './cloud-rows.ts';
+
+/** The angles of a cloud's beams. */
+export interface Beams {
+  readonly rows: number;
+  readonly columns: number;
+  readonly rangeStepM: number;
+  /** One a row. */
+  readonly elevationsRad: Float32Array;
+  /** Of each row's first beam; the next column is `azimuthStepRad` on. */
+  readonly azimuthsRad: Float32Array;
+  readonly azimuthStepRad: number;
+}
 
 export interface Cloud {
   /** Rows x columns, row by row from the highest elevation; steps of `Beams.rangeStepM`; 0: no return. */

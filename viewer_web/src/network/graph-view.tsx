@@ -27,7 +27,7 @@ export function Graph({ store, report, width }: GraphProps) {
     <svg
       class="graph"
       role="img"
-      aria-label="Network of stations; the list of links below names the same"
+      aria-label="Network of stations; the list of links below has the same content"
       viewBox={`0 0 ${layout.width} ${layout.height}`}
     >
       {layout.floors.map(({ id, y }) => (
@@ -55,7 +55,7 @@ export function Graph({ store, report, width }: GraphProps) {
           transform={`translate(${x} ${y})`}
           onClick={() => store.chooseStation(id)}
         >
-          <title>{report.articulations.has(id) ? `${id}: without it the others fall apart` : id}</title>
+          <title>{report.articulations.has(id) ? `${id}: critical station, the network splits without it` : id}</title>
           {report.articulations.has(id) && <circle class="graph-ring" r={RADIUS + 3} />}
           <circle r={RADIUS} />
           <text y="3.5" text-anchor="middle">
@@ -81,7 +81,7 @@ function Edge({ store, link, layout, kind }: EdgeProps) {
   if (a === undefined || b === undefined) return null;
   const isChosen = store.pair.value?.includes(link.a) && store.pair.value.includes(link.b);
   const ends = { x1: a.x, y1: a.y, x2: b.x, y2: b.y };
-  const what = { link: '', bridge: ', bridge', gap: ', does not count' }[kind];
+  const what = { link: '', bridge: ', single-link connection', gap: ', too weak to register' }[kind];
   return (
     // biome-ignore lint/a11y/noStaticElementInteractions: the list of links does the same by keyboard
     <g class={`graph-edge graph-${kind}`} onClick={() => store.choosePair([link.a, link.b])}>

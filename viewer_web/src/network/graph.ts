@@ -1,5 +1,5 @@
 /**
- * The network that links make of stations: its parts, the links and stations it hangs on, its weakest link.
+ * The network that links make of stations: its components, the links and stations it hangs on, its weakest link.
  *
  * Links count from the threshold of overlap and the least strength on, as `registration` in plan.json tells; computed here, so that
  * drafts have it too.
@@ -12,16 +12,16 @@ export interface Counting {
 }
 
 export interface NetworkReport {
-  /** Station ids, largest part first; within a part in the order given. */
-  readonly parts: readonly (readonly string[])[];
+  /** Station ids, largest component first; within a component in the order given. */
+  readonly components: readonly (readonly string[])[];
   readonly counting: readonly PlanLink[];
-  /** Links without which a part falls apart. */
+  /** Links without which a component splits. */
   readonly bridges: ReadonlySet<PlanLink>;
-  /** Stations without which the others of a part fall apart. */
+  /** Stations without which the others of a component split. */
   readonly articulations: ReadonlySet<string>;
   /** Of the links that some two stations can't do without on their best way to each other, the one of least overlap. */
   readonly weakest: PlanLink | null;
-  /** Between two parts: the link that comes nearest to counting. */
+  /** Between two components: the link that comes nearest to counting. */
   readonly gaps: readonly PlanLink[];
 }
 
@@ -37,15 +37,15 @@ export function counts(link: PlanLink, { threshold, minStrength }: Counting): bo
 export function networkOf(ids: readonly string[], links: readonly PlanLink[], counting: Counting): NetworkReport {
   const good = links.filter((link) => counts(link, counting));
   const near = neighbours(ids, good);
-  const { parts, bridges, articulations } = walk(ids, near);
-  const partOf = new Map(parts.flatMap((part, i) => part.map((id) => [id, i] as const)));
+  const { components, bridges, articulations } = walk(ids, near);
+  const componentOf = new Map(components.flatMap((component, i) => component.map((id) => [id, i] as const)));
   return {
-    parts,
+    components,
     counting: good,
     bridges,
     articulations,
     weakest: weakestOf(ids, good),
-    gaps: gapsOf(links, partOf),
+    gaps: gapsOf(links, componentOf),
   };
 }
 
@@ -72,7 +72,7 @@ function walk(ids: readonly string[], near: Neighbours) {
   const lowest = new Map<string, number>();
   const bridges = new Set<PlanLink>();
   const articulations = new Set<string>();
-  const parts: string[][] = [];
+  const components: string[][] = [];
   for (const root of ids) {
     if (number.has(root)) continue;
     const members = new Set<string>();
@@ -103,10 +103,10 @@ function walk(ids: readonly string[], near: Neighbours) {
       else if (low >= parentNumber) articulations.add(parent.id);
     }
     if (nRootChildren > 1) articulations.add(root);
-    parts.push(ids.filter((id) => members.has(id)));
+    components.push(ids.filter((id) => members.has(id)));
   }
-  parts.sort((a, b) => b.length - a.length);
-  return { parts, bridges, articulations };
+  components.sort((a, b) => b.length - a.length);
+  return { components, bridges, articulations };
 }
 
 function lower(lowest: Map<string, number>, id: string, value: number): void {
@@ -135,10 +135,10 @@ function weakestOf(ids: readonly string[], links: readonly PlanLink[]): PlanLink
   return weakest;
 }
 
-function gapsOf(links: readonly PlanLink[], partOf: ReadonlyMap<string, number>): PlanLink[] {
+function gapsOf(links: readonly PlanLink[], componentOf: ReadonlyMap<string, number>): PlanLink[] {
   const best = new Map<string, PlanLink>();
   for (const link of byOverlap(links)) {
-    const [a, b] = [partOf.get(link.a), partOf.get(link.b)];
+    const [a, b] = [componentOf.get(link.a), componentOf.get(link.b)];
     if (a === undefined || b === undefined || a === b) continue;
     const key = a < b ? `${a} ${b}` : `${b} ${a}`;
     if (!best.has(key)) best.set(key, link);

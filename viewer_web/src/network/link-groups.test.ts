@@ -29,21 +29,21 @@ test('every link is listed once, by what it is worth', () => {
   const names = groups.map(({ title, links }) => [title, links.map(({ a, b }) => a + b)]);
   expect(names).toEqual([
     ['Missing links', ['S3S4']],
-    ['Bridges', ['S2S3']],
-    ['Links that register', ['S0S2', 'S1S2', 'S0S1']],
-    ['Links too weak', ['S1S3', 'S2S4']],
+    ['Single-link connections', ['S2S3']],
+    ['Registration links', ['S0S2', 'S1S2', 'S0S1']],
+    ['Weak links', ['S1S3', 'S2S4']],
   ]);
 });
 
 test('groups without links are not there', () => {
   const ring = LINKS.slice(0, 3);
   const groups = linkGroups(ring, networkOf(['S0', 'S1', 'S2'], ring, COUNTING));
-  expect(groups.map(({ title }) => title)).toEqual(['Links that register']);
+  expect(groups.map(({ title }) => title)).toEqual(['Registration links']);
 });
 
 test('a link that does not count says what it lacks', () => {
   expect(lackInWords(LINKS[0], COUNTING)).toBeNull();
-  expect(lackInWords(LINKS[4], COUNTING)).toBe('less than 30 % overlap');
+  expect(lackInWords(LINKS[4], COUNTING)).toBe('overlap below 30 %');
   expect(lackInWords(LINKS[6], COUNTING)).toBe('strength below 0.01');
   expect(lackInWords(link(0, 1, 0.5, null), COUNTING)).toBeNull();
 });

@@ -21,17 +21,17 @@ export function linkGroups(links: readonly PlanLink[], report: NetworkReport): L
   const gaps = new Set(report.gaps);
   const registering = new Set(report.counting);
   const groups = [
-    { title: 'Missing links', aside: 'nearest to join networks', links: report.gaps, nShown: A_PAGE },
-    { title: 'Bridges', aside: 'networks hang on them', links: byOverlap([...report.bridges]), nShown: A_PAGE },
+    { title: 'Missing links', aside: 'closest to connecting groups', links: report.gaps, nShown: A_PAGE },
+    { title: 'Single-link connections', aside: 'critical', links: byOverlap([...report.bridges]), nShown: A_PAGE },
     {
-      title: 'Links that register',
+      title: 'Registration links',
       aside: 'overlap',
       links: byOverlap(report.counting.filter((link) => !report.bridges.has(link))),
       nShown: A_PAGE,
     },
     {
-      title: 'Links too weak',
-      aside: 'to register by',
+      title: 'Weak links',
+      aside: 'too weak to register',
       links: byOverlap(links.filter((link) => !registering.has(link) && !gaps.has(link))),
       nShown: A_FEW,
     },
@@ -41,7 +41,7 @@ export function linkGroups(links: readonly PlanLink[], report: NetworkReport): L
 
 /** What a link lacks to count; null: it counts. */
 export function lackInWords({ overlap, strength }: PlanLink, { threshold, minStrength }: Counting): string | null {
-  if (overlap < threshold) return `less than ${askedPercent(threshold)} overlap`;
+  if (overlap < threshold) return `overlap below ${askedPercent(threshold)}`;
   if (strength !== null && strength < minStrength) return `strength below ${minStrength}`;
   return null;
 }

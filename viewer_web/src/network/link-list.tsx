@@ -65,14 +65,14 @@ function LinkRow({ store, link, isWeakest, lack }: LinkRowProps) {
   const { pair } = store;
   const isChosen = pair.value?.includes(link.a) === true && pair.value.includes(link.b);
   const weak = weakMotionOf(link.weak_motion);
-  const words = lack ?? (weak === null ? null : `held least: ${weak.short}`);
+  const words = lack ?? (weak === null ? null : `weakest direction: ${weak.short}`);
   return (
     <li>
       <button
         type="button"
         class={isChosen ? 'row row-link row-chosen' : 'row row-link'}
         aria-pressed={isChosen}
-        title={weak === null ? undefined : `Held least: ${weak.long}. ${weak.why}`}
+        title={weak === null ? undefined : `Weakest direction: ${weak.long}. ${weak.why}`.trimEnd()}
         onClick={() => store.choosePair(isChosen ? null : [link.a, link.b])}
       >
         <svg class="link-line" viewBox="0 0 18 6" aria-hidden="true">

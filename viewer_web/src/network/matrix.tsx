@@ -3,9 +3,10 @@ import { useState } from 'preact/hooks';
 import type { PlanLink } from '../load/plan-json.ts';
 import { percentDown } from '../panels/figures.ts';
 import type { ShownStation } from '../stations/shown.ts';
-import type { Pair, Store } from '../store.ts';
+import type { Store } from '../store.ts';
 import { type Counting, counts } from './graph.ts';
 import { type Rim, rimOf } from './matrix-rim.ts';
+import type { Pair } from './state.ts';
 import { overlapColor, strengthColor, strengthInWords } from './strength.ts';
 import { weakMotionOf } from './weak-motion.ts';
 import './network.css';
@@ -96,7 +97,7 @@ export function Matrix({ store, counting, width = SHEET_PX }: MatrixProps) {
       </svg>
       <p class="muted matrix-words" aria-live="polite">
         {cursor === null || cursor.row === cursor.column
-          ? 'Above the diagonal overlap, below it strength. Point at a cell.'
+          ? 'Overlap above the diagonal, strength below. Point at a cell.'
           : inWords(at(cursor), linkAt.get(keyOf(place, ...at(cursor))), counting)}
       </p>
     </div>
@@ -109,10 +110,10 @@ function keyOf(place: ReadonlyMap<string, number>, a: string, b: string): string
 }
 
 function inWords([a, b]: Pair, link: PlanLink | undefined, counting: Counting): string {
-  if (link === undefined) return `${a} – ${b}: nothing shared worth listing`;
+  if (link === undefined) return `${a} – ${b}: no overlap worth listing`;
   const weak = weakMotionOf(link.weak_motion);
-  const held = weak === null ? '' : `, held least: ${weak.short}`;
-  const use = counts(link, counting) ? '' : ' Too weak to register by.';
+  const held = weak === null ? '' : `, weakest direction: ${weak.short}`;
+  const use = counts(link, counting) ? '' : ' Too weak to register.';
   return `${a} – ${b}: ${percentDown(link.overlap)} overlap, strength ${strengthInWords(link.strength)}${held}.${use}`;
 }
 

@@ -1,4 +1,4 @@
-/** The tab "Network": how the stations register with each other, what that hangs on, and what is missing. */
+/** The tab "Network": how the stations register with each other, what holds them together, and what is missing. */
 import { useState } from 'preact/hooks';
 import { askedPercent, percentDown } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
@@ -27,7 +27,7 @@ export function NetworkTab({ store }: { store: Store }) {
       <Section title="Registration">
         <Figures report={report} counting={counting} store={store} />
       </Section>
-      <Section title={picture === 'graph' ? 'Links between stations' : 'Overlap of each pair'}>
+      <Section title={picture === 'graph' ? 'Links between stations' : 'Overlap by pair'}>
         <div class="segments segments-flat" role="radiogroup" aria-label="Picture of the network">
           {(['graph', 'matrix'] as const).map((one) => (
             // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
@@ -67,46 +67,48 @@ export function GraphKey() {
       <svg viewBox="0 0 16 16" aria-hidden="true">
         <circle class="graph-ring" cx="8" cy="8" r="6" />
       </svg>
-      others hang on it
+      critical station
       <svg viewBox="0 0 16 16" aria-hidden="true">
         <line class="graph-bridge-case" x1="2" y1="8" x2="14" y2="8" />
       </svg>
-      bridge
+      single-link connection
       <svg viewBox="0 0 16 16" aria-hidden="true">
         <line class="graph-missing" x1="0" y1="8" x2="16" y2="8" />
       </svg>
-      missing
+      missing link
     </p>
   );
 }
 
 function Figures({ store, report, counting }: { store: Store; report: NetworkReport; counting: Counting }) {
-  const { parts, bridges, articulations, weakest } = report;
+  const { components, bridges, articulations, weakest } = report;
   const strength = counting.minStrength > 0 ? ` and strength ${counting.minStrength}` : '';
   return (
     <dl class="figures" data-testid="network-figures">
       <Figure
-        name="Networks"
+        name="Network"
         value={
-          <Badge isGood={parts.length <= 1}>{parts.length <= 1 ? 'one: all register' : `${parts.length} apart`}</Badge>
+          <Badge isGood={components.length <= 1}>
+            {components.length <= 1 ? 'connected' : `${components.length} unconnected groups`}
+          </Badge>
         }
-        hint={parts.map((part) => part.join(' ')).join('\n')}
+        hint={components.map((component) => component.join(' ')).join('\n')}
       />
       <Figure
-        name="Links that count"
+        name="Registration links"
         value={report.counting.length}
         hint={`At least ${askedPercent(counting.threshold)} overlap${strength}`}
       />
-      <Figure name="Bridges" value={bridges.size} hint="Links without which a network falls apart" />
+      <Figure name="Single-link connections" value={bridges.size} hint="Links without which the network splits" />
       <Figure
-        name="Stations all hang on"
+        name="Critical stations"
         value={articulations.size}
-        hint={`Without one of them the others fall apart: ${[...articulations].join(' ') || 'none'}`}
+        hint={`Without one of them the network splits: ${[...articulations].join(' ') || 'none'}`}
       />
       {weakest !== null && (
         <Figure
           name="Weakest link"
-          hint="The smallest overlap that some two stations need on their best way to each other"
+          hint="Smallest overlap on the best connection between any two stations"
           value={
             <button type="button" class="link" onClick={() => store.choosePair([weakest.a, weakest.b])}>
               {weakest.a} – {weakest.b}, {percentDown(weakest.overlap)}

@@ -17,12 +17,12 @@ const ids = (n: number): string[] => [...Array(n).keys()].map((i) => `S${i}`);
 const nameOf = ({ a, b }: PlanLink): string => `${a}-${b}`;
 
 test('a chain hangs on every link and on all but its ends', () => {
-  const { parts, bridges, articulations, weakest } = networkOf(
+  const { components, bridges, articulations, weakest } = networkOf(
     ids(4),
     [link(0, 1, 0.9), link(1, 2, 0.4), link(2, 3, 0.6)],
     COUNTING,
   );
-  expect(parts).toEqual([ids(4)]);
+  expect(components).toEqual([ids(4)]);
   expect([...bridges].map(nameOf).sort()).toEqual(['S0-S1', 'S1-S2', 'S2-S3']);
   expect([...articulations].sort()).toEqual(['S1', 'S2']);
   expect(weakest && nameOf(weakest)).toBe('S1-S2');
@@ -38,9 +38,9 @@ test('a ring hangs on nothing, and its least link is not its weakest: the ring g
 
 test('links below the threshold or too weak do not count; of unknown strength they do', () => {
   const links = [link(0, 1, 0.29), link(1, 2, 0.9, 0.001), link(2, 3, 0.3, null)];
-  const { counting, parts, gaps } = networkOf(ids(4), links, COUNTING);
+  const { counting, components, gaps } = networkOf(ids(4), links, COUNTING);
   expect(counting.map(nameOf)).toEqual(['S2-S3']);
-  expect(parts).toEqual([['S2', 'S3'], ['S0'], ['S1']]);
+  expect(components).toEqual([['S2', 'S3'], ['S0'], ['S1']]);
   expect(gaps.map(nameOf)).toEqual(['S1-S2', 'S0-S1']);
 });
 
@@ -55,7 +55,7 @@ function random(seed: number): () => number {
   };
 }
 
-/** Number of parts, by flooding; the oracle of what follows. */
+/** Number of components, by flooding; the oracle of what follows. */
 function nParts(names: readonly string[], links: readonly PlanLink[]): number {
   const left = new Set(names);
   let n = 0;
@@ -74,7 +74,7 @@ function nParts(names: readonly string[], links: readonly PlanLink[]): number {
 }
 
 test.each([...Array(40).keys()])(
-  'bridges and articulations are what parts a network when taken out, seed %i',
+  'bridges and articulations are what splits a network when taken out, seed %i',
   (seed) => {
     const next = random(seed + 1);
     const names = ids(9);
@@ -82,9 +82,9 @@ test.each([...Array(40).keys()])(
     for (let a = 0; a < 9; a++) {
       for (let b = a + 1; b < 9; b++) if (next() < 0.22) links.push(link(a, b, 0.3 + 0.7 * next()));
     }
-    const { parts, bridges, articulations, weakest } = networkOf(names, links, COUNTING);
+    const { components, bridges, articulations, weakest } = networkOf(names, links, COUNTING);
     const n = nParts(names, links);
-    expect(parts.length).toBe(n);
+    expect(components.length).toBe(n);
     const parting = links.filter(
       (one) =>
         nParts(

@@ -30,17 +30,17 @@ export function PairCard({ store }: { store: Store }) {
         <Figure
           name="Overlap"
           value={link === undefined ? '–' : percentDown(link.overlap)}
-          hint="The smaller of both shares of seen area that the other sees too"
+          hint="Shared part of the seen area of each station; the smaller of the two"
         />
         {marking.kind === 'shown' && (
-          <Figure name="Shared surface" value={squareMetres(marking.areaM2)} hint="Pointed out in the building" />
+          <Figure name="Shared surface" value={squareMetres(marking.areaM2)} hint="Highlighted in the building" />
         )}
         <Figure
           name="Strength"
           value={link === undefined ? '–' : strengthInWords(link.strength)}
-          hint="How firmly the shared surface holds the two scans: 0 not at all, 1 as a box all around"
+          hint="How firmly the shared surface ties the two scans: 0 not at all, 1 like a closed box"
         />
-        {weak !== null && <Figure name="Held least" value={weak.long} hint={north} />}
+        {weak !== null && <Figure name="Weakest direction" value={weak.long} hint={north} />}
       </dl>
       {weak !== null && <p class="muted weak-why">{`${weak.why} ${north}`}</p>}
       <ul class="chips">
@@ -57,6 +57,6 @@ export function PairCard({ store }: { store: Store }) {
 }
 
 function verdict(isCounting: boolean, isBridge: boolean): string {
-  if (!isCounting) return 'too little to register by';
-  return isBridge ? 'a bridge: without it the network falls apart' : 'registers';
+  if (!isCounting) return 'too weak to register';
+  return isBridge ? 'single-link connection: the network splits without it' : 'registers';
 }

@@ -32,8 +32,8 @@ test.each([
 });
 
 test.each([
-  [turn(level(134)), 'tilt about a level line NW–SE (bearing 136°)', 'NE or SW'],
-  [turn(Y), 'tilt about a level line N–S (bearing 0°)', 'E or W'],
+  [turn(level(134)), 'tilt about a horizontal line NW–SE (bearing 136°)', 'NE or SW'],
+  [turn(Y), 'tilt about a horizontal line N–S (bearing 0°)', 'E or W'],
   [shift(X), 'shift along E–W (bearing 90°)', 'faces E or W'],
   [shift(level(100)), 'shift along N–S (bearing 170°)', 'faces N or S'],
 ])('%o is told with its bearing, and what would hold it', (motion, long, why) => {

@@ -77,7 +77,7 @@ function tilt(bearingDeg: number): MotionWords {
   const [one, other] = lineOf(bearingDeg + 90).split('–');
   return {
     short: `tilt about ${line}`,
-    long: `tilt about a level line ${line} (bearing ${lineDegrees(bearingDeg)}°)`,
+    long: `tilt about a horizontal line ${line} (bearing ${lineDegrees(bearingDeg)}°)`,
     why: `What both see lies close to that line; floor or ceiling further out to ${one} or ${other} would hold it.`,
   };
 }

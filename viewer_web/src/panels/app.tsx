@@ -42,7 +42,7 @@ export function App({ store }: { store: Store }) {
               window.location.reload();
             }}
           >
-            Show the plan that the page was opened for
+            Open the main plan
           </button>
         )}
       </main>
@@ -71,7 +71,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
       shown = new PlanView(canvas.current, store, loaded);
     } catch (error) {
       const reason = (error as Error).message;
-      const message = `The browser can't draw it: ${reason} Switch on WebGL 2 (hardware acceleration), or use another browser.`;
+      const message = `The browser can't draw the building: ${reason} Switch on WebGL 2 (hardware acceleration), or use another browser.`;
       store.phase.value = { kind: 'failed', message };
       return undefined;
     }
@@ -103,7 +103,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
         <div class="scene">
           <canvas
             ref={canvas}
-            aria-label="The building in 3D. Drag to turn, scroll to come closer, click ground to open its floor."
+            aria-label="The building in 3D. Drag to rotate, scroll to zoom, click a floor to open it."
           />
           {view !== null && <Markers store={store} view={view} />}
           {view !== null && <Toolbar store={store} view={view} />}
@@ -121,7 +121,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
         </div>
         <Sheet store={store} view={view} />
       </main>
-      {store.desk !== null && <Messages desk={store.desk} />}
+      {store.reviewClient !== null && <Messages reviewClient={store.reviewClient} />}
     </div>
   );
 }

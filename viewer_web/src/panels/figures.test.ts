@@ -1,7 +1,7 @@
 /** Figures as people read them. */
 import { expect, test } from 'vitest';
 import { runPython } from '../testing/python.ts';
-import { askedPercent, percentDown } from './figures.ts';
+import { askedPercent, optimalityInWords, percentDown } from './figures.ts';
 
 test('overlap that is just short of what is asked never reads as enough', () => {
   expect(percentDown(0.2999999)).toBe('29.9 %');
@@ -28,4 +28,13 @@ test('overlap reads as the library writes it, for every tenth of a percent and t
 
 test('what is asked keeps the digits it was asked with', () => {
   expect([0.3, 0.295, 0.07, 1 / 3].map(askedPercent)).toEqual(['30 %', '29.5 %', '7 %', '33.3333 %']);
+});
+
+test('how far a plan may be from the minimum is told in stations', () => {
+  const words = (lower_bound: number | null, gap: number | null, proven = false): string =>
+    optimalityInWords({ stations: 28, lower_bound, gap, proven });
+  expect(words(28, 0, true)).toBe('proven minimum');
+  expect(words(26, 2 / 28)).toBe('up to 2 stations above the minimum');
+  expect(words(27, 1 / 28)).toBe('up to 1 station above the minimum');
+  expect(words(26, null)).toBe('unknown');
 });

@@ -1,4 +1,5 @@
 /** Figures as the panels write them. */
+import type { PlanJson } from '../load/plan-json.ts';
 
 const area = new Intl.NumberFormat('en', { maximumFractionDigits: 1, minimumFractionDigits: 1 });
 const count = new Intl.NumberFormat('en');
@@ -36,4 +37,11 @@ export const counted = (n: number, noun: string): string => `${whole(n)} ${noun}
 export function kindInWords(kind: string): string {
   const words = kind.replace(/^Ifc/, '').replace(/([a-z])([A-Z])/g, '$1 $2');
   return words.toLowerCase();
+}
+
+/** "up to 2 stations above the minimum". */
+export function optimalityInWords({ proven, gap, stations, lower_bound: bound }: PlanJson['optimality']): string {
+  if (proven) return 'proven minimum';
+  if (gap === null || bound === null) return 'unknown';
+  return `up to ${counted(stations - bound, 'station')} above the minimum`;
 }

@@ -7,12 +7,13 @@ import { GraphKey } from '../network/network-tab.tsx';
 import { StrengthLegend } from '../network/strength-legend.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import { Panorama } from '../stations/panorama.tsx';
-import type { SheetId, Store } from '../store.ts';
+import type { Store } from '../store.ts';
+import type { SheetId } from './state.ts';
 
 const TITLES: Readonly<Record<SheetId, string>> = {
   graph: 'Links between stations',
-  matrix: 'Overlap of each pair',
-  panorama: 'What the station sees',
+  matrix: 'Overlap by pair',
+  panorama: 'Panorama',
 };
 
 export function Sheet({ store, view }: { store: Store; view: PlanView | null }) {

@@ -2,9 +2,9 @@
 import { countingLinks } from '../edit/totals.ts';
 import { type TotalsBeside, totalsBeside } from '../edit/totals-beside.ts';
 import type { Store } from '../store.ts';
-import { askedPercent, counted, percent, squareMetres } from './figures.ts';
+import { askedPercent, counted, optimalityInWords, percent, squareMetres } from './figures.ts';
+import { Requirements } from './requirements.tsx';
 import { Figure, Section } from './section.tsx';
-import { Targets } from './targets.tsx';
 
 export function Summary({ store }: { store: Store }) {
   const [plan, totals] = [store.loaded.value?.plan, totalsBeside(store)];
@@ -15,29 +15,33 @@ export function Summary({ store }: { store: Store }) {
     <Section title="Plan">
       <Headline {...totals} />
       <Meter fraction={(totals.edited ?? totals.planned).coverage} required={requirements.coverage} />
-      <Targets {...totals} />
+      <Requirements {...totals} />
       {totals.isEdited && <h3>As planned</h3>}
       <dl class="figures">
-        <Figure name="Seen" value={`${squareMetres(coverage.covered_area_m2)}`} hint="Area that a station sees" />
         <Figure
-          name="Achievable"
-          value={squareMetres(coverage.achievable_area_m2)}
-          hint="Area that at least one admissible position sees"
+          name="Seen area"
+          value={`${squareMetres(coverage.covered_area_m2)}`}
+          hint="Area that at least one station sees"
         />
         <Figure
-          name="Of all surface"
+          name="Scannable area"
+          value={squareMetres(coverage.achievable_area_m2)}
+          hint="Area that at least one candidate position sees"
+        />
+        <Figure
+          name="Coverage of all surface"
           value={percent(coverage.fraction_of_total)}
-          hint={`Seen share of all ${squareMetres(coverage.total_area_m2)} of the model, insides of walls included`}
+          hint={`Seen share of the ${squareMetres(coverage.total_area_m2)} of the model, insides of walls included`}
         />
         <Figure
           name="Lower bound"
-          value={optimality.lower_bound === null ? 'not known' : counted(optimality.lower_bound, 'station')}
-          hint="No plan with fewer stations reaches the required coverage"
+          value={optimality.lower_bound === null ? 'unknown' : counted(optimality.lower_bound, 'station')}
+          hint="On these candidates no plan with fewer stations meets the requirements"
         />
         <Figure
-          name="Gap"
-          value={optimality.proven ? 'none: proven' : optimality.gap === null ? 'not known' : percent(optimality.gap)}
-          hint="How far the plan may at most be from the fewest stations"
+          name="Optimality"
+          value={optimalityInWords(optimality)}
+          hint="Stations of the plan against the lower bound"
         />
         <Figure
           name="Registration"
@@ -50,7 +54,7 @@ export function Summary({ store }: { store: Store }) {
       </dl>
       {warnings.length > 0 && (
         <details class="warnings">
-          <summary>{counted(warnings.length, 'remark')} on this plan</summary>
+          <summary>{counted(warnings.length, 'warning')}</summary>
           <ul>
             {warnings.map((warning) => (
               <li key={warning}>{warning}</li>
@@ -67,10 +71,10 @@ function Headline({ planned, isEdited, edited, isStale }: TotalsBeside) {
   const { coverage, nStations } = edited ?? planned;
   const as = edited !== null ? ', as edited' : isEdited ? ', as planned' : '';
   return (
-    <div class={isStale ? 'headline targets-stale' : 'headline'}>
+    <div class={isStale ? 'headline requirements-stale' : 'headline'}>
       <div>
         <strong data-testid="coverage">{percent(coverage)}</strong>
-        <span>of achievable area seen{as}</span>
+        <span>coverage of scannable area{as}</span>
       </div>
       <div>
         <strong data-testid="station-count">{nStations}</strong>
@@ -91,7 +95,7 @@ export function Badge({ isGood, children }: { isGood: boolean; children: string 
   );
 }
 
-/** A bar of coverage; the tick is what was asked for. */
+/** A bar of coverage; the tick is what is required. */
 export function Meter({ fraction, required }: { fraction: number; required?: number }) {
   const width = Math.min(100, Math.max(0, 100 * fraction));
   return (

@@ -1,7 +1,8 @@
 /** What was clicked in the building. */
 import type { ElementCoverage } from '../heat/element-coverage.ts';
 import type { PlanView } from '../scene/plan-view.ts';
-import type { Picked, Store } from '../store.ts';
+import type { Picked } from '../scene/state.ts';
+import type { Store } from '../store.ts';
 import { Card } from './card.tsx';
 import { counted, kindInWords, percent, squareMetres } from './figures.ts';
 import { Figure } from './section.tsx';
@@ -23,17 +24,17 @@ export function SurfaceCard({ store, view }: { store: Store; view: PlanView | nu
       onClose={() => store.pick(null)}
     >
       <dl class="figures" data-testid="surface-figures" data-patch={picked.patch}>
-        {groundOf !== null && <Figure name="Ground of" value={floorName(groundOf)} />}
+        {groundOf !== null && <Figure name="Walkable floor" value={floorName(groundOf)} />}
         {groundOf === null && element.floorId !== '' && <Figure name="Floor" value={floorName(element.floorId)} />}
         <Figure
-          name="Seen here"
+          name="Seen from"
           value={seenInWords(picked)}
-          hint="The patch under the pointer. Not achievable: no admissible position sees it"
+          hint="The surface under the pointer. Not scannable: no candidate position sees it"
         />
         {shown !== null && !picked.isSection && <Figure name={shown.title} value={shown.words} />}
         {view !== null && <Coverage coverage={view.coverageOf(picked.elementIndex)} />}
         <Figure
-          name="At"
+          name="Position"
           value={picked.pointM.map((x) => x.toFixed(2)).join(', ')}
           hint="Scene coordinates x, y, z in metres"
         />
@@ -47,20 +48,20 @@ function Coverage({ coverage: { areaM2, achievableM2, seenM2 } }: { coverage: El
   return (
     <>
       <Figure
-        name="Seen of it"
+        name="Coverage"
         value={
-          achievableM2 > 0 ? `${percent(seenM2 / achievableM2)} of ${squareMetres(achievableM2)}` : 'not achievable'
+          achievableM2 > 0 ? `${percent(seenM2 / achievableM2)} of ${squareMetres(achievableM2)}` : 'not scannable'
         }
-        hint="Of the element’s surface that at least one admissible position sees"
+        hint="Of the element’s surface that at least one candidate position sees"
       />
-      <Figure name="All of its surface" value={squareMetres(areaM2)} hint="Insides and undersides included" />
+      <Figure name="Total surface" value={squareMetres(areaM2)} hint="Insides and undersides included" />
     </>
   );
 }
 
 function seenInWords({ isSection, isAsked, timesSeen }: Picked): string {
-  if (isSection) return 'cut open';
-  if (!isAsked) return 'not asked for';
-  if (timesSeen === null) return 'not achievable';
-  return timesSeen === 0 ? 'by no station' : `by ${counted(timesSeen, 'station')}`;
+  if (isSection) return 'cut section';
+  if (!isAsked) return 'out of scope';
+  if (timesSeen === null) return 'not scannable';
+  return timesSeen === 0 ? 'no station' : counted(timesSeen, 'station');
 }

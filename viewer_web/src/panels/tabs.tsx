@@ -4,12 +4,13 @@ import { EditTab } from '../edit/edit-tab.tsx';
 import { FloorSelector } from '../floors/floor-selector.tsx';
 import { NetworkTab } from '../network/network-tab.tsx';
 import { ReviewTab } from '../review/review-tab.tsx';
+import { RouteSection } from '../route/route-section.tsx';
 import { RunsTab } from '../runs/runs-tab.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import { StationList } from '../stations/station-list.tsx';
-import type { Store, TabId } from '../store.ts';
+import type { Store } from '../store.ts';
 import { UnseenTab } from '../unseen/unseen-tab.tsx';
-import { RouteSection } from '../walk/route-section.tsx';
+import type { TabId } from './state.ts';
 import { Summary } from './summary.tsx';
 
 interface Tab {

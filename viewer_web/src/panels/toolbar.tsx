@@ -24,7 +24,7 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
       <LayerSelect store={store} />
       <Toggle
         name="Links"
-        hint="Lines between stations that overlap enough to be registered"
+        hint="Lines between stations that overlap enough to register"
         isOn={store.showLinks.value}
         onClick={() => {
           store.showLinks.value = !store.showLinks.value;
@@ -32,7 +32,7 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
       />
       <Toggle
         name="Clouds"
-        hint="What all stations of the shown floors scan"
+        hint="Point clouds of all stations on the shown floors"
         isOn={store.showClouds.value}
         onClick={() => {
           store.showClouds.value = !store.showClouds.value;
@@ -41,15 +41,20 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
       <div class="toolbar-end">
         <Toggle
           name="Walk"
-          hint="Through the building at eye height (W)"
+          hint="Walk through the building at eye height (W)"
           isOn={store.isWalking.value}
           onClick={() => (store.isWalking.value ? view.walk.leave() : view.startWalk())}
         />
-        <button type="button" class="tool" title="All of it, from the side (H)" onClick={() => view.showAll('side')}>
-          Overview
+        <button
+          type="button"
+          class="tool"
+          title="Whole building, from the side (H)"
+          onClick={() => view.showAll('side')}
+        >
+          3D
         </button>
-        <button type="button" class="tool" title="From above (T)" onClick={() => view.showAll('top')}>
-          From above
+        <button type="button" class="tool" title="Top view (T)" onClick={() => view.showAll('top')}>
+          Top
         </button>
       </div>
     </div>
@@ -61,7 +66,7 @@ function FloorSelect({ store }: { store: Store }) {
     <label class="tool tool-select">
       <span class="muted">Floor</span>
       <select
-        aria-label="Floor that is shown"
+        aria-label="Shown floor"
         value={store.floorId.value ?? ALL_FLOORS}
         onChange={({ currentTarget: { value } }) => store.chooseFloor(value === ALL_FLOORS ? null : value)}
       >
@@ -94,7 +99,7 @@ function LayerSelect({ store }: { store: Store }) {
         ))}
         <option value={PLAIN}>Plain</option>
         {store.loaded.value?.layers === null && (
-          <option disabled>Ranges and reasons: plan again, an older version made this</option>
+          <option disabled>Ranges and reasons: made by an older version, plan again</option>
         )}
       </select>
     </label>

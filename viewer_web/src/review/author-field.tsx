@@ -1,7 +1,7 @@
 /** Who reviews: told with every change, kept on this device. */
-import type { Desk } from '../api/desk.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 
-export function AuthorField({ desk }: { desk: Desk }) {
+export function AuthorField({ reviewClient }: { reviewClient: ReviewClient }) {
   return (
     <div class="section">
       <label class="field">
@@ -11,8 +11,8 @@ export function AuthorField({ desk }: { desk: Desk }) {
           autoComplete="name"
           maxLength={100}
           placeholder="Name"
-          value={desk.author.value}
-          onInput={(event) => desk.setAuthor(event.currentTarget.value)}
+          value={reviewClient.author.value}
+          onInput={(event) => reviewClient.setAuthor(event.currentTarget.value)}
         />
       </label>
     </div>

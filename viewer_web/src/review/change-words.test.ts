@@ -20,7 +20,7 @@ test.each<[Partial<StationEdit>, string]>([
   [{ position_m: [1, 2, 3] }, 'Station S001 moved'],
   [{ position_m: [1, 2, 3], locked: true }, 'Station S001 moved and locked'],
   [{ position_m: [1, 2, 3], added: true }, 'Station S001 added'],
-  [{ removed: true }, 'Station S001 taken out'],
+  [{ removed: true }, 'Station S001 removed'],
   [{ locked: true }, 'Station S001 locked'],
   [{ locked: false }, 'Station S001 unlocked'],
 ])('what became of a station is told: %o', (edit, words) => {
@@ -38,13 +38,13 @@ test('what is left of nothing was taken away', () => {
     'sign_off',
   ].map((object) => changeInWords(object, EMPTY_REVIEW));
   expect(words).toEqual([
-    'Station S001 as planned again',
-    'Station S001 no longer judged',
+    'Station S001 back as planned',
+    'Station S001 no longer has a verdict',
     'Comment removed',
     'Zone removed',
-    'Place allowed again',
-    'Mark of ground taken back',
-    'Signature taken back',
+    'Position allowed again',
+    'Floor mark removed',
+    'Sign-off withdrawn',
   ]);
 });
 
@@ -70,7 +70,7 @@ test('verdicts, comments, zones and the signature are told by what they say', ()
     sign_off: { name: 'Ada', time, plan_sha256: '0', revision: 4, note: '' },
   };
   expect(changeInWords('verdict:S002', review)).toBe('Station S002 rejected');
-  expect(changeInWords('comment:C001', review)).toBe('Comment settled: “The door here stays shut until Friday, s…”');
+  expect(changeInWords('comment:C001', review)).toBe('Comment resolved: “The door here stays shut until Friday, s…”');
   expect(changeInWords('zone:Z001', review)).toBe('Keep-out zone “Lab” drawn');
   expect(changeInWords('sign_off', review)).toBe('Signed off');
 });

@@ -11,27 +11,31 @@ export function changeInWords(object: string, review: Review): string {
     case 'station':
       return `Station ${id} ${editInWords(review.stations[id])}`;
     case 'verdict':
-      return `Station ${id} ${review.verdicts[id]?.verdict ?? 'no longer judged'}`;
+      return `Station ${id} ${review.verdicts[id]?.verdict ?? 'no longer has a verdict'}`;
     case 'comment':
       return commentInWords(review.comments[id]);
     case 'zone':
       return zoneInWords(review.zones[id]);
     case 'forbidden':
-      return review.forbidden[id] === undefined ? 'Place allowed again' : 'Place forbidden';
+      return review.forbidden[id] === undefined ? 'Position allowed again' : 'Position forbidden';
     case 'pick': {
       const pick = review.ground_picks[id];
-      return pick === undefined ? 'Mark of ground taken back' : pick.is_ground ? 'Ground marked' : 'Ground unmarked';
+      return pick === undefined
+        ? 'Floor mark removed'
+        : pick.is_ground
+          ? 'Walkable floor marked'
+          : 'Marked as not a floor';
     }
     case 'sign_off':
-      return review.sign_off === null ? 'Signature taken back' : 'Signed off';
+      return review.sign_off === null ? 'Sign-off withdrawn' : 'Signed off';
     default:
       return object.replaceAll('_', ' ');
   }
 }
 
 function editInWords(edit: StationEdit | undefined): string {
-  if (edit === undefined) return 'as planned again';
-  if (edit.removed) return 'taken out';
+  if (edit === undefined) return 'back as planned';
+  if (edit.removed) return 'removed';
   const done = [
     edit.added ? 'added' : edit.position_m !== null ? 'moved' : '',
     edit.locked === true ? 'locked' : edit.locked === false ? 'unlocked' : '',
@@ -44,7 +48,7 @@ function commentInWords(comment: Review['comments'][string] | undefined): string
   const { text, resolved } = comment;
   const [line] = text.split('\n');
   const short = line.length > MOST_LETTERS ? `${line.slice(0, MOST_LETTERS).trimEnd()}…` : line;
-  return `${resolved ? 'Comment settled' : 'Comment'}: “${short}”`;
+  return `${resolved ? 'Comment resolved' : 'Comment'}: “${short}”`;
 }
 
 function zoneInWords(zone: Review['zones'][string] | undefined): string {

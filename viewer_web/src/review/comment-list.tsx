@@ -1,8 +1,8 @@
 /** Comments: a new one, and those that are there. Their text is shown as text, whatever is in it. */
 import { useState } from 'preact/hooks';
 import { timeInWords } from '../api/conflict-words.ts';
-import { type Desk, UNNAMED } from '../api/desk.ts';
 import type { Comment, Review } from '../api/documents.ts';
+import { type ReviewClient, UNNAMED } from '../api/review-client.ts';
 import { localOf } from '../edit/draft.ts';
 import { canEdit } from '../edit/readiness.ts';
 import { floorAt } from '../edit/review-areas.ts';
@@ -13,20 +13,20 @@ import { addComment, editComment, listedComments, removeComment, resolveComment 
 
 interface CommentListProps {
   readonly store: Store;
-  readonly desk: Desk;
+  readonly reviewClient: ReviewClient;
   readonly review: Review;
   readonly view: PlanView | null;
 }
 
-export function CommentList({ store, desk, review, view }: CommentListProps) {
+export function CommentList({ store, reviewClient, review, view }: CommentListProps) {
   const comments = listedComments(review);
   const nOpen = comments.filter(({ resolved }) => !resolved).length;
   return (
     <Section title="Comments" aside={comments.length === 0 ? '' : `${nOpen} open`}>
-      {canEdit(store) && <NewComment store={store} desk={desk} />}
+      {canEdit(store) && <NewComment store={store} reviewClient={reviewClient} />}
       <ul class="comments" aria-label="Comments">
         {comments.map((comment) => (
-          <CommentEntry key={comment.id} store={store} desk={desk} comment={comment} view={view} />
+          <CommentEntry key={comment.id} store={store} reviewClient={reviewClient} comment={comment} view={view} />
         ))}
       </ul>
       {comments.length === 0 && <p class="muted">No comments yet.</p>}
@@ -34,7 +34,7 @@ export function CommentList({ store, desk, review, view }: CommentListProps) {
   );
 }
 
-function NewComment({ store, desk }: { store: Store; desk: Desk }) {
+function NewComment({ store, reviewClient }: { store: Store; reviewClient: ReviewClient }) {
   const [text, setText] = useState('');
   const [isSending, setIsSending] = useState(false);
   const spot = store.editing.commentSpot.value;
@@ -43,7 +43,7 @@ function NewComment({ store, desk }: { store: Store; desk: Desk }) {
   const post = async (): Promise<void> => {
     const change = addComment(text.trim(), spot?.target ?? null, spot?.positionM ?? null);
     setIsSending(true);
-    const isDone = await desk.commit('comment', [change]).finally(() => setIsSending(false));
+    const isDone = await reviewClient.commit('comment', [change]).finally(() => setIsSending(false));
     if (!isDone) return;
     // Where the next one was begun meanwhile, it stays.
     setText((now) => (now === text ? '' : now));
@@ -58,11 +58,11 @@ function NewComment({ store, desk }: { store: Store; desk: Desk }) {
       }}
     >
       <label class="field">
-        {spot === null ? 'On the plan as a whole' : `On ${spot.title}`}
+        {spot === null ? 'On the whole plan' : `On ${spot.title}`}
         <textarea
           aria-label="New comment"
           maxLength={5000}
-          placeholder="What should be looked at?"
+          placeholder="What needs attention?"
           value={text}
           onInput={(event) => setText(event.currentTarget.value)}
         />
@@ -108,15 +108,15 @@ function pinToStation(store: Store, id: string): void {
 
 interface CommentEntryProps {
   readonly store: Store;
-  readonly desk: Desk;
+  readonly reviewClient: ReviewClient;
   readonly comment: Comment;
   readonly view: PlanView | null;
 }
 
-function CommentEntry({ store, desk, comment, view }: CommentEntryProps) {
+function CommentEntry({ store, reviewClient, comment, view }: CommentEntryProps) {
   const { id, author, time, resolved, text } = comment;
   const [edited, setEdited] = useState<string | null>(null);
-  const isMine = author === (desk.author.value.trim() || UNNAMED);
+  const isMine = author === (reviewClient.author.value.trim() || UNNAMED);
   const mayChange = canEdit(store);
   const place = placeInWords(store, comment);
   return (
@@ -129,7 +129,7 @@ function CommentEntry({ store, desk, comment, view }: CommentEntryProps) {
         <p class="comment-text">{text}</p>
       ) : (
         <textarea
-          aria-label="Reworded comment"
+          aria-label="Edited comment"
           value={edited}
           onInput={(event) => setEdited(event.currentTarget.value)}
         />
@@ -144,7 +144,7 @@ function CommentEntry({ store, desk, comment, view }: CommentEntryProps) {
           <button
             type="button"
             class="chip"
-            onClick={() => void desk.commit(resolved ? 'reopen' : 'resolve', [resolveComment(id, !resolved)])}
+            onClick={() => void reviewClient.commit(resolved ? 'reopen' : 'resolve', [resolveComment(id, !resolved)])}
           >
             {resolved ? 'Reopen' : 'Resolve'}
           </button>
@@ -152,12 +152,12 @@ function CommentEntry({ store, desk, comment, view }: CommentEntryProps) {
         {mayChange && isMine && edited === null && (
           <>
             <button type="button" class="chip" onClick={() => setEdited(text)}>
-              Reword
+              Edit
             </button>
             <button
               type="button"
               class="chip"
-              onClick={() => void desk.commit('remove a comment', [removeComment(id)])}
+              onClick={() => void reviewClient.commit('remove a comment', [removeComment(id)])}
             >
               Remove
             </button>
@@ -171,7 +171,7 @@ function CommentEntry({ store, desk, comment, view }: CommentEntryProps) {
               disabled={edited.trim() === ''}
               onClick={() => {
                 setEdited(null);
-                void desk.commit('reword a comment', [editComment(id, edited.trim())]);
+                void reviewClient.commit('edit a comment', [editComment(id, edited.trim())]);
               }}
             >
               Save
@@ -193,7 +193,7 @@ function placeInWords(store: Store, { target, position_m }: Comment): string | n
     const element = store.loaded.value?.stage.elements.find(({ sceneIndex }) => sceneIndex === target);
     return element?.name || `Element ${target}`;
   }
-  return position_m === null ? null : 'Show place';
+  return position_m === null ? null : 'Show location';
 }
 
 function goTo(store: Store, { target, position_m }: Comment, view: PlanView | null): void {

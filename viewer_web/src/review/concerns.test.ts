@@ -27,11 +27,11 @@ test('nothing speaks against a plan that meets all and that nobody objects to', 
   expect(concerns({})).toEqual([]);
 });
 
-test('missed targets and a network in parts are those of the plan as edited, where it is', () => {
+test('missed requirements and a network in parts are those of the plan as edited, where it is', () => {
   const poor: Totals = { ...FINE, nNetworks: 2, requirements: [MISSED] };
   const expected = [
-    ['target', 'Not met: Ground floor 90.0 % of 95 %'],
-    ['network', 'The stations register as 2 networks, not as one'],
+    ['requirement', 'Not met: Ground floor 90.0 % of 95 %'],
+    ['network', 'Network in 2 unconnected groups, required: connected'],
   ];
   expect(concerns({}, beside({ planned: poor }))).toEqual(expected);
   expect(concerns({}, beside({ isEdited: true, edited: poor }))).toEqual(expected);
@@ -95,6 +95,6 @@ test('stations in a keep-out area or a forbidden place of their floor are told',
   expect(keptOut({ forbidden: { f1: place('') } })).toEqual(['S003']);
   expect(keptOut({ forbidden: { f1: place('F0') } })).toEqual([]);
   expect(concerns({ zones: { z1: zone('') }, forbidden: { f1: place('') } })).toEqual([
-    ['kept_out', 'S001, S003 are where the review keeps people out'],
+    ['kept_out', 'S001, S003 are in keep-out zones or at forbidden positions'],
   ]);
 });

@@ -6,10 +6,10 @@ import { isInside } from '../edit/outline.ts';
 import { missedOf } from '../edit/totals.ts';
 import type { TotalsBeside } from '../edit/totals-beside.ts';
 import { counted } from '../panels/figures.ts';
-import { missedInWords } from '../panels/targets.tsx';
+import { missedInWords } from '../panels/requirements.tsx';
 
 export interface Concern {
-  readonly kind: 'unknown' | 'target' | 'network' | 'kept_out' | 'rejected' | 'comment';
+  readonly kind: 'unknown' | 'requirement' | 'network' | 'kept_out' | 'rejected' | 'comment';
   readonly words: string;
 }
 
@@ -30,8 +30,8 @@ export function concernsOf({ review, stations, totals, asksNetwork }: UnderRevie
     ...listed(
       'kept_out',
       keptOutStations(review, left),
-      'is where the review keeps people out',
-      'are where the review keeps people out',
+      'is in a keep-out zone or at a forbidden position',
+      'are in keep-out zones or at forbidden positions',
     ),
     ...listed(
       'rejected',
@@ -46,15 +46,15 @@ export function concernsOf({ review, stations, totals, asksNetwork }: UnderRevie
 function figureConcerns({ planned, isEdited, edited, isStale }: TotalsBeside, asksNetwork: boolean): Concern[] {
   const known = isEdited ? edited : planned;
   if (known === null) {
-    return [{ kind: 'unknown', words: 'What the edited plan covers is not known: nothing computes it' }];
+    return [{ kind: 'unknown', words: 'Coverage of the edited plan unknown: live editing is off' }];
   }
   const concerns: Concern[] = [];
-  if (isStale) concerns.push({ kind: 'unknown', words: 'What the last changes are worth is still being computed' });
+  if (isStale) concerns.push({ kind: 'unknown', words: 'Figures of the last changes are still being computed' });
   if (missedOf(known.requirements).length > 0) {
-    concerns.push({ kind: 'target', words: `Not met: ${missedInWords(known.requirements)}` });
+    concerns.push({ kind: 'requirement', words: `Not met: ${missedInWords(known.requirements)}` });
   }
   if (asksNetwork && known.nNetworks > 1) {
-    concerns.push({ kind: 'network', words: `The stations register as ${known.nNetworks} networks, not as one` });
+    concerns.push({ kind: 'network', words: `Network in ${known.nNetworks} unconnected groups, required: connected` });
   }
   return concerns;
 }

@@ -11,7 +11,7 @@ export function LastChanges({ review }: { review: Review }) {
   const changes = lastChanges(review, MOST);
   return (
     <Section title="Last changes" aside={`revision ${review.revision}`}>
-      {changes.length === 0 && <p class="muted">Nobody changed anything yet.</p>}
+      {changes.length === 0 && <p class="muted">No changes yet.</p>}
       <ul class="last-changes" aria-label="Last changes">
         {changes.map(({ object, by, at }) => (
           <li key={object}>

@@ -1,5 +1,5 @@
 /** The tab "Review": comments, verdicts on stations, the sign-off, and who changed what. */
-import '../edit/desk.css';
+import '../edit/edit.css';
 import { AuthorField } from './author-field.tsx';
 import { CommentList } from './comment-list.tsx';
 import { LastChanges } from './last-changes.tsx';
@@ -18,19 +18,19 @@ interface ReviewTabProps {
 }
 
 export function ReviewTab({ store, view }: ReviewTabProps) {
-  const { desk } = store;
-  const review = desk?.review.value ?? null;
+  const { reviewClient } = store;
+  const review = reviewClient?.review.value ?? null;
   const refusal = whyNoEditing(store);
   const isOther = store.planBase.value !== OWN_PLAN;
   return (
     <>
       {refusal !== null && <p class="callout">{refusal}</p>}
-      {desk !== null && review !== null && !isOther && (
+      {reviewClient !== null && review !== null && !isOther && (
         <>
-          {refusal === null && <AuthorField desk={desk} />}
-          <CommentList store={store} desk={desk} review={review} view={view} />
-          <VerdictList store={store} desk={desk} review={review} />
-          <SignOffSection store={store} desk={desk} review={review} />
+          {refusal === null && <AuthorField reviewClient={reviewClient} />}
+          <CommentList store={store} reviewClient={reviewClient} review={review} view={view} />
+          <VerdictList store={store} reviewClient={reviewClient} review={review} />
+          <SignOffSection store={store} reviewClient={reviewClient} review={review} />
           <LastChanges review={review} />
         </>
       )}

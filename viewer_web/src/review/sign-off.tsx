@@ -1,8 +1,8 @@
 /** The sign-off: who says that the plan, as reviewed, is to be carried out. */
 import { useState } from 'preact/hooks';
 import { timeInWords } from '../api/conflict-words.ts';
-import type { Desk } from '../api/desk.ts';
 import type { Review } from '../api/documents.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 import { stationsOf } from '../edit/draft-follower.ts';
 import { canEdit } from '../edit/readiness.ts';
 import { totalsBeside } from '../edit/totals-beside.ts';
@@ -14,22 +14,22 @@ import { changesSinceSignature, sign, unsign } from './remarks.ts';
 
 interface SignOffProps {
   readonly store: Store;
-  readonly desk: Desk;
+  readonly reviewClient: ReviewClient;
   readonly review: Review;
 }
 
-export function SignOffSection({ store, desk, review }: SignOffProps) {
+export function SignOffSection({ store, reviewClient, review }: SignOffProps) {
   const signed = review.sign_off;
   const concerns = openConcerns(store, review);
   return (
     <Section title="Sign-off">
       {signed === null ? (
-        <p class="muted">The plan is not signed off yet.</p>
+        <p class="muted">Not signed off yet.</p>
       ) : (
-        <Signature desk={desk} review={review} mayTakeBack={canEdit(store)} />
+        <Signature reviewClient={reviewClient} review={review} mayWithdraw={canEdit(store)} />
       )}
       <ConcernList concerns={concerns} />
-      {canEdit(store) && signed === null && <SignForm desk={desk} concerns={concerns} />}
+      {canEdit(store) && signed === null && <SignForm reviewClient={reviewClient} concerns={concerns} />}
     </Section>
   );
 }
@@ -44,7 +44,7 @@ function ConcernList({ concerns }: { concerns: readonly Concern[] }) {
   if (concerns.length === 0) return null;
   return (
     <>
-      <p class="concerns-title">Still open:</p>
+      <p class="concerns-title">Open points:</p>
       <ul class="concerns" aria-label="Open points">
         {concerns.map(({ kind, words }) => (
           <li key={words} data-concern={kind}>
@@ -56,17 +56,17 @@ function ConcernList({ concerns }: { concerns: readonly Concern[] }) {
   );
 }
 
-function SignForm({ desk, concerns }: { desk: Desk; concerns: readonly Concern[] }) {
+function SignForm({ reviewClient, concerns }: { reviewClient: ReviewClient; concerns: readonly Concern[] }) {
   const [note, setNote] = useState('');
   const open = concerns.map(({ words }) => words).join('\n');
   // Of these points and no others: who has agreed to some is asked again when there are more.
   const [accepted, setAccepted] = useState('');
-  const name = desk.author.value.trim();
+  const name = reviewClient.author.value.trim();
   return (
     <form
       onSubmit={(event) => {
         event.preventDefault();
-        void desk.commit('sign off', [sign(note.trim())]);
+        void reviewClient.commit('sign off', [sign(note.trim())]);
       }}
     >
       <label class="field">
@@ -74,7 +74,7 @@ function SignForm({ desk, concerns }: { desk: Desk; concerns: readonly Concern[]
         <input
           type="text"
           maxLength={500}
-          placeholder="May be left empty"
+          placeholder="Optional"
           value={note}
           onInput={(event) => setNote(event.currentTarget.value)}
         />
@@ -94,35 +94,43 @@ function SignForm({ desk, concerns }: { desk: Desk; concerns: readonly Concern[]
           {name === '' ? 'Sign off' : `Sign off as ${name}`}
         </button>
       </div>
-      {name === '' && <p class="hint">Enter your name above to sign.</p>}
+      {name === '' && <p class="hint">Enter your name above to sign off.</p>}
     </form>
   );
 }
 
-function Signature({ desk, review, mayTakeBack }: { desk: Desk; review: Review; mayTakeBack: boolean }) {
+function Signature({
+  reviewClient,
+  review,
+  mayWithdraw,
+}: {
+  reviewClient: ReviewClient;
+  review: Review;
+  mayWithdraw: boolean;
+}) {
   const signed = review.sign_off;
   if (signed === null) return null;
   const nSince = changesSinceSignature(review);
-  const isOtherPlan = signed.plan_sha256 !== desk.session.value?.plan_sha256;
+  const isOtherPlan = signed.plan_sha256 !== reviewClient.session.value?.plan_sha256;
   return (
     <div data-testid="signature">
       <p>
-        <strong>{signed.name}</strong> signed <time dateTime={signed.time}>{timeInWords(signed.time)}</time>
+        <strong>{signed.name}</strong> signed off <time dateTime={signed.time}>{timeInWords(signed.time)}</time>
       </p>
       {signed.note !== '' && <p class="comment-text">{signed.note}</p>}
-      {isOtherPlan && <p class="note note-warn">It was signed for another plan: this one was made since.</p>}
+      {isOtherPlan && <p class="note note-warn">Signed off for an earlier plan; this one was made since.</p>}
       {!isOtherPlan && nSince > 0 && (
-        <p class="note note-warn">{counted(nSince, 'thing')} changed since: sign again if it still holds.</p>
+        <p class="note note-warn">{counted(nSince, 'change')} since: sign off again if it still holds.</p>
       )}
-      {!isOtherPlan && nSince === 0 && <p class="note">Nothing was changed since.</p>}
-      {mayTakeBack && (
+      {!isOtherPlan && nSince === 0 && <p class="note">No changes since.</p>}
+      {mayWithdraw && (
         <div class="buttons">
           <button
             type="button"
             class="button button-small"
-            onClick={() => void desk.commit('take the signature back', [unsign()])}
+            onClick={() => void reviewClient.commit('withdraw the sign-off', [unsign()])}
           >
-            Take the signature back
+            Withdraw sign-off
           </button>
         </div>
       )}

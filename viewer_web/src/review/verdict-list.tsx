@@ -1,7 +1,7 @@
 /** What reviewers think of each station: accepted, rejected, or not judged yet. */
 import { timeInWords } from '../api/conflict-words.ts';
-import type { Desk } from '../api/desk.ts';
 import type { Review } from '../api/documents.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 import { stationsOf } from '../edit/draft-follower.ts';
 import { canEdit } from '../edit/readiness.ts';
 import { Section } from '../panels/section.tsx';
@@ -10,11 +10,11 @@ import { clearVerdict, countVerdicts, setVerdict } from './remarks.ts';
 
 interface VerdictListProps {
   readonly store: Store;
-  readonly desk: Desk;
+  readonly reviewClient: ReviewClient;
   readonly review: Review;
 }
 
-export function VerdictList({ store, desk, review }: VerdictListProps) {
+export function VerdictList({ store, reviewClient, review }: VerdictListProps) {
   const stations = stationsOf(store).filter(({ isRemoved }) => !isRemoved);
   const counts = countVerdicts(
     review,
@@ -47,7 +47,7 @@ export function VerdictList({ store, desk, review }: VerdictListProps) {
                   id={id}
                   verdict={verdict}
                   isSet={review.verdicts[id]?.verdict === verdict}
-                  desk={desk}
+                  reviewClient={reviewClient}
                   isDisabled={!mayChange}
                 />
               ))}
@@ -61,7 +61,7 @@ export function VerdictList({ store, desk, review }: VerdictListProps) {
             type="button"
             class="button button-small"
             onClick={() =>
-              void desk.commit(
+              void reviewClient.commit(
                 'accept the rest',
                 open.map(({ id }) => setVerdict(id, 'accepted')),
               )
@@ -84,11 +84,11 @@ interface VerdictButtonProps {
   readonly id: string;
   readonly verdict: 'accepted' | 'rejected';
   readonly isSet: boolean;
-  readonly desk: Desk;
+  readonly reviewClient: ReviewClient;
   readonly isDisabled: boolean;
 }
 
-function VerdictButton({ id, verdict, isSet, desk, isDisabled }: VerdictButtonProps) {
+function VerdictButton({ id, verdict, isSet, reviewClient, isDisabled }: VerdictButtonProps) {
   const word = verdict === 'accepted' ? 'Accept' : 'Reject';
   return (
     <button
@@ -98,7 +98,7 @@ function VerdictButton({ id, verdict, isSet, desk, isDisabled }: VerdictButtonPr
       aria-pressed={isSet}
       disabled={isDisabled}
       onClick={() =>
-        void desk.commit(`${word.toLowerCase()} ${id}`, [isSet ? clearVerdict(id) : setVerdict(id, verdict)])
+        void reviewClient.commit(`${word.toLowerCase()} ${id}`, [isSet ? clearVerdict(id) : setVerdict(id, verdict)])
       }
     >
       {verdict === 'accepted' ? '✓' : '✕'}

@@ -21,7 +21,7 @@ function WatchedRun({ store, run }: { store: Store; run: string }) {
       <p>
         {watchesRun.value ? (
           <>
-            Showing the best stations of <strong>run {run}</strong> so far; colours are the plan’s
+            Showing the best stations of <strong>run {run}</strong> so far; colours are those of the plan
           </>
         ) : (
           `Showing ${shown} while run ${run} goes on`
@@ -42,16 +42,16 @@ function WatchedRun({ store, run }: { store: Store; run: string }) {
 
 /** Another plan of the folder than the one the page was started for. */
 function OpenedPlan({ store }: { store: Store }) {
-  const { desk, planBase, loaded } = store;
+  const { reviewClient, planBase, loaded } = store;
   const id = planBase.value.match(/^runs\/([^/]+)\//)?.[1];
-  const run = desk?.runs.value.find((one) => one.id === id);
-  const session = desk?.session.value ?? null;
+  const run = reviewClient?.runs.value.find((one) => one.id === id);
+  const session = reviewClient?.session.value ?? null;
   useEffect(() => {
     // For its title, and to know where it is deleted meanwhile.
-    if (session !== null && !desk?.knowsRuns.peek())
-      desk?.refreshRuns().catch((error: Error) => desk.warn(error.message));
-  }, [desk, session]);
-  const isGone = desk?.knowsRuns.value === true && run === undefined && id !== undefined;
+    if (session !== null && !reviewClient?.knowsRuns.peek())
+      reviewClient?.refreshRuns().catch((error: Error) => reviewClient.warn(error.message));
+  }, [reviewClient, session]);
+  const isGone = reviewClient?.knowsRuns.value === true && run === undefined && id !== undefined;
   return (
     <section class="run-banner" aria-label="Whose stations are shown" role="status">
       <p>

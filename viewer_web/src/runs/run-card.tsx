@@ -1,8 +1,8 @@
 /** One run: how far it is, the best it has found, and what can be done with it. */
 import { useState } from 'preact/hooks';
 import { timeInWords } from '../api/conflict-words.ts';
-import type { Desk } from '../api/desk.ts';
 import type { Run } from '../api/documents.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 import { showDifference } from '../compare/compare-section.tsx';
 import { counted } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
@@ -10,12 +10,12 @@ import { bestInWords, progressInWords, shareDone } from './run-words.ts';
 
 interface RunCardProps {
   readonly store: Store;
-  readonly desk: Desk;
+  readonly reviewClient: ReviewClient;
   readonly run: Run;
   readonly mayChange: boolean;
 }
 
-export function RunCard({ store, desk, run, mayChange }: RunCardProps) {
+export function RunCard({ store, reviewClient, run, mayChange }: RunCardProps) {
   const best = bestInWords(run);
   const isShown = store.planBase.value === run.plan;
   return (
@@ -34,18 +34,18 @@ export function RunCard({ store, desk, run, mayChange }: RunCardProps) {
       {run.message !== null && run.message !== '' && (
         <p class={run.state === 'failed' ? 'note note-warn' : 'note'}>{run.message}</p>
       )}
-      <Remarks lines={run.warnings ?? []} />
-      <RunButtons store={store} desk={desk} run={run} mayChange={mayChange} />
+      <Warnings lines={run.warnings ?? []} />
+      <RunButtons store={store} reviewClient={reviewClient} run={run} mayChange={mayChange} />
     </li>
   );
 }
 
 /** What the plan that was found has to be read with, such as how few stations it would take from scratch. */
-function Remarks({ lines }: { lines: readonly string[] }) {
+function Warnings({ lines }: { lines: readonly string[] }) {
   if (lines.length === 0) return null;
   return (
     <details>
-      <summary>{counted(lines.length, 'remark')} on its plan</summary>
+      <summary>{counted(lines.length, 'warning')}</summary>
       <ul class="muted">
         {lines.map((line) => (
           <li key={line}>{line}</li>
@@ -65,20 +65,20 @@ function Progress({ run }: { run: Run }) {
   );
 }
 
-function RunButtons({ store, desk, run, mayChange }: RunCardProps) {
+function RunButtons({ store, reviewClient, run, mayChange }: RunCardProps) {
   const { id, plan, state } = run;
   const [isSure, setIsSure] = useState(false);
   const post = (what: 'cancel' | 'resume'): void => {
-    desk.client
+    reviewClient.client
       .post(`runs/${id}/${what}`, {})
-      .then(() => desk.refreshRuns())
-      .catch((error: Error) => desk.warn(error.message));
+      .then(() => reviewClient.refreshRuns())
+      .catch((error: Error) => reviewClient.warn(error.message));
   };
   const remove = (): void => {
-    desk.client
+    reviewClient.client
       .delete(`runs/${id}`)
-      .then(() => desk.refreshRuns())
-      .catch((error: Error) => desk.warn(error.message));
+      .then(() => reviewClient.refreshRuns())
+      .catch((error: Error) => reviewClient.warn(error.message));
   };
   const isOver = state !== 'running';
   return (
@@ -113,8 +113,8 @@ function RunButtons({ store, desk, run, mayChange }: RunCardProps) {
         <button
           type="button"
           class="button button-small"
-          title={desk.runObstacle.value ?? 'A new run that begins with the best stations of this one'}
-          disabled={desk.runObstacle.value !== null}
+          title={reviewClient.runObstacle.value ?? 'A new run that begins with the best stations of this one'}
+          disabled={reviewClient.runObstacle.value !== null}
           onClick={() => post('resume')}
         >
           Resume

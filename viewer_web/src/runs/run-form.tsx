@@ -1,6 +1,6 @@
 /** The form of a run: it begins with what the plan was asked. */
 import { useState } from 'preact/hooks';
-import type { Desk } from '../api/desk.ts';
+import type { ReviewClient } from '../api/review-client.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
@@ -9,42 +9,42 @@ import { FIELD_RULES, faultsOf, formFrom, type NumberField, type RunForm, reques
 const MORE: readonly NumberField[] = ['spacingMm', 'rangeM', 'incidenceDeg', 'noiseMm', 'seenFrom', 'timeLimitS'];
 const OBJECTIVES = [
   ['fewest', 'Fewest stations'],
-  ['coverage', 'Most coverage with so many'],
-  ['time', 'Least time in the field'],
+  ['coverage', 'Most coverage, number of stations given'],
+  ['time', 'Least field time'],
 ] as const;
 const NETWORKS = [
-  ['connected', 'One network'],
-  ['redundant', 'One network, in loops'],
-  ['none', 'Not asked'],
+  ['connected', 'Connected'],
+  ['redundant', 'Connected, redundant'],
+  ['none', 'Not required'],
 ] as const;
 
 interface FormProps {
   readonly store: Store;
-  readonly desk: Desk;
+  readonly reviewClient: ReviewClient;
 }
 
-export function RunFormSection({ store, desk }: FormProps) {
+export function RunFormSection({ store, reviewClient }: FormProps) {
   const plan = store.loaded.value?.plan;
   const [form, setForm] = useState<RunForm | null>(null);
   const [isSending, setIsSending] = useState(false);
   if (plan === undefined) return null;
   const shown = form ?? formFrom(plan.requirements);
   const faults = faultsOf(shown);
-  const obstacle = desk.runObstacle.value;
-  const isRunning = desk.runs.value.some(({ state }) => state === 'running');
+  const obstacle = reviewClient.runObstacle.value;
+  const isRunning = reviewClient.runs.value.some(({ state }) => state === 'running');
   const set = (changes: Partial<RunForm>): void => setForm({ ...shown, ...changes });
   const start = async (): Promise<void> => {
     setIsSending(true);
     try {
-      await desk.client.post('runs', requestOf(shown));
-      await desk.refreshRuns();
+      await reviewClient.client.post('runs', requestOf(shown));
+      await reviewClient.refreshRuns();
       // What was changed meanwhile stays.
       setForm((now) => {
         const meanwhile = now ?? shown;
         return { ...meanwhile, title: meanwhile.title === shown.title ? '' : meanwhile.title };
       });
     } catch (error) {
-      desk.warn((error as Error).message);
+      reviewClient.warn((error as Error).message);
     }
     setIsSending(false);
   };
@@ -100,7 +100,7 @@ function MainFields({ form, set, faults }: PartProps & { faults: Partial<Record<
         <input
           type="text"
           maxLength={200}
-          placeholder="What is tried"
+          placeholder="Purpose of this run"
           value={form.title}
           onInput={(event) => set({ title: event.currentTarget.value })}
         />
@@ -126,7 +126,7 @@ function MainFields({ form, set, faults }: PartProps & { faults: Partial<Record<
         <NumberInput form={form} field="overlapPercent" set={set} fault={faults.overlapPercent} />
       </div>
       <label class="field">
-        Stations register as
+        Network
         <select
           value={form.network}
           onChange={(event) => set({ network: event.currentTarget.value as RunForm['network'] })}
@@ -192,13 +192,13 @@ function FloorChoice({ store, form, set }: PartProps & { store: Store }) {
 function ReviewChoice({ store, form, set }: PartProps & { store: Store }) {
   const isOwn = store.planBase.value === OWN_PLAN;
   return (
-    <label class="check run-more" title="Moved, locked and forbidden stations, zones and marked ground count">
+    <label class="check run-more" title="Uses moved and locked stations, forbidden positions, zones and marked floors">
       <input
         type="checkbox"
         checked={form.fromReview}
         onChange={(event) => set({ fromReview: event.currentTarget.checked })}
       />
-      {isOwn ? 'Keep to the review’s edits' : 'Keep to the edits of the plan’s review'}
+      {isOwn ? 'Keep current stations and edits' : 'Keep stations and edits of the main plan'}
     </label>
   );
 }

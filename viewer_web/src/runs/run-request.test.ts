@@ -57,7 +57,7 @@ test.each([
   [{ coveragePercent: '120' }, 'coveragePercent', /1 to 100 %/],
   [{ coveragePercent: 'most' }, 'coveragePercent', /a number/],
   [{ seenFrom: '1.5' }, 'seenFrom', /whole number/],
-  [{ objective: 'coverage', maxStations: '' }, 'maxStations', /how many at most/],
+  [{ objective: 'coverage', maxStations: '' }, 'maxStations', /enter the number of stations/],
 ] as [Partial<RunForm>, keyof RunForm, RegExp][])('%j is told to be wrong', (changes, field, words) => {
   expect(faultsOf(form(changes))[field as 'seenFrom']).toMatch(words);
   expect(Object.keys(faultsOf(form(changes)))).toEqual([field]);

@@ -1,10 +1,10 @@
-/** What is asked of a run: the fields of the form, and the request they make (entries as in docs/formats/requirements.md). */
+/** What a run requires: the fields of the form, and the request they make (entries as in docs/formats/requirements.md). */
 import type { RunRequest } from '../api/documents.ts';
 
 export type Objective = 'fewest' | 'coverage' | 'time';
 export type NetworkKind = 'connected' | 'redundant' | 'none';
 
-/** Fields as they are typed: empty means not asked. */
+/** Fields as they are typed: empty means not required. */
 export interface RunForm {
   readonly title: string;
   readonly objective: Objective;
@@ -35,14 +35,20 @@ interface FieldRule {
 }
 
 export const FIELD_RULES: Readonly<Record<NumberField, FieldRule>> = {
-  coveragePercent: { label: 'Coverage', unit: '%', range: [1, 100], hint: 'Share of the achievable area' },
-  overlapPercent: { label: 'Overlap', unit: '%', range: [0, 100], hint: 'Least overlap of a link between stations' },
-  spacingMm: { label: 'Spacing', unit: 'mm', range: [0.1, 100_000], hint: 'Greatest distance between points' },
-  rangeM: { label: 'Range', unit: 'm', range: [0.1, 10_000], hint: 'Greatest range' },
-  incidenceDeg: { label: 'Incidence', unit: 'deg', range: [1, 90], hint: 'Greatest angle from head on' },
+  coveragePercent: { label: 'Coverage', unit: '%', range: [1, 100], hint: 'Share of the scannable area' },
+  overlapPercent: { label: 'Overlap', unit: '%', range: [0, 100], hint: 'Minimum overlap of a link' },
+  spacingMm: { label: 'Spacing', unit: 'mm', range: [0.1, 100_000], hint: 'Maximum point spacing' },
+  rangeM: { label: 'Range', unit: 'm', range: [0.1, 10_000], hint: 'Maximum range' },
+  incidenceDeg: { label: 'Incidence', unit: 'deg', range: [1, 90], hint: 'Maximum angle of incidence' },
   noiseMm: { label: 'Range noise', unit: 'mm', range: [0.01, 1000], hint: 'One sigma; the scanner must state its own' },
-  seenFrom: { label: 'Seen from', unit: 'stations', range: [1, 10], isWhole: true, hint: 'So many stations each' },
-  maxStations: { label: 'Stations', unit: '', range: [1, 10_000], isWhole: true, hint: 'At most so many' },
+  seenFrom: {
+    label: 'Seen from',
+    unit: 'stations',
+    range: [1, 10],
+    isWhole: true,
+    hint: 'Minimum stations per surface',
+  },
+  maxStations: { label: 'Stations', unit: '', range: [1, 10_000], isWhole: true, hint: 'Maximum number of stations' },
   timeLimitS: { label: 'Time limit', unit: 's', range: [1, 86_400], hint: 'The best plan so far is kept' },
 };
 
@@ -67,7 +73,7 @@ export function faultsOf(form: RunForm): Partial<Record<NumberField, string>> {
     if ('fault' in read) faults[field] = read.fault;
   }
   if (form.objective === 'coverage' && form.maxStations.trim() === '') {
-    faults.maxStations = 'Stations: how many at most, for the most coverage with them';
+    faults.maxStations = 'Stations: enter the number of stations for the most coverage';
   }
   return faults;
 }

@@ -41,9 +41,9 @@ test('progress names the stage and its steps where they are known', () => {
 
 test('the best so far is told with its bound, and as proven where they meet', () => {
   expect(bestInWords(run())).toBe('');
-  expect(bestInWords(run({ best: best() }))).toBe('14 stations, no plan has fewer than 12, 95.2 % seen');
+  expect(bestInWords(run({ best: best() }))).toBe('14 stations, lower bound 12, 95.2 % coverage');
   expect(bestInWords(run({ best: best({ lower_bound: 14, fraction_of_achievable: null }) }))).toBe(
-    '14 stations, proven fewest',
+    '14 stations, proven minimum',
   );
-  expect(bestInWords(run({ best: best({ lower_bound: null }) }))).toBe('14 stations, 95.2 % seen');
+  expect(bestInWords(run({ best: best({ lower_bound: null }) }))).toBe('14 stations, 95.2 % coverage');
 });

@@ -15,15 +15,13 @@ export function progressInWords(run: Run): string {
   return run.note ? `${stage}${steps}: ${run.note}` : `${stage}${steps}`;
 }
 
-/** "14 stations, at least 12; 95.2 % seen"; empty where nothing was found yet. */
+/** "14 stations, lower bound 12, 95.2 % coverage"; empty where nothing was found yet. */
 export function bestInWords({ best }: Run): string {
   if (best === null) return '';
   const parts = [counted(best.n_stations, 'station')];
   if (best.lower_bound !== null) {
-    parts.push(
-      best.lower_bound >= best.n_stations ? 'proven fewest' : `no plan has fewer than ${whole(best.lower_bound)}`,
-    );
+    parts.push(best.lower_bound >= best.n_stations ? 'proven minimum' : `lower bound ${whole(best.lower_bound)}`);
   }
-  if (best.fraction_of_achievable !== null) parts.push(`${percent(best.fraction_of_achievable)} seen`);
+  if (best.fraction_of_achievable !== null) parts.push(`${percent(best.fraction_of_achievable)} coverage`);
   return parts.join(', ');
 }

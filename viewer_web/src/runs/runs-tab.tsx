@@ -1,7 +1,7 @@
 /** The tab "Runs": planning again from the browser, how far runs are, and what came of them. */
 import { useEffect } from 'preact/hooks';
 import { CompareSection } from '../compare/compare-section.tsx';
-import '../edit/desk.css';
+import '../edit/edit.css';
 import { whyNoServer } from '../edit/readiness.ts';
 import { Section } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
@@ -17,26 +17,26 @@ interface RunsTabProps {
 }
 
 export function RunsTab({ store }: RunsTabProps) {
-  const { desk } = store;
-  const session = desk?.session.value ?? null;
+  const { reviewClient } = store;
+  const session = reviewClient?.session.value ?? null;
   useEffect(() => {
-    if (session !== null) void desk?.refreshRuns().catch((error: Error) => desk.warn(error.message));
-  }, [desk, session]);
-  if (desk === null) return null;
-  if (session === null) return <p class="callout">{whyNoServer(desk)}</p>;
-  const runs = [...desk.runs.value].reverse();
+    if (session !== null) void reviewClient?.refreshRuns().catch((error: Error) => reviewClient.warn(error.message));
+  }, [reviewClient, session]);
+  if (reviewClient === null) return null;
+  if (session === null) return <p class="callout">{whyNoServer(reviewClient)}</p>;
+  const runs = [...reviewClient.runs.value].reverse();
   return (
     <>
       {session.read_only ? (
-        <p class="callout">The server was started with --read-only. Start it without, and plans can be made here.</p>
+        <p class="callout">The server was started with --read-only. Restart it without to plan here.</p>
       ) : (
-        <RunFormSection store={store} desk={desk} />
+        <RunFormSection store={store} reviewClient={reviewClient} />
       )}
       <Section title="Runs" aside={runs.length === 0 ? '' : `${runs.length}`}>
-        {runs.length === 0 && <p class="muted">None yet.</p>}
+        {runs.length === 0 && <p class="muted">No runs yet.</p>}
         <ul class="runs" aria-label="Runs">
           {runs.map((run) => (
-            <RunCard key={run.id} store={store} desk={desk} run={run} mayChange={!session.read_only} />
+            <RunCard key={run.id} store={store} reviewClient={reviewClient} run={run} mayChange={!session.read_only} />
           ))}
         </ul>
       </Section>

@@ -14,7 +14,7 @@ export interface Palette {
   readonly notAchievable: string;
   readonly notAsked: string;
   readonly picked: string;
-  /** Patches that are pointed out. */
+  /** Patches that are highlighted. */
   readonly mark: string;
   readonly link: string;
   readonly isDark: boolean;

@@ -13,35 +13,28 @@ import { patchCode } from '../load/patch-rule.ts';
 import type { PlanLink } from '../load/plan-json.ts';
 import type { StageTriangles } from '../load/stage.ts';
 import { countingOf, counts } from '../network/graph.ts';
+import { segmentsOf } from '../route/route.ts';
+import { RouteLine } from '../route/route-line.ts';
 import { CloudSet } from '../stations/cloud-set.ts';
 import { LinkLines, type LinksShown } from '../stations/link-lines.ts';
 import type { Direction } from '../stations/panorama-image.ts';
-import type { Picked, Store } from '../store.ts';
-import { segmentsOf } from '../walk/route.ts';
-import { RouteLine } from '../walk/route-line.ts';
+import type { Store } from '../store.ts';
 import { WalkMode } from '../walk/walk-mode.ts';
 import { walkWorld } from '../walk/walk-world.ts';
 import { DEFAULT_EYE_HEIGHT_M } from '../walk/walker.ts';
 import { Building } from './building.ts';
 import { drawnPlace, Flights } from './flights.ts';
+import type { MarkerPlace } from './marker-place.ts';
 import { DARK, LIGHT } from './palette.ts';
 import { PatchPlaces } from './patch-places.ts';
 import { type SurfaceHit, SurfacePicker } from './pick.ts';
 import { Pointer, type PointerConsumer } from './pointer.ts';
+import type { Picked } from './state.ts';
 import { Viewport } from './viewport.ts';
 import { weightsAt } from './weights.ts';
 
 /** Nothing this near to a station hides it: it may stand against a table it was planned beside. */
 const OCCLUSION_SLACK_M = 0.15;
-
-/** Where a marker lies on the canvas, in CSS pixels. */
-export interface MarkerPlace {
-  readonly x: number;
-  readonly y: number;
-  readonly isHidden: boolean;
-  /** The other floor that hides it; null: none does. */
-  readonly coveredBy: string | null;
-}
 
 export class PlanView {
   /** Called after each frame with the places of the markers by station id. */

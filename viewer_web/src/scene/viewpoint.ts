@@ -50,7 +50,7 @@ const FROM_OUTSIDE = [0.42, 0.78, 1.1] as const;
  * parts are in plain view; of several such one that is far enough off, squarely to the surface, and looks down. A body
  * is looked at from its front alone. Where no view shows any part, as of the back of a shelf at a wall, it looks from where
  * the element stands free, and where it does nowhere, as between a ceiling and the slab above, from outside, on the side of the
- * front: what is pointed out shows through.
+ * front: what is highlighted shows through.
  */
 export function viewOf(piece: PieceToSee, around: Surroundings): View {
   const [{ pointM, normal }] = piece.parts;

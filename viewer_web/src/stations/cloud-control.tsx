@@ -1,6 +1,7 @@
 /** What the clouds are coloured by, and what of them is shown. */
 import { counted, whole } from '../panels/figures.ts';
-import type { CloudPaint, CloudState, Store } from '../store.ts';
+import type { Store } from '../store.ts';
+import type { CloudPaint, CloudState } from './state.ts';
 
 const PAINTS: readonly [CloudPaint, string][] = [
   ['range', 'Range'],
@@ -39,11 +40,11 @@ export function CloudControl({ store }: { store: Store }) {
 
 function inWords(cloud: CloudState): string {
   if (cloud.kind === 'loading') {
-    return cloud.of === 1 ? 'Loading its cloud …' : `Loading clouds: ${cloud.n} of ${cloud.of} …`;
+    return cloud.of === 1 ? 'Loading the cloud …' : `Loading clouds: ${cloud.n} of ${cloud.of} …`;
   }
   if (cloud.kind === 'failed') return cloud.message;
   if (cloud.kind === 'none') return '';
-  const of = cloud.nStations === 1 ? '' : ` of ${counted(cloud.nStations, 'station')}`;
+  const of = cloud.nStations === 1 ? '' : ` from ${counted(cloud.nStations, 'station')}`;
   return `${whole(cloud.nReturns)} returns${of}${thinnedInWords(cloud.stride)}`;
 }
 

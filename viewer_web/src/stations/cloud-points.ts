@@ -12,8 +12,8 @@ import {
 } from 'three';
 import { type Slice, sliceOfFloor } from '../floors/cut.ts';
 import type { ThinnedCloud } from '../load/cloud-rows.ts';
-import type { CloudPaint } from '../store.ts';
 import type { ShownStation } from './shown.ts';
+import type { CloudPaint } from './state.ts';
 import { stationColor } from './station-color.ts';
 
 /** Narrow enough for every WebGL 2 implementation; scans may have more rows. */

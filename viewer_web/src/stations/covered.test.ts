@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import type { MarkerPlace } from '../scene/plan-view.ts';
+import type { MarkerPlace } from '../scene/marker-place.ts';
 import { coveredAmong, isSameCovered, NONE_COVERED } from './covered.ts';
 import type { ShownStation } from './shown.ts';
 

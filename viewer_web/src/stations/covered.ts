@@ -1,5 +1,5 @@
 /** Stations in the picture that other floors hide, as lower floors are from above: their numbers would seem to stand there. */
-import type { MarkerPlace } from '../scene/plan-view.ts';
+import type { MarkerPlace } from '../scene/marker-place.ts';
 import type { ShownStation } from './shown.ts';
 
 export interface CoveredStations {

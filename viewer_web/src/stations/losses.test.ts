@@ -22,11 +22,11 @@ test.each([
 
 test('only where seeing is all that is asked, a station is said to be the only one that sees', () => {
   const limited = planAsking({ asked: { ...LIMITS, spacing_m: 0.01 } });
-  expect(lossWords(smallPlan()).name).toBe('Only it sees');
-  expect(lossWords(limited).name).toBe('Lost without it');
-  expect(lossLegend(smallPlan(), 'S001', null)).toBe('Seen by S001 alone');
-  expect(lossLegend(limited, 'S001', null)).toBe('No longer as asked without S001');
-  expect(lossLegend(limited, 'S001', 'Walls')).toBe('Walls: no longer as asked without S001');
+  expect(lossWords(smallPlan()).name).toBe('Unique area');
+  expect(lossWords(limited).name).toBe('Lost if removed');
+  expect(lossLegend(smallPlan(), 'S001', null)).toBe('Unique area of S001');
+  expect(lossLegend(limited, 'S001', null)).toBe('Lost without S001');
+  expect(lossLegend(limited, 'S001', 'Walls')).toBe('Walls: lost without S001');
 });
 
 test('the figure is that of all requirements together where more than seeing is asked and the plan tells it', () => {
@@ -38,9 +38,9 @@ test('the figure is that of all requirements together where more than seeing is 
 });
 
 test.each([
-  [true, 0.99, true, 'still met: 96.9 %, 95 % asked'],
-  [false, 0.99, true, 'no longer met: 96.9 %, 95 % asked'],
-  [false, 0.94, false, 'not met either way: 96.9 %, 95 % asked'],
+  [true, 0.99, true, 'still met: 96.9 %, 95 % required'],
+  [false, 0.99, true, 'no longer met: 96.9 %, 95 % required'],
+  [false, 0.94, false, 'not met either way: 96.9 %, 95 % required'],
 ])('met without it: %s, share now %f, met now: %s', (met, fraction, metNow, words) => {
   const loss = { requirement: 'Walls', area_m2: 1, fraction_of_achievable: 0.96999, met };
   expect(verdictOf(loss, { name: 'Walls', required: 0.95, fraction_of_achievable: fraction, met: metNow })).toBe(words);

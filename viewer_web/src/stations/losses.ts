@@ -20,33 +20,33 @@ export function lostM2(plan: PlanJson, worth: StationWorth): number {
 export interface LossWords {
   readonly name: string;
   readonly hint: string;
-  readonly pointOut: string;
+  readonly highlight: string;
 }
 
 /** Only where seeing is all that is asked is it what nobody else sees; the words must not say so of other plans. */
 export function lossWords(plan: PlanJson): LossWords {
   if (!asksMore(plan)) {
     return {
-      name: 'Only it sees',
+      name: 'Unique area',
       hint: 'Area that no other station of the plan sees',
-      pointOut: 'Point out what only it sees',
+      highlight: 'Highlight unique area',
     };
   }
   return {
-    name: 'Lost without it',
-    hint: 'Area that would no longer be as asked without this station: no other sees it well enough, or too few do',
-    pointOut: 'Point out what would be lost without it',
+    name: 'Lost if removed',
+    hint: 'Area that no longer meets the requirements without this station: no other sees it well enough, or too few do',
+    highlight: 'Highlight area lost if removed',
   };
 }
 
 /** What the legend says of the marked surface. */
 export function lossLegend(plan: PlanJson, stationId: string, requirement: string | null): string {
-  if (!asksMore(plan)) return `Seen by ${stationId} alone`;
-  return `${requirement === null ? 'No' : `${requirementName(requirement)}: no`} longer as asked without ${stationId}`;
+  if (!asksMore(plan)) return `Unique area of ${stationId}`;
+  return `${requirement === null ? 'Lost' : `${requirementName(requirement)}: lost`} without ${stationId}`;
 }
 
 /** As the table of the plan names it. */
-export const requirementName = (name: string): string => (name === OVERALL ? 'All of it' : name);
+export const requirementName = (name: string): string => (name === OVERALL ? 'Whole building' : name);
 
 /** What becomes of a requirement without the station. */
 export function verdictOf(
@@ -54,7 +54,7 @@ export function verdictOf(
   now: Readonly<RequirementResult>,
 ): string {
   const words = met ? 'still met' : now.met ? 'no longer met' : 'not met either way';
-  return `${words}: ${percentBelow(left)}, ${askedPercent(now.required)} asked`;
+  return `${words}: ${percentBelow(left)}, ${askedPercent(now.required)} required`;
 }
 
 /** Rounded down, as the library's own words: what is just short must not read as enough. */

@@ -1,6 +1,7 @@
 /** Numbered markers over the canvas: buttons of constant size, moved with every frame. */
 import { useEffect, useRef } from 'preact/hooks';
-import type { MarkerPlace, PlanView } from '../scene/plan-view.ts';
+import type { MarkerPlace } from '../scene/marker-place.ts';
+import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import { coveredAmong, isSameCovered } from './covered.ts';
 import { crowdedMarkers } from './crowding.ts';

@@ -2,7 +2,8 @@
  * A station's cloud as the picture one would have from there: azimuths from left to right as one turns to the right, elevations
  * upright. Pixels look up the beam nearest to their direction.
  */
-import type { Beams, ThinnedCloud } from '../load/cloud-rows.ts';
+import type { Beams } from '../load/cloud.ts';
+import type { ThinnedCloud } from '../load/cloud-rows.ts';
 
 export interface PanoramaFrame {
   readonly width: number;

@@ -2,9 +2,10 @@
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { quantity } from '../heat/quantity.ts';
 import type { PlanView } from '../scene/plan-view.ts';
-import type { CloudPaint, Store } from '../store.ts';
+import type { Store } from '../store.ts';
 import { BeamFinder, type Direction, directionAt, frameOf, panoramaPixels } from './panorama-image.ts';
 import { rampRgb } from './range-ramp.ts';
+import type { CloudPaint } from './state.ts';
 import { stationColor } from './station-color.ts';
 
 /** Enough for the widest screens the sheet fills. */
@@ -25,9 +26,7 @@ export function Panorama({ store, view }: { store: Store; view: PlanView | null 
     context.putImageData(new ImageData(pixels, frame.width, frame.height), 0, 0);
   }, [chosen, frame, paint, farthestM, order]);
   if (chosen === null || frame === null || finder === null) {
-    return (
-      <p class="muted">{store.cloud.value.kind === 'loading' ? 'Loading its cloud …' : 'No station is chosen.'}</p>
-    );
+    return <p class="muted">{store.cloud.value.kind === 'loading' ? 'Loading the cloud …' : 'No station selected.'}</p>;
   }
   const at = (event: MouseEvent): Direction => {
     const box = (event.currentTarget as HTMLElement).getBoundingClientRect();
@@ -39,9 +38,9 @@ export function Panorama({ store, view }: { store: Store; view: PlanView | null 
   const describe = (direction: Direction): string => {
     const beam = finder.beamAt(direction);
     const steps = beam < 0 ? 0 : chosen.cloud.rangeSteps[beam];
-    if (steps === 0) return 'No return there.';
+    if (steps === 0) return 'No return';
     const incidence = (Math.acos(chosen.cloud.intensity[beam] / 255) * 180) / Math.PI;
-    return `${quantity(steps * chosen.beams.rangeStepM, 'm')} away, incidence ${quantity(incidence, 'deg')}`;
+    return `Range ${quantity(steps * chosen.beams.rangeStepM, 'm')}, incidence ${quantity(incidence, 'deg')}`;
   };
   return (
     <div class="panorama">
@@ -50,7 +49,7 @@ export function Panorama({ store, view }: { store: Store; view: PlanView | null 
         width={frame.width}
         height={frame.height}
         role="img"
-        aria-label={`All around station ${chosen.stationId}`}
+        aria-label={`Panorama of station ${chosen.stationId}`}
         onPointerMove={(event) => setWords(describe(at(event)))}
         onPointerLeave={() => setWords('')}
         onClick={(event) => {
@@ -60,7 +59,7 @@ export function Panorama({ store, view }: { store: Store; view: PlanView | null 
       />
       <Compass leftRad={frame.leftRad} spanRad={frame.spanRad} />
       <p class="muted" aria-live="polite">
-        {words || 'Point to read ranges, click to look there from the station.'}
+        {words || 'Point to read the range; click to look that way from the station.'}
       </p>
     </div>
   );

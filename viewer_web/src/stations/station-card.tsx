@@ -29,7 +29,7 @@ export function StationCard({ store, view }: { store: Store; view: PlanView | nu
   return (
     <Card
       title={`Station ${station.id}`}
-      subtitle={`${floor?.name ?? station.floor} · ${station.order} of ${plan.stations.length}${station.fixed ? ' · fixed' : ''}`}
+      subtitle={`${floor?.name ?? station.floor} · ${station.order} of ${plan.stations.length}${station.fixed ? ' · scanned' : ''}`}
       name="Chosen station"
       onClose={() => store.chooseStation(null)}
     >
@@ -47,7 +47,7 @@ export function StationCard({ store, view }: { store: Store; view: PlanView | nu
           Panorama
         </button>
         <button type="button" class="chip chip-strong" onClick={() => view?.standAt(station.id)}>
-          Stand there
+          View from here
         </button>
       </div>
       <CloudControl store={store} />
@@ -61,13 +61,13 @@ function Pose({ store, plan, station }: StationProps) {
   const seconds = secondsAt(plan);
   return (
     <dl class="figures" data-testid="station-figures">
-      <Figure name="x" value={metres(x, 3)} hint="Sensor's origin in the scene's own coordinates" />
-      <Figure name="y" value={metres(y, 3)} hint="Sensor's origin in the scene's own coordinates" />
-      <Figure name="z" value={metres(z, 3)} hint="Sensor's origin in the scene's own coordinates" />
+      <Figure name="x" value={metres(x, 3)} hint="Sensor origin, scene coordinates" />
+      <Figure name="y" value={metres(y, 3)} hint="Sensor origin, scene coordinates" />
+      <Figure name="z" value={metres(z, 3)} hint="Sensor origin, scene coordinates" />
       <Figure name="Instrument height" value={metres(station.instrument_height_m)} hint="Sensor above the ground" />
-      <Figure name="Sees" value={squareMetres(worth.covered_area_m2)} hint="Area this station sees by itself" />
+      <Figure name="Seen area" value={squareMetres(worth.covered_area_m2)} hint="Area this station sees by itself" />
       {seconds !== null && (
-        <Figure name="Time" value={duration(seconds)} hint="Setting up and scanning, without the walk" />
+        <Figure name="Time on station" value={duration(seconds)} hint="Setup and scan, without the way there" />
       )}
       <Figure name={words.name} value={squareMetres(lostM2(plan, worth))} hint={words.hint} />
     </dl>
@@ -86,10 +86,10 @@ function secondsAt({ field_time: time, stations }: PlanJson): number | null {
   return (time.scanning_s + time.set_up_s) / nScanned;
 }
 
-/** The largest of what would be lost without the station, and a button that points it out. */
+/** The largest of what would be lost without the station, and a box that highlights it. */
 function OwnSurface({ store, plan, station }: StationProps) {
   const worth = worthOf(store, station);
-  const results = worth === station ? plan.requirements.results : store.desk?.figures.value?.requirements;
+  const results = worth === station ? plan.requirements.results : store.reviewClient?.figures.value?.requirements;
   // The elements are those of the plan as it was made.
   const parts =
     worth === station ? (plan.why?.stations.find((one) => one.station === station.id)?.own_parts ?? []) : [];
@@ -114,7 +114,7 @@ function OwnSurface({ store, plan, station }: StationProps) {
           checked={store.showsOwn.value}
           onChange={(event) => showOwn(store, event.currentTarget.checked, null)}
         />
-        {lossWords(plan).pointOut}
+        {lossWords(plan).highlight}
       </label>
     </div>
   );
@@ -127,13 +127,13 @@ interface LossesProps {
   readonly results: readonly Readonly<RequirementResult>[];
 }
 
-/** What each requirement would lose without the station, and whether it would still be met; a click points it out. */
+/** What each requirement would lose without the station, and whether it would still be met; a click highlights it. */
 function Losses({ store, losses, results }: LossesProps) {
   if (losses.length === 0) return null;
   return (
     <>
-      <h3>Without it</h3>
-      <ul class="losses" aria-label="What requirements would lose without it">
+      <h3>If removed</h3>
+      <ul class="losses" aria-label="Losses by requirement if removed">
         {losses.map((loss) => {
           const now = results.find(({ name }) => name === loss.requirement);
           const isShown = store.showsOwn.value && store.ownRequirement.value === loss.requirement;
@@ -143,7 +143,7 @@ function Losses({ store, losses, results }: LossesProps) {
                 type="button"
                 class={loss.met ? 'loss' : 'loss loss-broken'}
                 aria-pressed={isShown}
-                title="Point out what this requirement would lose"
+                title="Highlight what this requirement would lose"
                 onClick={() => showOwn(store, !isShown, isShown ? null : loss.requirement)}
               >
                 <span>{requirementName(loss.requirement)}</span>
@@ -183,7 +183,9 @@ function Links({ store, plan, station }: StationProps) {
             <button
               type="button"
               class={strong.includes(link) ? 'chip chip-strong' : 'chip'}
-              title={strong.includes(link) ? 'Enough to register; show what is shared' : 'Too little to register'}
+              title={
+                strong.includes(link) ? 'Enough to register: highlight the shared surface' : 'Too weak to register'
+              }
               onClick={() => store.choosePair([station.id, otherEnd(link)])}
             >
               {otherEnd(link)} <span>{percentDown(link.overlap)}</span>

@@ -1,18 +1,23 @@
-/** All stations of the shown floors, in the order to walk or by one of their figures. */
+/** All stations of the shown floors, in route order or by one of their figures. */
 import { useEffect, useRef, useState } from 'preact/hooks';
+import type { PlanJson } from '../load/plan-json.ts';
 import { countingOf } from '../network/graph.ts';
 import { squareMetres } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
+import { lossWords } from './losses.ts';
 import { rowsOf, type SortKey, type StationRow, sorted } from './station-order.ts';
 
-const COLUMNS: readonly [SortKey, string, string][] = [
-  ['order', '#', 'In the order to walk'],
-  ['id', 'Station', 'By name'],
-  ['sees', 'sees', 'Area it sees by itself'],
-  ['adds', 'adds', 'Area that the plan would lose without it'],
-  ['links', 'links', 'Stations it registers with'],
-];
+function columnsOf(plan: PlanJson): readonly (readonly [SortKey, string, string])[] {
+  const { name, hint } = lossWords(plan);
+  return [
+    ['order', '#', 'Route order'],
+    ['id', 'Station', 'By name'],
+    ['seen', 'Seen area', 'Area this station sees by itself'],
+    ['lost', name, hint],
+    ['links', 'Links', 'Stations it registers with'],
+  ];
+}
 
 export function StationList({ store }: { store: Store }) {
   const [key, setKey] = useState<SortKey>('order');
@@ -24,7 +29,7 @@ export function StationList({ store }: { store: Store }) {
   return (
     <Section title="Stations" aside={String(rows.length)}>
       <div class="row-station row-heads" role="toolbar" aria-label="Order of the stations">
-        {COLUMNS.map(([one, title, hint]) => (
+        {columnsOf(loaded.plan).map(([one, title, hint]) => (
           <button key={one} type="button" aria-pressed={key === one} title={hint} onClick={() => setKey(one)}>
             {title}
           </button>
@@ -35,12 +40,12 @@ export function StationList({ store }: { store: Store }) {
           <Row key={row.station.id} store={store} row={row} />
         ))}
       </ul>
-      {rows.length === 0 && <p class="muted">No station stands on this floor.</p>}
+      {rows.length === 0 && <p class="muted">No stations on this floor.</p>}
     </Section>
   );
 }
 
-function Row({ store, row: { station, seesM2, addsM2, nLinks } }: { store: Store; row: StationRow }) {
+function Row({ store, row: { station, seenM2, lostM2, nLinks } }: { store: Store; row: StationRow }) {
   const isChosen = store.stationId.value === station.id;
   const row = useRef<HTMLButtonElement>(null);
   useEffect(() => {
@@ -61,8 +66,8 @@ function Row({ store, row: { station, seesM2, addsM2, nLinks } }: { store: Store
           {station.order}
         </span>
         <span class="row-name">{station.id}</span>
-        <span>{area(seesM2)}</span>
-        <span>{area(addsM2)}</span>
+        <span>{area(seenM2)}</span>
+        <span>{area(lostM2)}</span>
         <span>{nLinks}</span>
       </button>
     </li>

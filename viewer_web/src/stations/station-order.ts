@@ -4,13 +4,13 @@ import { type Counting, counts } from '../network/graph.ts';
 import { lostM2 } from './losses.ts';
 import type { ShownStation } from './shown.ts';
 
-export type SortKey = 'order' | 'id' | 'sees' | 'adds' | 'links';
+export type SortKey = 'order' | 'id' | 'seen' | 'lost' | 'links';
 
 export interface StationRow {
   readonly station: ShownStation;
   /** Null: the plan does not know it. */
-  readonly seesM2: number | null;
-  readonly addsM2: number | null;
+  readonly seenM2: number | null;
+  readonly lostM2: number | null;
   readonly nLinks: number;
 }
 
@@ -29,21 +29,21 @@ export function rowsOf(
     const worth = station.worth ?? planned.get(station.id);
     return {
       station,
-      seesM2: worth?.covered_area_m2 ?? null,
-      addsM2: worth === undefined ? null : lostM2(plan, worth),
+      seenM2: worth?.covered_area_m2 ?? null,
+      lostM2: worth === undefined ? null : lostM2(plan, worth),
       nLinks: nLinks.get(station.id) ?? 0,
     };
   });
 }
 
-/** Order and id run upwards, figures from the largest down; equals in the order of the walk. */
+/** Order and id run upwards, figures from the largest down; equals in route order. */
 export function sorted(rows: readonly StationRow[], key: SortKey): StationRow[] {
-  const byWalk = (a: StationRow, b: StationRow): number => a.station.order - b.station.order;
-  const figure = ({ seesM2, addsM2, nLinks }: StationRow): number =>
-    (key === 'sees' ? seesM2 : key === 'adds' ? addsM2 : nLinks) ?? -1;
+  const byRoute = (a: StationRow, b: StationRow): number => a.station.order - b.station.order;
+  const figure = ({ seenM2, lostM2, nLinks }: StationRow): number =>
+    (key === 'seen' ? seenM2 : key === 'lost' ? lostM2 : nLinks) ?? -1;
   return [...rows].sort((a, b) => {
-    if (key === 'order') return byWalk(a, b);
+    if (key === 'order') return byRoute(a, b);
     if (key === 'id') return a.station.id.localeCompare(b.station.id, 'en', { numeric: true });
-    return figure(b) - figure(a) || byWalk(a, b);
+    return figure(b) - figure(a) || byRoute(a, b);
   });
 }

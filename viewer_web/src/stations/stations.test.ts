@@ -1,7 +1,8 @@
 import { Vector3 } from 'three';
 import { expect, test } from 'vitest';
+import type { Beams } from '../load/cloud.ts';
 import { cloudPoint } from '../load/cloud.ts';
-import type { Beams, ThinnedCloud } from '../load/cloud-rows.ts';
+import type { ThinnedCloud } from '../load/cloud-rows.ts';
 import { countingOf } from '../network/graph.ts';
 import { smallPlan } from '../testing/small-plan.ts';
 import { BeamFinder, directionAt, frameOf, panoramaPixels } from './panorama-image.ts';
@@ -111,10 +112,10 @@ test('the list of stations sorts by walk, name and figures, equals by walk', () 
   const by = (key: Parameters<typeof sorted>[1]): string[] => sorted(rows, key).map(({ station }) => station.id);
   expect(by('order')).toEqual(['S001', 'S002', 'S003', 'S010']);
   expect(by('id')).toEqual(['S001', 'S002', 'S003', 'S010']);
-  expect(by('adds')).toEqual(['S003', 'S002', 'S001', 'S010']);
-  expect(by('sees')).toEqual(['S001', 'S002', 'S003', 'S010']);
+  expect(by('lost')).toEqual(['S003', 'S002', 'S001', 'S010']);
+  expect(by('seen')).toEqual(['S001', 'S002', 'S003', 'S010']);
   expect(by('links')).toEqual(['S001', 'S002', 'S003', 'S010']);
-  expect(rows[0]).toMatchObject({ seesM2: null, addsM2: null, nLinks: 0 });
+  expect(rows[0]).toMatchObject({ seenM2: null, lostM2: null, nLinks: 0 });
   expect(rows[3].nLinks).toBe(1);
 });
 
@@ -122,7 +123,7 @@ test('a draft’s own figures go before those of the plan', () => {
   const plan = smallPlan();
   const worth = { covered_area_m2: 3, own_area_m2: 0, lost_area_m2: 0, losses: [] };
   const [row] = rowsOf([{ ...shown('S001', 1), worth }], plan, [], countingOf(plan));
-  expect(row).toMatchObject({ seesM2: 3, addsM2: 0 });
+  expect(row).toMatchObject({ seenM2: 3, lostM2: 0 });
 });
 
 test('the sign of a weak axis lies along it, or around it', () => {

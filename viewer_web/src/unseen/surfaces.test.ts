@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
 import { ApiClient } from '../api/client.ts';
-import { Desk } from '../api/desk.ts';
 import type { Change } from '../api/documents.ts';
+import { ReviewClient } from '../api/review-client.ts';
 import { LEFT_BY_EDITS } from '../heat/layers.ts';
 import type { UnseenSurface } from '../load/plan-json.ts';
 import { createStore } from '../store.ts';
@@ -46,12 +46,12 @@ test('areas add up by reason; what a station would mend comes first', () => {
 });
 
 async function editedStore() {
-  const desk = new Desk(new ApiClient(new FakeReviewServer().fetch), { listen: () => () => undefined });
-  await desk.open();
-  const store = createStore({ desk });
+  const reviewClient = new ReviewClient(new ApiClient(new FakeReviewServer().fetch), { listen: () => () => undefined });
+  await reviewClient.open();
+  const store = createStore({ reviewClient });
   const why = { stations: [], curve: [], unseen_surfaces: ALL };
   store.loaded.value = { plan: { ...smallPlan(), why } } as never;
-  return { desk, store };
+  return { reviewClient, store };
 }
 const MOVE: Change = { kind: 'move_station', station: 'S001', position_m: [1005, 2000, 1.3] };
 
@@ -63,14 +63,14 @@ test('the list is the plan’s while nothing is edited, and where an older versi
 });
 
 test('the list follows the edited plan: what stations change is the draft’s, what none can see stays the plan’s', async () => {
-  const { desk, store } = await editedStore();
-  await desk.commit('move', [MOVE]);
+  const { reviewClient, store } = await editedStore();
+  await reviewClient.commit('move', [MOVE]);
   expect(unseenShown(store)).toEqual({ of: 'not edited', isStale: false, surfaces: ALL });
-  desk.live.value = { state: 'ready', step: null, fraction: null, message: null };
+  reviewClient.live.value = { state: 'ready', step: null, fraction: null, message: null };
   const { reason: _, best_spot: __, ...left } = surface(7, '');
   const { stations, coverage, registration } = smallPlan();
   const figures = { coverage, floors: coverage.floors, requirements: [], stations, registration, unseen: [left] };
-  desk.figures.value = { ...figures, revision: 1, curve: [], curve_stations: [] };
+  reviewClient.figures.value = { ...figures, revision: 1, curve: [], curve_stations: [] };
   const shown = unseenShown(store);
   expect(shown?.of).toBe('edited');
   expect(sumsByReason(shown!.surfaces)).toEqual([
@@ -78,7 +78,7 @@ test('the list follows the edited plan: what stations change is the draft’s, w
     { reason: 'occluded', areaM2: 4, isMendable: false },
     { reason: 'out of range', areaM2: 2, isMendable: false },
   ]);
-  desk.figures.value = { ...desk.figures.value!, revision: 0 };
+  reviewClient.figures.value = { ...reviewClient.figures.value!, revision: 0 };
   expect(unseenShown(store)?.isStale).toBe(true);
   store.editing.showsPlan.value = true;
   expect(unseenShown(store)?.of).toBe('plan');

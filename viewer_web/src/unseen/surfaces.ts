@@ -26,7 +26,7 @@ export function unseenShown(store: Store): UnseenShown | null {
   if (!why || totals === null) return null;
   const ofPlan = why.unseen_surfaces;
   if (!totals.isEdited || store.editing.showsPlan.value) return { of: 'plan', isStale: false, surfaces: ofPlan };
-  const figures = store.desk?.figures.value ?? null;
+  const figures = store.reviewClient?.figures.value ?? null;
   if (totals.edited === null || figures === null) return { of: 'not edited', isStale: false, surfaces: ofPlan };
   const left = figures.unseen.map((surface) => ({ ...surface, reason: LEFT_BY_EDITS, best_spot: null }));
   // No station is behind the other reasons: they stay as they are wherever stations stand.

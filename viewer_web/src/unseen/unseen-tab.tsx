@@ -2,7 +2,7 @@
 import { useState } from 'preact/hooks';
 import { isPlanned } from '../floors/planned.ts';
 import { themed } from '../heat/colors.ts';
-import { reasonColor } from '../heat/layers.ts';
+import { reasonColor, reasonInWords } from '../heat/layers.ts';
 import { Swatch } from '../heat/legend.tsx';
 import type { UnseenSurface } from '../load/plan-json.ts';
 import { kindInWords, metres, squareMetres, whole } from '../panels/figures.ts';
@@ -42,17 +42,20 @@ export function UnseenTab({ store }: { store: Store }) {
   };
   return (
     <>
-      <Section title="Why surface stays unseen" aside="area">
+      <Section title="Unseen surface by reason" aside="area">
         <OfWhich unseen={unseen} />
         <Reasons sums={sums} chosen={chosen} onChoose={choose} isDark={store.isDark.value} />
       </Section>
-      <Section title={chosen ?? 'All unseen surfaces'} aside={`${whole(shown.length)}, largest first`}>
+      <Section
+        title={chosen === null ? 'All unseen surfaces' : capital(reasonInWords(chosen))}
+        aside={`${whole(shown.length)}, largest first`}
+      >
         <ul class="rows" aria-label="Unseen surfaces">
           {shown.slice(0, nRows).map((surface) => (
             <SurfaceRow key={keyOf(surface)} store={store} surface={surface} />
           ))}
         </ul>
-        {shown.length === 0 && <p class="muted">{isAskedFor(store) ? 'Nothing is unseen here.' : NOT_ASKED_FOR}</p>}
+        {shown.length === 0 && <p class="muted">{isInScope(store) ? 'Nothing unseen here.' : OUT_OF_SCOPE}</p>}
         {shown.length > nRows && (
           <button type="button" class="more" onClick={() => setRows(nRows + ROWS_A_PAGE)}>
             Show {Math.min(ROWS_A_PAGE, shown.length - nRows)} more
@@ -63,9 +66,11 @@ export function UnseenTab({ store }: { store: Store }) {
   );
 }
 
-const NOT_ASKED_FOR = 'The plan was not asked for this floor.';
+const OUT_OF_SCOPE = 'This floor is not part of the plan.';
 
-function isAskedFor({ floorId, loaded }: Store): boolean {
+const capital = (words: string): string => words.charAt(0).toUpperCase() + words.slice(1);
+
+function isInScope({ floorId, loaded }: Store): boolean {
   const plan = loaded.value?.plan;
   const floor = plan?.floors.find(({ id }) => id === floorId.value);
   return floor === undefined || isPlanned(floor, plan?.requirements.floors);
@@ -73,8 +78,8 @@ function isAskedFor({ floorId, loaded }: Store): boolean {
 
 const OF_WHICH: Readonly<Record<UnseenOf, string>> = {
   plan: '',
-  edited: 'Of the plan as edited. Why no admissible spot sees the rest is the same for any stations.',
-  'not edited': 'Of the plan as it was made: what your edits leave unseen is not known while nothing computes it.',
+  edited: 'Of the edited plan. What no candidate can see is the same wherever the stations are.',
+  'not edited': 'Of the plan before your edits: live editing is off, so what the edits leave unseen is unknown.',
 };
 
 /** Of which plan the list is, where there are two. */
@@ -83,7 +88,7 @@ function OfWhich({ unseen: { of, isStale } }: { unseen: UnseenShown }) {
   return (
     <p class={of === 'edited' ? 'note' : 'note note-warn'} role="status" data-testid="unseen-of">
       {OF_WHICH[of]}
-      {isStale && ' The last changes are being computed.'}
+      {isStale && ' Computing the last changes …'}
     </p>
   );
 }
@@ -101,8 +106,8 @@ interface ReasonsProps {
 /** Buttons that part the list by reason. */
 function Reasons({ sums, chosen, onChoose, isDark }: ReasonsProps) {
   const groups: [string, ReasonSum[]][] = [
-    ['A further station would cover', sums.filter(({ isMendable }) => isMendable)],
-    ['No admissible spot sees as asked', sums.filter(({ isMendable }) => !isMendable)],
+    ['What another station would cover', sums.filter(({ isMendable }) => isMendable)],
+    ['What no candidate can see', sums.filter(({ isMendable }) => !isMendable)],
   ];
   return (
     <>
@@ -121,7 +126,7 @@ function Reasons({ sums, chosen, onChoose, isDark }: ReasonsProps) {
                     onClick={() => onChoose(chosen === reason ? null : reason)}
                   >
                     <Swatch color={themed(reasonColor(reason), isDark)} />
-                    <span class="row-name">{reason}</span>
+                    <span class="row-name">{reasonInWords(reason)}</span>
                     <span class="row-area">{squareMetres(areaM2)}</span>
                   </button>
                 </li>
@@ -169,10 +174,10 @@ function Pieces({ store, surface, piece }: { store: Store; surface: UnseenSurfac
   const step = (by: number): void => store.lookAtUnseen({ surface, piece: (piece + by + n) % n });
   return (
     <div class="unseen-detail">
-      <p>Unseen because: {surface.reason}.</p>
+      <p>Reason: {reasonInWords(surface.reason)}.</p>
       {n > 1 && (
         <p class="piece-steps">
-          <button type="button" class="chip" aria-label="Piece before" onClick={() => step(-1)}>
+          <button type="button" class="chip" aria-label="Previous piece" onClick={() => step(-1)}>
             ‹
           </button>
           piece {piece + 1} of {n}
@@ -185,9 +190,9 @@ function Pieces({ store, surface, piece }: { store: Store; surface: UnseenSurfac
       )}
       {spot !== null && (
         <p>
-          Best seen from {spot.position.map((x) => metres(x)).join(', ')}:{' '}
-          <span class="figure-word">{squareMetres(spot.sees_m2)}</span> of it, and{' '}
-          <span class="figure-word">{squareMetres(spot.adds_m2)}</span> of all that is unseen.
+          Best position {spot.position.map((x) => metres(x)).join(', ')}: sees{' '}
+          <span class="figure-word">{squareMetres(spot.sees_m2)}</span> of it and{' '}
+          <span class="figure-word">{squareMetres(spot.adds_m2)}</span> of all unseen surface.
         </p>
       )}
     </div>

@@ -36,13 +36,13 @@ export function WalkPanel({ store, view }: { store: Store; view: PlanView }) {
         ))}
       </div>
       <div>
-        <p class="muted">W A S D or arrows to go, drag to look, click ground to go there, Escape to leave.</p>
+        <p class="muted">W A S D or arrows: move. Drag: look around. Click a floor: go there. Escape: leave.</p>
         <label class="slider">
           <span>Eye height</span>
           <output>{metres(view.walk.eyeHeightM)}</output>
           <input
             type="range"
-            aria-label="Height of the eye above the ground"
+            aria-label="Eye height above the floor"
             min={0.5}
             max={3}
             step={0.05}
@@ -53,7 +53,7 @@ export function WalkPanel({ store, view }: { store: Store; view: PlanView }) {
           />
         </label>
         <button type="button" class="chip chip-strong" onClick={() => view.walk.leave()}>
-          Leave the walk
+          Leave walk-through
         </button>
       </div>
     </section>

@@ -1,8 +1,8 @@
 import { expect, test } from 'vitest';
 import type { PlanJson } from '../load/plan-json.ts';
 import { smallPlan } from '../testing/small-plan.ts';
+import { nextStop, routeStops, wayLeft, wayTo } from './route.ts';
 import { readTicks, tickKey, writeTicks } from './ticks.ts';
-import { nextStop, walkOf, wayLeft, wayTo } from './walk.ts';
 
 const leg = (from: string | null, to: string, length_m: number | null) => ({
   from,
@@ -26,7 +26,7 @@ function walked(start: boolean): PlanJson {
 }
 
 test('stops come in the order of the walk, each with the way to it', () => {
-  const stops = walkOf(walked(true));
+  const stops = routeStops(walked(true));
   expect(stops.map(({ stationId, wayM }) => [stationId, wayM])).toEqual([
     ['S001', 3],
     ['S003', 4],
@@ -36,7 +36,7 @@ test('stops come in the order of the walk, each with the way to it', () => {
 });
 
 test('a plan without a walk is visited in its order, and ways are not known', () => {
-  const stops = walkOf(smallPlan());
+  const stops = routeStops(smallPlan());
   expect(stops.map(({ stationId }) => stationId)).toEqual(['S001', 'S002', 'S003']);
   expect(wayTo(stops[1], stops, new Set(['S001']))).toBeNull();
   expect(wayLeft(stops, new Set())).toBe(0);
@@ -44,12 +44,12 @@ test('a plan without a walk is visited in its order, and ways are not known', ()
 
 test('stations that the walk leaves out come last', () => {
   const plan = walked(true);
-  const stops = walkOf({ ...plan, route: { ...plan.route!, order: ['S002', 'S003'], left_out: ['S001'] } });
+  const stops = routeStops({ ...plan, route: { ...plan.route!, order: ['S002', 'S003'], left_out: ['S001'] } });
   expect(stops.map(({ stationId }) => stationId)).toEqual(['S002', 'S003', 'S001']);
 });
 
 test('the way to the next stop begins where the last scan was', () => {
-  const stops = walkOf(walked(true));
+  const stops = routeStops(walked(true));
   const to = (done: string[]) => {
     const next = nextStop(stops, new Set(done));
     return next && [next.stationId, wayTo(next, stops, new Set(done))];
@@ -63,7 +63,7 @@ test('the way to the next stop begins where the last scan was', () => {
 });
 
 test('from nowhere the way is not known', () => {
-  const stops = walkOf(walked(false));
+  const stops = routeStops(walked(false));
   expect(wayTo(stops[0], stops, new Set())).toBeNull();
   expect(wayTo(stops[2], stops, new Set(['S001']))).toBe(10);
 });

@@ -9,8 +9,8 @@ export function RouteSection({ store }: { store: Store }) {
   const time = store.loaded.value?.plan.field_time ?? null;
   if (route === null) {
     return (
-      <Section title="Walk">
-        <p class="muted">No walk was looked for in this plan.</p>
+      <Section title="Route">
+        <p class="muted">No route was computed for this plan.</p>
       </Section>
     );
   }
@@ -22,16 +22,16 @@ export function RouteSection({ store }: { store: Store }) {
     store.chooseStation(stop.station);
   };
   return (
-    <Section title="Walk" aside={metres(route.length_m, 0)}>
+    <Section title="Route" aside={metres(route.length_m, 0)}>
       <dl class="figures">
         {time !== null && time.total_s !== null && (
-          <Figure name="Time in the field" value={duration(time.total_s)} hint="Walking, setting up and scanning" />
+          <Figure name="Field time" value={duration(time.total_s)} hint="Walking, setup and scans" />
         )}
         {route.left_out.length > 0 && (
           <Figure
-            name="Can’t be walked to"
+            name="Not reachable on foot"
             value={route.left_out.join(', ')}
-            hint="No way inside the model leads there"
+            hint="No path inside the model leads there"
           />
         )}
       </dl>
@@ -43,7 +43,7 @@ export function RouteSection({ store }: { store: Store }) {
             store.showRoute.value = event.currentTarget.checked;
           }}
         />
-        Draw the route
+        Show route
       </label>
       <div class="route-steps">
         <button
@@ -52,7 +52,7 @@ export function RouteSection({ store }: { store: Store }) {
           disabled={at === 0}
           onClick={() => go(stops[at < 0 ? stops.length - 1 : at - 1])}
         >
-          ‹ Before
+          ‹ Previous
         </button>
         <span aria-live="polite">{at < 0 ? `${stops.length} stops` : `stop ${at + 1} of ${stops.length}`}</span>
         <button type="button" class="chip" disabled={at === stops.length - 1} onClick={() => go(stops[at + 1])}>
@@ -65,8 +65,8 @@ export function RouteSection({ store }: { store: Store }) {
 }
 
 function inWords({ station, from, lengthM, changesFloor, leg }: Stop): string {
-  if (leg === null) return `The walk begins at ${station}.`;
+  if (leg === null) return `The route starts at ${station}.`;
   const source = from ?? 'the entrance';
-  if (lengthM === null) return `No way inside the model leads from ${source} to ${station}.`;
+  if (lengthM === null) return `No path inside the model leads from ${source} to ${station}.`;
   return `${metres(lengthM, 1)} from ${source} to ${station}${changesFloor ? ', by the stairs' : ''}.`;
 }

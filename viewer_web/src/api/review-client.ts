@@ -1,5 +1,5 @@
 /**
- * The desk: what the server knows beyond the plan's files (review, live side), and the one way to change the review.
+ * The review client: what the server knows beyond the plan's files (review, live side), and the one way to change the review.
  *
  * Changes are sent one after another. The server answers each with the changes that take it back, which is all that undoing needs. Where
  * somebody else changed the same object meanwhile, nothing is sent on until the user has chosen between theirs and their own.
@@ -48,7 +48,7 @@ const AUTHOR_KEY = 'tlsplan-author';
 export const UNNAMED = 'Unnamed reviewer';
 const REPLACED = 'The plan was replaced by another one since this page was loaded. Reload the page.';
 
-export interface DeskOptions {
+export interface ReviewClientOptions {
   readonly listen?: typeof listenToEvents;
   /** Where the name is kept; null: nowhere. */
   readonly storage?: Pick<Storage, 'getItem' | 'setItem'> | null;
@@ -56,7 +56,7 @@ export interface DeskOptions {
   readonly undoMemory?: UndoMemory | null;
 }
 
-export class Desk {
+export class ReviewClient {
   readonly line: Signal<Line> = signal('none');
   /** Why the server has no review for this page, in its own words; null: it has. */
   readonly fault: Signal<string | null> = signal(null);
@@ -87,12 +87,12 @@ export class Desk {
   private queue: Promise<unknown> = Promise.resolve();
   private stopListening: () => void = () => undefined;
   private readonly listen: typeof listenToEvents;
-  private readonly storage: DeskOptions['storage'];
+  private readonly storage: ReviewClientOptions['storage'];
   private readonly undoMemory: UndoMemory | null;
 
   constructor(
     readonly client: ApiClient,
-    { listen = listenToEvents, storage = null, undoMemory = null }: DeskOptions = {},
+    { listen = listenToEvents, storage = null, undoMemory = null }: ReviewClientOptions = {},
   ) {
     this.undoMemory = undoMemory;
     this.listen = listen;

@@ -1,7 +1,7 @@
 """Runs: plans that are made again beside the plan that is shown, one at a time, each by a process of its own.
 
-All of a run is in its folder, see `run_files`. Who may run is decided by a lock that a run's process holds, see
-`run_turn`; so a run goes on where its server is killed, is found again by the next one, and counts as failed, or
+All of a run is in its folder, see `files`. Who may run is decided by a lock that a run's process holds, see
+`turn`; so a run goes on where its server is killed, is found again by the next one, and counts as failed, or
 cancelled, where its process is gone without having said how it ended.
 """
 
@@ -25,8 +25,8 @@ from planner_core.plan_folder.folder_lock import locked_folder
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import find_scene
 from planner_core.review.store import REVIEW_FILE, ReviewStore
-from viewer_web.server.run_documents import RunDocument, RunRequest
-from viewer_web.server.run_files import (
+from viewer_web.server.jobs.documents import RunDocument, RunRequest
+from viewer_web.server.jobs.files import (
     BASIS,
     CANCEL,
     DOCUMENT,
@@ -41,7 +41,7 @@ from viewer_web.server.run_files import (
     write_begun,
     write_run,
 )
-from viewer_web.server.run_turn import holder_of_turn, last_run, take_turn, tell_turn
+from viewer_web.server.jobs.turn import holder_of_turn, last_run, take_turn, tell_turn
 
 PLAN_FILE = "plan.json"
 _WATCH_S = 0.5
@@ -149,7 +149,7 @@ class Runs:
         PlanFolderError
             The plan, its review or its scene can't be read, or the folder can't be written.
         """
-        from viewer_web.server.run_settings import run_settings  # the planner: a server that plans nothing needs none
+        from viewer_web.server.jobs.settings import run_settings  # the planner: a server that plans nothing needs none
 
         with self._lock:
             earlier = None if resumed_from is None else self._resumable(resumed_from)
@@ -422,7 +422,7 @@ class Runs:
 
 def _spawn(folder: Path, scene: Path, turn: int) -> "subprocess.Popen[bytes]":
     """Begin the process of a run, out of reach of a Ctrl-C that is meant for the server."""
-    command = [sys.executable, "-P", "-m", "viewer_web.server.run_process", str(folder), "--scene", str(scene)]
+    command = [sys.executable, "-P", "-m", "viewer_web.server.jobs.process", str(folder), "--scene", str(scene)]
     with (folder / OUTPUT).open("ab") as output:
         return subprocess.Popen(
             [*command, "--turn", str(turn)],

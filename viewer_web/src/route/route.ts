@@ -49,7 +49,7 @@ function floorAt(heightM: number, floors: readonly StageFloor[]): string {
 /** What is said of the way to a stop. */
 export interface Stop {
   readonly station: string;
-  /** Leg that leads to it; null: the walk begins there. */
+  /** Leg that leads to it; null: the route starts there. */
   readonly leg: number | null;
   readonly from: string | null;
   /** Null: no way inside the model leads there. */
@@ -57,7 +57,7 @@ export interface Stop {
   readonly changesFloor: boolean;
 }
 
-/** The stations in the order of the walk. */
+/** The stations in route order. */
 export function stopsOf({ order, legs }: PlanRoute): Stop[] {
   return order.map((station) => {
     const leg = legs.findIndex(({ to }) => to === station);

@@ -16,10 +16,10 @@ from schemathesis.checks import load_all_checks
 from starlette.applications import Starlette
 
 from planner_core.errors import PlanFolderError
-from viewer_web.server import create_app
-from viewer_web.server.run_documents import RunDocument, RunRequest
-from viewer_web.server.runs import RunBusyError, RunNotFoundError, Runs
-from viewer_web.server.runs_api import create_runs_router
+from viewer_web.server.app import create_app
+from viewer_web.server.jobs.api import create_runs_router
+from viewer_web.server.jobs.documents import RunDocument, RunRequest
+from viewer_web.server.jobs.runs import RunBusyError, RunNotFoundError, Runs
 
 load_all_checks()
 TOKEN = "token"

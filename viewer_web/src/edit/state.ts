@@ -1,7 +1,7 @@
 /** What is being edited right now and not yet committed: the tool in hand, an outline half drawn, a station under way. */
 import { type Signal, signal } from '@preact/signals';
 import type { Point, PreviewHead } from '../api/documents.ts';
-import type { Editor } from './editor.ts';
+import type { DraftStation } from './draft.ts';
 import type { GroundMap, Place } from './ground-map.ts';
 import { Latencies } from './preview-loop.ts';
 
@@ -23,9 +23,23 @@ export interface CommentSpot {
   readonly title: string;
 }
 
+/** What panels and keys ask of the editor, see editor.ts. */
+export interface EditorActions {
+  readonly mover: {
+    raise(station: DraftStation, heightM: number): void;
+    finish(): Promise<void>;
+    cancel(): void;
+  };
+  readonly areas: {
+    dropOutline(): void;
+    finishOutline(): Promise<void>;
+    takeCornerBack(): void;
+  };
+}
+
 export interface Editing {
   /** Null until the building is drawn. */
-  readonly editor: Signal<Editor | null>;
+  readonly editor: Signal<EditorActions | null>;
   readonly tool: Signal<Tool>;
   /** The plan is shown as it was planned, without the review's edits. */
   readonly showsPlan: Signal<boolean>;
@@ -53,7 +67,7 @@ export interface Editing {
 
 export function createEditing(): Editing {
   return {
-    editor: signal<Editor | null>(null),
+    editor: signal<EditorActions | null>(null),
     tool: signal<Tool>('select'),
     showsPlan: signal(false),
     watchesRun: signal(true),

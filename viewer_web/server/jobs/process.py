@@ -1,4 +1,4 @@
-"""The process of one run: plans, tells how far it is, and writes the plan: `python -m viewer_web.server.run_process`.
+"""The process of one run: plans, tells how far it is, and writes the plan: `python -m viewer_web.server.jobs.process`.
 
 It is on its own: what it needs is in its folder, what it tells it writes there, and the server may end and start again
 meanwhile. SIGINT ends the search, and the best plan so far is written; SIGTERM ends everything.
@@ -29,10 +29,10 @@ from planner_core.planning.plan import plan_survey
 from planner_core.progress import BestSoFar, ProgressEvent
 from planner_core.scene.load import load_scene
 from planner_core.select.proven import INTERRUPTED
-from viewer_web.server.run_documents import RunBest
-from viewer_web.server.run_files import BASIS, CANCEL, LOG, PLAN, RUNS, now, read_begun, read_run, write_run
-from viewer_web.server.run_settings import run_settings
-from viewer_web.server.run_turn import tell_turn
+from viewer_web.server.jobs.documents import RunBest
+from viewer_web.server.jobs.files import BASIS, CANCEL, LOG, PLAN, RUNS, now, read_begun, read_run, write_run
+from viewer_web.server.jobs.settings import run_settings
+from viewer_web.server.jobs.turn import tell_turn
 
 #: The viewer answers first: whoever moves stations meanwhile would notice.
 _NICENESS = 5
@@ -202,7 +202,7 @@ def run(folder: Path, scene: Path) -> int:
         telling.end("failed", str(error))
         return 3
     except MemoryError:
-        telling.end("failed", "its memory did not suffice; plan with larger patches or a wider grid, or floor by floor")
+        telling.end("failed", "out of memory; plan with larger patches or a wider grid, or floor by floor")
         return 6
     except OSError as error:
         telling.end("failed", f"{error.filename or 'a file'}: can't be read or written ({error.strerror or error})")
@@ -233,7 +233,7 @@ def _why(folder: Path) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """Read the command line, say whose process this is, and run."""
-    parser = argparse.ArgumentParser(prog="run_process", description="Plan as a run of `tlsplan view` asks.")
+    parser = argparse.ArgumentParser(prog="process", description="Plan as a run of `tlsplan view` asks.")
     parser.add_argument("folder", type=Path, help="folder of the run")
     parser.add_argument("--scene", type=Path, required=True, help="the scene file")
     parser.add_argument("--turn", type=int, default=None, help="handle of the lock that this process inherits")

@@ -14,11 +14,11 @@ import pytest
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import settings_of
 from planner_core.progress import BestSoFar, ProgressEvent
-from viewer_web.server import run_process
-from viewer_web.server.run_documents import RunDocument, RunRequest
-from viewer_web.server.run_files import BASIS, CANCEL, LOG, read_run, write_begun, write_run
-from viewer_web.server.run_process import Interrupts, Telling
-from viewer_web.server.run_settings import run_settings
+from viewer_web.server.jobs import process
+from viewer_web.server.jobs.documents import RunDocument, RunRequest
+from viewer_web.server.jobs.files import BASIS, CANCEL, LOG, read_run, write_begun, write_run
+from viewer_web.server.jobs.process import Interrupts, Telling
+from viewer_web.server.jobs.settings import run_settings
 
 
 def make_run(hall: Path, folder: Path, request: RunRequest) -> Path:
@@ -41,7 +41,7 @@ def make_run(hall: Path, folder: Path, request: RunRequest) -> Path:
 def test_a_run_writes_the_plan_that_was_asked_for_and_tells_its_figures(hall: Path, tmp_path: Path) -> None:
     request = RunRequest(requirements={"coverage": "70 %"}, time_limit_s=0.5)
     folder = make_run(hall, tmp_path / "R001", request)
-    assert run_process.run(folder, hall / "hall.ply") == 0
+    assert process.run(folder, hall / "hall.ply") == 0
     told, plan = read_run(folder), read_plan_json(folder / "plan")
     assert (told.state, told.plan, told.stage, told.message) == ("finished", "runs/R001/plan", None, None)
     assert settings_of(plan) == run_settings(hall / "plan", request)
@@ -58,7 +58,7 @@ def test_a_run_writes_the_plan_that_was_asked_for_and_tells_its_figures(hall: Pa
 def test_a_run_that_was_cancelled_before_it_heard_signals_plans_nothing(hall: Path, tmp_path: Path) -> None:
     folder = make_run(hall, tmp_path / "R001", RunRequest())
     (folder / CANCEL).write_text("it is late", encoding="utf-8")
-    assert run_process.run(folder, hall.parent / "no-such.ifc") == 130
+    assert process.run(folder, hall.parent / "no-such.ifc") == 130
     ended = read_run(folder)
     assert (ended.state, ended.plan) == ("cancelled", None)
     assert "because it is late before it had a plan" in str(ended.message)
@@ -66,7 +66,7 @@ def test_a_run_that_was_cancelled_before_it_heard_signals_plans_nothing(hall: Pa
 
 def test_what_can_not_be_planned_fails_in_the_words_of_the_library(hall: Path, tmp_path: Path) -> None:
     folder = make_run(hall, tmp_path / "R001", RunRequest(requirements={"planned_floors": ["attic"]}))
-    assert run_process.run(folder, hall / "hall.ply") == 3
+    assert process.run(folder, hall / "hall.ply") == 3
     told = read_run(folder)
     assert (told.state, told.plan) == ("failed", None)
     assert "attic" in str(told.message)
@@ -83,8 +83,8 @@ def test_a_full_disk_and_little_memory_are_told_in_words(
         def fail(*_: object, error: BaseException = error) -> None:
             raise error
 
-        monkeypatch.setattr(run_process, "plan_run", fail)
-        assert run_process.run(folder, hall / "hall.ply") > 0
+        monkeypatch.setattr(process, "plan_run", fail)
+        assert process.run(folder, hall / "hall.ply") > 0
         assert (read_run(folder).state, word in str(read_run(folder).message)) == ("failed", True)
 
 

@@ -13,7 +13,7 @@ from planner_core.positions.site_reading import site_from_mapping
 from planner_core.requirements.read import requirements_from
 from planner_core.review.again import settings_with_review
 from planner_core.review.store import ReviewStore
-from viewer_web.server.run_documents import RunRequest
+from viewer_web.server.jobs.documents import RunRequest
 
 _WHERE = "requirements"
 #: Entries that stay as in the plan where they are not said: there is no such thing as not asking for them.

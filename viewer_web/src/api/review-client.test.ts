@@ -1,9 +1,9 @@
 import { expect, test } from 'vitest';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
 import { ApiClient } from './client.ts';
-import { Desk, UNNAMED } from './desk.ts';
 import type { Change, LiveState, Point, Run } from './documents.ts';
 import type { listenToEvents } from './events.ts';
+import { ReviewClient, UNNAMED } from './review-client.ts';
 import { UndoMemory } from './undo-memory.ts';
 
 const move = (x: number, station = 'S001'): Change => ({ kind: 'move_station', station, position_m: [x, 0, 1.3] });
@@ -15,7 +15,7 @@ interface Heard {
   run_deleted?: (event: { id: string }) => void;
 }
 
-async function openDesk(server = new FakeReviewServer(), undoMemory: UndoMemory | null = null) {
+async function openReviewClient(server = new FakeReviewServer(), undoMemory: UndoMemory | null = null) {
   const heard: Heard = {};
   const line: { onOpen?: () => void; onBreak?: () => void } = {};
   const listen = ((_: string, handlers: typeof heard, options: typeof line) => {
@@ -23,72 +23,72 @@ async function openDesk(server = new FakeReviewServer(), undoMemory: UndoMemory 
     Object.assign(line, options);
     return () => undefined;
   }) as unknown as typeof listenToEvents;
-  const desk = new Desk(new ApiClient(server.fetch), { listen, undoMemory });
-  await desk.open();
-  desk.setAuthor('Ada');
-  const placeOf = (id = 'S001'): Point | null | undefined => desk.review.value?.stations[id]?.position_m;
-  return { server, desk, heard, line, placeOf };
+  const reviewClient = new ReviewClient(new ApiClient(server.fetch), { listen, undoMemory });
+  await reviewClient.open();
+  reviewClient.setAuthor('Ada');
+  const placeOf = (id = 'S001'): Point | null | undefined => reviewClient.review.value?.stations[id]?.position_m;
+  return { server, reviewClient, heard, line, placeOf };
 }
 
 test('changes are taken back and made again in the order they were made', async () => {
-  const { desk, placeOf } = await openDesk();
-  for (const x of [1, 2, 3]) await desk.commit(`to ${x}`, [move(x)]);
-  expect(desk.undoable.value).toBe('to 3');
-  await desk.undo();
-  await desk.undo();
+  const { reviewClient, placeOf } = await openReviewClient();
+  for (const x of [1, 2, 3]) await reviewClient.commit(`to ${x}`, [move(x)]);
+  expect(reviewClient.undoable.value).toBe('to 3');
+  await reviewClient.undo();
+  await reviewClient.undo();
   expect(placeOf()).toEqual([1, 0, 1.3]);
-  expect([desk.undoable.value, desk.redoable.value]).toEqual(['to 1', 'to 2']);
-  await desk.redo();
+  expect([reviewClient.undoable.value, reviewClient.redoable.value]).toEqual(['to 1', 'to 2']);
+  await reviewClient.redo();
   expect(placeOf()).toEqual([2, 0, 1.3]);
-  await desk.undo();
-  await desk.undo();
+  await reviewClient.undo();
+  await reviewClient.undo();
   expect(placeOf()).toBeNull();
-  expect(await desk.undo()).toBe(false);
+  expect(await reviewClient.undo()).toBe(false);
 });
 
 test('a new change ends what could be made again', async () => {
-  const { desk } = await openDesk();
-  await desk.commit('first', [move(1)]);
-  await desk.undo();
-  await desk.commit('second', [move(2)]);
-  expect(desk.redoable.value).toBeNull();
-  expect(desk.undoable.value).toBe('second');
+  const { reviewClient } = await openReviewClient();
+  await reviewClient.commit('first', [move(1)]);
+  await reviewClient.undo();
+  await reviewClient.commit('second', [move(2)]);
+  expect(reviewClient.redoable.value).toBeNull();
+  expect(reviewClient.undoable.value).toBe('second');
 });
 
 test('changes that are sent at once are made one after another', async () => {
-  const { desk, server, placeOf } = await openDesk();
-  await Promise.all([1, 2, 3].map((x) => desk.commit(`to ${x}`, [move(x)])));
+  const { reviewClient, server, placeOf } = await openReviewClient();
+  await Promise.all([1, 2, 3].map((x) => reviewClient.commit(`to ${x}`, [move(x)])));
   expect(server.review.revision).toBe(3);
   expect(placeOf()).toEqual([3, 0, 1.3]);
-  expect(desk.conflict.value).toBeNull();
+  expect(reviewClient.conflict.value).toBeNull();
 });
 
 test('a conflict says who changed what, and stops further changes until it is settled', async () => {
-  const { desk, server, placeOf } = await openDesk();
+  const { reviewClient, server, placeOf } = await openReviewClient();
   server.changeAs('Grace', move(7));
-  expect(await desk.commit('mine', [move(1)])).toBe(false);
-  expect(desk.conflict.value?.words).toMatch(/Grace changed station S001/);
+  expect(await reviewClient.commit('mine', [move(1)])).toBe(false);
+  expect(reviewClient.conflict.value?.words).toMatch(/Grace changed station S001/);
   expect(placeOf()).toEqual([7, 0, 1.3]);
-  expect(await desk.commit('another', [move(4, 'S002')])).toBe(false);
-  desk.takeTheirs();
-  expect(await desk.commit('another', [move(4, 'S002')])).toBe(true);
+  expect(await reviewClient.commit('another', [move(4, 'S002')])).toBe(false);
+  reviewClient.takeTheirs();
+  expect(await reviewClient.commit('another', [move(4, 'S002')])).toBe(true);
   expect(placeOf()).toEqual([7, 0, 1.3]);
 });
 
 test('after a conflict the own change can be made all the same', async () => {
-  const { desk, server, placeOf } = await openDesk();
+  const { reviewClient, server, placeOf } = await openReviewClient();
   server.changeAs('Grace', move(7));
-  await desk.commit('mine', [move(1)]);
-  expect(await desk.applyMine()).toBe(true);
+  await reviewClient.commit('mine', [move(1)]);
+  expect(await reviewClient.applyMine()).toBe(true);
   expect(placeOf()).toEqual([1, 0, 1.3]);
-  await desk.undo();
+  await reviewClient.undo();
   expect(placeOf()).toEqual([7, 0, 1.3]);
 });
 
 test('changes of different objects are no conflict', async () => {
-  const { desk, server, placeOf } = await openDesk();
+  const { reviewClient, server, placeOf } = await openReviewClient();
   server.changeAs('Grace', move(7, 'S002'));
-  expect(await desk.commit('mine', [move(1)])).toBe(true);
+  expect(await reviewClient.commit('mine', [move(1)])).toBe(true);
   expect([placeOf('S001'), placeOf('S002')]).toEqual([
     [1, 0, 1.3],
     [7, 0, 1.3],
@@ -96,141 +96,148 @@ test('changes of different objects are no conflict', async () => {
 });
 
 test("what others change is fetched when it is told, and one's own is not fetched again", async () => {
-  const { desk, server, heard, placeOf } = await openDesk();
+  const { reviewClient, server, heard, placeOf } = await openReviewClient();
   server.changeAs('Grace', move(7));
   heard.review?.({ revision: 1, author: 'Grace', objects: ['station:S001'] });
-  await desk.commit('mine', [move(2, 'S002')]);
+  await reviewClient.commit('mine', [move(2, 'S002')]);
   expect(placeOf()).toEqual([7, 0, 1.3]);
   const nAsked = server.asked.length;
   heard.review?.({ revision: 2, author: 'Ada', objects: ['station:S002'] });
-  await desk.commit('again', [move(3, 'S002')]);
+  await reviewClient.commit('again', [move(3, 'S002')]);
   expect(server.asked.slice(nAsked)).toEqual(['POST api/review/changes']);
-  expect(desk.activities.value.map(({ author }) => author)).toEqual(['Grace', 'Ada']);
+  expect(reviewClient.activities.value.map(({ author }) => author)).toEqual(['Grace', 'Ada']);
 });
 
 test('what happened before the line was there is asked for once it is', async () => {
-  const { server, desk, line, placeOf } = await openDesk();
+  const { server, reviewClient, line, placeOf } = await openReviewClient();
   server.changeAs('Grace', move(7));
   server.live = { state: 'ready', step: null, fraction: null, message: null };
-  expect(desk.live.value.state).not.toBe('ready');
+  expect(reviewClient.live.value.state).not.toBe('ready');
   line.onOpen?.();
-  await desk.commit('in turn', [move(2, 'S002')]);
-  expect(desk.live.value.state).toBe('ready');
+  await reviewClient.commit('in turn', [move(2, 'S002')]);
+  expect(reviewClient.live.value.state).toBe('ready');
   expect(placeOf()).toEqual([7, 0, 1.3]);
 });
 
 test('a server that is gone is told of, and nothing is taken for done', async () => {
-  const { desk, server } = await openDesk();
+  const { reviewClient, server } = await openReviewClient();
   server.isGone = true;
-  expect(await desk.commit('mine', [move(1)])).toBe(false);
-  expect(desk.notice.value?.text).toMatch(/does not answer/);
-  expect(desk.undoable.value).toBeNull();
+  expect(await reviewClient.commit('mine', [move(1)])).toBe(false);
+  expect(reviewClient.notice.value?.text).toMatch(/does not answer/);
+  expect(reviewClient.undoable.value).toBeNull();
   server.isGone = false;
-  expect(await desk.commit('mine', [move(1)])).toBe(true);
-  expect(desk.notice.value).toBeNull();
+  expect(await reviewClient.commit('mine', [move(1)])).toBe(true);
+  expect(reviewClient.notice.value).toBeNull();
 });
 
-test('a server that only sends files has no desk', async () => {
-  const desk = new Desk(new ApiClient(async () => new Response('not found', { status: 404 })));
-  await desk.open();
-  expect([desk.line.value, desk.canEdit.value, desk.notice.value]).toEqual(['none', false, null]);
+test('a server that only sends files has no reviewClient', async () => {
+  const reviewClient = new ReviewClient(new ApiClient(async () => new Response('not found', { status: 404 })));
+  await reviewClient.open();
+  expect([reviewClient.line.value, reviewClient.canEdit.value, reviewClient.notice.value]).toEqual([
+    'none',
+    false,
+    null,
+  ]);
 });
 
 test('whoever gives no name is unnamed', async () => {
-  const { desk, server } = await openDesk();
-  desk.setAuthor('  ');
-  await desk.commit('mine', [move(1)]);
+  const { reviewClient, server } = await openReviewClient();
+  reviewClient.setAuthor('  ');
+  await reviewClient.commit('mine', [move(1)]);
   expect(server.review.touched['station:S001'].by).toBe(UNNAMED);
 });
 
 test('a review that can not be read is told in the words of the server, and the page goes on once it can', async () => {
   const server = new FakeReviewServer();
   server.refusal = { status: 503, message: 'plan/review.usda: the review is damaged' };
-  const { desk, heard, line } = await openDesk(server);
+  const { reviewClient, heard, line } = await openReviewClient(server);
   line.onOpen?.();
-  await expect.poll(() => desk.line.value).toBe('open');
-  expect([desk.fault.value, desk.canEdit.value]).toEqual(['plan/review.usda: the review is damaged', false]);
+  await expect.poll(() => reviewClient.line.value).toBe('open');
+  expect([reviewClient.fault.value, reviewClient.canEdit.value]).toEqual([
+    'plan/review.usda: the review is damaged',
+    false,
+  ]);
   server.refusal = null;
   heard.review?.({ revision: 0, author: 'another program', objects: [] });
-  await expect.poll(() => desk.canEdit.value).toBe(true);
-  expect(desk.fault.value).toBeNull();
+  await expect.poll(() => reviewClient.canEdit.value).toBe(true);
+  expect(reviewClient.fault.value).toBeNull();
 });
 
 test('a server that was started again is told from one that does not answer', async () => {
-  const { desk, server, line } = await openDesk();
+  const { reviewClient, server, line } = await openReviewClient();
   line.onOpen?.();
   server.isGone = true;
   line.onBreak?.();
-  await expect.poll(() => desk.line.value).toBe('broken');
+  await expect.poll(() => reviewClient.line.value).toBe('broken');
   server.isGone = false;
   server.refusal = { status: 401, message: 'no token' };
   line.onBreak?.();
-  await expect.poll(() => desk.line.value).toBe('refused');
+  await expect.poll(() => reviewClient.line.value).toBe('refused');
   server.refusal = null;
   line.onOpen?.();
-  expect(desk.line.value).toBe('open');
-  expect(await desk.commit('mine', [move(1)])).toBe(true);
-  expect(desk.fault.value).toBeNull();
+  expect(reviewClient.line.value).toBe('open');
+  expect(await reviewClient.commit('mine', [move(1)])).toBe(true);
+  expect(reviewClient.fault.value).toBeNull();
 });
 
 test('another plan in place of the one that is shown is told, and not taken for it', async () => {
-  const { desk, server, line } = await openDesk();
-  const shown = desk.session.value;
+  const { reviewClient, server, line } = await openReviewClient();
+  const shown = reviewClient.session.value;
   server.planSha256 = '1'.repeat(64);
   line.onOpen?.();
-  await expect.poll(() => desk.fault.value).toMatch(/replaced.*Reload/);
-  expect(desk.session.value).toBe(shown);
+  await expect.poll(() => reviewClient.fault.value).toMatch(/replaced.*Reload/);
+  expect(reviewClient.session.value).toBe(shown);
 });
 
 test('what is in the way of a run is known, and runs that are deleted are gone', async () => {
-  const { desk, server, heard, line } = await openDesk();
+  const { reviewClient, server, heard, line } = await openReviewClient();
   server.runs = { runs: [{ id: 'R001' }, { id: 'R002' }], obstacle: 'house.ifc is not found' };
-  await desk.refreshRuns();
-  expect(desk.runObstacle.value).toBe('house.ifc is not found');
+  await reviewClient.refreshRuns();
+  expect(reviewClient.runObstacle.value).toBe('house.ifc is not found');
   heard.run_deleted?.({ id: 'R001' });
-  expect(desk.runs.value.map(({ id }) => id)).toEqual(['R002']);
+  expect(reviewClient.runs.value.map(({ id }) => id)).toEqual(['R002']);
   server.runs = { runs: [], obstacle: null };
   line.onOpen?.(); // what happened while the line was broken was told to nobody
-  await expect.poll(() => [desk.runs.value.length, desk.runObstacle.value]).toEqual([0, null]);
+  await expect.poll(() => [reviewClient.runs.value.length, reviewClient.runObstacle.value]).toEqual([0, null]);
 });
 
 test('a run that is deleted while the runs are asked for does not come back with the answer', async () => {
-  const { desk, server, heard } = await openDesk();
+  const { reviewClient, server, heard } = await openReviewClient();
   server.runs = { runs: [{ id: 'R001' }, { id: 'R002' }], obstacle: null };
-  const asked = desk.refreshRuns(); // answered with both, and not yet heard
+  const asked = reviewClient.refreshRuns(); // answered with both, and not yet heard
   server.runs = { runs: [{ id: 'R002' }], obstacle: null };
   heard.run_deleted?.({ id: 'R001' });
   await asked;
-  expect(desk.runs.value.map(({ id }) => id)).toEqual(['R002']);
+  expect(reviewClient.runs.value.map(({ id }) => id)).toEqual(['R002']);
 });
 
 test('runs that tell more often than the server answers are shown, and hold up nothing', async () => {
-  const { desk, server, heard, line, placeOf } = await openDesk();
-  await desk.refreshRuns();
+  const { reviewClient, server, heard, line, placeOf } = await openReviewClient();
+  await reviewClient.refreshRuns();
   server.runs = { runs: [{ id: 'R001' }, { id: 'R002' }], obstacle: null };
   const run = { id: 'R001', state: 'running' } as Run;
   server.onAsked = (what) => {
     if (what === 'GET api/runs') heard.run?.({ ...run, title: `told ${server.asked.length} questions in` });
   };
   line.onOpen?.();
-  expect(await desk.commit('mine', [move(1)])).toBe(true);
+  expect(await reviewClient.commit('mine', [move(1)])).toBe(true);
   expect(placeOf()).toEqual([1, 0, 1.3]);
-  expect(desk.runs.value.map(({ id, title }) => [id, title?.slice(0, 4)])).toEqual([
+  expect(reviewClient.runs.value.map(({ id, title }) => [id, title?.slice(0, 4)])).toEqual([
     ['R001', 'told'],
     ['R002', undefined],
   ]);
 });
 
 test('a live side that gets ready while the session is asked for stays ready', async () => {
-  const { desk, server, heard, line } = await openDesk();
+  const { reviewClient, server, heard, line } = await openReviewClient();
   server.live = { state: 'starting', step: 'loading the scene', fraction: 0.9, message: null };
   server.onAsked = (what) => {
     // After the answer that says that it starts.
     if (what === 'GET api/review') heard.live?.({ state: 'ready', step: null, fraction: null, message: null });
   };
   line.onOpen?.();
-  await desk.commit('in turn', [move(2)]);
-  expect(desk.live.value.state).toBe('ready');
+  await reviewClient.commit('in turn', [move(2)]);
+  expect(reviewClient.live.value.state).toBe('ready');
 });
 
 class FakeStorage {
@@ -245,24 +252,24 @@ class FakeStorage {
 
 test('what was done can be undone on another page of the tab, as of the same review of the same plan', async () => {
   const storage = new FakeStorage();
-  const { server, desk } = await openDesk(undefined, new UndoMemory(storage));
-  for (const x of [1, 2, 3]) await desk.commit(`to ${x}`, [move(x)]);
-  await desk.undo();
-  const later = await openDesk(server, new UndoMemory(storage));
-  expect([later.desk.undoable.value, later.desk.redoable.value]).toEqual(['to 2', 'to 3']);
-  await later.desk.undo();
+  const { server, reviewClient } = await openReviewClient(undefined, new UndoMemory(storage));
+  for (const x of [1, 2, 3]) await reviewClient.commit(`to ${x}`, [move(x)]);
+  await reviewClient.undo();
+  const later = await openReviewClient(server, new UndoMemory(storage));
+  expect([later.reviewClient.undoable.value, later.reviewClient.redoable.value]).toEqual(['to 2', 'to 3']);
+  await later.reviewClient.undo();
   expect(later.placeOf()).toEqual([1, 0, 1.3]);
-  await later.desk.redo();
-  await later.desk.redo();
+  await later.reviewClient.redo();
+  await later.reviewClient.redo();
   expect(later.placeOf()).toEqual([3, 0, 1.3]);
 
-  const anew = await openDesk(new FakeReviewServer(), new UndoMemory(storage));
-  expect(anew.desk.undoable.value).toBeNull();
+  const anew = await openReviewClient(new FakeReviewServer(), new UndoMemory(storage));
+  expect(anew.reviewClient.undoable.value).toBeNull();
   server.planSha256 = '1'.repeat(64);
-  const other = await openDesk(server, new UndoMemory(storage));
-  expect(other.desk.undoable.value).toBeNull();
+  const other = await openReviewClient(server, new UndoMemory(storage));
+  expect(other.reviewClient.undoable.value).toBeNull();
   server.planSha256 = '0'.repeat(64);
-  expect((await openDesk(server)).desk.undoable.value).toBeNull();
+  expect((await openReviewClient(server)).reviewClient.undoable.value).toBeNull();
 });
 
 test('more steps than a tab keeps are kept from the last on', () => {

@@ -1,7 +1,7 @@
 """The files of a run, in `<plan>/runs/R001/`.
 
 ===============  ======================================================================================================
-`run.json`       how the run stands: `run_documents.RunDocument`; appears whole, by one writer at a time
+`run.json`       how the run stands: `documents.RunDocument`; appears whole, by one writer at a time
 `begun.json`     stations that its search begins with, where it goes on from another run
 `basis/`         plan.json and review.usda as they were when it was asked for
 `log.jsonl`      what it told while it worked, a line each
@@ -22,7 +22,7 @@ from pydantic import ValidationError
 from planner_core.errors import PlanFolderError
 from planner_core.operating_system import sync
 from planner_core.plan_folder.atomic import staged_file
-from viewer_web.server.run_documents import RunDocument
+from viewer_web.server.jobs.documents import RunDocument
 
 RUNS = "runs"
 DOCUMENT, BEGUN, BASIS, LOG, OUTPUT, CANCEL, PLAN = (

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from planner_core.plan_folder.carry_over import carry_over
-from viewer_web.server.run_turn import Holder, holder_of_turn, last_run, take_turn, tell_turn
+from viewer_web.server.jobs.turn import Holder, holder_of_turn, last_run, take_turn, tell_turn
 
 WAIT = "import sys; print('here', flush=True); sys.stdin.read()"
 

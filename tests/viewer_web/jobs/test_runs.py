@@ -14,11 +14,11 @@ import pytest
 
 from planner_core.errors import PlanFolderError, RequirementError
 from planner_core.plan_folder.plan_json import read_plan_json
-from viewer_web.server import runs as runs_module
-from viewer_web.server.run_documents import RunDocument, RunRequest
-from viewer_web.server.run_files import read_begun
-from viewer_web.server.run_turn import holder_of_turn
-from viewer_web.server.runs import LeftRun, RunBusyError, RunNotFoundError, Runs
+from viewer_web.server.jobs import runs as runs_module
+from viewer_web.server.jobs.documents import RunDocument, RunRequest
+from viewer_web.server.jobs.files import read_begun
+from viewer_web.server.jobs.runs import LeftRun, RunBusyError, RunNotFoundError, Runs
+from viewer_web.server.jobs.turn import holder_of_turn
 
 Until = Callable[[Callable[[], bool]], None]
 #: Goes on for minutes: the most that three stations cover is not soon proven.

@@ -17,7 +17,7 @@ from viewer_web.server.token import QUERY, new_token
 
 if TYPE_CHECKING:
     from planner_core.planning.live.live_plan import LivePlan
-    from viewer_web.server.runs import LeftRun
+    from viewer_web.server.jobs.runs import LeftRun
 
 WILDCARD_HOSTS = frozenset({"", "0.0.0.0", "::"})
 LARGEST_REQUEST_HEAD_BYTES = 16 * 1024
@@ -151,8 +151,8 @@ def runs_side(
     session: Session, scene: Path | None = None, *, on_left: Callable[["LeftRun"], None] = lambda _: None
 ) -> Side:
     """Return the runs of a session, not yet watched; `on_left` as in `serve`."""
-    from viewer_web.server.runs import Runs
-    from viewer_web.server.runs_api import create_runs_router
+    from viewer_web.server.jobs.api import create_runs_router
+    from viewer_web.server.jobs.runs import Runs
 
     runs = Runs(
         session.plan_folder,

@@ -19,7 +19,7 @@ def _plain(value: dict[str, Any]) -> dict[str, Any]:
 
 
 class RunRequest(BaseModel):
-    """What is asked of a plan that is made again."""
+    """What a new plan is to meet."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -44,7 +44,7 @@ class RunRequest(BaseModel):
         dict[str, Any],
         Field(
             description="Entries of a requirements file, docs/formats/requirements.md. Limits (spacing, range, "
-            "incidence, noise), seen_from and planned_floors that are left out are not asked; anything else that is "
+            "incidence, noise), seen_from and planned_floors that are left out are not required; anything else that is "
             "left out, parts of the building and the site too, stays as in the plan."
         ),
         AfterValidator(_plain),
@@ -70,7 +70,9 @@ class RunBest(BaseModel):
     """The best stations so far; of a run that has a plan, those of the plan."""
 
     n_stations: int
-    lower_bound: Annotated[int | None, Field(description="No plan has fewer stations, as far as is proven.")] = None
+    lower_bound: Annotated[int | None, Field(description="Lower bound of the number of stations; null: unknown.")] = (
+        None
+    )
     fraction_of_achievable: Annotated[float | None, Field(description="Covered; null: not counted yet.")] = None
     stations: Annotated[list[_Point], Field(description="Scene frame, metres; empty: not told yet.")] = Field(
         default_factory=list
@@ -86,10 +88,10 @@ class RunDocument(BaseModel):
         Literal["running", "finished", "cancelled", "failed"],
         Field(description="A cancelled run has a plan where it was cancelled late enough to have one."),
     ]
-    cancelling: Annotated[bool, Field(description="It goes on, but somebody asked it to end.")] = False
+    cancelling: Annotated[bool, Field(description="It was asked to end, and still goes on.")] = False
     created: Annotated[str, Field(description="UTC.", examples=["2026-11-21T16:30:00Z"])]
     ended: str | None = None
-    stage: Annotated[str | None, Field(description="What it does.")] = None
+    stage: Annotated[str | None, Field(description="What it is doing.")] = None
     done: Annotated[int | None, Field(description="Steps of `total`, of this stage.")] = None
     total: Annotated[int | None, Field(description="0: not known.")] = None
     note: Annotated[str | None, Field(description="A remark on the stage, for people.")] = None

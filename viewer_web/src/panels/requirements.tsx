@@ -1,15 +1,15 @@
-/** What was asked of the plan, part by part, and whether it is met: as planned, and as edited where it was. */
+/** What is required of the plan, part by part, and whether it is met: as planned, and as edited where it was. */
 
 import { type Met, missedOf, OVERALL, type Totals } from '../edit/totals.ts';
 import type { TotalsBeside } from '../edit/totals-beside.ts';
 import { askedPercent, counted, percent, percentDown } from './figures.ts';
-import './targets.css';
+import './requirements.css';
 
-export function Targets({ planned, isEdited, edited, isStale }: TotalsBeside) {
+export function Requirements({ planned, isEdited, edited, isStale }: TotalsBeside) {
   const columns: (readonly [string, Totals | null])[] = [['as planned', planned]];
   if (isEdited) columns.push(['as edited', edited]);
   return (
-    <table class={className(isEdited, isStale)} data-testid="targets">
+    <table class={className(isEdited, isStale)} data-testid="requirements">
       {isEdited && (
         <thead>
           <tr>
@@ -26,8 +26,8 @@ export function Targets({ planned, isEdited, edited, isStale }: TotalsBeside) {
         {planned.requirements.map(({ name, required }) => (
           <tr key={name}>
             <th scope="row">
-              {name === OVERALL ? 'All of it' : name}
-              <small>{askedPercent(required)} asked</small>
+              {name === OVERALL ? 'Whole building' : name}
+              <small>{askedPercent(required)} required</small>
             </th>
             {columns.map(([title, totals]) => (
               <td key={title}>
@@ -37,14 +37,18 @@ export function Targets({ planned, isEdited, edited, isStale }: TotalsBeside) {
           </tr>
         ))}
         {isEdited && <CountRow name="Stations" columns={columns} of={({ nStations }) => String(nStations)} />}
-        {isEdited && <CountRow name="Networks" columns={columns} of={({ nNetworks }) => String(nNetworks)} />}
+        {isEdited && <CountRow name="Connected groups" columns={columns} of={({ nNetworks }) => String(nNetworks)} />}
       </tbody>
     </table>
   );
 }
 
 function className(isEdited: boolean, isStale: boolean): string {
-  return ['targets', ...(isEdited ? ['targets-beside'] : []), ...(isStale ? ['targets-stale'] : [])].join(' ');
+  return [
+    'requirements',
+    ...(isEdited ? ['requirements-beside'] : []),
+    ...(isStale ? ['requirements-stale'] : []),
+  ].join(' ');
 }
 
 interface CountRowProps {
@@ -58,7 +62,7 @@ function CountRow({ name, columns, of }: CountRowProps) {
     <tr>
       <th scope="row">{name}</th>
       {columns.map(([title, totals]) => (
-        <td key={title}>{totals === null ? 'not known' : of(totals)}</td>
+        <td key={title}>{totals === null ? 'unknown' : of(totals)}</td>
       ))}
     </tr>
   );
@@ -66,7 +70,7 @@ function CountRow({ name, columns, of }: CountRowProps) {
 
 /** `met` undefined: what the edited plan is worth is not known. */
 function Verdict({ met }: { met: Met | undefined }) {
-  if (met === undefined) return <span class="muted">not known</span>;
+  if (met === undefined) return <span class="muted">unknown</span>;
   return (
     <>
       {(met.isMet ? percent : percentDown)(met.coverage)} <MetWord isMet={met.isMet} />
@@ -86,7 +90,7 @@ export function missedInWords(requirements: readonly Met[]): string {
     .join(', ');
 }
 
-const wordOf = (name: string): string => (name === OVERALL ? 'all of it' : name);
+const wordOf = (name: string): string => (name === OVERALL ? 'whole building' : name);
 
 /** "2 of 3 not met"; for hints. */
 export function metInWords(requirements: readonly Met[]): string {

@@ -1,4 +1,4 @@
-/** The walk of the day: stop after stop, how far to the next, and which are done. */
+/** The route of the day: stop after stop, how far to the next, and which are done. */
 import type { PlanJson } from '../load/plan-json.ts';
 
 export interface Stop {
@@ -10,14 +10,14 @@ export interface Stop {
   readonly heightM: number;
   /** Scene frame. */
   readonly positionM: readonly [number, number, number];
-  /** The way from the stop before, or from where the walk begins; null: not known, or no way inside the model. */
+  /** The way from the stop before, or from where the route starts; null: not known, or no way inside the model. */
   readonly wayM: number | null;
   /** Corners of that way on the ground, scene frame. */
   readonly way: readonly (readonly [number, number, number])[];
 }
 
-/** The stations in the order of the walk; those that can't be walked to come last. */
-export function walkOf(plan: PlanJson): Stop[] {
+/** The stations in route order; those that can't be walked to come last. */
+export function routeStops(plan: PlanJson): Stop[] {
   const { route, stations } = plan;
   const byId = new Map(stations.map((station) => [station.id, station]));
   const planned = [...stations].sort((a, b) => a.order - b.order).map(({ id }) => id);
@@ -46,7 +46,7 @@ export function nextStop(stops: readonly Stop[], done: ReadonlySet<string>): Sto
 }
 
 /**
- * How far it is along the walk to `stop`, from the last stop before it that is done; from where the walk begins where none is.
+ * How far it is along the route to `stop`, from the last stop before it that is done; from where the route starts where none is.
  * Null: not known.
  */
 export function wayTo(stop: Stop, stops: readonly Stop[], done: ReadonlySet<string>): number | null {
@@ -54,7 +54,7 @@ export function wayTo(stop: Stop, stops: readonly Stop[], done: ReadonlySet<stri
   let from = at - 1;
   while (from >= 0 && !done.has(stops[from].stationId)) from--;
   const ways = stops.slice(from + 1, at + 1).map(({ wayM }) => wayM);
-  // Where the walk begins is not always told: the first way then is.
+  // Where the route starts is not always told: the first way then is.
   if (from < 0 && ways[0] === null) return null;
   return ways.some((way) => way === null) ? null : ways.reduce((sum: number, way) => sum + (way ?? 0), 0);
 }

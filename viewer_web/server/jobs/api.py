@@ -6,8 +6,8 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import JSONResponse, Response
 
 from viewer_web.server.answers import PREFIX, json_answer, refusals, refuse
-from viewer_web.server.run_documents import RunDocument, RunList, RunRequest
-from viewer_web.server.runs import RunBusyError, RunNotFoundError, Runs
+from viewer_web.server.jobs.documents import RunDocument, RunList, RunRequest
+from viewer_web.server.jobs.runs import RunBusyError, RunNotFoundError, Runs
 
 _READ_ONLY = "this plan is shown read-only; start `tlsplan view` without --read-only to plan from here"
 
@@ -31,7 +31,7 @@ def create_runs_router(runs: Runs, *, read_only: bool = False) -> APIRouter:
 
     @router.get("", response_model=RunList, responses=refusals(503), summary="All runs")
     def get_runs(request: Request) -> Response:
-        """The runs of this plan folder, the oldest first, as they stand, and what is in the way of another one."""
+        """The runs of this plan folder, the oldest first, and what prevents another one."""
         return json_answer({"runs": [run.model_dump() for run in runs.all()], "obstacle": runs.obstacle()}, request)
 
     @router.post(
@@ -39,7 +39,7 @@ def create_runs_router(runs: Runs, *, read_only: bool = False) -> APIRouter:
         response_model=RunDocument,
         status_code=201,
         responses=refusals(400, 409, 413, 415, 422, 503),
-        summary="Begin a run",
+        summary="Start a run",
     )
     def post_run(told: RunRequest) -> Response:
         """Plan again, beside the plan that is shown, in a process of its own. One run at a time: 409 while one goes on.
@@ -55,7 +55,7 @@ def create_runs_router(runs: Runs, *, read_only: bool = False) -> APIRouter:
         return answer(lambda: runs.get(run), changes=False)
 
     @router.post(
-        "/{run}/cancel", response_model=RunDocument, responses=refusals(404, 409, 422, 503), summary="End a run"
+        "/{run}/cancel", response_model=RunDocument, responses=refusals(404, 409, 422, 503), summary="Cancel a run"
     )
     def post_cancel(
         run: str, discard: bool = Query(default=False, description="Write no plan, whether or not there is one.")
@@ -68,7 +68,7 @@ def create_runs_router(runs: Runs, *, read_only: bool = False) -> APIRouter:
         response_model=RunDocument,
         status_code=201,
         responses=refusals(404, 409, 422, 503),
-        summary="Go on with a run",
+        summary="Resume a run",
     )
     def post_resume(run: str) -> Response:
         """Begin a new run that asks the same of the same plan and review, from the best stations of this one on."""

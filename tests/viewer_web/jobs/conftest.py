@@ -19,7 +19,7 @@ from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import load_scene
-from viewer_web.server import runs
+from viewer_web.server.jobs import runs
 
 PART = PartRequirement(name="upper half", coverage=0.5, heights_m=(1.0, 4.0))
 

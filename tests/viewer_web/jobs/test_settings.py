@@ -16,8 +16,8 @@ from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import settings_of
 from planner_core.review.changes import AddZone, LockStation
 from planner_core.review.store import ReviewStore
-from viewer_web.server.run_documents import RunRequest
-from viewer_web.server.run_settings import run_settings
+from viewer_web.server.jobs.documents import RunRequest
+from viewer_web.server.jobs.settings import run_settings
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,29 @@
+/** What is loaded: the plan folder that the page shows. */
+import { type Signal, signal } from '@preact/signals';
+import type { extentsOf } from '../floors/cut.ts';
+import type { LoadedPlan } from './fetch-plan.ts';
+import { OWN_PLAN } from './plan-base.ts';
+
+export type Phase =
+  | { readonly kind: 'loading'; readonly step: string; readonly fraction: number | null }
+  | { readonly kind: 'failed'; readonly message: string }
+  | { readonly kind: 'ready' };
+
+export type Extents = ReturnType<typeof extentsOf>;
+
+export interface LoadState {
+  readonly phase: Signal<Phase>;
+  readonly loaded: Signal<LoadedPlan | null>;
+  readonly extents: Signal<Extents | null>;
+  /** Folder of the plan that is shown; `OWN_PLAN` is the one the page was started for. */
+  readonly planBase: Signal<string>;
+}
+
+export function createLoadState(): LoadState {
+  return {
+    phase: signal<Phase>({ kind: 'loading', step: 'Reading the plan', fraction: null }),
+    loaded: signal<LoadedPlan | null>(null),
+    extents: signal<Extents | null>(null),
+    planBase: signal(OWN_PLAN),
+  };
+}

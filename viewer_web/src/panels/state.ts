@@ -1,0 +1,25 @@
+/** Which page, tab and sheet are open. */
+import { type Signal, signal } from '@preact/signals';
+
+export type PageId = 'plan' | 'field';
+export type TabId = 'plan' | 'unseen' | 'network' | 'edit' | 'runs' | 'review';
+/** What the sheet over the canvas shows. */
+export type SheetId = 'graph' | 'matrix' | 'panorama';
+
+export interface PanelState {
+  /** The whole plan, or what is needed in the field. */
+  readonly page: Signal<PageId>;
+  /** Which page of the sidebar. */
+  readonly tab: Signal<TabId>;
+  readonly sheet: Signal<SheetId | null>;
+  readonly isSidebarOpen: Signal<boolean>;
+}
+
+export function createPanelState(): PanelState {
+  return {
+    page: signal<PageId>('plan'),
+    tab: signal<TabId>('plan'),
+    sheet: signal<SheetId | null>(null),
+    isSidebarOpen: signal(true),
+  };
+}
