@@ -53,6 +53,8 @@ beforeEach(async () => {
   reviewClient = new ReviewClient(
     new ApiClient(async (address, options) => {
       if (address === 'api/live/preview') return previewOf(String(options?.body));
+      // Figures may come at any time, or never: nothing here is about them.
+      if (address === 'api/live/figures') return new Promise(() => undefined);
       return server.fetch(address, options);
     }),
     { listen: () => () => undefined },
