@@ -179,7 +179,7 @@ def test_names_are_text_as_written(tmp_path: Path) -> None:
         ("zones: [a]", "zones / 1: got 'a'"),
         ("floors: [Level 1]", "floors: got .*expected names"),
         ("floors: {'': 90 %}", "a name of at most"),
-        ("network: no", "network: got 'no', expected one of joined, loops, none"),
+        ("network: no", "network: got 'no', expected one of connected, redundant, none"),
         ("seen_from: 0", "seen_from: got 0, expected a whole number from 1"),
         ("planned_floors: []", "planned_floors: got"),
         ("planned_floors: [{a: 1}]", "planned_floors: got"),
