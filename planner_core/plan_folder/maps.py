@@ -119,15 +119,15 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
         _draw_view(ink, plan, floor, at)
         ink.lines([at.on_paper(line) for line in sealed_hatch_m(plan, floor_index, _HATCH_MM / at.mm_per_m)], _HATCH)
         draw_runs(ink, [at.on_paper(run.points_m[:, :2]) for run in runs_on(plan, floor_index)])
-        labels = Labels(ink, at.box, [])
-        _draw_stations(labels, plan, floor, at, joined=plan.route is None)
-        draw_words(
-            labels,
-            stairs=at.marks(stairs_on(plan, floor_index)),
-            ends=at.marks(ends_on(plan, floor)),
-            breaks=at.marks(breaks_on(plan, floor_index)),
-            sealed=at.marks(sealed_on(plan, floor_index)),
-        )
+    labels = _labels(ink, at)
+    _draw_stations(labels, plan, floor, at, joined=plan.route is None)
+    draw_words(
+        labels,
+        stairs=at.marks(stairs_on(plan, floor_index)),
+        ends=at.marks(ends_on(plan, floor)),
+        breaks=at.marks(breaks_on(plan, floor_index)),
+        sealed=at.marks(sealed_on(plan, floor_index)),
+    )
     draw_header(ink, floor.name, floor_subtitle(plan, floor), _map_figures(plan, floor_index))
     draw_footer(ink, mm_per_m=at.mm_per_m, lines=_walk_legend(plan))
     ink.save(path)
@@ -142,7 +142,7 @@ def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVie
     with ink.clip(at.box):
         _draw_view(ink, plan, floor, at, coloured=False)
         draw_links(ink, [at.on_paper(of_class) for of_class in ends])
-        _draw_stations(Labels(ink, at.box, []), plan, floor, at, elsewhere=elsewhere)
+    _draw_stations(_labels(ink, at), plan, floor, at, elsewhere=elsewhere)
     draw_header(ink, f"{floor.name}: how scans register", floor_subtitle(plan, floor), _link_figures(plan, floor))
     draw_footer(ink, mm_per_m=at.mm_per_m, legend=(), lines=_link_legend(plan))
     ink.save(path)
@@ -163,6 +163,11 @@ def _link_legend(plan: Plan) -> tuple[LegendLine, ...]:
         (f"held {STRONG_TIMES:g} times as firmly as asked", strong),
         ("too little to count", weak),
     )
+
+
+def _labels(ink: PngInk, at: Placed) -> Labels:
+    """Labels of a map: beside a narrow one the sheet has room for words."""
+    return Labels(ink, Box(MARGIN_MM, at.box.bottom, WIDTH_MM - 2 * MARGIN_MM, at.box.height), [])
 
 
 def _map_sheet(view: SectionView) -> tuple[PngInk, Placed]:
