@@ -7,7 +7,18 @@ from typing import Any
 import pytest
 
 from planner_core.errors import RequirementError
-from planner_core.model import NetworkKind, Objective, PlanSettings, Proven, Requirements, Role, ScanBy, SettledStation
+from planner_core.model import (
+    Asked,
+    NetworkKind,
+    Objective,
+    PartRequirement,
+    PlanSettings,
+    Proven,
+    Requirements,
+    Role,
+    ScanBy,
+    SettledStation,
+)
 
 
 @pytest.mark.parametrize(
@@ -30,6 +41,14 @@ def test_figures_and_words_of_a_plan_are_checked(small: PlanSettings, change: di
         replace(small, **change)
     assert message in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_noise_is_limited_for_scanners_alone_that_tell_theirs(small: PlanSettings) -> None:
+    silent = replace(small, scanner=replace(small.scanner, range_noise=()))
+    walls = PartRequirement("walls", classes=("IfcWall*",), asked=Asked(noise_m=0.002))
+    for asked in (Requirements(asked=Asked(noise_m=0.002)), Requirements(parts=(walls,))):
+        with pytest.raises(RequirementError, match=r"noise: got a limit with scanner .*, expected one with a table"):
+            replace(silent, requirements=asked)
 
 
 @pytest.mark.parametrize(
