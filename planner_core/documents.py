@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import fields
 from difflib import get_close_matches
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from planner_core.errors import PlannerError, RequirementError
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-"""Finite; whole numbers too, true and false not."""
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False), AfterValidator(lambda value: value + 0.0)]
+"""Finite; whole numbers too, true and false not. -0.0 becomes 0.0."""
 Whole = Annotated[int, Field(strict=True)]
 YesNo = Annotated[bool, Field(strict=True)]
 _Model = TypeVar("_Model", bound=BaseModel)
@@ -32,10 +33,12 @@ _EXPECTED = {
     "tuple_type": "a list",
     "dict_type": "keys with values",
     "model_type": "keys with values",
+    "model_attributes_type": "keys with values",
     "greater_than": "more than {gt:g}",
     "greater_than_equal": "{ge:g} or more",
     "less_than_equal": "at most {le:g}",
     "literal_error": "{expected}",
+    "string_too_short": "a text of one letter or more",
     "too_short": "at least {min_length}",
     "too_long": "at most {max_length}",
     "string_pattern_mismatch": "a text that matches {pattern}",
@@ -46,6 +49,28 @@ class Document(BaseModel):
     """A mapping of a document. Keys that it does not know are ignored: newer versions may write them."""
 
     model_config = ConfigDict(use_attribute_docstrings=True, populate_by_name=True, frozen=True)
+
+
+class Mirror(Document):
+    """A mapping of a dataclass's fields, in their order as the file has them: written from it, and read back to it."""
+
+    made: ClassVar[type[Any]]
+
+    @classmethod
+    def written(cls, value: object) -> dict[str, Any]:
+        """Return what the file says of `value`, as plain dicts and lists."""
+        return cls.model_validate(value, from_attributes=True).model_dump(mode="json", by_alias=True)
+
+    def read(self, **more: object) -> Any:
+        """Return the dataclass that this was written from; `more` are fields that are not of this mapping."""
+        own = {field.name for field in fields(self.made)} & type(self).model_fields.keys()
+        return self.made(**{name: _read(getattr(self, name)) for name in own}, **more)
+
+
+def _read(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_read(each) for each in value)
+    return value.read() if isinstance(value, Mirror) else value
 
 
 class Entries(Document):
@@ -142,6 +167,8 @@ def _message(found: Any, remedy: str) -> str:
     own = found.get("ctx", {}).get("error")
     if isinstance(own, PlannerError):  # raised by a validator of ours: the whole message
         return str(own)
+    if found["type"] == "missing" and isinstance(found["loc"][-1], int):
+        return f"got {shown(found['input'])}, expected a longer list; {remedy}"
     if found["type"] == "missing":
         return f"got no {found['loc'][-1]}, expected all that is needed; {remedy}"
     expected = _EXPECTED.get(

@@ -19,3 +19,7 @@ def test_schemas_are_ones(text: str) -> None:
     import json
 
     jsonschema.Draft202012Validator.check_schema(json.loads(text))
+
+
+def test_every_schema_of_the_documentation_is_generated() -> None:
+    assert {file.name for file in FORMATS.glob("*.schema.json")} == set(schema_texts())
