@@ -34,7 +34,6 @@ from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.stations_csv import GivenStation, read_station_list
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
-from planner_core.positions.site_reading import site_from_mapping
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.read import read_requirements, requirements_from
 from planner_core.scanner.catalogue import load_scanner
@@ -107,7 +106,7 @@ def settings(
     else:
         required, site = read_requirements(requirements, instead=more)
     used = scanner if isinstance(scanner, Scanner) else load_scanner(scanner)
-    return PlanSettings(scanner=used, requirements=required, site=site_from_mapping(site), **chosen)
+    return PlanSettings(scanner=used, requirements=required, site=site, **chosen)
 
 
 def plan(

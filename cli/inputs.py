@@ -78,7 +78,6 @@ def asked(asking: Asking) -> tuple[Requirements, Site]:
     RequirementError
         A file or an option that is not understood.
     """
-    from planner_core.positions.site_reading import site_from_mapping
     from planner_core.requirements.read import read_requirements, requirements_from
 
     said: dict[str, object] = {
@@ -98,8 +97,9 @@ def asked(asking: Asking) -> tuple[Requirements, Site]:
     else:
         requirements, site = read_requirements(asking.file, instead=told)
     if asking.entrances:
-        site = {**site, "entrances": [numbers(text, "--entrance", "X,Y,Z", (3,)) for text in asking.entrances]}
-    return requirements, site_from_mapping(site)
+        entrances = (numbers(text, "--entrance", "X,Y,Z", (3,)) for text in asking.entrances)
+        site = replace(site, entrances_m=tuple((x, y, z) for x, y, z in entrances))
+    return requirements, site
 
 
 def numbers(text: str, option: str, form: str, sizes: tuple[int, ...]) -> list[float]:

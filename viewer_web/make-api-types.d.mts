@@ -1,1 +1,1 @@
-export function apiTypes(): Promise<string>;
+export function generated(): Promise<Record<string, string>>;

@@ -12,8 +12,10 @@ import numpy as np
 from planner_core.coordinates.checks import FAR_M, Doubt, doubts_of, doubts_of_renaming, notes_of
 from planner_core.coordinates.control_points import ControlPoints, read_control_points
 from planner_core.coordinates.crs import MapCrs, VerticalCrs, map_crs, vertical_crs, vertical_crs_of_datum
+from planner_core.coordinates.georeference import GeoreferenceSection
 from planner_core.coordinates.helmert import Fit, fit_4, fit_7
 from planner_core.coordinates.request import FrameRequest
+from planner_core.documents import read_as
 from planner_core.errors import CoordinatesError, PlanFolderError
 from planner_core.model import FloatArray, Georeference, SiteFrame
 
@@ -93,44 +95,9 @@ def georeference_of(document: Mapping[str, Any]) -> Georeference | None:
     row = scene.get("georeference") if isinstance(scene, Mapping) else None
     if row is None:
         return None
-    try:
-        _check_numbers(row)
-        rows, north, at_m = row["to_map"], row["true_north"], row["site_position"]
-        texts = {
-            key: str(row[key])
-            for key in ("operation", "crs_name", "crs_text", "description", "geodetic_datum", "vertical_datum",
-                        "map_projection", "map_zone", "map_unit")
-        }  # fmt: skip
-        numbers = {
-            key: None if row[key] is None else float(row[key])
-            for key in ("site_latitude_deg", "site_longitude_deg", "site_elevation_m")
-        }
-        return Georeference(
-            **texts,
-            to_map=None if rows is None else tuple(tuple(float(value) for value in each) for each in rows),
-            site_latitude_deg=numbers["site_latitude_deg"],
-            site_longitude_deg=numbers["site_longitude_deg"],
-            site_elevation_m=numbers["site_elevation_m"],
-            site_position_m=None if at_m is None else (float(at_m[0]), float(at_m[1]), float(at_m[2])),
-            true_north=None if north is None else (float(north[0]), float(north[1])),
-            warnings=tuple(str(line) for line in row["warnings"]),
-        )
-    except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise PlanFolderError(
-            f"plan.json: scene.georeference can't be read ({type(error).__name__}: {error}), expected what this "
-            "version writes; plan again"
-        ) from error
-
-
-def _check_numbers(row: Mapping[str, Any]) -> None:
-    """Raise ValueError where there is not-a-number: with it, no coordinate would be one, and no warning would show."""
-    shapes: dict[str, tuple[int, ...]] = {"to_map": (4, 4), "true_north": (2,), "site_position": (3,)}
-    for key in (*shapes, "site_latitude_deg", "site_longitude_deg", "site_elevation_m"):
-        if row[key] is None:
-            continue
-        numbers = np.array(row[key], dtype=np.float64)
-        if numbers.shape != shapes.get(key, ()) or not np.isfinite(numbers).all():
-            raise ValueError(f"{key} is {row[key]}")
+    where = "plan.json: scene.georeference."
+    told: Georeference = read_as(GeoreferenceSection, row, where, remedy="plan again", error=PlanFolderError).read()
+    return told
 
 
 def matrix_of(origin_m: Sequence[float], rotation_rad: float, scale: float) -> FloatArray:
@@ -379,17 +346,11 @@ def _place_words(told: Georeference) -> str:
 
 def _points_of(document: Mapping[str, Any]) -> FloatArray:
     """(N, 3) corners of floors and stations, scene frame: where the plan is."""
-    try:
-        corners = [
-            (x, y, float(floor["elevation_m"]))
-            for floor in document["floors"]
-            for x in (float(floor["bounds"][0][0]), float(floor["bounds"][1][0]))
-            for y in (float(floor["bounds"][0][1]), float(floor["bounds"][1][1]))
-        ]
-        stations = [tuple(float(value) for value in station["position"]) for station in document["stations"]]
-    except (KeyError, TypeError, ValueError, IndexError) as error:
-        raise PlanFolderError(
-            f"plan.json: its floors or stations can't be read ({type(error).__name__}: {error}), expected a plan of "
-            "this version; plan again"
-        ) from error
+    corners = [
+        (x, y, float(floor["elevation_m"]))
+        for floor in document["floors"]
+        for x in (float(floor["bounds"][0][0]), float(floor["bounds"][1][0]))
+        for y in (float(floor["bounds"][0][1]), float(floor["bounds"][1][1]))
+    ]
+    stations = [tuple(float(value) for value in station["position"]) for station in document["stations"]]
     return np.array([*corners, *stations], dtype=np.float64).reshape(-1, 3)

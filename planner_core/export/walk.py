@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.errors import PlanFolderError
 from planner_core.model import FloatArray
 from planner_core.plan_folder.plan_source import PlanSource
 
@@ -38,32 +37,20 @@ class Way:
 
 
 def ways_of(plan: PlanSource) -> tuple[Way, ...]:
-    """Return the legs of the walk in their order; none where no walk was looked for.
-
-    Raises
-    ------
-    PlanFolderError
-        The route of plan.json is not one.
-    """
-    route = plan.document.get("route")
+    """Return the legs of the walk in their order; none where no walk was looked for."""
+    route = plan.document["route"]
     if route is None:
         return ()
-    try:
-        return tuple(
-            Way(
-                from_id=str(leg["from"] or ""),
-                to_id=str(leg["to"] or ""),
-                points_m=np.array(leg["points"], dtype=np.float64).reshape(-1, 3),
-                length_m=math.nan if leg["length_m"] is None else float(leg["length_m"]),
-                floors=tuple(str(floor) for floor in leg["floors"]),
-            )
-            for leg in route["legs"]
+    return tuple(
+        Way(
+            from_id=leg["from"] or "",
+            to_id=leg["to"] or "",
+            points_m=np.array(leg["points"], dtype=np.float64).reshape(-1, 3),
+            length_m=math.nan if leg["length_m"] is None else leg["length_m"],
+            floors=tuple(leg["floors"]),
         )
-    except (KeyError, TypeError, ValueError) as error:
-        raise PlanFolderError(
-            f"{plan.folder / 'plan.json'}: its route can't be read ({type(error).__name__}: {error}), expected a plan "
-            "of this version; plan again"
-        ) from error
+        for leg in route["legs"]
+    )
 
 
 def walk_remarks(ways: tuple[Way, ...]) -> tuple[str, ...]:

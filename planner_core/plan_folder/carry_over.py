@@ -11,9 +11,9 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-from planner_core.errors import OutputExistsError, PlanFolderError
+from planner_core.errors import OutputExistsError
 from planner_core.operating_system import sync
-from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.plan_folder.plan_json import read_plan
 from planner_core.plan_folder.station_marks import prim_names_of_ids
 from planner_core.plan_folder.usd_heatmaps import HEATMAPS_FILE
 from planner_core.plan_folder.usd_stage import STAGE_FILES
@@ -69,13 +69,7 @@ def plan_station_names(folder: Path) -> tuple[str, ...]:
     PlanFolderError
         The folder holds no plan of this version.
     """
-    try:
-        ids = [str(row["id"]) for row in read_plan_json(folder)["stations"]]
-    except (KeyError, TypeError) as error:
-        raise PlanFolderError(
-            f"{folder / 'plan.json'}: its stations have no ids, expected a plan; plan again into another folder"
-        ) from error
-    return prim_names_of_ids(ids)
+    return prim_names_of_ids([station.id for station in read_plan(folder).stations])
 
 
 def foreign_entries(folder: Path) -> tuple[str, ...]:

@@ -17,29 +17,45 @@ from typing import Any
 import numpy as np
 
 from planner_core.coordinates.frame import site_frame
+from planner_core.coordinates.georeference import GeoreferenceSection
+from planner_core.documents import read_as
 from planner_core.engine.patch_mode import scan_mode_of
 from planner_core.errors import PlanFolderError
 from planner_core.model import (
-    Coverage,
+    Doors,
     Element,
     Floor,
-    Georeference,
+    Glass,
     Loss,
     Optics,
     Plan,
-    Scanner,
     Scene,
+    SceneSource,
     SiteFrame,
     Station,
     UnseenElement,
+    UpAxis,
 )
 from planner_core.model.options import options_of
-from planner_core.plan_folder.plan_asked import exact, registration_document, requirements_document, site_document
-from planner_core.plan_folder.route_json import field_time_document, route_document, sealed_document
+from planner_core.plan_folder.plan_document import (
+    SCHEMA,
+    CoverageFigures,
+    FieldTimeSection,
+    GapSection,
+    LinkSection,
+    LoadOptionsSection,
+    LossSection,
+    NetworkSection,
+    PlanDocument,
+    RequirementsSection,
+    ResultSection,
+    ScannerSection,
+    SettingsSection,
+    SiteSection,
+)
+from planner_core.plan_folder.route_json import route_document, sealed_document
 from planner_core.plan_folder.why_json import why_document
-
-SCHEMA = "tlsplan/plan/1"
-"""Grows by new keys only; a change of meaning gets a new number."""
+from planner_core.scene.load import LoadOptions
 
 DROPPABLE_KEYS = ("device", "source", "timings_s", "versions")
 """What may differ between two runs of the same plan."""
@@ -57,21 +73,21 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "schema": SCHEMA,
         "scene": _scene(plan.survey.scene),
         "source": _source(plan.survey.scene, folder),
-        "scanner": _scanner(plan.settings.scanner),
-        "requirements": requirements_document(plan),
+        "scanner": ScannerSection.written(plan.settings.scanner),
+        "requirements": _requirements(plan),
         "method": plan.settings.method.name,
         "method_options": options_of(plan.settings.method),
         "seed": plan.settings.seed,
         "settings": _settings(plan),
-        "site": site_document(plan.settings.site),
+        "site": SiteSection.written(plan.settings.site),
         "floors": [_floor(floor, plan) for floor in plan.survey.floors],
         "stations": _stations(plan),
         "coverage": _coverage(plan),
         "coverage_curve": [_number(value, 9) for value in plan.coverage_curve],
         "optimality": _optimality(plan),
-        "registration": registration_document(plan),
+        "registration": _registration(plan),
         "route": route_document(plan),
-        "field_time": field_time_document(plan.field_time),
+        "field_time": None if plan.field_time is None else FieldTimeSection.written(plan.field_time),
         "sealed": sealed_document(plan),
         "unseen": [_unseen(part, plan.survey.scene) for part in plan.unseen],
         "why": None if plan.why is None else why_document(plan.why, plan.survey.scene),
@@ -86,7 +102,7 @@ def site_frame_of(plan: Plan) -> SiteFrame:
     """Site coordinates as the plan's scene file tells them: what formats of others are written in, unless told else."""
     return site_frame(
         {
-            "scene": {"georeference": _georeference(plan.survey.scene.georeference)},
+            "scene": {"georeference": _georeference(plan.survey.scene)},
             "floors": [_floor(floor, plan) for floor in plan.survey.floors],
             "stations": [_station(station, plan.survey.scene) for station in plan.stations],
         }
@@ -98,13 +114,13 @@ def plan_text(plan: Plan, folder: Path | None = None) -> str:
     return json.dumps(plan_document(plan, folder), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def read_plan_json(path: Path) -> dict[str, Any]:
-    """Read the document of a plan.json, given the file or its plan folder.
+def read_plan(path: Path) -> PlanDocument:
+    """Read a plan.json, given the file or its plan folder.
 
     Raises
     ------
     PlanFolderError
-        There is none, it is no JSON, or it is not a plan of a schema that this version knows.
+        There is none, it is no JSON, of a schema that this version does not know, or a value is not as it is written.
     """
     file = path / "plan.json" if path.is_dir() else path
     try:
@@ -122,7 +138,12 @@ def read_plan_json(path: Path) -> dict[str, Any]:
         raise PlanFolderError(
             f"{file}: schema is {found!r}, expected {SCHEMA!r}; plan again, or use the version of tlsplan that wrote it"
         )
-    return dict(document)
+    return read_as(PlanDocument, document, f"{file.absolute()}: ", remedy="plan again", error=PlanFolderError)
+
+
+def read_plan_json(path: Path) -> dict[str, Any]:
+    """Read the document as `plan_document` writes it, with what plans of older versions lack; raises as `read_plan`."""
+    return read_plan(path).model_dump(mode="json", by_alias=True)
 
 
 def _number(value: float, digits: int = 6) -> float | None:
@@ -157,16 +178,10 @@ def _scene(scene: Scene) -> dict[str, Any]:
         "up_axis": scene.source.up_axis,
         "glass": scene.source.glass,
         "doors": scene.source.doors,
-        "load_options": {
-            "metres_per_unit": exact(scene.source.told_metres_per_unit),
-            "up_axis": scene.source.told_up_axis,
-            "skip_bad_faces": scene.source.skip_bad_faces,
-            "glass": scene.source.glass,
-            "doors": scene.source.doors,
-        },
+        "load_options": LoadOptionsSection.written(_load_options(scene.source)),
         "n_doors_open": report.n_doors_open,
         "offset": [_number(value) for value in scene.offset_m],
-        "georeference": _georeference(scene.georeference),
+        "georeference": _georeference(scene),
         "n_elements": len(scene.elements),
         "n_triangles": scene.n_triangles,
         "glass_area_m2": _number(report.glass_area_m2),
@@ -186,83 +201,54 @@ def _scene(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _georeference(told: Georeference | None) -> dict[str, Any] | None:
+def _load_options(source: SceneSource) -> LoadOptions:
+    return LoadOptions(
+        metres_per_unit=source.told_metres_per_unit,
+        up_axis=None if source.told_up_axis is None else UpAxis(source.told_up_axis),
+        skip_bad_faces=source.skip_bad_faces,
+        glass=Glass(source.glass),
+        doors=Doors(source.doors),
+    )
+
+
+def _georeference(scene: Scene) -> dict[str, Any] | None:
     """What the scene file says of where it is, with all digits: coordinates are made of it."""
-    if told is None:
-        return None
-    rows = told.to_map
-    return {
-        "operation": told.operation,
-        "to_map": None if rows is None else [[exact(value) for value in row] for row in rows],
-        "crs_name": told.crs_name,
-        "crs_text": told.crs_text,
-        "description": told.description,
-        "geodetic_datum": told.geodetic_datum,
-        "vertical_datum": told.vertical_datum,
-        "map_projection": told.map_projection,
-        "map_zone": told.map_zone,
-        "map_unit": told.map_unit,
-        "site_latitude_deg": exact(told.site_latitude_deg),
-        "site_longitude_deg": exact(told.site_longitude_deg),
-        "site_elevation_m": exact(told.site_elevation_m),
-        "site_position": None if told.site_position_m is None else [exact(value) for value in told.site_position_m],
-        "true_north": None if told.true_north is None else [exact(value) for value in told.true_north],
-        "warnings": list(told.warnings),
-    }
+    return None if scene.georeference is None else GeoreferenceSection.written(scene.georeference)
 
 
 def _n_of(scene: Scene, optics: Optics) -> int:
     return 0 if scene.optics_of_triangle is None else int((scene.optics_of_triangle == optics).sum())
 
 
-def _scanner(scanner: Scanner) -> dict[str, Any]:
-    return {
-        "name": scanner.name,
-        "mode": scanner.mode,
-        "title": scanner.title,
-        "source": scanner.source,
-        "range_min_m": exact(scanner.range_min_m),
-        "range_max_m": exact(scanner.range_max_m),
-        "n_azimuths": scanner.n_azimuths,
-        "n_channels": scanner.n_channels,
-        "elevation_rad": [exact(value) for value in scanner.elevation_rad],
-        "azimuth_range_rad": [exact(value) for value in scanner.azimuth_range_rad or ()],
-        "azimuth_offset_rad": [exact(value) for value in scanner.azimuth_offset_rad],
-        "inverted": scanner.inverted,
-        "instrument_height_min_m": exact(scanner.instrument_height_min_m),
-        "instrument_height_max_m": exact(scanner.instrument_height_max_m),
-        "seconds_per_scan": exact(scanner.seconds_per_scan),
-        "range_noise": [[exact(value) for value in row] for row in scanner.range_noise],
-        "ranging_accuracy": None if scanner.ranging_accuracy is None else [exact(v) for v in scanner.ranging_accuracy],
-        "angular_accuracy_rad": exact(scanner.angular_accuracy_rad),
-        "beam_divergence_rad": exact(scanner.beam_divergence_rad),
-        "beam_diameter_m": exact(scanner.beam_diameter_m),
-        "beam_width_at": scanner.beam_width_at,
-        "wavelength_m": exact(scanner.wavelength_m),
-        "dual_axis_compensator": scanner.dual_axis_compensator,
-    }
+def _requirements(plan: Plan) -> dict[str, Any]:
+    written = RequirementsSection.written(plan.settings.requirements)
+    return {**written, "results": [ResultSection.written(result) for result in plan.requirements]}
 
 
 def _settings(plan: Plan) -> dict[str, Any]:
-    settings = plan.settings
-    return {
-        "objective": settings.objective,
-        "grid_step_m": exact(settings.grid_step_m),
-        "instrument_heights_m": [exact(value) for value in settings.instrument_heights_m],
-        "height_step_m": exact(settings.height_step_m),
-        "clearance_m": exact(settings.clearance_m),
-        "ground_ring_radius_m": exact(settings.ground_ring_radius_m),
-        "n_ground_ring_rays": settings.n_ground_ring_rays,
-        "max_patch_area_m2": exact(settings.max_patch_area_m2),
-        "scan_mode": scan_mode_of(settings.scan_mode, plan.survey.template),
-        "special_places": settings.special_places,
-        "refine": settings.refine,
-        "max_stations": settings.max_stations,
-        "seconds_per_scan": exact(settings.seconds_per_scan),
-        "set_up_s": exact(settings.set_up_s),
-        "walking_m_per_s": exact(settings.walking_m_per_s),
+    used = {
+        "scan_mode": scan_mode_of(plan.settings.scan_mode, plan.survey.template),
         "n_candidates": plan.n_candidates,
         "n_patches": plan.survey.patches.n_patches,
+    }
+    return SettingsSection.written({**vars(plan.settings), **used})
+
+
+def _registration(plan: Plan) -> dict[str, Any]:
+    asked, found = plan.settings.requirements, plan.registration
+    links = {
+        "threshold": asked.overlap,
+        "min_strength": asked.min_strength,
+        "connected": plan.connected,
+        "links": [LinkSection.written(link) for link in plan.links],
+    }
+    if found is None:
+        return links
+    return {
+        **links,
+        "networks": [NetworkSection.written(network) for network in found.networks],
+        "floor_joins": [[link.a, link.b] for link in found.floor_joins],
+        "gaps": [GapSection.written(gap) for gap in found.gaps],
     }
 
 
@@ -305,16 +291,7 @@ def _losses(losses: tuple[Loss, ...], plan: Plan) -> dict[str, Any]:
     lost = np.unique(np.concatenate([loss.patch for loss in losses]))
     return {
         "lost_area_m2": _number(float(plan.survey.patches.area_m2[lost].sum())),
-        "losses": [
-            {
-                "requirement": loss.requirement,
-                "area_m2": _number(loss.area_m2),
-                "fraction_of_achievable": _number(loss.fraction_of_achievable, 9),
-                "met": loss.met,
-            }
-            for loss in losses
-            if loss.patch.size
-        ],
+        "losses": [LossSection.written(loss) for loss in losses if loss.patch.size],
     }
 
 
@@ -322,18 +299,8 @@ def _coverage(plan: Plan) -> dict[str, Any]:
     floors = zip(plan.survey.floors, plan.coverage_by_floor, strict=True)
     return {
         "max_patch_area_m2": _number(plan.survey.patches.max_area_m2, 9),
-        **_figures(plan.coverage),
-        "floors": [{"floor": floor.id, **_figures(coverage)} for floor, coverage in floors],
-    }
-
-
-def _figures(coverage: Coverage) -> dict[str, Any]:
-    return {
-        "achievable_area_m2": _number(coverage.achievable_area_m2),
-        "total_area_m2": _number(coverage.total_area_m2),
-        "covered_area_m2": _number(coverage.covered_area_m2),
-        "fraction_of_achievable": _number(coverage.fraction_of_achievable, 9),
-        "fraction_of_total": _number(coverage.fraction_of_total, 9),
+        **CoverageFigures.written(plan.coverage),
+        "floors": [{"floor": floor.id, **CoverageFigures.written(coverage)} for floor, coverage in floors],
     }
 
 

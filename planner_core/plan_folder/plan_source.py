@@ -14,8 +14,8 @@ from planner_core.coordinates.frame import site_frame
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import HandoverError, PlanFolderError
 from planner_core.model import FloatArray, Scene, SiteFrame, Survey
-from planner_core.plan_folder.plan_check import check_plan
-from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.plan_folder.plan_document import FloorSection, RegistrationSection, StationSection
+from planner_core.plan_folder.plan_json import read_plan
 from planner_core.plan_folder.plan_settings import find_scene, load_options_of, settings_of
 from planner_core.progress import Progress, silent
 
@@ -154,73 +154,58 @@ def open_plan(folder: Path, *, scene: Path | None = None, frame: FrameRequest | 
     Raises
     ------
     PlanFolderError
-        There is no plan of this version.
+        There is no plan, or a value of it is not as it is written.
     CoordinatesError
         What was said of coordinates can't be used.
     """
-    document = read_plan_json(folder)
+    plan = read_plan(folder)
+    document = plan.model_dump(mode="json", by_alias=True)
     plan_folder = folder if folder.is_dir() else folder.parent
-    file = plan_folder.absolute() / "plan.json"
-    for key in ("scene", "floors", "stations", "registration"):
-        if key not in document:
-            raise PlanFolderError(f"{file}: {key} is missing, expected a plan of this version; plan again")
-    check_plan(file, document)
     of_site = site_frame(document, frame or FrameRequest())
-    floors = tuple(_floor(row) for row in document["floors"])
-    stations = _stations(document["stations"], floors, of_site)
-    links = _links(document["registration"])
-    title = _title(file, document["scene"]) or plan_folder.name
-    return PlanSource(plan_folder, document, of_site, stations, floors, links, title, scene)
+    floors = tuple(_floor(row) for row in plan.floors)
+    stations = _stations(plan.stations, floors, of_site)
+    # Without its folder; plans of Windows may name that, with backslashes.
+    title = plan.scene.file.replace("\\", "/").rpartition("/")[2] or plan_folder.name
+    return PlanSource(plan_folder, document, of_site, stations, floors, _links(plan.registration), title, scene)
 
 
-def _title(file: Path, scene: Any) -> str:
-    """Return the name of the scene file, without its folder; plans of Windows name that with backslashes."""
-    name = scene.get("file") if isinstance(scene, Mapping) else None
-    if not isinstance(name, str):
-        raise PlanFolderError(f"{file}: scene.file: got {name}, expected the scene file's name; plan again")
-    return name.replace("\\", "/").rpartition("/")[2]
+def _floor(row: FloorSection) -> FieldFloor:
+    return FieldFloor(row.id, row.name, row.elevation_m, np.array(row.bounds, dtype=np.float64))
 
 
-def _floor(row: Mapping[str, Any]) -> FieldFloor:
-    bounds = np.array(row["bounds"], dtype=np.float64).reshape(2, 2)
-    return FieldFloor(str(row["id"]), str(row["name"]), float(row["elevation_m"]), bounds)
-
-
-def _links(registration: Mapping[str, Any]) -> tuple[FieldLink, ...]:
+def _links(registration: RegistrationSection) -> tuple[FieldLink, ...]:
     links = []
-    for row in registration["links"]:
-        overlap = float(row["overlap"])
-        strength = math.nan if row["strength"] is None else float(row["strength"])
-        counts = overlap >= float(registration["threshold"]) and not strength < float(registration["min_strength"])
-        links.append(FieldLink(str(row["a"]), str(row["b"]), overlap, strength, counts))
+    for row in registration.links:
+        strength = math.nan if row.strength is None else row.strength
+        counts = row.overlap >= registration.threshold and not strength < registration.min_strength
+        links.append(FieldLink(row.a, row.b, row.overlap, strength, counts))
     return tuple(links)
 
 
 def _stations(
-    rows: list[Mapping[str, Any]], floors: tuple[FieldFloor, ...], frame: SiteFrame
+    rows: tuple[StationSection, ...], floors: tuple[FieldFloor, ...], frame: SiteFrame
 ) -> tuple[FieldStation, ...]:
     names = {floor.id: floor.name for floor in floors}
-    in_order = sorted(rows, key=lambda row: int(row["order"]))
+    in_order = sorted(rows, key=lambda row: row.order)
     return tuple(_station(row, names, frame, number) for number, row in enumerate(in_order, start=1))
 
 
-def _station(row: Mapping[str, Any], floor_names: Mapping[str, str], frame: SiteFrame, number: int) -> FieldStation:
-    position_m = np.array(row["position"], dtype=np.float64).reshape(3)
-    height_m = math.nan if row["instrument_height_m"] is None else float(row["instrument_height_m"])
+def _station(row: StationSection, floor_names: Mapping[str, str], frame: SiteFrame, number: int) -> FieldStation:
+    position_m = np.array(row.position, dtype=np.float64)
+    height_m = math.nan if row.instrument_height_m is None else row.instrument_height_m
     ground_m = position_m - np.array([0.0, 0.0, height_m])
-    floor_id = str(row["floor"])
     return FieldStation(
-        id=str(row["id"]),
+        id=row.id,
         number=number,
-        floor_id=floor_id,
-        floor_name=floor_names.get(floor_id, floor_id),
-        order=int(row["order"]),
+        floor_id=row.floor,
+        floor_name=floor_names.get(row.floor, row.floor),
+        order=row.order,
         position_m=position_m,
         ground_m=ground_m,
         instrument_height_m=height_m,
         site_m=frame.to_site(position_m),
         site_ground_m=frame.to_site(ground_m),
-        fixed=bool(row["fixed"]),
-        own_area_m2=float(row["own_area_m2"]),
-        covered_area_m2=float(row["covered_area_m2"]),
+        fixed=row.fixed,
+        own_area_m2=row.own_area_m2,
+        covered_area_m2=row.covered_area_m2,
     )

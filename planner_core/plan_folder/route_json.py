@@ -1,14 +1,13 @@
-"""What plan.json says of the walk, of field time and of sealed rooms. Plan -> dicts, scene frame, metres, seconds."""
+"""What plan.json says of the walk and of sealed rooms. Plan -> dicts, scene frame, metres."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from planner_core.model import FieldTime, FloatArray, Leg, Plan, SealedArea
+from planner_core.model import FloatArray, Leg, Plan, SealedArea
 
-#: Places on the ground to the millimetre, seconds to the tenth: no more is meant.
+#: Places on the ground to the millimetre: no more is meant.
 _MM = 3
-_TENTH = 1
 
 
 def route_document(plan: Plan) -> dict[str, Any] | None:
@@ -28,15 +27,6 @@ def route_document(plan: Plan) -> dict[str, Any] | None:
         "left_out": [ids[station] for station in route.left_out],
         "legs": [_leg(plan, leg, ids) for leg in route.legs],
     }
-
-
-def field_time_document(time: FieldTime | None) -> dict[str, Any] | None:
-    """Return key `field_time`: None where no walk was looked for."""
-    if time is None:
-        return None
-    parts = {"scanning_s": time.scanning_s, "set_up_s": time.set_up_s, "walking_s": time.walking_s}
-    parts["total_s"] = time.total_s
-    return {name: None if seconds is None else round(seconds, _TENTH) for name, seconds in parts.items()}
 
 
 def sealed_document(plan: Plan) -> list[dict[str, Any]]:

@@ -9,13 +9,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from planner_core.errors import PlanFolderError, StationListError
 from planner_core.model import FloatArray, Plan
-from planner_core.plan_folder.plan_json import read_plan_json
+from planner_core.plan_folder.plan_json import read_plan
 
 COLUMNS = ("id", "floor", "order", "x_m", "y_m", "z_m", "ground_z_m", "instrument_height_m")
 """z_m is the sensor's origin; ground_z_m is z_m less the instrument height."""
@@ -99,42 +98,13 @@ def read_station_list(path: Path, *, z_is_ground: bool = False) -> tuple[GivenSt
 
 def _from_plan(path: Path) -> tuple[GivenStation, ...]:
     try:
-        rows = read_plan_json(path).get("stations")
+        rows = read_plan(path).stations
     except PlanFolderError as error:
         raise StationListError(str(error)) from error
-    if not isinstance(rows, list):
-        raise StationListError(f"{path}: has no list 'stations', expected a plan; plan again or give a CSV")
-    return _checked(path, tuple(_from_plan_row(path, index, row) for index, row in enumerate(rows)))
-
-
-def _from_plan_row(path: Path, index: int, row: Any) -> GivenStation:
-    keys = ("id", "floor", "position", "instrument_height_m")
-    missing = [key for key in keys if not isinstance(row, dict) or key not in row]
-    if missing:
-        raise StationListError(
-            f"{path}: stations[{index}] has no {', '.join(missing)}; expected {', '.join(keys)}; "
-            "plan again or give a CSV"
-        )
-    try:
-        height_m = row["instrument_height_m"]
-        return GivenStation(
-            id=str(row["id"]),
-            position_m=_checked_position(row["position"]),
-            instrument_height_m=None if height_m is None else float(height_m),
-            floor=str(row["floor"]) or None,
-        )
-    except (TypeError, ValueError) as error:
-        raise StationListError(
-            f"{path}: stations[{index}] is no station ({error}), expected three numbers as position and one or null "
-            "as instrument_height_m; plan again or give a CSV"
-        ) from error
-
-
-def _checked_position(values: Sequence[float]) -> FloatArray:
-    position = np.asarray(values, dtype=np.float64)
-    if position.shape != (3,) or not np.isfinite(position).all():
-        raise ValueError(f"its position is {values!r}")
-    return position
+    return _checked(
+        path,
+        tuple(GivenStation(row.id, np.array(row.position), row.instrument_height_m, row.floor or None) for row in rows),
+    )
 
 
 def stations_of_text(

@@ -20,7 +20,7 @@ from planner_core.coverage.looking import looks_in_batches
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import REASONS, FloatArray, Int32Array, Loss, Plan, Scanner
 from planner_core.model.unseen import OUT_OF_SCOPE
-from planner_core.plan_folder.plan_asked import asked_document
+from planner_core.plan_folder.plan_document import AskedSection
 from planner_core.plan_folder.station_marks import station_prim_names
 
 SCHEMA = "tlsplan/layers/1"
@@ -221,5 +221,5 @@ def _document(plan: Plan) -> dict[str, Any]:
         "reasons": [] if plan.why is None else list(REASONS),
         "out_of_scope": OUT_OF_SCOPE,
         "pieces": None if plan.why is None or plan.why.piece_of_patch is None else _PIECES,
-        "qualities": [asked_document(asked) for asked in plan.qualities],
+        "qualities": [AskedSection.written(asked) for asked in plan.qualities],
     }

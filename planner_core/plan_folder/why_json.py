@@ -10,6 +10,7 @@ from typing import Any
 
 from planner_core.model import REASONS, BestSpot, Scene, StationReason, UnseenPiece, UnseenSurface, Why
 from planner_core.model.unseen import IN_SOLIDS
+from planner_core.plan_folder.plan_document import StepSection
 
 #: Surfaces of less are not listed.
 MIN_LISTED_M2 = 0.01
@@ -30,14 +31,7 @@ def why_document(why: Why, scene: Scene) -> dict[str, Any]:
             unlisted[surface.reason] += surface.area_m2
     return {
         "stations": [_station(reason, scene) for reason in why.stations],
-        "curve": [
-            {
-                "station": step.station,
-                "covered_area_m2": _number(step.covered_area_m2),
-                "fraction_of_achievable": _number(step.fraction_of_achievable, 9),
-            }
-            for step in why.curve
-        ],
+        "curve": [StepSection.written(step) for step in why.curve],
         "area_by_reason_m2": {reason: _number(area) for reason, area in areas.items()},
         "unlisted_area_m2": {reason: _number(area) for reason, area in unlisted.items()},
         "unseen_surfaces": [_surface(surface, scene) for surface in listed],

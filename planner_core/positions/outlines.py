@@ -4,10 +4,46 @@ from __future__ import annotations
 
 import numpy as np
 
+from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray
 
 LEAST_AREA_M2 = 1e-4
 """An outline that encloses less is a slip: a square centimetre."""
+MOST_CORNERS = 10_000
+
+
+def checked_outline(corners: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    """Return corners of an outline, the first not again as the last, as GIS programs write it.
+
+    Raises
+    ------
+    RequirementError
+        Fewer than three or too many corners, one that is there twice, sides that cross, or no area.
+    """
+    if len(corners) > 1 and corners[0] == corners[-1]:
+        corners = corners[:-1]
+    if not 3 <= len(corners) <= MOST_CORNERS:
+        raise RequirementError(
+            f"got an outline of {len(corners)} corners, expected 3 to {MOST_CORNERS}; give them as [[x, y], ...]"
+        )
+    seen: dict[tuple[float, float], int] = {}
+    for number, corner in enumerate(corners, start=1):
+        if corner in seen:
+            raise RequirementError(
+                f"got corner {number} where corner {seen[corner]} is, expected corners that all differ; take one out"
+            )
+        seen[corner] = number
+    outline_m = np.array(corners)
+    if crossing := crossing_sides(outline_m):
+        raise RequirementError(
+            f"got an outline that crosses itself, its sides {crossing[0] + 1} and {crossing[1] + 1}, expected one that "
+            "does not; give its corners in order"
+        )
+    if area_of_outline_m2(outline_m) < LEAST_AREA_M2:
+        raise RequirementError(
+            "got an outline without area, expected one around some area; give its corners in order, in metres"
+        )
+    return corners
 
 
 def over_polygon(points_m: FloatArray, corners_m: FloatArray) -> BoolArray:

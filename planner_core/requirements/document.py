@@ -12,8 +12,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from planner_core.documents import shown
 from planner_core.errors import RequirementError
-from planner_core.requirements.quantities import shown
 
 if TYPE_CHECKING:
     import yaml

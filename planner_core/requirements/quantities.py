@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 
+from planner_core.documents import shown
 from planner_core.errors import RequirementError
 
 _METRES = {
@@ -38,115 +39,104 @@ _FRACTIONS = dict.fromkeys(("%", "percent", "per cent"), 0.01)
 _NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?)\s*(.*)", re.IGNORECASE | re.DOTALL)
 #: A comma and three digits: thousands to some, thousandths to others.
 _TWO_WAYS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
-_SHOWN_CHARACTERS = 60
 
 
-def shown(value: object) -> str:
-    """`value` as a message may hold it: short, and in one line."""
-    try:
-        text = repr(value)
-    except ValueError:  # a whole number of more digits than Python writes
-        text = "a number of thousands of digits"
-    return text if len(text) <= _SHOWN_CHARACTERS else text[:_SHOWN_CHARACTERS] + " ..."
+def _refused(value: object, expected: str, remedy: str) -> RequirementError:
+    return RequirementError(f"got {shown(value)}, expected {expected}; {remedy}")
 
 
-def refusal(what: str, value: object, expected: str, remedy: str) -> RequirementError:
-    """Return the error to raise about `value` of entry `what`."""
-    return RequirementError(f"{what}: got {shown(value)}, expected {expected}; {remedy}")
-
-
-def length_m(value: object, what: str, *, bare: tuple[float, float], most: float, example: str) -> float:
+def length_m(value: object, *, bare: tuple[float, float], most: float, example: str) -> float:
     """Read a length above 0 and at most `most` metres.
 
     Parameters
     ----------
-    what
-        Its entry, for messages. example : of how to write it.
     bare
         Numbers without a unit from the first to the second are metres; others are refused.
+    example
+        Of how to write it, for messages.
     """
-    number, unit = _number_and_unit(value, what, _METRES, f"a length such as {example}")
+    number, unit = _number_and_unit(value, _METRES, f"a length such as {example}")
     if not unit and not bare[0] <= number <= bare[1]:
-        raise refusal(what, value, f"a length with its unit, such as {example}", "say whether it is mm or m")
+        raise _refused(value, f"a length with its unit, such as {example}", "say whether it is mm or m")
     metres = number * _METRES[unit or "m"]
     if not 0 < metres <= most:
-        raise refusal(what, value, f"more than 0 and at most {most:g} m", f"mind the unit, e.g. {example}")
+        raise _refused(value, f"more than 0 and at most {most:g} m", f"mind the unit, e.g. {example}")
     return metres
 
 
-def angle_rad(value: object, what: str, *, example: str = "65 deg") -> float:
+def angle_rad(value: object, *, example: str = "65 deg") -> float:
     """Read an angle above 0 and at most a right one. Bare numbers above 2 are degrees; others may be either."""
-    number, unit = _number_and_unit(value, what, _RADIANS, f"an angle such as {example}")
+    number, unit = _number_and_unit(value, _RADIANS, f"an angle such as {example}")
     if not unit and number <= 2:
-        raise refusal(what, value, f"an angle with its unit, such as {example}", "say whether it is deg or rad")
+        raise _refused(value, f"an angle with its unit, such as {example}", "say whether it is deg or rad")
     radians = number * _RADIANS[unit or "deg"]
     # 90 degrees, or 100 gon, may round to more than half of pi.
     if not 0 < radians <= math.pi / 2 * (1 + 1e-12):
-        raise refusal(what, value, "more than 0 and at most 90 degrees", f"mind the unit, e.g. {example}")
+        raise _refused(value, "more than 0 and at most 90 degrees", f"mind the unit, e.g. {example}")
     return min(radians, math.pi / 2)
 
 
-def share(value: object, what: str, *, zero: bool = False, example: str = "95 %") -> float:
+def share(value: object, *, zero: bool = False, example: str = "95 %") -> float:
     """Read a share up to the whole as a fraction: `95 %`, 95 and 0.95 alike.
 
     A bare 1 may be 1 % or the whole, and 0.95 % is a slip for 0.95: both are refused. zero : whether none will do.
     """
     fraction_too = f"{example} or {float(example.split()[0]) / 100:g}"
-    number, unit = _number_and_unit(value, what, _FRACTIONS, f"a share such as {fraction_too}")
+    number, unit = _number_and_unit(value, _FRACTIONS, f"a share such as {fraction_too}")
     if number == 0 and zero:
         return 0.0
     if not unit and number == 1:
-        raise refusal(what, value, "a share that can't be misread", "write 1 % or 100 %")
+        raise _refused(value, "a share that can't be misread", "write 1 % or 100 %")
     if unit and 0 < number < 1:
         # Options of the command line are percentages, and arrive here with a % that nobody typed.
-        raise refusal(what, value, f"a share such as {example}", f"give {example.split()[0]} for {example}")
+        raise _refused(value, f"a share such as {example}", f"give {example.split()[0]} for {example}")
     # Dividing rounds once: 95 % is the number that 0.95 is.
     fraction = number / 100 if unit or number > 1 else number
     if not 0 < fraction <= 1:
-        raise refusal(what, value, f"{'0' if zero else 'more than 0'} to 100 %", f"e.g. {fraction_too}")
+        raise _refused(value, f"{'0' if zero else 'more than 0'} to 100 %", f"e.g. {fraction_too}")
     return fraction
 
 
-def count(value: object, what: str, *, most: int = 100) -> int:
+def count(value: object, *, most: int = 100) -> int:
     """Read a whole number from 1 to `most`."""
-    number, _ = _number_and_unit(value, what, {}, "a whole number")
+    number, _ = _number_and_unit(value, {}, "a whole number")
     if number != int(number) or not 1 <= number <= most:
-        raise refusal(what, value, f"a whole number from 1 to {most}", "e.g. 2")
+        raise _refused(value, f"a whole number from 1 to {most}", "e.g. 2")
     return int(number)
 
 
-def plain_number(value: object, what: str, *, least: float, most: float) -> float:
+def plain_number(value: object, *, least: float, most: float) -> float:
     """Read a number without a unit from `least` to `most`."""
-    number, _ = _number_and_unit(value, what, {}, "a number")
+    number, _ = _number_and_unit(value, {}, "a number")
     if not least <= number <= most:
-        raise refusal(what, value, f"a number from {least:g} to {most:g}", "leave it out for the default")
+        raise _refused(value, f"a number from {least:g} to {most:g}", "leave it out for the default")
     return number
 
 
-def coordinate_m(value: object, what: str) -> float:
+def coordinate_m(value: object) -> float:
     """Read a coordinate in metres; bare numbers are metres."""
-    number, unit = _number_and_unit(value, what, _METRES, "a number of metres")
+    number, unit = _number_and_unit(value, _METRES, "a number of metres")
     return number * _METRES[unit or "m"]
 
 
-def _number_and_unit(value: object, what: str, units: dict[str, float], expected: str) -> tuple[float, str]:
+def _number_and_unit(value: object, units: dict[str, float], expected: str) -> tuple[float, str]:
     """Split a value; the unit is empty where there is none."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise refusal(what, value, expected, "write a number and its unit")
+        raise _refused(value, expected, "write a number and its unit")
     number, unit = value, ""
     if isinstance(value, str):
         split = _NUMBER.fullmatch(value.strip())
         if split is None or _TWO_WAYS.fullmatch(split[1]):
             remedy = "write a number and its unit" if split is None else "write it without a comma"
-            raise refusal(what, value, expected, remedy)
+            raise _refused(value, expected, remedy)
         number, unit = float(split[1].replace(",", ".")), split[2].strip().casefold()
     if unit and unit not in units:
         known = ", ".join(list(units)[:8]) if units else "none"
-        raise refusal(what, value, expected, f"its unit {shown(unit)} is not known there, known are: {known}")
+        raise _refused(value, expected, f"its unit {shown(unit)} is not known there, known are: {known}")
     try:
         number = float(number)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise refusal(what, value, expected, "write a finite number")
+        raise _refused(value, expected, "write a finite number")
     return number, unit

@@ -1,23 +1,14 @@
 """Range noise: one sigma of a measured range, by range and reflectivity, as a scanner's data sheet tabulates it.
 
-`range_noise` of a scanner file -> rows of `Scanner.range_noise`; a scanner, ranges, reflectivities -> sigma in metres.
+A scanner, ranges, reflectivities -> sigma in metres.
 """
 
 from __future__ import annotations
-
-from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from planner_core.model import FloatArray, Scanner
-from planner_core.scanner.fields import bad, check_keys, measure, shown
-
-_MAX_ROWS = 1000
-_MAX_RANGE_M = 100_000.0
-#: A metre of noise is a mistake of units.
-_MAX_SIGMA_MM = 1000.0
 
 
 def range_noise_m(scanner: Scanner, range_m: ArrayLike, *, reflectivity: ArrayLike) -> FloatArray:
@@ -60,23 +51,3 @@ def _at_range(rows: FloatArray, range_m: FloatArray) -> FloatArray:
     """Rows of one reflectivity, by range -> sigma at `range_m`, NaN outside of them."""
     found: FloatArray = np.interp(range_m, rows[:, 0], rows[:, 2], left=np.nan, right=np.nan)
     return found
-
-
-def read_range_noise(value: Any, where: str) -> tuple[tuple[float, float, float], ...]:
-    """Read the entry `range_noise` of a scanner file: rows of range_m, reflectivity and sigma_mm, in any order."""
-    if not isinstance(value, list) or len(value) > _MAX_ROWS:
-        raise bad(where, f"range_noise = {shown(value)}", f"a list of at most {_MAX_ROWS} rows")
-    rows = sorted(_row(item, f"range_noise row {k}", where) for k, item in enumerate(value, 1))
-    for (one, range_m, _), (other, same_m, _) in pairwise(rows):
-        if (one, range_m) == (other, same_m):
-            raise bad(where, f"range_noise twice at {range_m:g} m and reflectivity {one:g}", "one figure for each")
-    return tuple((range_m, reflectivity, sigma_m) for reflectivity, range_m, sigma_m in rows)
-
-
-def _row(value: Any, what: str, where: str) -> tuple[float, float, float]:
-    """Reflectivity, range in metres and sigma in metres: the order to sort by."""
-    spec = check_keys(value, what, where, needed={"range_m", "reflectivity", "sigma_mm"})
-    range_m = measure(spec["range_m"], f"{what}: range_m", where, above=0.0, most=_MAX_RANGE_M)
-    reflectivity = measure(spec["reflectivity"], f"{what}: reflectivity", where, above=0.0, most=1.0)
-    sigma_mm = measure(spec["sigma_mm"], f"{what}: sigma_mm", where, above=0.0, most=_MAX_SIGMA_MM)
-    return reflectivity, range_m, sigma_mm / 1000.0

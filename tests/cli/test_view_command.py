@@ -7,10 +7,10 @@ import signal
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
+from oldest_plan import oldest_plan
 from tlsplan import environment
 from tlsplan.group import cli
 
@@ -18,13 +18,7 @@ from viewer_web.server import serve
 from viewer_web.server.jobs.runs import LeftRun
 from viewer_web.server.live_side import LiveSide
 
-PLAN: dict[str, Any] = {
-    "schema": "tlsplan/plan/1",
-    "scene": {"n_elements": 0, "offset": [0.0, 0.0, 0.0]},
-    "floors": [],
-    "stations": [],
-    "registration": {"links": []},
-}
+PLAN = oldest_plan()
 View = Callable[..., Result]
 
 

@@ -294,7 +294,7 @@ def test_a_georeference_that_nobody_wrote_is_refused(broken: Any) -> None:
     ],
 )
 def test_numbers_of_a_georeference_that_are_none_are_refused_in_one_line(key: str, value: Any) -> None:
-    with pytest.raises(PlanFolderError, match=r"georeference can't be read.*plan again") as caught:
+    with pytest.raises(PlanFolderError, match=r"scene.georeference.*plan again") as caught:
         site_frame(plan_of({**TOLD, key: value}))
     assert "\n" not in str(caught.value)
 

@@ -293,9 +293,9 @@ def test_the_surveyed_scene_says_one_place_three_times(surveyed: Path) -> None:
 
 def _with(document: dict[str, Any], told: Georeference | None) -> dict[str, Any]:
     """As plan.json has it."""
-    from planner_core.plan_folder.plan_json import _georeference
+    from planner_core.coordinates.georeference import GeoreferenceSection
 
-    written = json.loads(json.dumps(_georeference(told)))
+    written = json.loads(json.dumps(None if told is None else GeoreferenceSection.written(told)))
     return {**document, "scene": {"georeference": written}}
 
 

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 from made_once import MadeOnce
+from oldest_plan import floor, link, oldest_plan, station
 
 import scenes_synthetic
 from planner_core.model import Greedy, PlanSettings, Requirements, Scanner
-from planner_core.plan_folder.plan_json import SCHEMA, plan_text
+from planner_core.plan_folder.plan_json import plan_text
 from planner_core.planning.plan import make_plan
 from planner_core.scene.load import LoadOptions, load_scene
 
@@ -61,12 +62,14 @@ def written_plan(tmp_path: Path) -> Callable[..., Path]:
 
 def by_hand() -> dict[str, Any]:
     """Three stations on two floors; the second to be visited comes first."""
+    plan = oldest_plan()
+    extent = [[0.0, 0.0], [10.0, 8.0]]
     return {
-        "schema": SCHEMA,
-        "scene": {"file": "some\\where/house.ifc", "sha256": "0" * 64},
+        **plan,
+        "scene": {**plan["scene"], "file": "some\\where/house.ifc", "offset": [0.0, 0.0, 0.0]},
         "floors": [
-            {"id": "F0", "name": "Ground floor", "elevation_m": 0.0, "bounds": [[0.0, 0.0], [10.0, 8.0]]},
-            {"id": "F1", "name": "Upper floor", "elevation_m": 2.8, "bounds": [[0.0, 0.0], [10.0, 8.0]]},
+            floor("F0", 0.0, name="Ground floor", bounds=extent),
+            floor("F1", 2.8, name="Upper floor", bounds=extent),
         ],
         "stations": [
             _station("S002", "F1", 2, [2.0, 3.0, 4.3], 1.5),
@@ -76,18 +79,17 @@ def by_hand() -> dict[str, Any]:
         "registration": {
             "threshold": 0.3,
             "min_strength": 0.01,
+            "connected": True,
             "links": [
-                {"a": "S001", "b": "S002", "overlap": 0.2, "strength": 0.2},
-                {"a": "S002", "b": "S003", "overlap": 0.5, "strength": 0.1},
-                {"a": "S001", "b": "S003", "overlap": 0.5, "strength": 0.001},
-                {"a": "S001", "b": "S003", "overlap": 0.5, "strength": None},
+                link("S001", "S002", 0.2, 0.2),
+                link("S002", "S003", 0.5, 0.1),
+                link("S001", "S003", 0.5, 0.001),
+                link("S001", "S003", 0.5, None),
             ],
         },
     }
 
 
-def _station(name: str, floor: str, order: int, position: list[float], height_m: float | None) -> dict[str, Any]:
-    return {
-        "id": name, "floor": floor, "order": order, "position": position, "instrument_height_m": height_m,
-        "fixed": name == "S003", "own_area_m2": 1.0, "covered_area_m2": 2.0,
-    }  # fmt: skip
+def _station(name: str, on: str, order: int, position: list[float], height_m: float | None) -> dict[str, Any]:
+    areas = {"own_area_m2": 1.0, "covered_area_m2": 2.0}
+    return station(name, on, order, position, instrument_height_m=height_m, fixed=name == "S003", **areas)

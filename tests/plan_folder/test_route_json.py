@@ -42,12 +42,12 @@ def document(plan: Plan) -> dict[str, Any]:
 def test_walk_field_time_and_sealed_rooms_match_the_schema(document: dict[str, Any]) -> None:
     schema = json.loads(SCHEMA_FILE.read_text())
     for key in ("route", "field_time", "sealed"):
-        jsonschema.validate(document[key], schema["properties"][key])
-    route = schema["properties"]["route"]["anyOf"][1]["properties"]
-    assert set(document["route"]) == set(route)
-    assert set(document["route"]["legs"][0]) == set(route["legs"]["items"]["properties"])
+        jsonschema.validate(document[key], {**schema["properties"][key], "$defs": schema["$defs"]})
+    assert set(document["route"]) == set(schema["$defs"]["RouteSection"]["properties"])
+    assert set(document["route"]["legs"][0]) == set(schema["$defs"]["LegSection"]["properties"])
     with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate({**document["route"], "start": [1.0, 2.0]}, schema["properties"]["route"])
+        route = {**schema["$defs"]["RouteSection"], "$defs": schema["$defs"]}
+        jsonschema.validate({**document["route"], "start": [1.0, 2.0]}, route)
 
 
 def test_legs_name_their_stations_and_lead_from_one_to_the_next(plan: Plan, document: dict[str, Any]) -> None:

@@ -3,12 +3,15 @@
 import csv
 import dataclasses
 import io
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from oldest_plan import oldest_plan, station
 
 from planner_core.errors import StationListError
 from planner_core.model import Plan
@@ -171,27 +174,17 @@ def test_binary_file_and_missing_file_are_no_station_lists(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("stations", "expected"),
     [
-        ("", "has no list 'stations'"),
-        (', "stations": {"A": 1}', "has no list 'stations'"),
-        (', "stations": [{"id": "A", "position": [1, 2]}]', r"stations\[0\] has no floor, instrument_height_m;"),
-        (', "stations": [7]', r"stations\[0\] has no id, floor"),
-        (
-            ', "stations": [{"id": "A", "floor": "", "instrument_height_m": null, "position": [1, 2]}]',
-            r"stations\[0\] is no station \(its position is \[1, 2\]\)",
-        ),
-        (
-            ', "stations": [{"id": "A", "floor": "", "instrument_height_m": "high", "position": [1, 2, 3]}]',
-            r"stations\[0\] is no station",
-        ),
-        (
-            ', "stations": [{"id": "A", "floor": "", "instrument_height_m": 1, "position": [1, 2, "up"]}]',
-            r"stations\[0\] is no station",
-        ),
+        ({"A": 1}, "stations: got {'A': 1}, expected a list"),
+        ([7], r"stations\[0\]: got 7, expected keys with values"),
+        ([{"id": "A", "position": [1, 2, 3]}], r"stations\[0\]: got no floor"),
+        ([station("A", "F0", 1, [1, 2])], r"stations\[0\].position: got \[1, 2\], expected a longer list"),
+        ([station("A", "F0", 1, [1, 2, "up"])], r"stations\[0\].position\[2\]: got 'up', expected a finite number"),
+        ([station("A", "", 1, [1, 2, 3], instrument_height_m="high")], r"instrument_height_m: got 'high'"),
     ],
 )
-def test_plan_json_without_proper_stations_is_refused_in_words(tmp_path: Path, stations: str, expected: str) -> None:
+def test_plan_json_without_proper_stations_is_refused_in_words(tmp_path: Path, stations: Any, expected: str) -> None:
     file = tmp_path / "plan.json"
-    file.write_text(f'{{"schema": "tlsplan/plan/1"{stations}}}')
+    file.write_text(json.dumps(oldest_plan(stations=stations)))
     with pytest.raises(StationListError, match=expected) as caught:
         read_station_list(file)
     assert "Error(" not in str(caught.value)

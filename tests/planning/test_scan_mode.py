@@ -84,7 +84,7 @@ def test_plans_by_patches_and_by_beams_agree_and_say_which_they_are(
         plans[mode] = plan_survey(survey, replace(settings, scan_mode=mode), engine)
         document = json.loads(json.dumps(plan_document(plans[mode])))
         assert document["settings"]["scan_mode"] == mode
-        assert mode in json.loads(SCHEMA.read_text())["properties"]["settings"]["properties"]["scan_mode"]["enum"]
+        assert mode in json.loads(SCHEMA.read_text())["$defs"]["SettingsSection"]["properties"]["scan_mode"]["enum"]
         summary.show(document)
         said = capsys.readouterr().out
         assert ("patches sampled instead of" in said) == (mode == "patches")

@@ -395,10 +395,10 @@ def test_picks_are_read_from_the_site_of_a_requirements_file() -> None:
 @pytest.mark.parametrize(
     ("picks", "message"),
     [
-        ([{"point": [1, 2]}], r"ground_picks\[0\]: got \[1, 2\], expected 3 numbers"),
+        ([{"point": [1, 2]}], r"ground_picks\[0\].point: got \[1, 2\], expected 3 numbers"),
         ([[1, 2, "x"]], r"ground_picks\[0\]: got .*, expected 3 finite numbers"),
         ([{"is_ground": True}], r"ground_picks\[0\]: got no point"),
-        ([{"point": [1, 2, 3], "ground": True}], "got the key 'ground'.*perhaps is_ground"),
+        ([{"point": [1, 2, 3], "ground": True}], "got the unknown entry 'ground'.*did you mean is_ground"),
         ([{"point": [1, 2, 3], "is_ground": "yes"}], "is_ground: got 'yes', expected true or false"),
         ([[0, 0, 0]] * 1001, "got 1001 of them, expected at most 1000"),
     ],

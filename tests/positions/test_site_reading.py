@@ -87,12 +87,12 @@ def test_an_empty_site_is_the_default_site() -> None:
 @pytest.mark.parametrize(
     ("mapping", "named"),
     [
-        ({"keepout": []}, "site: got the key 'keepout', which it does not have; perhaps keep_out"),
-        ({"banana": []}, "got the key 'banana', which it does not have; expected one of entrances, keep_out"),
-        ([1, 2], "site: got \\[1, 2\\], expected keys of entrances"),
+        ({"keepout": []}, "site: got the unknown entry 'keepout', expected a known one; did you mean keep_out?"),
+        ({"banana": []}, "got the unknown entry 'banana', expected a known one; known are entrances, keep_out"),
+        ([1, 2], "site: got \\[1, 2\\], expected keys with values"),
         ({"entrances": [1, 2, 0]}, r"site.entrances\[0\]: got 1, expected 3 numbers: x, y, z in metres, scene frame"),
         ({"entrances": [[1, 2]]}, r"site.entrances\[0\]: got \[1, 2\], expected 3 numbers"),
-        ({"entrances": "1,2,3"}, "site.entrances: got '1,2,3', expected a list in square brackets"),
+        ({"entrances": "1,2,3"}, "site.entrances: got '1,2,3', expected a list"),
         ({"entrances": [[1, 2, float("nan")]]}, "expected 3 finite numbers"),
         ({"entrances": [[1, True, 2]]}, "expected 3 finite numbers"),
         ({"keep_out": [[[0, 0], [1, 1]]]}, r"site.keep_out\[0\]: got an outline of 2 corners, expected"),
@@ -104,11 +104,11 @@ def test_an_empty_site_is_the_default_site() -> None:
         ({"keep_out": [[[0, 0], [1, 0], [1, 1], [0, 0], [0, 0]]]}, "got corner 4 where corner 1 is"),
         ({"access": [[[0, 0], [0.1, 0.3], [0.2, 0.6]]]}, r"site.access\[0\]: got an outline without area, expected"),
         ({"access": [[[5e6, 5e6], [5e6 + 1, 5e6], [5e6 + 2, 5e6]]]}, "got an outline without area"),
-        ({"access": [[[i, i * i] for i in range(10_001)]]}, "got an outline of 10001 corners, expected at most 10000"),
-        ({"keep_out": [{"name": "a"}]}, "an outline of 0 corners"),
-        ({"keep_out": [{"outline": [[0, 0], [1], [1, 1]]}]}, r"site.keep_out\[0\], corner 2: got \[1\], expected 2"),
+        ({"access": [[[i, i * i] for i in range(10_001)]]}, "got an outline of 10001 corners, expected 3 to 10000"),
+        ({"keep_out": [{"name": "a"}]}, r"site.keep_out\[0\]: got no outline"),
+        ({"keep_out": [{"outline": [[0, 0], [1], [1, 1]]}]}, r"site.keep_out\[0\].outline\[1\]: got \[1\], expected 2"),
         ({"fixed": [{"id": "A"}]}, r"site.fixed\[0\]: got no position"),
-        ({"fixed": [{"position": [0, 0, 1], "radius": 1}]}, "got the key 'radius'"),
+        ({"fixed": [{"position": [0, 0, 1], "radius": 1}]}, "got the unknown entry 'radius'"),
         ({"fixed": [{"position": [0, 0, 1], "height": -1}]}, r"site.fixed\[0\].height: got -1, expected a number"),
         ({"fixed": "stations.csv"}, "site.fixed: got 'stations.csv', expected a list"),
         ({"forbidden": [{"position": [0, 0, 1], "radius": "1 m"}]}, r"forbidden\[0\].radius: got '1 m'"),
@@ -117,14 +117,14 @@ def test_an_empty_site_is_the_default_site() -> None:
             "got the id 'A' twice",
         ),
         ({"robot": {"radius": "big"}}, "site.robot.radius: got 'big', expected a number of metres"),
-        ({"robot": {"with": 1}}, "site.robot: got the key 'with'"),
-        ({"robot": [0.3]}, "site.robot: got \\[0.3\\], expected keys of radius"),
+        ({"robot": {"with": 1}}, "site.robot: got the unknown entry 'with'"),
+        ({"robot": [0.3]}, "site.robot: got \\[0.3\\], expected keys with values"),
         ({"returns": "yes"}, "site.returns: got 'yes', expected true or false"),
         ({"start": [1, 2]}, "site.start: got"),
     ],
 )
 def test_what_is_wrong_is_named_in_one_line(mapping: Any, named: str) -> None:
-    with pytest.raises(RequirementError, match=named) as error:
+    with pytest.raises(RequirementError, match=named.replace("?", "[?]")) as error:
         site_from_mapping(mapping)
     assert "\n" not in str(error.value)
 
@@ -156,7 +156,7 @@ def test_stations_of_a_list_get_their_role_floor_and_height() -> None:
     [
         ([("A", (0, 0, 1), None, None)], "fixed", "role: got 'fixed', expected one of scanned, locked"),
         ([("A", (0, 0), None, None)], "locked", "locked station A: got"),
-        ([("A", (0, 0, 1), None, float("inf"))], "locked", "locked station A's instrument height: got inf"),
+        ([("A", (0, 0, 1), None, float("inf"))], "locked", "locked station A: got inf, expected a number of metres"),
         ([("A", (0, 0, 1), None, None)] * 2, "kept", "got the id 'A' twice"),
     ],
 )

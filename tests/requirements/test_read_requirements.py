@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.model import Asked, PartRequirement, Requirements
-from planner_core.positions.site_reading import site_from_mapping
+from planner_core.model import Asked, PartRequirement, Requirements, Site
 from planner_core.requirements.document import MOST_BYTES
 from planner_core.requirements.read import read_requirements, requirements_from
 
@@ -97,8 +96,7 @@ def test_a_file_says_what_its_words_say(tmp_path: Path) -> None:
             ),
         ),
     )
-    assert site == {"entrances": [[1.0, 2, 0]], "robot": {"radius": 0.3}}
-    assert site_from_mapping(site).mover_radius_m == 0.3
+    assert site == Site(entrances_m=((1.0, 2.0, 0.0),), mover_radius_m=0.3)
 
 
 def test_json_says_the_same_as_yaml(tmp_path: Path) -> None:
@@ -136,8 +134,8 @@ def test_entries_in_place_of_the_file_s_own_are_blamed_on_the_options(tmp_path: 
 
 
 def test_nothing_said_is_the_default() -> None:
-    assert requirements_from({}) == (Requirements(), {})
-    assert requirements_from({"spacing": None, "floors": None, "site": None}) == (Requirements(), {})
+    assert requirements_from({}) == (Requirements(), Site())
+    assert requirements_from({"spacing": None, "floors": None, "site": None}) == (Requirements(), Site())
 
 
 @pytest.mark.parametrize("key", ["seen_from", "seen-from", "Seen from", "SEEN_FROM"])
@@ -160,29 +158,32 @@ def test_names_are_text_as_written(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("spacng: 6 mm", "asked.yaml: got the unknown entry 'spacng', expected a known one; did you mean spacing?"),
-        ("floors: {Level 1: {coverge: 98 %}}", "floors / Level 1: got the unknown entry 'coverge'.*mean coverage?"),
-        ("floors: {Level 1: {overlap: 30 %}}", "floors / Level 1: got the unknown entry 'overlap'"),
+        ("floors: {Level 1: {coverge: 98 %}}", "floors.Level 1: got the unknown entry 'coverge'.*mean coverage?"),
+        ("floors: {Level 1: {overlap: 30 %}}", "floors.Level 1: got the unknown entry 'overlap'"),
         ("xyzzy: 1", "known are coverage, spacing, range"),
-        ("floors: {Level 1: {coverage: 0.98 %}}", "floors / Level 1 / coverage: got '0.98 %'"),
-        ("zones: [{name: a, outline: [[0,0],[1,1],[1,0],[0,1]]}]", "zones / 1 / outline: .*sides 1 and 3 do"),
-        ("zones: [{name: a, outline: [[0,0],[1,1],[1,0,2]]}]", "zones / 1 / outline: got .*without z"),
-        ("zones: [{name: a, outline: [[0,0],[1,1]]}]", "3 to 10000 corners"),
-        ("zones: [{name: a, outline: [[0,0],[1,1],[0,0]]}]", "corners that all differ"),
+        ("floors: {Level 1: {coverage: 0.98 %}}", "floors.Level 1.coverage: got '0.98 %'"),
+        ("zones: [{name: a, outline: [[0,0],[1,1],[1,0],[0,1]]}]", r"zones\[0\].outline: .*sides 1 and 3"),
+        (
+            "zones: [{name: a, outline: [[0,0],[1,1],[1,0,2]]}]",
+            r"zones\[0\].outline\[2\]: got 3 of them, expected at most 2",
+        ),
+        ("zones: [{name: a, outline: [[0,0],[1,1]]}]", "got an outline of 2 corners, expected 3 to 10000"),
+        ("zones: [{name: a, outline: [[0,0],[1,1],[0,0]]}]", "got an outline of 2 corners"),
         ("zones: [{name: a, outline: [[0,0],[1,0],[1,1],[1,0]]}]", "corners that all differ"),
-        ("zones: [{name: a, outline: [[0,0],[1,0],[1,east]]}]", "zones / 1 / outline: got 'east'"),
-        ("zones: [{name: a, outline: [[0,0],[1,2],[2,4]]}]", "zones / 1 / outline: got .*around some area"),
+        ("zones: [{name: a, outline: [[0,0],[1,0],[1,east]]}]", r"zones\[0\].outline\[2\]\[1\]: got 'east'"),
+        ("zones: [{name: a, outline: [[0,0],[1,2],[2,4]]}]", r"zones\[0\].outline: got .*around some area"),
         ("zones: [{name: a, outline: [[6e5,6e5],[600001,6e5],[6e5,600000.00019]]}]", "outline: got .*around some area"),
-        ("zones: [{name: a, spacing: 3 mm}]", "zones / 1: got a zone of no extent"),
-        ("zones: [{heights: [2, 1]}]", "zones / 1: requirement 'zone 1': heights: got 2.0 to 1.0"),
-        ("zones: [{heights: [1]}]", "zones / 1 / heights"),
+        ("zones: [{name: a, spacing: 3 mm}]", r"zones\[0\]: got a zone of no extent"),
+        ("zones: [{heights: [2, 1]}]", r"zones\[0\]: requirement 'zone 1': heights: got 2.0 to 1.0"),
+        ("zones: [{heights: [1]}]", r"zones\[0\].heights"),
         ("zones: {a: {heights: [1, 2]}}", "zones: got .*a list of zones"),
-        ("zones: [a]", "zones / 1: got 'a'"),
-        ("floors: [Level 1]", "floors: got .*expected names"),
+        ("zones: [a]", r"zones\[0\]: got 'a', expected keys with values"),
+        ("floors: [Level 1]", "floors: got .*expected keys with values"),
         ("floors: {'': 90 %}", "a name of at most"),
         ("network: no", "network: got 'no', expected one of connected, redundant, none"),
         ("seen_from: 0", "seen_from: got 0, expected a whole number from 1"),
         ("planned_floors: []", "planned_floors: got"),
-        ("planned_floors: [{a: 1}]", "planned_floors: got"),
+        ("planned_floors: [{a: 1}]", r"planned_floors\[0\]: got {'a': 1}, expected a name"),
         ("site: here", "site: got 'here'"),
         ("floors: {A: 90 %}\nclasses: {A: 90 %}", "requirement 'A': got it twice"),
         ("seen_from: 2\nseen-from: 3", "got seen_from twice"),
@@ -261,8 +262,7 @@ def test_examples_of_the_documentation_are_read_and_fit_the_schema(tmp_path: Pat
     from planner_core.requirements.document import read_document
 
     path = written(tmp_path, text, f"asked.{kind}")
-    _, site = read_requirements(path)
-    site_from_mapping(site)
+    read_requirements(path)
     jsonschema.validate(read_document(path), SCHEMA, cls=jsonschema.Draft202012Validator)
 
 

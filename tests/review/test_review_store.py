@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from oldest_plan import floor, oldest_plan, station
 
 from planner_core.errors import PlanFolderError, ReviewError
 from planner_core.model import Review
@@ -25,15 +26,11 @@ from planner_core.review import store as store_module
 from planner_core.review.commit import Committed, Conflict
 from planner_core.review.store import ReviewStore
 
-PLAN: dict[str, Any] = {
-    "schema": "tlsplan/plan/1",
-    "scene": {"n_elements": 5, "offset": [0.0, 0.0, 0.0]},
-    "floors": [{"id": "F0", "elevation_m": 0.0}],
-    "stations": [
-        {"id": "S001", "floor": "F0", "position": [1.0, 2.0, 1.5], "instrument_height_m": 1.5, "fixed": False}
-    ],
-    "registration": {"links": []},
-}
+PLAN = oldest_plan(
+    floors=[floor("F0", 0.0)],
+    stations=[station("S001", "F0", 1, [1.0, 2.0, 1.5])],
+    registration={"threshold": 0.3, "connected": True, "links": []},
+)
 
 WRITER = """
 import sys

@@ -93,5 +93,5 @@ def test_a_path_of_odd_characters_is_answered_in_one_line(tmp_path: Path, name: 
 def test_a_file_of_two_lines_name_is_read_and_refused_in_one_line(tmp_path: Path) -> None:
     path = tmp_path / "two\nlines.json"
     path.write_text("{}", encoding="utf-8")
-    with pytest.raises(RequirementError, match=r"two\?lines.json: got no elevation_deg"):
+    with pytest.raises(RequirementError, match=r"two\?lines.json: got no name"):
         load_scanner(path)

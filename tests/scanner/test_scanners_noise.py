@@ -147,17 +147,17 @@ def test_rows_are_read_in_any_order(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("value", "told"),
     [
-        ({}, "a list of at most 1000 rows"),
-        ([row()] * 1001, "a list of at most 1000 rows"),
-        ([[10, 0.8, 0.4]], "row 1"),
+        ({}, "range_noise: got {}, expected a list"),
+        ([row()] * 1001, "range_noise: got 1001 of them, expected at most 1000"),
+        ([[10, 0.8, 0.4]], r"range_noise\[0\]: got \[10"),
         ([row(), row()], "twice at 10 m and reflectivity 0.8"),
-        ([row(range_m=0)], "row 1: range_m = 0"),
-        ([row(), row(reflectivity=80)], "row 2: reflectivity = 80"),
-        ([row(reflectivity=0)], "reflectivity = 0"),
-        ([row(sigma_mm=0)], "sigma_mm = 0"),
-        ([row(sigma_mm=None)], "sigma_mm = None"),
-        ([row(sigma_m=1)], "unknown sigma_m"),
-        ([{"range_m": 10}], "no reflectivity, sigma_mm"),
+        ([row(range_m=0)], r"range_noise\[0\].range_m: got 0"),
+        ([row(), row(reflectivity=80)], r"range_noise\[1\].reflectivity: got 80"),
+        ([row(reflectivity=0)], "reflectivity: got 0"),
+        ([row(sigma_mm=0)], "sigma_mm: got 0"),
+        ([row(sigma_mm=None)], "sigma_mm: got None"),
+        ([row(sigma_m=1)], "unknown entry 'sigma_m'"),
+        ([{"range_m": 10}], "got no reflectivity"),
     ],
 )
 def test_a_bad_row_is_named(tmp_path: Path, value: object, told: str) -> None:

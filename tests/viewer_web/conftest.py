@@ -8,6 +8,7 @@ from typing import Any
 
 import httpx
 import pytest
+from oldest_plan import link, oldest_plan, station
 from starlette.applications import Starlette
 
 from viewer_web.server.app import create_app
@@ -15,18 +16,17 @@ from viewer_web.server.app import create_app
 Ask = Callable[..., httpx.Response]
 TOKEN = "the-token-of-these-tests"
 
-PLAN: dict[str, Any] = {
-    "schema": "tlsplan/plan/1",
-    "scene": {"n_elements": 5, "offset": [500000.0, 4000000.0, 100.0]},
-    "site": {"settled": [{"id": "S003", "role": "locked"}]},
-    "floors": [{"id": "F0", "elevation_m": 100.0}, {"id": "F1", "elevation_m": 103.0}],
-    "stations": [
-        {"id": name, "floor": "F0", "position": [500000.0 + x, 4000002.0, 101.5], "instrument_height_m": 1.5,
-         "fixed": name == "S002"}
+PLAN = oldest_plan(
+    site={"settled": [
+        {"id": "S003", "role": "locked", "position": [500003.0, 4000002.0, 101.5], "floor": "F0",
+         "instrument_height_m": 1.5, "radius_m": None}
+    ]},
+    stations=[
+        station(name, "F0", x, [500000.0 + x, 4000002.0, 101.5], fixed=name == "S002")
         for x, name in enumerate(("S001", "S002", "S003"), start=1)
     ],
-    "registration": {"links": [{"a": "S001", "b": "S002"}, {"a": "S002", "b": "S003"}]},
-}  # fmt: skip
+    registration={"threshold": 0.3, "connected": True, "links": [link("S001", "S002"), link("S002", "S003")]},
+)  # fmt: skip
 
 
 @pytest.fixture

@@ -123,7 +123,7 @@ test('a click on a marker shows the figures of plan.json and the cloud', { tags:
     x,
     y,
     z,
-    'Instrument height': `${station.instrument_height_m.toFixed(2)} m`,
+    'Instrument height': `${station.instrument_height_m?.toFixed(2)} m`,
     'Seen area': `${station.covered_area_m2.toFixed(1)} m²`,
     'Unique area': `${station.own_area_m2.toFixed(1)} m²`,
   });

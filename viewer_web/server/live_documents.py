@@ -6,14 +6,26 @@ Positions are in the scene frame, metres; areas m^2; a figure that is not known 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from planner_core.model import Coverage, FloatArray, Scene, UnseenPiece
-from planner_core.plan_folder.plan_asked import link_document
+from planner_core.model import FloatArray, Scene, UnseenPiece
+from planner_core.plan_folder.plan_document import (
+    CoverageFigures,
+    FieldTimeSection,
+    FloorCoverage,
+    LeftSurfaceSection,
+    LinkSection,
+    PieceSection,
+    RegistrationSection,
+    ResultSection,
+    RoomSection,
+    RouteSection,
+    StationSection,
+)
 from planner_core.plan_folder.plan_json import plan_document
-from planner_core.plan_folder.route_json import field_time_document, route_document
+from planner_core.plan_folder.route_json import route_document
 from planner_core.planning.live.live_plan import DraftFigures, LivePlan, Walk
 from planner_core.planning.live.preview import Preview
 from planner_core.planning.live.spots import GroundMap
@@ -42,22 +54,6 @@ class PreviewQuestion(BaseModel):
     )
 
 
-class CoverageDocument(BaseModel):
-    """Coverage of surface."""
-
-    achievable_area_m2: float
-    total_area_m2: float
-    covered_area_m2: float
-    fraction_of_achievable: float
-    fraction_of_total: float
-
-
-class FloorCoverage(CoverageDocument):
-    """Coverage of a floor."""
-
-    floor: str
-
-
 class RequirementFigure(BaseModel):
     """How far a requirement is met."""
 
@@ -72,23 +68,6 @@ class StationAreas(BaseModel):
 
     covered_area_m2: float
     own_area_m2: float
-
-
-class WeakMotionDocument(BaseModel):
-    """The motion that a link holds least; the direction is a unit vector in axes of the scene."""
-
-    kind: Literal["shift", "turn"]
-    direction: Annotated[list[float], Field(min_length=3, max_length=3)]
-
-
-class LinkDocument(BaseModel):
-    """Overlap of two stations, as in plan.json."""
-
-    a: str
-    b: str
-    overlap: float
-    strength: float | None
-    weak_motion: WeakMotionDocument | None
 
 
 class Joined(BaseModel):
@@ -106,15 +85,15 @@ class PreviewHead(BaseModel):
     sequence: int
     revision: int
     n_patches_changed: int
-    position: list[float] = Field(description="Where the station would stand, the sensor's origin.")
+    position: tuple[float, float, float] = Field(description="Where the station would stand, the sensor's origin.")
     instrument_height_m: float
     admissible: bool = Field(description="Whether it is a valid tripod position.")
     reason: str = Field(description="Why it is not the requested position, or not valid; empty where it is.")
-    coverage: CoverageDocument
+    coverage: CoverageFigures
     floors: list[FloorCoverage]
     requirements: list[RequirementFigure]
     station: StationAreas
-    links: list[LinkDocument] = Field(description="Of the station.")
+    links: list[LinkSection] = Field(description="Of the station.")
     n_stations: int
     registration: Joined
 
@@ -131,60 +110,36 @@ class GroundHead(BaseModel):
     height: int
 
 
-class PieceDocument(BaseModel):
-    """A connected piece of surface."""
-
-    area_m2: float
-    centroid: list[float]
-    box: list[list[float]] = Field(description="Lowest and highest corner.")
-    patch: int = Field(description="The one nearest to the centroid.")
-
-
-class UnseenDocument(BaseModel):
-    """Surface of one element, in one room, that candidates could see and the draft does not."""
-
-    element: int
-    name: str
-    kind: str
-    source_id: str
-    room: dict[str, str] | None
-    floor: str
-    area_m2: float
-    n_pieces: int
-    pieces: list[PieceDocument]
-
-
 class FiguresOfDraft(BaseModel):
     """Figures of the draft at a revision of the review; `stations`, `requirements`, `registration` as in plan.json."""
 
     revision: int
-    coverage: CoverageDocument
+    coverage: CoverageFigures
     floors: list[FloorCoverage]
-    requirements: list[dict[str, Any]]
-    stations: list[dict[str, Any]]
-    registration: dict[str, Any]
+    requirements: list[ResultSection]
+    stations: list[StationSection]
+    registration: RegistrationSection
     curve: list[float] = Field(description="Fraction of achievable after 1, 2, ... stations, the steepest first.")
     curve_stations: list[str] = Field(description="In the order of the curve.")
-    unseen: list[UnseenDocument] = Field(description="Largest first.")
+    unseen: list[LeftSurfaceSection] = Field(description="Largest first.")
 
 
 class RouteOfDraft(BaseModel):
     """The route through the draft's stations, `route` and `field_time` as in plan.json."""
 
     revision: int
-    route: dict[str, Any] | None
-    field_time: dict[str, Any] | None
+    route: RouteSection | None
+    field_time: FieldTimeSection | None
 
 
 # ------------------------------------------------------------------------------------------------ from answers
 def figures_document(live: LivePlan, figures: DraftFigures, revision: int) -> FiguresOfDraft:
     """Return figures as they are sent."""
     plan = plan_document(figures.plan)
-    coverage: dict[str, Any] = plan["coverage"]
     return FiguresOfDraft(
         revision=revision,
-        coverage=CoverageDocument(**coverage),
-        floors=[FloorCoverage(**floor) for floor in coverage["floors"]],
+        coverage=plan["coverage"],
+        floors=plan["coverage"]["floors"],
         requirements=plan["requirements"]["results"],
         stations=plan["stations"],
         registration=plan["registration"],
@@ -205,9 +160,9 @@ def preview_head(live: LivePlan, preview: Preview, *, sequence: int, revision: i
         instrument_height_m=preview.station.instrument_height_m or 0.0,
         admissible=preview.spot.admissible,
         reason=preview.spot.reason,
-        coverage=CoverageDocument(**_coverage(preview.overall)),
+        coverage=CoverageFigures.model_validate(preview.overall, from_attributes=True),
         floors=[
-            FloorCoverage(floor=floor.id, **_coverage(covered))
+            FloorCoverage(floor=floor.id, **CoverageFigures.written(covered))
             for floor, covered in zip(live.survey.floors, preview.floors, strict=True)
         ],
         requirements=[
@@ -220,7 +175,7 @@ def preview_head(live: LivePlan, preview: Preview, *, sequence: int, revision: i
             for goal, covered in zip(asked, preview.goals, strict=True)
         ],
         station=StationAreas(covered_area_m2=round(preview.covered_m2, 6), own_area_m2=round(preview.own_m2, 6)),
-        links=[LinkDocument(**link_document(link)) for link in preview.links],
+        links=[LinkSection.model_validate(link, from_attributes=True) for link in preview.links],
         n_stations=len(preview.draft.stations),
         registration=Joined(connected=registration.connected, n_networks=len(registration.networks)),
     )
@@ -236,44 +191,37 @@ def ground_head(live: LivePlan, ground: GroundMap) -> GroundHead:
 def draft_route_document(figures: DraftFigures, walk: Walk, revision: int) -> RouteOfDraft:
     """Return the route; `figures` are of the same draft."""
     plan = replace(figures.plan, route=walk.route, field_time=walk.field_time)
-    return RouteOfDraft(revision=revision, route=route_document(plan), field_time=field_time_document(walk.field_time))
+    told = {"route": route_document(plan), "field_time": walk.field_time}
+    return RouteOfDraft.model_validate({"revision": revision, **told}, from_attributes=True)
 
 
-def _coverage(coverage: Coverage) -> dict[str, float]:
-    return {
-        "achievable_area_m2": round(coverage.achievable_area_m2, 6),
-        "total_area_m2": round(coverage.total_area_m2, 6),
-        "covered_area_m2": round(coverage.covered_area_m2, 6),
-        "fraction_of_achievable": round(coverage.fraction_of_achievable, 9),
-        "fraction_of_total": round(coverage.fraction_of_total, 9),
-    }
-
-
-def _unseen(surface: LeftSurface, scene: Scene) -> UnseenDocument:
+def _unseen(surface: LeftSurface, scene: Scene) -> LeftSurfaceSection:
     element = scene.elements[surface.element]
     room = None if surface.room < 0 else scene.rooms[surface.room]
-    return UnseenDocument(
+    return LeftSurfaceSection(
         element=surface.element,
         name=element.name,
         kind=element.kind,
         source_id=element.source_id,
-        room=None if room is None else {"name": room.title, "source_id": room.source_id},
+        room=None if room is None else RoomSection(name=room.title, source_id=room.source_id),
         floor=surface.floor,
-        area_m2=round(surface.area_m2, 6),
+        area_m2=surface.area_m2,
         n_pieces=surface.n_pieces,
-        pieces=[_piece(piece, scene.offset_m) for piece in surface.pieces],
+        pieces=tuple(_piece(piece, scene.offset_m) for piece in surface.pieces),
     )
 
 
-def _piece(piece: UnseenPiece, offset_m: FloatArray) -> PieceDocument:
-    return PieceDocument(
-        area_m2=round(piece.area_m2, 6),
+def _piece(piece: UnseenPiece, offset_m: FloatArray) -> PieceSection:
+    low, high = piece.box_m
+    return PieceSection(
+        area_m2=piece.area_m2,
         centroid=_scene_m(piece.centroid_m, offset_m),
-        box=[_scene_m(corner, offset_m) for corner in piece.box_m],
+        box=(_scene_m(low, offset_m), _scene_m(high, offset_m)),
         patch=piece.patch,
     )
 
 
-def _scene_m(local_m: FloatArray, offset_m: FloatArray) -> list[float]:
+def _scene_m(local_m: FloatArray, offset_m: FloatArray) -> tuple[float, float, float]:
     """A place to the micrometre, which is finer than any of them is meant."""
-    return [round(value, 6) + 0.0 for value in (local_m + offset_m).tolist()]
+    x, y, z = (round(value, 6) + 0.0 for value in (local_m + offset_m).tolist())
+    return x, y, z

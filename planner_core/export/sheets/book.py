@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
-from planner_core.errors import HandoverError, RequirementError
+from planner_core.errors import RequirementError
 from planner_core.export.chosen import chosen_floors, chosen_stations
 from planner_core.export.options import Options
 from planner_core.export.sheets.building import Building, read_building
@@ -69,17 +68,6 @@ class Contents:
     summary: tuple[Table, ...]
     histograms: tuple[Histogram, ...]
     remarks: tuple[str, ...]
-
-
-@contextmanager
-def plan_guarded(plan: PlanSource) -> Iterator[None]:
-    """Say of a plan.json that lacks what sheets show, as of earlier versions, that this is so."""
-    try:
-        yield
-    except KeyError as error:
-        raise HandoverError(
-            f"{plan.folder / 'plan.json'}: has no {error}, expected a plan of this version; plan again"
-        ) from error
 
 
 def gather(plan: PlanSource, options: Options) -> Contents:

@@ -11,7 +11,7 @@ from html import escape
 from pathlib import Path
 
 from planner_core.export.options import Options
-from planner_core.export.sheets.book import Contents, FloorSheets, charts_title, gather, plan_guarded
+from planner_core.export.sheets.book import Contents, FloorSheets, charts_title, gather
 from planner_core.export.sheets.charts import draw_curve, draw_histogram
 from planner_core.export.sheets.cover import OVERVIEW, SUBTITLE, has_picture, picture_words
 from planner_core.export.sheets.cover_figures import cover_figures, part_words
@@ -73,9 +73,8 @@ def write_html(plan: PlanSource, path: Path, options: Options, progress: Progres
         See `planner_core.export.sheets.book.gather`.
     """
     progress(ProgressEvent(STAGE, 0, 0, "reading the plan folder"))
-    with plan_guarded(plan):
-        contents = gather(plan, options)
-        page = _page(contents, options.paper)
+    contents = gather(plan, options)
+    page = _page(contents, options.paper)
     path.write_text(page, encoding="utf-8")
     progress(ProgressEvent(STAGE, 1, 1))
     return contents.remarks

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from planner_core.export.options import Options
-from planner_core.export.sheets.book import Contents, Page, gather, pages_of, plan_guarded
+from planner_core.export.sheets.book import Contents, Page, gather, pages_of
 from planner_core.plan_folder.drawing.pdf_ink import PdfBook
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.progress import Progress, ProgressEvent
@@ -23,10 +23,9 @@ def write_pdf(plan: PlanSource, path: Path, options: Options, progress: Progress
         See `planner_core.export.sheets.book.gather`.
     """
     progress(ProgressEvent(STAGE, 0, 0, "reading the plan folder"))
-    with plan_guarded(plan):
-        contents = gather(plan, options)
-        pages = pages_of(contents, options.paper)
-        _write(contents, pages, path, progress)
+    contents = gather(plan, options)
+    pages = pages_of(contents, options.paper)
+    _write(contents, pages, path, progress)
     progress(ProgressEvent(STAGE, len(pages), len(pages)))
     return contents.remarks
 

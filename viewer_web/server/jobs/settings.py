@@ -5,11 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from planner_core.documents import key_of
 from planner_core.model import Objective, PlanSettings, Proven, Requirements, Role, SettledStation
 from planner_core.model.choices import one_of
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import settings_of
-from planner_core.positions.site_reading import site_from_mapping
 from planner_core.requirements.read import requirements_from
 from planner_core.review.again import settings_with_review
 from planner_core.review.store import ReviewStore
@@ -49,7 +49,7 @@ def run_settings(basis: Path, request: RunRequest, *, begun_m: Sequence[Sequence
     settings = replace(
         planned,
         requirements=_following(requirements, request.requirements, planned.requirements),
-        site=site_from_mapping(site) if "site" in _named(request.requirements) else planned.site,
+        site=site if "site" in _named(request.requirements) else planned.site,
         objective=Objective.FEWEST,
         max_stations=None,
         method=_method(planned, request.time_limit_s),
@@ -73,11 +73,7 @@ def _following(asked: Requirements, entries: Mapping[str, Any], planned: Require
 
 def _named(entries: Mapping[str, Any]) -> set[str]:
     """Entries that say something, by the names that `requirements_from` takes them for."""
-    return {
-        "_".join(name.casefold().replace("-", " ").replace("_", " ").split())
-        for name, value in entries.items()
-        if value is not None
-    }
+    return {key_of(name) for name, value in entries.items() if value is not None}
 
 
 def _method(planned: PlanSettings, time_limit_s: float | None) -> Proven:

@@ -1,8 +1,7 @@
 /** The documents that the server and the viewer exchange, as nobody may change them; positions are in the scene frame, metres. */
-import type { PlanJson, PlanLink, RequirementResult, UnseenSurface } from '../load/plan-json.ts';
 import type * as schema from './schema.ts';
 
-type Frozen<T> = T extends object ? { readonly [Key in keyof T]: Frozen<T[Key]> } : T;
+export type Frozen<T> = T extends object ? { readonly [Key in keyof T]: Frozen<T[Key]> } : T;
 
 export type Point = readonly [number, number, number];
 
@@ -30,17 +29,11 @@ export type ConflictAnswer = Frozen<Omit<schema.ConflictDocument, 'review'>> & {
 export type PreviewHead = Frozen<schema.PreviewHead>;
 export type PreviewQuestion = Frozen<schema.PreviewQuestion>;
 export type GroundHead = Frozen<schema.GroundHead>;
-export type DraftLink = Frozen<schema.LinkDocument>;
+export type DraftLink = Frozen<schema.LinkSection>;
 
-/** Figures of the draft; what the interface calls "as in plan.json" has the types of that. */
-export type DraftFigures = Frozen<
-  Omit<schema.FiguresOfDraft, 'stations' | 'requirements' | 'registration' | 'unseen'> & {
-    requirements: RequirementResult[];
-    stations: PlanJson['stations'];
-    registration: Omit<PlanJson['registration'], 'links'> & { links: PlanLink[] };
-  }
-> & { readonly unseen: readonly Omit<UnseenSurface, 'reason' | 'best_spot'>[] };
-export type DraftRoute = { readonly revision: number } & Frozen<Pick<PlanJson, 'route' | 'field_time'>>;
+/** Figures of the draft. */
+export type DraftFigures = Frozen<schema.FiguresOfDraft>;
+export type DraftRoute = Frozen<schema.RouteOfDraft>;
 
 export type RunBest = Frozen<Required<schema.RunBest>>;
 /** As the server sends it. */

@@ -5,6 +5,7 @@ export interface Documents {
   AddStation: AddStation;
   AddZone: AddZone;
   Allow: Allow;
+  AskedSection: AskedSection;
   ChangeZone: ChangeZone;
   Changes: Changes;
   ClashDocument: ClashDocument;
@@ -12,32 +13,42 @@ export interface Documents {
   CommentDocument: CommentDocument;
   CommittedDocument: CommittedDocument;
   ConflictDocument: ConflictDocument;
-  CoverageDocument: CoverageDocument;
+  CoverageFigures: CoverageFigures;
   EditComment: EditComment;
+  FieldTimeSection: FieldTimeSection;
   FiguresOfDraft: FiguresOfDraft;
   FloorCoverage: FloorCoverage;
   Forbid: Forbid;
   ForbiddenPlaceDocument: ForbiddenPlaceDocument;
+  GapSection: GapSection;
   GroundHead: GroundHead;
   GroundPickDocument: GroundPickDocument;
   Joined: Joined;
-  LinkDocument: LinkDocument;
+  LeftSurfaceSection: LeftSurfaceSection;
+  LegSection: LegSection;
+  LinkSection: LinkSection;
   LiveDocument: LiveDocument;
   LockStation: LockStation;
+  LossSection: LossSection;
   MoveStation: MoveStation;
+  NetworkSection: NetworkSection;
   PickGround: PickGround;
-  PieceDocument: PieceDocument;
+  PieceSection: PieceSection;
   PreviewHead: PreviewHead;
   PreviewQuestion: PreviewQuestion;
   Refusal: Refusal;
+  RegistrationSection: RegistrationSection;
   RemoveComment: RemoveComment;
   RemoveStation: RemoveStation;
   RemoveZone: RemoveZone;
   RequirementFigure: RequirementFigure;
   ResolveComment: ResolveComment;
   RestoreStation: RestoreStation;
+  ResultSection: ResultSection;
   ReviewDocument: ReviewDocument;
+  RoomSection: RoomSection;
   RouteOfDraft: RouteOfDraft;
+  RouteSection: RouteSection;
   RunBest: RunBest;
   RunDocument: RunDocument;
   RunList: RunList;
@@ -49,13 +60,13 @@ export interface Documents {
   SignOffDocument: SignOffDocument;
   StationAreas: StationAreas;
   StationEditDocument: StationEditDocument;
+  StationSection: StationSection;
   TouchDocument: TouchDocument;
   UnlockStation: UnlockStation;
   UnpickGround: UnpickGround;
-  UnseenDocument: UnseenDocument;
   Unsign: Unsign;
   VerdictDocument: VerdictDocument;
-  WeakMotionDocument: WeakMotionDocument;
+  WeakMotionSection: WeakMotionSection;
   ZoneDocument: ZoneDocument;
 }
 /**
@@ -130,6 +141,21 @@ export interface ZoneDocument {
 export interface Allow {
   kind: 'allow';
   id: string;
+}
+/**
+ * Limits on how surfaces are seen; null: none.
+ */
+export interface AskedSection {
+  /**
+   * Greatest distance between neighbouring points.
+   */
+  spacing_m: number | null;
+  range_m: number | null;
+  incidence_rad: number | null;
+  /**
+   * Greatest one sigma of range noise.
+   */
+  noise_m: number | null;
 }
 /**
  * Replace the zone of this id.
@@ -557,29 +583,59 @@ export interface ConflictDocument {
 /**
  * Coverage of surface.
  */
-export interface CoverageDocument {
+export interface CoverageFigures {
+  /**
+   * Seen by at least one admissible candidate or by a station of the plan.
+   */
   achievable_area_m2: number;
+  /**
+   * All surface of the model that counts here, the inside of walls included.
+   */
   total_area_m2: number;
+  /**
+   * Seen by at least one station of the plan.
+   */
   covered_area_m2: number;
+  /**
+   * covered / achievable.
+   */
   fraction_of_achievable: number;
+  /**
+   * covered / total.
+   */
   fraction_of_total: number;
+}
+/**
+ * Seconds in the field.
+ */
+export interface FieldTimeSection {
+  /**
+   * null where nobody tells how long a scan takes.
+   */
+  scanning_s: number | null;
+  /**
+   * Of all stations.
+   */
+  set_up_s: number;
+  /**
+   * Along the legs that can be walked.
+   */
+  walking_s: number;
+  /**
+   * The sum; null where a part is not known.
+   */
+  total_s: number | null;
 }
 /**
  * Figures of the draft at a revision of the review; `stations`, `requirements`, `registration` as in plan.json.
  */
 export interface FiguresOfDraft {
   revision: number;
-  coverage: CoverageDocument;
+  coverage: CoverageFigures;
   floors: FloorCoverage[];
-  requirements: {
-    [k: string]: unknown;
-  }[];
-  stations: {
-    [k: string]: unknown;
-  }[];
-  registration: {
-    [k: string]: unknown;
-  };
+  requirements: ResultSection[];
+  stations: StationSection[];
+  registration: RegistrationSection;
   /**
    * Fraction of achievable after 1, 2, ... stations, the steepest first.
    */
@@ -591,47 +647,269 @@ export interface FiguresOfDraft {
   /**
    * Largest first.
    */
-  unseen: UnseenDocument[];
+  unseen: LeftSurfaceSection[];
 }
 /**
  * Coverage of a floor.
  */
 export interface FloorCoverage {
-  achievable_area_m2: number;
-  total_area_m2: number;
-  covered_area_m2: number;
-  fraction_of_achievable: number;
-  fraction_of_total: number;
+  /**
+   * Id of a floor.
+   */
   floor: string;
+  /**
+   * Seen by at least one admissible candidate or by a station of the plan.
+   */
+  achievable_area_m2: number;
+  /**
+   * All surface of the model that counts here, the inside of walls included.
+   */
+  total_area_m2: number;
+  /**
+   * Seen by at least one station of the plan.
+   */
+  covered_area_m2: number;
+  /**
+   * covered / achievable.
+   */
+  fraction_of_achievable: number;
+  /**
+   * covered / total.
+   */
+  fraction_of_total: number;
 }
 /**
- * Surface of one element, in one room, that candidates could see and the draft does not.
+ * What became of one thing that was required: of a floor, overall, of a part.
  */
-export interface UnseenDocument {
+export interface ResultSection {
+  name: string;
+  required: number;
+  /**
+   * Stations that must each meet the limits for a surface to count.
+   */
+  seen_from: number;
+  asked: AskedSection;
+  achievable_area_m2: number;
+  covered_area_m2: number;
+  total_area_m2: number;
+  fraction_of_achievable: number;
+  met: boolean;
+}
+/**
+ * A station.
+ */
+export interface StationSection {
+  id: string;
+  /**
+   * Id of a floor; empty: of none.
+   */
+  floor: string;
+  /**
+   * Order to visit.
+   */
+  order: number;
+  /**
+   * The sensor's origin.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  position: [number, number, number];
+  /**
+   * Sensor above the ground below it; null where that is unknown.
+   */
+  instrument_height_m: number | null;
+  /**
+   * Given by the user, not chosen.
+   */
+  fixed: boolean;
+  /**
+   * Seen from here, as well as is required of all; floors that are not asked for count too.
+   */
+  covered_area_m2: number;
+  /**
+   * What is required and would no longer be covered without this station; of floors not asked for, nothing.
+   */
+  own_area_m2: number;
+  /**
+   * Achievable surface on which some requirement would no longer be met without it; null: not worked out.
+   */
+  lost_area_m2: number | null;
+  /**
+   * By requirement, of those that would lose something.
+   */
+  losses: LossSection[] | null;
+}
+/**
+ * What a requirement would lose without a station.
+ */
+export interface LossSection {
+  /**
+   * Name of one of `requirements.results`.
+   */
+  requirement: string;
+  /**
+   * Of it, that no longer would be as required.
+   */
+  area_m2: number;
+  /**
+   * Of the requirement, without this station.
+   */
+  fraction_of_achievable: number;
+  /**
+   * Whether the requirement would be met without this station.
+   */
+  met: boolean;
+}
+/**
+ * Links between stations, and what they join.
+ */
+export interface RegistrationSection {
+  /**
+   * Minimum overlap of a link.
+   */
+  threshold: number;
+  /**
+   * Strength from which on a link counts.
+   */
+  min_strength: number;
+  /**
+   * Links of at least the threshold join all stations.
+   */
+  connected: boolean;
+  links: LinkSection[];
+  /**
+   * Largest first.
+   */
+  networks: NetworkSection[];
+  /**
+   * Links that count, between stations of different floors.
+   */
+  floor_joins: [string, string][];
+  gaps: GapSection[];
+}
+/**
+ * Overlap of two stations.
+ */
+export interface LinkSection {
+  a: string;
+  b: string;
+  /**
+   * The smaller of both shares of seen area that the other sees too.
+   */
+  overlap: number;
+  /**
+   * How well the shared surface holds the two together in its weakest direction; null where not computed.
+   */
+  strength: number | null;
+  /**
+   * The motion that the shared surface holds least, in words by axes of the scene; empty where not computed.
+   */
+  weak_axis: string;
+  /**
+   * The same as kind and direction; null where not computed, and in plans of older versions.
+   */
+  weak_motion: WeakMotionSection | null;
+}
+/**
+ * A motion; its direction is a unit vector in axes of the scene.
+ */
+export interface WeakMotionSection {
+  kind: 'shift' | 'turn';
+  /**
+   * @minItems 3
+   * @maxItems 3
+   */
+  direction: [number, number, number];
+}
+/**
+ * Stations that links join.
+ */
+export interface NetworkSection {
+  stations: string[];
+  floors: string[];
+  n_links: number;
+  /**
+   * Links without which it falls apart.
+   */
+  bridges: [string, string][];
+  /**
+   * Stations without which the others fall apart.
+   */
+  articulations: string[];
+  /**
+   * The link that all hangs on: smallest overlap on the best ways between stations.
+   */
+  bottleneck: LinkSection | null;
+  two_connected: boolean;
+}
+/**
+ * Two networks, by their places in the list, and the link between them that comes nearest to counting.
+ */
+export interface GapSection {
+  networks: number[];
+  best: LinkSection;
+}
+/**
+ * Surface of one element, in one room, that is not covered.
+ */
+export interface LeftSurfaceSection {
+  /**
+   * Number of the element in the scene.
+   */
   element: number;
   name: string;
   kind: string;
   source_id: string;
-  room: {
-    [k: string]: string;
-  } | null;
+  /**
+   * null where it is in no room, or the source names none.
+   */
+  room: RoomSection | null;
+  /**
+   * Id of a floor; empty: of none.
+   */
   floor: string;
   area_m2: number;
+  /**
+   * Connected pieces it is in.
+   */
   n_pieces: number;
-  pieces: PieceDocument[];
+  /**
+   * The largest, largest first.
+   */
+  pieces: PieceSection[];
 }
 /**
- * A connected piece of surface.
+ * A room that the source names.
  */
-export interface PieceDocument {
+export interface RoomSection {
+  name: string;
+  /**
+   * IFC GlobalId.
+   */
+  source_id: string;
+}
+/**
+ * Surface that hangs together.
+ */
+export interface PieceSection {
   area_m2: number;
-  centroid: number[];
+  /**
+   * Centre of its area; of a bent piece it need not lie on it.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  centroid: [number, number, number];
   /**
    * Lowest and highest corner.
+   *
+   * @minItems 2
+   * @maxItems 2
    */
-  box: number[][];
+  box: [[number, number, number], [number, number, number]];
   /**
-   * The one nearest to the centroid.
+   * Number of the patch nearest to the centre.
    */
   patch: number;
 }
@@ -657,25 +935,29 @@ export interface Joined {
   n_networks: number;
 }
 /**
- * Overlap of two stations, as in plan.json.
+ * The way between two stops.
  */
-export interface LinkDocument {
-  a: string;
-  b: string;
-  overlap: number;
-  strength: number | null;
-  weak_motion: WeakMotionDocument | null;
-}
-/**
- * The motion that a link holds least; the direction is a unit vector in axes of the scene.
- */
-export interface WeakMotionDocument {
-  kind: 'shift' | 'turn';
+export interface LegSection {
   /**
-   * @minItems 3
-   * @maxItems 3
+   * Id of a station; null: the start.
    */
-  direction: [number, number, number];
+  from: string | null;
+  /**
+   * Id of a station; null: the end, or the start of a route that returns.
+   */
+  to: string | null;
+  /**
+   * null where it can't be walked.
+   */
+  length_m: number | null;
+  /**
+   * Ids of the floors passed, in their order.
+   */
+  floors: string[];
+  /**
+   * Corners of the way, on the ground; empty where it can't be walked.
+   */
+  points: [number, number, number][];
 }
 /**
  * How far the live side is: it answers what moved stations are worth, once the scene is loaded.
@@ -705,8 +987,11 @@ export interface PreviewHead {
   n_patches_changed: number;
   /**
    * Where the station would stand, the sensor's origin.
+   *
+   * @minItems 3
+   * @maxItems 3
    */
-  position: number[];
+  position: [number, number, number];
   instrument_height_m: number;
   /**
    * Whether it is a valid tripod position.
@@ -716,14 +1001,14 @@ export interface PreviewHead {
    * Why it is not the requested position, or not valid; empty where it is.
    */
   reason: string;
-  coverage: CoverageDocument;
+  coverage: CoverageFigures;
   floors: FloorCoverage[];
   requirements: RequirementFigure[];
   station: StationAreas;
   /**
    * Of the station.
    */
-  links: LinkDocument[];
+  links: LinkSection[];
   n_stations: number;
   registration: Joined;
 }
@@ -784,12 +1069,49 @@ export interface Refusal {
  */
 export interface RouteOfDraft {
   revision: number;
-  route: {
-    [k: string]: unknown;
-  } | null;
-  field_time: {
-    [k: string]: unknown;
-  } | null;
+  route: RouteSection | null;
+  field_time: FieldTimeSection | null;
+}
+/**
+ * The route through the stations.
+ */
+export interface RouteSection {
+  /**
+   * Along the legs that can be walked.
+   */
+  length_m: number;
+  /**
+   * Legs that no way inside the model leads along.
+   */
+  n_unwalkable: number;
+  /**
+   * The route ends where it begins.
+   */
+  returns: boolean;
+  /**
+   * No order of these stations, a storey at a time, makes a shorter route.
+   */
+  exact: boolean;
+  /**
+   * Where the route begins, on the ground; null: at the first station.
+   */
+  start: [number, number, number] | null;
+  /**
+   * Where it ends; null: at the last station, or where it begins.
+   */
+  end: [number, number, number] | null;
+  /**
+   * Ids of all stations in the order of visits; those left out last.
+   */
+  order: string[];
+  /**
+   * Ids of stations to which no way leads.
+   */
+  left_out: string[];
+  /**
+   * From stop to stop, in their order.
+   */
+  legs: LegSection[];
 }
 /**
  * The best stations so far; of a run that has a plan, those of the plan.

@@ -46,6 +46,12 @@ test('curves begin with the station that adds most, where the plan says which th
     covered_area_m2: 1,
     fraction_of_achievable,
   });
-  const why = { stations: [], curve: [step('S002', 0.7), step('S001', 0.9)], unseen_surfaces: [] };
+  const why = {
+    stations: [],
+    curve: [step('S002', 0.7), step('S001', 0.9)],
+    area_by_reason_m2: {},
+    unlisted_area_m2: {},
+    unseen_surfaces: [],
+  };
   expect(steepestCurve({ ...plan, why })).toEqual([0.7, 0.9]);
 });

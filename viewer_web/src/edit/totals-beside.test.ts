@@ -5,7 +5,7 @@ import { ReviewClient } from '../api/review-client.ts';
 import { metInWords, missedInWords } from '../panels/requirements.tsx';
 import { createStore, type Store } from '../store.ts';
 import { FakeReviewServer } from '../testing/fake-review-server.ts';
-import { smallPlan } from '../testing/small-plan.ts';
+import { resultOf, smallPlan } from '../testing/small-plan.ts';
 import { totalsBeside } from './totals-beside.ts';
 
 const MOVE: Change = { kind: 'move_station', station: 'S001', position_m: [1005, 2000, 1.3] };
@@ -17,7 +17,7 @@ function figuresAt(revision: number): DraftFigures {
     revision,
     coverage: { ...coverage, fraction_of_achievable: 0.9 },
     floors: coverage.floors,
-    requirements: [{ name: 'overall', required: 0.95, fraction_of_achievable: 0.9, met: false }],
+    requirements: [resultOf({ name: 'overall', required: 0.95, fraction_of_achievable: 0.9, met: false })],
     stations: stations.slice(1),
     registration,
     curve: [],

@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { smallPlan } from '../testing/small-plan.ts';
+import { resultOf, smallPlan } from '../testing/small-plan.ts';
 import { countingLinks, missedOf, planTotals, signedCount, signedPoints } from './totals.ts';
 
 test('links count from the threshold and the least strength on', () => {
@@ -31,7 +31,7 @@ test('floors that the plan is not of have no total', () => {
 
 test('what is missed is told part by part, and of older plans as a whole', () => {
   const plan = smallPlan();
-  const result = (name: string, met: boolean) => ({ name, required: 0.95, fraction_of_achievable: 0.9, met });
+  const result = (name: string, met: boolean) => resultOf({ name, required: 0.95, fraction_of_achievable: 0.9, met });
   const results = [result('Ground floor', false), result('Stairs', true), result('overall', true)];
   const told = planTotals({ ...plan, requirements: { ...plan.requirements, results } });
   expect(missedOf(told.requirements)).toEqual([{ name: 'Ground floor', required: 0.95, coverage: 0.9, isMet: false }]);

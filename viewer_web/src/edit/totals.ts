@@ -38,8 +38,8 @@ export function planTotals(plan: PlanJson): Totals {
     nStations: stations.length,
     coverage: coverage.fraction_of_achievable,
     floors: floorTotals(plan, coverage.floors, stations),
-    requirements: metOf(plan.requirements.results ?? [overall(plan)]),
-    nLinks: countingLinks(registration.links, registration.threshold, registration.min_strength ?? 0),
+    requirements: metOf(plan.requirements.results.length > 0 ? plan.requirements.results : [overall(plan)]),
+    nLinks: countingLinks(registration.links, registration.threshold, registration.min_strength),
     nNetworks: registration.networks.length || (registration.connected ? 1 : stations.length),
   };
 }
@@ -52,7 +52,7 @@ export function draftTotals(plan: PlanJson, figures: DraftFigures): Totals {
     coverage: figures.coverage.fraction_of_achievable,
     floors: floorTotals(plan, figures.floors, figures.stations),
     requirements: metOf(figures.requirements),
-    nLinks: countingLinks(registration.links, threshold, plan.registration.min_strength ?? 0),
+    nLinks: countingLinks(registration.links, threshold, plan.registration.min_strength),
     nNetworks: registration.networks.length,
   };
 }

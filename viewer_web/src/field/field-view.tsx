@@ -2,7 +2,7 @@
 import { useMemo, useState } from 'preact/hooks';
 import { hasEdits, stationsOf } from '../edit/draft-follower.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
-import { counted, metres } from '../panels/figures.ts';
+import { counted, heightWords, metres } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { FloorMap } from './floor-map.tsx';
 import './field.css';
@@ -103,7 +103,7 @@ function NextStop({ stop, stops, done, onTick }: NextStopProps) {
           {wayInWords(wayM, stop === stops[0])}
         </p>
         <p class="muted">
-          Sensor {metres(stop.heightM)} above the ground · x {stop.positionM[0].toFixed(2)}, y{' '}
+          Sensor {heightWords(stop.heightM)} above the ground · x {stop.positionM[0].toFixed(2)}, y{' '}
           {stop.positionM[1].toFixed(2)}
         </p>
       </div>

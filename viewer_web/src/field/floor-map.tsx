@@ -1,7 +1,7 @@
 /** A map of one floor: its ground and walls, the way to the next station, and the stations with their numbers. */
 import { useEffect, useMemo, useState } from 'preact/hooks';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
-import { metres } from '../panels/figures.ts';
+import { heightWords } from '../panels/figures.ts';
 import type { Stop } from './route.ts';
 import { sectionLines } from './section-lines.ts';
 import { type Stack, shownOf, stacksOf } from './stacks.ts';
@@ -151,7 +151,7 @@ function StackList({ stack, done, onPick, onClose }: StackListProps) {
               <span class="dot">{stop.order}</span>
               <span>{stop.stationId}</span>
               <span class="muted">
-                sensor at {metres(stop.heightM)}
+                sensor at {heightWords(stop.heightM)}
                 {done.has(stop.stationId) ? ' · done ✓' : ''}
               </span>
             </button>

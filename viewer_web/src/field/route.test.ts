@@ -17,6 +17,10 @@ function walked(start: boolean): PlanJson {
   const order = ['S001', 'S003', 'S002'];
   const route = {
     length_m: 10,
+    n_unwalkable: 0,
+    exact: true,
+    start: null,
+    end: null,
     returns: false,
     order,
     left_out: [],

@@ -7,7 +7,8 @@ export interface Stop {
   readonly order: number;
   readonly floorId: string;
   readonly floorName: string;
-  readonly heightM: number;
+  /** Of the sensor; null: not known. */
+  readonly heightM: number | null;
   /** Scene frame. */
   readonly positionM: readonly [number, number, number];
   /** The way from the stop before, or from where the route starts; null: not known, or no way inside the model. */

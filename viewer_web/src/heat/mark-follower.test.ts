@@ -98,6 +98,16 @@ type Requirements = LoadedPlan['plan']['requirements'];
 /** Patches 1 and 2 of the first requirement, patch 2 and 3 of the second, as viewer/lost has them. */
 const LOST = Uint32Array.of(2, 2, 1, 2, 2, 3);
 const LIMITS = { spacing_m: 0.01, range_m: null, incidence_rad: null, noise_m: null };
+const WALLS = {
+  name: 'Walls',
+  coverage: 1,
+  asked: LIMITS,
+  seen_from: 1,
+  floors: [],
+  classes: [],
+  zone: [],
+  heights: null,
+};
 
 interface OwnMarks {
   readonly required?: Partial<Requirements>;
@@ -174,7 +184,7 @@ test('what requirements would lose without a station is marked as the plan tells
 });
 
 test('of one requirement only what it would lose is marked', async () => {
-  const parts = [{ name: 'Walls' }];
+  const parts = [WALLS];
   expect((await ownMarksOf({ required: { parts }, requirement: 'overall' })).marks).toEqual([0, 1, 1, 0]);
   expect((await ownMarksOf({ required: { parts }, requirement: 'Walls' })).marks).toEqual([0, 0, 1, 1]);
 });
@@ -193,7 +203,7 @@ test('of an older plan what only a station sees is marked where it was asked for
 test.each([
   ['limits', { asked: LIMITS }],
   ['two stations', { seen_from: 2 }],
-  ['limits of a part', { parts: [{ name: 'Walls' }] }],
+  ['limits of a part', { parts: [WALLS] }],
 ])('an older plan that asks for %s says that it does not tell, rather than guess', async (_, required) => {
   const { marks, state } = await ownMarksOf({ isTold: false, required });
   expect(marks).toEqual([]);

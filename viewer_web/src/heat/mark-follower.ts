@@ -89,7 +89,7 @@ export class MarkFollower {
       if (!asksMore(plan)) return ownMarks(await this.seen(id), this.paint.timesSeen);
       throw new Error('An older version made this plan, without what is lost with a station. Plan again to see it.');
     }
-    const names = (plan.requirements.results ?? []).map(({ name }) => name);
+    const names = plan.requirements.results.map(({ name }) => name);
     const lost = parseLost(bytes, names.length);
     if (lost === null) throw new Error(`What is lost without ${id} can’t be read. Write the plan again.`);
     const shown = requirement === null ? lost : lost.filter((_, i) => names[i] === requirement);
@@ -134,7 +134,7 @@ export class MarkFollower {
     const { timesSeen } = this.paint;
     const { layers, plan } = this.loaded;
     if (reason === LEFT_BY_EDITS) {
-      const enough = plan.requirements.seen_from ?? 1;
+      const enough = plan.requirements.seen_from;
       return (patch) => timesSeen[patch] < enough;
     }
     if (reasons === null) return (patch) => timesSeen[patch] === 0 || timesSeen[patch] === NOT_ACHIEVABLE;

@@ -20,3 +20,10 @@ test('a plan of another schema is told by its schema', () => {
 test('what is no plan at all is told', () => {
   expect(() => parsePlan(null)).toThrow(/plan\.json/);
 });
+
+test('a plan of the first version is taken, with what it did not say filled in', () => {
+  const plan = smallPlan(); // made of the keys that every version writes
+  expect([plan.route, plan.why, plan.site.settled, plan.requirements.results]).toEqual([null, null, [], []]);
+  expect(plan.registration.links[1]?.weak_axis).toBe('');
+  expect(plan.requirements.network).toBe('none');
+});

@@ -9,6 +9,7 @@ const link = (a: number, b: number, overlap: number, strength: number | null = 0
   b: `S${b}`,
   overlap,
   strength,
+  weak_axis: '',
   weak_motion: null,
 });
 

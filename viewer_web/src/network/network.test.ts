@@ -11,6 +11,7 @@ const link = (a: number, b: number, overlap = 0.5, strength: number | null = 0.1
   b: `S${b}`,
   overlap,
   strength,
+  weak_axis: '',
   weak_motion: null,
 });
 const ids = (n: number): string[] => [...Array(n).keys()].map((i) => `S${i}`);

@@ -20,6 +20,8 @@ export const askedPercent = (fraction: number): string => `${Number((100 * fract
 export const squareMetres = (m2: number): string =>
   m2 > 0 && m2 < 0.05 ? `${m2.toFixed(2)} m²` : `${area.format(m2)} m²`;
 export const metres = (m: number, digits = 2): string => `${m.toFixed(digits)} m`;
+/** Of a sensor above the ground; null: of a given station, whose height nobody told. */
+export const heightWords = (m: number | null): string => (m === null ? 'not known' : metres(m));
 export const whole = (n: number): string => count.format(n);
 
 /** "45 s", "3 min", "2 h 05 min". */
@@ -40,7 +42,12 @@ export function kindInWords(kind: string): string {
 }
 
 /** "up to 2 stations above the minimum". */
-export function optimalityInWords({ proven, gap, stations, lower_bound: bound }: PlanJson['optimality']): string {
+export function optimalityInWords({
+  proven,
+  gap,
+  stations,
+  lower_bound: bound,
+}: Pick<PlanJson['optimality'], 'proven' | 'gap' | 'stations' | 'lower_bound'>): string {
   if (proven) return 'proven minimum';
   if (gap === null || bound === null) return 'unknown';
   return `up to ${counted(stations - bound, 'station')} above the minimum`;

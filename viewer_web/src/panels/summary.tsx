@@ -50,7 +50,7 @@ export function Summary({ store }: { store: Store }) {
           }
           hint={`${counted(nLinks, 'link')} of at least ${askedPercent(registration.threshold)} overlap`}
         />
-        <Figure name="Scanner" value={scanner.title ?? scanner.name} />
+        <Figure name="Scanner" value={scanner.title} />
       </dl>
       {warnings.length > 0 && (
         <details class="warnings">

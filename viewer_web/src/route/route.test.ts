@@ -9,6 +9,10 @@ const FLOORS = [
 ] as StageFloor[];
 const ROUTE: PlanRoute = {
   length_m: 20,
+  n_unwalkable: 0,
+  exact: true,
+  start: null,
+  end: null,
   returns: false,
   order: ['S001', 'S002', 'S003'],
   left_out: [],

@@ -1,10 +1,10 @@
 /** Parts of an unseen piece that a view of it is judged by. */
-import type { PlanJson } from '../load/plan-json.ts';
+import type { UnseenSurface } from '../load/plan-json.ts';
 import type { Stage, StageElement } from '../load/stage.ts';
 import type { PatchPlaces } from './patch-places.ts';
 import type { PiecePart, PieceToSee } from './viewpoint.ts';
 
-type Piece = NonNullable<PlanJson['why']>['unseen_surfaces'][number]['pieces'][number];
+type Piece = UnseenSurface['pieces'][number];
 
 /** A view is judged by so many places: each costs a ray, and each view that is tried as many. */
 const MOST_PARTS = 16;

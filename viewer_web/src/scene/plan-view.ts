@@ -164,7 +164,7 @@ export class PlanView {
     const planned = this.loaded.plan.stations.find(({ id }) => id === stationId);
     if (station === undefined) return;
     const ahead = this.viewport.heading();
-    this.walk.enter(station.positionM, ahead, planned?.instrument_height_m);
+    this.walk.enter(station.positionM, ahead, planned?.instrument_height_m ?? undefined);
   }
 
   /** Walk from the chosen station, from ground that was clicked, or from the station nearest to what is looked at. */

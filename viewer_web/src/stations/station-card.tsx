@@ -3,7 +3,7 @@ import { batch } from '@preact/signals';
 import type { PlanJson, PlanLink, PlanStation, RequirementResult, StationLoss } from '../load/plan-json.ts';
 import { countingOf, counts } from '../network/graph.ts';
 import { Card } from '../panels/card.tsx';
-import { askedPercent, counted, duration, metres, percentDown, squareMetres } from '../panels/figures.ts';
+import { askedPercent, counted, duration, heightWords, metres, percentDown, squareMetres } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -64,7 +64,11 @@ function Pose({ store, plan, station }: StationProps) {
       <Figure name="x" value={metres(x, 3)} hint="Sensor origin, scene coordinates" />
       <Figure name="y" value={metres(y, 3)} hint="Sensor origin, scene coordinates" />
       <Figure name="z" value={metres(z, 3)} hint="Sensor origin, scene coordinates" />
-      <Figure name="Instrument height" value={metres(station.instrument_height_m)} hint="Sensor above the ground" />
+      <Figure
+        name="Instrument height"
+        value={heightWords(station.instrument_height_m)}
+        hint="Sensor above the ground"
+      />
       <Figure name="Seen area" value={squareMetres(worth.covered_area_m2)} hint="Area this station sees by itself" />
       {seconds !== null && (
         <Figure name="Time on station" value={duration(seconds)} hint="Setup and scan, without the way there" />
@@ -107,7 +111,7 @@ function OwnSurface({ store, plan, station }: StationProps) {
           ))}
         </ul>
       )}
-      <Losses store={store} losses={worth.losses ?? []} results={results ?? plan.requirements.results ?? []} />
+      <Losses store={store} losses={worth.losses ?? []} results={results ?? plan.requirements.results} />
       <label class="check">
         <input
           type="checkbox"

@@ -13,6 +13,7 @@ const surface = (area_m2: number, reason: string, floor = 'F0'): UnseenSurface =
   element: 1,
   name: 'Wall',
   kind: 'IfcWall',
+  source_id: '1xS3BCk291UvhgP2dvNsgp',
   room: null,
   floor,
   reason,

@@ -1,0 +1,1128 @@
+/** plan.json. Generated of docs/formats/plan.schema.json by `npm run types`: change its model instead. */
+
+export interface Documents {
+  AskedSection: AskedSection;
+  CoverageSection: CoverageSection;
+  FieldTimeSection: FieldTimeSection;
+  FloorCoverage: FloorCoverage;
+  FloorSection: FloorSection;
+  GapSection: GapSection;
+  GeoreferenceSection: GeoreferenceSection;
+  KeepOutSection: KeepOutSection;
+  LegSection: LegSection;
+  LinkSection: LinkSection;
+  LoadOptionsSection: LoadOptionsSection;
+  LossSection: LossSection;
+  NetworkSection: NetworkSection;
+  OptimalitySection: OptimalitySection;
+  OwnPartSection: OwnPartSection;
+  PartSection: PartSection;
+  PickSection: PickSection;
+  PieceSection: PieceSection;
+  RegistrationSection: RegistrationSection;
+  Repairs: Repairs;
+  RequirementsSection: RequirementsSection;
+  ResultSection: ResultSection;
+  RoomSection: RoomSection;
+  RouteSection: RouteSection;
+  ScannerSection: ScannerSection;
+  SceneSection: SceneSection;
+  SealedSection: SealedSection;
+  SettingsSection: SettingsSection;
+  SettledSection: SettledSection;
+  SiteSection: SiteSection;
+  SourceSection: SourceSection;
+  SpotSection: SpotSection;
+  StationReasonSection: StationReasonSection;
+  StationSection: StationSection;
+  StepSection: StepSection;
+  UnseenSection: UnseenSection;
+  UnseenSurfaceSection: UnseenSurfaceSection;
+  WeakMotionSection: WeakMotionSection;
+  WhySection: WhySection;
+  PlanDocument: PlanDocument;
+}
+/**
+ * Limits on how surfaces are seen; null: none.
+ */
+export interface AskedSection {
+  /**
+   * Greatest distance between neighbouring points.
+   */
+  spacing_m: number | null;
+  range_m: number | null;
+  incidence_rad: number | null;
+  /**
+   * Greatest one sigma of range noise.
+   */
+  noise_m: number | null;
+}
+/**
+ * Coverage, overall and floor by floor.
+ */
+export interface CoverageSection {
+  /**
+   * Coverage is counted on patches no larger than this.
+   */
+  max_patch_area_m2: number;
+  /**
+   * Seen by at least one admissible candidate or by a station of the plan.
+   */
+  achievable_area_m2: number;
+  /**
+   * All surface of the model that counts here, the inside of walls included.
+   */
+  total_area_m2: number;
+  /**
+   * Seen by at least one station of the plan.
+   */
+  covered_area_m2: number;
+  /**
+   * covered / achievable.
+   */
+  fraction_of_achievable: number;
+  /**
+   * covered / total.
+   */
+  fraction_of_total: number;
+  /**
+   * In the order of `floors`.
+   */
+  floors: FloorCoverage[];
+}
+/**
+ * Coverage of a floor.
+ */
+export interface FloorCoverage {
+  /**
+   * Id of a floor.
+   */
+  floor: string;
+  /**
+   * Seen by at least one admissible candidate or by a station of the plan.
+   */
+  achievable_area_m2: number;
+  /**
+   * All surface of the model that counts here, the inside of walls included.
+   */
+  total_area_m2: number;
+  /**
+   * Seen by at least one station of the plan.
+   */
+  covered_area_m2: number;
+  /**
+   * covered / achievable.
+   */
+  fraction_of_achievable: number;
+  /**
+   * covered / total.
+   */
+  fraction_of_total: number;
+}
+/**
+ * Seconds in the field.
+ */
+export interface FieldTimeSection {
+  /**
+   * null where nobody tells how long a scan takes.
+   */
+  scanning_s: number | null;
+  /**
+   * Of all stations.
+   */
+  set_up_s: number;
+  /**
+   * Along the legs that can be walked.
+   */
+  walking_s: number;
+  /**
+   * The sum; null where a part is not known.
+   */
+  total_s: number | null;
+}
+/**
+ * A floor.
+ */
+export interface FloorSection {
+  /**
+   * F0 is the lowest that was found; floors that people marked have the numbers behind those found.
+   */
+  id: string;
+  name: string;
+  /**
+   * Height of the ground.
+   */
+  elevation_m: number;
+  ground_area_m2: number | null;
+  /**
+   * [[x_min, y_min], [x_max, y_max]] of the ground.
+   *
+   * @minItems 2
+   * @maxItems 2
+   */
+  bounds: [[number, number], [number, number]];
+  /**
+   * How the ground was found.
+   */
+  origin: 'slab' | 'surface' | 'storey-elevation' | 'marked';
+  n_stations: number;
+}
+/**
+ * Two networks, by their places in the list, and the link between them that comes nearest to counting.
+ */
+export interface GapSection {
+  networks: number[];
+  best: LinkSection;
+}
+/**
+ * Overlap of two stations.
+ */
+export interface LinkSection {
+  a: string;
+  b: string;
+  /**
+   * The smaller of both shares of seen area that the other sees too.
+   */
+  overlap: number;
+  /**
+   * How well the shared surface holds the two together in its weakest direction; null where not computed.
+   */
+  strength: number | null;
+  /**
+   * The motion that the shared surface holds least, in words by axes of the scene; empty where not computed.
+   */
+  weak_axis: string;
+  /**
+   * The same as kind and direction; null where not computed, and in plans of older versions.
+   */
+  weak_motion: WeakMotionSection | null;
+}
+/**
+ * A motion; its direction is a unit vector in axes of the scene.
+ */
+export interface WeakMotionSection {
+  kind: 'shift' | 'turn';
+  /**
+   * @minItems 3
+   * @maxItems 3
+   */
+  direction: [number, number, number];
+}
+/**
+ * What the scene file says of where it is on earth, unchecked; texts as the file has them, empty: not told.
+ */
+export interface GeoreferenceSection {
+  /**
+   * IFC class of the map conversion; empty: the file has none.
+   */
+  operation: string;
+  /**
+   * Rows of the matrix from scene positions to easting, northing and height, metres to metres; null: no map
+   * conversion.
+   */
+  to_map:
+    | [
+        [number, number, number, number],
+        [number, number, number, number],
+        [number, number, number, number],
+        [number, number, number, number],
+      ]
+    | null;
+  /**
+   * Name of the coordinate reference system.
+   */
+  crs_name: string;
+  /**
+   * The same as WKT; empty in most files.
+   */
+  crs_text: string;
+  /**
+   * Of the coordinate reference system.
+   */
+  description: string;
+  geodetic_datum: string;
+  vertical_datum: string;
+  map_projection: string;
+  map_zone: string;
+  map_unit: string;
+  /**
+   * Of the site; north is positive.
+   */
+  site_latitude_deg: number | null;
+  /**
+   * Of the site; east is positive.
+   */
+  site_longitude_deg: number | null;
+  /**
+   * Of the site.
+   */
+  site_elevation_m: number | null;
+  /**
+   * Scene position that latitude, longitude and elevation are of.
+   */
+  site_position: [number, number, number] | null;
+  /**
+   * Direction in the plan of the scene, of length 1; null: not told.
+   */
+  true_north: [number, number] | null;
+  /**
+   * What is odd about it.
+   */
+  warnings: string[];
+}
+/**
+ * An area where nobody goes, or, with `access`, the only one on its floor where somebody does.
+ */
+export interface KeepOutSection {
+  name: string;
+  floor: string;
+  access: boolean;
+  outline: [number, number][];
+}
+/**
+ * The way between two stops.
+ */
+export interface LegSection {
+  /**
+   * Id of a station; null: the start.
+   */
+  from: string | null;
+  /**
+   * Id of a station; null: the end, or the start of a route that returns.
+   */
+  to: string | null;
+  /**
+   * null where it can't be walked.
+   */
+  length_m: number | null;
+  /**
+   * Ids of the floors passed, in their order.
+   */
+  floors: string[];
+  /**
+   * Corners of the way, on the ground; empty where it can't be walked.
+   */
+  points: [number, number, number][];
+}
+/**
+ * How the file was read; null: as it says of itself. What it takes to read it again.
+ */
+export interface LoadOptionsSection {
+  /**
+   * As the user told.
+   */
+  metres_per_unit: number | null;
+  /**
+   * As the user told.
+   */
+  up_axis: ('Y' | 'Z') | null;
+  /**
+   * Faces of vertices that do not exist were to be dropped.
+   */
+  skip_bad_faces: boolean;
+  glass: 'pass' | 'stop' | 'return';
+  doors: 'shut' | 'open' | 'all';
+}
+/**
+ * What a requirement would lose without a station.
+ */
+export interface LossSection {
+  /**
+   * Name of one of `requirements.results`.
+   */
+  requirement: string;
+  /**
+   * Of it, that no longer would be as required.
+   */
+  area_m2: number;
+  /**
+   * Of the requirement, without this station.
+   */
+  fraction_of_achievable: number;
+  /**
+   * Whether the requirement would be met without this station.
+   */
+  met: boolean;
+}
+/**
+ * Stations that links join.
+ */
+export interface NetworkSection {
+  stations: string[];
+  floors: string[];
+  n_links: number;
+  /**
+   * Links without which it falls apart.
+   */
+  bridges: [string, string][];
+  /**
+   * Stations without which the others fall apart.
+   */
+  articulations: string[];
+  /**
+   * The link that all hangs on: smallest overlap on the best ways between stations.
+   */
+  bottleneck: LinkSection | null;
+  two_connected: boolean;
+}
+/**
+ * How good the plan is proven to be.
+ */
+export interface OptimalitySection {
+  objective: string;
+  stations: number;
+  /**
+   * No plan on these candidates (and given stations) that meets the required coverage has fewer stations; null where
+   * no bound is known.
+   */
+  lower_bound: number | null;
+  /**
+   * (stations - lower_bound) / stations; null where no bound is known, or where coverage misses the requirement.
+   */
+  gap: number | null;
+  /**
+   * This plan meets the required coverage, and no plan on these candidates that does has fewer stations.
+   */
+  proven: boolean;
+  /**
+   * Why the search for fewer stations ended: proven, work limit, time limit, interrupted, earlier stations kept;
+   * empty where the method does not search.
+   */
+  why_stopped: string;
+  /**
+   * Candidates that the lower bound holds for: grid, doorways, rooms, landings, settled stations, in the parts of the
+   * network that the plan is made in. Places that the plan took from off the grid may do better than the bound says.
+   */
+  n_candidates_bounded: number | null;
+  /**
+   * Stations that greedy selection takes for the same; null: not known.
+   */
+  greedy_stations: number | null;
+  /**
+   * Of another objective than fewest stations: seconds in the field, or fraction of the achievable area covered.
+   */
+  value: number | null;
+  /**
+   * What no plan on these candidates is better than, in the same unit.
+   */
+  bound: number | null;
+}
+/**
+ * Surface of an element in a room that only one station sees.
+ */
+export interface OwnPartSection {
+  /**
+   * Number of the element in the scene.
+   */
+  element: number;
+  name: string;
+  /**
+   * null where it is in no room, or the source names none.
+   */
+  room: RoomSection | null;
+  area_m2: number;
+}
+/**
+ * A room that the source names.
+ */
+export interface RoomSection {
+  name: string;
+  /**
+   * IFC GlobalId.
+   */
+  source_id: string;
+}
+/**
+ * What is required of a part of the building besides.
+ */
+export interface PartSection {
+  name: string;
+  coverage: number;
+  asked: AskedSection;
+  /**
+   * Stations that must each meet the limits for a surface to count.
+   */
+  seen_from: number;
+  floors: string[];
+  classes: string[];
+  /**
+   * Corners (x, y) of a polygon in plan, scene coordinates; empty: everywhere.
+   */
+  zone: [number, number][];
+  /**
+   * Lowest and highest z, scene coordinates.
+   */
+  heights: [number, number] | null;
+}
+/**
+ * A surface marked as ground, or unmarked: the coplanar region around a point.
+ */
+export interface PickSection {
+  /**
+   * @minItems 3
+   * @maxItems 3
+   */
+  point: [number, number, number];
+  is_ground: boolean;
+  /**
+   * Id or name; empty: the nearest.
+   */
+  floor: string;
+}
+/**
+ * Surface that hangs together.
+ */
+export interface PieceSection {
+  area_m2: number;
+  /**
+   * Centre of its area; of a bent piece it need not lie on it.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  centroid: [number, number, number];
+  /**
+   * Lowest and highest corner.
+   *
+   * @minItems 2
+   * @maxItems 2
+   */
+  box: [[number, number, number], [number, number, number]];
+  /**
+   * Number of the patch nearest to the centre.
+   */
+  patch: number;
+}
+/**
+ * Links between stations, and what they join.
+ */
+export interface RegistrationSection {
+  /**
+   * Minimum overlap of a link.
+   */
+  threshold: number;
+  /**
+   * Strength from which on a link counts.
+   */
+  min_strength: number;
+  /**
+   * Links of at least the threshold join all stations.
+   */
+  connected: boolean;
+  links: LinkSection[];
+  /**
+   * Largest first.
+   */
+  networks: NetworkSection[];
+  /**
+   * Links that count, between stations of different floors.
+   */
+  floor_joins: [string, string][];
+  gaps: GapSection[];
+}
+/**
+ * Faces that were dropped on loading, by reason.
+ */
+export interface Repairs {
+  faces_read: number;
+  non_finite: number;
+  degenerate: number;
+  duplicate: number;
+  bad_index: number;
+  stray: number;
+  /**
+   * Up to 100 lines on faces that were dropped: element, face, reason.
+   */
+  dropped: string[];
+  /**
+   * What loading wants the user to know.
+   */
+  warnings: string[];
+}
+/**
+ * What was required, and what became of it.
+ */
+export interface RequirementsSection {
+  /**
+   * Share of the achievable area required, overall and on each floor.
+   */
+  coverage: number;
+  /**
+   * Share of seen area that makes two stations linked.
+   */
+  overlap: number;
+  /**
+   * Ids or names of the floors that were planned; empty: all.
+   */
+  floors: string[];
+  asked: AskedSection;
+  /**
+   * Stations that must each meet the limits for a surface to count.
+   */
+  seen_from: number;
+  /**
+   * Of the surfaces, for range noise.
+   */
+  reflectivity: number;
+  /**
+   * How links must connect the stations, as far as candidates can be linked at all.
+   */
+  network: 'connected' | 'redundant' | 'none' | 'joined' | 'loops';
+  /**
+   * Least strength of a link that counts.
+   */
+  min_strength: number;
+  parts: PartSection[];
+  /**
+   * Of floors, overall, of parts.
+   */
+  results: ResultSection[];
+}
+/**
+ * What became of one thing that was required: of a floor, overall, of a part.
+ */
+export interface ResultSection {
+  name: string;
+  required: number;
+  /**
+   * Stations that must each meet the limits for a surface to count.
+   */
+  seen_from: number;
+  asked: AskedSection;
+  achievable_area_m2: number;
+  covered_area_m2: number;
+  total_area_m2: number;
+  fraction_of_achievable: number;
+  met: boolean;
+}
+/**
+ * The route through the stations.
+ */
+export interface RouteSection {
+  /**
+   * Along the legs that can be walked.
+   */
+  length_m: number;
+  /**
+   * Legs that no way inside the model leads along.
+   */
+  n_unwalkable: number;
+  /**
+   * The route ends where it begins.
+   */
+  returns: boolean;
+  /**
+   * No order of these stations, a storey at a time, makes a shorter route.
+   */
+  exact: boolean;
+  /**
+   * Where the route begins, on the ground; null: at the first station.
+   */
+  start: [number, number, number] | null;
+  /**
+   * Where it ends; null: at the last station, or where it begins.
+   */
+  end: [number, number, number] | null;
+  /**
+   * Ids of all stations in the order of visits; those left out last.
+   */
+  order: string[];
+  /**
+   * Ids of stations to which no way leads.
+   */
+  left_out: string[];
+  /**
+   * From stop to stop, in their order.
+   */
+  legs: LegSection[];
+}
+/**
+ * The scanner's specification in full.
+ */
+export interface ScannerSection {
+  name: string;
+  /**
+   * Which of its resolutions; empty: it has one.
+   */
+  mode: string;
+  title: string;
+  /**
+   * Where the figures are from.
+   */
+  source: string;
+  range_min_m: number;
+  range_max_m: number;
+  n_azimuths: number;
+  n_channels: number;
+  /**
+   * One angle per channel, up from the horizontal, highest first.
+   */
+  elevation_rad: number[];
+  /**
+   * First and last azimuth of a sector, counter-clockwise from +x; empty: a full turn from 0.
+   */
+  azimuth_range_rad: number[];
+  /**
+   * One angle per channel, added to its azimuths; empty: none.
+   */
+  azimuth_offset_rad: number[];
+  /**
+   * Hangs upside down: turned by 180 degrees about its x axis.
+   */
+  inverted: boolean;
+  instrument_height_min_m: number;
+  instrument_height_max_m: number;
+  /**
+   * Of a whole scan in this mode; null, as of all that follows: not known.
+   */
+  seconds_per_scan: number | null;
+  /**
+   * Rows of range in metres, reflectivity, one sigma in metres; empty: not known.
+   */
+  range_noise: [number, number, number][];
+  /**
+   * [a, b]: a range r is accurate to a + b r metres.
+   */
+  ranging_accuracy: [number, number] | null;
+  angular_accuracy_rad: number | null;
+  /**
+   * Full angle.
+   */
+  beam_divergence_rad: number | null;
+  /**
+   * At the exit.
+   */
+  beam_diameter_m: number | null;
+  /**
+   * What both are measured at: 1/e, 1/e2, FWHM; empty: not told.
+   */
+  beam_width_at: string;
+  wavelength_m: number | null;
+  dual_axis_compensator: boolean | null;
+}
+/**
+ * The scene as it was read.
+ */
+export interface SceneSection {
+  /**
+   * Name of the scene file, without its folder.
+   */
+  file: string;
+  /**
+   * Of the file's bytes, hexadecimal; empty for a scene from memory.
+   */
+  sha256: string;
+  /**
+   * What was read.
+   */
+  format: 'ifc' | 'obj' | 'ply' | 'stl' | 'gltf' | 'usd' | 'memory';
+  /**
+   * What the file says of itself: IFC2X3, glTF 2.0 ...; empty where it says nothing.
+   */
+  schema: string;
+  /**
+   * Unit of the file: metre, millimetre, inch ...
+   */
+  units: string;
+  metres_per_unit: number;
+  up_axis: 'Y' | 'Z';
+  /**
+   * What glass was taken to do to beams.
+   */
+  glass: 'pass' | 'stop' | 'return';
+  /**
+   * Which doors were taken to be open: none, those indoors, or those that lead outdoors, too.
+   */
+  doors: 'shut' | 'open' | 'all';
+  load_options: LoadOptionsSection | null;
+  /**
+   * Doors whose leaves were left out.
+   */
+  n_doors_open: number;
+  /**
+   * Scene position = local position + offset; the USD stage is local.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  offset: [number, number, number];
+  /**
+   * What the scene file says of where it is on earth, unchecked; null: nothing.
+   */
+  georeference: GeoreferenceSection | null;
+  n_elements: number;
+  n_triangles: number;
+  /**
+   * Faces that the file says are of clear glass, both of a pane; `glass` says what they were taken to do.
+   */
+  glass_area_m2: number;
+  mirror_area_m2: number;
+  /**
+   * Triangles that let beams pass: glass.
+   */
+  n_triangles_passing: number;
+  /**
+   * Triangles that end beams without a return: mirrors, and glass where the user says so.
+   */
+  n_triangles_stopping: number;
+  repairs: Repairs;
+}
+/**
+ * A room that no entrance leads to; nothing is planned in it.
+ */
+export interface SealedSection {
+  /**
+   * Id of a floor; empty: of none.
+   */
+  floor: string;
+  /**
+   * Ground that a person could stand on.
+   */
+  area_m2: number;
+  /**
+   * A place in it, on the ground.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  inside: [number, number, number];
+}
+/**
+ * Everything else that decided the plan, and the size of the problem.
+ */
+export interface SettingsSection {
+  /**
+   * What the plan is best in.
+   */
+  objective: 'fewest' | 'coverage' | 'time';
+  grid_step_m: number;
+  /**
+   * Heights that were asked for; empty: the scanner's range in steps of height_step_m.
+   */
+  instrument_heights_m: number[];
+  height_step_m: number;
+  clearance_m: number;
+  ground_ring_radius_m: number;
+  n_ground_ring_rays: number;
+  max_patch_area_m2: number;
+  /**
+   * What visibility was computed by: every beam, or samples of every patch.
+   */
+  scan_mode: 'beams' | 'patches';
+  /**
+   * Doorways, room centres and landings were candidates besides the grid.
+   */
+  special_places: boolean;
+  refine: boolean;
+  max_stations: number | null;
+  /**
+   * As told; null: by the scanner's mode.
+   */
+  seconds_per_scan: number | null;
+  set_up_s: number;
+  walking_m_per_s: number;
+  n_candidates: number;
+  n_patches: number;
+}
+/**
+ * A station, or a place, that is settled before planning.
+ */
+export interface SettledSection {
+  id: string;
+  role: 'scanned' | 'locked' | 'kept' | 'begun' | 'forbidden';
+  /**
+   * @minItems 3
+   * @maxItems 3
+   */
+  position: [number, number, number];
+  floor: string;
+  instrument_height_m: number | null;
+  /**
+   * Of a forbidden place.
+   */
+  radius_m: number | null;
+}
+/**
+ * Where the crew may go, and what was settled before planning.
+ */
+export interface SiteSection {
+  entrances: [number, number, number][];
+  keep_out: KeepOutSection[];
+  settled: SettledSection[];
+  mover_radius_m: number | null;
+  step_m: number | null;
+  mover_height_m: number | null;
+  opens_doors: boolean;
+  start: [number, number, number] | null;
+  end: [number, number, number] | null;
+  returns: boolean;
+  /**
+   * In the order they were made.
+   */
+  ground_picks: PickSection[];
+}
+/**
+ * Where the scene file was, seen from the plan folder. May differ between equal plans.
+ */
+export interface SourceSection {
+  /**
+   * Relative to the plan folder, with forward slashes.
+   */
+  path: string;
+}
+/**
+ * The candidate that sees most of a surface.
+ */
+export interface SpotSection {
+  /**
+   * The sensor's origin.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  position: [number, number, number];
+  /**
+   * Of this surface.
+   */
+  sees_m2: number;
+  /**
+   * Of all that is not worth a station.
+   */
+  adds_m2: number;
+}
+/**
+ * What only this station sees.
+ */
+export interface StationReasonSection {
+  station: string;
+  /**
+   * What would no longer be covered without it.
+   */
+  own_area_m2: number;
+  /**
+   * The largest parts of that, largest first.
+   */
+  own_parts: OwnPartSection[];
+  /**
+   * Stations it has links to that count for registration.
+   */
+  linked: string[];
+}
+/**
+ * A station.
+ */
+export interface StationSection {
+  id: string;
+  /**
+   * Id of a floor; empty: of none.
+   */
+  floor: string;
+  /**
+   * Order to visit.
+   */
+  order: number;
+  /**
+   * The sensor's origin.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  position: [number, number, number];
+  /**
+   * Sensor above the ground below it; null where that is unknown.
+   */
+  instrument_height_m: number | null;
+  /**
+   * Given by the user, not chosen.
+   */
+  fixed: boolean;
+  /**
+   * Seen from here, as well as is required of all; floors that are not asked for count too.
+   */
+  covered_area_m2: number;
+  /**
+   * What is required and would no longer be covered without this station; of floors not asked for, nothing.
+   */
+  own_area_m2: number;
+  /**
+   * Achievable surface on which some requirement would no longer be met without it; null: not worked out.
+   */
+  lost_area_m2: number | null;
+  /**
+   * By requirement, of those that would lose something.
+   */
+  losses: LossSection[] | null;
+}
+/**
+ * Coverage after one station more.
+ */
+export interface StepSection {
+  station: string;
+  covered_area_m2: number;
+  fraction_of_achievable: number | null;
+}
+/**
+ * Achievable surface of an element that the plan leaves unseen.
+ */
+export interface UnseenSection {
+  /**
+   * Number of the element in the scene.
+   */
+  element: number;
+  name: string;
+  kind: string;
+  /**
+   * What finds it in the source: IFC GlobalId, prim path ...
+   */
+  source_id: string;
+  /**
+   * Id of a floor; empty: of none.
+   */
+  floor: string;
+  unseen_area_m2: number;
+  achievable_area_m2: number;
+}
+/**
+ * The same, and why.
+ */
+export interface UnseenSurfaceSection {
+  /**
+   * Number of the element in the scene.
+   */
+  element: number;
+  name: string;
+  kind: string;
+  source_id: string;
+  /**
+   * null where it is in no room, or the source names none.
+   */
+  room: RoomSection | null;
+  /**
+   * Id of a floor; empty: of none.
+   */
+  floor: string;
+  area_m2: number;
+  /**
+   * Connected pieces it is in.
+   */
+  n_pieces: number;
+  /**
+   * The largest, largest first.
+   */
+  pieces: PieceSection[];
+  /**
+   * docs/method/unseen.md says what reasons mean.
+   */
+  reason: string;
+  /**
+   * null unless the reason is `not worth a station`.
+   */
+  best_spot: SpotSection | null;
+}
+/**
+ * What each station adds, and why the unseen stays unseen: docs/method/unseen.md.
+ */
+export interface WhySection {
+  /**
+   * One per station, in the order of `stations`.
+   */
+  stations: StationReasonSection[];
+  /**
+   * Coverage after 1, 2, ... stations, always taking the one that adds most.
+   */
+  curve: StepSection[];
+  /**
+   * Of all that is in scope, each patch counted once; covered comes first.
+   */
+  area_by_reason_m2: {
+    [k: string]: number;
+  };
+  /**
+   * Of surface that `unseen_surfaces` leaves out: slivers, and what is inside solids.
+   */
+  unlisted_area_m2: {
+    [k: string]: number;
+  };
+  /**
+   * By element, room, floor and reason, largest first.
+   */
+  unseen_surfaces: UnseenSurfaceSection[];
+}
+/**
+ * plan.json of tlsplan, schema tlsplan/plan/1. Lengths are metres, areas square metres, shares lie in [0, 1].
+ * Positions and elevations are in the scene frame: metres, z up, the source's own origin. A number that is unknown is
+ * null. Keys are never removed or given another meaning under this schema; new ones may come, so readers ignore keys
+ * they do not know. Keys with a default may be missing, as in plans of older versions.
+ */
+export interface PlanDocument {
+  /**
+   * Name and number of this contract.
+   */
+  schema: 'tlsplan/plan/1';
+  scene: SceneSection;
+  /**
+   * null for scenes from memory.
+   */
+  source: SourceSection | null;
+  scanner: ScannerSection;
+  requirements: RequirementsSection;
+  method: string;
+  /**
+   * Options of the method that the user set, by name.
+   */
+  method_options: {
+    [k: string]: string;
+  };
+  seed: number;
+  settings: SettingsSection;
+  site: SiteSection;
+  /**
+   * Lowest first.
+   */
+  floors: FloorSection[];
+  /**
+   * In the order to visit.
+   */
+  stations: StationSection[];
+  coverage: CoverageSection;
+  /**
+   * Covered share of the achievable area after 1, 2, ... stations in the order of choice.
+   */
+  coverage_curve: (number | null)[];
+  optimality: OptimalitySection;
+  registration: RegistrationSection;
+  /**
+   * null where none was looked for.
+   */
+  route: RouteSection | null;
+  /**
+   * null where no route was looked for.
+   */
+  field_time: FieldTimeSection | null;
+  sealed: SealedSection[];
+  /**
+   * By element and floor.
+   */
+  unseen: UnseenSection[];
+  why: WhySection | null;
+  /**
+   * One line each, for the user.
+   */
+  warnings: string[];
+  /**
+   * Engine and device that scanned. May differ between equal plans.
+   */
+  device: string;
+  /**
+   * Packages at work. May differ between equal plans.
+   */
+  versions: {
+    [k: string]: string;
+  };
+  /**
+   * Seconds per stage. May differ between equal plans.
+   */
+  timings_s: {
+    [k: string]: number;
+  };
+}
