@@ -147,7 +147,11 @@ def moved(plan: PlanSource, places: dict[str, tuple[float, float, float]]) -> Pl
         }
         for a, b in pairwise(ground)
     ]
-    return replace(plan, stations=stations, document={**plan.document, "route": {"legs": legs, "left_out": []}})
+    return replace(
+        plan,
+        stations=stations,
+        document={**plan.document, "route": {**plan.document["route"], "legs": legs, "left_out": []}},
+    )
 
 
 def test_a_station_in_an_edges_cell_stays_and_is_told(house_plan: PlanSource, mission: Mission) -> None:
@@ -314,7 +318,8 @@ def test_a_station_of_unknown_height_is_not_visited(house_plan: PlanSource, miss
 def test_a_walk_that_returns_comes_back_to_the_first_stop(house_plan: PlanSource, mission: Mission) -> None:
     legs = house_plan.document["route"]["legs"]
     home = {**legs[0], "from": "S2", "to": "S1", "points": legs[0]["points"][::-1]}
-    plan = replace(house_plan, document={**house_plan.document, "route": {"legs": [legs[0], home], "left_out": []}})
+    route = {**house_plan.document["route"], "legs": [legs[0], home], "left_out": []}
+    plan = replace(house_plan, document={**house_plan.document, "route": route})
     first, second = document_of(mission(plan)[0])["waypoints"][:2]
     assert (first["id"], first["heading_of"]) == ("S1", "departure")
     assert (second["id"], second["heading_of"]) == ("S2", "arrival")

@@ -63,7 +63,7 @@ def test_plan_of_an_older_version_that_lacks_results_has_sheets(
     def forget(document: dict[str, Any]) -> None:
         del document["requirements"]["results"]
 
-    assert pdf_of(edited(forget)).pages
+    assert pdf_of(edited(forget)).n_pages > 1
 
 
 @pytest.mark.parametrize(
