@@ -11,7 +11,7 @@ import numpy as np
 
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import PlannerError, StationListError
-from planner_core.export.formats import Written, hand_over_pack
+from planner_core.export.formats import Written, export_pack
 from planner_core.export.options import Options as ExportOptions
 from planner_core.model import (
     Doors,
@@ -220,7 +220,7 @@ def export(
         An unknown format, something at `folder`, or what a format needs is not there.
     """
     opened = plan if isinstance(plan, PlanSource) else open_plan(plan)
-    return hand_over_pack(formats, opened, Path(folder), options, overwrite=overwrite, progress=progress)
+    return export_pack(formats, opened, Path(folder), options, overwrite=overwrite, progress=progress)
 
 
 def _settings(told: PlanSettings | None, more: dict[str, Any]) -> PlanSettings:

@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .options import METRES_PER_UNIT, Asking, FileOptions, MethodOptions, Settling
+from .options import METRES_PER_UNIT, Asking, FileOptions, MethodOptions, PriorStations
 from .output import repairs
 
 if TYPE_CHECKING:
     from planner_core.engine.scan_engine import ScanEngine
-    from planner_core.model import PlanSettings, Requirements, Scene, SettledStation, Site, Survey
+    from planner_core.model import PlanSettings, PriorStation, Requirements, Scene, Site, Survey
     from planner_core.progress import Progress
 
     from .progress import ProgressReporter
@@ -129,8 +129,8 @@ def _example(form: str) -> str:
     return ",".join(like.get(part, "0") for part in parts)
 
 
-def with_settled(problem: PlanSettings, settling: Settling) -> PlanSettings:
-    """Return the settings with the stations and places that are settled before planning, besides those of the site.
+def with_prior(problem: PlanSettings, prior_stations: PriorStations) -> PlanSettings:
+    """Return the settings with the stations and positions given before planning, besides those of the site.
 
     Raises
     ------
@@ -139,25 +139,29 @@ def with_settled(problem: PlanSettings, settling: Settling) -> PlanSettings:
     """
     from planner_core.model import Role
     from planner_core.plan_folder.stations_csv import read_station_list
-    from planner_core.positions.site_reading import check_ids, settled_from
+    from planner_core.positions.site_reading import check_ids, prior_from
 
-    settled = list(problem.site.settled)
-    for path, role in ((settling.scanned, Role.SCANNED), (settling.locked, Role.LOCKED), (settling.kept, Role.KEPT)):
+    prior = list(problem.site.prior)
+    for path, role in (
+        (prior_stations.scanned, Role.SCANNED),
+        (prior_stations.locked, Role.LOCKED),
+        (prior_stations.kept, Role.KEPT),
+    ):
         if path is not None:
             rows = read_station_list(path)
-            settled += settled_from(
+            prior += prior_from(
                 ((row.id, tuple(row.position_m), row.floor, row.instrument_height_m) for row in rows), role
             )
-    for text in settling.forbidden:
+    for text in prior_stations.forbidden:
         x, y, z, *radius = numbers(text, "--forbid", "X,Y,Z or X,Y,Z,RADIUS", (3, 4))
         place = ("", (x, y, z), None, None)
-        settled += settled_from((place,), Role.FORBIDDEN, radius_m=radius[0] if radius else 0.5)
-    settled = _kept_once(settled)
-    check_ids(settled)
-    return replace(problem, site=replace(problem.site, settled=tuple(settled)))
+        prior += prior_from((place,), Role.FORBIDDEN, radius_m=radius[0] if radius else 0.5)
+    prior = _kept_once(prior)
+    check_ids(prior)
+    return replace(problem, site=replace(problem.site, prior=tuple(prior)))
 
 
-def _kept_once(settled: Sequence[SettledStation]) -> list[SettledStation]:
+def _kept_once(prior: Sequence[PriorStation]) -> list[PriorStation]:
     """Drop kept stations that are scanned, locked or forbidden besides: of the same id, and about the same place.
 
     Raises
@@ -167,8 +171,8 @@ def _kept_once(settled: Sequence[SettledStation]) -> list[SettledStation]:
     """
     from planner_core.errors import RequirementError
 
-    firm = {station.id: station for station in settled if station.role != "kept"}
-    for station in settled:
+    firm = {station.id: station for station in prior if station.role != "kept"}
+    for station in prior:
         other = firm.get(station.id) if station.role == "kept" else None
         if other is None or other.role == "forbidden":
             continue
@@ -178,7 +182,7 @@ def _kept_once(settled: Sequence[SettledStation]) -> list[SettledStation]:
                 f"station {station.id}: got one that is {other.role} and one to be kept, {away_m:.1f} m away, expected "
                 "different ids of different stations; rename one"
             )
-    return [station for station in settled if station.role != "kept" or station.id not in firm]
+    return [station for station in prior if station.role != "kept" or station.id not in firm]
 
 
 def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
@@ -250,7 +254,7 @@ def open_survey(
     survey = make_survey(loaded, problem, progress=reporter.show)
     reporter.warn(survey.warnings)
     reporter.show(ProgressEvent("engine", 0, 1))
-    caster = open_engine(survey.scene, survey.patches, engine=engine, device=device)
-    reporter.show(ProgressEvent("engine", 1, 1, f"{caster.name}: {caster.device}"))
-    reporter.warn(caster.warnings)
-    return survey, caster, (*of_scene, *survey.warnings, *caster.warnings)
+    scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
+    reporter.show(ProgressEvent("engine", 1, 1, f"{scan_engine.name}: {scan_engine.device}"))
+    reporter.warn(scan_engine.warnings)
+    return survey, scan_engine, (*of_scene, *survey.warnings, *scan_engine.warnings)

@@ -252,8 +252,8 @@ class Asking:
 
 
 @dataclass(frozen=True)
-class Settling:
-    """What is settled before planning: the values of `settled_options`."""
+class PriorStations:
+    """Prior stations: the values of `prior_options`."""
 
     scanned: Path | None = None
     locked: Path | None = None
@@ -275,7 +275,7 @@ class MethodOptions:
 
 
 AS_THE_FILE_SAYS = FileOptions()
-NOTHING_SETTLED = Settling()
+NO_PRIOR_STATIONS = PriorStations()
 AS_USUAL = MethodOptions()
 
 
@@ -301,7 +301,7 @@ requirement_options = _gathered(
     "asking", Asking, requirements_option, coverage_option, overlap_option, network_option, spacing_option,
     max_range_option, max_incidence_option, max_noise_option, seen_from_option, floor_option, entrance_option,
 )  # fmt: skip
-settled_options = _gathered("settling", Settling, scanned_option, locked_option, keep_option, forbid_option)
+prior_options = _gathered("prior_stations", PriorStations, scanned_option, locked_option, keep_option, forbid_option)
 method_choice = apply(
     _gathered(
         "choosing", MethodOptions, method_option, objective_option, max_stations_option, refine_option,

@@ -52,9 +52,9 @@ class CoordinatesError(PlannerError, ValueError):
     """The site's coordinates can't be made out: unknown CRS, control points that fix nothing, a bad number."""
 
 
-class HandoverError(PlannerError, ValueError):
-    """A plan can't be handed over in a format: a missing scene, something that the format can't hold, a full disk."""
+class ExportError(PlannerError, ValueError):
+    """A plan can't be exported to a format: a missing scene, something that the format can't hold, a full disk."""
 
 
-class CrsNeededError(HandoverError):
+class CrsNeededError(ExportError):
     """A format holds longitude and latitude, and the plan's coordinates have no CRS: a pack goes without it."""

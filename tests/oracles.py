@@ -4,45 +4,54 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner_core.coverage.levels import Sights, sights_meeting
+from planner_core.coverage.levels import Observations, observations_meeting
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import Asked, BeamTemplate, BoolArray, FloatArray, Int32Array, PlanSettings, Survey, UInt8Array
+from planner_core.model import (
+    BeamTemplate,
+    BoolArray,
+    FloatArray,
+    Int32Array,
+    PlanSettings,
+    PointLimits,
+    Survey,
+    UInt8Array,
+)
 from planner_core.plan_folder.viewer_files import range_step_m
 from planner_core.progress import Progress, silent
-from planner_core.requirements.sights import sights_in_batches
+from planner_core.requirements.observations import observations_in_batches
 from planner_core.select.problem import Target
 
 
-def best_figures(sights: Sights, name: str) -> FloatArray:
+def best_figures(observations: Observations, name: str) -> FloatArray:
     """(P,) the least `range_m`, `incidence_rad`, ... of each patch from any position; inf where nobody sees it."""
-    best = np.full(sights.n_patches, np.inf)
-    np.fmin.at(best, sights.patch, getattr(sights, name))
+    best = np.full(observations.n_patches, np.inf)
+    np.fmin.at(best, observations.patch, getattr(observations, name))
     return best
 
 
-def joint_spacing_m(sights: Sights) -> FloatArray:
+def joint_spacing_m(observations: Observations) -> FloatArray:
     """(P,) float64, spacing of the points of all positions together, inf where unseen: densities 1 / spacing^2 add."""
     with np.errstate(divide="ignore"):
-        densities = sights.spacing_m.astype(np.float64) ** -2.0
-        density = np.bincount(sights.patch, weights=densities, minlength=sights.n_patches)
+        densities = observations.spacing_m.astype(np.float64) ** -2.0
+        density = np.bincount(observations.patch, weights=densities, minlength=observations.n_patches)
         return np.asarray(density**-0.5, dtype=np.float64)
 
 
-def times_meeting(sights: Sights, asked: Asked) -> Int32Array:
+def times_meeting(observations: Observations, asked: PointLimits) -> Int32Array:
     """(P,) int32, number of positions each of which meets all limits on the patch by itself."""
-    meets = sights_meeting(sights, asked)
-    return np.bincount(sights.patch[meets], minlength=sights.n_patches).astype(np.int32)
+    meets = observations_meeting(observations, asked)
+    return np.bincount(observations.patch[meets], minlength=observations.n_patches).astype(np.int32)
 
 
-def sights_from(
+def observations_from(
     survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
-) -> Sights:
+) -> Observations:
     """How each of positions (N, 3), local frame, sees each patch: all at once."""
-    batches = list(sights_in_batches(survey, settings, engine, positions_m, progress=progress))
+    batches = list(observations_in_batches(survey, settings, engine, positions_m, progress=progress))
     sizes = np.concatenate([np.zeros(1, dtype=np.int64), *(np.diff(batch.starts) for batch in batches)])
     none = np.zeros(0, dtype=np.float32)
     noise = [batch.noise_m for batch in batches if batch.noise_m is not None]
-    return Sights(
+    return Observations(
         starts=np.cumsum(sizes, dtype=np.int64),
         patch=np.concatenate([none.astype(np.int32), *(batch.patch for batch in batches)]),
         n_patches=survey.patches.n_patches,

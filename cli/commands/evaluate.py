@@ -51,11 +51,11 @@ def command(
     settings = inputs.settings(**problem)
     given = read_station_list(stations)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        survey, caster, _ = inputs.open_survey(
+        survey, scan_engine, _ = inputs.open_survey(
             scene, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
         )
-        plan = evaluate_survey(survey, settings, given, caster, progress=reporter.show)
+        plan = evaluate_survey(survey, settings, given, scan_engine, progress=reporter.show)
         reporter.warn(plan.warnings)
         if folder is not None:
-            write_plan_folder(plan, folder, engine=caster, overwrite=overwrite, progress=reporter.show)
+            write_plan_folder(plan, folder, engine=scan_engine, overwrite=overwrite, progress=reporter.show)
     summary.finish(plan, folder, as_json=as_json, quiet=quiet)

@@ -203,12 +203,12 @@ def _export(
     frame: FrameRequest,
     progress: Progress,
 ) -> Written:
-    from planner_core.export.formats import ALL, hand_over, hand_over_pack
+    from planner_core.export.formats import ALL, export_pack, export_plan
 
     said: dict[str, Any] = {"overwrite": overwrite, "scene": scene, "frame": frame, "progress": progress}
     if len(names) == 1 and names[0] != ALL:
-        return hand_over(names[0], plan, target, options, **said)
-    return hand_over_pack(names, plan, target, options, **said)
+        return export_plan(names[0], plan, target, options, **said)
+    return export_pack(names, plan, target, options, **said)
 
 
 def _web(plan: Path, folder: Path, overwrite: bool, progress: Progress) -> Written:

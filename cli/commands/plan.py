@@ -10,19 +10,19 @@ import click
 from ..options import (
     AS_THE_FILE_SAYS,
     AS_USUAL,
-    NOTHING_SETTLED,
+    NO_PRIOR_STATIONS,
     FileOptions,
     MethodOptions,
-    Settling,
+    PriorStations,
     apply,
     engine_options,
     method_choice,
     output_options,
     overwrite_option,
+    prior_options,
     problem_options,
     scene_argument,
     scene_options,
-    settled_options,
 )
 
 
@@ -30,7 +30,7 @@ from ..options import (
 @scene_argument
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder to write. [default: <scene>-plan in the current directory]")  # fmt: skip
-@apply(problem_options, settled_options, method_choice, scene_options, engine_options, overwrite_option, output_options)
+@apply(problem_options, prior_options, method_choice, scene_options, engine_options, overwrite_option, output_options)
 def command(scene: Path, folder: Path | None, overwrite: bool, as_json: bool, quiet: bool, **values: Any) -> None:
     """Plan scanner stations in SCENE: the fewest that meet the requirements and register as one network.
 
@@ -50,7 +50,7 @@ def run(
     device: str | None,
     reading: FileOptions = AS_THE_FILE_SAYS,
     choosing: MethodOptions = AS_USUAL,
-    settling: Settling = NOTHING_SETTLED,
+    prior_stations: PriorStations = NO_PRIOR_STATIONS,
     **problem: Any,
 ) -> None:
     """Plan, write the folder and print the summary; `demo` calls this too."""
@@ -61,12 +61,12 @@ def run(
     from ..progress import ProgressReporter
 
     check_output(folder, overwrite=overwrite)  # before minutes of work, not after
-    settings = inputs.with_method(inputs.with_settled(inputs.settings(**problem), settling), choosing)
+    settings = inputs.with_method(inputs.with_prior(inputs.settings(**problem), prior_stations), choosing)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        survey, caster, _ = inputs.open_survey(
+        survey, scan_engine, _ = inputs.open_survey(
             scene, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
         )
-        plan = plan_survey(survey, settings, caster, progress=reporter.show)
+        plan = plan_survey(survey, settings, scan_engine, progress=reporter.show)
         reporter.warn(plan.warnings)
-        write_plan_folder(plan, folder, engine=caster, overwrite=overwrite, progress=reporter.show)
+        write_plan_folder(plan, folder, engine=scan_engine, overwrite=overwrite, progress=reporter.show)
     summary.finish(plan, folder, as_json=as_json, quiet=quiet)

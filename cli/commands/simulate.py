@@ -61,14 +61,14 @@ def command(
     settings = PlanSettings(scanner=load_scanner(scanner))
     given = read_station_list(stations)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        survey, caster, told = inputs.open_survey(
+        survey, scan_engine, told = inputs.open_survey(
             scene, settings, reading, reporter, engine=engine, device=device, listed_in="`tlsplan floors --json`"
         )
         space = free_space(survey, progress=reporter.show)
-        listed, remarks = place_stations(survey, settings, caster, given, space)
+        listed, remarks = place_stations(survey, settings, scan_engine, given, space)
         warnings = [*told, *remarks]
         reporter.warn(warnings)
-        clouds = simulated_clouds(survey, settings, listed, caster, progress=reporter.show)
+        clouds = simulated_clouds(survey, settings, listed, scan_engine, progress=reporter.show)
         written = write_simulated_scans(clouds, formats, folder, overwrite=overwrite)
     scans: list[dict[str, Any]] = [
         {

@@ -23,11 +23,11 @@ from planner_core.model import (
     PartResult,
     Plan,
     PlanSettings,
+    PriorStation,
     Proven,
     Registration,
     Requirements,
     Role,
-    SettledStation,
     Station,
 )
 from planner_core.plan_folder.stations_csv import GivenStation
@@ -310,7 +310,7 @@ def plan_rescan(live: LivePlan, found: AsScanned, *, progress: Progress = silent
     Raises
     ------
     RequirementError
-        Nothing meets it, as where a keep-out zone leaves no spot.
+        Nothing meets it, as where a keep-out zone leaves no position.
     DeviceError
         The device fails.
     """
@@ -327,28 +327,28 @@ def plan_rescan(live: LivePlan, found: AsScanned, *, progress: Progress = silent
 def rescan_settings(live: LivePlan, found: AsScanned) -> PlanSettings:
     """Return the settings that further stations are planned with."""
     before, offset_m = live.settings, live.survey.scene.offset_m
-    settled = [station for station in before.site.settled if station.role == Role.FORBIDDEN]
+    prior = [station for station in before.site.prior if station.role == Role.FORBIDDEN]
     # Of floors that are not compared nobody knows whether they are scanned: they stay in the plan.
     to_come = {station.id for station in found.of_fate(NOT_COMPARED)}
-    settled += [
-        _settled(station, Role.LOCKED if station.id in to_come and not station.fixed else Role.SCANNED, offset_m)
+    prior += [
+        _prior(station, Role.LOCKED if station.id in to_come and not station.fixed else Role.SCANNED, offset_m)
         for station in found.draft.stations
     ]
     missing = {station.id for station in found.of_fate(MISSING)}
-    settled += [_settled(station, Role.KEPT, offset_m) for station in live.draft.stations if station.id in missing]
+    prior += [_prior(station, Role.KEPT, offset_m) for station in live.draft.stations if station.id in missing]
     return replace(
         before,
         method=before.method if isinstance(before.method, Proven) else Proven(),
         objective=Objective.FEWEST,
         max_stations=None,
         requirements=_as_good_as(before.requirements, found.planned.plan),
-        site=replace(before.site, settled=tuple(settled)),
+        site=replace(before.site, prior=tuple(prior)),
     )
 
 
-def _settled(station: DraftStation, role: Role, offset_m: FloatArray) -> SettledStation:
+def _prior(station: DraftStation, role: Role, offset_m: FloatArray) -> PriorStation:
     x, y, z = as_written_m(station.at_m + offset_m).tolist()
-    return SettledStation(station.id, (x, y, z), role, station.floor, station.instrument_height_m)
+    return PriorStation(station.id, (x, y, z), role, station.floor, station.instrument_height_m)
 
 
 def _as_good_as(asked: Requirements, planned: Plan) -> Requirements:

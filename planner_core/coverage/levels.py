@@ -1,7 +1,8 @@
 """Levels as clients state them, by patch: point spacing (LOD), range, incidence, range noise (LOA), covered area (LOC).
 
-Input rows of what positions see, by samples (`PatchViews`) or by beams (`PatchReturns`) -> `Sights`; then what was
-asked for, `Asked` -> the patches that meet it. Overlap (LOO) is `planner_core.network.overlap`. docs/method/levels.md.
+Input rows of what positions see, by samples (`PatchViews`) or by beams (`PatchReturns`) -> `Observations`; then what is
+required, `PointLimits` -> the patches that meet it. Overlap (LOO) is `planner_core.network.overlap`; the method is in
+docs/method/levels.md.
 
 References
 ----------
@@ -17,20 +18,20 @@ import numpy as np
 from planner_core.engine.patch_mode import PatchViews
 from planner_core.errors import RequirementError
 from planner_core.model import (
-    Asked,
     BoolArray,
     Float32Array,
     FloatArray,
     Int32Array,
     Int64Array,
     PatchReturns,
+    PointLimits,
     Scanner,
 )
 from planner_core.scanner.range_noise import range_noise_m
 
 
 @dataclass(frozen=True)
-class Sights:
+class Observations:
     """How each of N positions sees the patches that it sees, as compressed sparse rows like those of `Visibility`.
 
     starts : (N + 1,) int64. patch : (M,) int32. spacing_m, range_m, incidence_rad : (M,) float32. noise_m : (M,)
@@ -46,9 +47,9 @@ class Sights:
     noise_m: Float32Array | None = None
 
 
-def sights_of_views(views: PatchViews) -> Sights:
-    """Sights by samples: the larger of the spacings of neighbouring columns and of neighbouring rows."""
-    return Sights(
+def observations_of_views(views: PatchViews) -> Observations:
+    """Observations by samples: the larger of the spacings of neighbouring columns and of neighbouring rows."""
+    return Observations(
         starts=views.starts,
         patch=views.patch,
         n_patches=views.n_patches,
@@ -58,8 +59,8 @@ def sights_of_views(views: PatchViews) -> Sights:
     )
 
 
-def sights_of_returns(returns: PatchReturns, patch_area_m2: FloatArray) -> Sights:
-    """Sights by beams: sqrt(area / returns) for spacing, means over the returns for range and cosine of incidence.
+def observations_of_returns(returns: PatchReturns, patch_area_m2: FloatArray) -> Observations:
+    """Observations by beams: sqrt(area / returns) for spacing, means of range and of the cosine of incidence.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def sights_of_returns(returns: PatchReturns, patch_area_m2: FloatArray) -> Sight
         raise ValueError("levels: got returns without moments, expected them; ask the engine for `moments=True`")
     n = returns.n_returns.astype(np.float64)
     mean_cosine = 2.0 - returns.moments.weight_sum / n
-    return Sights(
+    return Observations(
         starts=returns.starts,
         patch=returns.patch,
         n_patches=returns.n_patches,
@@ -84,8 +85,8 @@ def sights_of_returns(returns: PatchReturns, patch_area_m2: FloatArray) -> Sight
     )
 
 
-def with_noise(sights: Sights, scanner: Scanner, *, reflectivity: float) -> Sights:
-    """Sights with `noise_m` by the scanner's table of range noise.
+def with_noise(observations: Observations, scanner: Scanner, *, reflectivity: float) -> Observations:
+    """Observations with `noise_m` by the scanner's table of range noise.
 
     Parameters
     ----------
@@ -106,28 +107,28 @@ def with_noise(sights: Sights, scanner: Scanner, *, reflectivity: float) -> Sigh
         raise RequirementError(
             f"reflectivity: got {reflectivity}, expected above 0 and at most 1; a white wall has 0.8"
         )
-    sent_back = reflectivity * np.cos(sights.incidence_rad.astype(np.float64))
-    noise = range_noise_m(scanner, sights.range_m, reflectivity=sent_back)
-    return replace(sights, noise_m=noise.astype(np.float32))
+    sent_back = reflectivity * np.cos(observations.incidence_rad.astype(np.float64))
+    noise = range_noise_m(scanner, observations.range_m, reflectivity=sent_back)
+    return replace(observations, noise_m=noise.astype(np.float32))
 
 
-def sights_meeting(sights: Sights, asked: Asked) -> BoolArray:
-    """(M,) bool, sights that meet all limits. Limits are rounded to float32 where the figures are.
+def observations_meeting(observations: Observations, asked: PointLimits) -> BoolArray:
+    """(M,) bool, observations that meet all limits. Limits are rounded to float32 where the figures are.
 
     Raises
     ------
     RequirementError
-        Noise is asked for and the sights have none.
+        Noise is asked for and the observations have none.
     """
-    if asked.noise_m is not None and sights.noise_m is None:
+    if asked.noise_m is not None and observations.noise_m is None:
         raise RequirementError(
-            f"noise_m: got a limit of {asked.noise_m} m and sights without noise, expected them to have it; "
+            f"noise_m: got a limit of {asked.noise_m} m and observations without noise, expected them to have it; "
             "take a scanner with a table of range noise and call `with_noise`"
         )
-    meets = np.ones(sights.patch.size, dtype=np.bool_)
+    meets = np.ones(observations.patch.size, dtype=np.bool_)
     for field in fields(asked):
         limit = getattr(asked, field.name)
         if limit is not None:
             # What is not known is NaN, which compares false: not met.
-            meets &= getattr(sights, field.name) <= float(limit)
+            meets &= getattr(observations, field.name) <= float(limit)
     return meets

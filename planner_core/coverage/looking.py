@@ -1,6 +1,6 @@
 """Looking around: how positions see patches, by beams or by samples, in batches that memory holds.
 
-A `Survey`, a scan mode, an open engine, positions (N, 3) in the local frame, metres -> `Sights`, without noise.
+A `Survey`, a scan mode, an open engine, positions (N, 3) in the local frame, metres -> `Observations`, without noise.
 """
 
 from __future__ import annotations
@@ -9,21 +9,21 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from planner_core.coverage.levels import Sights, sights_of_returns, sights_of_views
+from planner_core.coverage.levels import Observations, observations_of_returns, observations_of_views
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, ScanBy, Survey
 from planner_core.progress import Progress, ProgressEvent, silent
 
-#: Sights a batch should have: some 500 bytes each while a batch is worked on.
-_BATCH_SIGHTS = 2**20
+#: Observations a batch should have: some 500 bytes each while a batch is worked on.
+_BATCH_OBSERVATIONS = 2**20
 #: Positions of the first batch, when nobody knows yet how many patches one sees, and of any.
 _FIRST_BATCH, _MOST_BATCH = 8, 64
 
 
 def looks_in_batches(
     survey: Survey, scan_mode: ScanBy, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
-) -> Iterator[Sights]:
+) -> Iterator[Observations]:
     """How each of positions sees each patch, piece by piece: of the first few positions, the next few, and so on.
 
     How positions are split depends on how much they see, and no figure depends on it.
@@ -43,22 +43,22 @@ def looks_in_batches(
     first, size = 0, _FIRST_BATCH
     while first < len(positions):
         end = min(first + size, len(positions))
-        sights = look(positions[first:end], _counted_from(progress, first, len(positions)))
-        yield sights
-        size = min(max(_BATCH_SIGHTS * (end - first) // max(sights.patch.size, 1), 1), _MOST_BATCH)
+        observations = look(positions[first:end], _counted_from(progress, first, len(positions)))
+        yield observations
+        size = min(max(_BATCH_OBSERVATIONS * (end - first) // max(observations.patch.size, 1), 1), _MOST_BATCH)
         first = end
 
 
-def _looking(survey: Survey, scan_mode: ScanBy, engine: ScanEngine) -> Callable[[FloatArray, Progress], Sights]:
-    """Turn positions into sights."""
+def _looking(survey: Survey, scan_mode: ScanBy, engine: ScanEngine) -> Callable[[FloatArray, Progress], Observations]:
+    """Turn positions into observations."""
     template = survey.template
     if scan_mode_of(scan_mode, template) == ScanBy.BEAMS:
         area_m2 = survey.patches.area_m2
-        return lambda at, progress: sights_of_returns(
+        return lambda at, progress: observations_of_returns(
             engine.patch_returns(template, at, moments=True, progress=progress), area_m2
         )
     mode = PatchMode(engine, survey.scene, survey.patches)
-    return lambda at, progress: sights_of_views(mode.see(template, at, progress=progress))
+    return lambda at, progress: observations_of_views(mode.see(template, at, progress=progress))
 
 
 def _counted_from(progress: Progress, first: int, total: int) -> Progress:

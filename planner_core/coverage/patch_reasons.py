@@ -15,13 +15,13 @@ from planner_core.coverage.sightlines import first_surfaces, sight_reasons, view
 from planner_core.coverage.surfaces import Surfaces
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
-    Asked,
     BoolArray,
     FloatArray,
     Int32Array,
     Int64Array,
     Optics,
     PlanSettings,
+    PointLimits,
     SealedArea,
     Survey,
     UInt8Array,
@@ -80,7 +80,7 @@ def reasons_of_patches(
     candidates_m: FloatArray,
     unseen: Surfaces,
     *,
-    asked: Asked,
+    asked: PointLimits,
     sealed: tuple[SealedArea, ...] = (),
 ) -> UInt8Array:
     """(P,) uint8 of `REASONS`; `OUT_OF_SCOPE` where not asked for.
@@ -145,7 +145,7 @@ def _hidden_reasons(
     """(N,) reasons of samples that no viewpoint sees, however far and fine it looks."""
     out = np.full(samples.patch.size, IN_SOLIDS, dtype=np.int64)
     solids = _Solids(survey, views_m)
-    rooms_with_spot = np.unique(room_of_points(survey.scene, candidates_m))
+    rooms_with_position = np.unique(room_of_points(survey.scene, candidates_m))
     outdoors = bool(_n_escapes(engine, views_m, _UP).any())
     for side in (1.0, -1.0):
         normal = side * samples.normal
@@ -154,15 +154,15 @@ def _hidden_reasons(
         is_open[is_open] = ~solids.hold(samples.centroid_m[is_open] + 0.5 * TOUCHING_M * normal[is_open])
         front_m = samples.centroid_m + IN_FRONT_M * normal
         room = room_of_points(survey.scene, front_m)
-        no_spot = (room >= 0) & ~np.isin(room, rooms_with_spot)
-        no_spot |= _in_sealed(survey, sealed, front_m)
+        no_position = (room >= 0) & ~np.isin(room, rooms_with_position)
+        no_position |= _in_sealed(survey, sealed, front_m)
         if not outdoors:
             begin_m = samples.centroid_m + 0.5 * TOUCHING_M * normal
             n_escapes = _n_escapes(engine, begin_m, np.concatenate([_UP, _SKYWARD]))
-            no_spot |= (room < 0) & (np.isnan(off_m) | (n_escapes >= _N_OUTDOORS))
+            no_position |= (room < 0) & (np.isnan(off_m) | (n_escapes >= _N_OUTDOORS))
         # Of two open sides the one without a spot says more: the other is mostly inside a shape that is not closed.
-        out[is_open & ~no_spot & (out == IN_SOLIDS)] = OCCLUDED
-        out[is_open & no_spot] = NO_SPOT
+        out[is_open & ~no_position & (out == IN_SOLIDS)] = OCCLUDED
+        out[is_open & no_position] = NO_SPOT
     return out
 
 

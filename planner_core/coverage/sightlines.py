@@ -11,12 +11,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.coverage.levels import Sights, with_noise
+from planner_core.coverage.levels import Observations, with_noise
 from planner_core.coverage.surfaces import Surfaces
 from planner_core.engine.patch_mode import LEAST_RETURNS, expected_returns, in_view
 from planner_core.engine.patch_samples import View, view_of
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import Asked, BeamTemplate, BoolArray, FloatArray, Int64Array, Optics, PlanSettings, Survey
+from planner_core.model import (
+    BeamTemplate,
+    BoolArray,
+    FloatArray,
+    Int64Array,
+    Optics,
+    PlanSettings,
+    PointLimits,
+    Survey,
+)
 from planner_core.model.unseen import COVERED, IN_SOLIDS, OUT_OF_RANGE, OUT_OF_VIEW, TOO_NOISY, TOO_OBLIQUE, TOO_SPARSE
 
 #: A sample is looked at from this many viewpoints near by, and as many spread over all: across halls and atria.
@@ -49,7 +58,12 @@ def viewpoints(positions_m: FloatArray) -> FloatArray:
 
 
 def sight_reasons(
-    survey: Survey, settings: PlanSettings, asked: Asked, engine: ScanEngine, samples: Surfaces, views_m: FloatArray
+    survey: Survey,
+    settings: PlanSettings,
+    asked: PointLimits,
+    engine: ScanEngine,
+    samples: Surfaces,
+    views_m: FloatArray,
 ) -> Int64Array:
     """(N,) why each sample is not seen well enough though in plain view; `COVERED` where no viewpoint (V, 3) has it so.
 
@@ -132,7 +146,7 @@ class _Look:
 
 
 def _failures(
-    survey: Survey, settings: PlanSettings, asked: Asked, samples: Surfaces, at_m: FloatArray
+    survey: Survey, settings: PlanSettings, asked: PointLimits, samples: Surfaces, at_m: FloatArray
 ) -> tuple[BoolArray, FloatArray]:
     """(M, 5) bool: limits, as `_LIMITS`, that lines of sight fail; and their ranges (M,)."""
     to_m = samples.centroid_m - at_m
@@ -150,13 +164,15 @@ def _failures(
         oblique |= incidence > asked.incidence_rad
     noisy = np.zeros(range_m.size, dtype=np.bool_)
     if asked.noise_m is not None:
-        sights = Sights(np.array([0]), np.zeros(0, np.int32), 0, range_m, range_m, incidence)
-        noise_m = with_noise(sights, settings.scanner, reflectivity=settings.requirements.reflectivity).noise_m
+        observations = Observations(np.array([0]), np.zeros(0, np.int32), 0, range_m, range_m, incidence)
+        noise_m = with_noise(observations, settings.scanner, reflectivity=settings.requirements.reflectivity).noise_m
         noisy = np.ones_like(noisy) if noise_m is None else ~(noise_m <= asked.noise_m)
     return np.column_stack([far, outside, oblique, sparse & ~steep, noisy]), range_m
 
 
-def _by_template(template: BeamTemplate, asked: Asked, samples: Surfaces, look: _Look) -> tuple[BoolArray, BoolArray]:
+def _by_template(
+    template: BeamTemplate, asked: PointLimits, samples: Surfaces, look: _Look
+) -> tuple[BoolArray, BoolArray]:
     """(M,) bool each: outside the field of view; fewer points than asked, or none to be expected."""
     none = np.zeros(look.range_m.size, dtype=np.bool_)
     if min(template.shape) < 2:  # one row or column has no field of view, and nobody knows its steps

@@ -17,8 +17,7 @@ from planner_core.coverage.pieces import connected_pieces
 from planner_core.coverage.surfaces import Surfaces, surfaces_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
-    Asked,
-    BestSpot,
+    BestPosition,
     BoolArray,
     CurveStep,
     FloatArray,
@@ -27,6 +26,7 @@ from planner_core.model import (
     Link,
     OwnPart,
     PlanSettings,
+    PointLimits,
     SealedArea,
     StationReason,
     Survey,
@@ -56,7 +56,7 @@ def explain(
     achievable: BoolArray | None = None,
     links: Sequence[Link] = (),
     sealed: tuple[SealedArea, ...] = (),
-    asked: Asked | None = None,
+    asked: PointLimits | None = None,
     seen_from: int | None = None,
     progress: Progress = silent,
 ) -> Why:
@@ -180,7 +180,7 @@ def _unseen_surfaces(
     largest, n_pieces, named = _largest_pieces(unseen, group, pieces, len(groups))
     piece_of_patch = np.full(survey.patches.n_patches, -1, dtype=np.int32)
     piece_of_patch[unseen.patch] = named
-    spots = _best_spots(unseen, group, reason, candidates_m, rows)
+    spots = _best_positions(unseen, group, reason, candidates_m, rows)
     surfaces = tuple(
         UnseenSurface(
             element=int(groups[k, 0]),
@@ -190,7 +190,7 @@ def _unseen_surfaces(
             area_m2=float(area_m2[k]),
             n_pieces=int(n_pieces[k]),
             pieces=largest[k],
-            best_spot=spots.get(int(k)),
+            best_position=spots.get(int(k)),
         )
         for k in np.argsort(-area_m2, kind="stable")
     )
@@ -235,13 +235,13 @@ def _piece(unseen: Surfaces, rows: Int64Array) -> UnseenPiece:
     )
 
 
-def _best_spots(
+def _best_positions(
     unseen: Surfaces,
     group: Int64Array,
     reason: Int64Array,
     candidates_m: FloatArray,
     rows: Visibility,
-) -> dict[int, BestSpot]:
+) -> dict[int, BestPosition]:
     """The candidate that sees most of each group that is not worth a station; of equals the one that adds most."""
     group_of = np.full(rows.n_patches, -1, dtype=np.int64)
     weight_m2 = np.zeros(rows.n_patches)
@@ -258,7 +258,7 @@ def _best_spots(
     order = np.lexsort((of_candidate, -adds_m2[of_candidate], -sees_m2, of_group))
     found, best = np.unique(of_group[order], return_index=True)
     return {
-        int(k): BestSpot(
+        int(k): BestPosition(
             candidate=int(of_candidate[at]),
             position_m=candidates_m[of_candidate[at]].copy(),
             sees_m2=float(sees_m2[at]),

@@ -94,7 +94,7 @@ class PatchViews:
         return Visibility(starts=self.starts, patch=self.patch, n_patches=self.n_patches)
 
 
-class _Caster(Protocol):
+class _PatchEngine(Protocol):
     """Casts the samples of all patches."""
 
     def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
@@ -108,7 +108,7 @@ class PatchMode:
     def __init__(self, engine: ScanEngine, scene: Scene, patches: Patches, *, mark_bytes: int = _MARK_BYTES) -> None:
         self._scene, self._patches = scene, patches
         self._mark_bytes = mark_bytes
-        self._engine, self._caster = engine, _caster_of(engine, scene, patches)
+        self._engine, self._patch_engine = engine, _patch_engine_of(engine, scene, patches)
 
     def visible_patches(
         self,
@@ -203,7 +203,7 @@ class PatchMode:
         n_batch = max(1, min(_MAX_BATCH, self._mark_bytes // (4 * max(self._patches.n_patches, 1))))
 
         def work(first: int, end: int) -> None:
-            keep(self._caster.marks(view, positions[first:end], least_returns))
+            keep(self._patch_engine.marks(view, positions[first:end], least_returns))
             progress(ProgressEvent("scan", end, len(positions)))
 
         in_batches(len(positions), n_batch, work, on_smaller=self._warn)
@@ -245,7 +245,7 @@ class PatchMode:
         )
 
 
-class _DeviceCaster:
+class _DevicePatchEngine:
     """`kernels/sample_patches.cl` on the device of an `OpenCLEngine`."""
 
     def __init__(self, engine: OpenCLEngine, scene: Scene, patches: Patches) -> None:
@@ -269,7 +269,7 @@ class _DeviceCaster:
         self._program = self._on.program("sample_patches.cl", {"LANES": lanes, "STACK": stack})
 
     def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
-        """See `_Caster`."""
+        """See `_PatchEngine`."""
         out = np.zeros((len(positions_m), self._n_patches), dtype=np.uint32)
         if self._n_groups == 0:  # nothing returns a beam
             return out
@@ -336,11 +336,11 @@ def in_view(view: View, at_m: FloatArray, normal: FloatArray) -> BoolArray:
     return inside
 
 
-def _caster_of(engine: ScanEngine, scene: Scene, patches: Patches) -> _Caster:
+def _patch_engine_of(engine: ScanEngine, scene: Scene, patches: Patches) -> _PatchEngine:
     from planner_core.engine.opencl import OpenCLEngine
 
     if isinstance(engine, OpenCLEngine):
-        return _DeviceCaster(engine, scene, patches)
+        return _DevicePatchEngine(engine, scene, patches)
     if engine.name == "open3d":
         from planner_core.engine.open3d import Open3DEngine
         from planner_core.engine.open3d_samples import Open3DSamples

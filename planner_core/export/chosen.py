@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.errors import HandoverError, RequirementError
+from planner_core.errors import ExportError, RequirementError
 from planner_core.export.options import Options
 from planner_core.model import FloatArray
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
@@ -81,9 +81,9 @@ def require_ground(stations: tuple[FieldStation, ...], what: str) -> None:
     """
     unknown = [station.id for station in stations if not has_ground(station)]
     if unknown:
-        raise HandoverError(
+        raise ExportError(
             f"{what}: the instrument height of {named(unknown)} is not known, expected one for the ground point; give "
-            "it in the station list, or hand over sensor heights with --instrument sensor"
+            "it in the station list, or export sensor heights with --instrument sensor"
         )
 
 
@@ -113,8 +113,8 @@ def coordinates_line(plan: PlanSource, options: Options) -> str:
 
 def scanned_before(plan: PlanSource) -> frozenset[str]:
     """Ids of stations whose scans exist. `FieldStation.fixed` says less: all stations of a given list are fixed."""
-    settled = plan.document.get("site", {}).get("settled", ())
-    return frozenset(str(row["id"]) for row in settled if row["role"] == "scanned")
+    prior = plan.document.get("site", {}).get("settled", ())
+    return frozenset(str(row["id"]) for row in prior if row["role"] == "scanned")
 
 
 def description_of(plan: PlanSource, station: FieldStation) -> str:

@@ -29,10 +29,10 @@ from planner_core.export.dxf_document import (
 )
 from planner_core.export.dxf_sheets import PAPERS_MM, add_sheet
 from planner_core.export.options import Options
+from planner_core.export.route_lines import ways_of
 from planner_core.export.section import SectionLine, floor_outline, floor_section, lines_below
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.unseen import unseen_surface
-from planner_core.export.walk import ways_of
 from planner_core.model import FloatArray, Floor
 from planner_core.network.weak_motion import overlap_share
 from planner_core.plan_folder import palette
@@ -117,7 +117,7 @@ def write_dxf(plan: PlanSource, path: Path, options: Options, progress: Progress
         if isinstance(building, Building):
             _draw_building(drawing, building, floor, options)
     _draw_links(drawing, stations)
-    _draw_walk(drawing, floors)
+    _draw_route(drawing, floors)
     for station in stations:
         _draw_station(drawing, station)
     remarks += place_on_earth(drawing.document, plan.frame, drawing.middle_m())
@@ -364,7 +364,7 @@ def _is_strong(link: FieldLink, least: float) -> bool:
     return link.counts and math.isfinite(link.strength) and link.strength >= STRONG_TIMES * least
 
 
-def _draw_walk(drawing: _Drawing, floors: tuple[FieldFloor, ...]) -> None:
+def _draw_route(drawing: _Drawing, floors: tuple[FieldFloor, ...]) -> None:
     """Draw the legs of the walk in space; those over several floors on the shared layer."""
     wanted = {floor.id for floor in floors}
     for way in ways_of(drawing.plan):

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import CrsNeededError, HandoverError, RequirementError
+from planner_core.errors import CrsNeededError, ExportError, RequirementError
 from planner_core.export.options import Options
 from planner_core.export.targets import (
     check_file,
@@ -36,7 +36,7 @@ Writer: TypeAlias = Callable[[PlanSource, Path, Options, Progress], tuple[str, .
 
 @dataclass(frozen=True)
 class Format:
-    """A format that a plan is handed over in.
+    """A format that a plan is exported to.
 
     file_name : its standard name in a pack, suffix and all; without a suffix it is a folder. needs_scene : it is made
     from the scene file besides. options : fields of `Options` that it takes. verified_with : programs that read it in
@@ -349,7 +349,7 @@ def formats_named(names: Sequence[str]) -> tuple[Format, ...]:
     return tuple(wanted.values())
 
 
-def hand_over(
+def export_plan(
     name: str,
     plan: Path | PlanSource,
     target: Path,
@@ -399,7 +399,7 @@ def hand_over(
     return _written(opened, target, remarks)
 
 
-def hand_over_pack(
+def export_pack(
     names: Sequence[str],
     plan: Path | PlanSource,
     target: Path,
@@ -410,7 +410,7 @@ def hand_over_pack(
     frame: FrameRequest | None = None,
     progress: Progress = silent,
 ) -> Written:
-    """Write a plan in several formats into one folder, each under its standard name; as `hand_over`.
+    """Write a plan in several formats into one folder, each under its standard name; as `export_plan`.
 
     Of all formats, those that need a CRS are left out of a plan without one, those that need the scene file where it
     is not found, and remarks say so. What is asked for by its own name, or with a scene file that is told, is refused.
@@ -471,7 +471,7 @@ def _without_scene(
         return chosen, []
     try:
         plan.scene_path()
-    except HandoverError as error:
+    except ExportError as error:
         remarks = [f"left out: {each.name}: {error}" for each in spare]
         return tuple(each for each in chosen if each not in spare), remarks
     return chosen, []

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.errors import CrsNeededError, HandoverError
+from planner_core.errors import CrsNeededError, ExportError
 from planner_core.model import FloatArray, SiteFrame
 
 WGS84 = "EPSG:4326"
@@ -37,7 +37,7 @@ class Geographic:
         out = np.column_stack(self._transformer.transform(east_m, north_m))
         if not np.isfinite(out).all():
             at = int(np.flatnonzero(~np.isfinite(out).all(axis=1))[0])
-            raise HandoverError(
+            raise ExportError(
                 f"longitude and latitude: E {east_m[at]:.3f}, N {north_m[at]:.3f} is nowhere in the site's CRS, "
                 "expected a place inside its area; check --crs and --origin"
             )
@@ -71,11 +71,11 @@ def geographic_of(frame: SiteFrame, what: str, *, instead: str = "") -> Geograph
             warnings.simplefilter("ignore", UserWarning)  # of grids that are missing: a remark says so
             ways = TransformerGroup(source, WGS84, always_xy=True)
     except ProjError as error:
-        raise HandoverError(
+        raise ExportError(
             f"{what}: PROJ can't read the CRS {frame.name} ({error}), expected such as EPSG:25832; check --crs"
         ) from error
     if not ways.transformers:
-        raise HandoverError(f"{what}: PROJ knows no way from {frame.name} to {WGS84}; give another --crs")
+        raise ExportError(f"{what}: PROJ knows no way from {frame.name} to {WGS84}; give another --crs")
     best = ways.transformers[0]
     accuracy = f"good to {best.accuracy:g} m" if best.accuracy >= 0 else "of unknown accuracy"
     remarks = [f"longitude and latitude by {best.description}, {accuracy}"]

@@ -20,7 +20,7 @@ from planner_core.export.chosen import chosen_floors, chosen_stations, descripti
 from planner_core.export.floor_outlines import FloorOutline, outlines_of
 from planner_core.export.geographic import geographic_of
 from planner_core.export.options import Options
-from planner_core.export.walk import Way, walk_remarks, ways_of
+from planner_core.export.route_lines import Way, route_remarks, ways_of
 from planner_core.model import FloatArray, SiteFrame
 from planner_core.network.weak_motion import overlap_share
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
@@ -56,7 +56,7 @@ def write_geojson(plan: PlanSource, path: Path, options: Options, progress: Prog
     text = ",\n".join(json.dumps(feature, ensure_ascii=False, allow_nan=False) for feature in features)
     head = json.dumps(document, ensure_ascii=False)[:-1]
     path.write_text(f'{head}, "features": [\n{text}\n]}}\n', encoding="utf-8")
-    return (*remarks, *of_floors, *walk_remarks(ways_of(plan)))
+    return (*remarks, *of_floors, *route_remarks(ways_of(plan)))
 
 
 def local_positions(site_m: FloatArray) -> list[list[float]]:
@@ -88,7 +88,7 @@ def _features(
         yield _floor_feature(plan, floor, positions, outlines[floor.id])
     for way in ways_of(plan):
         if way.walkable and {way.from_id, way.to_id} & set(at):
-            yield _walk_feature(plan, way, positions)
+            yield _route_feature(plan, way, positions)
     for link in plan.links:
         if link.a in at and link.b in at:
             ends = np.stack([at[link.a].site_m, at[link.b].site_m])
@@ -129,9 +129,9 @@ def _floor_feature(plan: PlanSource, floor: FieldFloor, positions: Positions, ou
     return feature("MultiPolygon", polygons, properties)
 
 
-def _walk_feature(plan: PlanSource, way: Way, positions: Positions) -> dict[str, Any]:
+def _route_feature(plan: PlanSource, way: Way, positions: Positions) -> dict[str, Any]:
     properties = {
-        "kind": "walk",
+        "kind": "route",
         "id": way.title,
         "from": way.from_id or None,
         "to": way.to_id or None,

@@ -15,7 +15,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from planner_core.errors import HandoverError, RequirementError
+from planner_core.errors import ExportError, RequirementError
 from planner_core.export.chosen import chosen_stations, require_ground, staked_m, subtracted_remark
 from planner_core.export.options import Options
 from planner_core.export.point_names import fitted_names, plain_text
@@ -50,10 +50,10 @@ class _Layout:
         code, digits = UNITS[self.unit]
         count = round(value_m * 10**digits)
         if len(str(abs(count))) > self.width:
-            remedy = "hand over GSI-16, or take a whole number off with --subtract E,N,H"
+            remedy = "export GSI-16, or take a whole number off with --subtract E,N,H"
             if self.unit != "mm":
                 remedy = f"--gsi-unit mm holds ten times as much; or {remedy}"
-            raise HandoverError(
+            raise ExportError(
                 f"{self.title}: {what} of {value_m:.3f} m has {len(str(abs(count)))} digits to the {self.unit}, "
                 f"expected at most {self.width}; {remedy}"
             )
@@ -125,7 +125,7 @@ def _less_word(value_m: float, layout: _Layout) -> str:
     """Return what is taken off as a word's data; one that is cut off would lead back to another place."""
     text = f"{value_m:.15g}"
     if len(text) > layout.width or "e" in text or float(text) != value_m:
-        raise HandoverError(
+        raise ExportError(
             f"--subtract: got {value_m!r}, expected numbers of at most {layout.width} characters, as {layout.title} "
             "holds in its first block; take off whole metres"
         )

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.errors import HandoverError, MissingPackageError
+from planner_core.errors import ExportError, MissingPackageError
 from planner_core.export.chosen import chosen_floors, chosen_stations, scanned_before
 from planner_core.export.options import Options
 from planner_core.model import FloatArray, SiteFrame
@@ -90,7 +90,7 @@ def write_ifc_model(plan: PlanSource, path: Path, options: Options, progress: Pr
     target = _Target(source, plan.title, metres_per_unit=float(plan.document["scene"]["metres_per_unit"]))
     body = _body_context(source)
     if body is None:
-        raise HandoverError(f"{plan.title}: has no geometric context, expected one for 3D models; use format ifc")
+        raise ExportError(f"{plan.title}: has no geometric context, expected one for 3D models; use format ifc")
     remarks = []
     storeys = {}
     for floor in chosen_floors(plan, options):
@@ -101,7 +101,7 @@ def write_ifc_model(plan: PlanSource, path: Path, options: Options, progress: Pr
             storeys[floor.id] = storey
     (*_, spatial) = [*source.by_type("IfcProject"), *source.by_type("IfcSite"), *source.by_type("IfcBuilding")][-1:]
     if not spatial.is_a("IfcSpatialStructureElement") and len(storeys) < len(chosen_floors(plan, options)):
-        raise HandoverError(f"{plan.title}: has no building, expected one that stations can be in; use format ifc")
+        raise ExportError(f"{plan.title}: has no building, expected one that stations can be in; use format ifc")
     _add_stations(target, plan, chosen_stations(plan, options), storeys, spatial, body, progress)
     source.write(path, format=".ifc")
     return tuple(remarks)
@@ -383,16 +383,16 @@ def _place_on_map(target: _Target, frame: SiteFrame, context: Any) -> tuple[str,
 def _source_model(plan: PlanSource) -> Any:
     scene = plan.document["scene"]
     if scene["format"] != "ifc":
-        raise HandoverError(
+        raise ExportError(
             f"{plan.title}: is {scene['format']}, expected an IFC file that stations can be put into; use format ifc"
         )
     if scene["up_axis"] != "Z":
-        raise HandoverError(f"{plan.title}: was read with {scene['up_axis']} up, expected z up; use format ifc")
+        raise ExportError(f"{plan.title}: was read with {scene['up_axis']} up, expected z up; use format ifc")
     path = plan.scene_path()
     try:
         return ifcopenshell.open(str(path))
     except (OSError, RuntimeError, ifcopenshell.Error) as error:
-        raise HandoverError(f"{path}: can't be read as IFC ({error}), expected the file that was planned on") from error
+        raise ExportError(f"{path}: can't be read as IFC ({error}), expected the file that was planned on") from error
 
 
 def _body_context(model: Any) -> Any:

@@ -28,7 +28,7 @@ from planner_core.export.csv_profiles import metres
 from planner_core.export.floor_outlines import GROUND, outlines_of
 from planner_core.export.geographic import DECIMALS, Geographic, geographic_of
 from planner_core.export.options import Options
-from planner_core.export.walk import Way, walk_remarks, ways_of
+from planner_core.export.route_lines import Way, route_remarks, ways_of
 from planner_core.model import FloatArray
 from planner_core.network.weak_motion import overlap_percent
 from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
@@ -36,7 +36,7 @@ from planner_core.progress import Progress
 
 NAMESPACE = "http://www.opengis.net/kml/2.2"
 #: Style -> colour of lines (alpha, blue, green, red in hexadecimal) and their width in pixels.
-_LINES = {"link": ("b0d8a03c", "2"), "weak": ("7fa0a0a0", "1"), "walk": ("ff2a6fdb", "3"), "floor": ("ff404040", "2")}
+_LINES = {"link": ("b0d8a03c", "2"), "weak": ("7fa0a0a0", "1"), "route": ("ff2a6fdb", "3"), "floor": ("ff404040", "2")}
 _STATION_COLOUR = "ff2a4bd7"
 _SCANNED_COLOUR = "ff808080"
 
@@ -82,12 +82,12 @@ def write_kml(plan: PlanSource, path: Path, options: Options, progress: Progress
         _add_stations(document, plan, floor, places, options)
     kept = {station.id: station for station in stations}
     ways = ways_of(plan)
-    _add_walk(document, plan, [way for way in ways if way.walkable and {way.from_id, way.to_id} & set(kept)], places)
+    _add_route(document, plan, [way for way in ways if way.walkable and {way.from_id, way.to_id} & set(kept)], places)
     _add_links(document, [link for link in plan.links if link.a in kept and link.b in kept], kept, places)
     of_floors = _add_floors(document, plan, chosen_floors(plan, options), places)
     ElementTree.indent(root, " ")
     path.write_bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
-    return (*degrees.remarks, *of_floors, *walk_remarks(ways))
+    return (*degrees.remarks, *of_floors, *route_remarks(ways))
 
 
 def _about(plan: PlanSource, options: Options) -> str:
@@ -163,13 +163,13 @@ def _add_line(placemark: ElementTree.Element, site_m: FloatArray, places: _Place
     _texts(line, tessellate="0", altitudeMode=places.mode, coordinates=places.text(site_m))
 
 
-def _add_walk(document: ElementTree.Element, plan: PlanSource, ways: list[Way], places: _Places) -> None:
+def _add_route(document: ElementTree.Element, plan: PlanSource, ways: list[Way], places: _Places) -> None:
     if not ways:
         return
-    folder = _folder(document, "walk")
+    folder = _folder(document, "route")
     for way in ways:
         length = f"{way.length_m:.1f} m" if math.isfinite(way.length_m) else ""
-        _add_line(_placemark(folder, way.title, length, "walk"), plan.frame.to_site(way.points_m), places)
+        _add_line(_placemark(folder, way.title, length, "route"), plan.frame.to_site(way.points_m), places)
 
 
 def _add_links(

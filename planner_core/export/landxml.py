@@ -26,7 +26,7 @@ from planner_core.export.chosen import (
 )
 from planner_core.export.csv_profiles import metres
 from planner_core.export.options import Options
-from planner_core.export.walk import Way, walk_remarks, ways_of
+from planner_core.export.route_lines import Way, route_remarks, ways_of
 from planner_core.model import FloatArray, SiteFrame
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.progress import Progress
@@ -68,10 +68,10 @@ def write_landxml(plan: PlanSource, path: Path, options: Options, progress: Prog
         _add_points(root, plan, floor, kind="ground")
         _add_points(root, plan, floor, kind="sensor")
     kept = {station.id for station in stations}
-    _add_walk(root, plan.frame, [way for way in ways if way.walkable and {way.from_id, way.to_id} & kept])
+    _add_route(root, plan.frame, [way for way in ways if way.walkable and {way.from_id, way.to_id} & kept])
     ElementTree.indent(root, " ")
     path.write_bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
-    return (*without_ground_remark(stations, "it has a sensor only"), *walk_remarks(ways))
+    return (*without_ground_remark(stations, "it has a sensor only"), *route_remarks(ways))
 
 
 def _add(parent: ElementTree.Element, tag: str, attributes: dict[str, str] | None = None) -> ElementTree.Element:
@@ -127,10 +127,10 @@ def _properties(station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, 
     yield "scanned_before", "true" if scanned else "false"
 
 
-def _add_walk(root: ElementTree.Element, frame: SiteFrame, ways: list[Way]) -> None:
+def _add_route(root: ElementTree.Element, frame: SiteFrame, ways: list[Way]) -> None:
     if not ways:
         return
-    features = _add(root, "PlanFeatures", {"name": "walk", "desc": "the way from station to station, on the ground"})
+    features = _add(root, "PlanFeatures", {"name": "route", "desc": "the way from station to station, on the ground"})
     for number, way in enumerate(ways, start=1):
         feature = _add(features, "PlanFeature", {"name": f"walk {number}", "desc": way.title})
         length = {"length": metres(way.length_m)} if math.isfinite(way.length_m) else {}

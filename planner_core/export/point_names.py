@@ -6,7 +6,7 @@ import re
 import unicodedata
 from collections.abc import Sequence
 
-from planner_core.errors import HandoverError
+from planner_core.errors import ExportError
 
 #: Letters that Unicode does not take apart into a plain one and a mark.
 _PLAIN = str.maketrans(
@@ -46,7 +46,7 @@ def fitted_names(
     """
     for index, name in enumerate(ids):
         if name in ids[:index]:
-            raise HandoverError(f"{what}: station {name!r} occurs twice, expected each id once; rename one in the plan")
+            raise ExportError(f"{what}: station {name!r} occurs twice, expected each id once; rename one in the plan")
     kept = {name for name in ids if _fits(name, limit, allowed)}
     names = {name: name for name in kept}
     for name in ids:
@@ -74,4 +74,4 @@ def _new_name(name: str, taken: set[str], what: str, limit: int, allowed: str) -
         counted = f"{short[: limit - len(str(number))]}{number}"
         if counted not in taken:
             return counted
-    raise HandoverError(f"{what}: no name of {limit} characters is left for station {name!r}; shorten the ids")
+    raise ExportError(f"{what}: no name of {limit} characters is left for station {name!r}; shorten the ids")

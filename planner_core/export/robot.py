@@ -25,7 +25,7 @@ from planner_core.export.map_sheets import map_sheets
 from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, entered, occupancy_maps, write_map
 from planner_core.export.options import Options
 from planner_core.export.robot_ways import Ground, Piece, RobotWay, robot_ways
-from planner_core.export.walk import Way, walk_remarks, ways_of
+from planner_core.export.route_lines import Way, route_remarks, ways_of
 from planner_core.model import FloatArray, PlanSettings, Survey
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.positions.local_site import LocalSite, local_site
@@ -138,7 +138,7 @@ def _mission(plan: PlanSource, options: Options, progress: Progress) -> tuple[_M
     mission = _Mission(
         plan, settings, survey, survey.scene.offset_m, visited, left_out, ways, ground, floors, stands
     )  # fmt: skip
-    return mission, (*_remarks(mission, site.mover.step_m), *of_ways, *walk_remarks(all_ways))
+    return mission, (*_remarks(mission, site.mover.step_m), *of_ways, *route_remarks(all_ways))
 
 
 def _ground(survey: Survey, site: LocalSite, progress: Progress) -> Ground:

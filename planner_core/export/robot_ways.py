@@ -13,7 +13,7 @@ import numpy as np
 
 from planner_core.export.map_sheets import MapSheets
 from planner_core.export.occupancy import FREE, OccupancyMap, beside
-from planner_core.export.walk import Way
+from planner_core.export.route_lines import Way
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array
 from planner_core.positions.free_space import FreeSpace
 from planner_core.positions.reach import Reach

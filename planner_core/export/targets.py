@@ -10,13 +10,15 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from planner_core.errors import HandoverError, OutputExistsError, PlannerError
+from planner_core.errors import ExportError, OutputExistsError, PlannerError
 from planner_core.plan_folder.carry_over import foreign_entries
 from planner_core.plan_folder.plan_source import PlanSource
 
-RECORD = "handover.json"
-"""In every folder that is handed over: what it is of and which files are its own, so that only such are replaced."""
-SCHEMA = "tlsplan/handover/1"
+RECORD = "pack.json"
+"""In every folder that is exported: what it is of and which files are its own, so that only such are replaced."""
+SCHEMA = "tlsplan/pack/1"
+#: Its name in the last release: folders of then are replaced, too.
+_EARLIER_RECORD = "handover.json"
 
 
 @contextlib.contextmanager
@@ -35,10 +37,10 @@ def target_guarded(plan: PlanSource, target: Path) -> Iterator[None]:
     except OSError as error:
         missing = Path(os.fsdecode(error.filename)) if isinstance(error, FileNotFoundError) and error.filename else None
         if missing is not None and missing.is_relative_to(plan.folder):
-            raise HandoverError(
+            raise ExportError(
                 f"{missing}: can't be read ({error.strerror}), expected a whole plan folder; plan again"
             ) from error
-        raise HandoverError(
+        raise ExportError(
             f"{target}: can't be written ({error.strerror or error}), nothing was changed; check the free space and "
             "the permissions"
         ) from error
@@ -78,17 +80,18 @@ def check_folder(target: Path, *, overwrite: bool) -> None:
         raise OutputExistsError(f"{target}: is no folder, expected one to write; give another name")
     if not target.is_dir() or not any(target.iterdir()):
         return
-    if not (target / RECORD).is_file():
+    record = _record_of(target)
+    if not record.is_file():
         raise OutputExistsError(
-            f"{target}: holds files that were not handed over from a plan; give another name or empty it yourself"
+            f"{target}: holds files that were not exported from a plan; give another name or empty it yourself"
         )
     if not overwrite:
         raise OutputExistsError(f"{target}: exists, expected a free name; give another or pass --overwrite")
-    others = sorted(set(_files(target)) - _recorded(target) - {RECORD})
+    others = sorted(set(_files(target)) - _recorded(record) - {record.name})
     if others:
         more = f" and {len(others) - 1} more" if len(others) > 1 else ""
         raise OutputExistsError(
-            f"{target}: holds {others[0]}{more}, which was not handed over and would be deleted, expected none; "
+            f"{target}: holds {others[0]}{more}, which was not exported and would be deleted, expected none; "
             "move it away"
         )
 
@@ -99,13 +102,18 @@ def _files(folder: Path) -> dict[str, int]:
     return {path.relative_to(folder).as_posix(): path.lstat().st_size for path in paths}
 
 
-def _recorded(folder: Path) -> set[str]:
+def _record_of(folder: Path) -> Path:
+    earlier = folder / _EARLIER_RECORD
+    return earlier if earlier.is_file() else folder / RECORD
+
+
+def _recorded(record: Path) -> set[str]:
     """Files that the record of a folder names."""
     try:
-        return set(json.loads((folder / RECORD).read_text(encoding="utf-8"))["files"])
+        return set(json.loads(record.read_text(encoding="utf-8"))["files"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise OutputExistsError(
-            f"{folder / RECORD}: can't be read ({type(error).__name__}), expected the record of what was handed over; "
+            f"{record}: can't be read ({type(error).__name__}), expected the record of what was exported; "
             "give another name or empty the folder yourself"
         ) from error
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from planner_core.errors import HandoverError
+from planner_core.errors import ExportError
 from planner_core.export.options import Options
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.sdf_authoring import Sdf, Tf
@@ -38,7 +38,7 @@ def write_usdz(plan: PlanSource, path: Path, options: Options, progress: Progres
                     progress(ProgressEvent("usdz", number, len(names) + 1, name))
                     writer.AddFile(str(root if name == ROOT else plan.folder / name), name)
         except Tf.ErrorException as error:
-            raise HandoverError(f"usdz: can't be written ({_last_line(error)}); check the free space") from error
+            raise ExportError(f"usdz: can't be written ({_last_line(error)}); check the free space") from error
         path.write_bytes(package.read_bytes())
     return ()
 
@@ -58,17 +58,17 @@ def _layer_names(plan: PlanSource) -> tuple[str, ...]:
     names = (*sublayers, *clouds)
     missing = next((name for name in names if not (plan.folder / name).is_file()), None)
     if missing is not None:
-        raise HandoverError(f"{plan.folder / missing}: is not there, expected a layer of the plan's stage; plan again")
+        raise ExportError(f"{plan.folder / missing}: is not there, expected a layer of the plan's stage; plan again")
     return names
 
 
 def _opened(path: Path) -> Sdf.Layer:
     if not path.is_file():
-        raise HandoverError(f"{path}: is not there, expected the plan's stage; plan again")
+        raise ExportError(f"{path}: is not there, expected the plan's stage; plan again")
     try:
         return Sdf.Layer.OpenAsAnonymous(str(path))
     except Tf.ErrorException as error:
-        raise HandoverError(f"{path}: can't be read as USD ({_last_line(error)}); plan again") from error
+        raise ExportError(f"{path}: can't be read as USD ({_last_line(error)}); plan again") from error
 
 
 def _last_line(error: Exception) -> str:

@@ -22,7 +22,7 @@ from planner_core.model.registration import (
     RegistrationNetwork,
     WeakMotion,
 )
-from planner_core.model.requirements import Asked, PartRequirement, PartResult, Requirements
+from planner_core.model.requirements import PartRequirement, PartResult, PointLimits, Requirements
 from planner_core.model.results import Coverage, Loss, Plan, Station, UnseenElement
 from planner_core.model.review import (
     Comment,
@@ -38,11 +38,11 @@ from planner_core.model.review import (
 from planner_core.model.route import FieldTime, Leg, Route, SealedArea
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
 from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Room, Scene, SceneSource, Storey
-from planner_core.model.site import GroundPick, KeepOut, SettledStation, Site
+from planner_core.model.site import GroundPick, KeepOut, PriorStation, Site
 from planner_core.model.site_frame import Georeference, SiteFrame
 from planner_core.model.unseen import (
     REASONS,
-    BestSpot,
+    BestPosition,
     CurveStep,
     OwnPart,
     StationReason,
@@ -54,9 +54,8 @@ from planner_core.model.unseen import (
 __all__ = [
     "METHODS",
     "REASONS",
-    "Asked",
     "BeamTemplate",
-    "BestSpot",
+    "BestPosition",
     "BoolArray",
     "Candidates",
     "Comment",
@@ -95,6 +94,8 @@ __all__ = [
     "Plan",
     "PlanSettings",
     "PlanUnderReview",
+    "PointLimits",
+    "PriorStation",
     "Proven",
     "RayHits",
     "Registration",
@@ -112,7 +113,6 @@ __all__ = [
     "Scene",
     "SceneSource",
     "SealedArea",
-    "SettledStation",
     "SignOff",
     "Site",
     "SiteFrame",

@@ -43,11 +43,11 @@ class NetworkKind(StrEnum):
 
 
 class Role(StrEnum):
-    """What is settled of a station, or a place, before planning.
+    """Role of a station, or of a forbidden position, given before planning.
 
     scanned : its scan exists. locked : it must be in the plan. kept : it was in an earlier plan and stays where that
     costs nothing. begun : it is of a set that the search begins with, such as the best one of a search that was cut
-    short, and nothing keeps it. forbidden : no station within `SettledStation.radius_m` of it.
+    short, and nothing keeps it. forbidden : no station within `PriorStation.radius_m` of it.
     """
 
     SCANNED = "scanned"

@@ -66,7 +66,7 @@ class PlanSettings:
     ground_ring_radius_m: float = 0.2
     n_ground_ring_rays: int = 16
     special_places: bool = True
-    """Doorways, middles of rooms and landings besides the grid, see `planner_core.positions.places`."""
+    """Doorways, middles of rooms and landings besides the grid, see `planner_core.positions.allowed_positions`."""
     max_patch_area_m2: float = 0.04
     scan_mode: ScanBy = ScanBy.AUTO
     site: Site = field(default_factory=Site)
@@ -121,11 +121,11 @@ class PlanSettings:
 
     def _check_method(self) -> None:
         """Refuse what the method does not do."""
-        name, objective, settled = self.method.name, self.objective, self.site.settled
+        name, objective, prior = self.method.name, self.objective, self.site.prior
         if isinstance(self.method, Paper):
-            if any(station.role != Role.FORBIDDEN for station in settled):
+            if any(station.role != Role.FORBIDDEN for station in prior):
                 raise RequirementError(
-                    "settled stations: got them with method paper, which has none; use method proven"
+                    "scanned, locked or kept stations: got them with method paper, which takes none; use method proven"
                 )
             if max([self.requirements.seen_from, *(part.seen_from for part in self.requirements.parts)]) > 1:
                 raise RequirementError(
@@ -145,7 +145,7 @@ class PlanSettings:
             )
         if n_most is not None and n_most < 1:
             raise RequirementError(f"max_stations: got {n_most}, expected 1 or more; e.g. 10")
-        if any(station.role == Role.KEPT for station in settled) and not (is_proven and objective == Objective.FEWEST):
+        if any(station.role == Role.KEPT for station in prior) and not (is_proven and objective == Objective.FEWEST):
             raise RequirementError(
                 f"kept stations: got them with method {name} and objective {objective}, which would not keep them; use "
                 "method proven and objective fewest"

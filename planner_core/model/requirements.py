@@ -10,7 +10,7 @@ from planner_core.model.choices import NetworkKind, one_of
 
 
 @dataclass(frozen=True)
-class Asked:
+class PointLimits:
     """What a client asks of the points on a surface; None: nothing. All limits are included."""
 
     spacing_m: float | None = None
@@ -42,7 +42,7 @@ class PartRequirement:
     name: str
     coverage: float = 0.95
     """Fraction of the part's area that is achievable by `asked` and `seen_from`."""
-    asked: Asked = field(default_factory=Asked)
+    asked: PointLimits = field(default_factory=PointLimits)
     seen_from: int = 1
     """Stations that each meet `asked` on a surface for it to count."""
     floors: tuple[str, ...] = ()
@@ -83,7 +83,7 @@ class Requirements:
     overlap: float = 0.30
     floors: tuple[str, ...] = ()
     """Ids or names of the floors to plan; empty: all."""
-    asked: Asked = field(default_factory=Asked)
+    asked: PointLimits = field(default_factory=PointLimits)
     seen_from: int = 1
     reflectivity: float = 0.8
     """Of the surfaces, for range noise."""
@@ -130,7 +130,7 @@ class PartResult:
     covered_area_m2: float
     total_area_m2: float
     seen_from: int = 1
-    asked: Asked = field(default_factory=Asked)
+    asked: PointLimits = field(default_factory=PointLimits)
 
     @property
     def fraction_of_achievable(self) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from planner_core.model.arrays import BoolArray, FloatArray, Int32Array, UInt8Array
 from planner_core.model.planning import PlanSettings, Survey
 from planner_core.model.registration import Link, Registration
-from planner_core.model.requirements import Asked, PartResult
+from planner_core.model.requirements import PartResult, PointLimits
 from planner_core.model.route import FieldTime, Route, SealedArea
 from planner_core.model.unseen import Why
 
@@ -112,7 +112,7 @@ class Plan:
     """Candidates that `lower_bound` holds for; the others, taken from off the grid, may do better. None: all."""
     requirements: tuple[PartResult, ...] = ()
     """What became of each thing that was asked."""
-    qualities: tuple[Asked, ...] = ()
+    qualities: tuple[PointLimits, ...] = ()
     """Distinct limits that were asked, those of all first."""
     times_met: UInt8Array | None = None
     """(Q, P) uint8, candidates that meet each quality on each patch, 255 for more; None: not known."""

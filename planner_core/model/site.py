@@ -1,4 +1,4 @@
-"""The site: who carries the scanner, where they come in and may go, and which stations are settled beforehand.
+"""The site: who carries the scanner, where they come in and may go, and which stations are given beforehand.
 
 SCENE frame, metres: what a user says. Stages bring it to the local frame.
 """
@@ -25,8 +25,8 @@ class KeepOut:
 
 
 @dataclass(frozen=True)
-class SettledStation:
-    """A station, or a place, that is settled before planning. position_m : the sensor's origin, scene frame."""
+class PriorStation:
+    """A station, or a forbidden position, given before planning. position_m : the sensor's origin, scene frame."""
 
     id: str
     position_m: tuple[float, float, float]
@@ -62,7 +62,7 @@ class Site:
 
     entrances_m: tuple[tuple[float, float, float], ...] = ()
     keep_out: tuple[KeepOut, ...] = ()
-    settled: tuple[SettledStation, ...] = ()
+    prior: tuple[PriorStation, ...] = ()
     mover_radius_m: float | None = None
     step_m: float | None = None
     mover_height_m: float | None = None

@@ -78,7 +78,7 @@ class UnseenPiece:
 
 
 @dataclass(frozen=True)
-class BestSpot:
+class BestPosition:
     """The candidate that sees most of a piece of surface. position_m : (3,) float64, local, the sensor's origin."""
 
     candidate: int
@@ -106,7 +106,7 @@ class UnseenSurface:
     n_pieces: int
     pieces: tuple[UnseenPiece, ...]
     """The largest, largest first."""
-    best_spot: BestSpot | None = None
+    best_position: BestPosition | None = None
     """Of surface that is not worth a station."""
 
 

@@ -1,4 +1,4 @@
-"""The plan folder: everything a plan is handed over as, written so that it appears whole or not at all.
+"""The plan folder: everything of a plan, written so that it appears whole or not at all.
 
 Plan, ScanEngine -> folder; docs/formats/plan.md lists the files. Every station is scanned once more: the clouds, the
 range images and the best range of every face come from these scans.

@@ -17,10 +17,10 @@ from planner_core.model import FloatArray, Floor, Link, Plan
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing import links
 from planner_core.plan_folder.drawing.ink import Box, Pen
-from planner_core.plan_folder.drawing.links import STRONG_TIMES, Spot
+from planner_core.plan_folder.drawing.links import STRONG_TIMES, StationPoint
 from planner_core.plan_folder.drawing.marks import (
     LINKS,
-    WALK,
+    ROUTE,
     Labels,
     draw_links,
     draw_stations,
@@ -28,6 +28,16 @@ from planner_core.plan_folder.drawing.marks import (
     linked_words,
 )
 from planner_core.plan_folder.drawing.png_ink import PngInk, pixels, whole_pixels_mm
+from planner_core.plan_folder.route_drawing import (
+    Mark,
+    breaks_on,
+    draw_runs,
+    ends_on,
+    runs_on,
+    sealed_hatch_m,
+    sealed_on,
+    stairs_on,
+)
 from planner_core.plan_folder.section_view import (
     SectionView,
     camera_at,
@@ -51,16 +61,6 @@ from planner_core.plan_folder.sheet import (
     picture_box,
 )
 from planner_core.plan_folder.station_marks import foot_m
-from planner_core.plan_folder.walk_drawing import (
-    Mark,
-    breaks_on,
-    draw_runs,
-    ends_on,
-    runs_on,
-    sealed_hatch_m,
-    sealed_on,
-    stairs_on,
-)
 
 CAPTION_MM = 8.0
 PALE = (0.93, 0.93, 0.92)
@@ -129,7 +129,7 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
         sealed=at.marks(sealed_on(plan, floor_index)),
     )
     draw_header(ink, floor.name, floor_subtitle(plan, floor), _map_figures(plan, floor_index))
-    draw_footer(ink, mm_per_m=at.mm_per_m, lines=_walk_legend(plan))
+    draw_footer(ink, mm_per_m=at.mm_per_m, lines=_route_legend(plan))
     ink.save(path)
 
 
@@ -137,7 +137,9 @@ def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVie
     """Write the map of one floor's registration network: what scans hold together by, and how well."""
     floor = plan.survey.floors[floor_index]
     ink, at = _map_sheet(view)
-    spots = {station.id: Spot(station.floor, station.order, station.position_m[:2]) for station in plan.stations}
+    spots = {
+        station.id: StationPoint(station.floor, station.order, station.position_m[:2]) for station in plan.stations
+    }
     ends, elsewhere = links.links_on(floor.id, spots, [(link.a, link.b, link_class(link, plan)) for link in plan.links])
     with ink.clip(at.box):
         _draw_view(ink, plan, floor, at, coloured=False)
@@ -195,7 +197,7 @@ def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
         box = Box(*at_mm, whole_pixels_mm(width_mm), height_mm)
         _draw_overview_cell(ink, plan, index, engine, window, box)
     draw_header(ink, plan.survey.scene.source.path.name, _plan_subtitle(plan), _plan_figures(plan))
-    draw_footer(ink, lines=_walk_legend(plan))
+    draw_footer(ink, lines=_route_legend(plan))
     ink.save(path)
 
 
@@ -264,8 +266,8 @@ def _depth_edges(view: SectionView) -> np.ndarray:
     return edges
 
 
-def _walk_legend(plan: Plan) -> tuple[LegendLine, ...]:
-    return (("visiting order" if plan.route is None else "walk", WALK),)
+def _route_legend(plan: Plan) -> tuple[LegendLine, ...]:
+    return (("visiting order" if plan.route is None else "route", ROUTE),)
 
 
 def _map_figures(plan: Plan, floor_index: int) -> tuple[tuple[str, str], ...]:
@@ -302,7 +304,7 @@ def _draw_stations(
         return
     spots = at.on_paper(at.view.camera.project(np.array([foot_m(station) for station in stations])))
     if joined:
-        labels.ink.lines([spots], WALK)
+        labels.ink.lines([spots], ROUTE)
     numbers = [station.order for station in stations]
     draw_stations(labels, spots, numbers, [linked_words(elsewhere.get(station.id, ())) for station in stations])
 
@@ -314,9 +316,9 @@ def _plan_subtitle(plan: Plan) -> str:
 
 def _plan_figures(plan: Plan) -> tuple[tuple[str, str], ...]:
     coverage = plan.coverage
-    walk = ((f"{plan.route.length_m:.0f} m", "route"),) if plan.route is not None else ()
+    route = ((f"{plan.route.length_m:.0f} m", "route"),) if plan.route is not None else ()
     return (
-        *walk,
+        *route,
         (str(len(plan.stations)), "stations"),
         (f"{100 * coverage.fraction_of_achievable:.1f} %", f"of {coverage.achievable_area_m2:.0f} m² achievable"),
     )

@@ -17,7 +17,6 @@ from planner_core.documents import Document, Mirror, Number, Whole, YesNo, words
 from planner_core.errors import PlanFolderError
 from planner_core.model import (
     REASONS,
-    Asked,
     Doors,
     Glass,
     GroundPick,
@@ -27,11 +26,12 @@ from planner_core.model import (
     Objective,
     PartRequirement,
     PlanSettings,
+    PointLimits,
+    PriorStation,
     Requirements,
     Role,
     ScanBy,
     Scanner,
-    SettledStation,
     Site,
     UpAxis,
     WeakMotion,
@@ -212,7 +212,7 @@ class ScannerSection(Mirror):
 class AskedSection(Mirror):
     """Limits on how surfaces are seen; null: none."""
 
-    made: ClassVar = Asked
+    made: ClassVar = PointLimits
 
     spacing_m: Number | None = None
     """Greatest distance between neighbouring points."""
@@ -317,10 +317,10 @@ class KeepOutSection(Mirror):
     outline_m: Annotated[tuple[Corner, ...], Field(alias="outline")]
 
 
-class SettledSection(Mirror):
-    """A station, or a place, that is settled before planning."""
+class PriorSection(Mirror):
+    """A station, or a forbidden position, given before planning."""
 
-    made: ClassVar = SettledStation
+    made: ClassVar = PriorStation
 
     id: str
     role: Annotated[Role, words_of(Role)]
@@ -329,7 +329,7 @@ class SettledSection(Mirror):
     instrument_height_m: Number | None
     radius_m: Annotated[
         Number,
-        BeforeValidator(lambda value: SettledStation.radius_m if value is None else value),
+        BeforeValidator(lambda value: PriorStation.radius_m if value is None else value),
         WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "null"}]}),
     ]
     """Of a forbidden place."""
@@ -351,13 +351,13 @@ class PickSection(Mirror):
 
 
 class SiteSection(Mirror):
-    """Where the crew may go, and what was settled before planning."""
+    """Where the crew may go, and stations given before planning."""
 
     made: ClassVar = Site
 
     entrances_m: Annotated[tuple[Point, ...], Field(alias="entrances")] = ()
     keep_out: tuple[KeepOutSection, ...] = ()
-    settled: tuple[SettledSection, ...] = ()
+    prior: Annotated[tuple[PriorSection, ...], Field(alias="settled")] = ()
     mover_radius_m: Number | None = None
     step_m: Number | None = None
     mover_height_m: Number | None = None
@@ -493,8 +493,8 @@ class OptimalitySection(Document):
     """Why the search for fewer stations ended: proven, work limit, time limit, interrupted, earlier stations kept;
     empty where the method does not search."""
     n_candidates_bounded: Count | None = None
-    """Candidates that the lower bound holds for: grid, doorways, rooms, landings, settled stations, in the parts of the
-    network that the plan is made in. Places that the plan took from off the grid may do better than the bound says."""
+    """Candidates that the lower bound holds for: grid, doorways, rooms, landings, given stations, in the connected
+    components that the plan is made in. Positions off the grid may do better than the bound says."""
     greedy_stations: Count | None = None
     """Stations that greedy selection takes for the same; null: not known."""
     value: Number | None = None
@@ -700,7 +700,7 @@ class PieceSection(Document):
     """Number of the patch nearest to the centre."""
 
 
-class SpotSection(Document):
+class BestPositionSection(Document):
     """The candidate that sees most of a surface."""
 
     position: Point
@@ -732,7 +732,7 @@ class UnseenSurfaceSection(LeftSurfaceSection):
     """The same, and why."""
 
     reason: Reason
-    best_spot: SpotSection | None
+    best_position: Annotated[BestPositionSection | None, Field(alias="best_spot")]
     """null unless the reason is `not worth a station`."""
 
 

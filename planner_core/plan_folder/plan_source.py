@@ -12,7 +12,7 @@ import numpy as np
 
 from planner_core.coordinates.frame import site_frame
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import HandoverError, PlanFolderError
+from planner_core.errors import ExportError, PlanFolderError
 from planner_core.model import FloatArray, Scene, SiteFrame, Survey
 from planner_core.plan_folder.plan_document import FloorSection, RegistrationSection, StationSection
 from planner_core.plan_folder.plan_json import read_plan
@@ -97,7 +97,7 @@ class PlanSource:
         """Whether the scene file is found."""
         try:
             self.scene_path()
-        except HandoverError:
+        except ExportError:
             return False
         return True
 
@@ -112,7 +112,7 @@ class PlanSource:
         try:
             return find_scene(self.folder, self.document, self.told_scene)
         except PlanFolderError as error:
-            raise HandoverError(str(error)) from error
+            raise ExportError(str(error)) from error
 
     def scene(self, *, progress: Progress = silent) -> Scene:
         """Load the scene as it was planned on; once, however often it is asked for.

@@ -14,10 +14,10 @@ import numpy as np
 
 from planner_core.model import (
     REASONS,
-    Asked,
     FloatArray,
     PartResult,
     Plan,
+    PointLimits,
     Scene,
     Station,
     StationReason,
@@ -77,7 +77,7 @@ def _result_row(result: PartResult) -> tuple[str, ...]:
     shown = reached if result.met else np.floor(10 * reached) / 10  # 94.96 % are not 95.0 %
     return (
         escape(result.name),
-        _asked_text(result.asked, result.seen_from),
+        _limits_text(result.asked, result.seen_from),
         met,
         f"{100 * result.required:g} %",
         f"{shown:.1f} %",
@@ -85,7 +85,7 @@ def _result_row(result: PartResult) -> tuple[str, ...]:
     )
 
 
-def _asked_text(asked: Asked, seen_from: int) -> str:
+def _limits_text(asked: PointLimits, seen_from: int) -> str:
     limits = []
     if asked.range_m is not None:
         limits.append(f"range {asked.range_m:g} m")
@@ -180,13 +180,13 @@ def _area_and_share(area_m2: float, total_m2: float) -> tuple[str, str]:
 
 def _surfaces_table(plan: Plan, surfaces: list[UnseenSurface]) -> str:
     scene = plan.survey.scene
-    with_spot = any(surface.best_spot is not None for surface in surfaces)
+    with_position = any(surface.best_position is not None for surface in surfaces)
     header = (
         "Surface",
         "Kind",
         *(("Room",) if scene.rooms else ()),
         "Floor",
-        *(("Best position, sees",) if with_spot else ()),
+        *(("Best position, sees",) if with_position else ()),
     )
     n_texts = len(header)
     header += ("Area, m²", "Pieces", "Largest, m²", "at x, m", "y, m", "z, m")
@@ -200,7 +200,7 @@ def _surfaces_table(plan: Plan, surfaces: list[UnseenSurface]) -> str:
                 escape(scene.elements[surface.element].kind),
                 *room,
                 escape(surface.floor),
-                *((_spot_text(scene, surface),) if with_spot else ()),
+                *((_position_text(scene, surface),) if with_position else ()),
                 f"{surface.area_m2:.2f}",
                 str(surface.n_pieces),
                 f"{piece.area_m2:.2f}",
@@ -213,8 +213,8 @@ def _surfaces_table(plan: Plan, surfaces: list[UnseenSurface]) -> str:
     return text + (f"\n<p>{n_more} more of {more_m2:.1f} m² in unseen_surfaces.csv.</p>" if n_more > 0 else "")
 
 
-def _spot_text(scene: Scene, surface: UnseenSurface) -> str:
-    spot = surface.best_spot
+def _position_text(scene: Scene, surface: UnseenSurface) -> str:
+    spot = surface.best_position
     if spot is None:
         return ""
     at = ", ".join(_coordinates(spot.position_m + scene.offset_m, 2))
@@ -257,7 +257,7 @@ def unseen_surfaces_csv(plan: Plan, why: Why) -> str:
     scene = plan.survey.scene
     rows = []
     for surface in why.unseen:
-        element, piece, spot = scene.elements[surface.element], surface.pieces[0], surface.best_spot
+        element, piece, spot = scene.elements[surface.element], surface.pieces[0], surface.best_position
         best: tuple[str, ...] = ("",) * 4
         if spot is not None:
             best = (*_coordinates(spot.position_m + scene.offset_m), f"{spot.adds_m2:.3f}")

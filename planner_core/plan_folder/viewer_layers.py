@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.coverage.levels import Sights, with_noise
+from planner_core.coverage.levels import Observations, with_noise
 from planner_core.coverage.looking import looks_in_batches
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import REASONS, FloatArray, Int32Array, Loss, Plan, Scanner
@@ -89,14 +89,14 @@ class LayerFigures:
         self._density = np.zeros(n_patches)
         self._seen = np.zeros(n_patches, dtype=np.bool_)
 
-    def add(self, sights: Sights) -> None:
-        """Add what ONE station sees; noise of sights that do not know it stays unknown."""
-        patch = sights.patch
+    def add(self, observations: Observations) -> None:
+        """Add what ONE station sees; noise of observations that do not know it stays unknown."""
+        patch = observations.patch
         self._seen[patch] = True
         with np.errstate(divide="ignore"):
-            self._density[patch] += sights.spacing_m.astype(np.float64) ** -2.0
+            self._density[patch] += observations.spacing_m.astype(np.float64) ** -2.0
         for layer, least in self._least.items():
-            figures = _figures(sights, layer)
+            figures = _figures(observations, layer)
             if figures is not None:
                 least[patch] = np.fmin(least[patch], figures)
 
@@ -110,12 +110,12 @@ class LayerFigures:
         return np.where(self._seen, np.minimum(spacing_m, layer.step * _MOST_STEPS), np.inf)
 
 
-def _figures(sights: Sights, layer: str) -> FloatArray | None:
+def _figures(observations: Observations, layer: str) -> FloatArray | None:
     if layer == "range":
-        return sights.range_m.astype(np.float64)
+        return observations.range_m.astype(np.float64)
     if layer == "incidence":
-        return np.degrees(sights.incidence_rad.astype(np.float64))
-    return None if sights.noise_m is None else sights.noise_m.astype(np.float64)
+        return np.degrees(observations.incidence_rad.astype(np.float64))
+    return None if observations.noise_m is None else observations.noise_m.astype(np.float64)
 
 
 def seen_bytes(patch: Int32Array, n_patches: int) -> bytes:
@@ -143,7 +143,7 @@ def layer_file_names(plan: Plan) -> tuple[str, ...]:
 
 
 def layer_files(plan: Plan, engine: ScanEngine) -> Iterator[tuple[str, bytes]]:
-    """Names and contents, in the order of `layer_file_names`; one station's sights are held at a time, or a few.
+    """Names and contents, in the order of `layer_file_names`; one station's observations are held at a time, or a few.
 
     Raises
     ------
@@ -153,9 +153,9 @@ def layer_files(plan: Plan, engine: ScanEngine) -> Iterator[tuple[str, bytes]]:
     layers, n_patches = layers_of(plan.settings.scanner), plan.survey.patches.n_patches
     figures = LayerFigures(layers, n_patches)
     names = iter(station_prim_names(plan.stations))
-    for sights in _sights_of_stations(plan, engine):
-        figures.add(sights)
-        yield f"viewer/seen/{next(names)}.bits", seen_bytes(sights.patch, n_patches)
+    for observations in _observations_of_stations(plan, engine):
+        figures.add(observations)
+        yield f"viewer/seen/{next(names)}.bits", seen_bytes(observations.patch, n_patches)
     yield from _lost_by_station(plan).items()
     for layer in layers:
         yield f"viewer/{layer.file}", layer.quantised(figures.of(layer)).astype("<u2").tobytes()
@@ -164,14 +164,14 @@ def layer_files(plan: Plan, engine: ScanEngine) -> Iterator[tuple[str, bytes]]:
     yield "viewer/layers.json", (json.dumps(_document(plan), indent=2, ensure_ascii=False) + "\n").encode()
 
 
-def _sights_of_stations(plan: Plan, engine: ScanEngine) -> Iterator[Sights]:
+def _observations_of_stations(plan: Plan, engine: ScanEngine) -> Iterator[Observations]:
     """One station after the other."""
     settings = plan.settings
     positions_m = np.array([station.position_m for station in plan.stations]).reshape(-1, 3)
     for batch in looks_in_batches(plan.survey, settings.scan_mode, engine, positions_m):
         for first, end in pairwise(batch.starts.tolist()):
             part = slice(first, end)
-            sights = Sights(
+            observations = Observations(
                 starts=np.array([0, end - first], dtype=np.int64),
                 patch=batch.patch[part],
                 n_patches=batch.n_patches,
@@ -180,8 +180,10 @@ def _sights_of_stations(plan: Plan, engine: ScanEngine) -> Iterator[Sights]:
                 incidence_rad=batch.incidence_rad[part],
             )
             if settings.scanner.range_noise:
-                sights = with_noise(sights, settings.scanner, reflectivity=settings.requirements.reflectivity)
-            yield sights
+                observations = with_noise(
+                    observations, settings.scanner, reflectivity=settings.requirements.reflectivity
+                )
+            yield observations
 
 
 def _lost_by_station(plan: Plan) -> dict[str, bytes]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from planner_core.model import REASONS, BestSpot, Scene, StationReason, UnseenPiece, UnseenSurface, Why
+from planner_core.model import REASONS, BestPosition, Scene, StationReason, UnseenPiece, UnseenSurface, Why
 from planner_core.model.unseen import IN_SOLIDS
 from planner_core.plan_folder.plan_document import StepSection
 
@@ -68,7 +68,7 @@ def _surface(surface: UnseenSurface, scene: Scene) -> dict[str, Any]:
         "area_m2": _number(surface.area_m2),
         "n_pieces": surface.n_pieces,
         "pieces": [_piece(piece, scene) for piece in surface.pieces],
-        "best_spot": None if surface.best_spot is None else _spot(surface.best_spot, scene),
+        "best_spot": None if surface.best_position is None else _spot(surface.best_position, scene),
     }
 
 
@@ -82,7 +82,7 @@ def _piece(piece: UnseenPiece, scene: Scene) -> dict[str, Any]:
     }
 
 
-def _spot(spot: BestSpot, scene: Scene) -> dict[str, Any]:
+def _spot(spot: BestPosition, scene: Scene) -> dict[str, Any]:
     return {
         "position": [_number(value) for value in spot.position_m + scene.offset_m],
         "sees_m2": _number(spot.sees_m2),

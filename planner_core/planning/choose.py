@@ -26,7 +26,7 @@ from planner_core.model import BoolArray, Candidates, FloatArray, Objective, Pla
 from planner_core.paper.pipeline import paper_settings, repair, select_by_genes, shortfall
 from planner_core.planning.pool import Choice, Pool
 from planner_core.planning.refine import WORK_SHARE, refine
-from planner_core.positions.places import Places
+from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.positions.walking import Walking
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.route.least_time import LeastTimeSettings, Walks, least_time
@@ -75,7 +75,7 @@ def choose_by_paper(pool: Pool, settings: PlanSettings, engine: ScanEngine, *, p
 
 def choose(
     pool: Pool,
-    places: Places,
+    places: AllowedPositions,
     survey: Survey,
     settings: PlanSettings,
     engine: ScanEngine,
@@ -190,7 +190,7 @@ def _replanned(choice: Choice, budget: _Budget, engine: ScanEngine, progress: Pr
 
 def _refined(
     choice: Choice,
-    places: Places,
+    places: AllowedPositions,
     survey: Survey,
     settings: PlanSettings,
     engine: ScanEngine,
@@ -223,7 +223,12 @@ def _refined(
 
 # ------------------------------------------------------------------------------------------ other objectives
 def _quickest(
-    choice: Choice, places: Places, survey: Survey, settings: PlanSettings, budget: _Budget, progress: Progress
+    choice: Choice,
+    places: AllowedPositions,
+    survey: Survey,
+    settings: PlanSettings,
+    budget: _Budget,
+    progress: Progress,
 ) -> Choice:
     pool = choice.pool
     foot_m = pool.candidates.position_m.copy()
@@ -277,7 +282,7 @@ def _quickest(
 
 
 def _field_s(
-    pool: Pool, chosen: tuple[int, ...], places: Places, survey: Survey, settings: PlanSettings, scan_s: float
+    pool: Pool, chosen: tuple[int, ...], places: AllowedPositions, survey: Survey, settings: PlanSettings, scan_s: float
 ) -> tuple[int, float]:
     """Legs that can't be walked, and seconds for all else, by the route through chosen rows."""
     rows = np.array(chosen, dtype=np.int64)

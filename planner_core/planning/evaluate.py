@@ -13,13 +13,13 @@ import numpy as np
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import StationListError
-from planner_core.model import Plan, PlanSettings, Role, Route, Scene, SettledStation, Station, Survey, Visibility
+from planner_core.model import Plan, PlanSettings, PriorStation, Role, Route, Scene, Station, Survey, Visibility
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
+from planner_core.positions.allowed_positions import find_positions
 from planner_core.positions.free_space import FreeSpace
-from planner_core.positions.places import find_places
+from planner_core.positions.prior_stations import place_prior
 from planner_core.positions.reach import Reach
-from planner_core.positions.settled import place_settled
 from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain
@@ -52,15 +52,15 @@ def evaluate_stations(
         As for `planner_core.planning.plan.make_plan`.
     """
     survey = make_survey(scene, settings, progress=progress)
-    caster = open_engine(scene, survey.patches, engine=engine, device=device)
-    return evaluate_survey(survey, settings, stations, caster, progress=progress)
+    scan_engine = open_engine(scene, survey.patches, engine=engine, device=device)
+    return evaluate_survey(survey, settings, stations, scan_engine, progress=progress)
 
 
 def evaluate_survey(
     survey: Survey,
     settings: PlanSettings,
     stations: Sequence[GivenStation],
-    caster: ScanEngine,
+    scan_engine: ScanEngine,
     *,
     progress: Progress = silent,
 ) -> Plan:
@@ -70,18 +70,18 @@ def evaluate_survey(
     clock = Stopwatch()
     floors = planned_floors(survey.floors, settings.requirements.floors)
     with clock.stage("candidates"):
-        places = find_places(survey, settings, caster, floors=floors, progress=progress)
-        listed, remarks = place_stations(survey, settings, caster, stations, places.reach.space)
+        places = find_positions(survey, settings, scan_engine, floors=floors, progress=progress)
+        listed, remarks = place_stations(survey, settings, scan_engine, stations, places.reach.space)
     with clock.stage("scan"):
         at = np.stack([station.position_m for station in listed])
         demand = demand_of(
-            survey, settings, caster, np.concatenate([places.candidates.position_m, at]), progress=progress
+            survey, settings, scan_engine, np.concatenate([places.candidates.position_m, at]), progress=progress
         )
         n_candidates = int(places.candidates.floor.size)
         of_candidates = demand.rows.take(list(range(n_candidates)))
         rows = demand.rows.take(list(range(n_candidates, n_candidates + len(listed))))
     with clock.stage("bound"):
-        problem = cover_problem(demand.rows.met, demand.area_m2, demand.targets)
+        problem = cover_problem(demand.rows.met, demand.area_m2, demand.constraints)
         # A greedy plan only guides the search for the bound.
         guide = len(select_greedy(problem, progress=progress).chosen)
         fewest = lower_bound(problem, n_stations=guide, progress=progress)
@@ -89,7 +89,7 @@ def evaluate_survey(
         plan = describe_plan(
             survey,
             settings,
-            caster,
+            scan_engine,
             stations=listed,
             demand=demand,
             rows=rows,
@@ -100,7 +100,7 @@ def evaluate_survey(
             lower_bound=fewest,
             warnings=(
                 *survey.warnings,
-                *caster.warnings,
+                *scan_engine.warnings,
                 *places.warnings,
                 *remarks,
                 *explain(survey, demand),
@@ -139,7 +139,7 @@ def place_stations(
 
     space : of `survey`, for stations on stairs and landings.
     """
-    placed = [place_settled(survey, settings, engine, _as_settled(station), space=space) for station in given]
+    placed = [place_prior(survey, settings, engine, _as_prior(station), space=space) for station in given]
     stations = tuple(
         Station(
             id=place.station.id,
@@ -154,9 +154,9 @@ def place_stations(
     return stations, tuple(line for place in placed for line in place.remarks)
 
 
-def _as_settled(given: GivenStation) -> SettledStation:
+def _as_prior(given: GivenStation) -> PriorStation:
     x, y, z = np.asarray(given.position_m, dtype=np.float64).tolist()
-    return SettledStation(given.id, (x, y, z), Role.SCANNED, given.floor or "", given.instrument_height_m)
+    return PriorStation(given.id, (x, y, z), Role.SCANNED, given.floor or "", given.instrument_height_m)
 
 
 def _check_list(stations: Sequence[GivenStation]) -> None:

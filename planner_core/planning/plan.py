@@ -34,7 +34,7 @@ from planner_core.paper.pipeline import find_pool, paper_settings
 from planner_core.planning.choose import choose, choose_by_paper, choose_greedily
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
-from planner_core.positions.places import Places, find_places, places_as_they_are
+from planner_core.positions.allowed_positions import AllowedPositions, find_positions, places_as_they_are
 from planner_core.progress import Progress, silent
 from planner_core.requirements.explain import explain
 from planner_core.route.route import ends_of, in_visiting_order, plan_route
@@ -68,59 +68,66 @@ def make_plan(
     # 1. What there is: floors, patches, the beams of one scan.
     survey = make_survey(scene, settings, progress=progress)
     # 2. Something to scan with.
-    caster = open_engine(scene, survey.patches, engine=engine, device=device)
-    return plan_survey(survey, settings, caster, progress=progress)
+    scan_engine = open_engine(scene, survey.patches, engine=engine, device=device)
+    return plan_survey(survey, settings, scan_engine, progress=progress)
 
 
-def plan_survey(survey: Survey, settings: PlanSettings, caster: ScanEngine, *, progress: Progress = silent) -> Plan:
+def plan_survey(
+    survey: Survey, settings: PlanSettings, scan_engine: ScanEngine, *, progress: Progress = silent
+) -> Plan:
     """Do the rest of `make_plan`, for callers that scan with the same engine afterwards."""
     clock = Stopwatch()
     floors = planned_floors(survey.floors, settings.requirements.floors)
     # 3. Where a tripod can stand, and be carried to.
     with clock.stage("candidates"):
-        places = _places(survey, settings, caster, floors, progress)
+        places = _places(survey, settings, scan_engine, floors, progress)
         bare = _bare_floors(survey, places.candidates, floors)
     # 4. What each spot sees, what of that meets what is asked, and which two could be registered with each other.
     with clock.stage("scan"):
         given = places.rows_of(Role.SCANNED, Role.LOCKED)
         kept = places.rows_of(Role.KEPT)
-        pool = make_pool(survey, settings, caster, places.candidates, given=given, kept=kept, progress=progress)
+        pool = make_pool(survey, settings, scan_engine, places.candidates, given=given, kept=kept, progress=progress)
         _check_something_is_seen(pool, survey, settings)
     # 5. Few spots that see enough, and how few are possible.
     with clock.stage("select"):
-        choice = _choose(pool, places, survey, settings, caster, progress)
+        choice = _choose(pool, places, survey, settings, scan_engine, progress)
         if not isinstance(settings.method, Paper) and settings.objective != Objective.COVERAGE:
-            check_coverage(choice.pool.rows.met, pool.demand.area_m2, pool.targets, choice.chosen)
+            check_coverage(choice.pool.rows.met, pool.demand.area_m2, pool.constraints, choice.chosen)
     # 6. In which order to walk them, and what they are worth.
     with clock.stage("figures"):
-        plan = _described(survey, settings, caster, places, choice, (*bare, *places.warnings), progress)
+        plan = _described(survey, settings, scan_engine, places, choice, (*bare, *places.warnings), progress)
     return replace(plan, timings_s=clock.seconds)
 
 
 def _places(
-    survey: Survey, settings: PlanSettings, caster: ScanEngine, floors: tuple[int, ...], progress: Progress
-) -> Places:
+    survey: Survey, settings: PlanSettings, scan_engine: ScanEngine, floors: tuple[int, ...], progress: Progress
+) -> AllowedPositions:
     if not isinstance(settings.method, Paper):
-        return find_places(survey, settings, caster, floors=floors, progress=progress)
-    pool = find_pool(survey, settings, paper_settings(settings), caster, floors=floors, progress=progress)
+        return find_positions(survey, settings, scan_engine, floors=floors, progress=progress)
+    pool = find_pool(survey, settings, paper_settings(settings), scan_engine, floors=floors, progress=progress)
     return places_as_they_are(survey, settings, pool, progress=progress)
 
 
 def _choose(
-    pool: Pool, places: Places, survey: Survey, settings: PlanSettings, caster: ScanEngine, progress: Progress
+    pool: Pool,
+    places: AllowedPositions,
+    survey: Survey,
+    settings: PlanSettings,
+    scan_engine: ScanEngine,
+    progress: Progress,
 ) -> Choice:
     if isinstance(settings.method, Proven):
-        return choose(pool, places, survey, settings, caster, progress=progress)
+        return choose(pool, places, survey, settings, scan_engine, progress=progress)
     if isinstance(settings.method, Greedy):
         return choose_greedily(pool, progress=progress)
-    return choose_by_paper(pool, settings, caster, progress=progress)
+    return choose_by_paper(pool, settings, scan_engine, progress=progress)
 
 
 def _described(
     survey: Survey,
     settings: PlanSettings,
-    caster: ScanEngine,
-    places: Places,
+    scan_engine: ScanEngine,
+    places: AllowedPositions,
     choice: Choice,
     warnings: tuple[str, ...],
     progress: Progress,
@@ -144,7 +151,7 @@ def _described(
     plan = describe_plan(
         survey,
         settings,
-        caster,
+        scan_engine,
         stations=_stations(survey, pool.take(rows), _names(places, rows, settings.site), scanned),
         demand=pool.demand,
         rows=pool.rows.take(rows),
@@ -154,7 +161,7 @@ def _described(
         n_scans=int((~scanned).sum()),
         lower_bound=choice.lower_bound,
         # The engine's after scanning, which may add to them.
-        warnings=(*survey.warnings, *caster.warnings, *warnings, *explain(survey, pool.demand), *choice.warnings),
+        warnings=(*survey.warnings, *scan_engine.warnings, *warnings, *explain(survey, pool.demand), *choice.warnings),
         progress=progress,
     )
     return replace(
@@ -167,13 +174,13 @@ def _described(
     )
 
 
-def _names(places: Places, rows: Int64Array, site: Site) -> list[str]:
+def _names(places: AllowedPositions, rows: Int64Array, site: Site) -> list[str]:
     """Ids of stations: those that have one keep it, the others are numbered as they are visited.
 
     Nor is a number given again that a station of an earlier plan had: it would be taken for that one.
     """
-    told = {each.row: each.place.station.id for each in places.settled if each.place.station.role != Role.BEGUN}
-    taken = {station.id for station in site.settled if station.role not in (Role.BEGUN, Role.FORBIDDEN)}
+    told = {each.row: each.place.station.id for each in places.prior if each.place.station.role != Role.BEGUN}
+    taken = {station.id for station in site.prior if station.role not in (Role.BEGUN, Role.FORBIDDEN)}
     free = (name for name in (f"S{number:03d}" for number in count(1)) if name not in taken)
     return [told[int(row)] if int(row) in told else next(free) for row in rows]
 

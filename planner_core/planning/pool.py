@@ -28,7 +28,7 @@ from planner_core.network.overlap import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.demand import Demand, Rows, demand_of, rows_from
 from planner_core.select.network import Network
-from planner_core.select.problem import CoverProblem, Target, cover_problem
+from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 
 #: Share of what a part of the network sees that parts so many times as large have to see for it to be left aside.
 _SEEN_ELSEWHERE = 0.9
@@ -39,7 +39,7 @@ _MUCH_LARGER = 10
 class Pool:
     """candidates, rows : N candidates and what they see. demand : what is asked; its own rows are of the first pool.
 
-    targets : those of the demand, of what the FIRST pool can achieve: places that come later change no requirement.
+    constraints : those of the demand, of what the FIRST pool can achieve: places that come later change no requirement.
     links : between the candidates; None where no network is asked for. given, kept : rows of stations that are in every
     plan, and of those of an earlier plan. loops : the network has to survive the failure of a link. barred : (N,) bool,
     candidates that are not to be chosen, see `_not_needed`.
@@ -48,7 +48,7 @@ class Pool:
     candidates: Candidates
     demand: Demand
     rows: Rows
-    targets: tuple[Target, ...]
+    constraints: tuple[Constraint, ...]
     links: CandidateLinks | None
     given: tuple[int, ...]
     kept: tuple[int, ...]
@@ -58,7 +58,7 @@ class Pool:
     @cached_property
     def problem(self) -> CoverProblem:
         """The problem of selection. Who is barred sees nothing in it; what there is to be seen stays the same."""
-        whole = cover_problem(self.rows.met, self.demand.area_m2, self.targets)
+        whole = cover_problem(self.rows.met, self.demand.area_m2, self.constraints)
         return _blinded(whole, self.barred) if self.barred.any() else whole
 
     @cached_property
@@ -132,12 +132,12 @@ def make_pool(
     """
     demand = demand_of(survey, settings, engine, candidates.position_m, progress=progress)
     n_met = times_seen(demand.rows.met)
-    targets = tuple(replace(t, part=t.part & (n_met >= t.seen_from)) for t in demand.targets)
+    constraints = tuple(replace(t, part=t.part & (n_met >= t.seen_from)) for t in demand.constraints)
     pool = Pool(
         candidates=candidates,
         demand=demand,
         rows=demand.rows,
-        targets=targets,
+        constraints=constraints,
         links=_links(survey, settings, demand.rows.seen, progress) if isinstance(settings.method, Proven) else None,
         given=tuple(given.tolist()),
         kept=tuple(kept.tolist()),

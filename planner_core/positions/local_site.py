@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, KeepOut, Role, SettledStation, Site, Survey
+from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, KeepOut, PriorStation, Role, Site, Survey
 from planner_core.positions.mover import PERSON, Mover, Zone, blocked_by_zones
 
 #: A place told by its ground may lie this little below the floor's median height.
@@ -61,7 +61,7 @@ def local_site(survey: Survey, site: Site) -> LocalSite:
         mover=mover_of(site),
         zones=tuple(zone for area in site.keep_out for zone in _zones(survey, area)),
         entrances_m=entrances_m if site.entrances_m else None,
-        forbidden=tuple(_forbidden(survey, place) for place in site.settled if place.role == Role.FORBIDDEN),
+        forbidden=tuple(_forbidden(survey, place) for place in site.prior if place.role == Role.FORBIDDEN),
     )
 
 
@@ -109,7 +109,7 @@ def _zones(survey: Survey, area: KeepOut) -> list[Zone]:
     return [Zone(outline_m, floor, access=area.access) for floor in floors]
 
 
-def _forbidden(survey: Survey, place: SettledStation) -> Forbidden:
+def _forbidden(survey: Survey, place: PriorStation) -> Forbidden:
     position_m = np.array(place.position_m, dtype=np.float64) - survey.scene.offset_m
     if place.floor:
         floor = floor_named(survey.floors, place.floor, f"forbidden place {place.id!r}")

@@ -23,7 +23,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from planner_core.documents import Entries, ShortEntries, YesNo, read_as, shown
 from planner_core.errors import RequirementError
-from planner_core.model import GroundPick, KeepOut, Role, SettledStation, Site
+from planner_core.model import GroundPick, KeepOut, PriorStation, Role, Site
 from planner_core.positions.outlines import checked_outline
 
 REMEDY = "see docs/howto/site.md"
@@ -87,7 +87,7 @@ class PlaceEntry(ShortEntries):
 
 
 class StationEntry(PlaceEntry):
-    """A station that is settled."""
+    """A station given before planning."""
 
     height: _Metres | None = None
     """Of the sensor above the ground."""
@@ -96,7 +96,7 @@ class StationEntry(PlaceEntry):
 class ForbiddenEntry(PlaceEntry):
     """A place that no station may be near."""
 
-    radius: _Metres = SettledStation.radius_m
+    radius: _Metres = PriorStation.radius_m
 
 
 class PickEntry(ShortEntries):
@@ -118,7 +118,7 @@ class RobotEntry(Entries):
 
 
 class SiteEntries(Entries):
-    """Entrances, areas nobody enters, stations that are settled, surfaces marked as ground."""
+    """Entrances, areas nobody enters, stations given before planning, surfaces marked as ground."""
 
     entrances: tuple[_Place, ...] | None = None
     """Places on the ground."""
@@ -147,12 +147,12 @@ class SiteEntries(Entries):
             Two stations of one id.
         """
         robot = self.robot or RobotEntry()
-        settled = [s for key in ("fixed", *Role) for s in _settled(key, getattr(self, key) or ())]
-        check_ids(settled)
+        prior = [s for key in ("fixed", *Role) for s in _prior(key, getattr(self, key) or ())]
+        check_ids(prior)
         return Site(
             entrances_m=self.entrances or (),
             keep_out=(*_areas("keep_out", self.keep_out), *_areas("access", self.access)),
-            settled=tuple(settled),
+            prior=tuple(prior),
             mover_radius_m=robot.radius,
             step_m=robot.step,
             mover_height_m=robot.height,
@@ -171,15 +171,15 @@ def _areas(key: str, areas: tuple[AreaEntry, ...] | None) -> Iterator[KeepOut]:
         yield KeepOut(area.outline, area.floor, key == "access", area.name or f"site.{key}[{number}]")
 
 
-def _settled(key: str, stations: tuple[StationEntry | ForbiddenEntry, ...]) -> Iterator[SettledStation]:
+def _prior(key: str, stations: tuple[StationEntry | ForbiddenEntry, ...]) -> Iterator[PriorStation]:
     for number, station in enumerate(stations, start=1):
-        yield SettledStation(
+        yield PriorStation(
             id=station.id or f"{key}-{number}",
             position_m=station.position,
             role=Role.SCANNED if key == "fixed" else Role(key),
             floor=station.floor,
             instrument_height_m=station.height if isinstance(station, StationEntry) else None,
-            radius_m=station.radius if isinstance(station, ForbiddenEntry) else SettledStation.radius_m,
+            radius_m=station.radius if isinstance(station, ForbiddenEntry) else PriorStation.radius_m,
         )
 
 
@@ -196,9 +196,9 @@ def site_from_mapping(mapping: Mapping[str, Any]) -> Site:
     return read_as(SiteEntries, mapping, "site.", remedy=REMEDY).site()
 
 
-def settled_from(
+def prior_from(
     given: Iterable[tuple[str, Sequence[float], str | None, float | None]], role: Role, *, radius_m: float = 0.5
-) -> tuple[SettledStation, ...]:
+) -> tuple[PriorStation, ...]:
     """Give stations of a list a role.
 
     Parameters
@@ -213,10 +213,10 @@ def settled_from(
     RequirementError
         Positions that are not three finite numbers, a height or radius below zero, an id twice.
     """
-    settled = []
+    prior = []
     for number, (name, position, floor, height_m) in enumerate(given, start=1):
         try:
-            station = SettledStation(
+            station = PriorStation(
                 id=name or f"{'fixed' if role == Role.SCANNED else role}-{number}",
                 position_m=_place(position),
                 role=role,
@@ -226,19 +226,17 @@ def settled_from(
             )
         except RequirementError as error:
             raise RequirementError(f"{role} station {name or number}: {error}") from error
-        settled.append(station)
-    check_ids(settled)
-    return tuple(settled)
+        prior.append(station)
+    check_ids(prior)
+    return tuple(prior)
 
 
-def check_ids(settled: Sequence[SettledStation]) -> None:
-    """A settled station has an id of its own; places where none may stand do not need any."""
+def check_ids(prior: Sequence[PriorStation]) -> None:
+    """A prior station has an id of its own; places where none may stand do not need any."""
     seen: set[str] = set()
-    for station in settled:
+    for station in prior:
         if station.role == Role.FORBIDDEN:
             continue
         if station.id in seen:
-            raise RequirementError(
-                f"settled stations: got the id {station.id!r} twice, expected each once; rename or drop one"
-            )
+            raise RequirementError(f"stations: got the id {station.id!r} twice, expected each once; rename or drop one")
         seen.add(station.id)

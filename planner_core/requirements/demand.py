@@ -1,7 +1,8 @@
 """Demand: all that is asked, as one problem of covering patches. What positions see, by every quality that is asked.
 
-A `Survey`, settings, an open engine, positions -> `Demand`: a copy of the patches for each distinct `Asked`, a quality,
-stacked. Patch p of quality q is number q P + p; a position's row has it where the position meets q on p by itself.
+A `Survey`, settings, an open engine, positions -> `Demand`: a copy of the patches for each distinct `PointLimits`, a
+quality, stacked. Patch p of quality q is number q P + p; a position's row has it where the position meets q on p by
+itself.
 """
 
 from __future__ import annotations
@@ -11,26 +12,26 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from planner_core.coverage.coverage import take_rows, times_seen
-from planner_core.coverage.levels import Sights, sights_meeting
+from planner_core.coverage.levels import Observations, observations_meeting
 from planner_core.coverage.survey import visible_from
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import (
-    Asked,
     BoolArray,
     Float32Array,
     FloatArray,
     Int32Array,
     Int64Array,
     PlanSettings,
+    PointLimits,
     Survey,
     Visibility,
 )
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import OVERALL, Goal, goals_of
-from planner_core.requirements.sights import sights_in_batches
-from planner_core.requirements.wording import area_in_words, asked_in_words, figure_in_words, name_of
-from planner_core.select.problem import Target
+from planner_core.requirements.observations import observations_in_batches
+from planner_core.requirements.wording import area_in_words, figure_in_words, limits_in_words, name_of
+from planner_core.select.problem import Constraint
 
 #: Numbers of stacked patches are int32.
 _MOST_STACKED = 2**31 - 1
@@ -63,9 +64,9 @@ class Demand:
 
     n_patches: int
     goals: tuple[Goal, ...]
-    qualities: tuple[Asked, ...]
+    qualities: tuple[PointLimits, ...]
     rows: Rows
-    targets: tuple[Target, ...]
+    constraints: tuple[Constraint, ...]
     area_m2: FloatArray
     times_met: Int32Array
     needed: tuple[dict[str, Float32Array], ...]
@@ -87,12 +88,12 @@ def demand_of(
     """Look from each of positions (N, 3), local frame, and say which patches meet what is asked.
 
     Where no limit is asked of anything, rows are those of `visible_from`, areas the patches' own, and targets those of
-    `planner_core.select.problem.floor_targets`.
+    `planner_core.select.problem.floor_constraints`.
 
     Raises
     ------
     RequirementError
-        What is asked can't be had from any position, see `check_possible`; else as `goals_of`, `sights_from`.
+        What is asked can't be had from any position, see `check_possible`; else as `goals_of`, `observations_from`.
     DeviceError
         The device fails.
     """
@@ -110,7 +111,7 @@ def demand_of(
         goals=goals,
         qualities=qualities,
         rows=rows,
-        targets=tuple(_target(goal, qualities) for goal in goals),
+        constraints=tuple(_constraint(goal, qualities) for goal in goals),
         area_m2=np.tile(survey.patches.area_m2, len(qualities)),
         times_met=times_met,
         needed=needed,
@@ -142,7 +143,7 @@ def _check_size(n_goals: int, n_qualities: int, n_patches: int) -> None:
         )
 
 
-def qualities_of(goals: tuple[Goal, ...]) -> tuple[Asked, ...]:
+def qualities_of(goals: tuple[Goal, ...]) -> tuple[PointLimits, ...]:
     """Distinct limits of the goals: those asked of all first, the others as they come."""
     overall = next(goal for goal in goals if goal.name == OVERALL and not goal.stated)
     return tuple(dict.fromkeys((overall.asked, *(goal.asked for goal in goals))))
@@ -172,7 +173,7 @@ def _impossible(demand: Demand, goal: Goal, seen: BoolArray) -> str:
     seen = seen & goal.patches
     n_positions = demand.rows.seen.n_positions
     area_m2 = demand.area_m2[: demand.n_patches]
-    limits = asked_in_words(goal.asked, goal.seen_from)
+    limits = limits_in_words(goal.asked, goal.seen_from)
     of = area_in_words(float(area_m2[goal.patches].sum()))
     what = f"requirement {goal.name!r}: got nothing of its {of}{' with ' + limits if limits else ''}"
     if not seen.any():
@@ -202,28 +203,31 @@ def blamed(demand: Demand, goal: Goal, patches: BoolArray) -> str | None:
     return best if best is not None and admits[best] > 0 else None
 
 
-def _target(goal: Goal, qualities: tuple[Asked, ...]) -> Target:
+def _constraint(goal: Goal, qualities: tuple[PointLimits, ...]) -> Constraint:
     if len(qualities) == 1:
-        return Target(goal.patches, goal.coverage, goal.seen_from)
+        return Constraint(goal.patches, goal.coverage, goal.seen_from)
     part = np.zeros((len(qualities), goal.patches.size), dtype=np.bool_)
     part[qualities.index(goal.asked)] = goal.patches
-    return Target(part.reshape(-1), goal.coverage, goal.seen_from)
+    return Constraint(part.reshape(-1), goal.coverage, goal.seen_from)
 
 
 @dataclass(frozen=True)
 class _Looks:
-    """What to keep of sights. counted : for each quality, (P,) bool, patches that a goal asks it of; None: keep all.
+    """What to keep of observations. counted : for each quality, (P,) bool, patches that a goal asks it of; None: all.
 
     needed : as in `Demand`, filled while looking; empty: not wanted.
     """
 
-    qualities: tuple[Asked, ...]
+    qualities: tuple[PointLimits, ...]
     counted: tuple[BoolArray | None, ...]
     needed: tuple[dict[str, Float32Array], ...] = ()
 
     @classmethod
     def over(
-        cls, goals: tuple[Goal, ...], qualities: tuple[Asked, ...], needed: tuple[dict[str, Float32Array], ...] = ()
+        cls,
+        goals: tuple[Goal, ...],
+        qualities: tuple[PointLimits, ...],
+        needed: tuple[dict[str, Float32Array], ...] = (),
     ) -> _Looks:
         """Keep all of what is asked of all, and of other qualities what their goals count."""
         counted: list[BoolArray | None] = [None]
@@ -234,10 +238,10 @@ class _Looks:
     @property
     def plain(self) -> bool:
         """Whether seeing a patch is all that is asked."""
-        return self.qualities == (Asked(),)
+        return self.qualities == (PointLimits(),)
 
 
-def limits_of(asked: Asked) -> tuple[str, ...]:
+def limits_of(asked: PointLimits) -> tuple[str, ...]:
     """Names of the limits that are asked."""
     return tuple(field.name for field in fields(asked) if getattr(asked, field.name) is not None)
 
@@ -258,43 +262,43 @@ def _look(
     met_sizes: list[Int64Array] = []
     seen_patch: list[Int32Array] = []
     met_patch: list[Int32Array] = []
-    for sights in sights_in_batches(survey, settings, engine, positions_m, progress=progress):
-        seen_sizes.append(np.diff(sights.starts))
-        seen_patch.append(sights.patch)
-        sizes, patch = _stacked(sights, looks)
+    for observations in observations_in_batches(survey, settings, engine, positions_m, progress=progress):
+        seen_sizes.append(np.diff(observations.starts))
+        seen_patch.append(observations.patch)
+        sizes, patch = _stacked(observations, looks)
         met_sizes.append(sizes)
         met_patch.append(patch)
         for asked, least in zip(looks.qualities, looks.needed, strict=False):
-            _note_needed(sights, asked, least)
+            _note_needed(observations, asked, least)
     return Rows(
         Visibility(_starts(seen_sizes), _joined(seen_patch), n_patches),
         Visibility(_starts(met_sizes), _joined(met_patch), n_patches * n_qualities),
     )
 
 
-def _stacked(sights: Sights, looks: _Looks) -> tuple[Int64Array, Int32Array]:
+def _stacked(observations: Observations, looks: _Looks) -> tuple[Int64Array, Int32Array]:
     """Sizes (S,) of stacked rows, and their patches."""
-    n_rows = sights.starts.size - 1
-    row_of_sight = np.repeat(np.arange(n_rows), np.diff(sights.starts))
+    n_rows = observations.starts.size - 1
+    row_of_sight = np.repeat(np.arange(n_rows), np.diff(observations.starts))
     rows, patches = [], []
     for quality, (asked, counted) in enumerate(zip(looks.qualities, looks.counted, strict=True)):
-        kept = sights_meeting(sights, asked)
+        kept = observations_meeting(observations, asked)
         if counted is not None:
-            kept &= counted[sights.patch]
+            kept &= counted[observations.patch]
         rows.append(row_of_sight[kept])
-        patches.append(sights.patch[kept] + np.int32(quality * sights.n_patches))
+        patches.append(observations.patch[kept] + np.int32(quality * observations.n_patches))
     row = np.concatenate(rows)
     # Stable: qualities stay in their order within a row, and so do the patches of each.
     order = np.argsort(row, kind="stable")
     return np.bincount(row, minlength=n_rows).astype(np.int64), np.concatenate(patches)[order].astype(np.int32)
 
 
-def _note_needed(sights: Sights, asked: Asked, least: dict[str, Float32Array]) -> None:
-    """Lower `least`, (P,) by limit, to the figures of sights that meet all other limits."""
+def _note_needed(observations: Observations, asked: PointLimits, least: dict[str, Float32Array]) -> None:
+    """Lower `least`, (P,) by limit, to the figures of observations that meet all other limits."""
     for limit, figures in least.items():
-        rest = sights_meeting(sights, replace(asked, **{limit: None}))
-        found = getattr(sights, limit)[rest]
-        np.fmin.at(figures, sights.patch[rest], np.where(np.isnan(found), np.float32(np.inf), found))
+        rest = observations_meeting(observations, replace(asked, **{limit: None}))
+        found = getattr(observations, limit)[rest]
+        np.fmin.at(figures, observations.patch[rest], np.where(np.isnan(found), np.float32(np.inf), found))
 
 
 def _joined(blocks: list[Int32Array]) -> Int32Array:

@@ -13,7 +13,7 @@ from planner_core.coverage.coverage import MIN_UNSEEN_M2, times_seen
 from planner_core.model import BoolArray, Int64Array, Survey
 from planner_core.requirements.demand import Demand, blamed
 from planner_core.requirements.goals import Goal
-from planner_core.requirements.wording import area_in_words, asked_in_words, figure_in_words, name_of
+from planner_core.requirements.wording import area_in_words, figure_in_words, limits_in_words, name_of
 
 #: Elements told of each requirement and cause.
 _MOST_TOLD = 5
@@ -23,9 +23,9 @@ _MOST_TOLD = 5
 class Shortfall:
     """Surface of one element that positions see, but not as asked.
 
-    floor : index, -1 none. limit : the field of `Asked` without which the most of it would meet the rest, `seen_from`
-    where it is met but from too few positions, empty where several limits are in the way at once. least, greatest : of
-    the figures that the limit would have to be, area for area; NaN where there is none or none is known.
+    floor : index, -1 none. limit : the field of `PointLimits` without which the most of it would meet the rest,
+    `seen_from` where it is met but from too few positions, empty where several limits are in the way at once. least,
+    greatest : of the figures that the limit would have to be, area for area; NaN where there is none or none is known.
     """
 
     goal: str
@@ -47,7 +47,7 @@ def explain(survey: Survey, demand: Demand) -> tuple[str, ...]:
             area_m2 = sum(each.area_m2 for each in own)
             lines.append(
                 f"requirement {goal.name!r}: {area_in_words(area_m2)} that candidates see can't be had with "
-                f"{asked_in_words(goal.asked, goal.seen_from)}, and do not count"
+                f"{limits_in_words(goal.asked, goal.seen_from)}, and do not count"
             )
             lines.extend(f"  {_in_words(survey, demand, goal, each)}" for each in own[:_MOST_TOLD])
             if len(own) > _MOST_TOLD:

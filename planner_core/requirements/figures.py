@@ -12,7 +12,7 @@ import numpy as np
 from planner_core.coverage.coverage import times_seen
 from planner_core.model import Int32Array, Loss, PartResult, Visibility
 from planner_core.requirements.demand import Demand, Rows
-from planner_core.requirements.wording import area_in_words, asked_in_words
+from planner_core.requirements.wording import area_in_words, limits_in_words
 
 
 def times_met(demand: Demand, rows: Rows) -> Int32Array:
@@ -64,7 +64,7 @@ def missed_in_words(results: tuple[PartResult, ...]) -> tuple[str, ...]:
     lines = []
     for result in results:
         if not result.met:
-            words = asked_in_words(result.asked, result.seen_from)
+            words = limits_in_words(result.asked, result.seen_from)
             lines.append(
                 f"{result.name!r} is covered to {100 * np.floor(result.fraction_of_achievable * 1000) / 1000:.1f} % of "
                 f"the {area_in_words(result.achievable_area_m2)} achievable{' with ' + words if words else ''}, "

@@ -13,7 +13,7 @@ import numpy as np
 from planner_core.coverage.coverage import floor_of_patch
 from planner_core.coverage.survey import planned_floors, scope_of
 from planner_core.errors import RequirementError
-from planner_core.model import Asked, BoolArray, FloatArray, Floor, PartRequirement, PlanSettings, Scene, Survey
+from planner_core.model import BoolArray, FloatArray, Floor, PartRequirement, PlanSettings, PointLimits, Scene, Survey
 from planner_core.positions.outlines import over_polygon
 from planner_core.requirements.patterns import fits
 from planner_core.scene.patches import patch_triangles
@@ -30,7 +30,7 @@ class Goal:
 
     name: str
     coverage: float
-    asked: Asked
+    asked: PointLimits
     seen_from: int
     patches: BoolArray
     stated: bool = False

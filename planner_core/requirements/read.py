@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from planner_core.documents import key_of, read_as
 from planner_core.errors import RequirementError
-from planner_core.model import Asked, PartRequirement, Requirements, Site
+from planner_core.model import PartRequirement, PointLimits, Requirements, Site
 from planner_core.requirements.document import read_document
 from planner_core.requirements.entries import ClassEntries, FloorEntries, PartEntries, RequirementsFile, ZoneEntries
 
@@ -100,10 +100,12 @@ def _asked(own: PartEntries, follow: PartRequirement, where: str) -> dict[str, A
         return default if said is None else None if said == math.inf else said
 
     said = (own.spacing, own.range, own.incidence, own.noise)
-    limits = (limit(each, getattr(follow.asked, field.name)) for each, field in zip(said, fields(Asked), strict=True))
+    limits = (
+        limit(each, getattr(follow.asked, field.name)) for each, field in zip(said, fields(PointLimits), strict=True)
+    )
     return {
         "coverage": follow.coverage if own.coverage is None else own.coverage,
-        "asked": _in_file(where, Asked, *limits),
+        "asked": _in_file(where, PointLimits, *limits),
         "seen_from": own.seen_from or follow.seen_from,
     }
 

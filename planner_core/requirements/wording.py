@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import fields
 
-from planner_core.model import Asked
+from planner_core.model import PointLimits
 
 
-def asked_in_words(asked: Asked, seen_from: int = 1) -> str:
+def limits_in_words(asked: PointLimits, seen_from: int = 1) -> str:
     """Limits as a user states them, such as `spacing 6 mm, range 20 m, 2 stations`; empty where there are none."""
     parts = [
         f"{name_of(field.name)} {figure_in_words(field.name, limit)}"
@@ -24,7 +24,7 @@ def name_of(limit: str) -> str:
 
 
 def figure_in_words(limit: str, figure: float) -> str:
-    """`figure` of the limit named, a field of `Asked`, with a unit that suits its size."""
+    """`figure` of the limit named, a field of `PointLimits`, with a unit that suits its size."""
     if limit.endswith("_rad"):
         return f"{math.degrees(figure):.3g}°"
     if figure < 0.1:

@@ -26,7 +26,7 @@ from planner_core.model.choices import Role
 from planner_core.model.planning import PlanSettings
 from planner_core.model.requirements import PartRequirement, Requirements
 from planner_core.model.review import ForbiddenPlace, PlanUnderReview, Review, ReviewedStation, Zone
-from planner_core.model.site import KeepOut, SettledStation, Site
+from planner_core.model.site import KeepOut, PriorStation, Site
 from planner_core.review.stations import reviewed_stations
 
 REJECTED_RADIUS_M = 0.5
@@ -56,11 +56,11 @@ def settings_with_review(settings: PlanSettings, review: Review, plan: PlanUnder
 
 
 def _site(site: Site, review: Review, plan: PlanUnderReview) -> Site:
-    before = (station for station in site.settled if station.role in (Role.SCANNED, Role.FORBIDDEN))
+    before = (station for station in site.prior if station.role in (Role.SCANNED, Role.FORBIDDEN))
     keep_outs = (_keep_out(zone) for zone in _in_order(review) if zone.kind == "keep_out")
     return dataclasses.replace(
         site,
-        settled=(*before, *_settled(review, plan), *_forbidden(review, plan)),
+        prior=(*before, *_prior(review, plan), *_forbidden(review, plan)),
         keep_out=(*site.keep_out, *keep_outs),
         ground_picks=(
             *site.ground_picks,
@@ -69,7 +69,7 @@ def _site(site: Site, review: Review, plan: PlanUnderReview) -> Site:
     )
 
 
-def _settled(review: Review, plan: PlanUnderReview) -> Iterator[SettledStation]:
+def _prior(review: Review, plan: PlanUnderReview) -> Iterator[PriorStation]:
     for station in reviewed_stations(plan, review):
         if station.fixed:
             continue  # it is in the settings, as scanned
@@ -85,8 +85,8 @@ def _settled(review: Review, plan: PlanUnderReview) -> Iterator[SettledStation]:
             yield _forbidden_place(place, f"rejected {station.id}", station.floor)
 
 
-def _station(station: ReviewedStation, role: Role) -> SettledStation:
-    return SettledStation(
+def _station(station: ReviewedStation, role: Role) -> PriorStation:
+    return PriorStation(
         id=station.id,
         position_m=station.position_m,
         role=role,
@@ -95,8 +95,8 @@ def _station(station: ReviewedStation, role: Role) -> SettledStation:
     )
 
 
-def _forbidden(review: Review, plan: PlanUnderReview) -> Iterator[SettledStation]:
-    """A place without a floor is one on each: settled places are on one floor."""
+def _forbidden(review: Review, plan: PlanUnderReview) -> Iterator[PriorStation]:
+    """A place without a floor is one on each: forbidden positions are on one floor."""
     for name, place in sorted(review.forbidden.items()):
         if place.floor:
             yield _forbidden_place(place, name, place.floor)
@@ -105,8 +105,8 @@ def _forbidden(review: Review, plan: PlanUnderReview) -> Iterator[SettledStation
                 yield _forbidden_place(place, f"{name} {floor}", floor)
 
 
-def _forbidden_place(place: ForbiddenPlace, name: str, floor: str) -> SettledStation:
-    return SettledStation(name, place.position_m, Role.FORBIDDEN, floor, radius_m=place.radius_m)
+def _forbidden_place(place: ForbiddenPlace, name: str, floor: str) -> PriorStation:
+    return PriorStation(name, place.position_m, Role.FORBIDDEN, floor, radius_m=place.radius_m)
 
 
 def _keep_out(zone: Zone) -> KeepOut:

@@ -24,7 +24,7 @@ def plan_under_review(plan_folder: Path) -> PlanUnderReview:
         sha256 = hashlib.sha256(file.read_bytes()).hexdigest()
     except OSError as error:
         raise PlanFolderError(f"{file}: can't be read ({error}), expected a plan.json; check the path") from error
-    locked = {station.id for station in plan.site.settled if station.role == "locked"}
+    locked = {station.id for station in plan.site.prior if station.role == "locked"}
     return PlanUnderReview(
         sha256=sha256,
         stations=tuple(

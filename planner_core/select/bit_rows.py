@@ -71,13 +71,13 @@ def pack(genes: BoolArray) -> NDArray[np.uint32]:
 
 def classes_of(problem: CoverProblem) -> tuple[Int64Array, NDArray[np.uint8]]:
     """(R,) class of every row, 0, 1, ... each of which has rows, and (K, n_classes) which targets count it."""
-    n_targets, n_rows = problem.counts_for.shape
+    n_constraints, n_rows = problem.counts_for.shape
     class_of_row, first = np.zeros(n_rows, dtype=np.int64), np.zeros(min(n_rows, 1), dtype=np.int64)
     # Renumbered at every target: bits of an integer run out.
     for counted in problem.counts_for:
         _, first, class_of_row = np.unique(class_of_row * 2 + counted, return_index=True, return_inverse=True)
     if n_rows == 0:
-        return class_of_row, np.zeros((n_targets, 1), dtype=np.uint8)
+        return class_of_row, np.zeros((n_constraints, 1), dtype=np.uint8)
     return class_of_row.astype(np.int64), problem.counts_for[:, first].astype(np.uint8)
 
 

@@ -29,7 +29,7 @@ from planner_core.select.branching import BranchAndBound
 from planner_core.select.network import Network, network_within
 from planner_core.select.polish import polish
 from planner_core.select.problem import CoverProblem
-from planner_core.select.relaxation import independent_targets
+from planner_core.select.relaxation import independent_constraints
 
 #: Blocks that share more than this part of what the lesser one sees are one; the smallest are merged beyond so many.
 _SHARED = 0.02
@@ -57,7 +57,7 @@ class Block:
     pinned: tuple[int, ...]
     ticks: Int64Array
 
-    def of_targets(self, which: Sequence[int]) -> Block:
+    def of_constraints(self, which: Sequence[int]) -> Block:
         """The block with some of the targets."""
         at = list(which)
         problem = replace(
@@ -206,10 +206,10 @@ class BlockProof:
         self.best: tuple[int, ...] | None = None
         self.n_nodes = 0
         self._done = 0.0  # work of looking for sets, and of proofs that are over
-        asked = independent_targets(problem)
+        asked = independent_constraints(problem)
         self._problem, self._find = problem, find
         self._least = problem.least[asked]
-        self._blocks = [block.of_targets(asked) for block in blocks]
+        self._blocks = [block.of_constraints(asked) for block in blocks]
         self._known = [_Known() for _ in blocks]
         self._trees: dict[tuple[int, bytes], BranchAndBound] = {}
         self._open: list[tuple[int, int, int, _Node]] = []
@@ -270,15 +270,15 @@ class BlockProof:
     def _split(self, node: _Node, covered: Int64Array) -> list[_Node]:
         """Two nodes, in one of which a block covers more of a target that `covered`, (B, K), misses; or none."""
         missing = self._least - covered.sum(axis=0)
-        target = int(np.argmax(missing))
-        if missing[target] <= 0:
+        constraint = int(np.argmax(missing))
+        if missing[constraint] <= 0:
             return []
-        room = node.high[:, target] - covered[:, target]
+        room = node.high[:, constraint] - covered[:, constraint]
         block = int(np.argmax(room))
-        more = int(covered[block, target]) + min(int(room[block]), (int(missing[target]) + 1) // 2)
+        more = int(covered[block, constraint]) + min(int(room[block]), (int(missing[constraint]) + 1) // 2)
         low, high = node.low.copy(), node.high.copy()
-        low[block, target] = max(more, low[block, target])
-        high[block, target] = more - 1
+        low[block, constraint] = max(more, low[block, constraint])
+        high[block, constraint] = more - 1
         found = (self._tightened(low, node.high, node.depth), self._tightened(node.low, high, node.depth))
         return [each for each in found if each is not None]
 

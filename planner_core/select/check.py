@@ -16,7 +16,7 @@ import numpy as np
 from planner_core.errors import PlannerError
 from planner_core.model import FloatArray, Int64Array, Visibility
 from planner_core.select.network import Network
-from planner_core.select.problem import CoverProblem, Target
+from planner_core.select.problem import Constraint, CoverProblem
 
 #: Shares are compared in float64: sums are exact to the last place, the product with a fraction is not.
 _SHARE_SLACK = 1e-9
@@ -102,7 +102,7 @@ def _reached_in_graph(network: Network, start: int, *, without: tuple[int, int])
 
 
 def check_coverage(
-    visibility: Visibility, patch_area_m2: FloatArray, targets: Sequence[Target], chosen: Sequence[int]
+    visibility: Visibility, patch_area_m2: FloatArray, constraints: Sequence[Constraint], chosen: Sequence[int]
 ) -> None:
     """Look at the same before patches were merged and areas rounded: what `cover_problem` made is checked too.
 
@@ -114,13 +114,13 @@ def check_coverage(
     _check_candidates(chosen, visibility.n_positions)
     possible = _times_seen(visibility, range(visibility.n_positions))
     looks = _times_seen(visibility, chosen)
-    for number, target in enumerate(targets):
-        achievable = target.part & (possible >= target.seen_from)
+    for number, constraint in enumerate(constraints):
+        achievable = constraint.part & (possible >= constraint.seen_from)
         whole_m2 = math.fsum(patch_area_m2[achievable])
-        covered_m2 = math.fsum(patch_area_m2[achievable & (looks >= target.seen_from)])
-        if covered_m2 < (target.fraction - _SHARE_SLACK) * whole_m2:
+        covered_m2 = math.fsum(patch_area_m2[achievable & (looks >= constraint.seen_from)])
+        if covered_m2 < (constraint.fraction - _SHARE_SLACK) * whole_m2:
             raise SelectionCheckError(
-                f"selection: got {covered_m2:.6f} m2 of target {number}, expected {target.fraction:g} of "
+                f"selection: got {covered_m2:.6f} m2 of target {number}, expected {constraint.fraction:g} of "
                 f"{whole_m2:.6f} m2; please report this"
             )
 

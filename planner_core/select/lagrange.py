@@ -77,7 +77,7 @@ class LagrangeBound:
     margin: Int64Array
     given: BoolArray
     row_price: Int64Array
-    target_price: tuple[int, ...]
+    constraint_price: tuple[int, ...]
     share: FloatArray
     relaxation_at_most: float
     work: float
@@ -148,7 +148,7 @@ def large_bound(
 
 
 def price_bound(
-    problem: CoverProblem, row_price: Int64Array, target_price: Sequence[int], lower: Int64Array
+    problem: CoverProblem, row_price: Int64Array, constraint_price: Sequence[int], lower: Int64Array
 ) -> tuple[int, Int64Array]:
     """Lower bound that prices prove, and every candidate's margin, in whole numbers: the formula above.
 
@@ -160,14 +160,14 @@ def price_bound(
         (N,) 1 for candidates that are in every plan, 0 for others.
     """
     times = np.unique(problem.seen_from)
-    if row_price.shape != (times.size, problem.n_rows) or len(target_price) != problem.required.size:
+    if row_price.shape != (times.size, problem.n_rows) or len(constraint_price) != problem.required.size:
         raise ValueError(
-            f"prices: got {row_price.shape} of rows and {len(target_price)} of targets, expected "
+            f"prices: got {row_price.shape} of rows and {len(constraint_price)} of targets, expected "
             f"{(times.size, problem.n_rows)} and {problem.required.size}"
         )
     if (
         (row_price < 0).any()
-        or min(target_price, default=0) < 0
+        or min(constraint_price, default=0) < 0
         or sum(map(int, row_price.sum(axis=1))) >= _MOST_PRICES
     ):
         raise ValueError("prices: expected 0 or more, rows' less than 2^62 in all")
@@ -176,12 +176,12 @@ def price_bound(
     margin = BOUND_UNIT - (running[problem.starts[1:]] - running[problem.starts[:-1]])
     at_best = np.minimum(margin, 0) * (1 - lower) + margin * lower
     scaled = TARGET_UNIT * sum(at_best[at_best != 0].tolist())
-    scaled += sum(price * least for price, least in zip(target_price, problem.least.tolist(), strict=True))
+    scaled += sum(price * least for price, least in zip(constraint_price, problem.least.tolist(), strict=True))
     class_of, counts = classes_of(problem)
     ticks = problem.ticks.tolist()
     for m, prices in zip(times.tolist(), row_price, strict=True):
         of_class = [
-            sum(p for p, c, n in zip(target_price, column, problem.seen_from, strict=True) if c and n == m)
+            sum(p for p, c, n in zip(constraint_price, column, problem.seen_from, strict=True) if c and n == m)
             for column in counts.T.tolist()
         ]
         for tick, kind, price in zip(ticks, class_of.tolist(), prices.tolist(), strict=True):
@@ -223,7 +223,7 @@ class _Saddle:
         self._cover = self._seen_by @ self._x
         self._z = np.minimum(self._cover / self._times[:, None], 1.0)
         self._u = np.broadcast_to(self._first_price, self._z.shape).copy()
-        self._p = self._first_target_price.copy()
+        self._p = self._first_constraint_price.copy()
         self._clear()
 
     def _set_paces(self, n_stations: int) -> None:
@@ -233,13 +233,13 @@ class _Saddle:
         balance = _BALANCE * float(seen.sum()) / seen.size
         seers = np.diff(self._seen_by.indptr)
         self._pace_x = balance / (seen * share)
-        n_targets = np.array([self._counts[:, c].sum() for c in range(self._counts.shape[1])])[self._class_of]
-        self._pace_z = balance / np.maximum(self._weight * (1.0 + n_targets), 1e-12)
+        n_constraints = np.array([self._counts[:, c].sum() for c in range(self._counts.shape[1])])[self._class_of]
+        self._pace_z = balance / np.maximum(self._weight * (1.0 + n_constraints), 1e-12)
         self._pace_u = self._weight / (balance * (1.0 + seers / self._times[:, None]))
         all_counted = np.maximum(self._covered(np.ones((self._times.size, self._weight.size))), 1e-9)
         asked = np.maximum(self._least, 1e-9)
         first = n_stations / float(asked.sum())
-        self._first_target_price = np.full(asked.size, first)
+        self._first_constraint_price = np.full(asked.size, first)
         self._first_price = self._weight / float(seen.max())
         self._pace_p = np.minimum(_TARGET_PACE * first / asked, 1.0 / (balance * all_counted))
 

@@ -116,7 +116,7 @@ def most_coverage(
         The result is not what it should be: a fault of ours.
     """
     _check_asked(problem, n_stations, given, start, network)
-    search = _Search(_last_target(problem), n_stations, settings, network, tuple(given), device, host, progress)
+    search = _Search(_last_constraint(problem), n_stations, settings, network, tuple(given), device, host, progress)
     search.begin(start)
     try:
         search.run()
@@ -130,7 +130,7 @@ def coverage_bound(problem: CoverProblem, prices: LagrangeBound, n_stations: int
 
     Prices may be any; those of a tick above 0.
     """
-    (price,) = prices.target_price
+    (price,) = prices.constraint_price
     (looks,) = problem.seen_from.tolist()
     (row_price,) = prices.row_price.tolist()
     worth = sum(
@@ -144,7 +144,7 @@ def coverage_bound(problem: CoverProblem, prices: LagrangeBound, n_stations: int
     return int(min(worth // price, _whole(problem)))
 
 
-def _last_target(problem: CoverProblem) -> CoverProblem:
+def _last_constraint(problem: CoverProblem) -> CoverProblem:
     """The problem with its last target alone, all of it required."""
     last = replace(
         problem,
@@ -293,7 +293,7 @@ class _Search:
             )
             self._work += prices.work
             before = self._bound
-            if prices.target_price[0] > 0:
+            if prices.constraint_price[0] > 0:
                 self._bound = min(before, coverage_bound(self._problem, prices, self._n))
             if self._bound < before:
                 about = self._bound  # Newton's step: the least number of stations is convex in what they cover

@@ -112,9 +112,9 @@ class _Looks:
         self._n_seen = np.zeros(problem.n_rows, dtype=np.int64)
         self.covered = problem.ticks_of(self._n_seen)
         self.added = np.zeros((problem.required.size, problem.n_candidates), dtype=np.int64)
-        for target, enough in enumerate(problem.seen_from):
+        for constraint, enough in enumerate(problem.seen_from):
             if enough == 1:
-                self._spread(target, np.arange(problem.n_rows), problem.counts_for[target] * problem.ticks)
+                self._spread(constraint, np.arange(problem.n_rows), problem.counts_for[constraint] * problem.ticks)
 
     def change(self, candidate: int, by: int) -> None:
         """Let a candidate come (1) or go (-1)."""
@@ -122,15 +122,15 @@ class _Looks:
         before = self._n_seen[rows]
         after = before + by
         self._n_seen[rows] = after
-        for target, enough in enumerate(problem.seen_from):
-            ticks = np.where(problem.counts_for[target, rows], problem.ticks[rows], 0)
-            self.covered[target] += int((ticks * ((after >= enough).astype(np.int64) - (before >= enough))).sum())
+        for constraint, enough in enumerate(problem.seen_from):
+            ticks = np.where(problem.counts_for[constraint, rows], problem.ticks[rows], 0)
+            self.covered[constraint] += int((ticks * ((after >= enough).astype(np.int64) - (before >= enough))).sum())
             turned = ticks * ((after == enough - 1).astype(np.int64) - (before == enough - 1))
-            self._spread(target, rows[turned != 0], turned[turned != 0])
+            self._spread(constraint, rows[turned != 0], turned[turned != 0])
 
-    def _spread(self, target: int, rows: Int64Array, ticks: Int64Array) -> None:
+    def _spread(self, constraint: int, rows: Int64Array, ticks: Int64Array) -> None:
         """Add ticks of rows to what all who see them would add."""
         n_seers = self._first[rows + 1] - self._first[rows]
         before = np.concatenate([[0], np.cumsum(n_seers)])
         entry = np.arange(before[-1]) + np.repeat(self._first[rows] - before[:-1], n_seers)
-        np.add.at(self.added[target], self._seer[entry], np.repeat(ticks, n_seers))
+        np.add.at(self.added[constraint], self._seer[entry], np.repeat(ticks, n_seers))

@@ -18,7 +18,7 @@ TICKS_PER_M2 = 1e9
 
 
 @dataclass(frozen=True)
-class Target:
+class Constraint:
     """Area to be covered: `fraction` of the achievable patches of `part`, (P,) bool.
 
     A patch counts where at least `seen_from` chosen candidates see it; achievable is what so many candidates see.
@@ -88,7 +88,9 @@ class CoverProblem:
         return ticks
 
 
-def cover_problem(visibility: Visibility, patch_area_m2: FloatArray, targets: tuple[Target, ...]) -> CoverProblem:
+def cover_problem(
+    visibility: Visibility, patch_area_m2: FloatArray, constraints: tuple[Constraint, ...]
+) -> CoverProblem:
     """Merge patches into rows and turn fractions into ticks.
 
     Raises
@@ -101,12 +103,14 @@ def cover_problem(visibility: Visibility, patch_area_m2: FloatArray, targets: tu
     Patches are told apart by the 128-bit sum of a random number for each candidate that sees them: two different
     sets of candidates share one with odds of about R^2 / 2^129.
     """
-    for target in targets:
-        if not 0.0 < target.fraction <= 1.0:
-            raise RequirementError(f"coverage: got {target.fraction}, expected more than 0 and at most 1; e.g. 0.95")
-        if target.seen_from < 1:
-            raise RequirementError(f"seen from: got {target.seen_from} stations, expected 1 or more; e.g. 1")
-    row_of_patch, first = _merge(visibility, targets)
+    for constraint in constraints:
+        if not 0.0 < constraint.fraction <= 1.0:
+            raise RequirementError(
+                f"coverage: got {constraint.fraction}, expected more than 0 and at most 1; e.g. 0.95"
+            )
+        if constraint.seen_from < 1:
+            raise RequirementError(f"seen from: got {constraint.seen_from} stations, expected 1 or more; e.g. 1")
+    row_of_patch, first = _merge(visibility, constraints)
     n_rows = first.size
     ticks_of_patch = np.rint(patch_area_m2 * TICKS_PER_M2).astype(np.int64)
     merged = row_of_patch >= 0
@@ -115,21 +119,23 @@ def cover_problem(visibility: Visibility, patch_area_m2: FloatArray, targets: tu
     n_patches = np.bincount(row_of_patch[merged], minlength=n_rows)
     # What fewer candidates see than a target asks for is not achievable: it counts for nothing.
     n_seers = np.bincount(visibility.patch, minlength=visibility.n_patches)[first]
-    counts_for = np.array([target.part[first] & (n_seers >= target.seen_from) for target in targets], dtype=bool)
-    counts_for = counts_for.reshape(len(targets), n_rows)
-    required, least = np.zeros(len(targets), dtype=np.int64), np.zeros(len(targets), dtype=np.int64)
-    for index, target in enumerate(targets):
+    counts_for = np.array(
+        [constraint.part[first] & (n_seers >= constraint.seen_from) for constraint in constraints], dtype=bool
+    )
+    counts_for = counts_for.reshape(len(constraints), n_rows)
+    required, least = np.zeros(len(constraints), dtype=np.int64), np.zeros(len(constraints), dtype=np.int64)
+    for index, constraint in enumerate(constraints):
         whole = int(ticks[counts_for[index]].sum())
         # Half a tick of rounding a patch on either side: the fraction also holds of the unrounded areas.
         slack = int(n_patches[counts_for[index]].sum())
-        exact = int(np.ceil(target.fraction * whole))
+        exact = int(np.ceil(constraint.fraction * whole))
         required[index], least[index] = min(whole, exact + slack), max(0, exact - slack)
     starts, row = _merged_rows(visibility, row_of_patch, n_rows)
-    seen_from = np.array([target.seen_from for target in targets], dtype=np.int64)
+    seen_from = np.array([constraint.seen_from for constraint in constraints], dtype=np.int64)
     return CoverProblem(starts, row, ticks, counts_for, required, least, seen_from)
 
 
-def _merge(visibility: Visibility, targets: tuple[Target, ...]) -> tuple[Int64Array, Int64Array]:
+def _merge(visibility: Visibility, constraints: tuple[Constraint, ...]) -> tuple[Int64Array, Int64Array]:
     """Row of every patch, -1 where nobody sees it or no target counts it; and the first patch of every row."""
     generator = np.random.default_rng(20230417)
     owner = np.repeat(np.arange(visibility.n_positions), np.diff(visibility.starts))
@@ -140,9 +146,9 @@ def _merge(visibility: Visibility, targets: tuple[Target, ...]) -> tuple[Int64Ar
     # Patches of one group are counted by the same targets. Renumbered at every step: bits of an integer run out.
     group = np.zeros(visibility.n_patches, dtype=np.int64)
     counted = np.zeros(visibility.n_patches, dtype=bool)
-    for target in targets:
-        group = np.unique(group * 2 + target.part, return_inverse=True)[1].astype(np.int64)
-        counted |= target.part
+    for constraint in constraints:
+        group = np.unique(group * 2 + constraint.part, return_inverse=True)[1].astype(np.int64)
+        counted |= constraint.part
     used = np.flatnonzero((np.bincount(visibility.patch, minlength=visibility.n_patches) > 0) & counted)
     order = used[np.lexsort((used, group[used], keys[1, used], keys[0, used]))]
     new = np.ones(order.size, dtype=bool)

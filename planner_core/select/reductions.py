@@ -69,7 +69,7 @@ def reduce_problem(problem: CoverProblem, *, given: Sequence[int] = (), rows_onl
     n_dominated = 0
     while True:
         before = (now.n_candidates, now.n_rows)
-        now = _drop_met_targets(now)
+        now = _drop_met_constraints(now)
         now = _merge_rows(_drop_rows(now))
         need = _needed(now)
         forced += [int(left[c]) for c in need]
@@ -83,7 +83,7 @@ def reduce_problem(problem: CoverProblem, *, given: Sequence[int] = (), rows_onl
 
 def _without_idle_rows(problem: CoverProblem, given: Sequence[int]) -> Reduced:
     """Apply the rules that leave candidates alone: once is enough, none makes work for another one."""
-    now = _merge_rows(_drop_rows(_drop_met_targets(problem)))
+    now = _merge_rows(_drop_rows(_drop_met_constraints(problem)))
     pinned = tuple(dict.fromkeys([*(int(c) for c in given), *(int(c) for c in _needed(now))]))
     return Reduced(now, np.arange(problem.n_candidates), (), 0, pinned)
 
@@ -115,7 +115,7 @@ def _take(problem: CoverProblem, left: Int64Array, taken: Int64Array) -> tuple[C
     return _restrict(rest, keep), left[keep]
 
 
-def _drop_met_targets(problem: CoverProblem) -> CoverProblem:
+def _drop_met_constraints(problem: CoverProblem) -> CoverProblem:
     """Targets that require nothing any more count nothing; their places stay, so that numbers do."""
     return replace(problem, counts_for=problem.counts_for & (problem.required > 0)[:, None])
 

@@ -124,19 +124,19 @@ class CutMaker:
         self._weight = np.where(self._counted, problem.ticks, 0).astype(np.float64)
         self._all_ticks = int(problem.ticks.sum())
         self._owner = np.repeat(np.arange(problem.n_candidates), np.diff(problem.starts))
-        self._targets = independent_targets(problem)
+        self._constraints = independent_constraints(problem)
 
     def violated(self, x: FloatArray) -> list[Cut]:
         """Cuts, one a target that x in [0, 1]^N does not meet."""
         problem = self.problem
-        shares = {m: self.shares(x, m) for m in set(problem.seen_from[self._targets].tolist())}
+        shares = {m: self.shares(x, m) for m in set(problem.seen_from[self._constraints].tolist())}
         cuts = []
-        for target in self._targets:
-            weight, least = self._weight[target], int(problem.least[target])
-            share = shares[int(problem.seen_from[target])]
+        for constraint in self._constraints:
+            weight, least = self._weight[constraint], int(problem.least[constraint])
+            share = shares[int(problem.seen_from[constraint])]
             # Not as a product of vectors: libraries add those up differently on other numbers of cores.
             if least > 0 and float((np.minimum(share.part, 1.0) * weight).sum()) < least * (1.0 - _VIOLATION):
-                cut = self.cut(target, share.part >= 1.0 - 1e-9, share)
+                cut = self.cut(constraint, share.part >= 1.0 - 1e-9, share)
                 if cut is not None:
                     cuts.append(cut)
         return cuts
@@ -167,11 +167,11 @@ class CutMaker:
         out = place < n_out[row]
         return Shares(seen_from, part, n_out, row[out], owner[out])
 
-    def cut(self, target: int, full: BoolArray, share: Shares | None = None) -> Cut | None:
+    def cut(self, constraint: int, full: BoolArray, share: Shares | None = None) -> Cut | None:
         """Return the cut of the rows `full`; None where they alone meet the target. share : for other than t = 0."""
         problem = self.problem
-        counted, m = self._counted[target], int(problem.seen_from[target])
-        need = int(problem.least[target]) - int(problem.ticks[counted & full].sum())
+        counted, m = self._counted[constraint], int(problem.seen_from[constraint])
+        need = int(problem.least[constraint]) - int(problem.ticks[counted & full].sum())
         if need <= 0:
             return None
         unit = self._unit(m)
@@ -223,20 +223,20 @@ class CutMaker:
         return total
 
 
-def independent_targets(problem: CoverProblem) -> list[int]:
+def independent_constraints(problem: CoverProblem) -> list[int]:
     """Targets that others do not imply: those of disjoint parts of it, asked for as often, that add up to as much."""
     # Few rows first, of equals those that ask for less: what is left in the end has no twin.
     kept = np.lexsort((problem.least, problem.counts_for.sum(axis=1))).tolist()
-    for target in list(kept):
-        m = problem.seen_from[target]
-        left, implied = problem.counts_for[target].copy(), 0
+    for constraint in list(kept):
+        m = problem.seen_from[constraint]
+        left, implied = problem.counts_for[constraint].copy(), 0
         for other in kept:
             part = problem.counts_for[other]
-            if other != target and problem.seen_from[other] >= m and not (part & ~left).any():
+            if other != constraint and problem.seen_from[other] >= m and not (part & ~left).any():
                 left &= ~part
                 implied += int(problem.least[other])
-        if implied >= problem.least[target]:
-            kept.remove(target)
+        if implied >= problem.least[constraint]:
+            kept.remove(constraint)
     return sorted(kept)
 
 

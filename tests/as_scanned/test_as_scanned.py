@@ -71,10 +71,10 @@ def test_unchanged_list_has_the_figures_of_the_plan_itself(live: LivePlan, sourc
 def test_list_from_the_field_pack_has_the_figures_of_the_plan_itself(
     live: LivePlan, source: PlanSource, tmp_path: Path
 ) -> None:
-    from planner_core.export.formats import hand_over
+    from planner_core.export.formats import export_plan
     from planner_core.export.options import Options
 
-    hand_over("csv", source, tmp_path / "site.csv", Options(columns="generic"))
+    export_plan("csv", source, tmp_path / "site.csv", Options(columns="generic"))
     actual = read_actual([tmp_path / "site.csv"], source)
     assert actual.coordinates == "site"
     found = compare_as_scanned(live, matched(source.stations, actual.stations))

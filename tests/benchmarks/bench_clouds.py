@@ -110,16 +110,16 @@ def write_plan(folder: Path, grid: tuple[int, int]) -> Path:
 
 
 def measure(plan: Path, name: str, noise: bool, n_beams: int) -> Row:
-    target = plan.parent / f"cloud.{name}"
-    command = ["export", str(plan), "--format", name, "-o", str(target), "--quiet", *(["--noise"] if noise else [])]
+    constraint = plan.parent / f"cloud.{name}"
+    command = ["export", str(plan), "--format", name, "-o", str(constraint), "--quiet", *(["--noise"] if noise else [])]
     with get_context("spawn").Pool(1) as pool:  # children of a child: nobody else's are counted
         memory_mib, cpu_s, wall_s = pool.apply(_run, (command,))
-    files = [target] if target.is_file() else list(target.iterdir())
+    files = [constraint] if constraint.is_file() else list(constraint.iterdir())
     n_bytes = sum(file.stat().st_size for file in files)
-    if target.is_dir():
-        shutil.rmtree(target)
+    if constraint.is_dir():
+        shutil.rmtree(constraint)
     else:
-        target.unlink()
+        constraint.unlink()
     return Row(name, noise, n_beams, n_bytes, memory_mib, cpu_s, wall_s)
 
 

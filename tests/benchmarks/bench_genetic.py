@@ -44,7 +44,7 @@ from planner_core.positions.grid import find_candidates
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.load import load_scene
 from planner_core.select.greedy import select_greedy
-from planner_core.select.problem import CoverProblem, Target, cover_problem
+from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 IFC_FOLDER = REPOSITORY.parent / "shared" / "data" / "ifc"
@@ -86,8 +86,8 @@ def task(name: str, scene: Scene, heights_m: tuple[float, ...], device: Device) 
     of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
     scope = scope_of(of_patch, floors, len(survey.floors))
     parts = (*(of_patch == index for index in floors), scope)
-    targets = tuple(Target(part, 0.95) for part in parts)
-    problem = cover_problem(visibility, survey.patches.area_m2, targets)
+    constraints = tuple(Constraint(part, 0.95) for part in parts)
+    problem = cover_problem(visibility, survey.patches.area_m2, constraints)
     return Task(name, problem, len(select_greedy(problem).chosen))
 
 

@@ -164,11 +164,11 @@ def shares_its_place(site: Site, station: np.ndarray, corners: np.ndarray, patch
     """Whether a line to one of the patch's samples meets another triangle within 0.1 mm of the sample first."""
     weights = sample_pattern()[:, :2]
     samples = corners[:, :1] + np.einsum("sk,nki->nsi", weights, corners[:, 1:] - corners[:, :1])
-    target = np.linalg.norm(samples, axis=2)
+    constraint = np.linalg.norm(samples, axis=2)
     flat = samples.reshape(-1, 3)
     hits = site.engine.cast_rays(np.broadcast_to(station, flat.shape), flat, range_max_m=np.inf)
-    near = np.abs(hits.range_m.reshape(target.shape) - target) < 1e-4 + 2e-5 * target
-    own = hits.triangle.reshape(target.shape) == site.patches.triangle_of_patch[patch][:, None]
+    near = np.abs(hits.range_m.reshape(constraint.shape) - constraint) < 1e-4 + 2e-5 * constraint
+    own = hits.triangle.reshape(constraint.shape) == site.patches.triangle_of_patch[patch][:, None]
     return (near & ~own).any(axis=1)
 
 

@@ -34,7 +34,7 @@ from planner_core.paper.pipeline import paper_settings, repair, select_by_genes
 from planner_core.planning.choose import selection_settings
 from planner_core.planning.pool import Pool, make_pool
 from planner_core.planning.refine import WORK_SHARE, Refined, refine
-from planner_core.positions.places import Places, find_places
+from planner_core.positions.allowed_positions import AllowedPositions, find_positions
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import LARGE_ENTRIES, select_large
@@ -80,7 +80,7 @@ class Ready:
     case: Case
     survey: Survey
     engine: ScanEngine
-    places: Places
+    places: AllowedPositions
     pool: Pool
     whole: CoverProblem
     network: Network
@@ -95,7 +95,7 @@ def ready(case: Case) -> Ready | None:
     survey = make_survey(scene, case.settings)
     engine = open_engine(survey.scene, survey.patches)
     floors = planned_floors(survey.floors, case.settings.requirements.floors)
-    places = find_places(survey, case.settings, engine, floors=floors)
+    places = find_positions(survey, case.settings, engine, floors=floors)
     none = np.zeros(0, dtype=np.int64)
     pool = make_pool(survey, case.settings, engine, places.candidates, given=none, kept=none)
     network = pool.network
@@ -106,7 +106,7 @@ def ready(case: Case) -> Ready | None:
 
 def whole_problem(pool: Pool) -> CoverProblem:
     """The problem of a pool with no candidate barred: what methods are about that ask for no network."""
-    return cover_problem(pool.rows.met, pool.demand.area_m2, pool.targets)
+    return cover_problem(pool.rows.met, pool.demand.area_m2, pool.constraints)
 
 
 def timed(call: Callable[[], T]) -> tuple[T, float, float]:
@@ -128,7 +128,7 @@ def judged(on: Ready, chosen: Sequence[int], cpu_s: float, wall_s: float, *, lat
     meets = True
     try:
         check_selection(problem, chosen)
-        check_coverage(pool.rows.met, pool.demand.area_m2, pool.targets, chosen)
+        check_coverage(pool.rows.met, pool.demand.area_m2, pool.constraints, chosen)
     except SelectionCheckError:
         meets = False
     networks = int(np.unique(network.part[list(chosen)]).size) + network.faults(list(chosen))

@@ -52,7 +52,7 @@ class Row:
     what: str
     ours: Cost
     open3d: Cost
-    target: float | None
+    constraint: float | None
     other_triangle: float
     """Share of beams for which the engines name different triangles."""
     remark: str = ""
@@ -207,7 +207,7 @@ def bench_scene(name: str, scene: Scene, *, rounds: int, say: Callable[[str], No
     ]
 
 
-def bench_template(subject: Subject, what: str, template: BeamTemplate, target: float | None) -> Row:
+def bench_template(subject: Subject, what: str, template: BeamTemplate, constraint: float | None) -> Row:
     engine, stations = subject.engine, subject.stations
     beams = directions(template).astype(np.float32).reshape(-1, 3)
     engine.scan(template, stations[:1])
@@ -227,7 +227,7 @@ def bench_template(subject: Subject, what: str, template: BeamTemplate, target: 
         many = np.repeat(stations, 4, axis=0)
         visibility.time(lambda many=many: engine.visible_patches(template, many))
     remark = f"visibility {visibility.cost.wall_ms / (4 * len(stations)):.1f}"
-    return Row(subject.name, what, ours.cost, theirs.cost, target, float(np.mean(other)), remark)
+    return Row(subject.name, what, ours.cost, theirs.cost, constraint, float(np.mean(other)), remark)
 
 
 def bench_rays(subject: Subject) -> Row:
@@ -280,11 +280,11 @@ def as_markdown(rows: list[Row], remarks: list[str], shape: str) -> str:
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for row in rows:
-        target = "" if row.target is None else f"{row.target:g}"
+        constraint = "" if row.constraint is None else f"{row.constraint:g}"
         other = "" if np.isnan(row.other_triangle) else f"{row.other_triangle:.1e}"
         lines.append(
             f"| {row.scene} | {row.what} | {row.ours.wall_ms:.1f} | {row.open3d.wall_ms:.1f} | {row.ratio:.2f} | "
-            f"{row.cpu_ratio:.2f} | {target} | {other} | {row.remark} |"
+            f"{row.cpu_ratio:.2f} | {constraint} | {other} | {row.remark} |"
         )
     explained = (
         "Other triangle: share of beams for which the engines name different triangles; in IFC models nearly all are "

@@ -37,7 +37,7 @@ from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.select.bound import lower_bound
 from planner_core.select.check import check_coverage
 from planner_core.select.greedy import select_greedy
-from planner_core.select.problem import CoverProblem, Target, cover_problem
+from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 from planner_core.select.proven import ProvenSelection, select
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -90,10 +90,12 @@ def task(name: str, scene: Scene, device: Device, *, grid_m: float, floors: tupl
     visibility = visible_from(survey, settings, engine, candidates.position_m)
     of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
     parts = (*(of_patch == index for index in planned), scope_of(of_patch, planned, len(survey.floors)))
-    targets = tuple(Target(part, COVERAGE) for part in parts)
+    constraints = tuple(Constraint(part, COVERAGE) for part in parts)
     area_m2 = survey.patches.area_m2
-    problem = cover_problem(visibility, area_m2, targets)
-    return Task(f"{name}, {grid_m:g} m", problem, lambda chosen: check_coverage(visibility, area_m2, targets, chosen))
+    problem = cover_problem(visibility, area_m2, constraints)
+    return Task(
+        f"{name}, {grid_m:g} m", problem, lambda chosen: check_coverage(visibility, area_m2, constraints, chosen)
+    )
 
 
 def tasks(device: Device, *, quick: bool) -> list[Task]:

@@ -29,7 +29,7 @@ from planner_core.select.greedy import select_greedy
 from planner_core.select.lagrange import LagrangeBound, large_bound
 from planner_core.select.large import select_large
 from planner_core.select.most_coverage import MostCoverage, most_coverage
-from planner_core.select.problem import CoverProblem, Target, cover_problem
+from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 from planner_core.select.proven import ProvenSelection
 
 COVERAGE = 0.95
@@ -116,7 +116,7 @@ def no_wall_between(
 def problem_of(seen: list[np.ndarray], area_m2: FloatArray, parts: list[BoolArray]) -> CoverProblem:
     starts: Int64Array = np.concatenate([[0], np.cumsum([row.size for row in seen])]).astype(np.int64)
     visibility = Visibility(starts, np.concatenate(seen), area_m2.size)
-    return cover_problem(visibility, area_m2, tuple(Target(part, COVERAGE) for part in parts))
+    return cover_problem(visibility, area_m2, tuple(Constraint(part, COVERAGE) for part in parts))
 
 
 def measure(name: str, problem: CoverProblem, device: Device, *, work: float) -> Row:

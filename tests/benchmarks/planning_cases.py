@@ -1,7 +1,7 @@
 """What `bench_planning.py` plans: scenes with settings, smallest first, and what is known of them.
 
 Three groups. `puzzle`: all surfaces inside, by a scanner that looks everywhere, where the fewest stations are known.
-`scene`: every synthetic building and the real ones, with the HDL-64E. `target`: what issue 6 sets a mark for.
+`scene`: every synthetic building and the real ones, with the HDL-64E. `constraint`: what issue 6 sets a mark for.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class Case:
 
 def cases() -> list[Case]:
     """All rows, in the order in which they are worked out."""
-    return [*_puzzles(), *_scenes(), *_targets(), *_large()]
+    return [*_puzzles(), *_scenes(), *_constraints(), *_large()]
 
 
 def _puzzles() -> Iterator[Case]:
@@ -132,7 +132,7 @@ def _scenes() -> Iterator[Case]:
             yield Case("scene", name, settings, doors=doors, told=f"doors {doors}, height {HEIGHT_M:g} m")
 
 
-def _targets() -> Iterator[Case]:
+def _constraints() -> Iterator[Case]:
     one = {"instrument_heights_m": (HEIGHT_M,)}
     for level in ("Level 2", "Level 1"):
         settings = _usual(**one, grid_step_m=0.4, requirements=Requirements(floors=(level,)))

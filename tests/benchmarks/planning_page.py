@@ -42,7 +42,7 @@ def page(known: dict[str, Any], left: Sequence[str], *, state: str) -> str:
     rows: dict[str, Row] = known["rows"]
     puzzles = [row for row in rows.values() if row["group"] == "puzzle"]
     others = [row for row in rows.values() if row["group"] != "puzzle"]
-    targets = [row for row in others if row["group"] == "target"]
+    constraints = [row for row in others if row["group"] == "target"]
     engines = sorted({row["engine"] for row in rows.values()})
     parts = [
         HEAD.format(machine=known["machine"], engine="; ".join(engines)),
@@ -52,7 +52,7 @@ def page(known: dict[str, Any], left: Sequence[str], *, state: str) -> str:
         "## Stations",
         *_stations(others),
         "## Marks of issue 6",
-        *_marks(targets),
+        *_marks(constraints),
         "## Puzzles",
         *_puzzles(puzzles),
         "## Time",

@@ -102,7 +102,7 @@ def test_control_points_place_the_plan(export: Export, tmp_path: Path) -> None:
 def test_several_formats_are_a_folder(export: Export, tmp_path: Path) -> None:
     assert export(names="csv, gsi16").exit_code == 0
     assert sorted(path.name for path in (tmp_path / "out.csv").iterdir()) == [
-        "handover.json", "stations-16.gsi", "stations.csv",
+        "pack.json", "stations-16.gsi", "stations.csv",
     ]  # fmt: skip
 
 

@@ -12,11 +12,11 @@ import pytest
 from planner_core.coverage.why import explain
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import (
-    Asked,
     Element,
     Floor,
     LoadReport,
     PlanSettings,
+    PointLimits,
     Requirements,
     Room,
     Scanner,
@@ -112,7 +112,7 @@ def world(boxes, candidates_m, *, rooms=(), scan=None, asked=None, seen_from=1, 
     patches = make_patches(scene, max_area_m2=patch_m2)
     floor = Floor("F0", "Ground", 0.0, 10.0, np.array([2, 3], np.int32), np.array([[0.0, 0], [4, 3]]), "slab")
     survey = Survey(scene, (floor,), patches, np.zeros(scene.n_triangles, np.int32), make_template(scan))
-    settings = PlanSettings(scanner=scan, requirements=Requirements(asked=asked or Asked(), seen_from=seen_from))
+    settings = PlanSettings(scanner=scan, requirements=Requirements(asked=asked or PointLimits(), seen_from=seen_from))
     engine = open_engine(scene, patches, engine="open3d")
     at = np.asarray(candidates_m, dtype=np.float64)
     return World(survey, settings, engine, at, engine.visible_patches(survey.template, at))

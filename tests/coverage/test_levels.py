@@ -10,23 +10,23 @@ from hypothesis import strategies as st
 from oracles import times_meeting
 
 from planner_core.coverage.levels import (
-    Sights,
-    sights_meeting,
-    sights_of_returns,
-    sights_of_views,
+    Observations,
+    observations_meeting,
+    observations_of_returns,
+    observations_of_views,
     with_noise,
 )
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.errors import RequirementError
-from planner_core.model import Asked, BeamTemplate
+from planner_core.model import BeamTemplate, PointLimits
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.patches import make_patches, patch_triangles
 
 
-def three_rows() -> Sights:
+def three_rows() -> Observations:
     """Patch 0: near but askew, and far but straight. 1: from the second position only. 2: unseen. 3: far."""
-    return Sights(
+    return Observations(
         starts=np.array([0, 2, 4, 4]),
         patch=np.array([0, 3, 0, 1], dtype=np.int32),
         n_patches=4,
@@ -39,24 +39,24 @@ def three_rows() -> Sights:
 @pytest.mark.parametrize(
     ("asked", "meets"),
     [
-        (Asked(), [True, True, False, True]),
-        (Asked(range_m=5.0), [True, True, False, False]),
-        (Asked(range_m=4.999), [True, False, False, False]),
-        (Asked(incidence_rad=0.5), [True, True, False, True]),
-        (Asked(spacing_m=0.02), [True, False, False, False]),
+        (PointLimits(), [True, True, False, True]),
+        (PointLimits(range_m=5.0), [True, True, False, False]),
+        (PointLimits(range_m=4.999), [True, False, False, False]),
+        (PointLimits(incidence_rad=0.5), [True, True, False, True]),
+        (PointLimits(spacing_m=0.02), [True, False, False, False]),
         # Patch 0 is near from one position and seen straight from the other, but not both from one.
-        (Asked(range_m=5.0, incidence_rad=0.5), [False, True, False, False]),
-        (Asked(range_m=9.0, incidence_rad=0.5, spacing_m=0.04), [True, True, False, False]),
-        (Asked(spacing_m=0.0), [False, False, False, False]),
+        (PointLimits(range_m=5.0, incidence_rad=0.5), [False, True, False, False]),
+        (PointLimits(range_m=9.0, incidence_rad=0.5, spacing_m=0.04), [True, True, False, False]),
+        (PointLimits(spacing_m=0.0), [False, False, False, False]),
     ],
 )
-def test_patches_meet_limits_from_one_position_at_once(asked: Asked, meets: list[bool]) -> None:
+def test_patches_meet_limits_from_one_position_at_once(asked: PointLimits, meets: list[bool]) -> None:
     assert (times_meeting(three_rows(), asked) > 0).tolist() == meets
 
 
 def test_positions_that_meet_are_counted() -> None:
-    assert times_meeting(three_rows(), Asked()).tolist() == [2, 1, 0, 1]
-    assert times_meeting(three_rows(), Asked(range_m=8.0)).tolist() == [1, 1, 0, 0]
+    assert times_meeting(three_rows(), PointLimits()).tolist() == [2, 1, 0, 1]
+    assert times_meeting(three_rows(), PointLimits(range_m=8.0)).tolist() == [1, 1, 0, 0]
 
 
 def test_noise_is_asked_for_at_the_reflectivity_that_comes_back() -> None:
@@ -64,20 +64,20 @@ def test_noise_is_asked_for_at_the_reflectivity_that_comes_back() -> None:
         load_scanner("hdl-64e"),
         range_noise=((1.0, 0.2, 0.004), (41.0, 0.2, 0.024), (1.0, 0.8, 0.001), (41.0, 0.8, 0.011)),
     )
-    sights = replace(three_rows(), incidence_rad=np.array([0.0, np.arccos(0.25), np.arccos(0.625), 1.5]))
-    noise = with_noise(sights, scanner, reflectivity=0.8).noise_m
+    observations = replace(three_rows(), incidence_rad=np.array([0.0, np.arccos(0.25), np.arccos(0.625), 1.5]))
+    noise = with_noise(observations, scanner, reflectivity=0.8).noise_m
     # Range 2 m at 0.8; 30 m at 0.2; 9 m at 0.5, halfway between; grazing: below the table.
     assert noise[0] == pytest.approx(0.00125)
     assert noise[1] == pytest.approx(0.0185)
     assert noise[2] == pytest.approx((0.008 + 0.003) / 2)
     assert np.isnan(noise[3])
-    meets = sights_meeting(with_noise(sights, scanner, reflectivity=0.8), Asked(noise_m=0.002))
+    meets = observations_meeting(with_noise(observations, scanner, reflectivity=0.8), PointLimits(noise_m=0.002))
     assert meets.tolist() == [True, False, False, False]
 
 
 def test_noise_that_nobody_worked_out_is_no_met_limit() -> None:
     with pytest.raises(RequirementError, match="with_noise"):
-        sights_meeting(three_rows(), Asked(noise_m=0.002))
+        observations_meeting(three_rows(), PointLimits(noise_m=0.002))
     with pytest.raises(RequirementError, match="reflectivity"):
         with_noise(three_rows(), load_scanner("hdl-64e"), reflectivity=0.0)
 
@@ -86,7 +86,7 @@ def test_noise_that_nobody_worked_out_is_no_met_limit() -> None:
 def test_limits_below_nothing_are_refused(name: str) -> None:
     for limit in (-1.0, np.nan):
         with pytest.raises(RequirementError, match=name):
-            Asked(**{name: limit})
+            PointLimits(**{name: limit})
 
 
 @settings(max_examples=60, deadline=None)
@@ -98,13 +98,13 @@ def test_figures_are_those_of_plain_loops(seed: int) -> None:
     starts = np.cumsum([0, *(row.size for row in rows)])
     patch = np.concatenate(rows)
     spacing, range_m, incidence = rng.uniform(0, 1, (3, patch.size)).round(1)
-    sights = Sights(starts, patch, n_patches, spacing, range_m, incidence)
+    observations = Observations(starts, patch, n_patches, spacing, range_m, incidence)
     limits = {name: rng.choice([None, 0.2, 0.5, 0.8]) for name in ("spacing_m", "range_m", "incidence_rad")}
     count = np.zeros(n_patches)
     for entry in range(patch.size):
         figures = {"spacing_m": spacing[entry], "range_m": range_m[entry], "incidence_rad": incidence[entry]}
         count[patch[entry]] += all(limits[name] is None or figures[name] <= limits[name] for name in limits)
-    assert times_meeting(sights, Asked(**limits)).tolist() == count.tolist(), (seed, limits)
+    assert times_meeting(observations, PointLimits(**limits)).tolist() == count.tolist(), (seed, limits)
 
 
 @pytest.fixture(scope="module")
@@ -124,9 +124,9 @@ def wall(build: SimpleNamespace, device) -> SimpleNamespace:
 
 def test_levels_of_a_wall_are_those_of_trigonometry_by_samples_and_by_beams(wall: SimpleNamespace) -> None:
     at = np.array([[0.0, 0.0, 0.0]])
-    views = sights_of_views(PatchMode(wall.engine, wall.scene, wall.patches).see(wall.template, at))
+    views = observations_of_views(PatchMode(wall.engine, wall.scene, wall.patches).see(wall.template, at))
     returns = wall.engine.patch_returns(wall.template, at, moments=True)
-    beams = sights_of_returns(returns, wall.patches.area_m2)
+    beams = observations_of_returns(returns, wall.patches.area_m2)
     on_wall = wall.patches.triangle_of_patch[views.patch] < 2
     assert on_wall.sum() > 300
     # Every patch of the wall: 3 m away along x, so that cos(incidence) = 3 / range, and rows are r step / cos apart at
@@ -153,4 +153,4 @@ def test_levels_of_a_wall_are_those_of_trigonometry_by_samples_and_by_beams(wall
 def test_returns_without_moments_are_refused(wall: SimpleNamespace) -> None:
     returns = wall.engine.patch_returns(wall.template, np.zeros((1, 3)))
     with pytest.raises(ValueError, match="moments=True"):
-        sights_of_returns(returns, wall.patches.area_m2)
+        observations_of_returns(returns, wall.patches.area_m2)

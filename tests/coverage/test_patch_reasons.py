@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner_core.coverage import patch_reasons
-from planner_core.model import Asked, Optics, SealedArea, Visibility
+from planner_core.model import Optics, PointLimits, SealedArea, Visibility
 from planner_core.model.unseen import (
     COVERED,
     IN_SOLIDS,
@@ -117,7 +117,7 @@ def test_far_end_of_a_hall_is_out_of_range(build):
 
 def test_asked_range_counts_as_the_scanners_own(build):
     boxes = build.shell((0, 0, 0), (20, 3, 2.5))
-    world = build.world(boxes, [(2, 1.5, 1.5)], asked=Asked(range_m=6.0))
+    world = build.world(boxes, [(2, 1.5, 1.5)], asked=PointLimits(range_m=6.0))
     at, _ = places(world)
     range_m = np.linalg.norm(at - world.candidates_m[0], axis=1)
     world.seen = rows_without(world.seen, range_m > 6.0)
@@ -134,7 +134,7 @@ def test_ceiling_above_the_field_of_view_is_said_to_be(build):
 
 def test_surface_beyond_the_asked_incidence_is_too_oblique(build):
     world = build.world(
-        build.shell((0, 0, 0), (12, 3, 2.5)), [(1, 1.5, 1.5)], asked=Asked(incidence_rad=np.deg2rad(60))
+        build.shell((0, 0, 0), (12, 3, 2.5)), [(1, 1.5, 1.5)], asked=PointLimits(incidence_rad=np.deg2rad(60))
     )
     at, normal = places(world)
     away = at - world.candidates_m[0]
@@ -147,7 +147,7 @@ def test_surface_beyond_the_asked_incidence_is_too_oblique(build):
 
 
 def test_asked_spacing_makes_surface_too_sparse_and_asked_noise_too_noisy(build):
-    for asked, expected in ((Asked(spacing_m=0.001), TOO_SPARSE), (Asked(noise_m=0.001), TOO_NOISY)):
+    for asked, expected in ((PointLimits(spacing_m=0.001), TOO_SPARSE), (PointLimits(noise_m=0.001), TOO_NOISY)):
         world = build.world(build.shell(*ROOM), INSIDE, asked=asked)
         world.seen = rows_without(world.seen, np.ones(world.seen.n_patches, dtype=bool))
         at, _ = places(world)

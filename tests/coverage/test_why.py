@@ -72,14 +72,14 @@ def test_best_spot_is_that_of_a_search_over_all_candidates(flat):
     for surface in listed:
         room_of.setdefault(surface.element, set()).add(surface.room)
     for surface in listed:
-        spot = surface.best_spot
+        spot = surface.best_position
         assert np.array_equal(spot.position_m, flat.candidates_m[spot.candidate])
         assert spot.adds_m2 == pytest.approx(area_m2[seen[spot.candidate] & missed].sum(), abs=1e-9)
         if len(room_of[surface.element]) == 1:
             mine = missed & flat.of(flat.survey.scene.elements[surface.element].name)
             most = max(area_m2[row & mine].sum() for row in seen)
             assert spot.sees_m2 == pytest.approx(most, abs=1e-9)
-    assert all(u.best_spot is None for u in why.unseen if u.reason != "not worth a station")
+    assert all(u.best_position is None for u in why.unseen if u.reason != "not worth a station")
 
 
 def test_pieces_lie_in_their_boxes_and_do_not_exceed_their_surface(flat):
@@ -117,7 +117,7 @@ def test_unseen_is_listed_largest_first(flat):
 
 
 @st.composite
-def sights(draw):
+def observations(draw):
     n_patches = draw(st.integers(1, 12))
     rows = draw(st.lists(st.sets(st.integers(0, n_patches - 1)), min_size=1, max_size=5))
     patch = np.concatenate([np.array(sorted(row), dtype=np.int32) for row in rows])
@@ -127,7 +127,7 @@ def sights(draw):
 
 
 @settings(max_examples=60, deadline=None)
-@given(sights())
+@given(observations())
 def test_curve_takes_the_station_that_adds_most_and_ends_at_all(drawn):
     rows, visibility, area_m2 = drawn
     ids = [f"S{i}" for i in range(len(rows))]

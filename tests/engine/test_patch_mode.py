@@ -34,7 +34,7 @@ GRAZING_RAD = 5e-6
 
 def marks_of(mode: PatchMode, template, positions_m: np.ndarray, *, least_returns: float = 0.0) -> np.ndarray:
     """(S, P) marks: bit s, sample s is seen."""
-    return mode._caster.marks(view_of(template), positions_m.astype(np.float32), least_returns)
+    return mode._patch_engine.marks(view_of(template), positions_m.astype(np.float32), least_returns)
 
 
 def mode_of(scene: Scene, name: str, max_area_m2: float) -> tuple[PatchMode, Patches, ScanEngine]:
@@ -169,7 +169,7 @@ def test_samples_count_within_the_limits_of_the_scanner_alone(shapes: SimpleName
         cosine = np.abs((at * (normal / np.linalg.norm(normal, axis=1, keepdims=True))[:, None]).sum(axis=2)) / range_m
         value, low, high = np.arccos(cosine), 0.0, max_incidence
     view = view_of(template, max_incidence_rad=max_incidence)
-    marks = mode._caster.marks(view, position[None].astype(np.float32), 0.0)[0]
+    marks = mode._patch_engine.marks(view, position[None].astype(np.float32), 0.0)[0]
     bits = marks[:, None] >> np.arange(N_RIM) & 1 == 1
     clear = (np.abs(value - low) > 1e-5) & (np.abs(value - high) > 1e-5)
     expected = (value >= low) & (value <= high)
@@ -317,7 +317,7 @@ def test_one_patch_at_a_time_or_eight_side_by_side_mark_the_same(
     position = np.array([[0.017, 0.023, 1.31]])
     mode = PatchMode(ours, scene, patches)
     eight = marks_of(mode, template, position)
-    mode._caster._program = device.program("sample_patches.cl", {"LANES": 1, "STACK": ours.on_device[2]})
+    mode._patch_engine._program = device.program("sample_patches.cl", {"LANES": 1, "STACK": ours.on_device[2]})
     one = marks_of(mode, template, position)
     np.testing.assert_array_equal(one, eight)
 
@@ -407,14 +407,14 @@ def test_a_device_short_of_memory_gets_smaller_batches_and_the_user_one_line(
     template, positions = shapes.template_of(200, 400), np.full((5, 3), 0.3)
     mode = PatchMode(ours, scene, patches)
     expected = mode.visible_patches(template, positions)
-    cast = mode._caster.marks
+    cast = mode._patch_engine.marks
 
     def short_of_memory(view: object, positions_m: np.ndarray, least_returns: float) -> np.ndarray:
         if len(positions_m) > 2:
             raise DeviceMemoryError("no memory, expected some")
         return cast(view, positions_m, least_returns)
 
-    monkeypatch.setattr(mode._caster, "marks", short_of_memory)
+    monkeypatch.setattr(mode._patch_engine, "marks", short_of_memory)
     again = mode.visible_patches(template, positions)
     np.testing.assert_array_equal(again.patch, expected.patch)
     np.testing.assert_array_equal(again.starts, expected.starts)

@@ -15,9 +15,9 @@ from tlsplan.commands.export import FORMAT_OPTIONS
 from tlsplan.formats_reference import page
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import HandoverError, OutputExistsError, PlanFolderError, RequirementError
+from planner_core.errors import ExportError, OutputExistsError, PlanFolderError, RequirementError
 from planner_core.export import formats
-from planner_core.export.formats import ALL, FORMATS, Format, formats_named, hand_over, hand_over_pack
+from planner_core.export.formats import ALL, FORMATS, Format, export_pack, export_plan, formats_named
 from planner_core.export.options import Options
 from planner_core.export.targets import RECORD
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
@@ -37,7 +37,7 @@ def two_files(plan: PlanSource, path: Path, options: Options, progress: Progress
 def half_a_file(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     target = path / "half" if path.is_dir() else path
     target.write_text("half")
-    raise HandoverError("no more")
+    raise ExportError("no more")
 
 
 def reads_a_layer(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
@@ -117,7 +117,7 @@ def test_a_file_appears_with_its_folders_and_nothing_beside_it(
     written_plan: Callable[..., Path], tmp_path: Path
 ) -> None:
     target = tmp_path / "to" / "the office" / "stations.csv"
-    written = hand_over("csv", written_plan(stations=[STATION]), target, frame=UTM)
+    written = export_plan("csv", written_plan(stations=[STATION]), target, frame=UTM)
     assert [path.name for path in target.parent.iterdir()] == ["stations.csv"]
     assert (written.path, written.n_files, written.n_bytes) == (target, 1, target.stat().st_size)
     assert written.coordinates.startswith("EPSG:25832 ETRS89 / UTM zone 32N; vertical datum not given")
@@ -136,9 +136,9 @@ def test_a_file_that_is_there_is_replaced_when_asked_only(written_plan: Callable
     target, plan = tmp_path / "stations.csv", written_plan(stations=[STATION])
     target.write_text("mine")
     with pytest.raises(OutputExistsError, match="--overwrite"):
-        hand_over("csv", plan, target)
+        export_plan("csv", plan, target)
     assert target.read_text() == "mine"
-    hand_over("csv", plan, target, overwrite=True)
+    export_plan("csv", plan, target, overwrite=True)
     assert target.read_text() != "mine"
 
 
@@ -149,7 +149,7 @@ def test_folders_and_links_are_no_files_to_replace(written_plan: Callable[..., P
     (tmp_path / "link.csv").symlink_to(tmp_path / "else.csv")
     for name in ("folder", "link.csv"):
         with pytest.raises(OutputExistsError):
-            hand_over("csv", plan, tmp_path / name, overwrite=True)
+            export_plan("csv", plan, tmp_path / name, overwrite=True)
     assert (tmp_path / "else.csv").read_text() == "else"
 
 
@@ -158,13 +158,13 @@ def test_a_writer_that_fails_leaves_what_was_there(written_plan: Callable[..., P
     target, plan = tmp_path / "out" / "fails.txt", written_plan()
     target.parent.mkdir()
     target.write_text("before")
-    with pytest.raises(HandoverError, match="no more"):
-        hand_over("fails", plan, target, overwrite=True)
+    with pytest.raises(ExportError, match="no more"):
+        export_plan("fails", plan, target, overwrite=True)
     assert [(path.name, path.read_text()) for path in target.parent.iterdir()] == [("fails.txt", "before")]
-    with pytest.raises(HandoverError, match="no more"):
-        hand_over("fails-folder", plan, tmp_path / "out" / "new")
-    with pytest.raises(HandoverError, match="no more"):
-        hand_over_pack(["csv", "fails"], written_plan(stations=[STATION]), tmp_path / "out" / "pack")
+    with pytest.raises(ExportError, match="no more"):
+        export_plan("fails-folder", plan, tmp_path / "out" / "new")
+    with pytest.raises(ExportError, match="no more"):
+        export_pack(["csv", "fails"], written_plan(stations=[STATION]), tmp_path / "out" / "pack")
     assert [path.name for path in target.parent.iterdir()] == ["fails.txt"]
 
 
@@ -175,19 +175,19 @@ def test_what_the_plan_is_made_of_is_never_replaced(box_folder: Path) -> None:
     for target in (box_folder / "box.ifc", plan / "plan.json", plan / "stations.csv", plan / ".." / "box.ifc"):
         before = target.read_bytes()
         with pytest.raises(OutputExistsError, match="what the plan is made of"):
-            hand_over("csv", plan, target, overwrite=True)
+            export_plan("csv", plan, target, overwrite=True)
         assert target.read_bytes() == before
     (box_folder / "box.ifc").rename(box_folder / "other.ifc")
     with pytest.raises(OutputExistsError, match="what the plan is made of"):
-        hand_over("csv", plan, box_folder / "other.ifc", overwrite=True, scene=box_folder / "other.ifc")
-    hand_over("csv", plan, plan / "notes.csv", overwrite=True)
-    hand_over("csv", plan, plan / "new.csv")
+        export_plan("csv", plan, box_folder / "other.ifc", overwrite=True, scene=box_folder / "other.ifc")
+    export_plan("csv", plan, plan / "notes.csv", overwrite=True)
+    export_plan("csv", plan, plan / "new.csv")
 
 
 def test_a_target_that_can_not_be_written_is_one_line(written_plan: Callable[..., Path], tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(HandoverError, match="can't be written") as caught:
-        hand_over("csv", written_plan(stations=[STATION]), tmp_path / "file" / "stations.csv")
+    with pytest.raises(ExportError, match="can't be written") as caught:
+        export_plan("csv", written_plan(stations=[STATION]), tmp_path / "file" / "stations.csv")
     assert "\n" not in str(caught.value)
 
 
@@ -195,14 +195,14 @@ def test_a_target_that_can_not_be_written_is_one_line(written_plan: Callable[...
 def test_a_plan_folder_that_lacks_a_file_is_told_by_that_file(
     written_plan: Callable[..., Path], tmp_path: Path
 ) -> None:
-    with pytest.raises(HandoverError, match=r"reason\.u8: can't be read.*plan again"):
-        hand_over("layer", written_plan(), tmp_path / "layer.bin")
+    with pytest.raises(ExportError, match=r"reason\.u8: can't be read.*plan again"):
+        export_plan("layer", written_plan(), tmp_path / "layer.bin")
     assert not (tmp_path / "layer.bin").exists()
 
 
 def test_no_plan_is_told_before_anything_is_written(tmp_path: Path) -> None:
     with pytest.raises(PlanFolderError):
-        hand_over("csv", tmp_path / "none", tmp_path / "deep" / "stations.csv")
+        export_plan("csv", tmp_path / "none", tmp_path / "deep" / "stations.csv")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -212,11 +212,11 @@ def test_a_folder_says_what_it_is_of_and_in_which_coordinates(
     written_plan: Callable[..., Path], tmp_path: Path
 ) -> None:
     plan = written_plan()
-    written = hand_over("folder", plan, tmp_path / "out", Options(seed=7), frame=UTM)
+    written = export_plan("folder", plan, tmp_path / "out", Options(seed=7), frame=UTM)
     assert (written.n_files, written.remarks) == (3, ("of the folder",))
     assert (tmp_path / "out" / "deeper" / "two.txt").read_text() == "7"
     record = json.loads((tmp_path / "out" / RECORD).read_text())
-    assert record["schema"] == "tlsplan/handover/1"
+    assert record["schema"] == "tlsplan/pack/1"
     assert record["plan_sha256"] == hashlib.sha256((plan / "plan.json").read_bytes()).hexdigest()
     assert (record["crs"], record["source"]) == ("EPSG:25832", "given epsg")
     assert record["coordinates"] == written.coordinates
@@ -231,34 +231,46 @@ def test_only_folders_of_ours_are_replaced_and_when_asked_only(
 ) -> None:
     plan, target = written_plan(), tmp_path / "out"
     target.mkdir()
-    hand_over("folder", plan, target)  # an empty folder is free
+    export_plan("folder", plan, target)  # an empty folder is free
     with pytest.raises(OutputExistsError, match="--overwrite"):
-        hand_over("folder", plan, target)
+        export_plan("folder", plan, target)
     (target / "one.txt").write_text("changed")
-    hand_over("folder", plan, target, overwrite=True)
+    export_plan("folder", plan, target, overwrite=True)
     assert (target / "one.txt").read_text() == "one"
     (target / "deeper" / "notes.txt").write_text("mine")
-    with pytest.raises(OutputExistsError, match=r"holds deeper/notes\.txt, which was not handed over"):
-        hand_over("folder", plan, target, overwrite=True)
+    with pytest.raises(OutputExistsError, match=r"holds deeper/notes\.txt, which was not exported"):
+        export_plan("folder", plan, target, overwrite=True)
     assert (target / "deeper" / "notes.txt").read_text() == "mine"
     (target / RECORD).write_text("{}")
     with pytest.raises(OutputExistsError, match="can't be read"):
-        hand_over("folder", plan, target, overwrite=True)
+        export_plan("folder", plan, target, overwrite=True)
     (target / RECORD).unlink()
     for overwrite in (False, True):
-        with pytest.raises(OutputExistsError, match="were not handed over"):
-            hand_over("folder", plan, target, overwrite=overwrite)
+        with pytest.raises(OutputExistsError, match="were not exported"):
+            export_plan("folder", plan, target, overwrite=overwrite)
     for other in ("file", "link"):
         (tmp_path / "file").write_text("") if other == "file" else (tmp_path / "link").symlink_to(target)
         with pytest.raises(OutputExistsError, match="is no folder"):
-            hand_over("folder", plan, tmp_path / other, overwrite=True)
+            export_plan("folder", plan, tmp_path / other, overwrite=True)
+
+
+@pytest.mark.usefixtures("own_formats")
+def test_a_folder_of_the_last_release_is_replaced(written_plan: Callable[..., Path], tmp_path: Path) -> None:
+    plan, target = written_plan(), tmp_path / "out"
+    export_plan("folder", plan, target)
+    (target / RECORD).rename(target / "handover.json")
+    (target / "one.txt").write_text("changed")
+    export_plan("folder", plan, target, overwrite=True)
+    assert (target / "one.txt").read_text() == "one"
+    assert (target / RECORD).is_file()
+    assert not (target / "handover.json").exists()
 
 
 @pytest.mark.usefixtures("own_formats")
 def test_a_pack_holds_each_format_under_its_standard_name(written_plan: Callable[..., Path], tmp_path: Path) -> None:
     events: list[ProgressEvent] = []
     plan = written_plan(stations=[STATION])
-    written = hand_over_pack([ALL], plan, tmp_path / "pack", progress=events.append)
+    written = export_pack([ALL], plan, tmp_path / "pack", progress=events.append)
     found = sorted(path.relative_to(tmp_path / "pack").as_posix() for path in (tmp_path / "pack").rglob("*.*"))
     assert found == ["folder/deeper/two.txt", "folder/one.txt", RECORD, "stations.csv"]
     assert written.n_files == 4
@@ -275,36 +287,36 @@ def test_what_several_formats_of_a_pack_remark_is_told_once(
 ) -> None:
     again = Format("again", "a folder", "again", two_files)
     monkeypatch.setitem(FORMATS, "again", again)
-    written = hand_over_pack(["folder", "csv", "again"], written_plan(stations=[STATION]), tmp_path / "pack")
+    written = export_pack(["folder", "csv", "again"], written_plan(stations=[STATION]), tmp_path / "pack")
     assert [remark for remark in written.remarks if "of the folder" in remark] == ["folder, again: of the folder"]
 
 
 def test_the_way_to_degrees_of_a_pack_is_told_once(written_plan: Callable[..., Path], tmp_path: Path) -> None:
-    written = hand_over_pack(["geojson", "kml"], written_plan(stations=[STATION]), tmp_path / "pack", frame=UTM)
+    written = export_pack(["geojson", "kml"], written_plan(stations=[STATION]), tmp_path / "pack", frame=UTM)
     (line,) = [remark for remark in written.remarks if "longitude and latitude by" in remark]
     assert line.startswith("geojson, kml: ")
 
 
 def test_the_record_says_which_files_are_less_than_the_site(written_plan: Callable[..., Path], tmp_path: Path) -> None:
     plan, names = written_plan(stations=[STATION]), ["csv", "gsi16", "landxml"]
-    hand_over_pack(names, plan, tmp_path / "less", Options(subtract=(458_000.0, 5_438_000.0, 0.0)), frame=UTM)
+    export_pack(names, plan, tmp_path / "less", Options(subtract=(458_000.0, 5_438_000.0, 0.0)), frame=UTM)
     record = json.loads((tmp_path / "less" / RECORD).read_text())
     less_m = [458_000.0, 5_438_000.0, 0.0]
     assert record["subtracted_m"] == {"stations.csv": less_m, "stations-16.gsi": less_m}
     assert set(record["subtracted_m"]) < set(record["files"])
     row = next(csv.reader((tmp_path / "less" / "stations.csv").read_text().splitlines()))
     assert row[1:3] == ["875.0000", "264.0000"]
-    hand_over_pack(names, plan, tmp_path / "whole", frame=UTM)
+    export_pack(names, plan, tmp_path / "whole", frame=UTM)
     assert json.loads((tmp_path / "whole" / RECORD).read_text())["subtracted_m"] == {}
 
 
 @pytest.mark.usefixtures("own_formats")
 def test_a_missing_scene_is_told_before_anything_is_written(written_plan: Callable[..., Path], tmp_path: Path) -> None:
     for ask in (
-        lambda: hand_over("of-scene", written_plan(), tmp_path / "a" / "out"),
-        lambda: hand_over_pack(["csv", "of-scene"], written_plan(), tmp_path / "a" / "out"),
+        lambda: export_plan("of-scene", written_plan(), tmp_path / "a" / "out"),
+        lambda: export_pack(["csv", "of-scene"], written_plan(), tmp_path / "a" / "out"),
     ):
-        with pytest.raises(HandoverError, match="--scene"):
+        with pytest.raises(ExportError, match="--scene"):
             ask()
     assert not (tmp_path / "a").exists()
 
@@ -319,27 +331,27 @@ def pack_of_scene(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("pack_of_scene")
 def test_a_pack_goes_without_what_needs_a_scene_that_is_missing(box_folder: Path, tmp_path: Path) -> None:
-    hand_over_pack([ALL], box_folder / "plan", tmp_path / "whole")
+    export_pack([ALL], box_folder / "plan", tmp_path / "whole")
     assert (tmp_path / "whole" / "of-scene").is_dir()
     (box_folder / "box.ifc").rename(box_folder / "moved.ifc")
-    written = hand_over_pack([ALL], box_folder / "plan", tmp_path / "pack")
+    written = export_pack([ALL], box_folder / "plan", tmp_path / "pack")
     assert sorted(path.name for path in (tmp_path / "pack").iterdir()) == [RECORD, "stations.csv"]
     (remark,) = [remark for remark in written.remarks if "left out" in remark]
     assert remark.startswith("left out: of-scene: ")
     assert "box.ifc is not found" in remark
     assert "--scene" in remark
     assert json.loads((tmp_path / "pack" / RECORD).read_text())["formats"] == {"csv": "stations.csv"}
-    hand_over_pack([ALL], box_folder / "plan", tmp_path / "told", scene=box_folder / "moved.ifc")
+    export_pack([ALL], box_folder / "plan", tmp_path / "told", scene=box_folder / "moved.ifc")
     assert (tmp_path / "told" / "of-scene").is_dir()
 
 
 @pytest.mark.usefixtures("pack_of_scene")
 def test_a_scene_that_is_asked_for_by_name_is_not_left_out(written_plan: Callable[..., Path], tmp_path: Path) -> None:
     plan = written_plan(stations=[STATION])
-    with pytest.raises(HandoverError, match="--scene"):
-        hand_over_pack([ALL, "of-scene"], plan, tmp_path / "pack")
-    with pytest.raises(HandoverError, match=r"none\.ifc: no such file.*--scene"):
-        hand_over_pack([ALL], plan, tmp_path / "pack", scene=tmp_path / "none.ifc")
+    with pytest.raises(ExportError, match="--scene"):
+        export_pack([ALL, "of-scene"], plan, tmp_path / "pack")
+    with pytest.raises(ExportError, match=r"none\.ifc: no such file.*--scene"):
+        export_pack([ALL], plan, tmp_path / "pack", scene=tmp_path / "none.ifc")
     assert not (tmp_path / "pack").exists()
 
 
@@ -347,7 +359,7 @@ def test_the_same_plan_gives_the_same_bytes(box_folder: Path, tmp_path: Path) ->
     names = [each.name for each in FORMATS.values() if each.in_pack and not each.needs_scene]
     packs = []
     for name in ("one", "two"):
-        hand_over_pack(names, box_folder / "plan", tmp_path / name)
+        export_pack(names, box_folder / "plan", tmp_path / name)
         folder = tmp_path / name
         packs.append({p.relative_to(folder): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()})
     assert list(packs[0]) == list(packs[1])
@@ -356,5 +368,5 @@ def test_the_same_plan_gives_the_same_bytes(box_folder: Path, tmp_path: Path) ->
 
 def test_an_opened_plan_does_for_several_formats(box_folder: Path, tmp_path: Path) -> None:
     plan = open_plan(box_folder / "plan", frame=FrameRequest(scene_coordinates=True))
-    assert hand_over("csv", plan, tmp_path / "a.csv").coordinates == "scene coordinates, no CRS"
-    assert hand_over("csv", plan, tmp_path / "b.csv").n_bytes == (tmp_path / "a.csv").stat().st_size
+    assert export_plan("csv", plan, tmp_path / "a.csv").coordinates == "scene coordinates, no CRS"
+    assert export_plan("csv", plan, tmp_path / "b.csv").n_bytes == (tmp_path / "a.csv").stat().st_size

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import CoordinatesError, HandoverError, PlanFolderError
+from planner_core.errors import CoordinatesError, ExportError, PlanFolderError
 from planner_core.plan_folder.plan_source import open_plan
 from planner_core.progress import ProgressEvent
 
@@ -268,7 +268,7 @@ def test_a_missing_scene_is_told_with_its_name_and_the_option(box_folder: Path) 
     (box_folder / "box.ifc").rename(box_folder / "moved.ifc")
     plan = open_plan(box_folder / "plan")
     assert not plan.has_scene()
-    with pytest.raises(HandoverError, match=r"box\.ifc.*--scene"):
+    with pytest.raises(ExportError, match=r"box\.ifc.*--scene"):
         plan.scene()
     told = open_plan(box_folder / "plan", scene=box_folder / "moved.ifc")
     assert told.has_scene()
@@ -278,7 +278,7 @@ def test_a_missing_scene_is_told_with_its_name_and_the_option(box_folder: Path) 
 def test_a_scene_that_has_changed_is_refused(box_folder: Path) -> None:
     with (box_folder / "box.ifc").open("a") as file:
         file.write("\n")
-    with pytest.raises(HandoverError, match="has changed"):
+    with pytest.raises(ExportError, match="has changed"):
         open_plan(box_folder / "plan").scene()
 
 

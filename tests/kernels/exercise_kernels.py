@@ -35,7 +35,7 @@ from planner_core.paper.genetic import GeneticSettings, on_device, select_geneti
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.scene.patches import make_patches
 from planner_core.select.network import Network
-from planner_core.select.problem import Target, cover_problem
+from planner_core.select.problem import Constraint, cover_problem
 from planner_core.select.swap_walks import DeviceWalks, Terrain
 
 SHAPES = {"cpu": (4, 16, 8), "cpu-4": (4, 16, 4), "gpu": (4, 8, 1)}
@@ -109,8 +109,8 @@ def evolved(kind: str, device: Device) -> list[Any]:
     rows = [np.flatnonzero(row) for row in rng.random((40, 300)) < 0.1]
     starts = np.cumsum([0, *(row.size for row in rows)])
     visibility = Visibility(starts, np.concatenate(rows).astype(np.int32), 300)
-    targets = (Target(np.arange(300) < 100, 0.8), Target(np.full(300, True), 0.9))
-    problem = cover_problem(visibility, rng.uniform(0.001, 0.04, 300), targets)
+    constraints = (Constraint(np.arange(300) < 100, 0.8), Constraint(np.full(300, True), 0.9))
+    problem = cover_problem(visibility, rng.uniform(0.001, 0.04, 300), constraints)
     few = {"population": 9, "n_parents": 6, "max_iterations": 2, "individual_mutation_rate": 0.5}
     ways = (
         GeneticSettings(**few),
@@ -138,8 +138,8 @@ def annealed(device: Device) -> list[Any]:
     links = np.cumsum([0, *linked.sum(axis=1)]), np.nonzero(linked)[1].astype(np.int32), np.zeros(30, dtype=np.int32)
     found = []
     for looks, network in ((1, None), (2, None), (1, Network(*links)), (2, Network(*links, loops=True))):
-        targets = (Target(np.arange(90) < 30, 0.8), Target(np.full(90, True), 0.9, looks))
-        terrain = Terrain(cover_problem(visibility, area_m2, targets), seed=6, network=network)
+        constraints = (Constraint(np.arange(90) < 30, 0.8), Constraint(np.full(90, True), 0.9, looks))
+        terrain = Terrain(cover_problem(visibility, area_m2, constraints), seed=6, network=network)
         sets = np.array([np.arange(5), np.arange(5, 10)], dtype=np.int32)
         missing = DeviceWalks(terrain, device).walk(sets, round_=1, steps=(0, 40), n_steps=80, n_pinned=1)
         found.append(SimpleNamespace(sets=sets, missing=missing))

@@ -74,9 +74,9 @@ def test_inverse_ranges_are_those_of_the_plane(device: Device) -> None:
     got = prepare(device, corners, origin)
     wide = corners.astype(np.float64)
     normal = np.cross(wide[:, 1] - wide[:, 0], wide[:, 2] - wide[:, 0])
-    target = wide.mean(axis=1) - origin.astype(np.float64)
-    distance = np.linalg.norm(target, axis=1)
-    beam = target / distance[:, None]
+    constraint = wide.mean(axis=1) - origin.astype(np.float64)
+    distance = np.linalg.norm(constraint, axis=1)
+    beam = constraint / distance[:, None]
     cosine = np.abs((normal * beam).sum(axis=1)) / np.linalg.norm(normal, axis=1)
     inverse = (got[:, 9:12] * beam).sum(axis=1)
     sound = (got[:, 15] == 1) & (cosine > 0.01)

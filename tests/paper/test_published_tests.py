@@ -42,9 +42,9 @@ def room(*furniture) -> Scene:
 
 def stands(scene: Scene, positions, engine: str, settings: PlanSettings = SETTINGS) -> list[bool]:
     survey = make_survey(scene, settings)
-    caster = open_engine(scene, survey.patches, engine=engine)
+    scan_engine = open_engine(scene, survey.patches, engine=engine)
     place = np.array(positions, dtype=float).reshape(-1, 3)
-    return stands_by_published_tests(survey, survey.floors[0], settings, caster, place).tolist()
+    return stands_by_published_tests(survey, survey.floors[0], settings, scan_engine, place).tolist()
 
 
 def test_in_an_empty_room_walls_keep_their_distance_along_the_axes(engine) -> None:
@@ -73,8 +73,8 @@ def test_four_rays_miss_what_stands_diagonally_and_ours_do_not(engine) -> None:
     assert stands(room(column), [(3.0, 2.0, 1.5)], engine) == [True]
     settings = replace(SETTINGS, instrument_heights_m=(1.5,))
     survey = make_survey(room(column), settings)
-    caster = open_engine(room(column), survey.patches, engine=engine)
-    ours = find_candidates(survey, settings, caster, floors=(0,), n_halvings=0).position_m
+    scan_engine = open_engine(room(column), survey.patches, engine=engine)
+    ours = find_candidates(survey, settings, scan_engine, floors=(0,), n_halvings=0).position_m
     assert np.abs(ours[:, :2] - [3.0, 2.0]).max(axis=1).min() > 0.4
 
 
@@ -82,9 +82,9 @@ def test_of_a_floor_without_slab_nothing_stands(engine) -> None:
     scene = scenes_synthetic.build("without-slabs").scene
     survey = make_survey(scene, SETTINGS)
     floor = next(floor for floor in survey.floors if floor.ground_triangles.size == 0)
-    caster = open_engine(scene, survey.patches, engine=engine)
+    scan_engine = open_engine(scene, survey.patches, engine=engine)
     place = np.array([[*floor.bounds_m.mean(axis=0), floor.elevation_m + 1.5]])
-    assert not stands_by_published_tests(survey, floor, SETTINGS, caster, place).any()
+    assert not stands_by_published_tests(survey, floor, SETTINGS, scan_engine, place).any()
 
 
 def test_what_passes_ours_passes_the_papers(engine) -> None:
@@ -92,9 +92,9 @@ def test_what_passes_ours_passes_the_papers(engine) -> None:
     scene = scenes_synthetic.build("house").scene
     settings = replace(SETTINGS, grid_step_m=0.45)
     survey = make_survey(scene, settings)
-    caster = open_engine(scene, survey.patches, engine=engine)
+    scan_engine = open_engine(scene, survey.patches, engine=engine)
     for index, floor in enumerate(survey.floors):
-        ours = find_candidates(survey, settings, caster, floors=(index,), n_halvings=0).position_m
-        theirs = stands_by_published_tests(survey, floor, settings, caster, ours)
+        ours = find_candidates(survey, settings, scan_engine, floors=(index,), n_halvings=0).position_m
+        theirs = stands_by_published_tests(survey, floor, settings, scan_engine, ours)
         assert len(ours) > 50
         assert theirs.mean() > 0.98, ours[~theirs]

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from planner_core.errors import PlanFolderError
 from planner_core.model import (
-    Asked,
     Greedy,
     GroundPick,
     KeepOut,
@@ -22,11 +21,12 @@ from planner_core.model import (
     PartRequirement,
     Plan,
     PlanSettings,
+    PointLimits,
+    PriorStation,
     Proven,
     Requirements,
     Role,
     Scanner,
-    SettledStation,
     Site,
 )
 from planner_core.model.spatial_search import SearchSettings
@@ -43,7 +43,7 @@ fraction = st.floats(0, 1, exclude_min=True)
 word = st.text(st.characters(codec="utf-8", exclude_categories=("Cs",)), max_size=8)
 place = st.tuples(anywhere, anywhere, anywhere)
 corner = st.tuples(anywhere, anywhere)
-asked = st.builds(Asked, *(st.none() | at_least_0 for _ in range(4)))
+asked = st.builds(PointLimits, *(st.none() | at_least_0 for _ in range(4)))
 PART = {
     "name": word.map(lambda name: f"part {name}"),
     "coverage": fraction,
@@ -67,8 +67,8 @@ REQUIREMENTS = {
     "min_strength": fraction,
 }
 requirements = st.builds(Requirements, **REQUIREMENTS)
-settled = st.builds(
-    SettledStation,
+prior = st.builds(
+    PriorStation,
     id=word,
     position_m=place,
     role=st.sampled_from(list(Role)),
@@ -76,13 +76,13 @@ settled = st.builds(
     instrument_height_m=st.none() | above_0,
     radius_m=above_0,
     # A radius is only one of forbidden places.
-).map(lambda station: station if station.role == "forbidden" else replace(station, radius_m=SettledStation.radius_m))
+).map(lambda station: station if station.role == "forbidden" else replace(station, radius_m=PriorStation.radius_m))
 SITE = {
     "entrances_m": st.lists(place, max_size=2).map(tuple),
     "keep_out": st.lists(
         st.builds(KeepOut, st.lists(corner, min_size=3, max_size=5).map(tuple), word, st.booleans(), word), max_size=2
     ).map(tuple),
-    "settled": st.lists(settled, max_size=2).map(tuple),
+    "prior": st.lists(prior, max_size=2).map(tuple),
     "mover_radius_m": st.none() | above_0,
     "step_m": st.none() | above_0,
     "mover_height_m": st.none() | above_0,
@@ -163,8 +163,8 @@ def fitting(**told: Any) -> PlanSettings:
     told["max_stations"] = (told["max_stations"] or 1) if told["objective"] == "coverage" else None
     keeps = told["objective"] == "fewest" and isinstance(told["method"], Proven)
     roles = {Role.FORBIDDEN} if isinstance(told["method"], Paper) else set(Role) - (set() if keeps else {Role.KEPT})
-    settled = tuple(station for station in told["site"].settled if station.role in roles)
-    told["site"] = replace(told["site"], settled=settled)
+    prior = tuple(station for station in told["site"].prior if station.role in roles)
+    told["site"] = replace(told["site"], prior=prior)
     if isinstance(told["method"], Paper):
         parts = tuple(replace(part, seen_from=1) for part in told["requirements"].parts)
         told["requirements"] = replace(told["requirements"], seen_from=1, parts=parts)

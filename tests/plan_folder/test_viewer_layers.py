@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from oracles import best_figures, joint_spacing_m, sights_from
+from oracles import best_figures, joint_spacing_m, observations_from
 
 from planner_core.coverage.levels import with_noise
 from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.model import REASONS, Asked, FloatArray, Plan, Why
+from planner_core.model import REASONS, FloatArray, Plan, PointLimits, Why
 from planner_core.plan_folder.carry_over import foreign_entries
 from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.plan_folder.viewer_layers import (
@@ -162,14 +162,14 @@ def test_layers_by_samples_are_those_of_the_metrics_over_all_stations(noisy: Pla
     engine = open_engine(noisy.survey.scene, noisy.survey.patches, engine="open3d")
     told = replace(noisy, settings=replace(noisy.settings, scan_mode="patches"))
     positions_m = np.stack([station.position_m for station in told.stations])
-    sights = sights_from(told.survey, told.settings, engine, positions_m)
-    sights = with_noise(sights, told.settings.scanner, reflectivity=RHO)
+    observations = observations_from(told.survey, told.settings, engine, positions_m)
+    observations = with_noise(observations, told.settings.scanner, reflectivity=RHO)
     made = dict(layer_files(told, engine))
     expected = {
-        "range": best_figures(sights, "range_m"),
-        "incidence": np.degrees(best_figures(sights, "incidence_rad")),
-        "noise": best_figures(sights, "noise_m"),
-        "spacing": joint_spacing_m(sights),
+        "range": best_figures(observations, "range_m"),
+        "incidence": np.degrees(best_figures(observations, "incidence_rad")),
+        "noise": best_figures(observations, "noise_m"),
+        "spacing": joint_spacing_m(observations),
     }
     for name, figures in expected.items():
         assert_within_a_step(made, name, np.where(np.isfinite(figures), figures, np.nan))
@@ -212,7 +212,9 @@ def with_what_only_planners_know(plan: Plan) -> Plan:
         area_by_reason_m2=(0.0,) * len(REASONS),
         piece_of_patch=(np.arange(n) % 300 - 1).astype(np.int32),
     )
-    return replace(plan, why=why, qualities=(Asked(), Asked(range_m=3.1, incidence_rad=1.2)), times_met=times_met)
+    return replace(
+        plan, why=why, qualities=(PointLimits(), PointLimits(range_m=3.1, incidence_rad=1.2)), times_met=times_met
+    )
 
 
 def test_what_the_planner_knows_by_patch_is_written_as_it_is(noisy: Plan, engine: ScanEngine) -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from planner_core.coverage.why import explain
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import REASONS, Asked, PartResult, Plan, Room, Survey
+from planner_core.model import REASONS, PartResult, Plan, PointLimits, Room, Survey
 from planner_core.plan_folder.carry_over import foreign_entries
 from planner_core.plan_folder.curve_drawing import write_coverage_curve
 from planner_core.plan_folder.plan_json import plan_document, plan_text
@@ -48,7 +48,7 @@ def told(plan: Plan, survey: Survey, engine: ScanEngine) -> Plan:
         scope=np.ones(survey.patches.n_patches, dtype=bool),
         links=plan.links,
     )
-    asked = PartResult("Wände < 2 m", 0.9, 10.0, 8.996, 20.0, 2, Asked(range_m=4.0, incidence_rad=1.0))
+    asked = PartResult("Wände < 2 m", 0.9, 10.0, 8.996, 20.0, 2, PointLimits(range_m=4.0, incidence_rad=1.0))
     met = PartResult("overall", 0.9, 10.0, 9.0, 20.0)
     return dataclasses.replace(plan, survey=with_rooms, why=why, requirements=(asked, met))
 

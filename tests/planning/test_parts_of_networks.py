@@ -11,7 +11,7 @@ from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Greedy, PlanSettings, Proven, Requirements
 from planner_core.planning.plan import make_plan
 from planner_core.planning.pool import make_pool
-from planner_core.positions.places import find_places
+from planner_core.positions.allowed_positions import find_positions
 from planner_core.scanner.catalogue import load_scanner
 
 SETTINGS = PlanSettings(
@@ -60,7 +60,7 @@ def test_a_room_of_its_own_is_not_left_aside_however_little_is_asked() -> None:
     )
     survey = make_survey(synthetic.scene, settings)
     engine = open_engine(survey.scene, survey.patches, engine="opencl")
-    places = find_places(survey, settings, engine, floors=(0,))
+    places = find_positions(survey, settings, engine, floors=(0,))
     none = np.zeros(0, dtype=np.int64)
     pool = make_pool(survey, settings, engine, places.candidates, given=none, kept=none)
     assert pool.barred.any(), "some high candidates see no floor, and are alone"

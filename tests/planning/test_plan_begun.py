@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
-from planner_core.model import KeepOut, Plan, PlanSettings, Proven, Requirements, Scene, SettledStation, Site
+from planner_core.model import KeepOut, Plan, PlanSettings, PriorStation, Proven, Requirements, Scene, Site
 from planner_core.planning.plan import make_plan
 from planner_core.positions.site_reading import site_from_mapping
 from planner_core.progress import ProgressEvent
@@ -49,10 +49,10 @@ def searched(rooms: Scene, settings: PlanSettings) -> tuple[Plan, list[ProgressE
 def beginning_with(plan: Plan, settings: PlanSettings, **more: object) -> PlanSettings:
     offset_m = plan.survey.scene.offset_m
     begun = tuple(
-        SettledStation(f"begun-{i}", tuple((station.position_m + offset_m).tolist()), "begun")
+        PriorStation(f"begun-{i}", tuple((station.position_m + offset_m).tolist()), "begun")
         for i, station in enumerate(plan.stations)
     )
-    return replace(settings, site=Site(settled=begun, **more))
+    return replace(settings, site=Site(prior=begun, **more))
 
 
 def test_a_search_is_no_worse_than_what_it_begins_with(
@@ -100,7 +100,7 @@ def test_most_coverage_is_no_less_than_that_of_what_it_begins_with(rooms: Scene,
 
 
 def test_requirements_files_name_stations_to_begin_with() -> None:
-    (station,) = site_from_mapping({"begun": [[1.0, 2.0, 1.5]]}).settled
+    (station,) = site_from_mapping({"begun": [[1.0, 2.0, 1.5]]}).prior
     assert (station.role, station.position_m) == ("begun", (1.0, 2.0, 1.5))
 
 

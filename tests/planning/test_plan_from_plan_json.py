@@ -9,15 +9,15 @@ import pytest
 
 import scenes_synthetic
 from planner_core.model import (
-    Asked,
     Greedy,
     GroundPick,
     KeepOut,
     Paper,
     PartRequirement,
     PlanSettings,
+    PointLimits,
+    PriorStation,
     Requirements,
-    SettledStation,
     Site,
 )
 from planner_core.model.spatial_search import SearchSettings
@@ -32,10 +32,10 @@ THIRD = 1 / 3
 def asked_of_parts(small: PlanSettings) -> PlanSettings:
     """Limits and areas that no few digits hold."""
     upper = PartRequirement(
-        "upper", 0.9 - THIRD / 10, Asked(range_m=20 * THIRD), floors=("F1",), heights_m=(THIRD, 9.0)
+        "upper", 0.9 - THIRD / 10, PointLimits(range_m=20 * THIRD), floors=("F1",), heights_m=(THIRD, 9.0)
     )
     zone = ((0.1 + 0.2, THIRD), (4 + THIRD, THIRD), (4 + THIRD, 4.0), (THIRD, 4.0))
-    corner = PartRequirement("corner", 0.5, Asked(incidence_rad=65 * pi / 180), zone=zone)
+    corner = PartRequirement("corner", 0.5, PointLimits(incidence_rad=65 * pi / 180), zone=zone)
     scanner = replace(
         small.scanner,
         elevation_rad=tuple(e * (1 + THIRD / 100) for e in small.scanner.elevation_rad),
@@ -43,7 +43,7 @@ def asked_of_parts(small: PlanSettings) -> PlanSettings:
     )
     requirements = Requirements(
         coverage=0.8 + THIRD / 100,
-        asked=Asked(noise_m=0.02 * THIRD),
+        asked=PointLimits(noise_m=0.02 * THIRD),
         reflectivity=0.7,
         parts=(upper, corner),
         network="none",
@@ -60,9 +60,9 @@ def asked_of_parts(small: PlanSettings) -> PlanSettings:
 def with_a_site(small: PlanSettings) -> PlanSettings:
     site = Site(
         keep_out=(KeepOut(((THIRD, THIRD), (1.0, THIRD), (1.0, 1.0), (THIRD, 1.0)), "F0", name="stack"),),
-        settled=(
-            SettledStation("S009", (2 + THIRD / 1000, 2.0, 1.5), "locked", "F0"),
-            SettledStation("", (3.0, 3.0 + THIRD, 0.0), "forbidden", radius_m=THIRD),
+        prior=(
+            PriorStation("S009", (2 + THIRD / 1000, 2.0, 1.5), "locked", "F0"),
+            PriorStation("", (3.0, 3.0 + THIRD, 0.0), "forbidden", radius_m=THIRD),
         ),
         mover_radius_m=0.7 * THIRD,
         returns=True,

@@ -132,10 +132,10 @@ class Interrupting:
     """Progress that interrupts once, at the nth event of a stage, and notes what is said afterwards."""
 
     def __init__(self, stage: str, event: int) -> None:
-        self.stage, self.left, self.settled = stage, event, 0
+        self.stage, self.left, self.prior = stage, event, 0
 
     def __call__(self, event: ProgressEvent) -> None:
-        self.settled += event.settles_interrupts and bool(event.note)
+        self.prior += event.settles_interrupts and bool(event.note)
         if event.stage == self.stage and not event.settles_interrupts:
             self.left -= 1
             if self.left == 0:
@@ -160,7 +160,7 @@ def test_an_interrupt_of_any_step_of_the_choice_gives_the_plan_so_far(
     interrupting = Interrupting(stage, event)
     plan = make_plan(scenes_synthetic.build("corridor-comb").scene, settings, progress=interrupting)
     assert interrupting.left == 0
-    assert interrupting.settled == 1
+    assert interrupting.prior == 1
     assert plan.why_stopped == "interrupted"
     if objective == "coverage":
         assert plan.objective_bound is not None

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from oracles import sights_from, times_meeting
+from oracles import observations_from, times_meeting
 
 from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.model import REASONS, Asked, PartRequirement, Plan, PlanSettings, Requirements
+from planner_core.model import REASONS, PartRequirement, Plan, PlanSettings, PointLimits, Requirements
 from planner_core.plan_folder.viewer_layers import layer_files
-from planner_core.positions.places import find_places
+from planner_core.positions.allowed_positions import find_positions
 
-LIMITS = (Asked(range_m=3.0), Asked(incidence_rad=0.9))
+LIMITS = (PointLimits(range_m=3.0), PointLimits(incidence_rad=0.9))
 
 
 @pytest.fixture(scope="module")
@@ -39,15 +39,15 @@ def files(plan: Plan, engine: ScanEngine) -> dict[str, bytes]:
 def test_achievable_layer_counts_the_candidates_that_meet_each_quality(
     plan: Plan, engine: ScanEngine, asking: PlanSettings, files: dict[str, bytes]
 ) -> None:
-    places = find_places(plan.survey, asking, engine, floors=(0,))
-    sights = sights_from(plan.survey, asking, engine, places.candidates.position_m)
+    places = find_positions(plan.survey, asking, engine, floors=(0,))
+    observations = observations_from(plan.survey, asking, engine, places.candidates.position_m)
     found = np.frombuffer(files["viewer/achievable.u8"], dtype=np.uint8).reshape(2, -1)
     assert plan.qualities == LIMITS
     walls = np.array(["wall" in f"{element.name} {element.kind}".casefold() for element in plan.survey.scene.elements])
     walls = walls[plan.survey.scene.element_of_triangle[plan.survey.patches.triangle_of_patch]]
     assert walls.any()
     for quality, (asked, of) in enumerate(zip(LIMITS, (np.ones_like(walls), walls), strict=True)):
-        np.testing.assert_array_equal(found[quality], np.where(of, times_meeting(sights, asked), 0))
+        np.testing.assert_array_equal(found[quality], np.where(of, times_meeting(observations, asked), 0))
     np.testing.assert_array_equal(found[0] >= 2, plan.achievable)
     assert 0 < plan.achievable.mean() < 1
 

@@ -11,7 +11,7 @@ import pytest
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Plan, PlanSettings, Requirements
 from planner_core.planning.pool import make_pool
-from planner_core.positions.places import find_places
+from planner_core.positions.allowed_positions import find_positions
 from planner_core.select.greedy import select_greedy
 
 Planned = Callable[[str, PlanSettings], Plan]
@@ -38,7 +38,7 @@ def candidate_graph(plan: Plan) -> tuple["nx.Graph[int]", np.ndarray]:
     """Links between all candidates, as found anew, and where the candidates are."""
     survey = plan.survey
     engine = open_engine(survey.scene, survey.patches)
-    at = find_places(survey, plan.settings, engine, floors=(0,)).candidates
+    at = find_positions(survey, plan.settings, engine, floors=(0,)).candidates
     none = np.zeros(0, dtype=np.int64)
     links = make_pool(survey, plan.settings, engine, at, given=none, kept=none).links
     assert links is not None
@@ -100,7 +100,7 @@ def test_joining_inside_the_choice_takes_no_more_stations_than_joining_afterward
     plan = planned(scene, small)
     survey = plan.survey
     engine = open_engine(survey.scene, survey.patches)
-    at = find_places(survey, small, engine, floors=(0,)).candidates
+    at = find_positions(survey, small, engine, floors=(0,)).candidates
     none = np.zeros(0, dtype=np.int64)
     pool = make_pool(survey, small, engine, at, given=none, kept=none)
     assert pool.links is not None

@@ -7,12 +7,12 @@ from itertools import combinations
 import numpy as np
 import pytest
 from tlsplan import inputs
-from tlsplan.options import MethodOptions, Settling
+from tlsplan.options import MethodOptions, PriorStations
 
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Greedy, Paper, Plan, PlanSettings, Requirements, SettledStation, Site
-from planner_core.positions.places import find_places
+from planner_core.model import Greedy, Paper, Plan, PlanSettings, PriorStation, Requirements, Site
+from planner_core.positions.allowed_positions import find_positions
 
 Planned = Callable[[str, PlanSettings], Plan]
 
@@ -30,7 +30,7 @@ def test_most_coverage_is_that_of_the_best_of_all_sets_of_candidates(
     plan = planned(scene, most)
     survey = plan.survey
     engine = open_engine(survey.scene, survey.patches)
-    at = find_places(survey, most, engine, floors=(0,)).candidates.position_m
+    at = find_positions(survey, most, engine, floors=(0,)).candidates.position_m
     rows = engine.visible_patches(survey.template, at)
     seen = np.zeros((at.shape[0], survey.patches.n_patches), dtype=bool)
     for candidate in range(at.shape[0]):
@@ -87,7 +87,7 @@ def test_the_plan_of_least_time_takes_no_longer_than_that_of_fewest_stations(
     assert 0.0 < quickest.objective_bound <= quickest.objective_value
 
 
-KEPT = Site(settled=(SettledStation("S001", (1.0, 1.0, 1.5), "kept"),))
+KEPT = Site(prior=(PriorStation("S001", (1.0, 1.0, 1.5), "kept"),))
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ KEPT = Site(settled=(SettledStation("S001", (1.0, 1.0, 1.5), "kept"),))
         ({"objective": "time", "seconds_per_scan": 60.0, "site": KEPT}, ("kept", "time")),
         ({"objective": "coverage", "max_stations": 3, "site": KEPT}, ("kept", "coverage")),
         ({"method": Greedy(), "site": KEPT}, ("kept", "greedy")),
-        ({"method": Paper(), "site": KEPT}, ("settled", "paper")),
+        ({"method": Paper(), "site": KEPT}, ("scanned, locked or kept", "paper")),
     ],
 )
 def test_settings_that_contradict_each_other_are_refused_in_one_line(
@@ -132,11 +132,11 @@ def listed(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], object]:
 def test_a_kept_station_of_the_id_of_a_distant_scanned_one_is_refused(small: PlanSettings, listed: object) -> None:
     near, moved, far = (listed(x) for x in ("1.0", "1.5", "5.0"))  # type: ignore[operator]
     with pytest.raises(RequirementError, match=r"S001.*4\.0 m away.*rename"):
-        inputs.with_settled(small, Settling(scanned=near, kept=far))
-    settled = inputs.with_settled(small, Settling(scanned=moved, kept=near)).site.settled
-    assert [(station.id, station.role) for station in settled] == [("S001", "scanned")]
+        inputs.with_prior(small, PriorStations(scanned=near, kept=far))
+    prior = inputs.with_prior(small, PriorStations(scanned=moved, kept=near)).site.prior
+    assert [(station.id, station.role) for station in prior] == [("S001", "scanned")]
     with pytest.raises(RequirementError, match="S001"):
-        inputs.with_settled(small, Settling(scanned=near, locked=far))
+        inputs.with_prior(small, PriorStations(scanned=near, locked=far))
 
 
 def test_options_of_one_method_are_refused_with_another(small: PlanSettings) -> None:

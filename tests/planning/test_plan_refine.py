@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import Plan, PlanSettings, SettledStation, Site
+from planner_core.model import Plan, PlanSettings, PriorStation, Site
 from planner_core.positions.admissibility import reject
+from planner_core.positions.allowed_positions import find_positions
 from planner_core.positions.grid import lies_mostly_indoors
-from planner_core.positions.places import find_places
 
 Planned = Callable[[str, PlanSettings], Plan]
 SCENES = ("l-room", "doors-open", "corridor-comb")
@@ -49,7 +49,7 @@ def test_stations_off_the_grid_stand_where_any_tripod_may(
     plan = planned(scene, settings)
     survey = plan.survey
     engine = open_engine(survey.scene, survey.patches)
-    places = find_places(survey, settings, engine, floors=(0,))
+    places = find_positions(survey, settings, engine, floors=(0,))
     grid = {tuple(place) for place in np.round(places.candidates.position_m, 6).tolist()}
     moved = [s for s in plan.stations if tuple(np.round(s.position_m, 6).tolist()) not in grid]
     assert moved
@@ -84,11 +84,11 @@ def test_stations_off_the_grid_stand_where_any_tripod_may(
 
 
 def test_settled_stations_do_not_move(small: PlanSettings, planned: Planned) -> None:
-    settled = (
-        SettledStation("done", (2.0, 1.0, 1.5), "scanned"),
-        SettledStation("wanted", (5.0, 2.2, 1.5), "locked"),
+    prior = (
+        PriorStation("done", (2.0, 1.0, 1.5), "scanned"),
+        PriorStation("wanted", (5.0, 2.2, 1.5), "locked"),
     )
-    plan = planned("l-room", replace(small, refine=True, site=Site(settled=settled)))
+    plan = planned("l-room", replace(small, refine=True, site=Site(prior=prior)))
     at = {station.id: station for station in plan.stations}
     assert at["done"].position_m == pytest.approx((2.0, 1.0, 1.5))
     assert at["wanted"].position_m == pytest.approx((5.0, 2.2, 1.5))

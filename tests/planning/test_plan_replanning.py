@@ -6,22 +6,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner_core.model import Plan, PlanSettings, SettledStation, Site
+from planner_core.model import Plan, PlanSettings, PriorStation, Site
 
 Planned = Callable[[str, PlanSettings], Plan]
 
 
-def kept(plan: Plan) -> tuple[SettledStation, ...]:
+def kept(plan: Plan) -> tuple[PriorStation, ...]:
     offset_m = plan.survey.scene.offset_m
-    return tuple(SettledStation(s.id, tuple((s.position_m + offset_m).tolist()), "kept") for s in plan.stations)
+    return tuple(PriorStation(s.id, tuple((s.position_m + offset_m).tolist()), "kept") for s in plan.stations)
 
 
 def test_planning_again_around_one_forbidden_station_moves_few(small: PlanSettings, planned: Planned) -> None:
     settings = replace(small, refine=True)
     before = planned("corridor-comb", settings)
     lost = before.stations[2]
-    forbidden = SettledStation("forbidden-1", tuple(lost.position_m.tolist()), "forbidden", radius_m=0.5)
-    after = planned("corridor-comb", replace(settings, site=Site(settled=(*kept(before), forbidden))))
+    forbidden = PriorStation("forbidden-1", tuple(lost.position_m.tolist()), "forbidden", radius_m=0.5)
+    after = planned("corridor-comb", replace(settings, site=Site(prior=(*kept(before), forbidden))))
     assert all(result.met for result in after.requirements)
     at = {station.id: station.position_m for station in before.stations}
     stayed = [s.id for s in after.stations if s.id in at]
@@ -31,14 +31,14 @@ def test_planning_again_around_one_forbidden_station_moves_few(small: PlanSettin
     # One is gone; others change only to make up for it.
     assert len(before.stations) - len(stayed) <= 3
     assert any(lost.id in line and "dropped" in line for line in after.warnings)
-    from_scratch = planned("corridor-comb", replace(settings, site=Site(settled=(forbidden,))))
+    from_scratch = planned("corridor-comb", replace(settings, site=Site(prior=(forbidden,))))
     if len(after.stations) > len(from_scratch.stations):
         assert any("from scratch" in line for line in after.warnings)
 
 
 def test_planning_again_without_a_change_changes_nothing(small: PlanSettings, planned: Planned) -> None:
     before = planned("corridor-comb", replace(small, refine=True))
-    after = planned("corridor-comb", replace(small, refine=True, site=Site(settled=kept(before))))
+    after = planned("corridor-comb", replace(small, refine=True, site=Site(prior=kept(before))))
     assert {(s.id, *s.position_m.tolist()) for s in after.stations} == {
         (s.id, *s.position_m.tolist()) for s in before.stations
     }
@@ -50,7 +50,7 @@ def test_planning_again_without_a_change_changes_nothing(small: PlanSettings, pl
 def test_new_stations_do_not_take_the_ids_of_kept_ones(small: PlanSettings, planned: Planned) -> None:
     before = planned("corridor-comb", small)
     some = kept(before)[1::2]
-    after = planned("corridor-comb", replace(small, site=Site(settled=some)))
+    after = planned("corridor-comb", replace(small, site=Site(prior=some)))
     ids = [station.id for station in after.stations]
     assert len(set(ids)) == len(ids)
     at = {station.id: station.position_m for station in some}

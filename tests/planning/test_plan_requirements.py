@@ -13,9 +13,9 @@ from tlsplan.options import Asking
 import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Asked, FloatArray, PartRequirement, Plan, PlanSettings, Proven, Requirements
+from planner_core.model import FloatArray, PartRequirement, Plan, PlanSettings, PointLimits, Proven, Requirements
 from planner_core.planning.plan import make_plan
-from planner_core.positions.places import find_places
+from planner_core.positions.allowed_positions import find_positions
 from planner_core.scene.patches import patch_triangles
 
 Planned = Callable[[str, PlanSettings], Plan]
@@ -25,7 +25,7 @@ def candidates_m(plan: Plan) -> FloatArray:
     survey = plan.survey
     engine = open_engine(survey.scene, survey.patches)
     floors = tuple(range(len(survey.floors)))
-    return find_places(survey, plan.settings, engine, floors=floors).candidates.position_m
+    return find_positions(survey, plan.settings, engine, floors=floors).candidates.position_m
 
 
 def stations_m(plan: Plan) -> FloatArray:
@@ -83,10 +83,10 @@ def test_parts_with_figures_of_their_own_are_met_as_scans_recount_them(
 
 @pytest.mark.parametrize(
     ("asked", "seen_from"),
-    [(Asked(range_m=3.5), 1), (Asked(incidence_rad=1.0), 2), (Asked(spacing_m=0.1, range_m=4.5), 1)],
+    [(PointLimits(range_m=3.5), 1), (PointLimits(incidence_rad=1.0), 2), (PointLimits(spacing_m=0.1, range_m=4.5), 1)],
 )
 def test_limits_and_numbers_of_looks_are_met_as_scans_recount_them(
-    asked: Asked, seen_from: int, small: PlanSettings, planned: Planned, looks: Any
+    asked: PointLimits, seen_from: int, small: PlanSettings, planned: Planned, looks: Any
 ) -> None:
     requirements = Requirements(coverage=0.9, asked=asked, seen_from=seen_from)
     plan = planned("l-room", replace(small, requirements=requirements))
@@ -114,8 +114,8 @@ def test_limits_and_numbers_of_looks_are_met_as_scans_recount_them(
 def test_what_no_spot_can_meet_is_refused_in_one_line_with_the_limit_to_ease(small: PlanSettings) -> None:
     scene = scenes_synthetic.build("box").scene
     for requirements, words in (
-        (Requirements(asked=Asked(spacing_m=1e-5)), ("'overall'", "spacing", "the best is")),
-        (Requirements(asked=Asked(range_m=0.1)), ("'overall'", "range")),
+        (Requirements(asked=PointLimits(spacing_m=1e-5)), ("'overall'", "spacing", "the best is")),
+        (Requirements(asked=PointLimits(range_m=0.1)), ("'overall'", "range")),
         (Requirements(seen_from=500), ("500",)),
         (
             Requirements(parts=(PartRequirement("door", classes=("IfcDoor",)),)),
@@ -129,7 +129,7 @@ def test_what_no_spot_can_meet_is_refused_in_one_line_with_the_limit_to_ease(sma
 
 
 def test_what_can_be_had_in_part_is_planned_and_the_rest_explained(small: PlanSettings, planned: Planned) -> None:
-    plan = planned("l-room", replace(small, requirements=Requirements(coverage=0.9, asked=Asked(range_m=2.0))))
+    plan = planned("l-room", replace(small, requirements=Requirements(coverage=0.9, asked=PointLimits(range_m=2.0))))
     lines = [line for line in plan.warnings if "can't be had with" in line]
     assert len(lines) == 1
     assert "2 m" in lines[0]

@@ -1,4 +1,4 @@
-"""The site in whole plans: rooms nobody can enter, keep-outs, places, robots, settled stations; floors jointly."""
+"""The site in whole plans: rooms nobody can enter, keep-outs, places, robots, prior stations; floors jointly."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
-from planner_core.model import KeepOut, Plan, PlanSettings, Requirements, Scene, SettledStation, Site
+from planner_core.model import KeepOut, Plan, PlanSettings, PriorStation, Requirements, Scene, Site
 from planner_core.planning.plan import make_plan
 from planner_core.scene.build import scene_from_arrays
 
@@ -59,7 +59,7 @@ def test_no_station_stands_in_a_keep_out_or_at_a_forbidden_place(free: PlanSetti
     worst = before.stations[0].position_m
     site = Site(
         keep_out=(KeepOut(((3.2, 0.0), (5.0, 0.0), (5.0, 3.0), (3.2, 3.0))),),
-        settled=(SettledStation("no", (float(worst[0]), float(worst[1]), float(worst[2])), "forbidden", radius_m=0.8),),
+        prior=(PriorStation("no", (float(worst[0]), float(worst[1]), float(worst[2])), "forbidden", radius_m=0.8),),
     )
     plan = planned("l-room", replace(free, refine=True, site=site))
     at = np.stack([station.position_m for station in plan.stations])
@@ -72,10 +72,10 @@ def test_scanned_stations_count_and_are_not_visited_and_locked_ones_are(free: Pl
     timed = replace(free, seconds_per_scan=60.0, set_up_s=0.0)
     before = planned("corridor-comb", timed)
     done = tuple(
-        SettledStation(f"old-{n}", tuple(s.position_m.tolist()), "scanned") for n, s in enumerate(before.stations[:3])
+        PriorStation(f"old-{n}", tuple(s.position_m.tolist()), "scanned") for n, s in enumerate(before.stations[:3])
     )
-    locked = SettledStation("must", (6.0, 1.0, 1.5), "locked")
-    plan = planned("corridor-comb", replace(timed, site=Site(settled=(*done, locked))))
+    locked = PriorStation("must", (6.0, 1.0, 1.5), "locked")
+    plan = planned("corridor-comb", replace(timed, site=Site(prior=(*done, locked))))
     ids = [station.id for station in plan.stations]
     assert {"old-0", "old-1", "old-2", "must"} <= set(ids)
     assert [station.id for station in plan.stations if station.fixed] == ids[-3:]

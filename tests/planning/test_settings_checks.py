@@ -8,16 +8,16 @@ import pytest
 
 from planner_core.errors import RequirementError
 from planner_core.model import (
-    Asked,
     NetworkKind,
     Objective,
     PartRequirement,
     PlanSettings,
+    PointLimits,
+    PriorStation,
     Proven,
     Requirements,
     Role,
     ScanBy,
-    SettledStation,
 )
 
 
@@ -45,8 +45,8 @@ def test_figures_and_words_of_a_plan_are_checked(small: PlanSettings, change: di
 
 def test_noise_is_limited_for_scanners_alone_that_tell_theirs(small: PlanSettings) -> None:
     silent = replace(small, scanner=replace(small.scanner, range_noise=()))
-    walls = PartRequirement("walls", classes=("IfcWall*",), asked=Asked(noise_m=0.002))
-    for asked in (Requirements(asked=Asked(noise_m=0.002)), Requirements(parts=(walls,))):
+    walls = PartRequirement("walls", classes=("IfcWall*",), asked=PointLimits(noise_m=0.002))
+    for asked in (Requirements(asked=PointLimits(noise_m=0.002)), Requirements(parts=(walls,))):
         with pytest.raises(RequirementError, match=r"noise: got a limit with scanner .*, expected one with a table"):
             replace(silent, requirements=asked)
 
@@ -58,7 +58,7 @@ def test_noise_is_limited_for_scanners_alone_that_tell_theirs(small: PlanSetting
         (lambda: Requirements(coverage=95.0), "coverage: got 95, expected"),
         (lambda: Requirements(overlap=float("nan")), "overlap: got nan, expected a fraction from 0 to 1"),
         (lambda: Requirements(network="star"), "network: got 'star', expected one of"),
-        (lambda: SettledStation("A", (0, 0, 1), "fixed"), "role: got 'fixed', expected one of scanned, locked, kept"),
+        (lambda: PriorStation("A", (0, 0, 1), "fixed"), "role: got 'fixed', expected one of scanned, locked, kept"),
     ],
 )
 def test_requirements_and_settled_stations_are_checked(make: Callable[[], object], message: str) -> None:
@@ -71,7 +71,7 @@ def test_words_become_members_and_what_is_not_said_is_as_on_the_command_line(sma
     told = replace(small, objective="time", seconds_per_scan=60.0, scan_mode="beams")
     assert told.objective is Objective.TIME
     assert told.scan_mode is ScanBy.BEAMS
-    assert SettledStation("A", (0, 0, 1), "kept").role is Role.KEPT
+    assert PriorStation("A", (0, 0, 1), "kept").role is Role.KEPT
     assert Requirements(network="redundant").network is NetworkKind.REDUNDANT
     earlier = [Requirements(network=word).network for word in ("joined", "loops")]
     assert earlier == [NetworkKind.CONNECTED, NetworkKind.REDUNDANT]

@@ -18,8 +18,8 @@ def test_candidates_of_a_real_building_do_not_depend_on_the_engine(name, real_sc
     survey = make_survey(scene, settings)
     found = []
     for engine in ("open3d", "auto"):
-        caster = open_engine(scene, survey.patches, engine=engine)
-        candidates = find_candidates(survey, settings, caster, floors=tuple(range(len(survey.floors))))
+        scan_engine = open_engine(scene, survey.patches, engine=engine)
+        candidates = find_candidates(survey, settings, scan_engine, floors=tuple(range(len(survey.floors))))
         found.append({tuple(place) for place in candidates.position_m.round(4).tolist()})
     assert found[0], "no candidates at all"
     assert found[0] == found[1], sorted(found[0] ^ found[1])

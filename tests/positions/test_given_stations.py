@@ -8,10 +8,10 @@ import pytest
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.model import Asked, PlanSettings, Requirements, Scene, Survey
+from planner_core.model import PlanSettings, PointLimits, Requirements, Scene, Survey
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_survey, place_stations
-from planner_core.positions.places import KINDS, Places, find_places
+from planner_core.positions.allowed_positions import KINDS, AllowedPositions, find_positions
 from planner_core.scanner.catalogue import load_scanner
 
 SETTINGS = PlanSettings(
@@ -24,23 +24,27 @@ MOVED_M = (1000.0, 2000.0, 50.0)
 
 
 @pytest.fixture(scope="module")
-def stairs(boxes_scene: Callable[..., Scene], two_rooms: Callable[..., list]) -> tuple[Survey, ScanEngine, Places]:
+def stairs(
+    boxes_scene: Callable[..., Scene], two_rooms: Callable[..., list]
+) -> tuple[Survey, ScanEngine, AllowedPositions]:
     """Two rooms with a door of 0.9 m, four steps and a landing at 1 m, far from the origin."""
     steps = [((3.4 - 0.3 * (k + 1), 1.4, 0.0), (3.4 - 0.3 * k, 2.6, 0.2 * (k + 1))) for k in range(4)]
     boxes = [*two_rooms([(1.3, 0.9)], high_m=4.0), *steps, ((1.2, 1.6, 0.0), (2.2, 2.5, 1.0))]
     survey = make_survey(boxes_scene(boxes, at_m=MOVED_M), SETTINGS)
     engine = open_engine(survey.scene, survey.patches, engine="open3d")
-    return survey, engine, find_places(survey, SETTINGS, engine, floors=(0,))
+    return survey, engine, find_positions(survey, SETTINGS, engine, floors=(0,))
 
 
-def given_at(survey: Survey, places: Places, row: int, *, floor: str | None, height_m: float | None) -> GivenStation:
+def given_at(
+    survey: Survey, places: AllowedPositions, row: int, *, floor: str | None, height_m: float | None
+) -> GivenStation:
     at = places.candidates.position_m[row] + survey.scene.offset_m
     return GivenStation(f"S{row}", at, height_m, floor)
 
 
 @pytest.mark.parametrize("floor", [None, "F0"])
 def test_nothing_is_odd_about_any_place_where_a_plan_may_put_stations(
-    stairs: tuple[Survey, ScanEngine, Places], floor: str | None
+    stairs: tuple[Survey, ScanEngine, AllowedPositions], floor: str | None
 ) -> None:
     survey, engine, places = stairs
     rows = np.concatenate([np.flatnonzero(places.kind == kind)[:4] for kind in range(len(KINDS) - 1)])
@@ -56,7 +60,9 @@ def test_nothing_is_odd_about_any_place_where_a_plan_may_put_stations(
     np.testing.assert_allclose([station.instrument_height_m for station in found], heights_m[rows], atol=1e-6)
 
 
-def test_what_is_odd_about_given_stations_is_said_line_by_line(stairs: tuple[Survey, ScanEngine, Places]) -> None:
+def test_what_is_odd_about_given_stations_is_said_line_by_line(
+    stairs: tuple[Survey, ScanEngine, AllowedPositions],
+) -> None:
     survey, engine, places = stairs
     given = [
         GivenStation("wall", np.array([4.1, 3.0, 1.5]) + MOVED_M, None, "F0"),
@@ -76,9 +82,11 @@ def test_what_is_odd_about_given_stations_is_said_line_by_line(stairs: tuple[Sur
     assert "station far: stands over no floor; counted for 'Level 1'" in remarks
 
 
-def test_an_evaluation_says_what_can_not_be_had_as_a_plan_does(stairs: tuple[Survey, ScanEngine, Places]) -> None:
+def test_an_evaluation_says_what_can_not_be_had_as_a_plan_does(
+    stairs: tuple[Survey, ScanEngine, AllowedPositions],
+) -> None:
     survey, engine, places = stairs
-    wanted = Requirements(coverage=0.5, asked=Asked(range_m=0.9))
+    wanted = Requirements(coverage=0.5, asked=PointLimits(range_m=0.9))
     landing = int(np.flatnonzero(places.kind == KINDS.index("landing"))[0])
     given = [given_at(survey, places, landing, floor=None, height_m=None)]
     plan = evaluate_survey(survey, replace(SETTINGS, requirements=wanted), given, engine)

@@ -14,8 +14,8 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import FloatArray, GroundPick, PlanSettings, Scene, Site, Storey
+from planner_core.positions.allowed_positions import find_positions
 from planner_core.positions.ground_picks import with_ground_picks
-from planner_core.positions.places import find_places
 from planner_core.positions.site_reading import site_from_mapping
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.build import scene_from_arrays
@@ -352,7 +352,7 @@ def candidates_of(scene: Scene, site: Site) -> tuple[FloatArray, list[str]]:
     told = replace(COARSE, site=site)
     survey = make_survey(scene, told)
     engine = open_engine(scene, survey.patches, engine="open3d")
-    places = find_places(survey, told, engine, floors=tuple(range(len(survey.floors))))
+    places = find_positions(survey, told, engine, floors=tuple(range(len(survey.floors))))
     at = places.candidates.position_m + scene.offset_m - np.array(FAR_M)
     return at, [survey.floors[int(i)].id for i in places.candidates.floor]
 

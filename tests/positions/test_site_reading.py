@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.model import KeepOut, Role, SettledStation, Site
-from planner_core.positions.site_reading import check_ids, settled_from, site_from_mapping
+from planner_core.model import KeepOut, PriorStation, Role, Site
+from planner_core.positions.site_reading import check_ids, prior_from, site_from_mapping
 
 FULL = """
 entrances: [[1, 2, 0], [3.5, 2.0, 0.0]]
@@ -36,12 +36,12 @@ def test_a_full_site_is_read_key_by_key() -> None:
             KeepOut(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)), name="site.keep_out[1]"),
             KeepOut(((0.0, 0.0), (9.0, 0.0), (9.0, 9.0)), floor="Level 2", access=True, name="site.access[0]"),
         ),
-        settled=(
-            SettledStation("S001", (3.0, 2.0, 1.6), "scanned", floor="F0", instrument_height_m=1.6),
-            SettledStation("locked-1", (5.0, 5.0, 1.5), "locked"),
-            SettledStation("kept-1", (6.0, 5.0, 1.5), "kept"),
-            SettledStation("forbidden-1", (5.0, 1.0, 1.6), "forbidden", radius_m=1.0),
-            SettledStation("forbidden-2", (7.0, 7.0, 1.5), "forbidden"),
+        prior=(
+            PriorStation("S001", (3.0, 2.0, 1.6), "scanned", floor="F0", instrument_height_m=1.6),
+            PriorStation("locked-1", (5.0, 5.0, 1.5), "locked"),
+            PriorStation("kept-1", (6.0, 5.0, 1.5), "kept"),
+            PriorStation("forbidden-1", (5.0, 1.0, 1.6), "forbidden", radius_m=1.0),
+            PriorStation("forbidden-2", (7.0, 7.0, 1.5), "forbidden"),
         ),
         mover_radius_m=0.3,
         step_m=0.03,
@@ -61,8 +61,8 @@ def test_a_walk_that_returns_has_no_other_end() -> None:
 def test_a_floor_may_be_named_by_zero() -> None:
     site = site_from_mapping({"keep_out": [{"floor": 0, "name": 0, "outline": [[0, 0], [1, 0], [1, 1]]}]})
     assert (site.keep_out[0].floor, site.keep_out[0].name) == ("0", "0")
-    assert site_from_mapping({"kept": [{"floor": 0, "id": 0, "position": [0, 0, 1]}]}).settled == (
-        SettledStation("0", (0.0, 0.0, 1.0), "kept", floor="0"),
+    assert site_from_mapping({"kept": [{"floor": 0, "id": 0, "position": [0, 0, 1]}]}).prior == (
+        PriorStation("0", (0.0, 0.0, 1.0), "kept", floor="0"),
     )
 
 
@@ -73,9 +73,9 @@ def test_null_and_empty_names_are_as_if_left_out() -> None:
             KeepOut(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), access=True, name="site.access[0]"),
         )
         told = {"id": nothing, "floor": nothing, "position": [0, 0, 1]}
-        assert site_from_mapping({"fixed": [told, told]}).settled == (
-            SettledStation("fixed-1", (0.0, 0.0, 1.0), "scanned"),
-            SettledStation("fixed-2", (0.0, 0.0, 1.0), "scanned"),
+        assert site_from_mapping({"fixed": [told, told]}).prior == (
+            PriorStation("fixed-1", (0.0, 0.0, 1.0), "scanned"),
+            PriorStation("fixed-2", (0.0, 0.0, 1.0), "scanned"),
         )
 
 
@@ -142,13 +142,13 @@ def test_any_value_of_any_key_is_read_or_refused_by_name(value: Any) -> None:
 
 def test_stations_of_a_list_get_their_role_floor_and_height() -> None:
     given_stations = [("A", np.array([1.0, 2.0, 3.0]), "F1", 1.5), ("B", (4, 5, 6), None, None)]
-    assert settled_from(given_stations, "locked") == (
-        SettledStation("A", (1.0, 2.0, 3.0), "locked", floor="F1", instrument_height_m=1.5),
-        SettledStation("B", (4.0, 5.0, 6.0), "locked"),
+    assert prior_from(given_stations, "locked") == (
+        PriorStation("A", (1.0, 2.0, 3.0), "locked", floor="F1", instrument_height_m=1.5),
+        PriorStation("B", (4.0, 5.0, 6.0), "locked"),
     )
-    assert settled_from(given_stations, "forbidden", radius_m=2.0)[1].radius_m == 2.0
+    assert prior_from(given_stations, "forbidden", radius_m=2.0)[1].radius_m == 2.0
     for role in Role:
-        assert {station.role for station in settled_from(given_stations, role)} == {role}
+        assert {station.role for station in prior_from(given_stations, role)} == {role}
 
 
 @pytest.mark.parametrize(
@@ -162,10 +162,10 @@ def test_stations_of_a_list_get_their_role_floor_and_height() -> None:
 )
 def test_lists_that_make_no_sense_are_refused(stations: list[Any], role: str, named: str) -> None:
     with pytest.raises(RequirementError, match=named):
-        settled_from(stations, role)
+        prior_from(stations, role)
 
 
 def test_places_that_are_forbidden_need_no_id_of_their_own() -> None:
-    forbidden = settled_from([("A", (0, 0, 1), None, None)] * 2, "forbidden")
+    forbidden = prior_from([("A", (0, 0, 1), None, None)] * 2, "forbidden")
     assert len(forbidden) == 2
-    check_ids((*forbidden, *settled_from([("A", (0, 0, 1), None, None)], "locked")))
+    check_ids((*forbidden, *prior_from([("A", (0, 0, 1), None, None)], "locked")))

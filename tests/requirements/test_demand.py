@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracles import floor_targets, sights_from
+from oracles import floor_constraints, observations_from
 
 from planner_core.coverage.coverage import floor_of_patch, times_seen
-from planner_core.coverage.levels import Sights
+from planner_core.coverage.levels import Observations
 from planner_core.coverage.survey import scope_of, visible_from
 from planner_core.errors import RequirementError
-from planner_core.model import Asked, PartRequirement, PartResult, Requirements, Visibility
+from planner_core.model import PartRequirement, PartResult, PointLimits, Requirements, Visibility
 from planner_core.requirements import demand as demands
 from planner_core.requirements.demand import demand_of, rows_from
 from planner_core.requirements.figures import (
@@ -24,17 +24,17 @@ from planner_core.requirements.figures import (
     rows_of_quality,
     times_met,
 )
-from planner_core.requirements.sights import sights_in_batches
+from planner_core.requirements.observations import observations_in_batches
 from planner_core.scanner.catalogue import load_scanner
 from planner_core.scene.patches import patch_triangles
 from planner_core.select.problem import cover_problem
 
 MIXED = {
-    "asked": Asked(spacing_m=0.05, range_m=5.0),
+    "asked": PointLimits(spacing_m=0.05, range_m=5.0),
     "parts": (
-        PartRequirement("walls", 0.9, asked=Asked(incidence_rad=0.9), seen_from=2, classes=("ifcwall*",)),
-        PartRequirement("slab", 0.8, asked=Asked(range_m=4.0), classes=("IfcSlab",)),
-        PartRequirement("north", 0.7, asked=Asked(range_m=4.0), classes=("north ?all",)),
+        PartRequirement("walls", 0.9, asked=PointLimits(incidence_rad=0.9), seen_from=2, classes=("ifcwall*",)),
+        PartRequirement("slab", 0.8, asked=PointLimits(range_m=4.0), classes=("IfcSlab",)),
+        PartRequirement("north", 0.7, asked=PointLimits(range_m=4.0), classes=("north ?all",)),
         PartRequirement("East", 0.85, seen_from=3, floors=("f1",)),
     ),
 }
@@ -46,13 +46,13 @@ def mixed(box: SimpleNamespace, settings_of) -> SimpleNamespace:
     return SimpleNamespace(
         settings=wanted,
         demand=demand_of(box.survey, wanted, box.engine, box.positions_m),
-        sights=sights_from(box.survey, wanted, box.engine, box.positions_m),
+        observations=observations_from(box.survey, wanted, box.engine, box.positions_m),
     )
 
 
-def meets(sights: Sights, entry: int, asked: Asked) -> bool:
+def meets(observations: Observations, entry: int, asked: PointLimits) -> bool:
     return all(
-        limit is None or getattr(sights, name)[entry] <= np.float32(limit)
+        limit is None or getattr(observations, name)[entry] <= np.float32(limit)
         for name, limit in vars(asked).items()
         if name != "noise_m"
     )
@@ -64,14 +64,14 @@ def test_a_demand_without_limits_is_the_problem_of_floors_and_visibility(
     box: SimpleNamespace, settings_of, which: str, scan_mode: str, floors: tuple[str, ...]
 ) -> None:
     plain = settings_of(scan_mode=scan_mode, coverage=0.9, floors=floors)
-    caster = getattr(box, which)
-    demand = demand_of(box.survey, plain, caster, box.positions_m)
-    visibility = visible_from(box.survey, plain, caster, box.positions_m)
+    scan_engine = getattr(box, which)
+    demand = demand_of(box.survey, plain, scan_engine, box.positions_m)
+    visibility = visible_from(box.survey, plain, scan_engine, box.positions_m)
     of_patch = floor_of_patch(box.survey.patches, box.survey.floor_of_triangle)
     indices = (0,) if floors else (0, 1)
-    targets = floor_targets(of_patch, indices, scope_of(of_patch, indices, 2), 0.9)
-    expected = cover_problem(visibility, box.survey.patches.area_m2, targets)
-    found = cover_problem(demand.rows.met, demand.area_m2, demand.targets)
+    constraints = floor_constraints(of_patch, indices, scope_of(of_patch, indices, 2), 0.9)
+    expected = cover_problem(visibility, box.survey.patches.area_m2, constraints)
+    found = cover_problem(demand.rows.met, demand.area_m2, demand.constraints)
     for name in vars(expected):
         one, other = getattr(expected, name), getattr(found, name)
         assert one.dtype == other.dtype, name
@@ -81,7 +81,7 @@ def test_a_demand_without_limits_is_the_problem_of_floors_and_visibility(
 
 @pytest.mark.parametrize("scan_mode", ["beams", "patches"])
 def test_a_limit_that_all_sights_meet_changes_no_row(box: SimpleNamespace, settings_of, scan_mode: str) -> None:
-    wanted = settings_of(scan_mode=scan_mode, asked=Asked(range_m=100.0))
+    wanted = settings_of(scan_mode=scan_mode, asked=PointLimits(range_m=100.0))
     demand = demand_of(box.survey, wanted, box.engine, box.positions_m)
     visibility = visible_from(box.survey, wanted, box.engine, box.positions_m)
     for rows in (demand.rows.seen, demand.rows.met):
@@ -92,7 +92,7 @@ def test_a_limit_that_all_sights_meet_changes_no_row(box: SimpleNamespace, setti
 def test_spacing_on_the_walls_of_a_box_is_range_times_step_over_cosine(box: SimpleNamespace, settings_of) -> None:
     """Rows on a wall: range x step / cos(incidence) at eye level; the patches within a limit are known beforehand."""
     limit_m = 0.03
-    wanted = settings_of(asked=Asked(spacing_m=limit_m))
+    wanted = settings_of(asked=PointLimits(spacing_m=limit_m))
     at = box.positions_m[4]  # the middle of the room
     demand = demand_of(box.survey, wanted, box.engine, at[None])
     centre = patch_triangles(box.scene, box.survey.patches).mean(axis=1) - at
@@ -112,13 +112,13 @@ def test_spacing_on_the_walls_of_a_box_is_range_times_step_over_cosine(box: Simp
 
 
 def test_stacked_rows_hold_what_meets_each_quality(mixed: SimpleNamespace, box: SimpleNamespace) -> None:
-    demand, sights = mixed.demand, mixed.sights
+    demand, observations = mixed.demand, mixed.observations
     n_patches = box.survey.patches.n_patches
     assert demand.qualities == (
-        Asked(spacing_m=0.05, range_m=5.0),
-        Asked(),
-        Asked(incidence_rad=0.9),
-        Asked(range_m=4.0),
+        PointLimits(spacing_m=0.05, range_m=5.0),
+        PointLimits(),
+        PointLimits(incidence_rad=0.9),
+        PointLimits(range_m=4.0),
     )
     wall = np.isin(box.element_of_patch, [0, 1, 2, 3])
     counted = [
@@ -128,15 +128,15 @@ def test_stacked_rows_hold_what_meets_each_quality(mixed: SimpleNamespace, box: 
         np.isin(box.element_of_patch, [0, 4]),
     ]
     for position in range(len(box.positions_m)):
-        entries = range(int(sights.starts[position]), int(sights.starts[position + 1]))
+        entries = range(int(observations.starts[position]), int(observations.starts[position + 1]))
         expected = [
-            quality * n_patches + sights.patch[entry]
+            quality * n_patches + observations.patch[entry]
             for quality, asked in enumerate(demand.qualities)
             for entry in entries
-            if meets(sights, entry, asked) and counted[quality][sights.patch[entry]]
+            if meets(observations, entry, asked) and counted[quality][observations.patch[entry]]
         ]
         assert demand.rows.met.row(position).tolist() == expected
-        assert demand.rows.seen.row(position).tolist() == sights.patch[entries.start : entries.stop].tolist()
+        assert demand.rows.seen.row(position).tolist() == observations.patch[entries.start : entries.stop].tolist()
     assert (np.diff(demand.rows.met.starts) < 4 * np.diff(demand.rows.seen.starts)).all()
 
 
@@ -144,12 +144,12 @@ def test_targets_are_the_goals_in_their_quality(mixed: SimpleNamespace, box: Sim
     demand = mixed.demand
     names = [goal.name for goal in demand.goals]
     assert names == ["West", "East", "overall", "walls", "slab", "north"]
-    assert [target.fraction for target in demand.targets] == [0.95, 0.85, 0.95, 0.9, 0.8, 0.7]
-    assert [target.seen_from for target in demand.targets] == [1, 3, 1, 2, 1, 1]
+    assert [constraint.fraction for constraint in demand.constraints] == [0.95, 0.85, 0.95, 0.9, 0.8, 0.7]
+    assert [constraint.seen_from for constraint in demand.constraints] == [1, 3, 1, 2, 1, 1]
     elements = {"West": [3, 4], "East": [0, 1, 2], "overall": range(6), "walls": range(4), "slab": [4], "north": [0]}
     quality = {"West": 0, "East": 1, "overall": 0, "walls": 2, "slab": 3, "north": 3}
-    for goal, target in zip(demand.goals, demand.targets, strict=True):
-        part = target.part.reshape(len(demand.qualities), -1)
+    for goal, constraint in zip(demand.goals, demand.constraints, strict=True):
+        part = constraint.part.reshape(len(demand.qualities), -1)
         expected = np.isin(box.element_of_patch, list(elements[goal.name]))
         np.testing.assert_array_equal(part[quality[goal.name]], expected, err_msg=goal.name)
         assert not np.delete(part, quality[goal.name], axis=0).any(), goal.name
@@ -160,16 +160,16 @@ def test_targets_are_the_goals_in_their_quality(mixed: SimpleNamespace, box: Sim
 def test_results_are_those_of_a_recount_over_sights(
     mixed: SimpleNamespace, box: SimpleNamespace, chosen: list[int]
 ) -> None:
-    demand, sights = mixed.demand, mixed.sights
+    demand, observations = mixed.demand, mixed.observations
     results = part_results(demand, demand.rows.take(chosen))
     area = box.survey.patches.area_m2
     for goal, result in zip(demand.goals, results, strict=True):
         by_all, by_chosen = np.zeros(len(area), dtype=int), np.zeros(len(area), dtype=int)
         for position in range(len(box.positions_m)):
-            for entry in range(int(sights.starts[position]), int(sights.starts[position + 1])):
-                if meets(sights, entry, goal.asked):
-                    by_all[sights.patch[entry]] += 1
-                    by_chosen[sights.patch[entry]] += position in chosen
+            for entry in range(int(observations.starts[position]), int(observations.starts[position + 1])):
+                if meets(observations, entry, goal.asked):
+                    by_all[observations.patch[entry]] += 1
+                    by_chosen[observations.patch[entry]] += position in chosen
         achievable = goal.patches & (by_all >= goal.seen_from)
         assert result.achievable_area_m2 == pytest.approx(area[achievable].sum())
         assert result.covered_area_m2 == pytest.approx(area[achievable & (by_chosen >= goal.seen_from)].sum())
@@ -182,7 +182,7 @@ def test_results_are_those_of_a_recount_over_sights(
 def test_what_is_missed_is_said_with_its_figures_rounded_down() -> None:
     results = (
         PartResult("Level 1", 0.95, 200.0, 189.99, 300.0),
-        PartResult("walls", 0.98, 10.0, 9.0, 12.0, seen_from=2, asked=Asked(spacing_m=0.006)),
+        PartResult("walls", 0.98, 10.0, 9.0, 12.0, seen_from=2, asked=PointLimits(spacing_m=0.006)),
         PartResult("met", 0.95, 200.0, 190.0, 300.0),
         PartResult("nothing to see", 0.95, 0.0, 0.0, 300.0),
     )
@@ -194,7 +194,7 @@ def test_what_is_missed_is_said_with_its_figures_rounded_down() -> None:
 
 def test_selection_agrees_with_results_on_what_is_achievable_and_met(mixed: SimpleNamespace) -> None:
     demand = mixed.demand
-    problem = cover_problem(demand.rows.met, demand.area_m2, demand.targets)
+    problem = cover_problem(demand.rows.met, demand.area_m2, demand.constraints)
     assert problem.seen_from.tolist() == [goal.seen_from for goal in demand.goals]
     everybody = part_results(demand, demand.rows.take(np.arange(problem.n_candidates)))
     for required, least, result in zip(problem.required, problem.least, everybody, strict=True):
@@ -217,7 +217,9 @@ def test_what_is_asked_of_all_comes_out_of_the_stack_as_rows_of_its_own(mixed: S
 
 
 def test_the_curve_counts_patches_once_enough_stations_met_them(box: SimpleNamespace, settings_of) -> None:
-    demand = demand_of(box.survey, settings_of(seen_from=2, asked=Asked(range_m=4.0)), box.engine, box.positions_m)
+    demand = demand_of(
+        box.survey, settings_of(seen_from=2, asked=PointLimits(range_m=4.0)), box.engine, box.positions_m
+    )
     order = [4, 0, 8]
     curve = coverage_curve(demand, demand.rows.take(order))
     area = box.survey.patches.area_m2
@@ -247,19 +249,21 @@ def test_sights_do_not_depend_on_how_positions_are_split(
         load_scanner("hdl-64e"),
         range_noise=((0.5, 0.05, 0.004), (50.0, 0.05, 0.02), (0.5, 0.9, 0.001), (50.0, 0.9, 0.01)),
     )
-    asked = Requirements(asked=Asked(noise_m=0.002))
+    asked = Requirements(asked=PointLimits(noise_m=0.002))
     wanted = replace(settings_of(scan_mode=scan_mode), scanner=scanner, requirements=asked)
     heard: list[tuple[int, int]] = []
-    whole = sights_from(
+    whole = observations_from(
         box.survey, wanted, box.engine, box.positions_m, progress=lambda event: heard.append((event.done, event.total))
     )
     assert heard[-1] == (9, 9)
     assert heard == sorted(heard)
     module = "planner_core.coverage.looking"
-    monkeypatch.setattr(f"{module}._BATCH_SIGHTS", 1)
+    monkeypatch.setattr(f"{module}._BATCH_OBSERVATIONS", 1)
     monkeypatch.setattr(f"{module}._FIRST_BATCH", 2)
-    assert [s.starts.size - 1 for s in sights_in_batches(box.survey, wanted, box.engine, box.positions_m)][:2] == [2, 1]
-    split = sights_from(box.survey, wanted, box.engine, box.positions_m)
+    assert [s.starts.size - 1 for s in observations_in_batches(box.survey, wanted, box.engine, box.positions_m)][
+        :2
+    ] == [2, 1]
+    split = observations_from(box.survey, wanted, box.engine, box.positions_m)
     for name in ("starts", "patch", "spacing_m", "range_m", "incidence_rad", "noise_m"):
         one, other = getattr(whole, name), getattr(split, name)
         assert (one.dtype, one.tobytes()) == (other.dtype, other.tobytes()), name
@@ -269,13 +273,13 @@ def test_sights_do_not_depend_on_how_positions_are_split(
 
 
 def test_sights_of_no_position_are_empty(box: SimpleNamespace, settings_of) -> None:
-    none = sights_from(box.survey, settings_of(asked=Asked(range_m=4.0)), box.engine, np.zeros((0, 3)))
+    none = observations_from(box.survey, settings_of(asked=PointLimits(range_m=4.0)), box.engine, np.zeros((0, 3)))
     assert none.starts.tolist() == [0]
     assert none.patch.size == none.range_m.size == 0
 
 
 def test_a_noise_limit_needs_a_scanner_whose_noise_is_known(box: SimpleNamespace, settings_of) -> None:
-    part = PartRequirement("walls", asked=Asked(noise_m=0.002), classes=("IfcWall",))
+    part = PartRequirement("walls", asked=PointLimits(noise_m=0.002), classes=("IfcWall",))
     with pytest.raises(RequirementError, match=r"^noise: got a limit with scanner hdl-64e, .*range noise; give"):
         demand_of(box.survey, settings_of(parts=(part,)), box.engine, box.positions_m)
 
@@ -283,15 +287,18 @@ def test_a_noise_limit_needs_a_scanner_whose_noise_is_known(box: SimpleNamespace
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"asked": Asked(range_m=0.5)}, r"'overall'.*range 0.5 m.*ease its range, the best is 0.9[89]\d* m"),
-        ({"asked": Asked(spacing_m=0.001, range_m=50.0)}, r"'overall'.*spacing 1 mm.*ease its spacing, the best is"),
-        ({"asked": Asked(spacing_m=0.001, range_m=0.5)}, r"'overall'.*ease several limits at once"),
+        ({"asked": PointLimits(range_m=0.5)}, r"'overall'.*range 0.5 m.*ease its range, the best is 0.9[89]\d* m"),
+        (
+            {"asked": PointLimits(spacing_m=0.001, range_m=50.0)},
+            r"'overall'.*spacing 1 mm.*ease its spacing, the best is",
+        ),
+        ({"asked": PointLimits(spacing_m=0.001, range_m=0.5)}, r"'overall'.*ease several limits at once"),
         (
             {"seen_from": 10},
             r"'overall': got nothing of its 124 m2 with 10 stations from more than 9 of 9 positions, .*; ask for 9",
         ),
         (
-            {"parts": (PartRequirement("ends", asked=Asked(range_m=0.6), classes=("East wall",)),)},
+            {"parts": (PartRequirement("ends", asked=PointLimits(range_m=0.6), classes=("East wall",)),)},
             r"'ends'.*of its 10.0 m2.*range",
         ),
     ],
@@ -307,7 +314,7 @@ def test_a_requirement_that_nobody_can_meet_is_refused_by_name(
 def test_a_floor_that_nobody_sees_is_no_error_where_nothing_special_is_asked(box: SimpleNamespace, settings_of) -> None:
     """As before there were limits: such floors have a warning of their own."""
     hidden = replace(box.survey, floor_of_triangle=np.array([1] * 12, dtype=np.int32))
-    for asked in ({}, {"asked": Asked(range_m=5.0)}):
+    for asked in ({}, {"asked": PointLimits(range_m=5.0)}):
         demand = demand_of(hidden, settings_of(**asked), box.engine, box.positions_m)
         assert part_results(demand, demand.rows.take([]))[0].met
 
@@ -326,7 +333,7 @@ def test_more_stacked_patches_than_have_room_are_refused(
 
 
 def test_positions_that_see_nothing_at_all_are_not_blamed_on_what_is_asked(box: SimpleNamespace, settings_of) -> None:
-    blind = settings_of(asked=Asked(range_m=5.0), seen_from=2)
+    blind = settings_of(asked=PointLimits(range_m=5.0), seen_from=2)
     demand = demand_of(box.survey, blind, box.engine, np.array([[500.0, 0.0, 0.0]]))
     assert not demand.times_met.any()
     assert part_results(demand, demand.rows)[-1].achievable_area_m2 == 0.0
@@ -341,20 +348,20 @@ def test_needed_figures_and_stacked_rows_are_those_of_plain_loops(seed: int) -> 
     starts = np.cumsum([0, *(row.size for row in rows)]).astype(np.int64)
     spacing, range_m, incidence, noise = rng.choice([0.1, 0.2, 0.3, 0.4], (4, starts[-1])).astype(np.float32)
     noise[rng.random(noise.size) < 0.3] = np.nan
-    sights = Sights(starts, np.concatenate(rows), n_patches, spacing, range_m, incidence, noise)
+    observations = Observations(starts, np.concatenate(rows), n_patches, spacing, range_m, incidence, noise)
     limits = {name: rng.choice([None, 0.1, 0.2, 0.3]) for name in ("spacing_m", "range_m", "noise_m")}
-    qualities = (Asked(**limits), Asked(incidence_rad=0.2))
+    qualities = (PointLimits(**limits), PointLimits(incidence_rad=0.2))
     counted = rng.random(n_patches) < 0.6
     needed = tuple(
         {name: np.full(n_patches, np.nan, dtype=np.float32) for name in demands.limits_of(asked)} for asked in qualities
     )
-    sizes, stacked = demands._stacked(sights, demands._Looks(qualities, (None, counted), needed))
+    sizes, stacked = demands._stacked(observations, demands._Looks(qualities, (None, counted), needed))
     for asked, least in zip(qualities, needed, strict=True):
-        demands._note_needed(sights, asked, least)
+        demands._note_needed(observations, asked, least)
 
-    def ok(entry: int, asked: Asked, but: str = "") -> bool:
+    def ok(entry: int, asked: PointLimits, but: str = "") -> bool:
         return all(
-            limit is None or name == but or getattr(sights, name)[entry] <= np.float32(limit)
+            limit is None or name == but or getattr(observations, name)[entry] <= np.float32(limit)
             for name, limit in vars(asked).items()
         )
 
@@ -373,9 +380,9 @@ def test_needed_figures_and_stacked_rows_are_those_of_plain_loops(seed: int) -> 
         for name, figures in least.items():
             for patch in range(n_patches):
                 there = [
-                    float(getattr(sights, name)[e])
+                    float(getattr(observations, name)[e])
                     for e in range(starts[-1])
-                    if sights.patch[e] == patch and ok(e, asked, but=name)
+                    if observations.patch[e] == patch and ok(e, asked, but=name)
                 ]
                 best = min((f if np.isfinite(f) else np.inf for f in there), default=np.nan)
                 np.testing.assert_equal(float(figures[patch]), best, err_msg=f"{seed} {name}")

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from oracles import sights_from
+from oracles import observations_from
 
-from planner_core.model import Asked, PartRequirement, Requirements
+from planner_core.model import PartRequirement, PointLimits, Requirements
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain, shortfalls
 from planner_core.scanner.catalogue import load_scanner
@@ -20,12 +20,12 @@ def west(box: SimpleNamespace) -> np.ndarray:
 
 
 def test_nothing_is_to_be_explained_where_all_that_is_seen_meets(box: SimpleNamespace, settings_of, west) -> None:
-    for asked in (Asked(), Asked(range_m=50.0)):
+    for asked in (PointLimits(), PointLimits(range_m=50.0)):
         assert explain(box.survey, demand_of(box.survey, settings_of(asked=asked), box.engine, west)) == ()
 
 
 def test_the_far_wall_is_out_of_range_and_said_to_be(box: SimpleNamespace, settings_of, west) -> None:
-    wanted = settings_of(asked=Asked(range_m=5.0, incidence_rad=1.5))
+    wanted = settings_of(asked=PointLimits(range_m=5.0, incidence_rad=1.5))
     demand = demand_of(box.survey, wanted, box.engine, west)
     found = {each.element: each for each in shortfalls(box.survey, demand)}
     assert found[2].area_m2 == pytest.approx(10.0)  # 4 x 2.5 m, whole
@@ -45,16 +45,20 @@ def test_the_far_wall_is_out_of_range_and_said_to_be(box: SimpleNamespace, setti
 def test_shortfalls_are_the_area_that_a_recount_finds_and_their_limit_admits_most(
     box: SimpleNamespace, settings_of, west
 ) -> None:
-    asked = Asked(spacing_m=0.05, range_m=5.0, incidence_rad=1.1)
+    asked = PointLimits(spacing_m=0.05, range_m=5.0, incidence_rad=1.1)
     wanted = settings_of(asked=asked)
     demand = demand_of(box.survey, wanted, box.engine, west)
-    sights = sights_from(box.survey, wanted, box.engine, west)
+    observations = observations_from(box.survey, wanted, box.engine, west)
     n_patches, area = demand.n_patches, box.survey.patches.area_m2
-    ok = {name: getattr(sights, name) <= np.float32(limit) for name, limit in vars(asked).items() if limit is not None}
+    ok = {
+        name: getattr(observations, name) <= np.float32(limit)
+        for name, limit in vars(asked).items()
+        if limit is not None
+    }
     met = np.zeros(n_patches, dtype=bool)
-    met[sights.patch[np.all(list(ok.values()), axis=0)]] = True
+    met[observations.patch[np.all(list(ok.values()), axis=0)]] = True
     seen = np.zeros(n_patches, dtype=bool)
-    seen[sights.patch] = True
+    seen[observations.patch] = True
     found = shortfalls(box.survey, demand)
     assert len(found) > 3
     causes = set()
@@ -67,7 +71,7 @@ def test_shortfalls_are_the_area_that_a_recount_finds_and_their_limit_admits_mos
         admitted = {}
         for name in ok:
             without = np.zeros(n_patches, dtype=bool)
-            without[sights.patch[np.all([kept for other, kept in ok.items() if other != name], axis=0)]] = True
+            without[observations.patch[np.all([kept for other, kept in ok.items() if other != name], axis=0)]] = True
             admitted[name] = area[without & missed].sum()
         best = max(admitted.values())
         assert admitted[told[0].limit] == best if best > 0 else told[0].limit == ""
@@ -78,7 +82,7 @@ def test_shortfalls_are_the_area_that_a_recount_finds_and_their_limit_admits_mos
 def test_several_limits_at_once_are_said_where_no_single_one_is_to_blame(
     box: SimpleNamespace, settings_of, west
 ) -> None:
-    demand = demand_of(box.survey, settings_of(asked=Asked(spacing_m=0.04, range_m=4.0)), box.engine, west)
+    demand = demand_of(box.survey, settings_of(asked=PointLimits(spacing_m=0.04, range_m=4.0)), box.engine, west)
     east = next(each for each in shortfalls(box.survey, demand) if each.element == 2)
     # 7 m away, rows are 7 x 0.0087 = 0.06 m apart: both limits are missed.
     assert east.limit == ""
@@ -88,7 +92,7 @@ def test_several_limits_at_once_are_said_where_no_single_one_is_to_blame(
 
 def test_surface_met_from_too_few_candidates_is_told_apart(box: SimpleNamespace, settings_of) -> None:
     demand = demand_of(
-        box.survey, settings_of(asked=Asked(range_m=4.2), seen_from=2), box.engine, box.positions_m[[0, 1, 4]]
+        box.survey, settings_of(asked=PointLimits(range_m=4.2), seen_from=2), box.engine, box.positions_m[[0, 1, 4]]
     )
     few = [each for each in shortfalls(box.survey, demand) if each.limit == "seen_from"]
     times = demand.times_met[0]
@@ -103,17 +107,17 @@ def test_noise_that_the_scanner_does_not_know_is_said_to_be_unknown(box: SimpleN
         load_scanner("hdl-64e"),
         range_noise=((0.1, 0.01, 0.001), (4.0, 0.01, 0.001), (0.1, 1.0, 0.001), (4.0, 1.0, 0.001)),
     )
-    wanted = replace(settings_of(), scanner=scanner, requirements=Requirements(asked=Asked(noise_m=0.002)))
+    wanted = replace(settings_of(), scanner=scanner, requirements=Requirements(asked=PointLimits(noise_m=0.002)))
     lines = explain(box.survey, demand_of(box.survey, wanted, box.engine, west))
     assert any("East wall" in line and line.endswith("noise is not known there, 2 mm are asked") for line in lines)
 
 
 def test_what_two_requirements_ask_alike_is_told_once(box: SimpleNamespace, settings_of, west) -> None:
-    asked = Asked(range_m=5.0)
+    asked = PointLimits(range_m=5.0)
     parts = (
         PartRequirement("walls", asked=asked, classes=("IfcWall*",)),
         PartRequirement("walls again", asked=asked, classes=("IfcWall*",)),
-        PartRequirement("closely", asked=Asked(range_m=4.0), classes=("IfcWall*",)),
+        PartRequirement("closely", asked=PointLimits(range_m=4.0), classes=("IfcWall*",)),
     )
     demand = demand_of(box.survey, settings_of(asked=asked, parts=parts), box.engine, west)
     assert {each.goal for each in shortfalls(box.survey, demand)} == {"overall", "closely"}
@@ -125,12 +129,12 @@ def test_a_floor_nobody_named_that_can_not_be_had_is_explained_and_no_error(
     box: SimpleNamespace, settings_of, west
 ) -> None:
     far = replace(box.survey, floor_of_triangle=np.array([0, 0, 0, 0, 1, 1, 0, 0, 0, 0, -1, -1], dtype=np.int32))
-    demand = demand_of(far, settings_of(asked=Asked(range_m=5.0)), box.engine, west)
+    demand = demand_of(far, settings_of(asked=PointLimits(range_m=5.0)), box.engine, west)
     assert not demand.achievable(demand.goals[1]).any()
     assert any("East wall (IfcWallStandardCase, East): 10.0 m2, range" in line for line in explain(far, demand))
 
 
 def test_few_elements_are_listed_and_the_rest_summed(box: SimpleNamespace, settings_of, west) -> None:
-    lines = explain(box.survey, demand_of(box.survey, settings_of(asked=Asked(range_m=1.2)), box.engine, west))
+    lines = explain(box.survey, demand_of(box.survey, settings_of(asked=PointLimits(range_m=1.2)), box.engine, west))
     assert len(lines) == 7
     assert lines[-1].startswith("  1 more elements, ") or lines[-1].startswith("  2 more elements, ")

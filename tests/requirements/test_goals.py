@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from planner_core.errors import RequirementError
-from planner_core.model import Asked, PartRequirement, Requirements
+from planner_core.model import PartRequirement, PointLimits, Requirements
 from planner_core.requirements.goals import OVERALL, goals_of
 from planner_core.scene.patches import patch_triangles
 
@@ -66,7 +66,7 @@ def test_a_part_without_floors_keeps_to_what_is_planned(box: SimpleNamespace, se
 
 def test_a_part_that_is_one_floor_takes_its_place(box: SimpleNamespace, settings_of) -> None:
     parts = (
-        PartRequirement("upstairs", 0.5, asked=Asked(range_m=3.0), floors=("f1",)),
+        PartRequirement("upstairs", 0.5, asked=PointLimits(range_m=3.0), floors=("f1",)),
         PartRequirement("both", 0.6, floors=("F0", "F1")),
         PartRequirement("its walls", 0.7, floors=("West",), classes=("IfcWall",)),
     )

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.model import Asked, PartRequirement, Requirements, Site
+from planner_core.model import PartRequirement, PointLimits, Requirements, Site
 from planner_core.requirements.document import MOST_BYTES
 from planner_core.requirements.read import read_requirements, requirements_from
 
@@ -66,7 +66,7 @@ def refused(folder: Path, text: str | bytes, name: str = "asked.yaml") -> str:
 def test_a_file_says_what_its_words_say(tmp_path: Path) -> None:
     found, site = read_requirements(written(tmp_path, FULL))
     sixty_five = 65 * math.pi / 180
-    all_of_it = Asked(spacing_m=0.006, range_m=20.0, incidence_rad=sixty_five, noise_m=0.002)
+    all_of_it = PointLimits(spacing_m=0.006, range_m=20.0, incidence_rad=sixty_five, noise_m=0.002)
     assert found == Requirements(
         coverage=0.95,
         overlap=0.25,
@@ -77,22 +77,32 @@ def test_a_file_says_what_its_words_say(tmp_path: Path) -> None:
         network="redundant",
         min_strength=0.02,
         parts=(
-            PartRequirement("Level 1", 0.98, Asked(0.006, 20.0, sixty_five), 2, floors=("Level 1",)),
+            PartRequirement("Level 1", 0.98, PointLimits(0.006, 20.0, sixty_five), 2, floors=("Level 1",)),
             PartRequirement("F2", 0.8, all_of_it, 2, floors=("F2",)),
             PartRequirement(
-                "IfcWall*", 0.95, Asked(0.003, 20.0, sixty_five, 0.002), 3, floors=("Level 1",), classes=("IfcWall*",)
+                "IfcWall*",
+                0.95,
+                PointLimits(0.003, 20.0, sixty_five, 0.002),
+                3,
+                floors=("Level 1",),
+                classes=("IfcWall*",),
             ),
             PartRequirement("*column*", 0.99, all_of_it, 2, classes=("*column*",)),
             PartRequirement(
                 "plant room",
                 0.95,
-                Asked(0.006, 10.0, sixty_five, 0.002),
+                PointLimits(0.006, 10.0, sixty_five, 0.002),
                 2,
                 zone=((0, 0), (4, 0), (4, 3.5), (0, 3.5)),
                 heights_m=(0.5, 2.0),
             ),
             PartRequirement(
-                "zone 2", 0.95, Asked(0.006, 20.0, None, 0.002), 2, floors=("F2",), classes=("IfcDoor", "IfcWindow")
+                "zone 2",
+                0.95,
+                PointLimits(0.006, 20.0, None, 0.002),
+                2,
+                floors=("F2",),
+                classes=("IfcDoor", "IfcWindow"),
             ),
         ),
     )

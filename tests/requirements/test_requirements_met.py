@@ -35,7 +35,7 @@ def test_selection_takes_as_few_stations_as_any_subset_that_meets_all(
     requirements, _ = requirements_from(ASKED[name])
     wanted = settings_of(**vars(requirements))
     demand = demand_of(box.survey, wanted, box.engine, box.positions_m)
-    problem = cover_problem(demand.rows.met, demand.area_m2, demand.targets)
+    problem = cover_problem(demand.rows.met, demand.area_m2, demand.constraints)
 
     def meets_all(chosen: tuple[int, ...]) -> bool:
         return all(result.met for result in part_results(demand, demand.rows.take(np.array(chosen, dtype=np.int64))))

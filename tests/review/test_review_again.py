@@ -7,16 +7,16 @@ import pytest
 
 from planner_core.errors import ReviewError
 from planner_core.model import (
-    Asked,
     ForbiddenPlace,
     KeepOut,
     PartRequirement,
     PlanSettings,
     PlanUnderReview,
+    PointLimits,
+    PriorStation,
     Requirements,
     Review,
     Scanner,
-    SettledStation,
     Site,
     Zone,
 )
@@ -30,19 +30,19 @@ from .conftest import ANA, OFFSET_M, make_plan
 X, Y, Z = OFFSET_M
 HERE = (X + 5.0, Y + 5.0, Z + 1.6)
 SQUARE = ((X, Y), (X + 2, Y), (X + 2, Y + 2), (X, Y + 2))
-SCANNED = SettledStation("S002", (X + 2.0, Y + 2.0, Z + 1.5), "scanned", "F0", 1.5)
+SCANNED = PriorStation("S002", (X + 2.0, Y + 2.0, Z + 1.5), "scanned", "F0", 1.5)
 SETTINGS = PlanSettings(
     scanner=Scanner(
         name="t", title="t", source="t", range_min_m=0.3, range_max_m=10.0, n_azimuths=8,
         elevation_rad=tuple(np.linspace(-1, 1, 3)), instrument_height_min_m=1.0, instrument_height_max_m=2.0,
     ),
     requirements=Requirements(
-        0.9, asked=Asked(range_m=20.0), seen_from=2, parts=(PartRequirement("hall", 0.5, classes=("IfcWall",)),)
+        0.9, asked=PointLimits(range_m=20.0), seen_from=2, parts=(PartRequirement("hall", 0.5, classes=("IfcWall",)),)
     ),
     site=Site(
         keep_out=(KeepOut(SQUARE, name="lab"),),
-        settled=(SCANNED, SettledStation("S003", (X + 3.0, Y + 2.0, Z + 1.5), "locked", "F0"),
-                 SettledStation("old", HERE, "kept"), SettledStation("shaft", HERE, "forbidden", "F1")),
+        prior=(SCANNED, PriorStation("S003", (X + 3.0, Y + 2.0, Z + 1.5), "locked", "F0"),
+                 PriorStation("old", HERE, "kept"), PriorStation("shaft", HERE, "forbidden", "F1")),
         ground_picks=(GroundPick((X, Y, Z)),),
     ),
 )  # fmt: skip
@@ -58,7 +58,7 @@ def again(*changes: c.Change) -> PlanSettings:
 
 
 def roles(settings: PlanSettings) -> dict[str, str]:
-    return {station.id: station.role for station in settings.site.settled}
+    return {station.id: station.role for station in settings.site.prior}
 
 
 def test_without_changes_stations_are_kept_and_what_was_settled_stays() -> None:
@@ -68,7 +68,7 @@ def test_without_changes_stations_are_kept_and_what_was_settled_stays() -> None:
     }  # fmt: skip
     assert settings.site.keep_out == SETTINGS.site.keep_out
     assert settings.requirements == SETTINGS.requirements
-    assert SCANNED in settings.site.settled
+    assert SCANNED in settings.site.prior
 
 
 def test_stations_are_settled_where_reviewers_put_them() -> None:
@@ -82,8 +82,8 @@ def test_stations_are_settled_where_reviewers_put_them() -> None:
     assert roles(settings) == {
         "S002": "scanned", "shaft": "forbidden", "S001": "locked", "S003": "kept", "S004": "kept",
     }  # fmt: skip
-    moved = next(station for station in settings.site.settled if station.id == "S001")
-    assert moved == SettledStation("S001", HERE, "locked", "F1", 1.6)
+    moved = next(station for station in settings.site.prior if station.id == "S001")
+    assert moved == PriorStation("S001", HERE, "locked", "F1", 1.6)
 
 
 def test_a_rejected_station_is_not_kept_and_its_place_is_forbidden() -> None:
@@ -91,7 +91,7 @@ def test_a_rejected_station_is_not_kept_and_its_place_is_forbidden() -> None:
     assert roles(settings)["rejected S001"] == "forbidden"
     assert "S001" not in roles(settings)
     assert roles(settings)["S 04"] == "kept"
-    forbidden = next(station for station in settings.site.settled if station.id == "rejected S001")
+    forbidden = next(station for station in settings.site.prior if station.id == "rejected S001")
     assert (forbidden.position_m, forbidden.radius_m, forbidden.floor) == ((X + 1.0, Y + 2.0, Z + 1.5), 0.5, "F0")
 
 
@@ -102,7 +102,7 @@ def test_a_station_that_is_locked_and_rejected_is_told() -> None:
 
 def test_forbidden_places_without_a_floor_are_on_every_floor() -> None:
     settings = again(c.Forbid(ForbiddenPlace("", HERE, 1.5)), c.Forbid(ForbiddenPlace("", HERE, 2.0, "F1")))
-    found = [(s.id, s.floor, s.radius_m) for s in settings.site.settled if s.id.startswith("P")]
+    found = [(s.id, s.floor, s.radius_m) for s in settings.site.prior if s.id.startswith("P")]
     assert found == [("P001 F0", "F0", 1.5), ("P001 F1", "F1", 1.5), ("P002", "F1", 2.0)]
 
 

@@ -21,7 +21,7 @@ from planner_core.select.proven import select
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def flats(seed, *, n=4, r=30, n_flats=2, n_targets=1, shared=0, share=0.85, loops=False):
+def flats(seed, *, n=4, r=30, n_flats=2, n_constraints=1, shared=0, share=0.85, loops=False):
     """Flats of n candidates and r rows each; `shared` rows that all candidates of all flats see."""
     rng = np.random.default_rng(seed)
     sees = np.zeros((n_flats * n, n_flats * r + shared), dtype=bool)
@@ -33,8 +33,8 @@ def flats(seed, *, n=4, r=30, n_flats=2, n_targets=1, shared=0, share=0.85, loop
     sees[:, n_flats * r :] = True
     ticks = rng.integers(50, 100, sees.shape[1])
     ticks[n_flats * r :] = 1
-    counts_for = np.ones((n_targets, ticks.size), dtype=bool)
-    counts_for[1:] = rng.random((n_targets - 1, ticks.size)) < 0.5
+    counts_for = np.ones((n_constraints, ticks.size), dtype=bool)
+    counts_for[1:] = rng.random((n_constraints - 1, ticks.size)) < 0.5
     least = (share * (counts_for & sees.any(axis=0)) @ ticks).astype(np.int64)
     problem = problem_of(sees, ticks, counts_for, least)
     network = network_of(graph, loops=loops)
@@ -64,9 +64,9 @@ def proof_of(problem, network, *, pinned=(), n_stations=None):
 
 @settings(max_examples=15, deadline=None)
 @given(SEEDS, st.integers(2, 3), st.integers(1, 2), st.integers(0, 2), st.sampled_from([0.6, 0.8, 0.95]))
-def test_proof_by_blocks_ends_at_the_smallest_set_and_never_passes_it(seed, n_flats, n_targets, shared, share):
+def test_proof_by_blocks_ends_at_the_smallest_set_and_never_passes_it(seed, n_flats, n_constraints, shared, share):
     n = 10 // n_flats
-    problem, network = flats(seed, n=n, n_flats=n_flats, n_targets=n_targets, shared=shared, share=share)
+    problem, network = flats(seed, n=n, n_flats=n_flats, n_constraints=n_constraints, shared=shared, share=share)
     optimum = smallest(problem, network)
     proof = proof_of(problem, network)
     while not proof.finished:
@@ -81,8 +81,8 @@ def test_proof_by_blocks_ends_at_the_smallest_set_and_never_passes_it(seed, n_fl
 
 @settings(max_examples=12, deadline=None)
 @given(SEEDS, st.integers(1, 2), st.integers(0, 2))
-def test_every_smaller_plan_lies_in_a_node_that_is_open(seed, n_targets, shared):
-    problem, network = flats(seed, n=4, n_targets=n_targets, shared=shared)
+def test_every_smaller_plan_lies_in_a_node_that_is_open(seed, n_constraints, shared):
+    problem, network = flats(seed, n=4, n_constraints=n_constraints, shared=shared)
     plans = [
         chosen
         for size in range(9)

@@ -83,10 +83,10 @@ def test_bound_of_any_prices_is_that_of_the_formula_and_no_solution_is_smaller(s
     times = np.unique(problem.seen_from)
     row_price = rng.integers(0, BOUND_UNIT // 4, (times.size, problem.n_rows))
     dear = 4 * BOUND_UNIT * TARGET_UNIT // max(int(problem.ticks.sum()), 1)
-    target_price = tuple(int(p) for p in rng.integers(0, dear + 1, 2))
+    constraint_price = tuple(int(p) for p in rng.integers(0, dear + 1, 2))
     lower = (rng.random(problem.n_candidates) < 0.2).astype(np.int64)
-    scaled, margin = price_bound(problem, row_price, target_price, lower)
-    p = [Fraction(each, BOUND_UNIT * TARGET_UNIT) for each in target_price]
+    scaled, margin = price_bound(problem, row_price, constraint_price, lower)
+    p = [Fraction(each, BOUND_UNIT * TARGET_UNIT) for each in constraint_price]
     value = sum(a * int(b) for a, b in zip(p, problem.least, strict=True))
     for i in range(problem.n_candidates):
         own = 1 - sum(Fraction(int(u[r]), BOUND_UNIT) for u in row_price for r in problem.rows_of(i))
@@ -154,11 +154,11 @@ def test_same_problem_gives_the_same_prices_and_they_prove_the_same_again():
     problem = random_problem(1, n=40, r=300, looks=(2, 1))
     first, second = (large_bound(problem, n_stations=20, work_limit=0.05) for _ in range(2))
     assert first.scaled == second.scaled
-    assert first.target_price == second.target_price
+    assert first.constraint_price == second.constraint_price
     np.testing.assert_array_equal(first.row_price, second.row_price)
     np.testing.assert_array_equal(first.share, second.share)
     none = np.zeros(40, dtype=np.int64)
-    scaled, margin = price_bound(problem, first.row_price, first.target_price, none)
+    scaled, margin = price_bound(problem, first.row_price, first.constraint_price, none)
     assert scaled == first.scaled
     np.testing.assert_array_equal(margin, first.margin)
 
@@ -190,7 +190,7 @@ def test_prices_below_zero_or_beyond_63_bits_or_of_another_shape_are_refused():
     problem = random_problem(4)
     none = np.zeros(8, dtype=np.int64)
     good = np.zeros((1, problem.n_rows), dtype=np.int64)
-    for rows, targets in (
+    for rows, constraints in (
         (good - 1, (0, 0)),
         (good + 2**60, (0, 0)),
         (good, (-1, 0)),
@@ -198,4 +198,4 @@ def test_prices_below_zero_or_beyond_63_bits_or_of_another_shape_are_refused():
         (good[:, :-1], (0, 0)),
     ):
         with pytest.raises(ValueError, match="prices"):
-            price_bound(problem, rows, targets, none)
+            price_bound(problem, rows, constraints, none)

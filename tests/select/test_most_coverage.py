@@ -179,10 +179,10 @@ def test_bound_of_any_prices_holds_for_every_set(seed, n, looks):
     odd = rng.integers(0, 2**44 // 8, good.row_price.shape)
     margin = 2**44 - np.array([int(odd[0, last.rows_of(i)].sum()) for i in range(9)])
     price = int(rng.integers(1, 2**64, dtype=np.uint64)) // int(last.ticks.sum())
-    nonsense = replace(good, row_price=odd, margin=margin, target_price=(price + 1,))
+    nonsense = replace(good, row_price=odd, margin=margin, constraint_price=(price + 1,))
     best = best_by_trial(problem, n)
     for prices in (good, nonsense):
-        if prices.target_price[0] > 0:
+        if prices.constraint_price[0] > 0:
             assert coverage_bound(last, prices, n) >= best, f"seed {seed}"
 
 

@@ -14,7 +14,7 @@ from planner_core.model import Proven, Visibility
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.network_start import joined
-from planner_core.select.problem import Target, cover_problem
+from planner_core.select.problem import Constraint, cover_problem
 from planner_core.select.proven import select
 from planner_core.select.reductions import reduce_problem
 
@@ -131,13 +131,13 @@ def test_target_of_two_looks_counts_what_two_candidates_see_as_achievable():
     # Patch 0 by one, 1 by two, 2 by three; 3 by nobody.
     visibility = Visibility(np.array([0, 3, 5, 6]), np.array([0, 1, 2, 1, 2, 2], dtype=np.int32), 4)
     everything = np.ones(4, dtype=bool)
-    targets = (Target(everything, 1.0, 2), Target(everything, 1.0, 3), Target(everything, 1.0))
-    problem = cover_problem(visibility, np.array([1.0, 2.0, 4.0, 8.0]), targets)
+    constraints = (Constraint(everything, 1.0, 2), Constraint(everything, 1.0, 3), Constraint(everything, 1.0))
+    problem = cover_problem(visibility, np.array([1.0, 2.0, 4.0, 8.0]), constraints)
     assert problem.required.tolist() == [6 * 10**9, 4 * 10**9, 7 * 10**9]
     assert problem.covered([0, 1]).tolist() == [6 * 10**9, 0, 7 * 10**9]
-    check_coverage(visibility, np.array([1.0, 2.0, 4.0, 8.0]), targets, [0, 1, 2])
+    check_coverage(visibility, np.array([1.0, 2.0, 4.0, 8.0]), constraints, [0, 1, 2])
     with pytest.raises(SelectionCheckError, match="target 1"):
-        check_coverage(visibility, np.array([1.0, 2.0, 4.0, 8.0]), targets, [0, 1])
+        check_coverage(visibility, np.array([1.0, 2.0, 4.0, 8.0]), constraints, [0, 1])
     with pytest.raises(SelectionCheckError, match="target 1"):
         check_selection(problem, [0, 1])
 
@@ -147,7 +147,7 @@ def test_looks_that_make_no_sense_are_refused():
         cover_problem(
             Visibility(np.array([0, 1]), np.array([0], dtype=np.int32), 1),
             np.ones(1),
-            (Target(np.array([True]), 1, 0),),
+            (Constraint(np.array([True]), 1, 0),),
         )
     with pytest.raises(RequirementError, match="seen from"):
         problem_of([[1]], [1], [[1]], [1], seen_from=[1, 1])

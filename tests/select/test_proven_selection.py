@@ -12,7 +12,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import Proven, Visibility
 from planner_core.select.check import SelectionCheckError, check_coverage, check_selection
 from planner_core.select.greedy import select_greedy
-from planner_core.select.problem import CoverProblem, Target, cover_problem
+from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 from planner_core.select.proven import select
 from planner_core.select.relaxation import CutProgram
 
@@ -34,15 +34,15 @@ def problem_of(sees, ticks, counts_for, required, *, slack=0):
     )
 
 
-def random_problem(seed, *, n=8, r=14, n_targets=3):
+def random_problem(seed, *, n=8, r=14, n_constraints=3):
     """Several targets that overlap, ties, rows nobody sees or counts, targets that require nothing or everything."""
     rng = np.random.default_rng(seed)
     sees = rng.random((n, r)) < rng.choice([0.1, 0.25, 0.4])
     sees[:, rng.random(r) < 0.1] = False
     ticks = rng.choice([0, 1, 2, 5, 1000], r)
-    counts_for = rng.random((n_targets, r)) < 0.6
+    counts_for = rng.random((n_constraints, r)) < 0.6
     whole = (counts_for * np.where(sees.any(axis=0), ticks, 0)).sum(axis=1)
-    required = np.ceil(whole * rng.choice([0.0, 0.5, 0.9, 1.0], n_targets)).astype(np.int64)
+    required = np.ceil(whole * rng.choice([0.0, 0.5, 0.9, 1.0], n_constraints)).astype(np.int64)
     return problem_of(sees, ticks, counts_for, required, slack=int(rng.integers(0, 2)))
 
 
@@ -233,12 +233,12 @@ def test_checker_of_areas_agrees_with_the_problem_and_rejects_what_misses():
     starts = np.cumsum([0, *(row.size for row in rows)]).astype(np.int64)
     visibility = Visibility(starts, np.concatenate(rows).astype(np.int32), 80)
     area_m2 = rng.uniform(0.001, 0.04, 80)
-    targets = (Target(np.arange(80) < 30, 0.9), Target(np.full(80, True), 0.95))
-    chosen = select(cover_problem(visibility, area_m2, targets), QUICK).chosen
-    check_coverage(visibility, area_m2, targets, chosen)
+    constraints = (Constraint(np.arange(80) < 30, 0.9), Constraint(np.full(80, True), 0.95))
+    chosen = select(cover_problem(visibility, area_m2, constraints), QUICK).chosen
+    check_coverage(visibility, area_m2, constraints, chosen)
     for left_out in chosen:
         with pytest.raises(SelectionCheckError, match="m2 of target"):
-            check_coverage(visibility, area_m2, targets, [c for c in chosen if c != left_out])
+            check_coverage(visibility, area_m2, constraints, [c for c in chosen if c != left_out])
 
 
 def test_interrupt_in_the_middle_of_a_node_proves_nothing(monkeypatch):

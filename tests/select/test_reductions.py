@@ -12,20 +12,20 @@ from planner_core.select.reductions import reduce_problem
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-def random_problem(seed, *, n=7, r=10, n_targets=2):
+def random_problem(seed, *, n=7, r=10, n_constraints=2):
     """Sparse: candidates within others, rows of one candidate, rows of none, targets met by given candidates."""
     rng = np.random.default_rng(seed)
     sees = rng.random((n, r)) < rng.choice([0.15, 0.3])
-    ticks, counts_for = rng.choice([0, 1, 3, 10], r), rng.random((n_targets, r)) < 0.7
+    ticks, counts_for = rng.choice([0, 1, 3, 10], r), rng.random((n_constraints, r)) < 0.7
     whole = (counts_for * np.where(sees.any(axis=0), ticks, 0)).sum(axis=1)
-    required = np.ceil(whole * rng.choice([0.3, 0.8, 1.0], n_targets)).astype(np.int64)
+    required = np.ceil(whole * rng.choice([0.3, 0.8, 1.0], n_constraints)).astype(np.int64)
     return CoverProblem(
         starts=np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64),
         row=np.nonzero(sees)[1].astype(np.int64),
         ticks=ticks.astype(np.int64),
         counts_for=counts_for,
         required=required,
-        least=np.maximum(required - rng.integers(0, 3, n_targets), 0),
+        least=np.maximum(required - rng.integers(0, 3, n_constraints), 0),
     )
 
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracles import floor_targets
+from oracles import floor_constraints
 
 from planner_core.errors import RequirementError
 from planner_core.model import Visibility
 from planner_core.select.bound import counting_bound, lagrange_bound, lower_bound
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.problem import Target, cover_problem
+from planner_core.select.problem import Constraint, cover_problem
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -32,16 +32,16 @@ def instance(seed, *, n_positions=9, n_patches=40, density=0.25, fraction=None):
     area_m2 = rng.choice([0.01, 0.02, 0.04], n_patches)
     floor = rng.integers(-1, 2, n_patches).astype(np.int32)
     fraction = rng.choice([0.5, 0.8, 0.95, 1.0]) if fraction is None else fraction
-    targets = floor_targets(floor, (0, 1), np.ones(n_patches, dtype=bool), float(fraction))
-    return seen, visibility, area_m2, targets
+    constraints = floor_constraints(floor, (0, 1), np.ones(n_patches, dtype=bool), float(fraction))
+    return seen, visibility, area_m2, constraints
 
 
-def meets(seen, area_m2, targets, chosen):
+def meets(seen, area_m2, constraints, chosen):
     """Oracle: are all targets met, straight from the definition."""
     achievable = seen.any(axis=0)
     covered = seen[list(chosen)].any(axis=0)
     return all(
-        area_m2[covered & t.part].sum() >= t.fraction * area_m2[achievable & t.part].sum() - 1e-9 for t in targets
+        area_m2[covered & t.part].sum() >= t.fraction * area_m2[achievable & t.part].sum() - 1e-9 for t in constraints
     )
 
 
@@ -66,10 +66,10 @@ def plain_greedy(problem):
         seen |= sees[best]
 
 
-def fewest(seen, area_m2, targets):
+def fewest(seen, area_m2, constraints):
     for k in range(seen.shape[0] + 1):
         for chosen in itertools.combinations(range(seen.shape[0]), k):
-            if meets(seen, area_m2, targets, chosen):
+            if meets(seen, area_m2, constraints, chosen):
                 return k
     raise AssertionError("the whole set must do")
 
@@ -77,8 +77,8 @@ def fewest(seen, area_m2, targets):
 @settings(max_examples=40, deadline=None)
 @given(SEEDS)
 def test_lazy_greedy_chooses_what_plain_greedy_chooses(seed):
-    _, visibility, area_m2, targets = instance(seed, n_positions=25, n_patches=120, density=0.12)
-    problem = cover_problem(visibility, area_m2, targets)
+    _, visibility, area_m2, constraints = instance(seed, n_positions=25, n_patches=120, density=0.12)
+    problem = cover_problem(visibility, area_m2, constraints)
     plain = plain_greedy(problem)
     selection = select_greedy(problem)
     assert list(selection.chosen) == drop_redundant(problem, plain), f"seed {seed}"
@@ -88,10 +88,10 @@ def test_lazy_greedy_chooses_what_plain_greedy_chooses(seed):
 @settings(max_examples=40, deadline=None)
 @given(SEEDS)
 def test_selection_meets_every_target_and_needs_every_station(seed):
-    seen, visibility, area_m2, targets = instance(seed)
-    chosen = select_greedy(cover_problem(visibility, area_m2, targets)).chosen
-    assert meets(seen, area_m2, targets, chosen), f"seed {seed}"
-    problem = cover_problem(visibility, area_m2, targets)
+    seen, visibility, area_m2, constraints = instance(seed)
+    chosen = select_greedy(cover_problem(visibility, area_m2, constraints)).chosen
+    assert meets(seen, area_m2, constraints, chosen), f"seed {seed}"
+    problem = cover_problem(visibility, area_m2, constraints)
     for station in chosen:
         rest = [c for c in chosen if c != station]
         assert (problem.covered(rest) < problem.required).any(), f"seed {seed}: {station} is not needed"
@@ -100,14 +100,14 @@ def test_selection_meets_every_target_and_needs_every_station(seed):
 @settings(max_examples=40, deadline=None)
 @given(SEEDS)
 def test_bound_holds_and_greedy_is_within_its_ratio_of_the_optimum(seed):
-    seen, visibility, area_m2, targets = instance(seed)
-    problem = cover_problem(visibility, area_m2, targets)
-    optimum = fewest(seen, area_m2, targets)
+    seen, visibility, area_m2, constraints = instance(seed)
+    problem = cover_problem(visibility, area_m2, constraints)
+    optimum = fewest(seen, area_m2, constraints)
     chosen = select_greedy(problem).chosen
     bound = lower_bound(problem, n_stations=len(chosen))
     assert 0 < bound <= optimum <= len(chosen), f"seed {seed}"
     # Wolsey: at most 1 + ln(largest single gain / smallest gain counted) times the optimum; ticks of 0.01 m2.
-    largest = max(float(area_m2[row].sum()) for row in seen) * len(targets)
+    largest = max(float(area_m2[row].sum()) for row in seen) * len(constraints)
     assert len(chosen) <= optimum * (1 + math.log(largest / 1e-9)), f"seed {seed}"
 
 
@@ -115,8 +115,8 @@ def test_lagrange_bound_comes_near_the_linear_relaxation():
     from scipy.optimize import linprog
 
     for seed in range(4):
-        _, visibility, area_m2, targets = instance(seed, n_positions=30, n_patches=150, density=0.1, fraction=0.9)
-        problem = cover_problem(visibility, area_m2, targets[:2])
+        _, visibility, area_m2, constraints = instance(seed, n_positions=30, n_patches=150, density=0.1, fraction=0.9)
+        problem = cover_problem(visibility, area_m2, constraints[:2])
         n, r = problem.n_candidates, problem.n_rows
         below = np.zeros((r + 2, n + r))
         for c in range(n):
@@ -137,7 +137,7 @@ def test_greedy_stops_as_soon_as_the_target_is_met():
     visibility = Visibility(np.array([0, 4, 7, 10]), np.arange(10, dtype=np.int32), 10)
     everything = np.ones(10, dtype=bool)
     for fraction, n_stations in ((0.4 - 1e-6, 1), (0.7 - 1e-6, 2), (1.0, 3)):
-        problem = cover_problem(visibility, np.full(10, 0.04), (Target(everything, fraction),))
+        problem = cover_problem(visibility, np.full(10, 0.04), (Constraint(everything, fraction),))
         assert len(select_greedy(problem).chosen) == n_stations, fraction
 
 
@@ -146,7 +146,7 @@ def test_station_made_unnecessary_by_later_ones_is_dropped():
     rows = [[0, 1, 2, 3, 10, 11], [0, 1, 4, 5, 6, 10], [2, 3, 7, 8, 9, 11]]
     visibility = Visibility(np.array([0, 6, 12, 18]), np.concatenate(rows).astype(np.int32), 12)
     area = np.array([2.0, 2, 2, 2, 1, 1, 1, 1, 1, 1, 1, 1]) / 100
-    problem = cover_problem(visibility, area, (Target(np.ones(12, dtype=bool), 1.0),))
+    problem = cover_problem(visibility, area, (Constraint(np.ones(12, dtype=bool), 1.0),))
     selection = select_greedy(problem)
     assert sorted(selection.chosen) == [1, 2]
     assert selection.dropped == 1
@@ -155,22 +155,22 @@ def test_station_made_unnecessary_by_later_ones_is_dropped():
 @settings(max_examples=20, deadline=None)
 @given(SEEDS)
 def test_order_of_candidates_does_not_change_the_covered_targets(seed):
-    seen, visibility, area_m2, targets = instance(seed)
+    seen, visibility, area_m2, constraints = instance(seed)
     order = np.random.default_rng(seed).permutation(seen.shape[0])
     rows = [np.flatnonzero(seen[c]) for c in order]
     shuffled = Visibility(
         np.concatenate([[0], np.cumsum([row.size for row in rows])]), np.concatenate(rows).astype(np.int32), 40
     )
-    one, other = (cover_problem(v, area_m2, targets) for v in (visibility, shuffled))
+    one, other = (cover_problem(v, area_m2, constraints) for v in (visibility, shuffled))
     assert one.required.tolist() == other.required.tolist()
     assert counting_bound(one) == counting_bound(other)
     chosen = [int(order[c]) for c in select_greedy(other).chosen]
-    assert meets(seen, area_m2, targets, chosen), f"seed {seed}"
+    assert meets(seen, area_m2, constraints, chosen), f"seed {seed}"
 
 
 def test_merged_rows_keep_the_area_of_every_candidate():
     _, visibility, area_m2, _ = instance(3, n_positions=4, n_patches=200, density=0.4)
-    problem = cover_problem(visibility, area_m2, (Target(np.ones(200, dtype=bool), 1.0),))
+    problem = cover_problem(visibility, area_m2, (Constraint(np.ones(200, dtype=bool), 1.0),))
     assert problem.n_rows <= 15  # 2^4 - 1 sets of positions
     for c in range(4):
         assert problem.ticks[problem.rows_of(c)].sum() / 1e9 == pytest.approx(area_m2[visibility.row(c)].sum())
@@ -179,4 +179,4 @@ def test_merged_rows_keep_the_area_of_every_candidate():
 def test_fraction_out_of_bounds_is_refused():
     _, visibility, area_m2, _ = instance(0)
     with pytest.raises(RequirementError, match=r"coverage: got 1\.5"):
-        cover_problem(visibility, area_m2, (Target(np.ones(40, dtype=bool), 1.5),))
+        cover_problem(visibility, area_m2, (Constraint(np.ones(40, dtype=bool), 1.5),))

@@ -22,7 +22,7 @@ from planner_core.select.relaxation import (
     CutMaker,
     CutProgram,
     exact_bound,
-    independent_targets,
+    independent_constraints,
 )
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -78,10 +78,12 @@ def test_cuts_of_any_rows_hold_for_every_solution(seed, large, most_looks):
     rng = np.random.default_rng(seed)
     maker = CutMaker(problem)
     cuts = maker.violated(rng.random(problem.n_candidates) * 0.3)
-    for target, m in enumerate(problem.seen_from.tolist()):
+    for constraint, m in enumerate(problem.seen_from.tolist()):
         share = maker.shares(np.round(rng.random(problem.n_candidates), 1), m)
         for rows in (rng.random(problem.n_rows) < 0.4, share.part >= 1):
-            cuts += [cut for cut in (maker.cut(target, rows), maker.cut(target, rows, share)) if cut is not None]
+            cuts += [
+                cut for cut in (maker.cut(constraint, rows), maker.cut(constraint, rows, share)) if cut is not None
+            ]
     assert all(cut.right == CUT_UNIT for cut in cuts)
     for x in every_solution(problem):
         for cut in cuts:
@@ -170,17 +172,17 @@ def test_targets_that_others_add_up_to_make_no_cuts():
     least[0] = least[1] + least[2]
     once = np.ones(4, dtype=np.int64)
     problem = replace(problem, counts_for=counts_for, least=least, required=least, seen_from=once)
-    assert independent_targets(problem) == [1, 2]
+    assert independent_constraints(problem) == [1, 2]
     assert len(CutMaker(problem).violated(np.zeros(8))) == 2
     # A tick more, or a second look, and the whole asks for something of its own.
-    assert independent_targets(replace(problem, least=least + np.array([1, 0, 0, 0]))) == [0, 1, 2]
-    assert independent_targets(replace(problem, seen_from=once + np.array([1, 0, 0, 0]))) == [0, 1, 2]
-    assert independent_targets(replace(problem, seen_from=once + np.array([0, 1, 1, 1]))) == [1, 2]
+    assert independent_constraints(replace(problem, least=least + np.array([1, 0, 0, 0]))) == [0, 1, 2]
+    assert independent_constraints(replace(problem, seen_from=once + np.array([1, 0, 0, 0]))) == [0, 1, 2]
+    assert independent_constraints(replace(problem, seen_from=once + np.array([0, 1, 1, 1]))) == [1, 2]
     # Parts that overlap do not add up.
     overlapping = np.array([np.ones(16, dtype=bool), np.arange(16) < 10, np.arange(16) > 5])
     ask = np.array([30, 15, 15])
     apart = replace(problem, counts_for=overlapping, least=ask, required=ask, seen_from=once[:3])
-    assert independent_targets(apart) == [0, 1, 2]
+    assert independent_constraints(apart) == [0, 1, 2]
 
 
 @settings(max_examples=30, deadline=None)
@@ -193,7 +195,7 @@ def test_targets_left_out_of_cuts_are_met_wherever_the_others_are(seed, most_loo
     least = rng.integers(0, 40, 3)
     seen_from = rng.integers(1, most_looks + 1, 3)
     problem = replace(problem, counts_for=counts_for, least=least, required=least, seen_from=seen_from)
-    kept = independent_targets(problem)
+    kept = independent_constraints(problem)
     for bits in itertools.product((0, 1), repeat=8):
         covered = problem.covered([i for i in range(8) if bits[i]])
         if (covered[kept] >= least[kept]).all():

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from oracles import floor_targets
+from oracles import floor_constraints
 
 from planner_core.coverage.coverage import floor_of_patch
 from planner_core.coverage.survey import make_survey, planned_floors, scope_of, visible_from
@@ -28,9 +28,9 @@ def test_upper_floor_of_duplex_is_planned_with_fewer_stations_than_greedy_takes_
     candidates = find_candidates(survey, settings, engine, floors=floors)
     visibility = visible_from(survey, settings, engine, candidates.position_m)
     of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
-    targets = floor_targets(of_patch, floors, scope_of(of_patch, floors, len(survey.floors)), 0.95)
-    problem = cover_problem(visibility, survey.patches.area_m2, targets)
+    constraints = floor_constraints(of_patch, floors, scope_of(of_patch, floors, len(survey.floors)), 0.95)
+    problem = cover_problem(visibility, survey.patches.area_m2, constraints)
     result = select(problem, Proven(work_limit=5.0))
-    check_coverage(visibility, survey.patches.area_m2, targets, result.chosen)
+    check_coverage(visibility, survey.patches.area_m2, constraints, result.chosen)
     assert result.proven
     assert len(result.chosen) < len(select_greedy(problem).chosen) == result.n_greedy

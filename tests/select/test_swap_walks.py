@@ -11,10 +11,10 @@ from planner_core.select.problem import CoverProblem
 from planner_core.select.swap_walks import Terrain, alike, heats, luck, open_walks
 
 
-def problem_of(seed, *, n=40, r=200, n_targets=3):
+def problem_of(seed, *, n=40, r=200, n_constraints=3):
     rng = np.random.default_rng(seed)
     sees = rng.random((n, r)) < 0.1
-    ticks, counts_for = rng.integers(0, 10**9, r), rng.random((n_targets, r)) < 0.6
+    ticks, counts_for = rng.integers(0, 10**9, r), rng.random((n_constraints, r)) < 0.6
     whole = (counts_for * np.where(sees.any(axis=0), ticks, 0)).sum(axis=1)
     required = (whole * 0.9).astype(np.int64)
     return CoverProblem(
@@ -35,8 +35,8 @@ def first_sets(problem, size, n_walks=3):
 @pytest.mark.parametrize("shape", [(40, 200, 3), (2, 5, 1), (30, 64, 5), (300, 30, 2)])
 @pytest.mark.parametrize("size", [1, 12])
 def test_device_and_host_walk_the_way_of_numpy(walks_on, shape, size):
-    n, r, n_targets = shape
-    problem = problem_of(7, n=n, r=r, n_targets=n_targets)
+    n, r, n_constraints = shape
+    problem = problem_of(7, n=n, r=r, n_constraints=n_constraints)
     size = min(size, n - 1)
     terrain = Terrain(problem, seed=2**63 + 5)
     ours, theirs = first_sets(problem, size), first_sets(problem, size)

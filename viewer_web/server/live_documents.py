@@ -28,7 +28,7 @@ from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.route_json import route_document
 from planner_core.planning.live.live_plan import DraftFigures, LivePlan, Walk
 from planner_core.planning.live.preview import Preview
-from planner_core.planning.live.spots import GroundMap
+from planner_core.planning.live.tripod_positions import GroundMap
 from planner_core.planning.live.unseen import LeftSurface
 
 _Metres = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]

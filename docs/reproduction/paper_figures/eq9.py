@@ -6,7 +6,7 @@ import numpy as np
 
 from planner_core.model import FloatArray
 from planner_core.paper.genetic import GeneticSettings, select_genetic
-from planner_core.select.problem import CoverProblem, Target, cover_problem
+from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 
 from .charts import COLOURS, chart, label
 from .figure import Bench, Outcome
@@ -22,7 +22,7 @@ def run(bench: Bench) -> Outcome:
     area_m2 = level.survey.patches.area_m2
     seen = np.zeros(area_m2.size, dtype=bool)
     seen[visibility.patch] = True
-    problem = cover_problem(visibility, area_m2, (Target(seen, 0.95),))
+    problem = cover_problem(visibility, area_m2, (Constraint(seen, 0.95),))
     single = np.array([problem.ticks[problem.rows_of(i)].sum() for i in range(problem.n_candidates)])
     bench.tell(1, 3, "evolve")
     ends = [

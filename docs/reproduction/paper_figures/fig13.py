@@ -14,7 +14,7 @@ from planner_core.paper.genetic import GeneticResult, GeneticSettings, select_ge
 from planner_core.paper.search import SearchResult, SearchSettings
 from planner_core.scene.patches import patch_triangles
 from planner_core.select.greedy import select_greedy
-from planner_core.select.problem import CoverProblem, Target, cover_problem
+from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 from scenes_synthetic.model import Room
 from scenes_synthetic.school import VOID_M
 
@@ -200,7 +200,7 @@ def _combined(
 ) -> Combined:
     area_m2 = ground.area_m2
     pool = seen_by(view, range(view.n_positions))
-    problem = cover_problem(view, area_m2, (Target(pool, COVERAGE),))
+    problem = cover_problem(view, area_m2, (Constraint(pool, COVERAGE),))
     seeds = range(bench.seed, bench.seed + bench.at(5, 20))
     runs = [_evolve(problem, "fewest", seed) for seed in seeds]
     eq9 = [_evolve(problem, "eq9", seed) for seed in seeds]

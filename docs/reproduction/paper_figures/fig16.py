@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner_core.paper.genetic import GeneticSettings, select_genetic
-from planner_core.select.problem import CoverProblem, Target, cover_problem
+from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 
 from .charts import COLOURS, chart, label
 from .figure import Bench, Outcome
@@ -102,7 +102,7 @@ def _problem(bench: Bench) -> CoverProblem:
     area_m2 = level.survey.patches.area_m2
     seen = np.zeros(area_m2.size, dtype=bool)
     seen[visibility.patch] = True
-    return cover_problem(visibility, area_m2, (Target(seen, 0.95),))
+    return cover_problem(visibility, area_m2, (Constraint(seen, 0.95),))
 
 
 def _times(problem: CoverProblem, settings: GeneticSettings) -> tuple[list[float], list[float], bool]:

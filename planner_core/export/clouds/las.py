@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.errors import HandoverError
+from planner_core.errors import ExportError
 from planner_core.export.clouds.points import Clouds, Points, open_clouds
 from planner_core.export.clouds.told import Write, each_alone, facts, facts_of, wkt_of
 from planner_core.export.options import Options
@@ -115,7 +115,7 @@ def _offsets_m(clouds: Clouds, stations: tuple[FieldStation, ...]) -> FloatArray
     middle_m = np.mean([station.site_m for station in stations], axis=0)
     reach_m = np.ptp([station.site_m for station in stations], axis=0).max() + 2 * clouds.template.range_max_m
     if not reach_m < 2**30 * SCALE_M:
-        raise HandoverError(
+        raise ExportError(
             f"LAS: stations and beams reach over {reach_m:.0f} m, expected less than {2**30 * SCALE_M:.0f} m; "
             "export them one file a station"
         )

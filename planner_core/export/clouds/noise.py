@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.errors import HandoverError
+from planner_core.errors import ExportError
 from planner_core.model import BoolArray, FloatArray, Scanner
 from planner_core.scanner.range_noise import range_noise_m
 
@@ -79,7 +79,7 @@ def noise_model(scanner: Scanner) -> NoiseModel:
         The scanner has neither a table of range noise nor a ranging accuracy.
     """
     if not scanner.range_noise and scanner.ranging_accuracy is None:
-        raise HandoverError(
+        raise ExportError(
             f"noise: scanner {scanner.name} has no figures of range noise or ranging accuracy, expected one of them; "
             "leave --noise out, or plan with a scanner file that has `range_noise`"
         )

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine, open_engine
-from planner_core.errors import HandoverError, RequirementError
+from planner_core.errors import ExportError, RequirementError
 from planner_core.export.chosen import chosen_stations
 from planner_core.export.clouds.noise import NoiseModel, deviates, noise_model
 from planner_core.export.options import Options
@@ -139,7 +139,7 @@ class Clouds:
 
     title : of the scene. identity : what, with the stations, tells these clouds from all others. frame : of the site.
     template : the beams that are cast: every `step`-th row and column of the scanner's. noise : None: exact.
-    caster : of the survey's scene; None: opened when first needed. tally counts on as blocks are made.
+    scan_engine : of the survey's scene; None: opened when first needed. tally counts on as blocks are made.
     """
 
     title: str
@@ -154,7 +154,7 @@ class Clouds:
     seed: int
     progress: Progress
     block_beams: int = field(default_factory=lambda: _BLOCK_BEAMS)
-    caster: ScanEngine | None = None
+    scan_engine: ScanEngine | None = None
     tally: Tally = field(default_factory=Tally)
 
     @property
@@ -165,7 +165,7 @@ class Clouds:
     @cached_property
     def engine(self) -> ScanEngine:
         """What casts the beams."""
-        return self.caster or open_engine(self.survey.scene, self.survey.patches)
+        return self.scan_engine or open_engine(self.survey.scene, self.survey.patches)
 
     def blocks(self, station: FieldStation) -> Iterator[ScanBlock]:
         """Scan from a station, block by block, top row first.
@@ -300,7 +300,7 @@ def stations_asked(source: PlanSource, options: Options) -> tuple[FieldStation, 
     of_floors = chosen_stations(source, options)
     chosen = tuple(station for station in of_floors if not options.stations or station.id in options.stations)
     if not chosen:
-        raise HandoverError(f"{source.folder}: no station to scan from, expected at least one; ask for others")
+        raise ExportError(f"{source.folder}: no station to scan from, expected at least one; ask for others")
     return chosen
 
 

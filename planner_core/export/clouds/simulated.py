@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.errors import HandoverError, PlannerError, RequirementError
+from planner_core.errors import ExportError, PlannerError, RequirementError
 from planner_core.export.clouds.exr import write_images
 from planner_core.export.clouds.ply import write_points
 from planner_core.export.clouds.points import Clouds
@@ -60,7 +60,7 @@ def simulated_clouds(
         noise=None,
         seed=0,
         progress=progress,
-        caster=engine,
+        scan_engine=engine,
     )
 
 
@@ -96,7 +96,7 @@ def write_simulated_scans(
     except PlannerError:
         raise
     except OSError as error:
-        raise HandoverError(
+        raise ExportError(
             f"{folder}: can't be written ({error.strerror or error}), nothing was changed; check the free space and "
             "the permissions"
         ) from error

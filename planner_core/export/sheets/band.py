@@ -27,7 +27,7 @@ from planner_core.plan_folder.drawing.marks import (
     MISSED_WALL,
     OUT_OF_REACH,
     STATION_FILL,
-    WALK,
+    ROUTE,
     WALL_FILL,
     arrow_head,
     corners,
@@ -76,7 +76,7 @@ def draw_band(
 # ------------------------------------------------------------------------------------------------- legend
 def _draw_legend(ink: Ink, view: FloorView, box: Box) -> None:
     """Name every kind of mark, in columns."""
-    entries = ["station", "walk", "strong", "counts", "weak"]
+    entries = ["station", "route", "strong", "counts", "weak"]
     if view.scanned:
         entries.insert(1, "scanned")
     if view.surface is not None:
@@ -97,7 +97,7 @@ def _draw_legend(ink: Ink, view: FloorView, box: Box) -> None:
 _LEGEND = {
     "station": ("station and its number on the route", "station"),
     "scanned": ("station that was scanned before", "scanned before"),
-    "walk": ("route from station to station", "walk"),
+    "route": ("route from station to station", "route"),
     "strong": ("link that holds firmly", "firm link of scans"),
     "counts": ("link that registers two scans", "link of scans"),
     "weak": ("overlap too weak to register", "overlap too weak"),
@@ -117,9 +117,9 @@ def _draw_sample(ink: Ink, entry: str, box: Box) -> None:
         fill, letters = (STATION_FILL, PAPER) if entry == "station" else (PAPER, STATION_FILL)
         ink.disc(at, 0.75 * DISC_MM, fill, Pen(0.3, STATION_FILL))
         ink.text((at[0], at[1] - 0.7), "1", 5.5, colour=letters, bold=True, align="middle")
-    elif entry == "walk":
-        ink.lines([line], WALK)
-        ink.area([arrow_head(line, 2.2)], WALK.colour)
+    elif entry == "route":
+        ink.lines([line], ROUTE)
+        ink.area([arrow_head(line, 2.2)], ROUTE.colour)
     elif entry in ("strong", "counts", "weak"):
         ink.lines([line], LINKS[{"strong": STRONG, "counts": COUNTS, "weak": WEAK}[entry]])
     elif entry == "missed ground":

@@ -21,10 +21,10 @@ from planner_core.export.sheets.tables import Piece, draw_piece, paginated
 from planner_core.export.sheets.words import (
     Column,
     Table,
-    asked_table,
     floors_table,
     gaps_table,
     networks_table,
+    requirements_table,
     stations_table,
     unseen_table,
     warnings_of,
@@ -98,7 +98,7 @@ def gather(plan: PlanSource, options: Options) -> Contents:
     summary = (
         _nowhere(plan, options),
         floors_table(plan, part),
-        *(_whole(table, part) for table in (asked_table(plan), networks_table(plan), gaps_table(plan))),
+        *(_whole(table, part) for table in (requirements_table(plan), networks_table(plan), gaps_table(plan))),
         unseen_table(plan, part),
     )
     return Contents(

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner_core.errors import HandoverError
+from planner_core.errors import ExportError
 from planner_core.model import (
     BoolArray,
     Element,
@@ -90,7 +90,7 @@ def read_figures(folder: Path, names: tuple[str, ...]) -> dict[str, FloatArray]:
         layers = {str(layer["id"]): layer for layer in json.loads(document.read_bytes())["layers"]}
         return {name: _figures(folder, layers[name]) for name in names if name in layers}
     except (KeyError, TypeError, ValueError, OSError) as error:
-        raise HandoverError(
+        raise ExportError(
             f"{document}: its layers can't be read ({type(error).__name__}: {error}), expected those of a plan folder; "
             "plan again"
         ) from error
@@ -121,11 +121,11 @@ def _read_stage(path: Path) -> tuple[Scene, Patches, Int32Array]:
         stage = Usd.Stage.Open(str(path))
     except Tf.ErrorException as error:
         reason = str(error).strip().splitlines()[-1].strip()
-        raise HandoverError(f"{path}: can't be read as USD ({reason}), expected a plan's stage; plan again") from error
+        raise ExportError(f"{path}: can't be read as USD ({reason}), expected a plan's stage; plan again") from error
     meshes = [_mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh) and prim.GetAttribute(_TRIANGLE)]
     root = stage.GetPrimAtPath("/Plan")
     if not meshes or not root.HasAttribute("tlsplan:offsetX"):
-        raise HandoverError(f"{path}: holds no building of a plan, expected the stage that a plan wrote; plan again")
+        raise ExportError(f"{path}: holds no building of a plan, expected the stage that a plan wrote; plan again")
     meshes.sort(key=lambda mesh: mesh.number)
     offset_m = np.array([float(root.GetAttribute(f"tlsplan:offset{axis}").Get()) for axis in "XYZ"])
     return _joined(path, meshes, offset_m)

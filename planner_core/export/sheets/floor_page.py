@@ -11,8 +11,8 @@ import numpy as np
 from planner_core.export.sheets.band import draw_band
 from planner_core.export.sheets.floor_view import FloorView
 from planner_core.export.sheets.paper import Tile
+from planner_core.export.sheets.route import Mark
 from planner_core.export.sheets.site_grid import draw_grid
-from planner_core.export.sheets.walk import Mark
 from planner_core.model import FloatArray
 from planner_core.plan_folder.drawing.fonts import width_mm
 from planner_core.plan_folder.drawing.ink import PAPER, Box, Ink, Pen
@@ -30,8 +30,8 @@ from planner_core.plan_folder.drawing.marks import (
     Labels,
     corners,
     draw_links,
+    draw_route,
     draw_stations,
-    draw_walk,
     draw_words,
     linked_words,
 )
@@ -67,7 +67,7 @@ def draw_floor(
         _draw_ground(ink, view, tile)
         _draw_building(ink, view, tile)
         draw_links(ink, [tile.on_paper(ends) for ends in view.links])
-        _draw_walk(ink, view, tile)
+        _draw_route(ink, view, tile)
     others = list(_edges(tile, neighbours))
     names = draw_grid(ink, plan.frame, tile, view.floor.elevation_m, taken=[edge for edge, _ in others])
     labels = Labels(ink, box, [*names, *(edge for edge, _ in others)])
@@ -123,14 +123,14 @@ def _near(triangles: FloatArray, tile: Tile) -> FloatArray:
     return np.asarray(triangles[near])
 
 
-def _draw_walk(ink: Ink, view: FloorView, tile: Tile) -> None:
+def _draw_route(ink: Ink, view: FloorView, tile: Tile) -> None:
     low: list[FloatArray] = []
     high: list[FloatArray] = []
     for way in view.ways:
         parts = way.parted_at(view.floor.elevation_m + view.cut_m)
         low += [tile.on_paper(part) for part in parts[0]]
         high += [tile.on_paper(part) for part in parts[1]]
-    draw_walk(ink, [tile.on_paper(way.points_m) for way in view.ways], low, high)
+    draw_route(ink, [tile.on_paper(way.points_m) for way in view.ways], low, high)
 
 
 def _draw_stations(view: FloorView, tile: Tile, labels: Labels) -> None:

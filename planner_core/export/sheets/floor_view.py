@@ -13,11 +13,11 @@ import numpy as np
 from planner_core.export.chosen import scanned_before
 from planner_core.export.section import CUT_HEIGHT_M, SectionLine, floor_section, lines_below
 from planner_core.export.sheets.building import Building
+from planner_core.export.sheets.route import Mark, Way, breaks_on, ends_on, sealed_on, ways_on
 from planner_core.export.sheets.unseen import UnseenSurface, unseen_surface
-from planner_core.export.sheets.walk import Mark, Way, breaks_on, ends_on, sealed_on, ways_on
 from planner_core.model import BoolArray, FloatArray, Floor
 from planner_core.plan_folder.drawing import links
-from planner_core.plan_folder.drawing.links import Spot
+from planner_core.plan_folder.drawing.links import StationPoint
 from planner_core.plan_folder.plan_source import FieldFloor, FieldLink, FieldStation, PlanSource
 from planner_core.positions.outlines import over_polygon
 
@@ -92,7 +92,7 @@ def view_floor(
         tuple(ends_on(plan, floor)),
         tuple(sealed_on(plan, floor)),
     )
-    spots = {each.id: Spot(each.floor_id, each.number, each.position_m[:2]) for each in plan.stations}
+    spots = {each.id: StationPoint(each.floor_id, each.number, each.position_m[:2]) for each in plan.stations}
     ends_of_links, elsewhere = links.links_on(
         floor.id, spots, [(link.a, link.b, link_class(plan, link)) for link in plan.links]
     )

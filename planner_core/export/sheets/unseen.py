@@ -38,7 +38,7 @@ class UnseenSurface:
 
     Of level surfaces that lie on each other (a covering on its slab, the slab's underside) the topmost counts.
     A place may still be in several of them, where one lies on a part of the other: the first of the three is seen.
-    missed : some allowed spot sees it, no station does. out_of_reach : no allowed spot sees it.
+    missed : some allowed position sees it, no station does. out_of_reach : no allowed position sees it.
     walls : (K, 2, 2) ends of strips of wall of which at least half could be seen and is not.
     """
 

@@ -23,7 +23,7 @@ from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanS
 _DIGITS = 3
 #: Networks are listed largest first, up to so many: a plan of many rooms with doors shut has one a room.
 _MAX_NETWORKS = 24
-#: Listed of what the plan leaves out, and of what no spot sees.
+#: Listed of what the plan leaves out, and of what no position sees.
 _MAX_SURFACES = 12
 _LEFT_OUT = "not worth a station"
 TICK = "☐"
@@ -98,9 +98,9 @@ def _middle(floor: FieldFloor) -> FloatArray:
     return np.array([*floor.bounds.mean(axis=0), floor.elevation_m])
 
 
-def asked_table(plan: PlanSource) -> Table:
+def requirements_table(plan: PlanSource) -> Table:
     """What was asked and what became of it."""
-    rows = tuple(_asked_row(result) for result in plan.document["requirements"]["results"])
+    rows = tuple(_requirement_row(result) for result in plan.document["requirements"]["results"])
     columns = (
         Column("Requirement", 34),
         Column("Points", 46),
@@ -112,11 +112,11 @@ def asked_table(plan: PlanSource) -> Table:
     return Table("Required and reached", columns, rows)
 
 
-def _asked_row(result: Mapping[str, Any]) -> tuple[str, ...]:
+def _requirement_row(result: Mapping[str, Any]) -> tuple[str, ...]:
     required = float(result["required"])
     return (
         str(result["name"]),
-        asked_words(result["asked"], int(result["seen_from"])),
+        limits_words(result["asked"], int(result["seen_from"])),
         f"{100 * required:g}",
         reached_percent(float(result["fraction_of_achievable"]), 0.0 if result["met"] else required),
         "met" if result["met"] else "NOT met",
@@ -124,7 +124,7 @@ def _asked_row(result: Mapping[str, Any]) -> tuple[str, ...]:
     )
 
 
-def asked_words(asked: Mapping[str, Any], seen_from: int) -> str:
+def limits_words(asked: Mapping[str, Any], seen_from: int) -> str:
     """Say what is asked of points."""
     limits = []
     if asked["range_m"] is not None:

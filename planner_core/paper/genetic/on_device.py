@@ -113,7 +113,7 @@ class Population:
         self._cover = device.program(
             "genetic_cover.cl", {"LANES": shape.lanes, "DEPTH": shape.depth, "TILE": shape.words}
         )
-        self._n_classes, self._n_targets = np.int32(tiles.counts.shape[1]), np.int32(tiles.counts.shape[0])
+        self._n_classes, self._n_constraints = np.int32(tiles.counts.shape[1]), np.int32(tiles.counts.shape[0])
         arrays: dict[str, NDArray[Any]] = {
             "bits": tiles.bits,
             "weights": tiles.weights,
@@ -180,8 +180,8 @@ class Population:
         tiles = ("bits", "weights", "shift", "near", np.int32(self._n_genes))
         self._run("cover", (slots, runs, self._n_tiles), "state", *tiles, genes, count, "sums", program=self._cover)
         sums = ("sums", np.int32(self._n_tiles), np.int32(slots))
-        targets = ("class_of", "counts", self._n_classes, "required", self._n_targets)
-        self._run("judge", (runs,), "rules", "state", count, *sums, *targets, facts)
+        constraints = ("class_of", "counts", self._n_classes, "required", self._n_constraints)
+        self._run("judge", (runs,), "rules", "state", count, *sums, *constraints, facts)
 
     def rank(self, facts: str, n: int, order: str) -> None:
         """Queue ordering n individuals, the best first."""

@@ -18,7 +18,7 @@ _LEAST_SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Spot:
+class StationPoint:
     """A station on a drawing. number : in the disc. at_m : (2,) in plan."""
 
     floor: str
@@ -36,7 +36,7 @@ def link_class(overlap: float, strength: float, *, min_overlap: float, min_stren
 
 
 def links_on(
-    floor: str, spots: Mapping[str, Spot], links: Iterable[tuple[str, str, int | None]]
+    floor: str, spots: Mapping[str, StationPoint], links: Iterable[tuple[str, str, int | None]]
 ) -> tuple[tuple[FloatArray, FloatArray, FloatArray], dict[str, tuple[int, ...]]]:
     """Find what the drawing of a floor shows of links (station, station, class).
 

@@ -23,10 +23,10 @@ MISSED_GROUND = Pen(0.24, MISSED)
 OUT_OF_REACH = Pen(0.12, (0.50, 0.51, 0.53))
 MISSED_WALL = Pen(1.1, MISSED, (1.3, 0.7))
 MISSED_WALL_RIM = Pen(1.7, PAPER)
-WALK = Pen(0.5, (0.30, 0.12, 0.42), round=True)
-WALK_ABOVE = Pen(0.5, WALK.colour, (1.7, 0.8))
+ROUTE = Pen(0.5, (0.30, 0.12, 0.42), round=True)
+ROUTE_ABOVE = Pen(0.5, ROUTE.colour, (1.7, 0.8))
 """Where it climbs higher than the walls are cut: the stairs are not drawn there."""
-WALK_RIM = Pen(1.2, PAPER, round=True)
+ROUTE_RIM = Pen(1.2, PAPER, round=True)
 LEADER = Pen(0.25)
 #: By class of link: `WEAK`, `COUNTS`, `STRONG`.
 LINKS = (
@@ -57,19 +57,19 @@ def arrow_head(way: FloatArray, length: float) -> FloatArray:
     return np.array([at + 0.6 * length * ahead, base - aside, base + aside])
 
 
-def draw_walk(ink: Ink, ways: list[FloatArray], low: list[FloatArray], high: list[FloatArray]) -> None:
+def draw_route(ink: Ink, ways: list[FloatArray], low: list[FloatArray], high: list[FloatArray]) -> None:
     """Draw ways (M, 2) in millimetres, with arrow heads where there is room for them.
 
     low, high : parts of them up to the height of the cut, and above.
     """
-    ink.lines(ways, WALK_RIM)
-    ink.lines(low, WALK)
-    ink.lines(high, WALK_ABOVE)
+    ink.lines(ways, ROUTE_RIM)
+    ink.lines(low, ROUTE)
+    ink.lines(high, ROUTE_ABOVE)
     for way in ways:
         if float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum()) > 4 * DISC_MM + ARROW_MM:
             head = arrow_head(way, ARROW_MM)
             ink.lines([head], Pen(0.5, PAPER), closed=True)
-            ink.area([head], WALK.colour)
+            ink.area([head], ROUTE.colour)
 
 
 def draw_links(ink: Ink, ends: Sequence[FloatArray]) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import FloatArray, KeepOut, SettledStation
+from planner_core.model import FloatArray, KeepOut, PriorStation
 from planner_core.positions.rounding import SET_UP_DIGITS, local_of_written_m
 
 Place = tuple[float, float, float]
@@ -45,7 +45,7 @@ class Draft:
 
     stations: tuple[DraftStation, ...]
     keep_out: tuple[KeepOut, ...] = ()
-    forbidden: tuple[SettledStation, ...] = ()
+    forbidden: tuple[PriorStation, ...] = ()
 
     def __post_init__(self) -> None:
         ids = self.ids

@@ -10,8 +10,8 @@ import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Survey
 from planner_core.positions.ground_surface import GroundSurface
+from planner_core.positions.prior_stations import with_ground_around
 from planner_core.positions.reach import Reach
-from planner_core.positions.settled import with_ground_around
 
 #: Cells of a map are about this wide, more where a floor would have more cells than `_MOST_CELLS`: each costs 42 rays.
 MAP_CELL_M = 0.1

@@ -26,8 +26,8 @@ from planner_core.planning.live.layers import TIMES_SEEN, layer_named, times_see
 from planner_core.planning.live.looks import Looker, rows_of
 from planner_core.planning.live.pairs import PairFinder
 from planner_core.planning.live.preview import Preview, Standing, coverages, differing
-from planner_core.planning.live.spots import GroundMap, Spot, Spots
 from planner_core.planning.live.tally import Parts, Tally, changed, covered_area_m2, figure_of, parts_of
+from planner_core.planning.live.tripod_positions import GroundMap, TripodPosition, TripodPositions
 from planner_core.planning.live.unseen import LeftSurface, left_surfaces
 from planner_core.positions.local_site import floor_named
 from planner_core.positions.reach import Reach
@@ -96,7 +96,7 @@ class LivePlan:
             demand.times_met.max(axis=0) > 0,
             min_overlap=min(MIN_LISTED_OVERLAP, overlap or MIN_LISTED_OVERLAP),  # at least what selection counted
         )
-        self._spots = Spots(survey, settings, engine, reach, height_m=self._usual_height_m())
+        self._tripod_positions = TripodPositions(survey, settings, engine, reach, height_m=self._usual_height_m())
         self._standings: OrderedDict[tuple[DraftStation, ...], Standing] = OrderedDict()
 
     @property
@@ -215,9 +215,9 @@ class LivePlan:
 
     def snap(
         self, draft: Draft, floor: str, position_m: tuple[float, float] | Place, instrument_height_m: float
-    ) -> Spot:
+    ) -> TripodPosition:
         """Find where a station that is dragged to a place would stand; raises as `preview`."""
-        return self._spots.nearest(
+        return self._tripod_positions.nearest(
             floor,
             (position_m[0], position_m[1]),
             draft,
@@ -227,7 +227,7 @@ class LivePlan:
 
     def ground(self, draft: Draft, floor: str) -> GroundMap:
         """Return the map of where stations may stand on a floor; raises RequirementError where there is none."""
-        return self._spots.ground(floor, draft)
+        return self._tripod_positions.ground(floor, draft)
 
     # ------------------------------------------------------------------------------------------ what is painted
     def times_seen(self, draft: Draft) -> UInt8Array:

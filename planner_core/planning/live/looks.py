@@ -1,7 +1,7 @@
 """Looks: what one position sees of every patch and how, kept by the exact position, so that nothing is scanned twice.
 
-A `Survey`, settings, an open engine and a position in the local frame, metres -> `Look`. The sights are those of
-`planner_core.requirements.sights`; which of them meet what is asked is decided here once a look.
+A `Survey`, settings, an open engine and a position in the local frame, metres -> `Look`. The observations are those of
+`planner_core.requirements.observations`; which of them meet what is asked is decided here once a look.
 """
 
 from __future__ import annotations
@@ -12,10 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.coverage.levels import Sights, sights_meeting, sights_of_returns, sights_of_views, with_noise
+from planner_core.coverage.levels import (
+    Observations,
+    observations_meeting,
+    observations_of_returns,
+    observations_of_views,
+    with_noise,
+)
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import Asked, FloatArray, Int32Array, PlanSettings, ScanBy, Survey, Visibility
+from planner_core.model import FloatArray, Int32Array, PlanSettings, PointLimits, ScanBy, Survey, Visibility
 from planner_core.requirements.demand import Rows
 
 #: Looks are kept up to this size, those used last; a dragged station makes some twenty a second.
@@ -24,7 +30,7 @@ KEPT_BYTES = 256 * 2**20
 
 @dataclass(frozen=True)
 class Look:
-    """From one position. patch : (M,) int32, sorted, all that is seen. sights : one row, how.
+    """From one position. patch : (M,) int32, sorted, all that is seen. observations : one row, how.
 
     met : for each quality asked, the patches, sorted, on which the position meets it by itself.
     """
@@ -32,12 +38,17 @@ class Look:
     position_m: tuple[float, float, float]
     patch: Int32Array
     met: tuple[Int32Array, ...]
-    sights: Sights
+    observations: Observations
 
     @property
     def n_bytes(self) -> int:
         """Memory that it takes, to a few bytes."""
-        figures = (self.sights.range_m, self.sights.incidence_rad, self.sights.spacing_m, self.sights.noise_m)
+        figures = (
+            self.observations.range_m,
+            self.observations.incidence_rad,
+            self.observations.spacing_m,
+            self.observations.noise_m,
+        )
         arrays = (self.patch, *(met for met in self.met if met is not self.patch), *figures)
         return sum(0 if array is None else array.nbytes for array in arrays)
 
@@ -50,12 +61,12 @@ class Looker:
         survey: Survey,
         settings: PlanSettings,
         engine: ScanEngine,
-        qualities: tuple[Asked, ...],
+        qualities: tuple[PointLimits, ...],
         *,
         kept_bytes: int = KEPT_BYTES,
     ) -> None:
         self._settings, self._qualities = settings, qualities
-        self._sights_at = _sights_by(survey, settings, engine)
+        self._observations_at = _observations_by(survey, settings, engine)
         self._kept: OrderedDict[tuple[float, float, float], Look] = OrderedDict()
         self._kept_bytes, self._n_bytes = kept_bytes, 0
         self.n_scans = 0
@@ -77,14 +88,18 @@ class Looker:
 
     def _scan(self, position_m: tuple[float, float, float]) -> Look:
         self.n_scans += 1
-        sights = self._sights_at(np.array([position_m], dtype=np.float64))
+        observations = self._observations_at(np.array([position_m], dtype=np.float64))
         if self._settings.scanner.range_noise:
-            sights = with_noise(sights, self._settings.scanner, reflectivity=self._settings.requirements.reflectivity)
+            observations = with_noise(
+                observations, self._settings.scanner, reflectivity=self._settings.requirements.reflectivity
+            )
         met = tuple(
-            sights.patch if asked == Asked() else sights.patch[sights_meeting(sights, asked)]
+            observations.patch
+            if asked == PointLimits()
+            else observations.patch[observations_meeting(observations, asked)]
             for asked in self._qualities
         )
-        return Look(position_m, sights.patch, met, sights)
+        return Look(position_m, observations.patch, met, observations)
 
 
 def rows_of(looks: tuple[Look, ...], n_patches: int, n_qualities: int) -> Rows:
@@ -104,10 +119,12 @@ def _visibility(rows: list[Int32Array], n_patches: int) -> Visibility:
     return Visibility(np.cumsum(sizes, dtype=np.int64), patch, n_patches)
 
 
-def _sights_by(survey: Survey, settings: PlanSettings, engine: ScanEngine) -> Callable[[FloatArray], Sights]:
-    """Turn positions into sights by the plan's scan mode; patch mode sends its groups to the device once, here."""
+def _observations_by(
+    survey: Survey, settings: PlanSettings, engine: ScanEngine
+) -> Callable[[FloatArray], Observations]:
+    """Turn positions into observations by the plan's scan mode; patch mode sends its groups to the device here."""
     template, area_m2 = survey.template, survey.patches.area_m2
     if scan_mode_of(settings.scan_mode, template) == ScanBy.BEAMS:
-        return lambda at: sights_of_returns(engine.patch_returns(template, at, moments=True), area_m2)
+        return lambda at: observations_of_returns(engine.patch_returns(template, at, moments=True), area_m2)
     mode = PatchMode(engine, survey.scene, survey.patches)
-    return lambda at: sights_of_views(mode.see(template, at))
+    return lambda at: observations_of_views(mode.see(template, at))

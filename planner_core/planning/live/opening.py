@@ -20,9 +20,9 @@ from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import find_scene, load_options_of, settings_of
 from planner_core.planning.live.draft import local_place
 from planner_core.planning.live.live_plan import LivePlan
+from planner_core.positions.allowed_positions import find_positions
 from planner_core.positions.free_space import free_space
 from planner_core.positions.local_site import local_site
-from planner_core.positions.places import find_places
 from planner_core.positions.reach import reachability
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.demand import Demand, Rows, demand_of, qualities_of
@@ -71,14 +71,14 @@ def open_live(
     survey = make_survey(loaded, settings, progress=progress)
     _check_same(plan_folder, document, survey)
     progress(ProgressEvent(STAGE, 1, _N_STEPS, "preparing the scanner"))
-    caster = open_engine(survey.scene, survey.patches, engine=engine, device=device)
+    scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
     progress(ProgressEvent(STAGE, 2, _N_STEPS, "finding walkable floor"))
     site = local_site(survey, settings.site)
     space = free_space(survey, site.mover, zones=site.zones, progress=progress)
     reach = reachability(survey, space, site.entrances_m)
     progress(ProgressEvent(STAGE, 3, _N_STEPS, "reading what can be seen"))
-    demand = _demand(plan_folder, document, survey, settings, caster, progress)
-    live = LivePlan(document, sha256, survey, settings, caster, demand, reach)
+    demand = _demand(plan_folder, document, survey, settings, scan_engine, progress)
+    live = LivePlan(document, sha256, survey, settings, scan_engine, demand, reach)
     progress(ProgressEvent(STAGE, 4, _N_STEPS, "computing what the stations see"))
     live.figures(live.draft)
     progress(ProgressEvent(STAGE, 5, _N_STEPS, "finding where tripods can stand"))
@@ -122,7 +122,7 @@ def _demand(
         goals=goals,
         qualities=qualities,
         rows=Rows(none, none),
-        targets=(),
+        constraints=(),
         area_m2=np.tile(survey.patches.area_m2, len(qualities)),
         times_met=times_met,
         needed=(),
@@ -145,7 +145,7 @@ def _scanned(
 ) -> Int32Array:
     """Look from all candidates and the plan's stations, as `planner_core.planning.evaluate` does."""
     floors = planned_floors(survey.floors, settings.requirements.floors)
-    candidates = find_places(survey, settings, engine, floors=floors, progress=progress).candidates
+    candidates = find_positions(survey, settings, engine, floors=floors, progress=progress).candidates
     stations = [np.array(local_place(row["position"], survey.scene.offset_m)) for row in document["stations"]]
     # Those that are candidates themselves must not count twice.
     others = [at for at in stations if not (np.abs(candidates.position_m - at).max(axis=1) < _SAME_PLACE_M).any()]

@@ -17,8 +17,8 @@ from planner_core.plan_folder.viewer_layers import Layer, UInt16Array
 from planner_core.planning.live.draft import Draft, DraftStation
 from planner_core.planning.live.layers import times_seen_bytes
 from planner_core.planning.live.looks import Look
-from planner_core.planning.live.spots import Spot
 from planner_core.planning.live.tally import Change, Parts, Tally, coverage, figure_of
+from planner_core.planning.live.tripod_positions import TripodPosition
 
 UInt32Array = NDArray[np.uint32]
 
@@ -45,7 +45,7 @@ class Preview:
     goals : coverage of each requirement, in the plan's order. links : of the station, to the others in their order.
     """
 
-    spot: Spot
+    spot: TripodPosition
     station: DraftStation
     draft: Draft
     patch: UInt32Array

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planner_core.model import FloatArray, Floor, KeepOut, Role, SettledStation
+from planner_core.model import FloatArray, Floor, KeepOut, PriorStation, Role
 from planner_core.model.review import ForbiddenPlace, Review, ReviewedStation
 from planner_core.planning.live.draft import Draft, DraftStation, local_place
 
@@ -43,13 +43,13 @@ def draft_of_review(
             for zone in review.zones.values()
             if zone.kind == "keep_out"
         ),
-        forbidden=tuple(place for each in review.forbidden.values() for place in _settled(each, floors)),
+        forbidden=tuple(place for each in review.forbidden.values() for place in _prior(each, floors)),
     )
 
 
-def _settled(place: ForbiddenPlace, floors: Sequence[Floor]) -> tuple[SettledStation, ...]:
+def _prior(place: ForbiddenPlace, floors: Sequence[Floor]) -> tuple[PriorStation, ...]:
     names = [place.floor] if place.floor else [floor.id for floor in floors]
     return tuple(
-        SettledStation(f"{place.id} {name}", place.position_m, Role.FORBIDDEN, name, radius_m=place.radius_m)
+        PriorStation(f"{place.id} {name}", place.position_m, Role.FORBIDDEN, name, radius_m=place.radius_m)
         for name in names
     )

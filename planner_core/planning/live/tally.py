@@ -19,10 +19,10 @@ from planner_core.model import BoolArray, Coverage, FloatArray, Int32Array, Plan
 from planner_core.planning.live.looks import Look
 from planner_core.requirements.demand import Demand
 
-#: What figures of a layer are worked out from: float32 as in `Sights`, or float64 where they are sums.
+#: What figures of a layer are worked out from: float32 as in `Observations`, or float64 where they are sums.
 _Figures: TypeAlias = NDArray[np.floating[Any]]
 
-#: Figures of the layers: the name of each in `Sights`.
+#: Figures of the layers: the name of each in `Observations`.
 FIGURES = {"range": "range_m", "incidence": "incidence_rad", "noise": "noise_m"}
 SPACING = "spacing"
 #: Points per m^2, fewer than any layer can tell from none.
@@ -109,11 +109,11 @@ def joined(layer: str, best: _Figures, look: Look) -> _Figures:
     """(M,) what `Tally.best` of the look's patches (M,) becomes with the look."""
     if layer == SPACING:
         with np.errstate(divide="ignore"):
-            densities = look.sights.spacing_m.astype(np.float64) ** -2.0
+            densities = look.observations.spacing_m.astype(np.float64) ** -2.0
         # They add. A patch that is seen along its surface has points, if far apart: it is not one without any.
         more: _Figures = best + np.maximum(densities, _LEAST_DENSITY)
         return more
-    figures = getattr(look.sights, FIGURES[layer])
+    figures = getattr(look.observations, FIGURES[layer])
     if figures is None:
         return best
     least: _Figures = np.fmin(best, figures)

@@ -17,7 +17,7 @@ from planner_core.device import Device
 from planner_core.errors import DeviceError, OutputExistsError, RequirementError
 from planner_core.model import Visibility
 from planner_core.paper.genetic import search as genetic_search
-from planner_core.select.problem import Target, cover_problem
+from planner_core.select.problem import Constraint, cover_problem
 
 
 def drawn(bench: Bench) -> Outcome:
@@ -111,7 +111,7 @@ def test_fig16_without_a_device_times_the_host_and_says_so(tmp_path: Path, monke
     sees = rng.random((20, 50)) < 0.2
     starts = np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64)
     visibility = Visibility(starts, np.nonzero(sees)[1].astype(np.int32), 50)
-    problem = cover_problem(visibility, np.full(50, 0.04), (Target(np.ones(50, dtype=bool), 0.9),))
+    problem = cover_problem(visibility, np.full(50, 0.04), (Constraint(np.ones(50, dtype=bool), 0.9),))
     monkeypatch.setattr(fig16, "_problem", lambda bench: problem)
     monkeypatch.setattr(fig16, "_REPEATS", 1)
     monkeypatch.setattr(genetic_search, "open_device", no_device)

@@ -12,10 +12,10 @@ import pytest
 from cloud_room import edited_plan
 
 from planner_core.engine.scan_engine import open_engine
-from planner_core.errors import HandoverError
+from planner_core.errors import ExportError
 from planner_core.export.clouds.e57 import _E57
 from planner_core.export.clouds.points import STAGE
-from planner_core.export.formats import FORMATS, hand_over
+from planner_core.export.formats import FORMATS, export_plan
 from planner_core.export.options import Options
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource, open_plan
 from planner_core.progress import ProgressEvent
@@ -51,9 +51,9 @@ def test_an_interrupted_cloud_leaves_nothing_behind(
     target = tmp_path / FORMATS[name].file_name
     for after in (0, 4, 11):  # at once, within the first station, within the second
         with pytest.raises(KeyboardInterrupt):
-            hand_over(name, source, target, progress=Interrupter(after))
+            export_plan(name, source, target, progress=Interrupter(after))
         assert list(tmp_path.iterdir()) == []
-    hand_over(name, source, target, Options(max_points=100))
+    export_plan(name, source, target, Options(max_points=100))
     assert [path.name for path in tmp_path.iterdir()] == [target.name]
 
 
@@ -63,10 +63,10 @@ def test_an_interrupted_cloud_leaves_the_older_one_as_it_was(source: PlanSource,
         return {str(path): path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
 
     target = tmp_path / FORMATS[name].file_name
-    hand_over(name, source, target, Options(max_points=100))
+    export_plan(name, source, target, Options(max_points=100))
     before = contents()
     with pytest.raises(KeyboardInterrupt):
-        hand_over(name, source, target, overwrite=True, progress=Interrupter(1))
+        export_plan(name, source, target, overwrite=True, progress=Interrupter(1))
     assert contents() == before
 
 
@@ -84,7 +84,7 @@ def test_an_e57_interrupted_before_its_first_point_ends_cleanly(
 
     monkeypatch.setattr(_E57, "_points", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        hand_over("e57", source, tmp_path / "x.e57")
+        export_plan("e57", source, tmp_path / "x.e57")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -134,8 +134,8 @@ def test_a_full_disk_is_told_in_one_line_and_leaves_nothing(
     monkeypatch.setattr("planner_core.export.clouds.points._BLOCK_BEAMS", 8 * 400)
     target = tmp_path / FORMATS[name].file_name
     disk = disk_full_from(after, room)
-    with pytest.raises(HandoverError) as caught:
-        hand_over(name, source, target, progress=disk)
+    with pytest.raises(ExportError) as caught:
+        export_plan(name, source, target, progress=disk)
     disk.end()
     assert "can't be written" in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -164,7 +164,7 @@ def test_memory_does_not_grow_with_the_number_of_beams(
         source = open_plan(folder)
         source.survey()
         tracemalloc.start()
-        hand_over(name, source, tmp_path / f"{len(peak)}.{name}", Options(noise=noise, stations=("S001",)))
+        export_plan(name, source, tmp_path / f"{len(peak)}.{name}", Options(noise=noise, stations=("S001",)))
         peak.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     # Any array of the whole scan has at least a byte a beam; a row has an elevation, and some texts of it.

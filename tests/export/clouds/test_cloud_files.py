@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from planner_core.export.clouds.e57 import rotation_of
 from planner_core.export.clouds.exr import _Preview
 from planner_core.export.clouds.points import ScanBlock, open_clouds
-from planner_core.export.formats import FORMATS, hand_over
+from planner_core.export.formats import FORMATS, export_plan
 from planner_core.export.options import Options
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 
@@ -47,7 +47,7 @@ N_BEAMS = SHAPE[0] * SHAPE[1]
 def write(source: PlanSource, folder: Path, name: str, options: Options = Options()) -> Path:  # noqa: B008 - frozen
     """Write a format under its standard name."""
     target = folder / FORMATS[name].file_name
-    hand_over(name, source, target, options)
+    export_plan(name, source, target, options)
     return target
 
 
@@ -326,7 +326,7 @@ def test_exr_marks_beams_without_return(plan_folder: Path, tmp_path: Path) -> No
 
 def test_exr_folder_has_a_preview_a_station_and_nothing_else(source: PlanSource, files: dict[str, Path]) -> None:
     names = sorted(path.name for path in files["exr"].iterdir())
-    assert names == ["S001.exr", "S001.png", "S002.exr", "S002.png", "handover.json"]
+    assert names == ["S001.exr", "S001.png", "S002.exr", "S002.png", "pack.json"]
     rgb = OpenImageIO.ImageBuf(str(files["exr"] / "S001.png")).get_pixels(OpenImageIO.UINT8)
     assert rgb.shape[1] == SHAPE[1]
     assert len(np.unique(rgb.reshape(-1, 3), axis=0)) > 50
@@ -390,7 +390,7 @@ def test_one_file_a_station_holds_the_points_of_the_one_file_of_all(
     source: PlanSource, files: dict[str, Path], name: str
 ) -> None:
     folder, suffix = files[f"{name}-split"], files[name].suffix
-    assert sorted(path.name for path in folder.iterdir()) == [f"S001{suffix}", f"S002{suffix}", "handover.json"]
+    assert sorted(path.name for path in folder.iterdir()) == [f"S001{suffix}", f"S002{suffix}", "pack.json"]
     apart = np.concatenate([READ[suffix](folder / f"{station}{suffix}") for station in ids_in_order(source)])
     np.testing.assert_allclose(apart, READ[suffix](files[name]), atol=1e-9)
 
@@ -425,9 +425,9 @@ def test_a_station_that_sees_nothing_leaves_a_file_that_can_be_read(
 
 def test_e57_says_that_a_grids_scale_is_not_in_it(source: PlanSource, scene_source: PlanSource, tmp_path: Path) -> None:
     options = Options(max_points=50)
-    written = hand_over("e57", source, tmp_path / "a.e57", options)
+    written = export_plan("e57", source, tmp_path / "a.e57", options)
     assert any("scale of 0.99975" in remark for remark in written.remarks)
-    written = hand_over("e57", scene_source, tmp_path / "b.e57", options)
+    written = export_plan("e57", scene_source, tmp_path / "b.e57", options)
     assert not any("scale" in remark for remark in written.remarks)
 
 
@@ -437,11 +437,11 @@ def test_las_files_of_one_site_have_one_offset(source: PlanSource, files: dict[s
 
 
 def test_las_refuses_stations_farther_apart_than_it_can_hold(source: PlanSource, tmp_path: Path) -> None:
-    from planner_core.errors import HandoverError
+    from planner_core.errors import ExportError
 
     far = replace(source.stations[1], site_m=source.stations[1].site_m + np.array([500_000.0, 0, 0]))
     spread = replace(source, stations=(source.stations[0], far))
-    with pytest.raises(HandoverError, match="reach over 5000"):
+    with pytest.raises(ExportError, match="reach over 5000"):
         write(spread, tmp_path, "las")
     assert not list(tmp_path.iterdir())
 

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from planner_core.coverage.levels import Sights, with_noise
-from planner_core.errors import HandoverError
+from planner_core.coverage.levels import Observations, with_noise
+from planner_core.errors import ExportError
 from planner_core.export.clouds.noise import deviates, noise_model
 from planner_core.export.clouds.points import Clouds, open_clouds
 from planner_core.export.options import Options
@@ -86,11 +86,11 @@ def test_deviates_are_normal_and_independent() -> None:
 @given(st.floats(1.0, 10.0), st.floats(0.1, 0.8))
 @settings(max_examples=100, deadline=None)
 def test_sigma_is_what_requirements_are_judged_by_where_the_table_reaches(range_m: float, returned: float) -> None:
-    sights = Sights(
+    observations = Observations(
         starts=np.array([0, 1]), patch=np.zeros(1, np.int32), n_patches=1, spacing_m=np.zeros(1, np.float32),
         range_m=np.array([range_m], np.float32), incidence_rad=np.array([np.arccos(returned)], np.float32),
     )  # fmt: skip
-    judged = with_noise(sights, SCANNER, reflectivity=1.0).noise_m
+    judged = with_noise(observations, SCANNER, reflectivity=1.0).noise_m
     assert judged is not None
     drawn_by = noise_model(SCANNER).range_sigma_m(np.array([range_m]), np.array([returned]))
     # The border of the table is one of float32 there.
@@ -139,10 +139,10 @@ def test_a_scanner_without_table_scatters_by_its_ranging_accuracy() -> None:
 
 def test_a_scanner_without_figures_has_no_noise_to_draw(plan_folder: Path, tmp_path: Path) -> None:
     bare = replace(SCANNER, range_noise=(), ranging_accuracy=None)
-    with pytest.raises(HandoverError, match=r"scanner test has no figures of range noise.*leave --noise out"):
+    with pytest.raises(ExportError, match=r"scanner test has no figures of range noise.*leave --noise out"):
         noise_model(bare)
     folder = edited_plan(plan_folder, tmp_path, range_noise=[], ranging_accuracy=None)
-    with pytest.raises(HandoverError, match="no figures"):
+    with pytest.raises(ExportError, match="no figures"):
         open_clouds(open_plan(folder), Options(noise=True))
 
 

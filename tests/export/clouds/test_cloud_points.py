@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.errors import HandoverError, RequirementError
+from planner_core.errors import ExportError, RequirementError
 from planner_core.export.clouds.points import Clouds, ScanBlock, open_clouds, stations_asked, thinning_step
 from planner_core.export.options import Options
 from planner_core.model import BeamTemplate, FloatArray, ScanBatch
@@ -179,7 +179,7 @@ def test_stations_are_those_asked_for_in_visiting_order(source: PlanSource) -> N
 
 
 def test_a_plan_without_stations_is_refused(source: PlanSource) -> None:
-    with pytest.raises(HandoverError, match="no station"):
+    with pytest.raises(ExportError, match="no station"):
         stations_asked(replace(source, stations=()), Options())
 
 
@@ -192,7 +192,7 @@ def test_a_missing_scene_is_named(plan_folder: Path, tmp_path: Path, monkeypatch
     folder = edited_plan(plan_folder, tmp_path / "moved")
     (folder.parent / "room.obj").rename(tmp_path / "elsewhere.obj")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(HandoverError, match=r"room\.obj is not found.*--scene"):
+    with pytest.raises(ExportError, match=r"room\.obj is not found.*--scene"):
         open_clouds(open_plan(folder, frame=FRAME), Options())
     found = open_plan(folder, scene=tmp_path / "elsewhere.obj")
     assert len(open_clouds(found, Options()).stations) == 2

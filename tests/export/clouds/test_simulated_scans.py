@@ -15,7 +15,7 @@ from cloud_room import SCANNER, SHAPE, STATIONS_M, expected_scan, write_room
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
-from planner_core.errors import HandoverError, OutputExistsError, RequirementError
+from planner_core.errors import ExportError, OutputExistsError, RequirementError
 from planner_core.export.clouds.points import STAGE, Clouds
 from planner_core.export.clouds.simulated import FORMATS, simulated_clouds, write_simulated_scans
 from planner_core.model import PlanSettings, Station, Survey
@@ -130,7 +130,7 @@ def test_a_full_disk_is_told_in_one_line_and_leaves_nothing(
     fill = Stop(after, lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, before[1])))
     clouds = replace(clouds_of(survey, fill), block_beams=8 * SHAPE[1])
     try:
-        with pytest.raises(HandoverError, match=r"scans: can't be written \(.*nothing was changed") as caught:
+        with pytest.raises(ExportError, match=r"scans: can't be written \(.*nothing was changed") as caught:
             write_simulated_scans(clouds, FORMATS, tmp_path / "scans")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)

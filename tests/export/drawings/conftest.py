@@ -72,9 +72,9 @@ def stations_m(house: PlanSource) -> np.ndarray:
 def evaluated_house(house: PlanSource) -> PlanSource:
     """A list of given stations, all fixed, of which only the first was scanned before."""
     first, *_ = house.stations
-    settled = [{"id": first.id, "role": "scanned"}]
+    prior = [{"id": first.id, "role": "scanned"}]
     return replace(
         house,
-        document={**house.document, "site": {**house.document["site"], "settled": settled}},
+        document={**house.document, "site": {**house.document["site"], "settled": prior}},
         stations=tuple(replace(station, fixed=True) for station in house.stations),
     )

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from planner_core.errors import HandoverError
+from planner_core.errors import ExportError
 from planner_core.export.ifc_stations import OBJECT_TYPE, PSET, write_ifc, write_ifc_model
 from planner_core.export.options import Options
 from planner_core.model import SiteFrame
@@ -195,7 +195,7 @@ def test_station_of_unknown_height_has_no_tripod_and_no_ground(house, tmp_path):
 
 def test_scene_that_is_no_ifc_file_is_refused(house, tmp_path):
     document = {**house.document, "scene": {**house.document["scene"], "format": "obj"}}
-    with pytest.raises(HandoverError, match=r"house\.ifc: is obj, expected an IFC file .* use format ifc"):
+    with pytest.raises(ExportError, match=r"house\.ifc: is obj, expected an IFC file .* use format ifc"):
         write_ifc_model(replace(house, document=document), tmp_path / "no.ifc", Options(), silent)
 
 

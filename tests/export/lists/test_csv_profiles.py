@@ -11,7 +11,7 @@ from field_plan import STATIONS, field_plan, on_site, site_frame
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner_core.errors import HandoverError, RequirementError
+from planner_core.errors import ExportError, RequirementError
 from planner_core.export.csv_profiles import LETTERS, PROFILES, write_csv
 from planner_core.export.options import Options
 from planner_core.plan_folder.plan_source import PlanSource
@@ -156,11 +156,11 @@ def test_scanned_stations_say_so(write: Write, site_plan: PlanSource) -> None:
 
 def test_an_unknown_instrument_height_has_no_ground_point(write: Write) -> None:
     plan = field_plan(stations={"A": ("F0", 1.0, 2.0, 3.0, math.nan, False)})
-    with pytest.raises(HandoverError, match=r"instrument height of A is not known.*--instrument sensor"):
+    with pytest.raises(ExportError, match=r"instrument height of A is not known.*--instrument sensor"):
         write(write_csv, plan)
     path, _ = write(write_csv, plan, columns="PENZHD", instrument="sensor")
     assert lines(path) == ["A,1.0000,2.0000,3.0000,,A Erdgeschoß sensor"]
-    with pytest.raises(HandoverError, match="instrument height of A"):
+    with pytest.raises(ExportError, match="instrument height of A"):
         write(write_csv, plan, columns="PENZH", instrument="sensor", separator="space")
 
 

@@ -14,7 +14,7 @@ import pytest
 import shapely
 from field_plan import STATIONS, field_plan, on_site, site_frame
 
-from planner_core.errors import CrsNeededError, HandoverError, RequirementError
+from planner_core.errors import CrsNeededError, ExportError, RequirementError
 from planner_core.export.geojson import write_geojson
 from planner_core.model import SiteFrame
 from planner_core.plan_folder.plan_source import PlanSource
@@ -85,9 +85,9 @@ def test_links_join_their_stations(write: Write, site_plan: PlanSource) -> None:
 
 def test_the_walk_has_a_line_for_each_leg_that_can_be_walked(write: Write, site_plan: PlanSource) -> None:
     path, remarks = write(write_geojson, site_plan, "out.geojson")
-    walk = of_kind(path, "walk")
-    assert [fields["id"] for fields, _ in walk] == ["S001 to S002", "S002 to S003"]
-    assert shapely.get_coordinates(walk[0][1])[1] == pytest.approx(degrees(5.0, 4.0, 0.0), abs=1.01e-9)
+    route = of_kind(path, "route")
+    assert [fields["id"] for fields, _ in route] == ["S001 to S002", "S002 to S003"]
+    assert shapely.get_coordinates(route[0][1])[1] == pytest.approx(degrees(5.0, 4.0, 0.0), abs=1.01e-9)
     assert "no way inside the model leads from S003 to S004" in remarks
 
 
@@ -125,7 +125,7 @@ def test_a_crs_that_does_not_do_is_refused_in_one_line(write: Write) -> None:
     unknown = site_frame("EPSG:999999")
     nowhere = SiteFrame(matrix=far, crs="EPSG:25832", name="UTM", source="given epsg")
     for frame, said in ((unknown, "PROJ can't read the CRS"), (nowhere, "nowhere in the site's CRS")):
-        with pytest.raises(HandoverError, match=said) as caught:
+        with pytest.raises(ExportError, match=said) as caught:
             write(write_geojson, field_plan(frame))
         assert "\n" not in str(caught.value)
 

@@ -11,7 +11,7 @@ from geocompy.gsi import gsiformat
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner_core.errors import HandoverError, RequirementError
+from planner_core.errors import ExportError, RequirementError
 from planner_core.export.gsi import write_gsi8, write_gsi16
 from planner_core.export.options import Options
 from planner_core.plan_folder.plan_source import PlanSource
@@ -120,11 +120,9 @@ def test_any_point_that_fits_comes_back(
 
 
 def test_coordinates_too_long_for_gsi_8_are_refused_with_a_way_out(write: Write, site_plan: PlanSource) -> None:
-    with pytest.raises(
-        HandoverError, match=r"GSI-8: the easting of S001 .* 9 digits .* at most 8; .*GSI-16.*--subtract"
-    ):
+    with pytest.raises(ExportError, match=r"GSI-8: the easting of S001 .* 9 digits .* at most 8; .*GSI-16.*--subtract"):
         write(write_gsi8, site_plan)
-    with pytest.raises(HandoverError, match="--gsi-unit mm holds ten times as much"):
+    with pytest.raises(ExportError, match="--gsi-unit mm holds ten times as much"):
         write(write_gsi8, site_plan, gsi_unit="0.1mm")
 
 
@@ -132,7 +130,7 @@ def test_coordinates_too_long_for_gsi_8_are_refused_with_a_way_out(write: Write,
 def test_the_last_coordinate_that_gsi_8_holds_is_written(write: Write, value: float) -> None:
     path, _ = write(write_gsi8, field_plan(stations={"P": ("F0", value, 0.0, 0.0, 1.5, False)}))
     assert read(path, 8)[0][0]["east"] == pytest.approx(math.copysign(99999.999, value))
-    with pytest.raises(HandoverError, match="9 digits"):
+    with pytest.raises(ExportError, match="9 digits"):
         write(write_gsi8, field_plan(stations={"P": ("F0", value * 1.00000001, 0.0, 0.0, 1.5, False)}))
 
 
@@ -167,7 +165,7 @@ def test_the_first_block_tells_what_is_taken_off(write: Write, site_plan: PlanSo
 def test_a_subtraction_that_the_first_block_can_not_hold_is_refused(
     write: Write, site_plan: PlanSource, width: int, less: tuple[float, float, float]
 ) -> None:
-    with pytest.raises(HandoverError, match=rf"^--subtract: got .*at most {width} char.*GSI-{width}.*whole metres$"):
+    with pytest.raises(ExportError, match=rf"^--subtract: got .*at most {width} char.*GSI-{width}.*whole metres$"):
         write(WRITERS[width], site_plan, subtract=less)
 
 
@@ -205,7 +203,7 @@ def test_an_unknown_instrument_height_leaves_its_word_out(write: Write) -> None:
     plan = field_plan(stations={"A": ("F0", 1.0, 2.0, 3.0, math.nan, False)})
     path, _ = write(write_gsi8, plan, instrument="sensor")
     assert "instrument" not in read(path, 8)[0][0]
-    with pytest.raises(HandoverError, match="instrument height of A"):
+    with pytest.raises(ExportError, match="instrument height of A"):
         write(write_gsi8, plan)
 
 

@@ -14,7 +14,7 @@ import pytest
 import shapely
 from field_plan import STATIONS, field_plan, on_site, site_frame
 
-from planner_core.errors import CrsNeededError, HandoverError, RequirementError
+from planner_core.errors import CrsNeededError, ExportError, RequirementError
 from planner_core.export.kml import write_kml
 from planner_core.plan_folder.plan_source import PlanSource
 
@@ -37,7 +37,7 @@ def degrees(x: float, y: float) -> tuple[float, float]:
 
 def test_every_floor_is_a_folder_with_its_stations(write: Write, site_plan: PlanSource) -> None:
     path, _ = write(write_kml, site_plan, "out.kml")
-    assert pyogrio.list_layers(path)[:, 0].tolist() == ["F0 Erdgeschoß", "F1 Upper floor", "walk", "links", "floors"]
+    assert pyogrio.list_layers(path)[:, 0].tolist() == ["F0 Erdgeschoß", "F1 Upper floor", "route", "links", "floors"]
     found = [*layer(path, "F0 Erdgeschoß"), *layer(path, "F1 Upper floor")]
     assert [fields["Name"] for fields, _ in found] == list(STATIONS)
     for (fields, corners), (_, x, y, z, height, _) in zip(found, STATIONS.values(), strict=True):
@@ -84,9 +84,9 @@ def test_links_and_walk_join_stations(write: Write, site_plan: PlanSource) -> No
     assert [fields["Name"] for fields, _ in links] == ["S001-S002", "S003-S004"]
     assert links[0][1][:, :2] == pytest.approx(np.array([degrees(9.0, 5.0), degrees(1.25, 2.5)]), abs=1.01e-9)
     assert "does not count" in links[1][0]["description"]
-    walk = layer(path, "walk")
-    assert [fields["Name"] for fields, _ in walk] == ["S001 to S002", "S002 to S003"]
-    assert walk[1][1][:, 2] == pytest.approx([0.02, 2.8])
+    route = layer(path, "route")
+    assert [fields["Name"] for fields, _ in route] == ["S001 to S002", "S002 to S003"]
+    assert route[1][1][:, 2] == pytest.approx([0.02, 2.8])
     assert "no way inside the model leads from S003 to S004" in remarks
 
 
@@ -108,7 +108,7 @@ def test_a_plan_without_a_crs_is_refused(write: Write, scene_plan: PlanSource) -
 
 def test_an_unknown_ground_point_is_refused(write: Write) -> None:
     plan = field_plan(site_frame(), {"A": ("F0", 1.0, 2.0, 3.0, math.nan, False)})
-    with pytest.raises(HandoverError, match="instrument height of A"):
+    with pytest.raises(ExportError, match="instrument height of A"):
         write(write_kml, plan)
     path, _ = write(write_kml, plan, "out.kml", instrument="sensor")
     assert layer(path, "F0 Erdgeschoß")[0][1][0, 2] == pytest.approx(3.0)

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner, Result
 from tlsplan.commands.export import command
 
-from planner_core.errors import HandoverError, RequirementError
+from planner_core.errors import ExportError, RequirementError
 
 Export = Callable[..., Result]
 SENSOR = ("--instrument", "sensor")
@@ -57,7 +57,7 @@ def test_the_unit_of_gsi_is_taken(export: Export, tmp_path: Path) -> None:
 def test_a_station_of_unknown_height_is_named(export: Export) -> None:
     for name in ("csv", "gsi8", "gsi16"):
         refused = export(name)
-        assert isinstance(refused.exception, HandoverError), name
+        assert isinstance(refused.exception, ExportError), name
         assert "S003" in str(refused.exception)
         assert "\n" not in str(refused.exception)
 

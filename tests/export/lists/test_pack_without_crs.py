@@ -9,7 +9,7 @@ from field_plan import field_plan, site_frame
 
 from planner_core.errors import CrsNeededError
 from planner_core.export import formats
-from planner_core.export.formats import FORMATS, hand_over_pack
+from planner_core.export.formats import FORMATS, export_pack
 from planner_core.plan_folder.plan_source import PlanSource
 
 NAMES = ("csv", "gsi16", "landxml", "geojson", "kml")
@@ -30,19 +30,19 @@ def held(folder: Path) -> set[str]:
 
 
 def test_a_pack_goes_without_what_needs_a_crs(tmp_path: Path) -> None:
-    written = hand_over_pack(["all"], in_folder(field_plan(), tmp_path), tmp_path / "pack")
-    assert held(tmp_path / "pack") == {"stations.csv", "stations-16.gsi", "stations.xml", "handover.json"}
+    written = export_pack(["all"], in_folder(field_plan(), tmp_path), tmp_path / "pack")
+    assert held(tmp_path / "pack") == {"stations.csv", "stations-16.gsi", "stations.xml", "pack.json"}
     assert sum("left out" in remark and "without a CRS" in remark for remark in written.remarks) == 2
-    record = json.loads((tmp_path / "pack" / "handover.json").read_text(encoding="utf-8"))
+    record = json.loads((tmp_path / "pack" / "pack.json").read_text(encoding="utf-8"))
     assert set(record["formats"]) == {"csv", "gsi16", "landxml"}
 
 
 def test_a_pack_with_a_crs_has_them(tmp_path: Path) -> None:
-    hand_over_pack(["all"], in_folder(field_plan(site_frame()), tmp_path), tmp_path / "pack")
+    export_pack(["all"], in_folder(field_plan(site_frame()), tmp_path), tmp_path / "pack")
     assert {"stations.geojson", "stations.kml"} <= held(tmp_path / "pack")
 
 
 def test_what_is_asked_for_by_name_is_not_left_out(tmp_path: Path) -> None:
     with pytest.raises(CrsNeededError, match="kml"):
-        hand_over_pack(["csv", "kml"], in_folder(field_plan(), tmp_path), tmp_path / "pack")
+        export_pack(["csv", "kml"], in_folder(field_plan(), tmp_path), tmp_path / "pack")
     assert not (tmp_path / "pack").exists()

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner_core.errors import HandoverError
+from planner_core.errors import ExportError
 from planner_core.export.point_names import fitted_names, plain_text
 
 NAMES = st.lists(st.text(max_size=24), min_size=1, max_size=30, unique=True)
@@ -36,7 +36,7 @@ def test_a_shortened_name_gives_way_to_one_that_has_it() -> None:
 
 
 def test_the_same_id_twice_is_refused() -> None:
-    with pytest.raises(HandoverError, match="'S1' occurs twice"):
+    with pytest.raises(ExportError, match="'S1' occurs twice"):
         fitted_names(["S1", "S2", "S1"], what="GSI-8", limit=8)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from planner_core.export.map_sheets import map_sheets
 from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, occupancy_maps
 from planner_core.export.robot_ways import Ground, Piece, robot_ways
-from planner_core.export.walk import Way
+from planner_core.export.route_lines import Way
 from planner_core.model import Floor, Survey
 from planner_core.positions.footprints import Grid
 from planner_core.positions.free_space import FreeSpace

@@ -18,7 +18,7 @@ from PIL import Image
 from robot_house import HEIGHT_M, KEEP_OUT, STATIONS
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import HandoverError
+from planner_core.errors import ExportError
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 
 Mission = Callable[..., tuple[Path, tuple[str, ...]]]
@@ -296,8 +296,8 @@ def test_a_plan_without_a_walk_has_waypoints_without_headings(house_plan: PlanSo
 def test_scanned_stations_off_the_walk_are_not_visited(house_plan: PlanSource, mission: Mission) -> None:
     route = {**house_plan.document["route"], "legs": house_plan.document["route"]["legs"][:2], "left_out": ["S5"]}
     scanned = {"id": "S4", "role": "scanned", "floor": "F1", "instrument_height_m": HEIGHT_M, "radius_m": None}
-    settled = [{**scanned, "position": [2.0, 4.0, 4.2]}]
-    site = {**house_plan.document["site"], "settled": settled}
+    prior = [{**scanned, "position": [2.0, 4.0, 4.2]}]
+    site = {**house_plan.document["site"], "settled": prior}
     plan = replace(house_plan, document={**house_plan.document, "route": route, "site": site})
     document = document_of(mission(plan)[0])
     assert document["not_visited"][0] == {"id": "S4", "reason": "scanned before"}
@@ -329,5 +329,5 @@ def test_a_missing_scene_is_told_with_its_name(house_folder: Path, tmp_path: Pat
     alone = tmp_path / "alone"
     alone.mkdir()
     (alone / "plan.json").write_bytes((house_folder / "plan.json").read_bytes())
-    with pytest.raises(HandoverError, match=r"house\.obj.*--scene"):
+    with pytest.raises(ExportError, match=r"house\.obj.*--scene"):
         mission(open_plan(alone))

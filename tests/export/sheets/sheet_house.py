@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import Asked, PlanSettings, Requirements, Scanner
+from planner_core.model import PlanSettings, PointLimits, Requirements, Scanner
 from planner_core.plan_folder.face_results import face_results, unseen_range
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.stations_csv import GivenStation
@@ -69,7 +69,7 @@ SCANNER = Scanner(
     elevation_rad=tuple(np.deg2rad(np.linspace(20, -60, 33))), instrument_height_min_m=1.0,
     instrument_height_max_m=2.0,
 )  # fmt: skip
-ASKED = Asked(range_m=4.0, incidence_rad=float(np.radians(75.0)), spacing_m=0.5)
+ASKED = PointLimits(range_m=4.0, incidence_rad=float(np.radians(75.0)), spacing_m=0.5)
 OFFSET_M = (40_300.0, 20_200.0, 50.0)
 """Of the scene from the lines above, so that a frame mixed up with another is told."""
 

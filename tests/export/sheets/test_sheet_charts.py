@@ -102,7 +102,7 @@ def _grey(pen: Pen) -> float:
     return float(np.dot(pen.colour, (0.2126, 0.7152, 0.0722)))
 
 
-LINES = {"weak": marks.LINKS[0], "counts": marks.LINKS[1], "strong": marks.LINKS[2], "walk": marks.WALK,
+LINES = {"weak": marks.LINKS[0], "counts": marks.LINKS[1], "strong": marks.LINKS[2], "route": marks.ROUTE,
          "missed wall": marks.MISSED_WALL}  # fmt: skip
 
 

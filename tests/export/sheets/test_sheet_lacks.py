@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from planner_core.errors import HandoverError, RequirementError
-from planner_core.export.formats import hand_over
+from planner_core.errors import ExportError, RequirementError
+from planner_core.export.formats import export_plan
 from planner_core.export.options import Options
 from planner_core.export.sheets.pdf import write_pdf
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
@@ -36,7 +36,7 @@ def test_stage_that_is_none_is_refused(
     for name in ("plan.json", "viewer/patches.u8"):
         (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
     (tmp_path / "bare" / "viewer" / "stage.usdc").write_bytes(content)
-    with pytest.raises(HandoverError, match=r"stage\.usdc: .*expected .*plan again"):
+    with pytest.raises(ExportError, match=r"stage\.usdc: .*expected .*plan again"):
         pdf_of(open_plan(tmp_path / "bare"))
 
 
@@ -53,7 +53,7 @@ def test_layers_that_are_not_there_are_told(sheet_folder: Path, tmp_path: Path, 
     (tmp_path / "bare" / "viewer").mkdir(parents=True)
     for name in ("plan.json", "viewer/patches.u8", "viewer/stage.usdc", "viewer/layers.json"):
         (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
-    with pytest.raises(HandoverError, match=r"layers\.json: its layers can't be read \(FileNotFoundError"):
+    with pytest.raises(ExportError, match=r"layers\.json: its layers can't be read \(FileNotFoundError"):
         pdf_of(open_plan(tmp_path / "bare"))
 
 
@@ -84,7 +84,7 @@ def test_options_that_make_no_sense_are_refused(
 
 @pytest.mark.parametrize("name", ["pdf", "html"])
 def test_sheets_are_handed_over_by_name(sheet_folder: Path, tmp_path: Path, name: str) -> None:
-    written = hand_over(name, sheet_folder, tmp_path / f"sheets.{name}", Options(paper="A4"))
+    written = export_plan(name, sheet_folder, tmp_path / f"sheets.{name}", Options(paper="A4"))
     assert written.n_files == 1 and written.n_bytes > 10_000
 
 

@@ -15,8 +15,8 @@ import scenes_synthetic
 from planner_core.coordinates.request import FrameRequest
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
-from planner_core.errors import HandoverError
-from planner_core.export.formats import hand_over
+from planner_core.errors import ExportError
+from planner_core.export.formats import export_plan
 from planner_core.model import Greedy, PlanSettings, Requirements, Scanner
 from planner_core.plan_folder.face_results import face_results, unseen_range
 from planner_core.plan_folder.plan_json import plan_text
@@ -59,7 +59,7 @@ def stage_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def package(stage_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("package") / "plan.usdz"
-    hand_over("usdz", stage_folder, path, frame=FrameRequest(crs="EPSG:25832", origin_m=(5e5, 5.3e6, 100.0)))
+    export_plan("usdz", stage_folder, path, frame=FrameRequest(crs="EPSG:25832", origin_m=(5e5, 5.3e6, 100.0)))
     return path
 
 
@@ -124,7 +124,7 @@ def test_folder_without_clouds_loaded_opens_no_cloud(stage_folder: Path) -> None
 
 def test_same_plan_gives_the_same_bytes(stage_folder: Path, tmp_path: Path) -> None:
     for name in ("a.usdz", "b.usdz"):
-        hand_over("usdz", stage_folder, tmp_path / name)
+        export_plan("usdz", stage_folder, tmp_path / name)
     assert (tmp_path / "a.usdz").read_bytes() == (tmp_path / "b.usdz").read_bytes()
 
 
@@ -134,7 +134,7 @@ def test_reviews_of_the_folder_are_in_the_package(stage_folder: Path, tmp_path: 
     prim = Sdf.CreatePrimInLayer(layer, "/Plan")
     Sdf.AttributeSpec(prim, "tlsplan:offsetX", Sdf.ValueTypeNames.Double).default = 12.5
     layer.Export(str(folder / "review.usda"))
-    hand_over("usdz", folder, tmp_path / "reviewed.usdz")
+    export_plan("usdz", folder, tmp_path / "reviewed.usdz")
     opened = Usd.Stage.Open(str(tmp_path / "reviewed.usdz"))
     assert opened.GetDefaultPrim().GetAttribute("tlsplan:offsetX").Get() == 12.5
 
@@ -142,7 +142,7 @@ def test_reviews_of_the_folder_are_in_the_package(stage_folder: Path, tmp_path: 
 def test_a_folder_that_lacks_a_layer_is_refused_in_one_line(stage_folder: Path, tmp_path: Path) -> None:
     folder = Path(shutil.copytree(stage_folder, tmp_path / "plan"))
     (folder / "stage" / "results.usdc").unlink()
-    with pytest.raises(HandoverError, match=r"results\.usdc: is not there.*plan again") as caught:
-        hand_over("usdz", folder, tmp_path / "plan.usdz")
+    with pytest.raises(ExportError, match=r"results\.usdc: is not there.*plan again") as caught:
+        export_plan("usdz", folder, tmp_path / "plan.usdz")
     assert "\n" not in str(caught.value)
     assert not (tmp_path / "plan.usdz").exists()

@@ -16,7 +16,7 @@ from planner_core.paper.genetic.objective import objective_of
 from planner_core.paper.genetic.on_device import DEFAULT_SHAPE, SHAPES, Population
 from planner_core.paper.genetic.philox import Draws
 from planner_core.select.bit_rows import lay_out, pack
-from planner_core.select.problem import CoverProblem, Target, cover_problem
+from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 
 
 def problem_of(sees: np.ndarray, ticks: np.ndarray, counts_for: np.ndarray, required: np.ndarray) -> CoverProblem:
@@ -34,8 +34,8 @@ def random_problem(seed: int, *, n_candidates: int = 40, n_patches: int = 300, d
     starts = np.cumsum([0, *(row.size for row in rows)]).astype(np.int64)
     visibility = Visibility(starts, np.concatenate(rows).astype(np.int32), n_patches)
     part = np.arange(n_patches) < n_patches // 3
-    targets = (Target(part, 0.8), Target(np.full(n_patches, True), 0.9))
-    return cover_problem(visibility, rng.uniform(0.001, 0.3, n_patches), targets)
+    constraints = (Constraint(part, 0.8), Constraint(np.full(n_patches, True), 0.9))
+    return cover_problem(visibility, rng.uniform(0.001, 0.3, n_patches), constraints)
 
 
 def unpack(words: np.ndarray, n_genes: int) -> np.ndarray:

@@ -13,7 +13,7 @@ from planner_core.paper.genetic.coverage import HostCoverage
 from planner_core.paper.genetic.objective import objective_of
 from planner_core.paper.genetic.on_device import DEFAULT_SHAPE, SHAPES, Population, Shape
 from planner_core.select.bit_rows import PART_BITS, lay_out
-from planner_core.select.problem import Target, cover_problem
+from planner_core.select.problem import Constraint, cover_problem
 
 FORMS = {
     "lanes of 8": SHAPES["cpu"],
@@ -140,7 +140,7 @@ def test_coverage_of_merged_rows_is_the_area_of_patches_that_are_seen(seed):
     starts = np.cumsum([0, *(row.size for row in rows)]).astype(np.int64)
     visibility = Visibility(starts, np.concatenate(rows).astype(np.int32), n_patches)
     area_m2 = rng.uniform(0.0, 0.04, n_patches)
-    problem = cover_problem(visibility, area_m2, (Target(np.full(n_patches, True), 1.0),))
+    problem = cover_problem(visibility, area_m2, (Constraint(np.full(n_patches, True), 1.0),))
     genes = rng.random((5, 15)) < 0.3
     with HostCoverage(problem) as coverage:
         covered, _ = coverage.evaluate(genes)

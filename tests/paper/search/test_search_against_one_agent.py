@@ -37,7 +37,7 @@ class LoneAgent:
         valid, f1, f2 = self.fitness.evaluate(where[None])
         return (float(f2[0]), -int(f1[0])) if valid[0] else (math.inf, 0)
 
-    def target(self, d):
+    def constraint(self, d):
         return tuple(a + m for a, m in zip(self.at, self.moves[d], strict=True))
 
     def goes_back(self, d):
@@ -49,11 +49,11 @@ class LoneAgent:
 
     def ls(self):
         for _ in range(self.options.max_iterations):
-            choices = [(self.worth(self.target(d)), d) for d in range(len(self.moves)) if not self.goes_back(d)]
+            choices = [(self.worth(self.constraint(d)), d) for d in range(len(self.moves)) if not self.goes_back(d)]
             if not min(choices)[0] < self.worth(self.at):
                 break
             self.last = min(choices)[1]
-            self.at = self.target(self.last)
+            self.at = self.constraint(self.last)
             self.path.append(self.at)
         return self.path
 
@@ -68,14 +68,14 @@ class LoneAgent:
             order = sorted(range(n), key=lambda d: drawn[d])
             chosen = None
             for d, chance in zip(order, drawn[n:], strict=True):
-                new = self.worth(self.target(d))[0]
+                new = self.worth(self.constraint(d))[0]
                 if self.goes_back(d) or new == math.inf:
                     continue
                 if new - present < 0 or chance < math.exp(-(new - present) / temperature):
                     chosen = d
                     break
             self.last = chosen
-            self.at = self.at if chosen is None else self.target(chosen)
+            self.at = self.at if chosen is None else self.constraint(chosen)
             self.path.append(self.at)
             temperature *= self.options.cooling
         return self.path
@@ -98,8 +98,8 @@ class LoneAgent:
         ]
         tabu, best, stale = {voxel(self.at)}, self.worth(self.at), 0
         for _ in range(o.max_iterations):
-            choices = [(self.worth(self.target(d)), d) for d in range(len(self.moves))]
-            choices = [(w, d) for w, d in choices if voxel(self.target(d)) not in tabu and w[0] < math.inf]
+            choices = [(self.worth(self.constraint(d)), d) for d in range(len(self.moves))]
+            choices = [(w, d) for w, d in choices if voxel(self.constraint(d)) not in tabu and w[0] < math.inf]
             anew = stale >= o.max_without_improvement or not choices or min(choices)[0] > self.worth(self.at)
             if anew:
                 for at in self.random_places(places):
@@ -107,7 +107,7 @@ class LoneAgent:
                         self.at, stale = at, 0
                         break
             else:
-                self.at = self.target(min(choices)[1])
+                self.at = self.constraint(min(choices)[1])
                 stale += 1
             if self.worth(self.at) < best:
                 best, stale = self.worth(self.at), 0

@@ -12,7 +12,7 @@ import pytest
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import Asked, PartRequirement, Plan, PlanSettings, Proven, Requirements
+from planner_core.model import PartRequirement, Plan, PlanSettings, PointLimits, Proven, Requirements
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.viewer_files import patches_bytes
 from planner_core.plan_folder.viewer_layers import layer_files
@@ -37,9 +37,9 @@ ASKING = replace(
     refine=False,
     requirements=Requirements(
         coverage=0.7,
-        asked=Asked(range_m=9.0, incidence_rad=1.3),
+        asked=PointLimits(range_m=9.0, incidence_rad=1.3),
         parts=(
-            PartRequirement("walls", 0.5, Asked(spacing_m=0.05), classes=("IfcWall*",)),
+            PartRequirement("walls", 0.5, PointLimits(spacing_m=0.05), classes=("IfcWall*",)),
             PartRequirement("twice", 0.3, seen_from=2, heights_m=(0.0, 2.0)),
         ),
     ),

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oracles import sights_from
+from oracles import observations_from
 
 from planner_core.coverage.levels import with_noise
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import Asked, PartRequirement, Plan, PlanSettings, Requirements
+from planner_core.model import PartRequirement, Plan, PlanSettings, PointLimits, Requirements
 from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
@@ -34,9 +34,9 @@ def noisy(asking: PlanSettings) -> PlanSettings:
         scanner=replace(asking.scanner, range_noise=NOISE),
         requirements=Requirements(
             coverage=0.6,
-            asked=Asked(spacing_m=0.06),
+            asked=PointLimits(spacing_m=0.06),
             parts=(
-                PartRequirement("quiet walls", 0.4, Asked(noise_m=0.003), classes=("IfcWall*",)),
+                PartRequirement("quiet walls", 0.4, PointLimits(noise_m=0.003), classes=("IfcWall*",)),
                 PartRequirement("twice", 0.3, seen_from=2, heights_m=(0.0, 2.0)),
             ),
         ),
@@ -94,22 +94,22 @@ def test_patches_are_lost_that_others_see_too_coarsely_or_too_noisily(
     survey, n_patches = plan.survey, plan.survey.patches.n_patches
     assert plan.times_met is not None
     at_m = np.stack([station.position_m for station in plan.stations])
-    sights = sights_from(survey, noisy, open_engine(survey.scene, survey.patches), at_m)
-    sights = with_noise(sights, noisy.scanner, reflectivity=noisy.requirements.reflectivity)
-    assert sights.noise_m is not None
-    row = np.repeat(np.arange(at_m.shape[0]), np.diff(sights.starts))
-    n_seen = np.bincount(sights.patch, minlength=n_patches)
+    observations = observations_from(survey, noisy, open_engine(survey.scene, survey.patches), at_m)
+    observations = with_noise(observations, noisy.scanner, reflectivity=noisy.requirements.reflectivity)
+    assert observations.noise_m is not None
+    row = np.repeat(np.arange(at_m.shape[0]), np.diff(observations.starts))
+    n_seen = np.bincount(observations.patch, minlength=n_patches)
     n_badly = {"overall": 0, "quiet walls": 0}
     for index, goal in enumerate(goals_of(survey, noisy)):
         meets = np.ones(row.size, dtype=bool)
         if goal.asked.spacing_m is not None:
-            meets &= sights.spacing_m <= goal.asked.spacing_m
+            meets &= observations.spacing_m <= goal.asked.spacing_m
         if goal.asked.noise_m is not None:
-            meets &= sights.noise_m <= goal.asked.noise_m
-        n_met = np.bincount(sights.patch[meets], minlength=n_patches)
+            meets &= observations.noise_m <= goal.asked.noise_m
+        n_met = np.bincount(observations.patch[meets], minlength=n_patches)
         counted = goal.patches & (plan.times_met[plan.qualities.index(goal.asked)] >= goal.seen_from)
         for number, losses in enumerate(plan.losses):
-            mine = sights.patch[meets & (row == number)]
+            mine = observations.patch[meets & (row == number)]
             expected = mine[counted[mine] & (n_met[mine] == goal.seen_from)]
             np.testing.assert_array_equal(losses[index].patch, np.sort(expected))
             if goal.name in n_badly:

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from oracles import sights_from
+from oracles import observations_from
 
 from planner_core.coverage.survey import visible_from
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Asked, Plan, PlanSettings
+from planner_core.model import Plan, PlanSettings, PointLimits
 from planner_core.network.overlap import overlap_links, surface_of_patches
 from planner_core.planning.live.draft import Draft, DraftStation
 from planner_core.planning.live.live_plan import LivePlan
@@ -196,7 +196,7 @@ def test_links_are_those_of_a_plan_bit_by_bit(house: LivePlan) -> None:
 def test_links_are_the_same_from_either_end(house: LivePlan) -> None:
     survey = house.survey
     engine = open_engine(survey.scene, survey.patches)
-    looker = Looker(survey, house.settings, engine, (Asked(),))
+    looker = Looker(survey, house.settings, engine, (PointLimits(),))
     stations = [(each.id, looker.look(each.position_m)) for each in house.draft.stations]
     none_known = np.zeros(survey.patches.n_patches, dtype=bool)
     forth = PairFinder(survey, survey.patches.area_m2, none_known, min_overlap=0.05).links(stations)
@@ -211,16 +211,19 @@ def test_layers_are_the_best_of_all_stations(asking_house: LivePlan) -> None:
     survey = live.survey
     engine = open_engine(survey.scene, survey.patches)
     at = np.array([each.position_m for each in live.draft.stations])
-    sights = sights_from(survey, live.settings, engine, at)
-    for name, figures in (("range", sights.range_m), ("incidence", np.degrees(sights.incidence_rad.astype(float)))):
+    observations = observations_from(survey, live.settings, engine, at)
+    for name, figures in (
+        ("range", observations.range_m),
+        ("incidence", np.degrees(observations.incidence_rad.astype(float))),
+    ):
         step = live.layers[name].step
         best = np.full(survey.patches.n_patches, np.inf)
-        for patch, figure in zip(sights.patch.tolist(), figures.tolist(), strict=True):
+        for patch, figure in zip(observations.patch.tolist(), figures.tolist(), strict=True):
             best[patch] = min(best[patch], figure)
         expected = np.where(np.isfinite(best), np.minimum(np.rint(best / step), 65534), 65535)
         np.testing.assert_array_equal(live.layer(live.draft, name), expected)
     density = np.zeros(survey.patches.n_patches)
-    for patch, spacing_m in zip(sights.patch.tolist(), sights.spacing_m.tolist(), strict=True):
+    for patch, spacing_m in zip(observations.patch.tolist(), observations.spacing_m.tolist(), strict=True):
         density[patch] += 1.0 / spacing_m**2
     found = live.layer(live.draft, "spacing")
     assert ((found == 65535) == (density == 0)).all()
@@ -244,12 +247,14 @@ def test_requirements_of_limits_are_counted_by_station(asking_house: LivePlan) -
     survey = live.survey
     engine = open_engine(survey.scene, survey.patches)
     asked = live.settings.requirements
-    assert asked.asked != Asked()
+    assert asked.asked != PointLimits()
     times = np.zeros(survey.patches.n_patches, dtype=int)
     for station in live.draft.stations:
-        sights = sights_from(survey, live.settings, engine, station.at_m[None])
-        meets = (sights.range_m <= asked.asked.range_m) & (sights.incidence_rad <= asked.asked.incidence_rad)
-        times[sights.patch[meets]] += 1
+        observations = observations_from(survey, live.settings, engine, station.at_m[None])
+        meets = (observations.range_m <= asked.asked.range_m) & (
+            observations.incidence_rad <= asked.asked.incidence_rad
+        )
+        times[observations.patch[meets]] += 1
     figures = live.figures(live.draft).plan
     np.testing.assert_array_equal(figures.times_seen, times)
     painted = live.times_seen(live.draft)

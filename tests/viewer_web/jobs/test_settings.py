@@ -57,23 +57,23 @@ def test_the_review_locks_keeps_and_adds_what_it_says(own_hall: Path) -> None:
     first, *others = [station.id for station in store.plan().stations]
     zone = Zone("", "priority", ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0)), name="desk", coverage=0.75)
     store.commit(0, [LockStation(first), AddZone(zone)], "Ana")
-    roles = {station.id: station.role for station in asked(own_hall, from_review=True).site.settled}
+    roles = {station.id: station.role for station in asked(own_hall, from_review=True).site.prior}
     assert roles == {first: "locked", **dict.fromkeys(others, "kept")}
     parts = asked(own_hall, from_review=True).requirements.parts
     assert [(part.name, part.coverage) for part in parts] == [("upper half", 0.5), ("desk", 0.75)]
-    assert asked(own_hall).site.settled == ()
+    assert asked(own_hall).site.prior == ()
 
 
 def test_other_objectives_keep_no_stations_but_locked_ones(own_hall: Path) -> None:
     store = ReviewStore(own_hall)
     first = store.plan().stations[0].id
     store.commit(0, [LockStation(first)], "Ana")
-    settled = asked(own_hall, from_review=True, objective="coverage", max_stations=3).site.settled
-    assert [(station.id, station.role) for station in settled] == [(first, "locked")]
+    prior = asked(own_hall, from_review=True, objective="coverage", max_stations=3).site.prior
+    assert [(station.id, station.role) for station in prior] == [(first, "locked")]
 
 
 def test_a_run_begins_with_the_stations_that_it_is_given(hall: Path) -> None:
-    begun = run_settings(hall / "plan", RunRequest(), begun_m=[(1.0, 2.0, 1.3)]).site.settled
+    begun = run_settings(hall / "plan", RunRequest(), begun_m=[(1.0, 2.0, 1.3)]).site.prior
     assert [(station.role, station.position_m) for station in begun] == [("begun", (1.0, 2.0, 1.3))]
 
 

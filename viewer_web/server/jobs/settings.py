@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from planner_core.documents import key_of
-from planner_core.model import Objective, PlanSettings, Proven, Requirements, Role, SettledStation
+from planner_core.model import Objective, PlanSettings, PriorStation, Proven, Requirements, Role
 from planner_core.model.choices import one_of
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import settings_of
@@ -59,8 +59,8 @@ def run_settings(basis: Path, request: RunRequest, *, begun_m: Sequence[Sequence
         settings = settings_with_review(settings, store.current(), store.plan())
     objective = one_of(Objective, request.objective, "objective")
     if objective != Objective.FEWEST:  # which keep nothing
-        settings = _with_settled(settings, lambda station: station.role != Role.KEPT)
-    settings = _with_settled(settings, lambda station: station.role != Role.BEGUN, *_begun(begun_m))
+        settings = _with_prior(settings, lambda station: station.role != Role.KEPT)
+    settings = _with_prior(settings, lambda station: station.role != Role.BEGUN, *_begun(begun_m))
     return replace(settings, objective=objective, max_stations=request.max_stations)
 
 
@@ -82,15 +82,13 @@ def _method(planned: PlanSettings, time_limit_s: float | None) -> Proven:
     return replace(kept, time_limit_s=time_limit_s)
 
 
-def _begun(places_m: Sequence[Sequence[float]]) -> list[SettledStation]:
+def _begun(places_m: Sequence[Sequence[float]]) -> list[PriorStation]:
     return [
-        SettledStation(f"begun-{number}", (float(x), float(y), float(z)), Role.BEGUN)
+        PriorStation(f"begun-{number}", (float(x), float(y), float(z)), Role.BEGUN)
         for number, (x, y, z) in enumerate(places_m, start=1)
     ]
 
 
-def _with_settled(
-    settings: PlanSettings, stays: Callable[[SettledStation], bool], *more: SettledStation
-) -> PlanSettings:
-    settled = (*filter(stays, settings.site.settled), *more)
-    return replace(settings, site=replace(settings.site, settled=settled))
+def _with_prior(settings: PlanSettings, stays: Callable[[PriorStation], bool], *more: PriorStation) -> PlanSettings:
+    prior = (*filter(stays, settings.site.prior), *more)
+    return replace(settings, site=replace(settings.site, prior=prior))

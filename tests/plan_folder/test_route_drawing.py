@@ -11,11 +11,11 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Leg, Link, Plan, Route, SealedArea, Site
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.ink import Pen
-from planner_core.plan_folder.drawing.links import Spot, links_on
-from planner_core.plan_folder.drawing.marks import LINKS, WALK, draw_links
+from planner_core.plan_folder.drawing.links import StationPoint, links_on
+from planner_core.plan_folder.drawing.marks import LINKS, ROUTE, draw_links
 from planner_core.plan_folder.drawing.png_ink import PngInk
 from planner_core.plan_folder.maps import link_class, view_floor, write_floor_map, write_link_map
-from planner_core.plan_folder.walk_drawing import (
+from planner_core.plan_folder.route_drawing import (
     breaks_on,
     draw_runs,
     ends_on,
@@ -83,10 +83,10 @@ def test_walk_is_drawn_along_its_legs_on_its_own_floor_only(walked: Plan) -> Non
     for floor, paper in enumerate((below, above)):
         draw_runs(paper.ink, [MM_PER_M * run.points_m[:, :2] for run in runs_on(walked, floor)])
     for x_m, y_m in ((1.0, 2.0), (3.5, 2.0), (5.0, 2.1), (6.0, 2.7)):
-        assert below.near(x_m, y_m, WALK.colour), (x_m, y_m)
-        assert not above.near(x_m, y_m, WALK.colour), (x_m, y_m)
-    assert above.near(4.5, 2.25, WALK.colour)
-    assert not below.near(4.5, 2.4, WALK.colour)
+        assert below.near(x_m, y_m, ROUTE.colour), (x_m, y_m)
+        assert not above.near(x_m, y_m, ROUTE.colour), (x_m, y_m)
+    assert above.near(4.5, 2.25, ROUTE.colour)
+    assert not below.near(4.5, 2.4, ROUTE.colour)
 
 
 def test_texts_name_stairs_breaks_start_and_further_entrances(walked: Plan) -> None:
@@ -126,7 +126,9 @@ def test_links_are_classed_by_what_was_asked_for(plan: Plan) -> None:
 
 def test_links_are_drawn_between_stations_of_a_floor_and_others_are_named(plan: Plan) -> None:
     links = (Link("S001", "S002", 0.9, 0.5), Link("S002", "S003", 0.4, 0.5))
-    spots = {station.id: Spot(station.floor, station.order, station.position_m[:2]) for station in plan.stations}
+    spots = {
+        station.id: StationPoint(station.floor, station.order, station.position_m[:2]) for station in plan.stations
+    }
     ends, elsewhere = links_on("F0", spots, [(link.a, link.b, link_class(link, plan)) for link in links])
     assert [len(of_class) for of_class in ends] == [0, 0, 1], "S003 is on another floor"
     assert elsewhere == {"S002": (3,)}
@@ -143,8 +145,8 @@ def test_maps_show_the_walk_on_one_and_links_on_the_other(walked: Plan, engine: 
     for write, name in ((write_floor_map, "walk.png"), (write_link_map, "links.png")):
         write(walked, 0, tmp_path / name, view=view)
         pixels = Oiio.ImageBuf(str(tmp_path / name)).get_pixels(Oiio.FLOAT)[:, :, :3]
-        for colour in (WALK.colour, LINKS[2].colour, palette.SEEN_ONCE):
+        for colour in (ROUTE.colour, LINKS[2].colour, palette.SEEN_ONCE):
             share[name, colour] = int((np.abs(pixels - np.array(colour)).max(axis=2) < 0.03).sum())
-    assert share["walk.png", WALK.colour] > 300 < share["links.png", LINKS[2].colour]
-    assert share["walk.png", LINKS[2].colour] == share["links.png", WALK.colour] == 0
+    assert share["walk.png", ROUTE.colour] > 300 < share["links.png", LINKS[2].colour]
+    assert share["walk.png", LINKS[2].colour] == share["links.png", ROUTE.colour] == 0
     assert share["walk.png", palette.SEEN_ONCE] > 1000 > share["links.png", palette.SEEN_ONCE]

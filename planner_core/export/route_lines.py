@@ -53,7 +53,7 @@ def ways_of(plan: PlanSource) -> tuple[Way, ...]:
     )
 
 
-def walk_remarks(ways: tuple[Way, ...]) -> tuple[str, ...]:
+def route_remarks(ways: tuple[Way, ...]) -> tuple[str, ...]:
     """Say what of the walk is missing, a line each."""
     if not ways:
         return ("the plan has no route: none is written",)

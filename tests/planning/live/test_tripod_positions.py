@@ -9,15 +9,22 @@ import pytest
 
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import FloatArray, KeepOut, PlanSettings, SettledStation
+from planner_core.model import FloatArray, KeepOut, PlanSettings, PriorStation
 from planner_core.planning.live.draft import Draft, local_place
 from planner_core.planning.live.live_plan import LivePlan
-from planner_core.planning.live.spots import ADMISSIBLE, KEPT_OUT, NOTHING, WALKABLE, Spot, Spots
+from planner_core.planning.live.tripod_positions import (
+    ADMISSIBLE,
+    KEPT_OUT,
+    NOTHING,
+    WALKABLE,
+    TripodPosition,
+    TripodPositions,
+)
 from planner_core.positions.admissibility import reject
+from planner_core.positions.allowed_positions import KINDS, find_positions
 from planner_core.positions.free_space import free_space
 from planner_core.positions.grid import lies_mostly_indoors
 from planner_core.positions.ground_surface import GroundSurface
-from planner_core.positions.places import KINDS, find_places
 from planner_core.positions.reach import reachability
 from planner_core.scene.build import scene_from_arrays
 
@@ -27,7 +34,7 @@ def candidates(house: LivePlan) -> tuple[FloatArray, list[int], list[float]]:
     """Places of a plan's candidates at all heights of the tripod: positions, floors, heights."""
     settings = replace(house.settings, instrument_heights_m=(1.4, 1.5, 1.7), grid_step_m=0.8)
     engine = open_engine(house.survey.scene, house.survey.patches)
-    found = find_places(house.survey, settings, engine, floors=(0, 1)).candidates
+    found = find_positions(house.survey, settings, engine, floors=(0, 1)).candidates
     return found.position_m, found.floor.tolist(), found.instrument_height_m.tolist()
 
 
@@ -123,7 +130,7 @@ def test_review_keeps_ground_free_and_names_whose_it_is(house: LivePlan) -> None
     spot = house.snap(draft, "F0", (x0 + 2.0, y0 + 2.0), 1.5)
     assert spot.position_m[0] >= x0 + 5.0
     assert spot.reason.startswith("in a keep-out of the review; moved by")
-    place = SettledStation("P", (float(spot.position_m[0]), float(spot.position_m[1]), 0.0), "forbidden", "F0")
+    place = PriorStation("P", (float(spot.position_m[0]), float(spot.position_m[1]), 0.0), "forbidden", "F0")
     draft = replace(draft, forbidden=(place,))
     beside = house.snap(draft, "F0", spot.position_m, 1.5)
     assert house.snap(draft, "F0", beside.position_m, 1.5).reason == ""
@@ -177,14 +184,14 @@ def test_stations_on_landings_can_be_dragged_on_them(small: PlanSettings) -> Non
     )
     survey = make_survey(scene_from_arrays(points, np.arange(len(points)).reshape(-1, 3)), small)
     engine = open_engine(survey.scene, survey.patches)
-    places = find_places(survey, small, engine, floors=(0,))
+    places = find_positions(survey, small, engine, floors=(0,))
     landing = np.flatnonzero(places.kind == KINDS.index("landing"))
     assert landing.size > 0
-    spots = Spots(survey, small, engine, places.reach, height_m=1.5)
+    spots = TripodPositions(survey, small, engine, places.reach, height_m=1.5)
     for x, y, z in places.candidates.position_m[landing].tolist():
         assert z == pytest.approx(2.5)
         spot = spots.nearest("F0", (x + 0.03, y - 0.03), Draft(()), height_m=1.5, sensor_z_m=z)
-        assert spot == Spot((pytest.approx(x + 0.03), pytest.approx(y - 0.03), pytest.approx(2.5)), True, "")
+        assert spot == TripodPosition((pytest.approx(x + 0.03), pytest.approx(y - 0.03), pytest.approx(2.5)), True, "")
     # Beyond its edge the steps and the floor begin: a tripod does not stand on treads.
     spot = spots.nearest("F0", (2.4, 2.0), Draft(()), height_m=1.5, sensor_z_m=2.5)
     assert spot.admissible

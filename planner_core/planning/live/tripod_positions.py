@@ -1,8 +1,9 @@
-"""Spots: where a station may be dragged to. A map of each floor, and the nearest place where a tripod can stand.
+"""Tripod positions: where a station may be dragged to. A map of each floor, and the nearest valid position.
 
-Input a `Survey` (local frame, metres), settings, an engine and a `Reach`; output a `GroundMap` a floor and `Spot`s. The
-tests are those of candidates (`planner_core.positions.admissibility`) and of the way there, so that whatever a station
-is dragged to could have been a candidate. A map holds their outcome at one height; a spot is tested where it is.
+Input a `Survey` (local frame, metres), settings, an engine and a `Reach`; output a `GroundMap` per floor and
+`TripodPosition`s. The tests are those of candidates (`planner_core.positions.admissibility`) and of the way there, so
+that whatever a station is dragged to could have been a candidate. A map holds their outcome at one height; a position
+is tested where it is.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ class GroundMap:
 
 
 @dataclass(frozen=True)
-class Spot:
+class TripodPosition:
     """Where a station would stand. position_m : (x, y, z), local. admissible : whether a tripod can stand there.
 
     reason : why it is not the place that was asked for, or why nothing can stand there; empty where it is that place.
@@ -67,7 +68,7 @@ class _Floor:
     value: NDArray[np.uint8]
 
 
-class Spots:
+class TripodPositions:
     """Spots on all floors of a survey; a floor's cells are tested when it is first asked for.
 
     height_m : the instrument height that maps are made for.
@@ -101,7 +102,7 @@ class Spots:
 
     def nearest(
         self, floor: str, plan_m: tuple[float, float], draft: Draft, *, height_m: float, sensor_z_m: float | None = None
-    ) -> Spot:
+    ) -> TripodPosition:
         """Find the spot at, or nearest to, a place (x, y), local frame, for an instrument `height_m` above the ground.
 
         sensor_z_m : where several grounds lie above each other, as on stairs, the one that fits this height counts.
@@ -119,18 +120,18 @@ class Spots:
         place_m, on_floor = found or (np.array([*plan_m, cells.floor.elevation_m]), True)
         asked = self._above(place_m, height_m)
         if wrong := self._wrong_height(height_m):
-            return Spot(asked, False, wrong)
+            return TripodPosition(asked, False, wrong)
         site = self._site_of(draft)
         reason = "no ground of this floor below"
         if found is not None:
             reason = self._refusal(index, asked, on_floor, site, height_m)
             if not reason:
-                return Spot(asked, True, "")
+                return TripodPosition(asked, True, "")
         beside = self._beside(index, plan_m, draft, site, height_m)
         if beside is None:
-            return Spot(asked, False, f"{reason}, and no tripod can stand nearby")
+            return TripodPosition(asked, False, f"{reason}, and no tripod can stand nearby")
         away_m = math.hypot(beside[0] - plan_m[0], beside[1] - plan_m[1])
-        return Spot(beside, True, f"{reason}; moved by {away_m:.2f} m")
+        return TripodPosition(beside, True, f"{reason}; moved by {away_m:.2f} m")
 
     def _above(self, place_m: FloatArray, height_m: float) -> Place:
         return rounded_place(place_m + _up(height_m), self._survey.scene.offset_m)
@@ -212,7 +213,7 @@ class Spots:
 
     def _site_of(self, draft: Draft) -> LocalSite:
         """Return what the review keeps free."""
-        return local_site(self._survey, Site(keep_out=draft.keep_out, settled=draft.forbidden))
+        return local_site(self._survey, Site(keep_out=draft.keep_out, prior=draft.forbidden))
 
 
 def _up(height_m: float) -> FloatArray:

@@ -1,6 +1,6 @@
-"""Settled stations: where one that is given stands in the survey, and what is odd about its place.
+"""Prior stations: where one that is given stands in the survey, and what is odd about its place.
 
-Input a `SettledStation` (scene frame), output a `SettledPlace` (local frame). It stands where it stands: nothing here
+Input a `PriorStation` (scene frame), output a `PriorPosition` (local frame). It stands where it stands: nothing here
 moves or refuses it.
 """
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import FloatArray, Floor, Int32Array, PlanSettings, SettledStation, Survey
+from planner_core.model import FloatArray, Floor, Int32Array, PlanSettings, PriorStation, Survey
 from planner_core.positions.admissibility import reject
 from planner_core.positions.free_space import FreeSpace
 from planner_core.positions.grid import lies_mostly_indoors
@@ -26,24 +26,24 @@ _LEVEL_M, _AROUND_M = 0.02, 0.6
 
 
 @dataclass(frozen=True)
-class SettledPlace:
+class PriorPosition:
     """position_m : (3,) float64, local, the sensor's origin. floor : index. remarks : one line each, for the user."""
 
-    station: SettledStation
+    station: PriorStation
     position_m: FloatArray
     floor: int
     instrument_height_m: float
     remarks: tuple[str, ...]
 
 
-def place_settled(
+def place_prior(
     survey: Survey,
     settings: PlanSettings,
     engine: ScanEngine,
-    station: SettledStation,
+    station: PriorStation,
     *,
     space: FreeSpace | None = None,
-) -> SettledPlace:
+) -> PriorPosition:
     """Bring a station to the local frame, and find its floor and height; with `space`, also on stairs and landings."""
     position_m = local_of_written_m(station.position_m, survey.scene.offset_m)
     index, remarks = _floor_of(survey, station, position_m)
@@ -66,7 +66,7 @@ def place_settled(
     indoors = lies_mostly_indoors(survey, settings, engine, survey.floors[index])
     _, reasons = reject(survey, floor, settings, engine, position_m[None], np.array([ground_m]), mostly_covered=indoors)
     remarks += [f"station {station.id}: no valid tripod position on {floor.name!r} ({reason})" for reason in reasons]
-    return SettledPlace(station, position_m, index, height_m, tuple(remarks))
+    return PriorPosition(station, position_m, index, height_m, tuple(remarks))
 
 
 def with_ground_around(survey: Survey, floor: Floor, ground_m: FloatArray) -> Floor:
@@ -90,7 +90,7 @@ def with_ground_around(survey: Survey, floor: Floor, ground_m: FloatArray) -> Fl
     return replace(floor, ground_triangles=np.unique(np.concatenate(found)))
 
 
-def _floor_of(survey: Survey, station: SettledStation, position_m: FloatArray) -> tuple[int, list[str]]:
+def _floor_of(survey: Survey, station: PriorStation, position_m: FloatArray) -> tuple[int, list[str]]:
     """Index of the floor a station stands on: the one it names, else the highest one below it; and remarks."""
     remarks = []
     if station.floor:

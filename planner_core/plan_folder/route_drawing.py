@@ -12,7 +12,7 @@ import numpy as np
 
 from planner_core.model import FloatArray, Floor, Plan
 from planner_core.plan_folder.drawing.ink import Ink
-from planner_core.plan_folder.drawing.marks import draw_walk
+from planner_core.plan_folder.drawing.marks import draw_route
 from planner_core.plan_folder.drawing.spans import Family, spans_of_rings
 
 Mark = tuple[FloatArray, str]
@@ -55,7 +55,7 @@ def runs_on(plan: Plan, floor_index: int) -> list[Run]:
 
 def draw_runs(ink: Ink, ways: Sequence[FloatArray]) -> None:
     """Draw stretches of the walk (M, 2), millimetres."""
-    draw_walk(ink, list(ways), list(ways), [])
+    draw_route(ink, list(ways), list(ways), [])
 
 
 def stairs_on(plan: Plan, floor_index: int) -> Iterator[Mark]:

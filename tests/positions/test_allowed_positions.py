@@ -1,4 +1,4 @@
-"""Places: candidates on real ground and the rows of settled stations, against plans that are known exactly."""
+"""Places: candidates on real ground and the rows of prior stations, against plans that are known exactly."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,10 +9,10 @@ import pytest
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import KeepOut, PlanSettings, Scene, SettledStation, Site, Survey
+from planner_core.model import KeepOut, PlanSettings, PriorStation, Scene, Site, Survey
+from planner_core.positions.allowed_positions import KINDS, AllowedPositions, find_positions, places_as_they_are
 from planner_core.positions.grid import find_candidates
 from planner_core.positions.local_site import local_site, mover_of
-from planner_core.positions.places import KINDS, Places, find_places, places_as_they_are
 from planner_core.positions.rooms import find_rooms
 from planner_core.scanner.catalogue import load_scanner
 from scenes_synthetic import build
@@ -35,22 +35,22 @@ def rooms(boxes_scene: Callable[..., Scene], two_rooms: Callable[..., list]) -> 
 
 def places_of(
     of: tuple[Survey, ScanEngine], site: Site = NO_SITE, *, floors: tuple[int, ...] = (0,), grid_only: bool = False
-) -> Places:
-    return find_places(of[0], replace(SETTINGS, site=site, special_places=not grid_only), of[1], floors=floors)
+) -> AllowedPositions:
+    return find_positions(of[0], replace(SETTINGS, site=site, special_places=not grid_only), of[1], floors=floors)
 
 
-def station(name: str, x: float, y: float, z: float, role: str, **more: object) -> SettledStation:
-    return SettledStation(id=name, position_m=(x, y, z), role=role, **more)  # type: ignore[arg-type]
+def station(name: str, x: float, y: float, z: float, role: str, **more: object) -> PriorStation:
+    return PriorStation(id=name, position_m=(x, y, z), role=role, **more)  # type: ignore[arg-type]
 
 
-def plan_of(places: Places, *kinds: str) -> np.ndarray:
+def plan_of(places: AllowedPositions, *kinds: str) -> np.ndarray:
     chosen = np.isin(places.kind, [KINDS.index(kind) for kind in kinds])
     return np.unique(places.candidates.position_m[chosen][:, :2], axis=0)
 
 
 # ----------------------------------------------------------------------------------------------- the whole
 def test_where_nothing_is_kept_out_the_grid_is_the_grid(rooms: tuple[Survey, ScanEngine]) -> None:
-    plain = find_places(rooms[0], replace(SETTINGS, special_places=False), rooms[1], floors=(0,))
+    plain = find_positions(rooms[0], replace(SETTINGS, special_places=False), rooms[1], floors=(0,))
     grid = find_candidates(rooms[0], SETTINGS, rooms[1], floors=(0,))
     assert plain.candidates.position_m.tobytes() == grid.position_m.tobytes()
     assert plain.candidates.instrument_height_m.tobytes() == grid.instrument_height_m.tobytes()
@@ -85,12 +85,10 @@ def test_a_middle_at_which_the_grid_has_a_candidate_is_not_there_twice() -> None
 
 
 def test_candidates_are_in_order_counted_and_the_same_twice(rooms: tuple[Survey, ScanEngine]) -> None:
-    site = Site(
-        settled=(station("A", 1.0, 1.0, 1.6, "scanned"),), keep_out=(KeepOut(((0, 0), (2, 0), (2, 2), (0, 2))),)
-    )
+    site = Site(prior=(station("A", 1.0, 1.0, 1.6, "scanned"),), keep_out=(KeepOut(((0, 0), (2, 0), (2, 2), (0, 2))),))
     one, two = places_of(rooms, site), places_of(rooms, site)
     found = one.candidates
-    free = found.floor.size - len(one.settled)
+    free = found.floor.size - len(one.prior)
     assert found.n_tried == free + sum(found.rejected.values())
     keys = (found.instrument_height_m, found.position_m[:, 0], found.position_m[:, 1], found.floor)
     assert np.array_equal(np.lexsort([key[:free] for key in keys]), np.arange(free))
@@ -155,27 +153,27 @@ def test_an_area_of_one_floor_leaves_the_others_alone() -> None:
 
 def test_nothing_stands_within_the_radius_of_a_forbidden_place_at_any_height(rooms: tuple[Survey, ScanEngine]) -> None:
     free = places_of(rooms, grid_only=True).candidates.position_m
-    site = Site(settled=(station("X", 2.0, 2.0, 1.9, "forbidden", radius_m=1.2),))
+    site = Site(prior=(station("X", 2.0, 2.0, 1.9, "forbidden", radius_m=1.2),))
     places = places_of(rooms, site, grid_only=True)
     far = ((free[:, :2] - [2.0, 2.0]) ** 2).sum(axis=1) > 1.44
     assert 0 < far.sum() < far.size
     assert places.candidates.position_m.tobytes() == free[far].tobytes()
     assert places.candidates.rejected["at a forbidden place"] == (~far).sum()
-    assert not places.settled
+    assert not places.prior
 
 
 def test_a_forbidden_place_is_on_the_floor_it_stands_over_or_names() -> None:
     of = opened(build("stairwell").scene)
     free = places_of(of, grid_only=True, floors=(0, 1)).candidates
     x, y, z = free.position_m[free.floor == 1][0]
-    above = Site(settled=(station("X", x, y, z, "forbidden", radius_m=0.8),))
+    above = Site(prior=(station("X", x, y, z, "forbidden", radius_m=0.8),))
     left = places_of(of, above, grid_only=True, floors=(0, 1)).candidates
     assert np.array_equal(left.position_m[left.floor == 0], free.position_m[free.floor == 0])
     assert (left.floor == 1).sum() < (free.floor == 1).sum()
     assert np.linalg.norm(free.position_m[free.floor == 0][:, :2] - [x, y], axis=1).min() < 0.8
     high_m = of[0].floors[1].elevation_m
-    by_height = local_site(of[0], Site(settled=(station("X", 1.0, 1.0, high_m, "forbidden"),)))
-    by_name = local_site(of[0], Site(settled=(station("X", 1.0, 1.0, 0.0, "forbidden", floor="f1"),)))
+    by_height = local_site(of[0], Site(prior=(station("X", 1.0, 1.0, high_m, "forbidden"),)))
+    by_name = local_site(of[0], Site(prior=(station("X", 1.0, 1.0, 0.0, "forbidden", floor="f1"),)))
     assert by_height.forbidden[0].floor == by_name.forbidden[0].floor == 1
 
 
@@ -207,7 +205,7 @@ def test_far_from_the_origin_a_site_is_told_in_the_frame_of_the_scene(
         return Site(
             entrances_m=(tuple(np.array([1.0, 3.0, 0.0]) + move),),
             keep_out=(KeepOut(tuple(map(tuple, square + move[:2]))),),
-            settled=(
+            prior=(
                 station("S", *(np.array([3.0, 1.0, 1.5]) + move), "locked"),
                 station("X", *(np.array([5.5, 2.0, 1.5]) + move), "forbidden", radius_m=1.0),
             ),
@@ -244,10 +242,10 @@ def test_areas_and_places_on_floors_that_are_not_there_are_refused(rooms: tuple[
     with pytest.raises(RequirementError, match=r"keep-out 'lab': got the floor 'attic', expected one of F0"):
         places_of(rooms, Site(keep_out=(KeepOut(TRIANGLE, floor="attic", name="lab"),)))
     with pytest.raises(RequirementError, match="forbidden place 'X': got the floor 'F7'"):
-        places_of(rooms, Site(settled=(station("X", 1.0, 1.0, 1.0, "forbidden", floor="F7"),)))
+        places_of(rooms, Site(prior=(station("X", 1.0, 1.0, 1.0, "forbidden", floor="F7"),)))
 
 
-# ------------------------------------------------------------------------------------------ settled stations
+# ------------------------------------------------------------------------------------------ prior stations
 def test_settled_stations_are_the_last_rows_at_their_exact_places(rooms: tuple[Survey, ScanEngine]) -> None:
     told = (
         station("B", 3.0, 1.0, 1.61, "scanned"),
@@ -255,14 +253,14 @@ def test_settled_stations_are_the_last_rows_at_their_exact_places(rooms: tuple[S
         station("A", 5.123, 2.0, 1.5, "locked", instrument_height_m=1.47),
         station("K", 2.2, 3.0, 1.4, "kept"),
     )
-    places = places_of(rooms, Site(settled=told))
+    places = places_of(rooms, Site(prior=told))
     found = places.candidates
-    rows = [each.row for each in places.settled]
-    assert [each.place.station.id for each in places.settled] == ["B", "A", "K"]
+    rows = [each.row for each in places.prior]
+    assert [each.place.station.id for each in places.prior] == ["B", "A", "K"]
     assert rows == list(range(found.floor.size - 3, found.floor.size))
     assert found.position_m[rows].tolist() == [[3.0, 1.0, 1.61], [5.123, 2.0, 1.5], [2.2, 3.0, 1.4]]
     assert found.instrument_height_m[rows] == pytest.approx([1.61, 1.47, 1.4])
-    assert (places.kind[rows] == KINDS.index("settled")).all()
+    assert (places.kind[rows] == KINDS.index("prior")).all()
     assert places.rows_of("scanned", "kept").tolist() == [rows[0], rows[2]]
     assert places.warnings == ()
 
@@ -280,9 +278,9 @@ def test_an_oddly_placed_station_stays_and_is_warned_of(
     rooms: tuple[Survey, ScanEngine], x: float, z: float, height_m: float | None, said: str
 ) -> None:
     odd = station("A", x, 3.0, z, "scanned", instrument_height_m=height_m)
-    places = places_of(rooms, Site(settled=(odd,)), grid_only=True)
+    places = places_of(rooms, Site(prior=(odd,)), grid_only=True)
     assert places.candidates.position_m[-1].tolist() == [x, 3.0, z]
-    assert len(places.settled) == 1
+    assert len(places.prior) == 1
     assert any(said in line and "station A" in line for line in places.warnings)
 
 
@@ -290,15 +288,15 @@ def test_what_is_kept_from_an_earlier_plan_is_dropped_where_nobody_may_stand_and
     rooms: tuple[Survey, ScanEngine],
 ) -> None:
     barred = KeepOut(((0.5, 0.5), (1.5, 0.5), (1.5, 1.5), (0.5, 1.5)))
-    settled = (
+    prior = (
         station("K1", 1.0, 1.0, 1.5, "kept"),
         station("L1", 1.0, 1.1, 1.5, "locked"),
         station("K2", 3.0, 3.0, 1.5, "kept"),
         station("K3", 3.0, 2.0, 1.5, "kept"),
         station("X", 3.1, 3.0, 1.5, "forbidden"),
     )
-    places = places_of(rooms, Site(settled=settled, keep_out=(barred,)), grid_only=True)
-    assert [each.place.station.id for each in places.settled] == ["L1", "K3"]
+    places = places_of(rooms, Site(prior=prior, keep_out=(barred,)), grid_only=True)
+    assert [each.place.station.id for each in places.prior] == ["L1", "K3"]
     assert [line.split(":")[0] for line in places.warnings] == [
         "station K1 of the earlier plan is dropped",
         "locked station L1 is in a keep-out",
@@ -312,11 +310,11 @@ def test_a_station_on_a_landing_has_its_height_over_the_landing(
     steps = [((3.4 - 0.3 * (k + 1), 1.4, 0.0), (3.4 - 0.3 * k, 2.6, 0.2 * (k + 1))) for k in range(4)]
     boxes = [*two_rooms([DOOR], high_m=4.0), *steps, ((1.2, 1.6, 0.0), (2.2, 2.5, 1.0))]
     of = opened(boxes_scene(boxes))
-    places = places_of(of, Site(settled=(station("A", 1.7, 2.05, 2.5, "scanned"),)))
+    places = places_of(of, Site(prior=(station("A", 1.7, 2.05, 2.5, "scanned"),)))
     landing = places.candidates.position_m[places.kind == KINDS.index("landing")]
     assert np.abs(landing[:, :2] - [1.7, 2.05]).max() <= 0.26
     assert sorted(set(landing[:, 2].round(6))) == [2.2, 2.5]
-    assert places.settled[0].place.instrument_height_m == pytest.approx(1.5)
+    assert places.prior[0].place.instrument_height_m == pytest.approx(1.5)
     assert places.warnings == ()
 
 
@@ -327,7 +325,7 @@ def test_candidates_of_others_are_left_out_where_the_site_lets_nobody_stand(room
     site = Site(
         entrances_m=((2.0, 2.0, 0.0),),
         keep_out=(KeepOut(((4.0, -1.0), (4.6, -1.0), (4.6, 5.0), (4.0, 5.0)), name="the door"),),
-        settled=(station("X", 1.0, 1.0, 1.5, "forbidden", radius_m=0.8),),
+        prior=(station("X", 1.0, 1.0, 1.5, "forbidden", radius_m=0.8),),
     )
     places = places_as_they_are(survey, replace(SETTINGS, site=site), grid)
     x, y = grid.position_m[:, 0], grid.position_m[:, 1]

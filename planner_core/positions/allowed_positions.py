@@ -1,7 +1,7 @@
-"""Places: everywhere a station of the plan may stand on real ground, those settled beforehand among them.
+"""Allowed positions: everywhere a station of the plan may stand on real ground, those given beforehand among them.
 
-Input a `Survey` (local frame, metres) and `PlanSettings` with their `Site`, output `Places`: candidates that a tripod
-can be carried to, as rows of one array, and which of these rows are settled.
+Input a `Survey` (local frame, metres) and `PlanSettings` with their `Site`, output `AllowedPositions`: candidates that
+a tripod can be carried to, as rows of one array, and which of these rows are given.
 
 Besides the grid there are candidates where surveyors like to stand: in doorways, in the middle of rooms and on the
 landings of stairs. They pass the same tests, see `planner_core.positions.admissibility`.
@@ -21,13 +21,13 @@ from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.grid import Tally, admitted, find_candidates, is_near, lies_mostly_indoors
 from planner_core.positions.landings import find_landings
 from planner_core.positions.local_site import LocalSite, local_site
+from planner_core.positions.prior_stations import PriorPosition, place_prior, with_ground_around
 from planner_core.positions.reach import Reach, reachability, reachable
 from planner_core.positions.rooms import find_rooms
-from planner_core.positions.settled import SettledPlace, place_settled, with_ground_around
 from planner_core.progress import Progress, silent
 
-#: What a candidate is, by its number in `Places.kind`.
-KINDS = ("grid", "doorway", "centre", "landing", "settled")
+#: What a candidate is, by its number in `AllowedPositions.kind`.
+KINDS = ("grid", "doorway", "centre", "landing", "prior")
 _SPECIAL = np.array([KINDS.index(kind) for kind in ("doorway", "centre", "landing")], dtype=np.int64)
 #: A special place this near to a candidate of the grid offers nothing new.
 _NEAR_M = 0.1
@@ -37,18 +37,18 @@ _MAX_SEALED_LINES = 5
 
 
 @dataclass(frozen=True)
-class SettledRow:
-    """Candidate row `row` is the settled station `place.station`."""
+class PriorRow:
+    """Candidate row `row` is the prior station `place.station`."""
 
     row: int
-    place: SettledPlace
+    place: PriorPosition
 
 
 @dataclass(frozen=True)
-class Places:
-    """candidates : by floor, y, x, height; after them the settled stations in the order of the site.
+class AllowedPositions:
+    """candidates : by floor, y, x, height; after them the prior stations in the order of the site.
 
-    `candidates.n_tried` and `rejected` count all but the settled ones. kind : (N,) int8 into `KINDS`. settled : those
+    `candidates.n_tried` and `rejected` count all but the prior ones. kind : (N,) int8 into `KINDS`. settled : those
     that have a row; of kept stations that are no candidates any more a warning tells. warnings : one line each.
     """
 
@@ -56,7 +56,7 @@ class Places:
     kind: np.ndarray[tuple[int], np.dtype[np.int8]]
     reach: Reach
     site: LocalSite
-    settled: tuple[SettledRow, ...]
+    prior: tuple[PriorRow, ...]
     warnings: tuple[str, ...]
 
     def allows(self, candidates: Candidates) -> BoolArray:
@@ -68,8 +68,8 @@ class Places:
         return good
 
     def rows_of(self, *roles: Role) -> Int64Array:
-        """(K,) int64 rows of settled stations that have one of `roles`."""
-        return np.array([each.row for each in self.settled if each.place.station.role in roles], dtype=np.int64)
+        """(K,) int64 rows of prior stations that have one of `roles`."""
+        return np.array([each.row for each in self.prior if each.place.station.role in roles], dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -120,15 +120,15 @@ _RULED_OUT_AS: dict[str, Callable[[LocalSite, Reach, _Found], BoolArray]] = {
 }
 
 
-def find_places(
+def find_positions(
     survey: Survey,
     settings: PlanSettings,
     engine: ScanEngine,
     *,
     floors: tuple[int, ...],
     progress: Progress = silent,
-) -> Places:
-    """Find candidates on `floors` (indices into survey.floors), and give the site's settled stations their rows.
+) -> AllowedPositions:
+    """Find candidates on `floors` (indices into survey.floors), and give the site's prior stations their rows.
 
     Raises
     ------
@@ -150,30 +150,30 @@ def find_places(
     found = _allowed(_joined(parts), site, reach, tally)
     order = np.lexsort((found.height_m, found.position_m[:, 0], found.position_m[:, 1], found.floor))
     found = found.take(order)
-    settled, remarks = _settled(survey, settings, engine, site, reach)
-    rows = tuple(SettledRow(found.floor.size + i, place) for i, place in enumerate(settled))
-    found = _joined([found, _of_settled(settled)])
-    return Places(
+    prior, remarks = _prior(survey, settings, engine, site, reach)
+    rows = tuple(PriorRow(found.floor.size + i, place) for i, place in enumerate(prior))
+    found = _joined([found, _of_prior(prior)])
+    return AllowedPositions(
         candidates=found.candidates(tally),
         kind=found.kind.astype(np.int8),
         reach=reach,
         site=site,
-        settled=rows,
+        prior=rows,
         warnings=(*remarks, *_sealed_lines(survey, reach)),
     )
 
 
 def places_as_they_are(
     survey: Survey, settings: PlanSettings, candidates: Candidates, *, progress: Progress = silent
-) -> Places:
+) -> AllowedPositions:
     """Take candidates that somebody else found, but those that the site or the walk to them rules out.
 
-    These are counted in `Candidates.rejected`, as `find_places` does; what is left stays in its order.
+    These are counted in `Candidates.rejected`, as `find_positions` does; what is left stays in its order.
 
     Raises
     ------
     RequirementError
-        As `find_places`.
+        As `find_positions`.
     """
     site = local_site(survey, settings.site)
     space = free_space(survey, site.mover, zones=site.zones, progress=progress)
@@ -181,12 +181,12 @@ def places_as_they_are(
     tally = Tally()
     tally.n_tried, tally.rejected = candidates.n_tried, dict(candidates.rejected)
     found = _allowed(_of_grid(candidates), site, reach, tally)
-    return Places(
+    return AllowedPositions(
         candidates=found.candidates(tally),
         kind=found.kind.astype(np.int8),
         reach=reach,
         site=site,
-        settled=(),
+        prior=(),
         warnings=_sealed_lines(survey, reach),
     )
 
@@ -267,21 +267,21 @@ def _on_ground(space: FreeSpace, place_m: FloatArray) -> FloatArray:
     return out[np.isfinite(out[:, 2])]
 
 
-# ------------------------------------------------------------------------------------------ settled stations
-def _settled(
+# ------------------------------------------------------------------------------------------ prior stations
+def _prior(
     survey: Survey, settings: PlanSettings, engine: ScanEngine, site: LocalSite, reach: Reach
-) -> tuple[list[SettledPlace], tuple[str, ...]]:
-    """Places of settled stations, and what is odd about them.
+) -> tuple[list[PriorPosition], tuple[str, ...]]:
+    """Places of prior stations, and what is odd about them.
 
     One that is only kept from an earlier plan, or begun with, is dropped where no other station may stand: in a
     keep-out, at a forbidden place, or where nobody walks.
     """
     placed, remarks = [], []
-    for station in settings.site.settled:
+    for station in settings.site.prior:
         if station.role == Role.FORBIDDEN:
             continue
-        place = place_settled(survey, settings, engine, station, space=reach.space)
-        alone = _of_settled([place])
+        place = place_prior(survey, settings, engine, station, space=reach.space)
+        alone = _of_prior([place])
         reasons = [reason for reason, why in _RULED_OUT_AS.items() if why(site, reach, alone)[0]]
         if reasons and station.role == Role.KEPT:
             remarks.append(f"station {station.id} of the earlier plan is dropped: {', '.join(reasons)}")
@@ -295,12 +295,12 @@ def _settled(
     return placed, tuple(remarks)
 
 
-def _of_settled(placed: list[SettledPlace]) -> _Found:
+def _of_prior(placed: list[PriorPosition]) -> _Found:
     return _Found(
         position_m=np.array([place.position_m for place in placed], dtype=np.float64).reshape(-1, 3),
         floor=np.array([place.floor for place in placed], dtype=np.int32),
         height_m=np.array([place.instrument_height_m for place in placed], dtype=np.float64),
-        kind=np.full(len(placed), KINDS.index("settled"), dtype=np.int32),
+        kind=np.full(len(placed), KINDS.index("prior"), dtype=np.int32),
     )
 
 

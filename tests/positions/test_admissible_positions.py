@@ -18,8 +18,8 @@ pytestmark = pytest.mark.parametrize("engine", ["open3d", "auto"])
 
 def candidates_of(scene: Scene, settings: PlanSettings, engine: str):
     survey = make_survey(scene, settings)
-    caster = open_engine(scene, survey.patches, engine=engine)
-    return find_candidates(survey, settings, caster, floors=tuple(range(len(survey.floors))))
+    scan_engine = open_engine(scene, survey.patches, engine=engine)
+    return find_candidates(survey, settings, scan_engine, floors=tuple(range(len(survey.floors))))
 
 
 def with_rectangle(scene: Scene, low, high, *, first: bool) -> Scene:
