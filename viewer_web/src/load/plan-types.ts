@@ -2,6 +2,7 @@
 
 export interface Documents {
   AskedSection: AskedSection;
+  BestPositionSection: BestPositionSection;
   CoverageSection: CoverageSection;
   FieldTimeSection: FieldTimeSection;
   FloorCoverage: FloorCoverage;
@@ -19,6 +20,7 @@ export interface Documents {
   PartSection: PartSection;
   PickSection: PickSection;
   PieceSection: PieceSection;
+  PriorSection: PriorSection;
   RegistrationSection: RegistrationSection;
   Repairs: Repairs;
   RequirementsSection: RequirementsSection;
@@ -29,10 +31,8 @@ export interface Documents {
   SceneSection: SceneSection;
   SealedSection: SealedSection;
   SettingsSection: SettingsSection;
-  SettledSection: SettledSection;
   SiteSection: SiteSection;
   SourceSection: SourceSection;
-  SpotSection: SpotSection;
   StationReasonSection: StationReasonSection;
   StationSection: StationSection;
   StepSection: StepSection;
@@ -56,6 +56,26 @@ export interface AskedSection {
    * Greatest one sigma of range noise.
    */
   noise_m: number | null;
+}
+/**
+ * The candidate that sees most of a surface.
+ */
+export interface BestPositionSection {
+  /**
+   * The sensor's origin.
+   *
+   * @minItems 3
+   * @maxItems 3
+   */
+  position: [number, number, number];
+  /**
+   * Of this surface.
+   */
+  sees_m2: number;
+  /**
+   * Of all that is not worth a station.
+   */
+  adds_m2: number;
 }
 /**
  * Coverage, overall and floor by floor.
@@ -390,8 +410,8 @@ export interface OptimalitySection {
    */
   why_stopped: string;
   /**
-   * Candidates that the lower bound holds for: grid, doorways, rooms, landings, settled stations, in the parts of the
-   * network that the plan is made in. Places that the plan took from off the grid may do better than the bound says.
+   * Candidates that the lower bound holds for: grid, doorways, rooms, landings, given stations, in the connected
+   * components that the plan is made in. Positions off the grid may do better than the bound says.
    */
   n_candidates_bounded: number | null;
   /**
@@ -492,6 +512,24 @@ export interface PieceSection {
    * Number of the patch nearest to the centre.
    */
   patch: number;
+}
+/**
+ * A station, or a forbidden position, given before planning.
+ */
+export interface PriorSection {
+  id: string;
+  role: 'scanned' | 'locked' | 'kept' | 'begun' | 'forbidden';
+  /**
+   * @minItems 3
+   * @maxItems 3
+   */
+  position: [number, number, number];
+  floor: string;
+  instrument_height_m: number | null;
+  /**
+   * Of a forbidden place.
+   */
+  radius_m: number | null;
 }
 /**
  * Links between stations, and what they join.
@@ -825,30 +863,12 @@ export interface SettingsSection {
   n_patches: number;
 }
 /**
- * A station, or a place, that is settled before planning.
- */
-export interface SettledSection {
-  id: string;
-  role: 'scanned' | 'locked' | 'kept' | 'begun' | 'forbidden';
-  /**
-   * @minItems 3
-   * @maxItems 3
-   */
-  position: [number, number, number];
-  floor: string;
-  instrument_height_m: number | null;
-  /**
-   * Of a forbidden place.
-   */
-  radius_m: number | null;
-}
-/**
- * Where the crew may go, and what was settled before planning.
+ * Where the crew may go, and stations given before planning.
  */
 export interface SiteSection {
   entrances: [number, number, number][];
   keep_out: KeepOutSection[];
-  settled: SettledSection[];
+  settled: PriorSection[];
   mover_radius_m: number | null;
   step_m: number | null;
   mover_height_m: number | null;
@@ -869,26 +889,6 @@ export interface SourceSection {
    * Relative to the plan folder, with forward slashes.
    */
   path: string;
-}
-/**
- * The candidate that sees most of a surface.
- */
-export interface SpotSection {
-  /**
-   * The sensor's origin.
-   *
-   * @minItems 3
-   * @maxItems 3
-   */
-  position: [number, number, number];
-  /**
-   * Of this surface.
-   */
-  sees_m2: number;
-  /**
-   * Of all that is not worth a station.
-   */
-  adds_m2: number;
 }
 /**
  * What only this station sees.
@@ -1017,7 +1017,7 @@ export interface UnseenSurfaceSection {
   /**
    * null unless the reason is `not worth a station`.
    */
-  best_spot: SpotSection | null;
+  best_spot: BestPositionSection | null;
 }
 /**
  * What each station adds, and why the unseen stays unseen: docs/method/unseen.md.
