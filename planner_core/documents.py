@@ -13,12 +13,14 @@ from difflib import get_close_matches
 from enum import StrEnum
 from typing import Annotated, Any, ClassVar, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, WithJsonSchema, model_validator
+from pydantic import BaseModel, ConfigDict, Field, PlainSerializer, ValidationError, WithJsonSchema, model_validator
 
 from planner_core.errors import PlannerError, RequirementError
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False), AfterValidator(lambda value: value + 0.0)]
-"""Finite; whole numbers too, true and false not. -0.0 becomes 0.0."""
+Number = Annotated[
+    float, Field(strict=True, allow_inf_nan=False), PlainSerializer(lambda value: value + 0.0, return_type=float)
+]
+"""Finite; whole numbers too, true and false not. -0.0 is written as 0.0."""
 Whole = Annotated[int, Field(strict=True)]
 YesNo = Annotated[bool, Field(strict=True)]
 _Model = TypeVar("_Model", bound=BaseModel)
@@ -26,6 +28,7 @@ _Model = TypeVar("_Model", bound=BaseModel)
 _SHOWN_CHARACTERS = 60
 _EXPECTED = {
     "string_type": "a text",
+    "string_unicode": "a text of Unicode characters",
     "float_type": "a finite number",
     "finite_number": "a finite number",
     "int_type": "a whole number",
@@ -197,14 +200,20 @@ def _place(steps: tuple[int | str, ...], document: Any) -> str:
     return place
 
 
+#: pydantic leaves limits behind a validator by names of its own.
+_LIMITS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
+
+
 def _untitled(schema: Any, *, is_properties: bool = False) -> Any:
-    """Without the titles that pydantic makes of names."""
+    """Without the titles that pydantic makes of names, and with limits as JSON Schema names them."""
     if isinstance(schema, list):
         return [_untitled(each) for each in schema]
     if not isinstance(schema, dict):
         return schema
     return {
-        key: _untitled(value, is_properties=key in ("properties", "$defs") and not is_properties)
+        key if is_properties else _LIMITS.get(key, key): _untitled(
+            value, is_properties=key in ("properties", "$defs") and not is_properties
+        )
         for key, value in schema.items()
         if key != "title" or is_properties
     }

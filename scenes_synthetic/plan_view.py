@@ -48,7 +48,7 @@ def edges_of(outline_m: Sequence[Flat], parts: Sequence[str]) -> list[Edge]:
     return [Edge(p, a, b) for p, a, b in zip(parts, corners, [*corners[1:], corners[0]], strict=True)]
 
 
-def observations(edges: Sequence[Edge], spot: Exact) -> list[Sight]:
+def sights(edges: Sequence[Edge], spot: Exact) -> list[Sight]:
     """Return what a spot strictly inside the edges sees, counter-clockwise. Exact; edges must close the room."""
     directions = {_minus(corner, spot) for edge in edges for corner in (edge.start, edge.end)}
     turned = sorted(directions, key=cmp_to_key(_by_angle))
@@ -76,7 +76,7 @@ def visible_areas_m2(
     """
     x, y, z = station_m
     spot = exact((x, y))
-    seen = observations(edges, spot)
+    seen = sights(edges, spot)
     areas: dict[str, float] = {}
     for name, distance in (("Floor", z), ("Ceiling", height_m - z)):
         areas[name] = (

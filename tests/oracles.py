@@ -19,7 +19,7 @@ from planner_core.model import (
 from planner_core.plan_folder.viewer_files import range_step_m
 from planner_core.progress import Progress, silent
 from planner_core.requirements.observations import observations_in_batches
-from planner_core.select.problem import Target
+from planner_core.select.problem import Constraint
 
 
 def best_figures(observations: Observations, name: str) -> FloatArray:
@@ -70,12 +70,12 @@ def read_cloud(content: bytes, template: BeamTemplate) -> tuple[FloatArray, UInt
     return np.where(steps > 0, steps * range_step_m(template), np.nan), intensity
 
 
-def floor_targets(
+def floor_constraints(
     floor_of_patch: Int32Array, floors: tuple[int, ...], scope: BoolArray, fraction: float, seen_from: int = 1
-) -> tuple[Target, ...]:
+) -> tuple[Constraint, ...]:
     """One target a planned floor, and one for everything in `scope` together.
 
     floor_of_patch : (P,) int32. floors : indices of those planned. scope : (P,) bool, see `scope_of`.
     """
     parts = (*(floor_of_patch == index for index in floors), scope)
-    return tuple(Target(part, fraction, seen_from) for part in parts)
+    return tuple(Constraint(part, fraction, seen_from) for part in parts)

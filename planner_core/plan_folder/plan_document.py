@@ -515,8 +515,8 @@ class WeakMotionSection(Mirror):
 class LinkSection(Mirror):
     """Overlap of two stations."""
 
-    a: Text
-    b: Text
+    a: str
+    b: str
     overlap: Share
     """The smaller of both shares of seen area that the other sees too."""
     strength: Annotated[Strength, _rounded(9)] | None

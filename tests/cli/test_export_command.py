@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from oldest_plan import floor, oldest_plan, station
 from tlsplan.commands.export import command
 
 from planner_core.errors import CoordinatesError, OutputExistsError, RequirementError
 from planner_core.export.formats import FORMATS
-from planner_core.plan_folder.plan_json import SCHEMA
 
 Export = Callable[..., Result]
 
@@ -20,16 +20,11 @@ Export = Callable[..., Result]
 @pytest.fixture
 def plan(tmp_path: Path) -> Path:
     """A plan of one station, with nothing but its plan.json."""
-    document = {
-        "schema": SCHEMA,
-        "scene": {"file": "house.ifc", "sha256": "0" * 64, "georeference": None},
-        "floors": [{"id": "F0", "name": "Ground floor", "elevation_m": 0.0, "bounds": [[0, 0], [10, 8]]}],
-        "stations": [
-            {"id": "S001", "floor": "F0", "order": 1, "position": [5.0, 4.0, 1.6], "instrument_height_m": 1.6,
-             "fixed": False, "own_area_m2": 1.0, "covered_area_m2": 2.0}
-        ],
-        "registration": {"threshold": 0.3, "min_strength": 0.01, "links": []},
-    }  # fmt: skip
+    document = oldest_plan(
+        floors=[floor("F0", 0.0, name="Ground floor", bounds=[[0, 0], [10, 8]])],
+        stations=[station("S001", "F0", 1, [5.0, 4.0, 1.6], instrument_height_m=1.6)],
+        registration={"threshold": 0.3, "connected": True, "links": []},
+    )
     folder = tmp_path / "plan"
     folder.mkdir()
     (folder / "plan.json").write_text(json.dumps(document))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -148,7 +150,8 @@ def test_surface_beyond_the_asked_incidence_is_too_oblique(build):
 
 def test_asked_spacing_makes_surface_too_sparse_and_asked_noise_too_noisy(build):
     for asked, expected in ((PointLimits(spacing_m=0.001), TOO_SPARSE), (PointLimits(noise_m=0.001), TOO_NOISY)):
-        world = build.world(build.shell(*ROOM), INSIDE, asked=asked)
+        scan = replace(build.scanner(), range_noise=((1.0, 0.8, 0.002), (50.0, 0.8, 0.002)))
+        world = build.world(build.shell(*ROOM), INSIDE, asked=asked, scan=scan)
         world.seen = rows_without(world.seen, np.ones(world.seen.n_patches, dtype=bool))
         at, _ = places(world)
         inner = facing_in(world, "east", 0, -1) & clear_of_rims(at, *ROOM)

@@ -7,7 +7,7 @@ import pytest
 from oldest_plan import oldest_plan
 
 from planner_core.errors import PlanFolderError
-from planner_core.model import PointLimits, Site
+from planner_core.model import Greedy, PointLimits, Site
 from planner_core.plan_folder.plan_json import plan_text, read_plan, read_plan_json
 from planner_core.plan_folder.plan_settings import load_options_of, settings_of
 from planner_core.plan_folder.plan_source import open_plan
@@ -42,7 +42,7 @@ def test_plan_of_the_first_version_has_all_keys_of_this_one_once_it_is_read(old_
 def test_plan_of_the_first_version_can_be_planned_again_as_it_was_made(old_folder: Path) -> None:
     document = read_plan_json(old_folder)
     settings = settings_of(document)
-    assert (settings.objective, settings.scan_mode, settings.method_options) == ("fewest", "beams", ())
+    assert (settings.objective, settings.scan_mode, settings.method) == ("fewest", "beams", Greedy())
     assert (settings.special_places, settings.refine) == (False, False)  # there was neither
     assert settings.site == Site()
     assert settings.requirements.asked == PointLimits()

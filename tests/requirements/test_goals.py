@@ -122,7 +122,7 @@ def test_parts_that_are_not_there_are_refused_by_name(
         (lambda: PartRequirement("p", heights_m=(2.0, 1.0)), "'p': heights: got 2.0 to 1.0"),
         (lambda: PartRequirement("p", heights_m=(float("nan"), 1.0)), "'p': heights"),
         (lambda: Requirements(seen_from=0), "seen from: got 0"),
-        (lambda: Requirements(network="star"), "network: got 'star', expected one of joined, loops, none"),
+        (lambda: Requirements(network="star"), "network: got 'star', expected one of connected, redundant, none"),
         (lambda: Requirements(reflectivity=0.0), "reflectivity: got 0.0"),
         (lambda: Requirements(parts=(PartRequirement("p"), PartRequirement("p"))), "'p': got it twice"),
     ],

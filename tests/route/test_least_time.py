@@ -15,7 +15,7 @@ from planner_core.route.least_time import GRAPH_DETOUR, LeastTimeSettings, Walks
 from planner_core.select.check import SelectionCheckError
 from planner_core.select.greedy import select_greedy
 from planner_core.select.network import Network
-from planner_core.select.problem import CoverProblem, Target, cover_problem
+from planner_core.select.problem import CoverProblem, Constraint, cover_problem
 
 N = 9
 
@@ -42,8 +42,8 @@ def random_problem(rng: np.random.Generator, *, seen_from: int = 1) -> CoverProb
     patch = np.nonzero(sees)[1].astype(np.int32)
     area_m2 = rng.uniform(0.1, 1.0, 40)
     half = np.arange(40) < 20
-    targets = (Target(half, 0.9), Target(~half, 0.8), Target(half, 0.4, seen_from=seen_from))
-    return cover_problem(Visibility(starts, patch, 40), area_m2, targets)
+    constraints = (Constraint(half, 0.9), Constraint(~half, 0.8), Constraint(half, 0.4, seen_from=seen_from))
+    return cover_problem(Visibility(starts, patch, 40), area_m2, constraints)
 
 
 def random_network(rng: np.random.Generator) -> Network:
@@ -145,7 +145,7 @@ def test_same_seed_same_stations_and_few_rows_are_asked_for() -> None:
 def test_no_time_is_saved_by_going_where_no_way_leads() -> None:
     """The second half of what is asked for is seen 30 m away, or in another building."""
     starts, patch = np.array([0, 1, 2, 3]), np.array([0, 1, 1], dtype=np.int32)
-    problem = cover_problem(Visibility(starts, patch, 2), np.ones(2), (Target(np.ones(2, dtype=bool), 1.0),))
+    problem = cover_problem(Visibility(starts, patch, 2), np.ones(2), (Constraint(np.ones(2, dtype=bool), 1.0),))
     distance_m = np.array([[0.0, 30.0, np.inf], [30.0, 0.0, np.inf], [np.inf, np.inf, 0.0]])
     for start in ([0, 1], [0, 2]):
         found = least_time(problem, start, Walks(Rows(distance_m), np.zeros(3, np.int32)), LeastTimeSettings(60.0))
@@ -157,7 +157,7 @@ def test_bound_counts_the_way_to_what_must_be_seen() -> None:
     """Candidates along a line; only the last, 30 m away, sees the second half of what is asked for."""
     sees = [[0, 1], [0, 1], [2, 3]]
     starts, patch = np.array([0, 2, 4, 6]), np.concatenate(sees).astype(np.int32)
-    problem = cover_problem(Visibility(starts, patch, 4), np.ones(4), (Target(np.ones(4, dtype=bool), 1.0),))
+    problem = cover_problem(Visibility(starts, patch, 4), np.ones(4), (Constraint(np.ones(4, dtype=bool), 1.0),))
     distance_m = straight(np.array([[5.0, 0.0], [10.0, 0.0], [30.0, 0.0], [0.0, 0.0]]))
     for closed, walk_m in ((False, 30.0), (True, 60.0)):
         walks = Walks(Rows(distance_m), np.zeros(3, dtype=np.int32), start=3, closed=closed)
@@ -250,7 +250,7 @@ def test_a_closed_walk_without_a_start_may_lose_all_its_stations_on_the_way(n_st
     sees = np.arange(N)[:, None] % n_stations == np.arange(12)[None] % n_stations
     starts = np.concatenate([[0], np.cumsum(sees.sum(axis=1))]).astype(np.int64)
     rows = Visibility(starts, np.nonzero(sees)[1].astype(np.int32), 12)
-    problem = cover_problem(rows, np.ones(12), (Target(np.ones(12, dtype=bool), 1.0),))
+    problem = cover_problem(rows, np.ones(12), (Constraint(np.ones(12, dtype=bool), 1.0),))
     distance_m = straight(np.random.default_rng(n_stations).uniform(0, 40, (N, 2)))
     floor = (np.arange(N) // 5).astype(np.int32)
     walks = Walks(Rows(distance_m), floor, closed=True)

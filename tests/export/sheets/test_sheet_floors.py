@@ -178,7 +178,11 @@ def test_scanned_station_is_told_from_those_to_do(
     edited: Callable[..., PlanSource], pdf_of: Callable[..., Any]
 ) -> None:
     def settle(document: dict[str, Any]) -> None:
-        document["site"]["settled"] = [{"id": "S002", "role": "scanned"}, {"id": "S001", "role": "locked"}]
+        rest = {"position": [0.0, 0.0, 0.0], "floor": "", "instrument_height_m": None, "radius_m": None}
+        document["site"]["settled"] = [
+            {"id": "S002", "role": "scanned", **rest},
+            {"id": "S001", "role": "locked", **rest},
+        ]
 
     sheets = pdf_of(edited(settle))
     assert len(re.findall(r"^scanned before", "\n".join(sheets.texts), re.MULTILINE)) == 1

@@ -71,7 +71,7 @@ def test_names_that_are_none_are_printed_or_told(
     def rename(document: dict[str, Any]) -> None:
         document["floors"][0]["name"] = "Erdgeschoß <&> Ωμέγα\x07\u202e"
         document["floors"][1]["name"] = "二階" + 80 * " lang"
-        rename_station(document, "S001", "a)(\\b\ud800")
+        rename_station(document, "S001", "a)(\\b\x07")
 
     sheets = pdf_of(edited(rename))
     words = "\n".join(sheets.texts)
