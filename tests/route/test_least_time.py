@@ -15,7 +15,7 @@ from planner_core.route.least_time import GRAPH_DETOUR, LeastTimeSettings, Walks
 from planner_core.select.check import SelectionCheckError
 from planner_core.select.greedy import select_greedy
 from planner_core.select.network import Network
-from planner_core.select.problem import CoverProblem, Constraint, cover_problem
+from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 
 N = 9
 
