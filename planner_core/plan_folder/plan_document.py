@@ -485,7 +485,7 @@ class OptimalitySection(Document):
     lower_bound: Annotated[Whole, Field(ge=1)] | None
     """No plan on these candidates (and given stations) that meets the required coverage has fewer stations; null where
     no bound is known."""
-    gap: Share | None
+    gap: Annotated[Number, Field(le=1.0), _rounded(9)] | None
     """(stations - lower_bound) / stations; null where no bound is known, or where coverage misses the requirement."""
     proven: YesNo
     """This plan meets the required coverage, and no plan on these candidates that does has fewer stations."""
@@ -711,9 +711,7 @@ class BestPositionSection(Document):
     """Of all that is not worth a station."""
 
 
-class LeftSurfaceSection(Document):
-    """Surface of one element, in one room, that is not covered."""
-
+class _SurfaceOfElement(Document):
     element: ElementNumber
     name: str
     kind: str
@@ -721,6 +719,13 @@ class LeftSurfaceSection(Document):
     room: RoomSection | None
     """null where it is in no room, or the source names none."""
     floor: FloorId
+
+
+class _WithReason(Document):
+    reason: Reason
+
+
+class _InPieces(Document):
     area_m2: Area
     n_pieces: Annotated[Whole, Field(ge=1)]
     """Connected pieces it is in."""
@@ -728,10 +733,13 @@ class LeftSurfaceSection(Document):
     """The largest, largest first."""
 
 
-class UnseenSurfaceSection(LeftSurfaceSection):
+class LeftSurfaceSection(_InPieces, _SurfaceOfElement):
+    """Surface of one element, in one room, that is not covered."""
+
+
+class UnseenSurfaceSection(_InPieces, _WithReason, _SurfaceOfElement):
     """The same, and why."""
 
-    reason: Reason
     best_position: Annotated[BestPositionSection | None, Field(alias="best_spot")]
     """null unless the reason is `not worth a station`."""
 

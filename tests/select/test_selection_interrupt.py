@@ -54,7 +54,7 @@ def be_interrupted(stage, delay_s):
         threading.Event().wait(delay_s)
         os.kill(os.getpid(), signal.SIGINT)
 
-    threading.Thread(constraint=strike, daemon=True).start()
+    threading.Thread(target=strike, daemon=True).start()
 
     def note(event):
         if event.stage == stage and "trying" in event.note + "trying" * (stage != "select"):

@@ -99,7 +99,7 @@ def test_beams_of_several_blocks_are_cast_at_once_and_never_more(source: PlanSou
             n_cast.append(template.shape[0])
             return clouds.engine.scan(template, positions_m)
 
-    counted = whole(replace(clouds, caster=cast(ScanEngine, Counting())))
+    counted = whole(replace(clouds, scan_engine=cast(ScanEngine, Counting())))
     assert (max(n_cast), sum(n_cast)) == (8, SHAPE[0])
     np.testing.assert_array_equal(counted["range_m"], whole(clouds)["range_m"])
 

@@ -75,7 +75,7 @@ def test_styles_that_are_used_are_there(write: Write, site_plan: PlanSource) -> 
     styles = {f"#{style.attrib['id']}" for style in root.iter(f"{NS}Style")}
     used = {element.text for element in root.iter(f"{NS}styleUrl")}
     assert used <= styles
-    assert {"#station", "#scanned", "#link", "#weak", "#walk"} <= used
+    assert {"#station", "#scanned", "#link", "#weak", "#route"} <= used
 
 
 def test_links_and_walk_join_stations(write: Write, site_plan: PlanSource) -> None:
