@@ -36,7 +36,7 @@ from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.read import read_requirements, requirements_from
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene import load
 from planner_core.scene.load import LoadOptions
 

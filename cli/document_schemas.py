@@ -8,9 +8,9 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from planner_core.documents import schema_text
-from planner_core.plan_folder.plan_document import PlanDocument
+from planner_core.plan_folder.plan_model import PlanDocument
 from planner_core.requirements.entries import RequirementsFile
-from planner_core.scanner.specification import ScannerFile
+from planner_core.scanner.scanner_file import ScannerFile
 
 #: By the name of the document, of which the file is NAME.schema.json.
 MODELS: dict[str, type[BaseModel]] = {"requirements": RequirementsFile, "scanner": ScannerFile, "plan": PlanDocument}

@@ -52,7 +52,7 @@ def settings(
 ) -> PlanSettings:
     """Return the settings of a plan from the values of `options.problem_options`."""
     from planner_core.model import PlanSettings, ScanBy
-    from planner_core.scanner.catalogue import load_scanner
+    from planner_core.scanner.load_scanner import load_scanner
 
     requirements, site = asked(asking)
     return PlanSettings(

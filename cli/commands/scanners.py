@@ -38,7 +38,7 @@ check them against the data sheet, or write a [file of your own](../formats/scan
 @json_option
 def command(as_json: bool) -> None:
     """List the scanners known by name, with their modes."""
-    from planner_core.scanner.catalogue import list_scanners
+    from planner_core.scanner.load_scanner import list_scanners
 
     from .. import output
 
@@ -65,7 +65,7 @@ def command(as_json: bool) -> None:
 
 
 def _modes(scanner: Scanner) -> tuple[ScanMode, ...]:
-    from planner_core.scanner.catalogue import scan_modes
+    from planner_core.scanner.load_scanner import scan_modes
 
     return scan_modes(scanner.name)
 
@@ -136,7 +136,7 @@ def _degrees(angle_rad: float) -> float:
 # ------------------------------------------------------------------------------------------- the page
 def reference_page() -> str:
     """Return docs/reference/scanners.md: tables of all scanners that come along, and where their figures are from."""
-    from planner_core.scanner.catalogue import list_scanners, scanner_title
+    from planner_core.scanner.load_scanner import list_scanners, scanner_title
 
     documents = [_document(scanner) for scanner in list_scanners()]
     titles = {d["name"]: scanner_title(d["name"]) for d in documents}

@@ -52,7 +52,7 @@ def command(
     from planner_core.plan_folder.stations_csv import read_station_list
     from planner_core.planning.evaluate import place_stations
     from planner_core.positions.free_space import free_space
-    from planner_core.scanner.catalogue import load_scanner
+    from planner_core.scanner.load_scanner import load_scanner
 
     from .. import inputs, output
     from ..progress import ProgressReporter

@@ -119,7 +119,7 @@ def _tune(opened: Device, quick: bool, reporter: ProgressReporter) -> _Tuned:
     from planner_core.engine import tuning
     from planner_core.engine.measure_shapes import measure_shapes
     from planner_core.engine.opencl import OpenCLEngine
-    from planner_core.scanner.catalogue import load_scanner
+    from planner_core.scanner.load_scanner import load_scanner
     from planner_core.scanner.template import make_template
     from planner_core.scene.patches import make_patches
     from scenes_synthetic import build

@@ -41,7 +41,7 @@ def command(
     from planner_core.plan_folder.plan_json import read_plan_json
     from planner_core.plan_folder.plan_settings import find_scene
     from planner_core.review.store import ReviewStore
-    from viewer_web.server.live_side import opening_goes_on
+    from viewer_web.server.live_worker import opening_goes_on
     from viewer_web.server.serve import serve
 
     from .. import output

@@ -1,7 +1,7 @@
 """Levels as clients state them, by patch: point spacing (LOD), range, incidence, range noise (LOA), covered area (LOC).
 
 Input rows of what positions see, by samples (`PatchViews`) or by beams (`PatchReturns`) -> `Observations`; then what is
-required, `PointLimits` -> the patches that meet it. Overlap (LOO) is `planner_core.network.overlap`; the method is in
+required, `PointLimits` -> the patches that meet it. Overlap (LOO) is `planner_core.network.links`; the method is in
 docs/method/levels.md.
 
 References

@@ -57,7 +57,7 @@ class GroundPick:
 class Site:
     """entrances_m : places on the ground (x, y, z), scene frame; empty: each floor's largest spaces have one.
 
-    mover_radius_m, step_m : of who carries the scanner; None: of a person, see `planner_core.positions.mover`.
+    mover_radius_m, step_m : of who carries the scanner; None: of a person, see `planner_core.positions.carrier`.
     """
 
     entrances_m: tuple[tuple[float, float, float], ...] = ()

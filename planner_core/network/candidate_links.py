@@ -1,7 +1,7 @@
 """Links between all candidates, before any is chosen: the graph that selection keeps its stations joined in.
 
 Input the candidates' `Visibility`, patch areas (m^2) and the patches' geometry (local frame); output `CandidateLinks`,
-and from them the `Network` that selection sees. Overlap and strength: `planner_core.network.overlap`.
+and from them the `Network` that selection sees. Overlap and strength: `planner_core.network.links`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
-from planner_core.network.pairs import (
+from planner_core.network.pair_overlap import (
     ROWS_A_BLOCK,
     PairMatrices,
     Pairs,

@@ -16,7 +16,7 @@ from types import MappingProxyType
 from planner_core.errors import RequirementError
 from planner_core.model import Link
 from planner_core.model.registration import FloorNetworks, NetworkGap, Registration, RegistrationNetwork
-from planner_core.network.overlap import MIN_LISTED_OVERLAP
+from planner_core.network.links import MIN_LISTED_OVERLAP
 from planner_core.network.weak_motion import motion_words, overlap_percent
 
 #: More networks than these are counted, not told one by one.

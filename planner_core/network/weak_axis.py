@@ -1,6 +1,6 @@
 """Weak motion: the small motion that a link's common surface holds least.
 
-Input a link's normal matrix (6, 6), see `planner_core.network.overlap`; output a `WeakMotion`.
+Input a link's normal matrix (6, 6), see `planner_core.network.links`; output a `WeakMotion`.
 
 The motion is the eigenvector (t, r) of the smallest eigenvalue: a shift t of the common surface's centroid and a turn
 r / L about it. Whichever is larger is its kind. Axes are those of the scene frame, z is the vertical.

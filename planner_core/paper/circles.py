@@ -1,7 +1,7 @@
 """F3 by circles: the share of one scan's circle, in plan, that another scan's covers; surfaces and walls play no part.
 
 Input plan positions and radii (metres), output m^2 or shares in [0, 1]. The figure on real surfaces is
-`planner_core.network.overlap`; this one ranks positions that nobody has scanned from. docs/method/f3-overlap.md.
+`planner_core.network.links`; this one ranks positions that nobody has scanned from. docs/method/f3-overlap.md.
 
 References
 ----------

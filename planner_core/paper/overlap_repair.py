@@ -2,7 +2,7 @@
 
 Input chosen stations and a pool of candidates (local frame, metres; only the plan counts), the range, the required
 overlap; output `OverlapRepair`. Scans are circles in plan, as in the paper: walls play no part. What real surfaces say
-afterwards is `planner_core.network.overlap`.
+afterwards is `planner_core.network.links`.
 
 CONTROL FLOW: (1) `lift`: a station whose circle the others cover too little gets candidates in the order of Eq. 4.
 (2) `join`: while a floor has several sets of overlapping stations, the two that are closest grow towards each other by

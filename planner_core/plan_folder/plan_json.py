@@ -37,7 +37,7 @@ from planner_core.model import (
     UpAxis,
 )
 from planner_core.model.options import options_of
-from planner_core.plan_folder.plan_document import (
+from planner_core.plan_folder.plan_model import (
     SCHEMA,
     CoverageFigures,
     FieldTimeSection,

@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.coverage.levels import Observations, with_noise
-from planner_core.coverage.looking import looks_in_batches
+from planner_core.coverage.observe import looks_in_batches
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import REASONS, FloatArray, Int32Array, Loss, Plan, Scanner
 from planner_core.model.unseen import OUT_OF_SCOPE
-from planner_core.plan_folder.plan_document import AskedSection
+from planner_core.plan_folder.plan_model import AskedSection
 from planner_core.plan_folder.station_marks import station_prim_names
 
 SCHEMA = "tlsplan/layers/1"
@@ -148,7 +148,7 @@ def layer_files(plan: Plan, engine: ScanEngine) -> Iterator[tuple[str, bytes]]:
     Raises
     ------
     RequirementError, DeviceError
-        See `planner_core.coverage.looking.looks_in_batches`.
+        See `planner_core.coverage.observe.looks_in_batches`.
     """
     layers, n_patches = layers_of(plan.settings.scanner), plan.survey.patches.n_patches
     figures = LayerFigures(layers, n_patches)

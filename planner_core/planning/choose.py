@@ -31,12 +31,12 @@ from planner_core.positions.walking import Walking
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.route.least_time import LeastTimeSettings, Walks, least_time
 from planner_core.route.route import ends_of, ends_on_ground, plan_route
-from planner_core.select.bound import lower_bound
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.large import select_by_size
 from planner_core.select.most_coverage import most_coverage
 from planner_core.select.polish import polish
 from planner_core.select.proven import INTERRUPTED, PROVEN, ProvenSelection
+from planner_core.select.quick_bound import lower_bound
 
 #: `Choice.why_stopped` of a plan that takes more stations than it had to, for the sake of an earlier one.
 KEPT = "earlier stations kept"

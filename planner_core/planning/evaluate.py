@@ -25,9 +25,9 @@ from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain
 from planner_core.requirements.figures import missed_in_words
 from planner_core.route.route import Ends, ends_of, plan_route
-from planner_core.select.bound import lower_bound
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem
+from planner_core.select.quick_bound import lower_bound
 
 
 def evaluate_stations(

@@ -24,7 +24,7 @@ from planner_core.model import (
     Visibility,
 )
 from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of, parts_of
-from planner_core.network.overlap import surface_of_patches
+from planner_core.network.links import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.demand import Demand, Rows, demand_of, rows_from
 from planner_core.select.network import Network

@@ -36,8 +36,8 @@ from planner_core.model import (
     Survey,
     Visibility,
 )
+from planner_core.network.links import MIN_LISTED_OVERLAP, overlap_links, surface_of_patches
 from planner_core.network.network_report import registration_report, registration_warnings
-from planner_core.network.overlap import MIN_LISTED_OVERLAP, overlap_links, surface_of_patches
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import Demand, Rows

@@ -19,8 +19,8 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, Int64Array, Survey
+from planner_core.positions.carrier import PERSON, Mover, Zone, blocked_by_zones, needed_height_m
 from planner_core.positions.footprints import Grid
-from planner_core.positions.mover import PERSON, Mover, Zone, blocked_by_zones, needed_height_m
 from planner_core.positions.solids import Solids, find_solids
 from planner_core.positions.spread import NEIGHBOURS, spread
 from planner_core.progress import Progress, ProgressEvent, silent

@@ -11,7 +11,7 @@ import numpy as np
 
 from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, KeepOut, PriorStation, Role, Site, Survey
-from planner_core.positions.mover import PERSON, Mover, Zone, blocked_by_zones
+from planner_core.positions.carrier import PERSON, Mover, Zone, blocked_by_zones
 
 #: A place told by its ground may lie this little below the floor's median height.
 _ON_GROUND_M = 0.3

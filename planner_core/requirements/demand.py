@@ -87,8 +87,8 @@ def demand_of(
 ) -> Demand:
     """Look from each of positions (N, 3), local frame, and say which patches meet what is asked.
 
-    Where no limit is asked of anything, rows are those of `visible_from`, areas the patches' own, and targets those of
-    `planner_core.select.problem.floor_constraints`.
+    Without any limit, rows are those of `visible_from`, areas the patches' own, and constraints one per floor and one
+    over all.
 
     Raises
     ------

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from planner_core.coverage.levels import Observations, with_noise
-from planner_core.coverage.looking import looks_in_batches
+from planner_core.coverage.observe import looks_in_batches
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, PlanSettings, Survey
 from planner_core.progress import Progress, silent

@@ -14,8 +14,8 @@ from typing import Any, TypeVar
 from planner_core.documents import key_of, read_as
 from planner_core.errors import RequirementError
 from planner_core.model import PartRequirement, PointLimits, Requirements, Site
-from planner_core.requirements.document import read_document
 from planner_core.requirements.entries import ClassEntries, FloorEntries, PartEntries, RequirementsFile, ZoneEntries
+from planner_core.requirements.yaml_or_json import read_document
 
 _Made = TypeVar("_Made")
 _MOST_PARTS = 200

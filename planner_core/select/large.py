@@ -28,7 +28,7 @@ from planner_core.model import Int64Array, Proven
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
-from planner_core.select.lagrange import LagrangeBound, large_bound
+from planner_core.select.large_bound import LagrangeBound, large_bound
 from planner_core.select.limits import INTERRUPTED, PROVEN, Limits
 from planner_core.select.network import Network, network_within
 from planner_core.select.network_start import joined

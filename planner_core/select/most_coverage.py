@@ -33,7 +33,7 @@ from planner_core.model import BoolArray, Int64Array, Proven
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant
-from planner_core.select.lagrange import TARGET_UNIT, LagrangeBound, large_bound
+from planner_core.select.large_bound import TARGET_UNIT, LagrangeBound, large_bound
 from planner_core.select.limits import INTERRUPTED, PROVEN, Limits
 from planner_core.select.network import Network
 from planner_core.select.network_start import joined

@@ -27,7 +27,6 @@ from planner_core.errors import RequirementError
 from planner_core.model import Int32Array, Proven
 from planner_core.progress import BestSoFar, Progress, ProgressEvent, silent
 from planner_core.select.blocks import BlockProof, blocks_of
-from planner_core.select.bound import counting_bound
 from planner_core.select.branching import BranchAndBound
 from planner_core.select.check import check_selection
 from planner_core.select.greedy import drop_redundant, select_greedy
@@ -35,6 +34,7 @@ from planner_core.select.limits import INTERRUPTED, PROVEN, Limits
 from planner_core.select.network import Network
 from planner_core.select.network_start import joined
 from planner_core.select.problem import CoverProblem
+from planner_core.select.quick_bound import counting_bound
 from planner_core.select.reductions import Reduced, reduce_problem
 from planner_core.select.swap_walks import STEPS_A_LOOK, TRIES, Terrain, Walks, open_walks
 

@@ -19,7 +19,7 @@ from planner_core.plan_folder.viewer_layers import layer_files
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.opening import open_live
 from planner_core.planning.plan import plan_survey
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 
 SETTINGS = PlanSettings(

@@ -27,7 +27,7 @@ from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BeamTemplate, Scene, Visibility
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import directions, make_template
 from planner_core.scene.load import load_scene
 from planner_core.scene.patches import make_patches

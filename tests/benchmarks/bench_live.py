@@ -37,10 +37,10 @@ from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.opening import open_live
 from planner_core.planning.plan import plan_survey
 from planner_core.review.plan_facts import plan_under_review
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 from viewer_web.server.live_api import create_live_router
-from viewer_web.server.live_side import LiveSide
+from viewer_web.server.live_worker import LiveSide
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 IFC_FOLDER = REPOSITORY.parent / "shared" / "data" / "ifc"

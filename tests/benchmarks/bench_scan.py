@@ -28,7 +28,7 @@ from planner_core.engine.open3d import import_open3d
 from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.tuning import tile_shape
 from planner_core.model import BeamTemplate, LoadReport, Scene, SceneSource
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import directions, make_template
 from planner_core.scene.patches import make_patches
 

@@ -32,13 +32,13 @@ from planner_core.engine.opencl import OpenCLEngine
 from planner_core.model import PlanSettings, Proven, Scene
 from planner_core.paper.genetic import GeneticSettings, select_genetic
 from planner_core.positions.grid import find_candidates
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import LoadOptions, load_scene
-from planner_core.select.bound import lower_bound
 from planner_core.select.check import check_coverage
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 from planner_core.select.proven import ProvenSelection, select
+from planner_core.select.quick_bound import lower_bound
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 IFC_FOLDER = REPOSITORY.parent / "shared" / "data" / "ifc"

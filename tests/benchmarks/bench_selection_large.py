@@ -26,8 +26,8 @@ from selection_report import machine, options_of, publish, timed
 from planner_core.device import Device, open_device
 from planner_core.model import BoolArray, FloatArray, Int64Array, Proven, Visibility
 from planner_core.select.greedy import select_greedy
-from planner_core.select.lagrange import LagrangeBound, large_bound
 from planner_core.select.large import select_large
+from planner_core.select.large_bound import LagrangeBound, large_bound
 from planner_core.select.most_coverage import MostCoverage, most_coverage
 from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 from planner_core.select.proven import ProvenSelection

@@ -27,7 +27,7 @@ from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.surfaces import round_surfaces
 from planner_core.engine.tree import Tree
 from planner_core.model import Patches, Scene
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import make_template
 from planner_core.scene.patches import make_patches, squared_edges
 

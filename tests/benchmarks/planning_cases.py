@@ -14,7 +14,7 @@ from pathlib import Path
 
 import scenes_synthetic
 from planner_core.model import PlanSettings, Proven, Requirements, Scanner, Scene
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import LoadOptions, load_scene
 from scenes_synthetic.campus import write_campus
 

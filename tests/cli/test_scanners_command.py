@@ -8,8 +8,7 @@ import pytest
 from click.testing import CliRunner
 from tlsplan.commands.scanners import command, reference_page
 
-from planner_core.scanner import catalogue
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 
 def test_json_has_every_figure_of_pandar64() -> None:
@@ -24,7 +23,7 @@ def test_json_has_every_figure_of_pandar64() -> None:
 
 def test_table_shows_sectors_and_mounting(monkeypatch: pytest.MonkeyPatch) -> None:
     hanging = replace(load_scanner("hdl-64e"), azimuth_range_rad=(-0.5, 0.5), inverted=True)
-    monkeypatch.setattr(catalogue, "list_scanners", lambda: (hanging,))
+    monkeypatch.setattr("planner_core.scanner.load_scanner.list_scanners", lambda: (hanging,))
     line = CliRunner().invoke(command, []).stdout.splitlines()[1]
     assert "-28.6 to 28.6" in line
     assert line.endswith("inverted")

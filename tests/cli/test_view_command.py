@@ -16,7 +16,7 @@ from tlsplan.group import cli
 
 from viewer_web.server import serve
 from viewer_web.server.jobs.runs import LeftRun
-from viewer_web.server.live_side import LiveSide
+from viewer_web.server.live_worker import LiveSide
 
 PLAN = oldest_plan()
 View = Callable[..., Result]

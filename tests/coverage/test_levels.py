@@ -20,7 +20,7 @@ from planner_core.engine.opencl import OpenCLEngine
 from planner_core.engine.patch_mode import PatchMode
 from planner_core.errors import RequirementError
 from planner_core.model import BeamTemplate, PointLimits
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.patches import make_patches, patch_triangles
 
 

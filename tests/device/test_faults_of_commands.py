@@ -16,7 +16,7 @@ from planner_core.engine import opencl
 from planner_core.model import Greedy, PlanSettings
 from planner_core.plan_folder.plan_json import DROPPABLE_KEYS, plan_document
 from planner_core.planning.plan import make_plan
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 from scenes_synthetic import build
 from scenes_synthetic.mesh_files import ply_bytes

@@ -309,7 +309,7 @@ def test_wrong_questions_are_refused(shapes: SimpleNamespace) -> None:
 
 
 def test_the_hdl_64e_scans_a_room_as_the_oracle_does(open_both: Callable, shapes: SimpleNamespace) -> None:
-    from planner_core.scanner.catalogue import load_scanner
+    from planner_core.scanner.load_scanner import load_scanner
 
     scene = shapes.scene_of(*shapes.clutter_of(120, seed=11))
     ours, oracle, _ = open_both(scene)

@@ -7,7 +7,7 @@ import pytest
 
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Scene
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import directions, make_template
 from planner_core.scene.patches import make_patches
 

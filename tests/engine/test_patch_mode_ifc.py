@@ -10,7 +10,7 @@ from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import BeamTemplate, PlanSettings, Scene
 from planner_core.positions.grid import find_candidates
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 
 @pytest.mark.opencl

@@ -16,7 +16,7 @@ from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.engine.tuning import use_shape
 from planner_core.errors import RequirementError
 from planner_core.model import BeamTemplate, ScanBatch, Scanner
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import azimuth_step_rad, bands, directions, is_full_turn, make_template
 from planner_core.scene.patches import make_patches
 

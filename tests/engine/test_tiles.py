@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from planner_core.engine.tiles import TileGrid, make_tiles
 from planner_core.errors import RequirementError
 from planner_core.model import BeamTemplate
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import directions, make_template
 
 SHAPES = [(8, 32, 8), (4, 16, 8), (4, 8, 1), (2, 64, 4), (16, 64, 8)]

@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from planner_core.model import Visibility
-from planner_core.network.overlap import SharedSurface, surface_of_patches
-from planner_core.network.pairs import AREA_TICK_M2
+from planner_core.network.links import SharedSurface, surface_of_patches
+from planner_core.network.pair_overlap import AREA_TICK_M2
 from planner_core.scene.patches import make_patches
 from scenes_synthetic import rooms
 
@@ -45,7 +45,7 @@ class View:
         return share
 
     def strength(self, i: int, j: int) -> float:
-        """Of one link, by the formula at the head of `planner_core.network.overlap`."""
+        """Of one link, by the formula at the head of `planner_core.network.links`."""
         patch = self.common(i, j)
         if patch.size == 0:
             return 0.0

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of
-from planner_core.network.overlap import overlap_links
+from planner_core.network.links import overlap_links
 
 OVERLAP, STRENGTH = 0.2, 0.01
 

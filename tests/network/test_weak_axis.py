@@ -8,11 +8,11 @@ import pytest
 from planner_core.coverage.survey import make_survey, visible_from
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings, Visibility, WeakMotion
-from planner_core.network.overlap import SharedSurface, overlap_links, surface_of_patches
-from planner_core.network.pairs import PairMatrices, strengths_of
+from planner_core.network.links import SharedSurface, overlap_links, surface_of_patches
+from planner_core.network.pair_overlap import PairMatrices, strengths_of
 from planner_core.network.weak_axis import weak_motion
 from planner_core.network.weak_motion import words_by_axes
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from scenes_synthetic import hard, rooms
 
 

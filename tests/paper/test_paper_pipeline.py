@@ -19,7 +19,7 @@ from planner_core.paper.pipeline import find_pool, paper_settings
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.planning.plan import plan_survey
 from planner_core.positions.ground_surface import GroundSurface
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 SHORT = Paper(spatial=SearchSettings(max_iterations=6, step_m=0.2))
 SETTINGS = PlanSettings(

@@ -11,7 +11,7 @@ from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings, Scene
 from planner_core.paper.published_tests import stands_by_published_tests
 from planner_core.positions.grid import find_candidates
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0)

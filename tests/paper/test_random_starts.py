@@ -15,7 +15,7 @@ from planner_core.paper.random_starts import sample_at_random
 from planner_core.positions.admissibility import reject
 from planner_core.positions.grid import find_candidates, lies_mostly_indoors
 from planner_core.positions.ground_surface import GroundSurface
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0)
 

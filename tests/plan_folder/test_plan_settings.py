@@ -32,7 +32,7 @@ from planner_core.model import (
 from planner_core.model.spatial_search import SearchSettings
 from planner_core.plan_folder.plan_json import plan_document, plan_text, read_plan_json
 from planner_core.plan_folder.plan_settings import find_scene, load_options_of, settings_of
-from planner_core.scanner.catalogue import list_scanners
+from planner_core.scanner.load_scanner import list_scanners
 from planner_core.scene.load import LoadOptions, load_scene
 
 # ------------------------------------------------------------------------------------------ any settings

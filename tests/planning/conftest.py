@@ -12,7 +12,7 @@ import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import BoolArray, FloatArray, Plan, PlanSettings, Proven, Requirements, Scene
 from planner_core.planning.plan import make_plan
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 SMALL = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),

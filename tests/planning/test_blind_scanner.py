@@ -10,7 +10,7 @@ from planner_core.model import Greedy, PlanSettings, Scene
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 
 KILOMETRES = replace(load_scanner("hdl-64e"), range_min_m=0.0005, range_max_m=0.005)

@@ -12,7 +12,7 @@ from planner_core.model import Greedy, PlanSettings, Proven, Requirements
 from planner_core.planning.plan import make_plan
 from planner_core.planning.pool import make_pool
 from planner_core.positions.allowed_positions import find_positions
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(
     scanner=load_scanner("hdl-64e"),

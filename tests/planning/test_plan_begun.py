@@ -12,7 +12,7 @@ from planner_core.model import KeepOut, Plan, PlanSettings, PriorStation, Proven
 from planner_core.planning.plan import make_plan
 from planner_core.positions.site_reading import site_from_mapping
 from planner_core.progress import ProgressEvent
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 
 #: Greedy selection is all that so little work leaves.

@@ -103,7 +103,7 @@ import scenes_synthetic
 from planner_core.plan_folder.plan_json import plan_document
 from planner_core.model import PlanSettings, Requirements
 from planner_core.planning.plan import make_plan
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 settings = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=360), requirements=Requirements(coverage=0.92),
     grid_step_m=1.0, max_patch_area_m2=0.4, method=Proven(work_limit=0.1),

@@ -13,7 +13,7 @@ from planner_core.model.options import method_of
 from planner_core.plan_folder.plan_json import plan_document
 from planner_core.planning.choose import selection_settings
 from planner_core.planning.plan import plan_survey
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),

@@ -10,7 +10,7 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Element, PlanSettings, Scene
 from planner_core.positions.grid import find_candidates, instrument_heights_m
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), grid_step_m=0.5, instrument_heights_m=(1.5,))
 pytestmark = pytest.mark.parametrize("engine", ["open3d", "auto"])

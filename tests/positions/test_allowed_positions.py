@@ -14,7 +14,7 @@ from planner_core.positions.allowed_positions import KINDS, AllowedPositions, fi
 from planner_core.positions.grid import find_candidates
 from planner_core.positions.local_site import local_site, mover_of
 from planner_core.positions.rooms import find_rooms
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from scenes_synthetic import build
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0, instrument_heights_m=(1.2, 1.5))

@@ -6,7 +6,7 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings
 from planner_core.positions.grid import find_candidates
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 
 @pytest.mark.parametrize("name", ["duplex", pytest.param("fzk-haus", marks=pytest.mark.slow)])

@@ -12,13 +12,13 @@ from scipy import ndimage
 from planner_core.coverage.survey import make_survey
 from planner_core.errors import RequirementError
 from planner_core.model import PlanSettings, Scene, Survey
+from planner_core.positions.carrier import Mover, Zone
 from planner_core.positions.footprints import Grid, footprints
 from planner_core.positions.free_space import FreeSpace, components, free_space
-from planner_core.positions.mover import Mover, Zone
 from planner_core.positions.outlines import over_polygon
 from planner_core.positions.solids import find_solids
 from planner_core.positions.spread import NEIGHBOURS, spread
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from scenes_synthetic import build
 

@@ -12,7 +12,7 @@ from planner_core.model import PlanSettings, PointLimits, Requirements, Scene, S
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_survey, place_stations
 from planner_core.positions.allowed_positions import KINDS, AllowedPositions, find_positions
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(
     scanner=replace(load_scanner("hdl-64e"), n_azimuths=360),

@@ -17,7 +17,7 @@ from planner_core.model import FloatArray, GroundPick, PlanSettings, Scene, Site
 from planner_core.positions.allowed_positions import find_positions
 from planner_core.positions.ground_picks import with_ground_picks
 from planner_core.positions.site_reading import site_from_mapping
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.floors import FloorReport, find_floors
 

@@ -13,7 +13,7 @@ from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Floor, PlanSettings, Survey
 from planner_core.positions.grid import find_candidates
 from planner_core.positions.ground_surface import GroundSurface
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), grid_step_m=0.7, max_patch_area_m2=1.0)

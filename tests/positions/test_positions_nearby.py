@@ -12,7 +12,7 @@ from planner_core.model import Candidates, PlanSettings, Survey
 from planner_core.positions.admissibility import reject
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.positions.nearby import N_DIRECTIONS, places_nearby
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0)
 

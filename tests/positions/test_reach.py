@@ -9,12 +9,12 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, Element, PlanSettings, Scene, Survey
+from planner_core.positions.carrier import Mover, Zone
 from planner_core.positions.free_space import free_space
 from planner_core.positions.grid import find_candidates
-from planner_core.positions.mover import Mover, Zone
 from planner_core.positions.outlines import over_polygon
 from planner_core.positions.reach import Reach, reachability, reachable, stand_nodes
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from scenes_synthetic import SyntheticScene, build
 from scenes_synthetic.basement import ENCLOSED

@@ -14,7 +14,7 @@ from planner_core.positions.doorways import centre_in_doorways
 from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.landings import find_landings
 from planner_core.positions.rooms import find_rooms
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.doors import without_door_leaves
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0, instrument_heights_m=(1.5,))

@@ -8,11 +8,11 @@ import pytest
 
 from planner_core.coverage.survey import make_survey
 from planner_core.model import PlanSettings, Scene
+from planner_core.positions.carrier import Mover, Zone
 from planner_core.positions.free_space import free_space
-from planner_core.positions.mover import Mover, Zone
 from planner_core.positions.reach import Footing, Reach, reachability
 from planner_core.positions.walking import Walking, walks_straight
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from scenes_synthetic import build
 
 SETTINGS = PlanSettings(scanner=load_scanner("hdl-64e"), max_patch_area_m2=1.0)

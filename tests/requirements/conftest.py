@@ -19,7 +19,7 @@ from planner_core.model import (
     SceneSource,
     Survey,
 )
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.patches import make_patches
 
 SIZE_M = np.array([8.0, 4.0, 2.5])

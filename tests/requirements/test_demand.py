@@ -25,7 +25,7 @@ from planner_core.requirements.figures import (
     times_met,
 )
 from planner_core.requirements.observations import observations_in_batches
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.patches import patch_triangles
 from planner_core.select.problem import cover_problem
 
@@ -257,7 +257,7 @@ def test_sights_do_not_depend_on_how_positions_are_split(
     )
     assert heard[-1] == (9, 9)
     assert heard == sorted(heard)
-    module = "planner_core.coverage.looking"
+    module = "planner_core.coverage.observe"
     monkeypatch.setattr(f"{module}._BATCH_OBSERVATIONS", 1)
     monkeypatch.setattr(f"{module}._FIRST_BATCH", 2)
     assert [s.starts.size - 1 for s in observations_in_batches(box.survey, wanted, box.engine, box.positions_m)][

@@ -10,7 +10,7 @@ from oracles import observations_from
 from planner_core.model import PartRequirement, PointLimits, Requirements
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain, shortfalls
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.model import PartRequirement, PointLimits, Requirements, Site
-from planner_core.requirements.document import MOST_BYTES
 from planner_core.requirements.read import read_requirements, requirements_from
+from planner_core.requirements.yaml_or_json import MOST_BYTES
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGES = (DOCS / "formats" / "requirements.md", DOCS / "howto" / "requirements.md")
@@ -269,7 +269,7 @@ def examples() -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize(("kind", "text"), examples())
 def test_examples_of_the_documentation_are_read_and_fit_the_schema(tmp_path: Path, kind: str, text: str) -> None:
-    from planner_core.requirements.document import read_document
+    from planner_core.requirements.yaml_or_json import read_document
 
     path = written(tmp_path, text, f"asked.{kind}")
     read_requirements(path)

@@ -23,7 +23,7 @@ from planner_core.route.route import (
     route_warnings,
 )
 from planner_core.route.sealed import sealed_areas
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from scenes_synthetic import build
 
 SCANNER = load_scanner("hdl-64e")

@@ -9,7 +9,7 @@ from planner_core.positions.free_space import free_space
 from planner_core.positions.reach import Reach, reachability
 from planner_core.positions.walking import Walking
 from planner_core.route.least_time import LeastTimeSettings, Walks, least_time
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.select.problem import Constraint, cover_problem
 from scenes_synthetic import build
 

@@ -9,7 +9,7 @@ import pytest
 
 from planner_core.errors import RequirementError
 from planner_core.model import Scanner
-from planner_core.scanner.catalogue import list_scanners, load_scanner
+from planner_core.scanner.load_scanner import list_scanners, load_scanner
 from planner_core.scanner.template import directions, make_template
 
 GOOD = {

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from planner_core.scanner.catalogue import MAX_BEAMS, list_scanners, load_scanner, scan_modes
+from planner_core.scanner.load_scanner import MAX_BEAMS, list_scanners, load_scanner, scan_modes
 from planner_core.scanner.template import make_template
 
 # name, range in m, vertical field in degrees, default mode, its step in degrees, seconds

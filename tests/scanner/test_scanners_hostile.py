@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.scanner.catalogue import MAX_BEAMS, load_scanner, scan_modes
+from planner_core.scanner.load_scanner import MAX_BEAMS, load_scanner, scan_modes
 from planner_core.scanner.template import make_template
 
 FOLDER = Path(__file__).resolve().parents[2] / "planner_core" / "scanner"

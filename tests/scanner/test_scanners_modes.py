@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.model import Scanner
-from planner_core.scanner.catalogue import load_scanner, scan_modes, scanner_title
+from planner_core.scanner.load_scanner import load_scanner, scan_modes, scanner_title
 from planner_core.scanner.modes import ScanMode, grid_of, spacing_mode
 from planner_core.scanner.template import is_full_turn, make_template
 

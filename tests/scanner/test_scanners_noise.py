@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.model import Scanner
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.range_noise import range_noise_m
 
 #: Metres, reflectivity, sigma in metres: dark is known from 10 to 50 m, bright from 10 to 100 m.

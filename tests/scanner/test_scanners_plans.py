@@ -12,7 +12,7 @@ from planner_core.engine.patch_mode import scan_mode_of
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import Greedy, PlanSettings, Requirements, Scene
 from planner_core.planning.plan import plan_survey
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 
 SURVEY_SCANNERS = ("rtc360", "blk360-g2", "p50", "vz-400i", "imager-5016")

@@ -8,7 +8,7 @@ import jsonschema
 import pytest
 
 from planner_core.errors import RequirementError
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = sorted((ROOT / "planner_core" / "scanner").glob("*.json"))

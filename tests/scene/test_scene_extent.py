@@ -9,7 +9,7 @@ import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.errors import SceneError
 from planner_core.model import PlanSettings, Scene
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.extent import check_extent, extent_m
 

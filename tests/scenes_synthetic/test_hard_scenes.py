@@ -14,7 +14,7 @@ from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError, SceneError
 from planner_core.model import BeamTemplate, Greedy, PlanSettings, Requirements, Scene
 from planner_core.planning.plan import make_plan
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import LoadOptions, load_scene
 from planner_core.scene.patches import make_patches
 from scenes_synthetic import hole_walls

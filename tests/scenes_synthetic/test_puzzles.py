@@ -15,7 +15,7 @@ from planner_core.engine.patch_mode import PatchMode
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import BeamTemplate, Greedy, PlanSettings, Requirements
 from planner_core.planning.plan import make_plan
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.patches import make_patches
 from scenes_synthetic.model import KnownView, SyntheticScene
 from scenes_synthetic.plan_view import Edge, edges_of, exact, floor_area, in_circle, sights

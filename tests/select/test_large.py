@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from planner_core.errors import RequirementError
 from planner_core.model import Proven
 from planner_core.select.greedy import select_greedy
-from planner_core.select.lagrange import large_bound
 from planner_core.select.large import core_problem, select_large
+from planner_core.select.large_bound import large_bound
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.model import Proven
-from planner_core.select.lagrange import large_bound
+from planner_core.select.large_bound import large_bound
 from planner_core.select.most_coverage import coverage_bound, fill, most_coverage
 from planner_core.select.network import Network
 from planner_core.select.problem import CoverProblem

@@ -11,9 +11,9 @@ from oracles import floor_constraints
 
 from planner_core.errors import RequirementError
 from planner_core.model import Visibility
-from planner_core.select.bound import counting_bound, lagrange_bound, lower_bound
 from planner_core.select.greedy import drop_redundant, select_greedy
 from planner_core.select.problem import Constraint, cover_problem
+from planner_core.select.quick_bound import counting_bound, lagrange_bound, lower_bound
 
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -10,7 +10,7 @@ from planner_core.coverage.survey import make_survey, planned_floors, scope_of, 
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings, Proven
 from planner_core.positions.grid import find_candidates
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.select.check import check_coverage
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem

@@ -11,7 +11,7 @@ import scenes_synthetic
 from planner_core.model import Greedy, PlanSettings
 from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.planning.plan import make_plan
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 from viewer_web.server.serve import serve
 

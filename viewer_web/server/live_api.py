@@ -36,7 +36,7 @@ from viewer_web.server.live_documents import (
     ground_head,
     preview_head,
 )
-from viewer_web.server.live_side import LiveSide, NotReadyError
+from viewer_web.server.live_worker import LiveSide, NotReadyError
 
 #: Pages whose latest question is known.
 _MOST_PAGES = 64

@@ -11,7 +11,8 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from planner_core.model import FloatArray, Scene, UnseenPiece
-from planner_core.plan_folder.plan_document import (
+from planner_core.plan_folder.plan_json import plan_document
+from planner_core.plan_folder.plan_model import (
     CoverageFigures,
     FieldTimeSection,
     FloorCoverage,
@@ -24,7 +25,6 @@ from planner_core.plan_folder.plan_document import (
     RouteSection,
     StationSection,
 )
-from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.route_json import route_document
 from planner_core.planning.live.live_plan import DraftFigures, LivePlan, Walk
 from planner_core.planning.live.preview import Preview

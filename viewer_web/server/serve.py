@@ -64,7 +64,7 @@ def serve(
 
     Notes
     -----
-    The opening of the live side may outlive this call, see `viewer_web.server.live_side.opening_goes_on`: then
+    The opening of the live side may outlive this call, see `viewer_web.server.live_worker.opening_goes_on`: then
     Python's own end of the process aborts, as the compiler's library is taken down under it.
 
     Raises
@@ -132,7 +132,7 @@ def live_side(
 ) -> Side:
     """Return the live side of a session, not yet started; `on_warning` as in `serve`."""
     from viewer_web.server.live_api import create_live_router
-    from viewer_web.server.live_side import LiveSide
+    from viewer_web.server.live_worker import LiveSide
 
     def open_plan(progress: Progress) -> "LivePlan":
         from planner_core.planning.live.opening import open_live

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from planner_core.model import FloatArray
-from planner_core.network.overlap import components, overlap_links, surface_of_patches
+from planner_core.network.links import components, overlap_links, surface_of_patches
 from planner_core.paper.overlap_repair import OverlapRepair, repair_overlap, station_overlaps
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.paper.search.thinning import best_apart

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import MissingPackageError
+from planner_core.export.clouds.file_header import facts, facts_of, file_names, numbers
 from planner_core.export.clouds.points import Clouds, ScanBlock, open_clouds
-from planner_core.export.clouds.told import facts, facts_of, file_names, numbers
 from planner_core.export.options import Options
 from planner_core.model import Float32Array, ScanBatch, UInt8Array
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource

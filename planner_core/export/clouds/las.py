@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import ExportError
+from planner_core.export.clouds.file_header import Write, each_alone, facts, facts_of, wkt_of
 from planner_core.export.clouds.points import Clouds, Points, open_clouds
-from planner_core.export.clouds.told import Write, each_alone, facts, facts_of, wkt_of
 from planner_core.export.options import Options
 from planner_core.model import FloatArray
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource

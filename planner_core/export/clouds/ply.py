@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from planner_core.export.clouds.file_header import each_alone, facts, facts_of
 from planner_core.export.clouds.points import Clouds, Points, open_clouds
-from planner_core.export.clouds.told import each_alone, facts, facts_of
 from planner_core.export.options import Options
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.progress import Progress

@@ -15,9 +15,9 @@ import numpy as np
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import ExportError, PlannerError, RequirementError
 from planner_core.export.clouds.exr import write_images
+from planner_core.export.clouds.file_header import file_names
 from planner_core.export.clouds.ply import write_points
 from planner_core.export.clouds.points import Clouds
-from planner_core.export.clouds.told import file_names
 from planner_core.model import PlanSettings, SiteFrame, Station, Survey
 from planner_core.plan_folder.atomic import staged_folder
 from planner_core.plan_folder.plan_source import FieldStation

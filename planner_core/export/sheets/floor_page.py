@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.export.sheets.band import draw_band
 from planner_core.export.sheets.floor_view import FloorView
+from planner_core.export.sheets.page_frame import draw_band
 from planner_core.export.sheets.paper import Tile
 from planner_core.export.sheets.route import Mark
 from planner_core.export.sheets.site_grid import draw_grid

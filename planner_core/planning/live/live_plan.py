@@ -17,7 +17,7 @@ import numpy as np
 from planner_core.coverage.why import steepest_curve
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import CurveStep, FieldTime, Plan, PlanSettings, Route, Survey, UInt8Array
-from planner_core.network.overlap import MIN_LISTED_OVERLAP
+from planner_core.network.links import MIN_LISTED_OVERLAP
 from planner_core.plan_folder.viewer_files import cloud_bytes
 from planner_core.plan_folder.viewer_layers import UInt16Array, layers_of, lost_bytes
 from planner_core.planning.live.draft import Draft, DraftStation, Place, local_place

@@ -1,7 +1,7 @@
 """Links of the draft's stations, a station at a time: what changes when one is moved, and nothing else.
 
 Input `Look`s, patch areas (m^2) and the patches' geometry (local frame); output `Link`s with the figures of
-`planner_core.network.overlap.overlap_links`, bit by bit: a pair's figures do not depend on the other stations.
+`planner_core.network.links.overlap_links`, bit by bit: a pair's figures do not depend on the other stations.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from itertools import chain
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Link, Survey, Visibility, WeakMotion
-from planner_core.network.overlap import surface_of_patches
-from planner_core.network.pairs import PairMatrices, SharedSurface, area_ticks, strengths_of
+from planner_core.network.links import surface_of_patches
+from planner_core.network.pair_overlap import PairMatrices, SharedSurface, area_ticks, strengths_of
 from planner_core.network.weak_axis import weak_motion
 from planner_core.planning.live.looks import Look
 

@@ -16,7 +16,7 @@ from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.plan_folder.usd_stage import write_stage
 from planner_core.plan_folder.viewer_files import patches_bytes
 from planner_core.planning.plan import make_plan
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 from scenes_synthetic.house import build
 from scenes_synthetic.write import write

@@ -16,9 +16,9 @@ from planner_core.export.occupancy import FREE, OCCUPIED, UNKNOWN, occupancy_map
 from planner_core.export.robot_ways import Ground, Piece, robot_ways
 from planner_core.export.route_lines import Way
 from planner_core.model import Floor, Survey
+from planner_core.positions.carrier import Mover
 from planner_core.positions.footprints import Grid
 from planner_core.positions.free_space import FreeSpace
-from planner_core.positions.mover import Mover
 from planner_core.positions.reach import Reach, Region
 from planner_core.positions.walking import Walking
 

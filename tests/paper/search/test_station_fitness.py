@@ -13,7 +13,7 @@ from planner_core.paper.point_distribution import PointDistribution
 from planner_core.paper.search import SearchSettings, search
 from planner_core.paper.search.station_fitness import StationFitness, height_limits_m
 from planner_core.positions.grid import find_candidates
-from planner_core.scanner.catalogue import load_scanner
+from planner_core.scanner.load_scanner import load_scanner
 
 HDL = load_scanner("hdl-64e")
 SMALL = replace(HDL, n_azimuths=90, elevation_rad=HDL.elevation_rad[::8])

@@ -28,7 +28,7 @@ from planner_core.progress import Progress, ProgressEvent
 from planner_core.review.plan_facts import plan_under_review
 from viewer_web.server.answers import answer_errors
 from viewer_web.server.live_api import create_live_router
-from viewer_web.server.live_side import LiveSide
+from viewer_web.server.live_worker import LiveSide
 
 load_all_checks()
 

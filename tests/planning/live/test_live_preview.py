@@ -16,7 +16,7 @@ from planner_core.coverage.survey import visible_from
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import Plan, PlanSettings, PointLimits
-from planner_core.network.overlap import overlap_links, surface_of_patches
+from planner_core.network.links import overlap_links, surface_of_patches
 from planner_core.planning.live.draft import Draft, DraftStation
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.looks import Looker

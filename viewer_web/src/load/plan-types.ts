@@ -1001,6 +1001,10 @@ export interface UnseenSurfaceSection {
    * Id of a floor; empty: of none.
    */
   floor: string;
+  /**
+   * docs/method/unseen.md says what reasons mean.
+   */
+  reason: string;
   area_m2: number;
   /**
    * Connected pieces it is in.
@@ -1010,10 +1014,6 @@ export interface UnseenSurfaceSection {
    * The largest, largest first.
    */
   pieces: PieceSection[];
-  /**
-   * docs/method/unseen.md says what reasons mean.
-   */
-  reason: string;
   /**
    * null unless the reason is `not worth a station`.
    */

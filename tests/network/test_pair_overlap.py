@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from planner_core.network.pairs import PairMatrices, SharedSurface, overlapping_pairs, strengths_of
+from planner_core.network.pair_overlap import PairMatrices, SharedSurface, overlapping_pairs, strengths_of
 
 STEP = 1e-5
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.select.lagrange import TARGET_UNIT, large_bound, price_bound
+from planner_core.select.large_bound import TARGET_UNIT, large_bound, price_bound
 from planner_core.select.problem import CoverProblem
 from planner_core.select.relaxation import BOUND_UNIT
 

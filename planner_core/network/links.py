@@ -21,7 +21,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Link, Patches, Scene, Visibility, WeakMotion
-from planner_core.network.pairs import PairMatrices, SharedSurface, overlapping_pairs, strengths_of
+from planner_core.network.pair_overlap import PairMatrices, SharedSurface, overlapping_pairs, strengths_of
 from planner_core.network.weak_axis import weak_motion
 from planner_core.scene.patches import patch_triangles
 

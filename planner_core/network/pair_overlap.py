@@ -1,7 +1,7 @@
 """Pairs of positions: how much surface they have in common, and the normal matrix of it, for very many pairs.
 
 Input `Visibility`, patch areas (m^2) and, for matrices, centroids and normals (local frame); output pairs with their
-overlap, and (K, 6, 6) float64 matrices. What they mean: `planner_core.network.overlap`.
+overlap, and (K, 6, 6) float64 matrices. What they mean: `planner_core.network.links`.
 
 Overlaps of all pairs are one sparse product, taken in blocks of rows. Normal matrices are only made for the pairs that
 are asked for: 24 sums over the common patches, each taken about the origin, from which those about the common

@@ -17,7 +17,7 @@ from planner_core.documents import read_as, shown
 from planner_core.errors import RequirementError
 from planner_core.model import FloatArray, Scanner
 from planner_core.scanner.modes import ScanMode, bad, grid_of, pick_mode
-from planner_core.scanner.specification import MAX_ANGLES, MAX_BEAMS, ScannerFile
+from planner_core.scanner.scanner_file import MAX_ANGLES, MAX_BEAMS, ScannerFile
 
 
 def list_scanners() -> tuple[Scanner, ...]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner_core.model import Link, Visibility
-from planner_core.network.overlap import (
+from planner_core.network.links import (
     SharedSurface,
     components,
     overlap_links,
