@@ -132,9 +132,9 @@ def _add_route(root: ElementTree.Element, frame: SiteFrame, ways: list[Way]) -> 
         return
     features = _add(root, "PlanFeatures", {"name": "route", "desc": "the route from station to station, on the ground"})
     for number, way in enumerate(ways, start=1):
-        feature = _add(features, "PlanFeature", {"name": f"walk {number}", "desc": way.title})
+        feature = _add(features, "PlanFeature", {"name": f"route {number}", "desc": way.title})
         length = {"length": metres(way.length_m)} if math.isfinite(way.length_m) else {}
-        line = _add(_add(feature, "CoordGeom", {"name": f"walk {number}"}), "IrregularLine", length)
+        line = _add(_add(feature, "CoordGeom", {"name": f"route {number}"}), "IrregularLine", length)
         points = [_north_east_height(at_m) for at_m in frame.to_site(way.points_m)]
         _add(line, "Start").text = points[0]
         _add(line, "End").text = points[-1]
