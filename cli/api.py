@@ -227,7 +227,7 @@ def _settings(told: PlanSettings | None, more: dict[str, Any]) -> PlanSettings:
     if told is None:
         return settings(**more)
     if more:
-        raise TypeError(f"got settings and {', '.join(more)} besides, expected one of both; put them into the settings")
+        raise TypeError(f"got settings and {', '.join(more)}, too, expected one of the two; put them into the settings")
     return told
 
 

@@ -100,7 +100,8 @@ def check_caches_are_kept(variable: str) -> None:
     from planner_core.errors import RequirementError
 
     raise RequirementError(
-        f"cache folder: got a home that can't be written, expected a place to keep the result; set {variable} to one"
+        "cache folder: got a home folder that can't be written, expected a writable one for the result; set "
+        f"{variable} to one"
     )
 
 

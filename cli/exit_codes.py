@@ -12,12 +12,12 @@ EXIT_CODES: dict[int, str] = {
     "missing, or a plan would fall back to the host",
     2: "the command line is wrong: unknown option, missing argument, bad value",
     3: "an input file can't be used: scene, station list, plan folder; or a file can't be read or written",
-    4: "an option or requirement can't be met: unknown or unusable scanner, unknown scene or floor, no spot to stand "
-    "on, a value out of its range, port in use",
+    4: "an option or requirement can't be met: unknown or unusable scanner, unknown scene or floor, no valid tripod "
+    "position, a value out of its range, port in use",
     5: "the output exists; pass --overwrite",
     6: "the OpenCL device or a package or system library is missing or failed",
     7: "compare: scanned stations do not meet the requirements, or their network is worse than planned",
-    130: "interrupted (Ctrl-C, or asked to end by SIGTERM)",
+    130: "interrupted (Ctrl-C or SIGTERM)",
 }
 
 
@@ -58,15 +58,15 @@ def one_line(error: BaseException) -> str:
 
 
 _REMEDIES = {
-    errno.ENOSPC: "no space is left on its disk; free some or give another path",
+    errno.ENOSPC: "the disk is full; free some or give another path",
     errno.EDQUOT: "the disk quota is used up; free some or give another path",
     errno.EACCES: "permission is denied; give another path or change the permissions",
     errno.EPERM: "permission is denied; give another path or change the permissions",
-    errno.EROFS: "its disk is read-only; give another path",
+    errno.EROFS: "the disk is read-only; give another path",
     errno.ENOENT: "there is no such file or folder; check the path",
-    errno.ENOTDIR: "a part of the path is a file, expected a folder; check the path",
+    errno.ENOTDIR: "part of the path is a file, expected a folder; check the path",
     errno.EISDIR: "it is a folder, expected a file; name a file in it",
-    errno.ENAMETOOLONG: "the name is too long for its disk; give a shorter one",
+    errno.ENAMETOOLONG: "the name is too long for the disk; give a shorter one",
 }
 
 

@@ -47,7 +47,7 @@ def _renamed(argument: str) -> str:
     if name not in RENAMED_OPTIONS:
         return argument
     now = RENAMED_OPTIONS[name]
-    click.echo(f"warning: {name} is now {now}; the old name goes with the next release", err=True)
+    click.echo(f"warning: {name} is now {now}; the old name will be removed in the next release", err=True)
     return now + equals + value
 
 

@@ -209,7 +209,7 @@ def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
         )
     if choosing.max_stations is None and choosing.objective == "coverage":
         raise RequirementError(
-            "--objective coverage: got no number of stations, expected how many it may take at most; add e.g. "
+            "--objective coverage: got no number of stations, expected a maximum number of them; add e.g. "
             "--max-stations 10"
         )
     options = [("search", search)] if search is not None else []

@@ -43,7 +43,7 @@ doors_option = click.option(
 )  # fmt: skip
 engine_option = click.option(
     "--engine", type=click.Choice(["auto", "opencl", "open3d"]), default="auto", show_default=True,
-    help="Scan engine. auto: OpenCL; falls back to Open3D, with a warning, without a usable OpenCL device.",
+    help="Scan engine. auto: OpenCL, or Open3D with a warning if no OpenCL device is usable.",
 )  # fmt: skip
 device_option = click.option(
     "--device", default=None, metavar="NAME",
@@ -77,7 +77,8 @@ patch_area_option = click.option(
 scan_mode_option = click.option(
     "--scan-mode", type=click.Choice(["auto", "beams", "patches"]), metavar="MODE", default="auto", show_default=True,
     help="How visibility is computed. beams: every beam of the scan; patches: lines of sight to samples of every "
-    "patch, at a cost independent of the scanner's resolution; auto: patches from four million beams per scan.",
+    "patch, at a cost independent of the scanner's resolution; auto: patches from four million beams per scan on, "
+    "else beams.",
 )  # fmt: skip
 requirements_option = click.option(
     "--requirements", "file", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",
@@ -106,7 +107,7 @@ class _NetworkKind(click.Choice[str]):
 network_option = click.option(
     "--network", type=_NetworkKind(["connected", "redundant", "none"]), default=None,
     help="Required network of links between stations. connected: one network, as far as the building allows; "
-    "redundant: also when any one link fails; none: not required. [default: connected]",
+    "redundant: still connected when any one link fails; none: not required. [default: connected]",
 )  # fmt: skip
 spacing_option = click.option(
     "--spacing", default=None, metavar="LENGTH", help="Maximum point spacing on surfaces, such as 6mm."
@@ -128,8 +129,8 @@ seen_from_option = click.option(
 )  # fmt: skip
 entrance_option = click.option(
     "--entrance", "entrances", multiple=True, metavar="X,Y,Z",
-    help="Building entrance: a ground point in scene coordinates; may be repeated. [default: the largest spaces of "
-    "each floor have one]",
+    help="Building entrance: a ground point in scene coordinates; may be repeated. [default: one assumed in each of "
+        "the largest spaces of a floor]",
 )  # fmt: skip
 scan_seconds_option = click.option(
     "--seconds-per-scan", type=click.FloatRange(min=0), default=None, metavar="SECONDS",
@@ -176,7 +177,7 @@ method_option = click.option(
 time_limit_option = click.option(
     "--time-limit", "time_limit_s", type=click.FloatRange(min=0), default=None, metavar="SECONDS",
     help="Time limit of method proven, which then ends with the best plan so far; two runs may differ. [default: a "
-    "limit of work, the same in every run]",
+        "work limit, the same in every run]",
 )  # fmt: skip
 search_option = click.option(
     "--search", type=click.Choice(["ls", "sa", "ts", "none"]), default=None,

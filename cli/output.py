@@ -24,7 +24,7 @@ def repairs(report: LoadReport, *, listed_in: str) -> tuple[str, ...]:
         "degenerate": report.n_degenerate,
         "not finite": report.n_non_finite,
         "with a bad index": report.n_bad_index,
-        "far astray": report.n_stray,
+        "far away from the rest": report.n_stray,
     }
     parts = [f"{count} {name}" for name, count in counts.items() if count]
     if not parts:
@@ -36,7 +36,7 @@ def materials(glass_area_m2: float, mirror_area_m2: float, *, glass: str) -> tup
     """Lines on glass and mirrors, where the file has any: they decide what is seen, and users may know better."""
     does = {
         "stop": "ends beams",
-        "pass": "lets beams pass, what lies behind counts as seen",
+        "pass": "lets beams pass, surfaces behind it count as seen",
         "return": "counts as a wall",
     }
     lines = []

@@ -31,14 +31,14 @@ def show(document: dict[str, Any]) -> None:
     )
     output.say(
         f"              {100 * coverage['fraction_of_total']:.1f} % of all {coverage['total_area_m2']:.0f} m2 in "
-        "the model, which includes what no position sees, such as the inside of walls"
+        "the model, including what no position sees, such as the inside of walls"
     )
     scene = document["scene"]
     for line in output.materials(scene["glass_area_m2"], scene["mirror_area_m2"], glass=scene["glass"]):
         output.say(line)
     if scene["n_doors_open"]:
         doors = "door is" if scene["n_doors_open"] == 1 else "doors are"
-        output.say(f"doors         {scene['n_doors_open']} {doors} open (--doors shut takes them as modelled)")
+        output.say(f"doors         {scene['n_doors_open']} {doors} open (--doors shut leaves them as modelled)")
     asked = {name.casefold() for name in asks["floors"]}
     for figures in coverage["floors"]:
         if asked and not asked & {figures["floor"].casefold(), floors[figures["floor"]].casefold()}:

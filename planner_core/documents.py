@@ -27,8 +27,8 @@ _Model = TypeVar("_Model", bound=BaseModel)
 
 _SHOWN_CHARACTERS = 60
 _EXPECTED = {
-    "string_type": "a text",
-    "string_unicode": "a text of Unicode characters",
+    "string_type": "text",
+    "string_unicode": "Unicode text",
     "float_type": "a finite number",
     "finite_number": "a finite number",
     "int_type": "a whole number",
@@ -43,10 +43,10 @@ _EXPECTED = {
     "less_than_equal": "at most {le:g}",
     "literal_error": "{expected}",
     "enum": "{expected}",
-    "string_too_short": "a text of one letter or more",
+    "string_too_short": "text of one character or more",
     "too_short": "at least {min_length}",
     "too_long": "at most {max_length}",
-    "string_pattern_mismatch": "a text that matches {pattern}",
+    "string_pattern_mismatch": "text that matches {pattern}",
 }
 
 

@@ -110,7 +110,7 @@ def main(index: str, label: str) -> int:
         # What to do about it is said by who asked.
         return _say(str(error).partition("; take another device")[0].replace(f" on {label}", ""))
     if wrong:
-        return _say(f"it computes wrongly: {wrong}")
+        return _say(f"it gives wrong results: {wrong}")
     sys.stdout.write(f"{ALL_WELL}\n")
     return 0
 

@@ -50,7 +50,7 @@ NOT_MET = 7
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder to write: scanned stations and additional ones, if any.")  # fmt: skip
 @click.option("--scene", type=click.Path(path_type=Path), default=None, metavar="FILE",
-              help="Scene file of the plan. [default: looked for where it was, and beside the plan]")  # fmt: skip
+              help="Scene file of the plan. [default: its path when planned, else beside the plan]")  # fmt: skip
 @coordinate_options
 @apply(engine_options, overwrite_option, output_options)
 @click.pass_context
@@ -77,8 +77,8 @@ def command(
 ) -> None:
     """Compare stations as scanned with PLAN: what is missing, and what to scan before leaving the site.
 
-    Exit code 0: requirements are met as far as the plan met them; 7: they are not. With -q only warnings and the exit
-    code tell.
+    Exit code 0: requirements are met as far as the plan met them; 7: they are not. With -q, only warnings and the
+    exit code report it.
     """
     from planner_core.as_scanned.comparison import compare_as_scanned
     from planner_core.as_scanned.document import as_scanned_document
@@ -122,7 +122,9 @@ def command(
     elif not quiet:
         _show(document, source)
         if folder is not None:
-            output.say(f"plan folder   {folder if rescan is not None else 'not written: nothing was planned'}")
+            output.say(
+                f"plan folder   {folder if rescan is not None else 'not written: no additional stations were planned'}"
+            )
     ctx.exit(0 if found.met else NOT_MET)
 
 
@@ -168,9 +170,9 @@ def _stations(document: dict[str, Any]) -> list[str]:
     if renamed:
         lines.append(f"  listed under other names: {_some(renamed)}")
     if counts["scanned before"]:
-        lines.append(f"before        {counts['scanned before']} were scanned before the plan, and need not be listed")
+        lines.append(f"before        {counts['scanned before']} scanned before the plan, not required in the list")
     if counts["not compared"]:
-        lines.append(f"not compared  {counts['not compared']} of other floors, which are taken as planned")
+        lines.append(f"not compared  {counts['not compared']} on other floors, taken as planned")
     for fate in ("moved", "missing", "additional"):
         of_fate = sorted((row for row in rows if row["fate"] == fate), key=lambda row: -row["lost_area_m2"])
         lines.append(f"{fate:<13} {counts[fate]}")
@@ -189,7 +191,7 @@ def _fate(row: dict[str, Any]) -> str:
         said.append(f"by {(dx * dx + dy * dy) ** 0.5:.2f} m in plan, {dz:+.2f} m in height")
     if row["matched_by"] == "place" and row["listed_as"] != row["id"]:
         said.append(f"listed as {row['listed_as']}")
-    return ", ".join([said[0] + " " + said[1], *said[2:], *([f"by itself {worth}"] if worth else [])])
+    return ", ".join([said[0] + " " + said[1], *said[2:], *([f"alone {worth}"] if worth else [])])
 
 
 def _coverage(document: dict[str, Any]) -> list[str]:
@@ -225,8 +227,8 @@ def _network(document: dict[str, Any]) -> list[str]:
     if lost:
         lines.append(f"links lost    {_some(lost)}")
     if network["actual_parts"] > 1:
-        lines.append("unconnected   as scanned, links connect the stations within each line below, and no two lines:")
-        lines += [f"  part {number:<7} {_some(part)}" for number, part in enumerate(network["networks"], start=1)]
+        lines.append("unconnected   groups of stations as scanned, without a link between them:")
+        lines += [f"  group {number:<6} {_some(part)}" for number, part in enumerate(network["networks"], start=1)]
     return lines
 
 
@@ -236,7 +238,7 @@ def _some(names: Sequence[str]) -> str:
 
 
 def _parts(number: int) -> str:
-    return f"{number} part{'s' if number != 1 else ''}"
+    return f"{number} group{'s' if number != 1 else ''}"
 
 
 def _lost(document: dict[str, Any]) -> list[str]:
@@ -244,7 +246,7 @@ def _lost(document: dict[str, Any]) -> list[str]:
     if not surfaces:
         return []
     total_m2 = sum(surface["area_m2"] for surface in surfaces)
-    lines = [f"not seen now  {total_m2:.1f} m2 that the plan sees"]
+    lines = [f"lost          {total_m2:.1f} m2 that the plan sees"]
     for surface in surfaces[:_MOST_TOLD]:
         room = f", room {surface['room']}" if surface["room"] else ""
         lines.append(
@@ -262,7 +264,7 @@ def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
         if not missed:
             return ["The requirements are still met: nothing has to be scanned again."]
         return [
-            "Nothing that the plan met is lost: nothing has to be scanned again.",
+            "All that the plan met is still met: nothing has to be scanned again.",
             f"NOT met, as in the plan: {missed}.",
         ]
     if again is None:
@@ -270,7 +272,7 @@ def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
     rows = again["stations"]
     fewest = "fewest possible" if again["fewest_is_proven"] else "fewest found"
     many = "station" if len(rows) == 1 else "stations"
-    lines = [f"SCAN AGAIN    {len(rows)} {many} before you leave ({fewest}), sensor in {source.frame.crs_line}:"]
+    lines = [f"SCAN AGAIN    {len(rows)} {many} before leaving the site ({fewest}), sensor in {source.frame.crs_line}:"]
     for row in rows:
         x, y, z = row.get("site_position", row["position"])
         height = "" if row["instrument_height_m"] is None else f", {row['instrument_height_m']:.2f} m above the ground"
@@ -282,10 +284,10 @@ def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
     lost = [row["id"] for row in rows if row["for_what_was_lost"]]
     others = [row["id"] for row in rows if not row["for_what_was_lost"]]
     if others:
-        does, are = "does" if len(lost) == 1 else "do", "is" if len(others) == 1 else "are"
+        make = "makes" if len(lost) == 1 else "make"
         lines.append(
-            f"enough        {_some(lost)} {does} for what was lost; {_some(others)} {are} for what the plan did not "
-            "meet either"
+            f"enough        {_some(lost)} {make} up for what was lost; for requirements that the plan missed, too: "
+            f"{_some(others)}"
         )
     return [*lines, _with_them(document, again)]
 
@@ -294,17 +296,17 @@ def _purpose(row: dict[str, Any]) -> str:
     adds = [f"{each['area_m2']:.1f} m2 on floor {each['floor']}" for each in row["adds"] if each["area_m2"] >= 0.05]
     parts = [part[0] if len(part) == 1 else f"{part[0]} and {len(part) - 1} more" for part in row["joins"]]
     said = [f"adds {', '.join(adds)} to the scans"] if adds else []
-    said += [f"joins {' with '.join(parts)}"] if parts else []
-    return "; ".join(said) or "adds no area to the scans, and joins no parts"
+    said += [f"connects {' with '.join(parts)}"] if parts else []
+    return "; ".join(said) or "adds no area to the scans, and connects no groups"
 
 
 def _with_them(document: dict[str, Any], again: dict[str, Any]) -> str:
     missed = _missed(again, again["network"], again["network_parts"], "asked_is_met")
     planned = _missed(document, document["network"], document["network"]["planned_parts"], "planned_is_met")
     if not again["met"]:
-        state = f"even so, NOT met: {_missed(again, again['network'], again['network_parts'], 'met')}"
+        state = f"still NOT met: {_missed(again, again['network'], again['network_parts'], 'met')}"
     elif missed:
-        state = f"what was lost is back; NOT met, as in the plan: {missed}"
+        state = f"as good as the plan again; NOT met, as in the plan: {missed}"
     else:
         state = f"all requirements are met{'' if planned else ' again'}"
     return f"with them     {_percent(again['coverage'])} coverage, {_parts(again['network_parts'])}: {state}"

@@ -59,8 +59,8 @@ class Finding:
 def command(ctx: click.Context, as_json: bool) -> None:
     """Check packages, system libraries, OpenCL devices and the scan engine.
 
-    Kernels are built and run on every device, and what they compute is checked. Says what works, what does not, why,
-    and what to do. Exit code 1 where something is missing, or where a plan would fall back to the host.
+    Builds and runs the kernels on every device and checks their results. Reports what works, what does not, why, and
+    what to do. Exit code 1 if something is missing, or if a plan would fall back to the host.
     """
     from .. import output
 
@@ -75,7 +75,9 @@ def command(ctx: click.Context, as_json: bool) -> None:
             if finding.remedy:
                 output.say(f"{'':<9}{'':<22} -> {finding.remedy}")
         output.say()
-        output.say("Everything that tlsplan needs is here." if healthy else "Not all is well: see PROBLEM above.")
+        output.say(
+            "Everything that tlsplan needs is installed and works." if healthy else "Problems found: see PROBLEM above."
+        )
     ctx.exit(0 if healthy else 1)
 
 
@@ -140,7 +142,7 @@ def _device(info: DeviceInfo) -> Finding:
     problem = problem_of_device(info, anew=True)
     if problem:
         return Finding(subject, False, f"{detail}: {problem}", "" if info.problem else GET_ANOTHER, needed=False)
-    return Finding(subject, True, f"{detail}; its kernels run and compute rightly")
+    return Finding(subject, True, f"{detail}; its kernels run and give correct results")
 
 
 def _engine() -> list[Finding]:
@@ -154,11 +156,11 @@ def _engine() -> list[Finding]:
     except PlannerError as error:
         return [Finding("scan engine", False, str(error), "see the lines above; `--engine open3d` needs no OpenCL")]
     if start.wrong:
-        wrong = f"{start.engine} computes wrongly: {start.wrong}"
+        wrong = f"{start.engine} gives wrong results: {start.wrong}"
         return [Finding("scan engine", False, wrong, "choose another device with --device")]
     if start.warnings:
         return [Finding("scan engine", False, f"{start.engine}: {' '.join(start.warnings)}")]
-    return [Finding("scan engine", True, f"{start.engine}; a box is scanned rightly"), *_tiles(), _start()]
+    return [Finding("scan engine", True, f"{start.engine}; the test scan of a box is correct"), *_tiles(), _start()]
 
 
 def _start() -> Finding:

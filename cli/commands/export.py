@@ -51,7 +51,7 @@ FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
     ),
     "subtract": click.option(
         "--subtract", metavar="E,N,H", default=None, callback=_metres,
-        help="Metres subtracted from coordinates in CSV and GSI, for programs limited to small ones. [0,0,0]",
+        help="Metres subtracted from coordinates in CSV and GSI, for programs limited to small numbers. [0,0,0]",
     ),
     "gsi_unit": click.option(
         "--gsi-unit", type=click.Choice(["mm", "0.1mm"]), default=None,
@@ -107,7 +107,7 @@ def _list(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
 
     rows = [(each.name, each.title, "the scene" if each.needs_scene else "", each.verified_with)
             for each in FORMATS.values()]  # fmt: skip
-    table(("format", "what it is", "needs besides", "verified with"), [(WEB, _WEB_TITLE, "", "browsers"), *rows])
+    table(("format", "content", "also needs", "verified with"), [(WEB, _WEB_TITLE, "", "browsers"), *rows])
     ctx.exit()
 
 
@@ -119,7 +119,7 @@ def _names(_: click.Context, __: click.Parameter, text: str) -> tuple[str, ...]:
         if name not in (WEB, ALL, *FORMATS):
             raise click.BadParameter(f"{name!r} is not one of {', '.join((WEB, *FORMATS, ALL))}.")
     if WEB in names and len(names) > 1:
-        raise click.BadParameter(f"{WEB} is a folder of its own: ask for it alone.")
+        raise click.BadParameter(f"{WEB} writes a folder of its own: export it alone.")
     return names
 
 
@@ -151,7 +151,7 @@ class _Sectioned(click.Command):
 @click.option("-o", "--output", "target", type=click.Path(path_type=Path), required=True, metavar="PATH",
               help="File or folder to write.")  # fmt: skip
 @click.option("--scene", type=click.Path(path_type=Path), default=None, metavar="FILE",
-              help="Scene file of the plan. [default: looked for where it was, and beside the plan]")  # fmt: skip
+              help="Scene file of the plan. [default: its path when planned, else beside the plan]")  # fmt: skip
 @click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list,
               help="List the formats, and exit.")  # fmt: skip
 @_format_options
@@ -228,5 +228,5 @@ def _options(names: tuple[str, ...], told: dict[str, Any]) -> Options:
     taken = {field for each in formats_named([n for n in names if n != WEB]) for field in each.options}
     for name in given:
         if name not in taken:
-            raise click.UsageError(f"{option_of(name)}: no chosen format takes it ({', '.join(names)}).")
+            raise click.UsageError(f"{option_of(name)}: none of the chosen formats uses it ({', '.join(names)}).")
     return Options(**given)

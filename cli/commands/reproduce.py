@@ -33,7 +33,7 @@ def command(names: tuple[str, ...], folder: Path, full: bool, seed: int, overwri
 
     known = {figure.name: figure for figure in FIGURES}
     if not names:
-        output.table(("figure", "what it is about"), [(figure.name, figure.title) for figure in FIGURES])
+        output.table(("figure", "content"), [(figure.name, figure.title) for figure in FIGURES])
         return
     unknown = [name for name in names if name not in known and name != "all"]
     if unknown:

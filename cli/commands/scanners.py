@@ -149,7 +149,7 @@ def reference_page() -> str:
         _table(
             "name | beam divergence mrad | width at | wavelength nm | compensator", [_beam_row(d) for d in documents]
         ),
-        "## Modes\nBeams of a whole scan: azimuths x channels. `default` where a scanner has one resolution alone.\n",
+        "## Modes\nBeams of a whole scan: azimuths x channels. `default` where a scanner has only one resolution.\n",
         _table("name | mode | step deg | beams | seconds", [row for d in documents for row in _mode_rows(d)]),
         "## Sources\n",
         *(f"- **{titles[d['name']]}** (`{d['name']}`): {d['source']}\n" for d in documents),
@@ -196,7 +196,13 @@ def _mode_rows(d: dict[str, Any]) -> list[tuple[str, ...]]:
         for m in d["modes"]
     ]
     if d["mode"] not in {row[0] for row in rows}:
-        own = (d["mode"] or "default", "our choice, no mode of the instrument", "-", d["n_azimuths"], d["n_channels"])
+        own = (
+            d["mode"] or "default",
+            "chosen for tlsplan, not a mode of the instrument",
+            "-",
+            d["n_azimuths"],
+            d["n_channels"],
+        )
         rows.append((*own, d["seconds_per_scan"]))
     cells: list[tuple[str, ...]] = []
     for mode, title, step, n_azimuths, n_channels, seconds in rows:

@@ -50,7 +50,9 @@ def command(
         raise RequirementError(f"--triangles: got scene {name!r}, expected {_CAMPUS}; other scenes have one size only.")
     path = output if output is not None else Path(f"{name}{'.ply' if name == _CAMPUS else '.ifc'}")
     if on_map and (name == _CAMPUS or path.suffix.lower() != ".ifc"):
-        raise RequirementError(f"--on-map: got {path}, expected a scene as IFC, which alone can say it; name it .ifc")
+        raise RequirementError(
+            f"--on-map: got {path}, expected an .ifc file, the only format with a map conversion; name it .ifc"
+        )
     if path.exists() and not overwrite:
         raise OutputExistsError(f"{path} exists; pass --overwrite to replace it.")
     if name == _CAMPUS:

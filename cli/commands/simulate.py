@@ -93,7 +93,7 @@ def _check_folder(folder: Path, *, overwrite: bool) -> None:
     from planner_core.errors import OutputExistsError
 
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
-        raise OutputExistsError(f"{folder}: is no folder, expected one to write; give another name")
+        raise OutputExistsError(f"{folder}: is not a folder, expected one to write; give another name")
     if not folder.is_dir() or not any(folder.iterdir()):
         return
     foreign = sorted(path.name for path in folder.iterdir() if path.suffix[1:] not in FORMATS)

@@ -29,12 +29,12 @@ INSTRUMENT_HEIGHT_M = 1.5
 @json_option
 @quiet_option
 def command(device: str | None, quick: bool, as_json: bool, quiet: bool) -> None:
-    """Find the fastest OpenCL device and tile shape for scans, and keep them for later runs.
+    """Find the fastest OpenCL device and tile shape for scans, and save them for later runs.
 
     Beams are cast in tiles and packets; their best shape differs from device to device. Scans of a synthetic house are
     timed in each shape on every device that works, or on the one that --device names, which takes a minute or so each,
     most of it compiling. Without --device the fastest one becomes the default. Results of scans and plans do not depend
-    on the shape. A new driver or version of tlsplan asks for measuring anew; until then the shipped shape is used.
+    on the shape. After an update of the driver or of tlsplan, run it again; until then the shipped shape is used.
     """
     from planner_core.cache import CACHE_VARIABLE
     from planner_core.device import keep_fastest, list_devices, open_device, problem_of_device
@@ -57,7 +57,7 @@ def command(device: str | None, quick: bool, as_json: bool, quiet: bool) -> None
             keep_fastest(infos, int(fastest))
         except OSError as error:
             raise RequirementError(
-                f"cache folder: can't be written ({error.strerror}), expected a place to keep the fastest device; "
+                f"cache folder: can't be written ({error.strerror}), expected a writable one for the fastest device; "
                 f"set {CACHE_VARIABLE} to one"
             ) from error
     if as_json:
@@ -103,11 +103,11 @@ class _Tuned:
         from .. import output
 
         times = sorted(self.times.milliseconds.items(), key=lambda row: row[1])
-        output.table(("tile and packet", "ms a scan"), [(name_of(shape), f"{ms:.2f}") for shape, ms in times])
+        output.table(("tile and packet", "ms per scan"), [(name_of(shape), f"{ms:.2f}") for shape, ms in times])
         for shape, why in self.times.refused.items():
             output.say(f"{name_of(shape)} does not run here: {why}")
         output.say()
-        output.say(f"{self.label}: {name_of(self.best)} from now on, kept in {self.file}")
+        output.say(f"{self.label}: {name_of(self.best)} from now on, saved in {self.file}")
         output.say()
 
 

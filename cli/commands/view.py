@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 @click.option("--host", default="127.0.0.1", show_default=True, metavar="ADDRESS",
               help="Address to listen on; any but loopback lets others on the network read the plan.")  # fmt: skip
 @click.option("--allow-host", "allowed_hosts", multiple=True, metavar="NAME",
-              help="Further host name to answer to, for a proxy or a tunnel; may be repeated.")  # fmt: skip
+              help="Additional host name to accept, for a proxy or a tunnel; may be repeated.")  # fmt: skip
 @click.option("--scene", type=click.Path(path_type=Path), metavar="FILE",
-              help="Scene file, for live figures while editing. [default: where it was when planned]")  # fmt: skip
+              help="Scene file, for live figures while editing. [default: its path when planned]")  # fmt: skip
 @click.option("--read-only", is_flag=True, help="No changes to the review, no runs.")
 @click.option("--no-live", is_flag=True, help="No live figures: saves memory and time.")
 @click.option("--no-browser", is_flag=True, help="Print the address without opening a browser.")
@@ -35,7 +35,7 @@ def command(
 ) -> None:
     """Show the plan folder PLAN in the browser, served until Ctrl-C.
 
-    The printed address holds a token: anyone who has it can read the plan and change its review.
+    The printed address contains a token: anyone who has it can read the plan and change its review.
     """
     from planner_core.errors import PlanFolderError
     from planner_core.plan_folder.plan_json import read_plan_json
@@ -83,5 +83,7 @@ def command(
 
 def _left_in_words(left: LeftRun) -> str:
     if left.is_ending:
-        return f"run {left.run} was asked to end: if it has stations by now, it still writes its plan to {left.plan}"
-    return f"run {left.run} goes on, and writes its plan to {left.plan}; start `tlsplan view` again to see or cancel it"
+        return f"run {left.run} was cancelled: if it has a plan so far, it still writes it to {left.plan}"
+    return (
+        f"run {left.run} continues, and writes its plan to {left.plan}; start `tlsplan view` again to see or cancel it"
+    )

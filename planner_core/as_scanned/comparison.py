@@ -263,8 +263,8 @@ def _sensor(match: Match) -> tuple[FloatArray, float | None]:
     height_m = math.nan if match.planned is None else match.planned.instrument_height_m
     if math.isnan(height_m):
         raise StationListError(
-            f"station {actual.id}: is listed by its ground point without instrument height, and the plan knows none "
-            "for it; add a column instrument_height"
+            f"station {actual.id}: is listed by its ground point without instrument height, and the plan has none for "
+            "it; add a column instrument_height"
         )
     return actual.position_m + np.array([0.0, 0.0, height_m]), height_m
 

@@ -60,7 +60,7 @@ def guess(listed: Sequence[ListedStation], readings: Sequence[str], plan: PlanSo
     if shape:
         return shape
     what = "scene coordinates" if plan.frame.is_scene else "scene coordinates or in the site's"
-    return f"expected them in {what}; tell the site's with --crs and --origin or --control-points"
+    return f"expected them in {what}; give the site's with --crs and --origin or --control-points"
 
 
 _SWAPPED = "easting and northing may be swapped; name the columns, or give --columns"
@@ -94,10 +94,12 @@ def _shift(listed: Sequence[ListedStation], readings: Sequence[str], plan: PlanS
 
 def _shifted_words(which: str, shift_m: FloatArray, coordinates: str, plan: PlanSource) -> str:
     e, n, h = (np.round(shift_m, 2) + 0.0).tolist()
-    by = f"{which} are shifted alike, by {e:.2f}, {n:.2f}, {h:.2f} m"
+    by = f"{which} are shifted by the same {e:.2f}, {n:.2f}, {h:.2f} m"
     if plan.frame.is_scene:
         return f"{by}: where that is the site's origin, give --origin {e:.2f},{n:.2f},{h:.2f}"
-    return f"{by} from the plan's {coordinates} coordinates: add what they were reduced by, or check origin and CRS"
+    return (
+        f"{by} from the plan's {coordinates} coordinates: add the offset they were reduced by, or check origin and CRS"
+    )
 
 
 def _place(station: FieldStation, coordinates: str, of_ground: bool) -> FloatArray:
@@ -127,8 +129,8 @@ def _shape(listed: Sequence[ListedStation], readings: Sequence[str], plan: PlanS
             )
         if fit is not None and not doubtful:
             doubtful = (
-                f"{said}they have the plan's shape, but fit it in several ways, so that nobody can tell which station "
-                "is which; tell where the scene lies with --origin or --control-points"
+                f"{said}they have the plan's shape, but fit it in several ways, so that stations can't be told "
+                "apart; give the scene's position with --origin or --control-points"
             )
     return doubtful
 
@@ -137,11 +139,11 @@ def _variants(as_listed: FloatArray, planned_m: FloatArray) -> list[tuple[str, F
     """The list as it is, with its columns exchanged, and in other units where its size suggests one."""
     size_m = float(np.ptp(as_listed[:, :2], axis=0).max())
     planned_size_m = float(np.ptp(planned_m[:, :2], axis=0).max())
-    found = [("", as_listed), ("easting and northing look swapped (name the columns, or give --columns): so, ",
+    found = [("", as_listed), ("easting and northing look swapped (name the columns, or give --columns): exchanged, ",
                                as_listed[:, [1, 0, 2]])]  # fmt: skip
     for scale, unit in _SCALES[:3]:
         if _LEAST_SIZE * planned_size_m < scale * size_m < planned_size_m / _LEAST_SIZE:
-            found.append((f"they may be in {unit}, expected metres (convert them): so, ", scale * as_listed))
+            found.append((f"they may be in {unit}, expected metres (convert them): converted, ", scale * as_listed))
     return found
 
 
@@ -163,7 +165,11 @@ def _names_words(fit: ShapeFit, listed: Sequence[ListedStation], plan: PlanSourc
     """Say so where names that the plan has, too, are those of other stations."""
     planned = [station.id.casefold() for station in plan.stations]
     others = [listed[i].id.casefold() for i, k in fit.pairs.tolist() if listed[i].id.casefold() != planned[k]]
-    return "; its names are of other stations than the plan's: give --match place" if set(others) & set(planned) else ""
+    return (
+        "; its names belong to other stations than in the plan: give --match place"
+        if set(others) & set(planned)
+        else ""
+    )
 
 
 def shape_doubts(
@@ -195,7 +201,7 @@ def shape_doubts(
     by = ", ".join(f"{axis} {value:+.2f}" for axis, value in shifts)
     moved = f"turned by {_degrees(fit)} degrees and shifted" if fit.turn_rad else f"shifted by {by} m"
     return (
-        f"the list has the plan's shape, but {moved}: taken back, {len(fit.pairs)} of {len(listed)} "
+        f"the list has the plan's shape, but {moved}: without that, {len(fit.pairs)} of {len(listed)} "
         f"stations are within {SHAPE_M:g} m of planned ones, as listed {now} within {within_m:g} m; check the origin "
         f"of its coordinates{_names_words(fit, listed, plan)}",
     )

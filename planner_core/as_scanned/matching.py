@@ -199,7 +199,7 @@ def _shift_line(pairs: Sequence[Match], frame: SiteFrame | None) -> str:
     grounds = ""
     if float(shift_m[2]) < -_LOW_M and not any(match.actual.is_ground for match in pairs if match.actual is not None):
         grounds = ", and whether its heights are the ground's (--heights ground)"
-    return f"all stations are off alike, by {by} m: check the list's origin{grounds}"
+    return f"all stations are off by the same {by} m: check the list's origin{grounds}"
 
 
 def _moved_in(frame: SiteFrame, match: Match) -> FloatArray:
@@ -220,10 +220,10 @@ def _exchanged_line(matches: Sequence[Match]) -> tuple[str, ...]:
     planned = [match for match in matches if match.planned is not None]
     if all(match.actual is not None for match in planned):
         return (
-            f"all {len(planned)} planned places are occupied, only names differ: {len(found)} are listed under names "
-            f"of others ({names}), and were matched by place",
+            f"all {len(planned)} planned positions were scanned, only names differ: {len(found)} are listed under "
+            f"names of other stations ({names}), and were matched by position",
         )
-    return (f"{len(found)} places are listed under names of other stations ({names}), and were matched by place",)
+    return (f"{len(found)} positions are listed under names of other stations ({names}), and were matched by position",)
 
 
 def _far_lines(matches: Sequence[Match], pairs: Sequence[Match], within_m: float) -> tuple[str, ...]:
@@ -235,8 +235,8 @@ def _far_lines(matches: Sequence[Match], pairs: Sequence[Match], within_m: float
         assert match.planned is not None and match.actual is not None
         others = [(float(np.linalg.norm(_moved_m(each, match.actual))), each.id) for each in planned]
         away_m, nearest = min(others)
-        told = f"station {match.planned.id}: is {np.linalg.norm(match.moved_m):.1f} m from its planned place"
+        told = f"station {match.planned.id}: is {np.linalg.norm(match.moved_m):.1f} m from its planned position"
         if nearest != match.planned.id and away_m <= within_m:
-            told += f", and {away_m:.2f} m from {nearest}; if the crew named stations anew, give --match place"
+            told += f", and {away_m:.2f} m from {nearest}; if the crew renamed stations, give --match place"
         lines.append(told)
     return tuple(lines)

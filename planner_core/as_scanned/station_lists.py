@@ -90,7 +90,7 @@ def read_actual(
     listed = [station for path in paths for station in _read(path, heights, columns)]
     twice = next((each.id for k, each in enumerate(listed) if each.id in {s.id for s in listed[:k]}), None)
     if twice is not None:
-        raise StationListError(f"stations: id {twice!r} occurs twice, expected one a station; rename one")
+        raise StationListError(f"stations: id {twice!r} occurs twice, expected one per station; rename one")
     if not listed:
         raise StationListError("stations: got no list, expected at least one; give --stations")
     return _at_plan(listed, plan, coordinates, within_m)
@@ -166,7 +166,9 @@ def _pose(path: Path, scan: Any, k: int) -> ListedStation:
     at = scan["pose"]["translation"]
     position_m = np.array([float(at[axis].value()) for axis in "xyz"])
     if not np.isfinite(position_m).all():
-        raise StationListError(f"{path}: the pose of scan {name or k + 1!r} is no place; export the scans again")
+        raise StationListError(
+            f"{path}: the pose of scan {name or k + 1!r} is not a valid position; export the scans again"
+        )
     return ListedStation(name or f"{path.stem} {k + 1}", position_m, None, None)
 
 
@@ -189,7 +191,7 @@ def _at_plan(listed: Sequence[ListedStation], plan: PlanSource, coordinates: str
     if not is_near(at_m, plan.stations):
         told = " and ".join(f"{_length(away_m[name])} as {name} coordinates" for name in readings)
         raise StationListError(
-            f"stations: none of {len(listed)} lies at the plan, they are off by {told}; "
+            f"stations: none of {len(listed)} is near the plan, they are off by {told}; "
             f"{guess(listed, tuple(readings), plan, within_m)}"
         )
     stations = tuple(replace(each, position_m=place) for each, place in zip(listed, at_m, strict=True))
@@ -205,5 +207,5 @@ def _median_away_m(at_m: FloatArray, stations: Sequence[FieldStation]) -> float:
 
 def _length(metres: float) -> str:
     if not math.isfinite(metres):
-        return "an unknown way"
+        return "an unknown distance"
     return f"{metres / 1000:.1f} km" if metres >= 1000 else f"{metres:.0f} m"

@@ -54,7 +54,7 @@ def doubts_of(frame: SiteFrame, plane: MapCrs | None, points_m: FloatArray) -> t
     if moved and away_m > FAR_M:
         doubts.append(
             Doubt(
-                f"the plan lies {away_m / 1000:.0f} km from the scene's origin, which is placed on the site besides: "
+                f"the plan lies {away_m / 1000:.0f} km from the scene's origin, which is also placed on the site: "
                 "the scene may be in site coordinates already, then pass --crs alone"
             )
         )
@@ -69,7 +69,7 @@ def _where_doubts(frame: SiteFrame, plane: MapCrs, east_north_m: FloatArray) -> 
     if outside_m == 0.0:
         return [Doubt(line) for line in _scale_doubts(frame, plane, middle_m)]
     where = f"E {middle_m[0]:.0f}, N {middle_m[1]:.0f}"
-    how_far = "nowhere in" if math.isinf(outside_m) else f"{_kilometres(outside_m)} outside of where one uses"
+    how_far = "far outside" if math.isinf(outside_m) else f"{_kilometres(outside_m)} outside the area of"
     line = f"the plan lies at {where}, {how_far} {plane.name} ({plane.area_name()})"
     nowhere_near = outside_m > NOWHERE_NEAR_M
     if np.array_equal(frame.matrix, np.eye(4)):
@@ -82,7 +82,7 @@ def _where_doubts(frame: SiteFrame, plane: MapCrs, east_north_m: FloatArray) -> 
         if size == 0.001 and np.abs(middle_m).max() < _ON_EARTH_M:
             continue
         if plane.outside_m(east_north_m * size) == 0.0:
-            unit = f"{line}, and inside where coordinates are read as {name}: their unit looks wrong; give metres"
+            unit = f"{line}, and inside where coordinates are taken as {name}: their unit looks wrong; give metres"
             return [Doubt(unit, nowhere_near or size == 0.001)]
     far = ": check origin and CRS" if outside_m > FAR_M else ""
     return [Doubt(line + far, nowhere_near)]
@@ -111,8 +111,8 @@ def doubts_of_renaming(of_file: MapCrs, given: MapCrs, east_north_m: FloatArray)
     how_far = f"{away_m / 1000:.0f} km from" if math.isfinite(away_m) else "nowhere near"
     return (
         Doubt(
-            f"{line}, {how_far} where it was; --crs names coordinates and converts none: leave it out, or say where "
-            "the scene lies in it with --origin or --control-points",
+            f"{line}, {how_far} where it was; --crs labels coordinates and does not convert them: leave it out, or "
+            "place the scene in it with --origin or --control-points",
             certain=True,
         ),
     )
@@ -125,7 +125,7 @@ def _scale_doubts(frame: SiteFrame, plane: MapCrs, middle_m: FloatArray) -> list
         return []
     return [
         f"scene lengths are {abs(ppm) / 1e4:.1f} % too {'long' if ppm > 0 else 'short'} for {plane.name}, which is "
-        "hardly what the site was surveyed in: name the grid of its control points"
+        "hardly the grid of the survey: give the CRS of its control points"
     ]
 
 
@@ -133,9 +133,11 @@ def notes_of(frame: SiteFrame, plane: MapCrs | None, points_m: FloatArray) -> tu
     """Return what is to be known beside the coordinates; parameters as `doubts_of`."""
     notes = []
     if not frame.vertical_name:
-        notes.append("the vertical datum is not given: name it with --vertical-crs")
+        notes.append("the vertical datum is not given: give it with --vertical-crs")
     elif not frame.vertical_crs:
-        notes.append(f"heights are in {frame.vertical_name}, as the scene file has it; no such system is known here")
+        notes.append(
+            f"heights are in {frame.vertical_name}, as the scene file has it; no vertical CRS of that name is known"
+        )
     if plane is not None and len(points_m):
         notes += _distortion(frame, plane, frame.to_site(points_m).mean(axis=0))
     return tuple(notes)

@@ -56,7 +56,7 @@ def read_control_points(path: Path) -> ControlPoints:
     lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     lines = [(number, line) for number, line in lines if not line.lstrip().startswith("#")]
     if len(lines) < 2:
-        raise CoordinatesError(f"{path}: holds no points, expected a header {','.join(COLUMNS)} and a line a point")
+        raise CoordinatesError(f"{path}: holds no points, expected a header {','.join(COLUMNS)} and one line per point")
     separator = max(",;\t", key=lines[0][1].count)
     cells = [[cell.strip() for cell in row] for row in csv.reader((line for _, line in lines), delimiter=separator)]
     columns = _columns(path, cells[0])
@@ -69,7 +69,7 @@ def read_control_points(path: Path) -> ControlPoints:
     names = [row.text("name") for row in rows]
     for index, name in enumerate(names):
         if not name or name in names[:index]:
-            raise CoordinatesError(f"{rows[index].where}: name is {name!r}, expected one of its own; name every point")
+            raise CoordinatesError(f"{rows[index].where}: name is {name!r}, expected a unique one; name every point")
     scene_m = np.array([[row.number("x"), row.number("y"), row.height("z")] for row in rows], dtype=np.float64)
     site_m = np.array([[row.number("E"), row.number("N"), row.height("H")] for row in rows], dtype=np.float64)
     weights = np.array([row.weight() for row in rows], dtype=np.float64)
@@ -88,7 +88,7 @@ def _columns(path: Path, header: list[str]) -> dict[str, int]:
     if missing:
         raise CoordinatesError(
             f"{path}: columns are {', '.join(header)}, without {', '.join(missing)}; expected a header "
-            f"{','.join(COLUMNS)}; name the columns so"
+            f"{','.join(COLUMNS)}; rename the columns"
         )
     return found
 

@@ -141,14 +141,14 @@ def map_crs(text: str, *, option: str = "--crs") -> tuple[MapCrs, VerticalCrs | 
     if not crs.is_projected:
         raise CoordinatesError(
             f"{option}: {text!r} is {crs.name}, a {crs.type_name.lower()}, expected a projected one, such as "
-            "EPSG:25832; name the grid that the site is surveyed in"
+            "EPSG:25832; give the grid of the survey"
         )
     _check_metres(crs, option, 2)
     directions = {str(axis.direction) for axis in crs.axis_info[:2]}
     if directions != {"east", "north"}:
         raise CoordinatesError(
-            f"{option}: axes of {crs.name} point {' and '.join(sorted(directions))}, expected east and north; name a "
-            "system whose axes do"
+            f"{option}: axes of {crs.name} point {' and '.join(sorted(directions))}, expected east and north; give a "
+            "CRS whose axes do"
         )
     return MapCrs(crs), vertical
 
@@ -178,7 +178,7 @@ def _known(text: str, option: str) -> CRS:
     except CRSError as error:
         shown = text if len(text) <= 60 else f"{text[:57]}..."
         raise CoordinatesError(
-            f"{option}: got {shown!r}, which is no coordinate reference system known here, expected a code such as "
+            f"{option}: got {shown!r}, which is not a known coordinate reference system, expected a code such as "
             "EPSG:25832, or WKT; check the code"
         ) from error
 
@@ -186,7 +186,7 @@ def _known(text: str, option: str) -> CRS:
 def _vertical(crs: CRS, option: str) -> VerticalCrs:
     if not crs.is_vertical or crs.axis_info[0].direction != "up":
         raise CoordinatesError(
-            f"{option}: {crs.name} is a {crs.type_name.lower()}, expected a system of heights, such as EPSG:7837"
+            f"{option}: {crs.name} is a {crs.type_name.lower()}, expected a vertical CRS, such as EPSG:7837"
         )
     _check_metres(crs, option, 1)
     text = _text(crs)
@@ -197,8 +197,8 @@ def _check_metres(crs: CRS, option: str, n_axes: int) -> None:
     for axis in crs.axis_info[:n_axes]:
         if axis.unit_conversion_factor != 1.0:
             raise CoordinatesError(
-                f"{option}: {crs.name} counts in units of {axis.unit_name}, expected metres, which all files are "
-                "written in; name the metric system of the same grid"
+                f"{option}: {crs.name} has units of {axis.unit_name}, expected metres, the unit of all files; give "
+                "the metric CRS of the same grid"
             )
 
 

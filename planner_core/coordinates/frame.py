@@ -125,7 +125,7 @@ def _frame(asked: FrameRequest, told: Georeference | None) -> tuple[SiteFrame | 
     if asked.crs:
         return SiteFrame(source="given epsg"), _systems_told(asked)
     if asked.vertical_crs:
-        raise CoordinatesError("--vertical-crs: got it alone, expected --crs besides; add it")
+        raise CoordinatesError("--vertical-crs: got it without --crs, expected both; add --crs")
     return None, _Systems()
 
 
@@ -138,9 +138,9 @@ def _check_one_way(asked: FrameRequest) -> None:
     }
     told = [name for name, is_told in ways.items() if is_told]
     if len(told) > 1:
-        raise CoordinatesError(f"{' and '.join(told)}: got both, expected one way to the site's coordinates; drop one")
+        raise CoordinatesError(f"{' and '.join(told)}: got both, expected one definition of site coordinates; drop one")
     if asked.scene_coordinates and (asked.crs or asked.vertical_crs):
-        raise CoordinatesError("--scene-coordinates: got it with a CRS, which they have none of; drop one")
+        raise CoordinatesError("--scene-coordinates: got it with a CRS, which scene coordinates don't have; drop one")
 
 
 def _by_origin(asked: FrameRequest) -> SiteFrame:
@@ -200,15 +200,15 @@ def _by_site_placement(told: Georeference | None, systems: _Systems) -> SiteFram
         raise CoordinatesError("--by-site-placement: got it without a CRS to place the site in; add --crs EPSG:CODE")
     if told is None or told.site_latitude_deg is None or told.site_longitude_deg is None or not told.site_position_m:
         raise CoordinatesError(
-            "--by-site-placement: the plan knows no latitude and longitude of the site, expected those of an IfcSite; "
+            "--by-site-placement: the plan has no latitude and longitude of the site, expected those of an IfcSite; "
             "give --origin or --control-points, or plan again if it is of an earlier version"
         )
     east, north = systems.plane.east_north(told.site_longitude_deg, told.site_latitude_deg)
     grid = systems.plane.grid_at(np.array([[east, north]]))
     if grid is None:
         raise CoordinatesError(
-            f"--by-site-placement: {_place_words(told)} is nowhere in {systems.plane.name}, expected a place in it; "
-            "name the grid of the site"
+            f"--by-site-placement: {_place_words(told)} is far outside {systems.plane.name}, expected a position in "
+            "it; give the grid of the site"
         )
     # True north is seen in the scene clockwise from +y; grid north is clockwise from true north by the convergence.
     rotation_rad = (_true_north_rad(told) or 0.0) + grid.convergence_rad
@@ -278,23 +278,23 @@ def _refuse_certain(doubts: Sequence[Doubt]) -> None:
     """Raise where one is certain; the others go with it, since one of them may say why."""
     if any(doubt.certain for doubt in doubts):
         told = "; ".join(doubt.text for doubt in sorted(doubts, key=lambda doubt: not doubt.certain))
-        raise CoordinatesError(f"coordinates: {told}; --accept-implausible takes them even so")
+        raise CoordinatesError(f"coordinates: {told}; --accept-implausible accepts them anyway")
 
 
 def _doubts_of_fit(points: ControlPoints, fit: Fit, asked: FrameRequest, suspect: str) -> tuple[str, ...]:
     off_m, limit_m = fit.off_m, asked.residual_limit_m
     doubts = [
-        f"control point {name} is off by {off:.3f} m, more than {limit_m:g} m: check it, or the point that it was "
-        "measured at"
+        f"control point {name} has a residual of {off:.3f} m, more than {limit_m:g} m: check its coordinates on both "
+        "sides"
         for name, off in zip(points.names, off_m, strict=True)
         if off > limit_m
     ]
     if suspect:
         doubts.append(f"control points: {suspect}")
     if len(points.names) == 2:
-        doubts.append("two control points leave nothing to check the fit by: a third one finds mistakes")
+        doubts.append("two control points leave no redundancy to check the fit: add a third one")
     elif fit.in_line:
-        doubts.append("control points are all in one line: a mirrored axis would not be found; add one beside the line")
+        doubts.append("control points are all in one line: a mirrored axis would go undetected; add one off the line")
     if math.degrees(fit.tilt_rad) > 0.1:
         doubts.append(f"control points tilt the scene by {math.degrees(fit.tilt_rad):.3f} degrees: check their heights")
     return tuple(doubts)
@@ -313,7 +313,7 @@ def _doubts_of_place(frame: SiteFrame, plane: MapCrs | None, told: Georeference 
     how_far = f"{away_m / 1000:.0f} km" if math.isfinite(away_m) else "half the earth"
     return (
         f"the scene file says that its site is at {_place_words(told)}, {how_far} from where its map conversion puts "
-        "it: one of both is wrong",
+        "it: one of the two is wrong",
     )
 
 

@@ -77,7 +77,8 @@ def fit_4(scene_m: FloatArray, site_m: FloatArray, weights: FloatArray, *, fixed
     spread_m = min(float(np.abs(here).max(initial=0.0)), float(np.abs(there).max(initial=0.0)))
     if len(here) < 2 or spread_m < _MIN_SPREAD_M:
         raise CoordinatesError(
-            f"control points: {len(here)} at one place fix no direction, expected two or more that are metres apart; "
+            f"control points: {len(here)} at one position fix no direction, expected two or more that are metres "
+            "apart; "
             "add some"
         )
     in_line = _in_line(here, share)
@@ -119,7 +120,8 @@ def fit_7(scene_m: FloatArray, site_m: FloatArray, weights: FloatArray, *, fixed
     spread = np.linalg.svd(here, compute_uv=False)
     if len(here) < 3 or spread[0] < _MIN_SPREAD_M or spread[1] < _LINE_SHARE * spread[0]:
         raise CoordinatesError(
-            f"control points: {len(here)} in one line or at one place don't fix 7 parameters, expected three or more "
+            f"control points: {len(here)} in one line or at one position don't fix 7 parameters, expected three or "
+            "more "
             "that are not in a line; add some, or use 4 parameters"
         )
     u, sizes, vt = np.linalg.svd((share * there).T @ here)
@@ -154,7 +156,9 @@ def _factor(here: ComplexArray, there: ComplexArray, share: FloatArray, *, fixed
     """Turn and scale as one complex number."""
     product = complex((share * there * here.conj()).sum())
     if abs(product) == 0.0:
-        raise CoordinatesError("control points: no turn fits them, expected the same points in both; check their order")
+        raise CoordinatesError(
+            "control points: no rotation fits them, expected the same points in both; check their order"
+        )
     return product / (abs(product) if fixed_scale else float((share * np.abs(here) ** 2).sum()))
 
 

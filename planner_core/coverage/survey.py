@@ -73,7 +73,7 @@ def planned_floors(floors: tuple[Floor, ...], wanted: tuple[str, ...]) -> tuple[
     if not floors:
         raise RequirementError(
             "floors: none found, expected a level surface of at least 1 m2 with 1.5 m of clear space above it; "
-            "check the model's units and up axis, `tlsplan floors` tells more"
+            "check the model's units and up axis, see `tlsplan floors`"
         )
     if not wanted:
         return tuple(range(len(floors)))

@@ -102,5 +102,5 @@ def _ask_child(device: Device, index: int) -> tuple[str, bool]:
         return said, True
     if -done.returncode in _CRASHES:
         return f"its driver crashes ({_CRASHES[-done.returncode]})", True
-    last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
+    last = (done.stderr.strip().splitlines() or ["no message"])[-1]
     return f"the process that checked it ended with {done.returncode} ({last[:200]})", False

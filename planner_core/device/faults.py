@@ -28,7 +28,7 @@ def device_error(what: str, device: str, code: int, said: str) -> DeviceError:
     got = f"({' '.join(said.split())[:200]})"
     if code in _MEMORY_CODES:
         return DeviceMemoryError(
-            f"{what}: {device} ran out of memory {got}, expected it to suffice; close other programs that use it, "
+            f"{what}: {device} ran out of memory {got}, expected enough; close other programs that use it, "
             f"take a larger device or a smaller scene, {_ELSE}"
         )
     if code in _LOST_CODES:

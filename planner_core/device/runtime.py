@@ -205,7 +205,7 @@ class Device:
         if total > self.free_bytes:
             raise DeviceMemoryError(
                 f"{what}: {_mib(total)} requested on {self.label}, {_mib(self.free_bytes)} available; "
-                "use a larger device, a smaller scene or fewer positions a call"
+                "use a larger device, a smaller scene or fewer positions per call"
             )
         for name, size in sizes_bytes.items():
             if size > self.max_buffer_bytes:

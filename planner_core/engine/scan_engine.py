@@ -139,7 +139,7 @@ def check_positions(positions_m: FloatArray) -> FloatArray:
     """Positions as (N, 3) float64, or RequirementError where they have another shape or are not finite."""
     positions = np.ascontiguousarray(positions_m, dtype=np.float64)
     if positions.ndim != 2 or positions.shape[1] != 3:
-        raise RequirementError(f"positions_m: got shape {positions.shape}, expected (N, 3); pass one row a position")
+        raise RequirementError(f"positions_m: got shape {positions.shape}, expected (N, 3); pass one row per position")
     if positions.size and not np.abs(positions).max() <= REACH_M:  # NaN compares false
         _refuse_position(positions)
     return positions
@@ -165,7 +165,7 @@ def check_rays(origins_m: FloatArray, directions: FloatArray, range_max_m: float
     origins = check_positions(origins_m)
     rays = np.ascontiguousarray(directions, dtype=np.float64)
     if rays.shape != origins.shape:
-        raise RequirementError(f"directions: got shape {rays.shape}, expected {origins.shape}; pass one row a ray")
+        raise RequirementError(f"directions: got shape {rays.shape}, expected {origins.shape}; pass one row per ray")
     squared = np.einsum("ij,ij->i", rays, rays)
     odd = ~((squared > 1e-200) & (squared < 1e200))
     if odd.any():

@@ -59,7 +59,7 @@ def shape_in_use(device: Device) -> ShapeInUse:
         return ShapeInUse(kept, "measured", f"kept in {file}")
     if device.kind in _TILE_SHAPE:
         return ShapeInUse(_TILE_SHAPE[device.kind], "shipped", f"measured with PoCL 3.0 on AVX2; here {why_not}")
-    return ShapeInUse(_DEFAULT_TILE_SHAPE, "shipped", f"nobody has measured a {device.kind} yet; here {why_not}")
+    return ShapeInUse(_DEFAULT_TILE_SHAPE, "shipped", f"no shape was measured for a {device.kind} yet; here {why_not}")
 
 
 @contextmanager
@@ -147,7 +147,7 @@ def keep_shape(device: Device, shape: Shape, milliseconds: dict[str, float]) -> 
         keep(file, document)
     except OSError as error:
         raise RequirementError(
-            f"{file}: can't be written ({error.strerror}), expected a folder to keep the measured shape in; "
+            f"{file}: can't be written ({error.strerror}), expected a writable folder for the measured shape; "
             f"set {CACHE_VARIABLE} to one"
         ) from error
     _read.cache_clear()
@@ -160,7 +160,7 @@ def _read(file: Path) -> tuple[Shape | None, str]:
     try:
         document = read_kept(file, _SCHEMA)
     except FileNotFoundError:
-        return None, "nothing was measured with this driver and these kernels (`tlsplan tune` does)"
+        return None, "not measured with this driver and these kernels (run `tlsplan tune`)"
     except OSError as error:
         return None, f"{file} can't be read ({' '.join(str(error).split())})"
     except ValueError:
@@ -169,4 +169,4 @@ def _read(file: Path) -> tuple[Shape | None, str]:
     if all(type(value) is int for value in found) and is_possible(found):  # type: ignore[arg-type]
         rows, columns, lanes = found
         return (rows, columns, lanes), ""  # type: ignore[return-value]
-    return None, f"{file} holds no tile shape that kernels can be built for (`tlsplan tune` writes it anew)"
+    return None, f"{file} holds no tile shape that kernels can be built for (`tlsplan tune` writes a new one)"

@@ -102,7 +102,7 @@ def subtracted_remark(options: Options) -> tuple[str, ...]:
     if not any(options.subtract):
         return ()
     east, north, height = options.subtract
-    return (f"{east:.4f} m is taken off every easting, {north:.4f} m off northings, {height:.4f} m off heights",)
+    return (f"{east:.4f} m is subtracted from eastings, {north:.4f} m from northings, {height:.4f} m from heights",)
 
 
 def coordinates_line(plan: PlanSource, options: Options) -> str:

@@ -207,12 +207,12 @@ def write_csv(plan: PlanSource, path: Path, options: Options, progress: Progress
     if profile.comment:
         lines.insert(0, f"{profile.comment} {plain_text(coordinates_line(plan, options))}")
     elif "R" not in profile.columns:
-        remarks = (*remarks, f"the lines can't name their coordinates: {coordinates_line(plan, options)}")
+        remarks = (*remarks, f"the file can't state its coordinate system: {coordinates_line(plan, options)}")
     path.write_text("".join(f"{line}\r\n" for line in lines), encoding="utf-8", newline="")
     if "Z" in profile.columns and options.instrument == "sensor":
-        remarks = (*remarks, "heights are the sensors', not those of ground points")
+        remarks = (*remarks, "heights are those of sensors, not of ground points")
     if profile.name in PROFILES and not profile.checked:
-        remarks = (*remarks, f"{profile.title}: its documentation was not found, try one point first")
+        remarks = (*remarks, f"{profile.title}: no documentation was available, test with one point first")
     return (*remarks, *subtracted_remark(options))
 
 

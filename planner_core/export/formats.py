@@ -161,7 +161,7 @@ _FORMATS = (
     ),
     Format(
         name="ifc",
-        title="stations alone as IFC4, in the storeys of their floors",
+        title="stations only, as IFC4, in the storeys of their floors",
         file_name="stations.ifc",
         write=_lazy("planner_core.export.ifc_stations", "write_ifc"),
         options=("floors",),
@@ -181,7 +181,7 @@ _FORMATS = (
     ),
     Format(
         name="usd-stations",
-        title="stations alone as one USD layer: tripods, cameras, figures",
+        title="stations only, as one USD layer: tripods, cameras, figures",
         file_name="stations.usda",
         write=_lazy("planner_core.export.usd_stations", "write_usd_stations"),
         options=("floors",),
@@ -199,7 +199,7 @@ _FORMATS = (
     ),
     Format(
         name="robot",
-        title="a robot's mission: waypoints, ways and occupancy grids",
+        title="a robot's mission: waypoints, paths and occupancy grids",
         file_name="robot",
         write=_lazy("planner_core.export.robot", "write_robot"),
         needs_scene=True,
@@ -238,7 +238,7 @@ _FORMATS = (
     ),
     Format(
         name="e57-split",
-        title="the same, one file a station",
+        title="the same, one file per station",
         file_name="e57",
         write=_lazy("planner_core.export.clouds.e57", "write_e57_split"),
         needs_scene=True,
@@ -260,7 +260,7 @@ _FORMATS = (
     ),
     Format(
         name="las-split",
-        title="the same, one file a station",
+        title="the same, one file per station",
         file_name="las",
         write=_lazy("planner_core.export.clouds.las", "write_las_split"),
         needs_scene=True,
@@ -282,7 +282,7 @@ _FORMATS = (
     ),
     Format(
         name="laz-split",
-        title="the same, one file a station",
+        title="the same, one file per station",
         file_name="laz",
         write=_lazy("planner_core.export.clouds.las", "write_laz_split"),
         needs_scene=True,
@@ -304,7 +304,7 @@ _FORMATS = (
     ),
     Format(
         name="ply-split",
-        title="the same, one file a station",
+        title="the same, one file per station",
         file_name="ply",
         write=_lazy("planner_core.export.clouds.ply", "write_ply_split"),
         needs_scene=True,
@@ -315,7 +315,7 @@ _FORMATS = (
     ),
     Format(
         name="exr",
-        title="simulated range images, an OpenEXR and a preview a station",
+        title="simulated range images, an OpenEXR file and a preview per station",
         file_name="exr",
         write=_lazy("planner_core.export.clouds.exr", "write_exr"),
         needs_scene=True,

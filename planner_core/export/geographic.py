@@ -38,8 +38,8 @@ class Geographic:
         if not np.isfinite(out).all():
             at = int(np.flatnonzero(~np.isfinite(out).all(axis=1))[0])
             raise ExportError(
-                f"longitude and latitude: E {east_m[at]:.3f}, N {north_m[at]:.3f} is nowhere in the site's CRS, "
-                "expected a place inside its area; check --crs and --origin"
+                f"longitude and latitude: E {east_m[at]:.3f}, N {north_m[at]:.3f} is far outside the site's CRS, "
+                "expected a position inside its area; check --crs and --origin"
             )
         return np.asarray(np.round(out, DECIMALS) + 0.0)
 
@@ -56,7 +56,7 @@ def geographic_of(frame: SiteFrame, what: str, *, instead: str = "") -> Geograph
     """
     if not frame.crs:
         raise CrsNeededError(
-            f"{what}: the plan is in {frame.name} without a CRS, expected one for longitude and latitude; give --crs "
+            f"{what}: the plan is in {frame.name} without a CRS, expected a CRS for longitude and latitude; give --crs "
             f"and --origin (or --control-points){instead}"
         )
     import warnings
@@ -75,10 +75,12 @@ def geographic_of(frame: SiteFrame, what: str, *, instead: str = "") -> Geograph
             f"{what}: PROJ can't read the CRS {frame.name} ({error}), expected such as EPSG:25832; check --crs"
         ) from error
     if not ways.transformers:
-        raise ExportError(f"{what}: PROJ knows no way from {frame.name} to {WGS84}; give another --crs")
+        raise ExportError(f"{what}: PROJ has no transformation from {frame.name} to {WGS84}; give another --crs")
     best = ways.transformers[0]
     accuracy = f"good to {best.accuracy:g} m" if best.accuracy >= 0 else "of unknown accuracy"
     remarks = [f"longitude and latitude by {best.description}, {accuracy}"]
     if not ways.best_available:
-        remarks.append("PROJ knows a better way to longitude and latitude, whose grid is not installed")
+        remarks.append(
+            "PROJ has a more accurate transformation to longitude and latitude, but its grid is not installed"
+        )
     return Geographic(tuple(remarks), best)

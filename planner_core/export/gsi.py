@@ -50,7 +50,7 @@ class _Layout:
         code, digits = UNITS[self.unit]
         count = round(value_m * 10**digits)
         if len(str(abs(count))) > self.width:
-            remedy = "export GSI-16, or take a whole number off with --subtract E,N,H"
+            remedy = "export GSI-16, or subtract a whole number with --subtract E,N,H"
             if self.unit != "mm":
                 remedy = f"--gsi-unit mm holds ten times as much; or {remedy}"
             raise ExportError(
@@ -101,7 +101,7 @@ def _write(plan: PlanSource, path: Path, options: Options, layout: _Layout) -> t
         blocks.append(_station_block(station, name, number % _MAX_BLOCK, options, layout))
     path.write_text("".join(f"{layout.mark}{block}\r\n" for block in blocks), encoding="ascii", newline="")
     zeros = [name for name in names if name.startswith("0")]
-    lost = f"{layout.title} fills names with zeros, those of {', '.join(zeros[:4])} can't be told from them"
+    lost = f"{layout.title} pads names with zeros, leading zeros of {', '.join(zeros[:4])} can't be told from padding"
     return (*remarks, *((lost,) if zeros else ()), *subtracted_remark(options))
 
 
@@ -127,7 +127,7 @@ def _less_word(value_m: float, layout: _Layout) -> str:
     if len(text) > layout.width or "e" in text or float(text) != value_m:
         raise ExportError(
             f"--subtract: got {value_m!r}, expected numbers of at most {layout.width} characters, as {layout.title} "
-            "holds in its first block; take off whole metres"
+            "holds in its first block; subtract whole metres"
         )
     return text
 

@@ -354,7 +354,7 @@ def _place_on_map(target: _Target, frame: SiteFrame, context: Any) -> tuple[str,
     upwards = float(matrix[2, 2])
     turned = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, upwards]])
     if np.abs(matrix[:3, :3] - turned).max() > _SAME_SCALE:
-        return ("IFC knows no tilted or skewed grid: where the model is, only the stations' properties say",)
+        return ("IFC has no tilted or skewed grid: only the stations' properties hold site coordinates",)
     system = target.model.create_entity(
         "IfcProjectedCRS",
         Name=frame.crs if frame.crs.upper().startswith("EPSG:") else frame.name,

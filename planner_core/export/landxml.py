@@ -96,7 +96,7 @@ def _add_points(root: ElementTree.Element, plan: PlanSource, floor: FloorStation
     stations = floor.stations if kind == "sensor" else tuple(each for each in floor.stations if has_ground(each))
     if not stations:
         return
-    what = "ground points, set out these" if kind == "ground" else "sensors, at instrument height above the ground"
+    what = "ground points, to be set out" if kind == "ground" else "sensors, at instrument height above the ground"
     name = f"{floor.id or 'other'} {kind} points"
     group = _add(root, "CgPoints", {"name": name, "desc": f"{floor.name or 'no floor of the plan'}: {what}"})
     scanned = scanned_before(plan)
@@ -130,11 +130,11 @@ def _properties(station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, 
 def _add_route(root: ElementTree.Element, frame: SiteFrame, ways: list[Way]) -> None:
     if not ways:
         return
-    features = _add(root, "PlanFeatures", {"name": "route", "desc": "the way from station to station, on the ground"})
+    features = _add(root, "PlanFeatures", {"name": "route", "desc": "the route from station to station, on the ground"})
     for number, way in enumerate(ways, start=1):
-        feature = _add(features, "PlanFeature", {"name": f"walk {number}", "desc": way.title})
+        feature = _add(features, "PlanFeature", {"name": f"route {number}", "desc": way.title})
         length = {"length": metres(way.length_m)} if math.isfinite(way.length_m) else {}
-        line = _add(_add(feature, "CoordGeom", {"name": f"walk {number}"}), "IrregularLine", length)
+        line = _add(_add(feature, "CoordGeom", {"name": f"route {number}"}), "IrregularLine", length)
         points = [_north_east_height(at_m) for at_m in frame.to_site(way.points_m)]
         _add(line, "Start").text = points[0]
         _add(line, "End").text = points[-1]

@@ -180,14 +180,14 @@ def _remarks(mission: _Mission, step_m: float) -> tuple[str, ...]:
     if taken:
         remarks.append(
             f"{named(taken)} on an occupied cell of the map, where something stands or the ground ends: a robot can't "
-            "stand right there"
+            "stop there"
         )
     nowhere = [name for name, stand in mission.stands.items() if stand.clearance_m is None and name not in taken]
     if nowhere:
-        remarks.append(f"{named(nowhere)} not over ground that can be walked: a robot can't get there")
+        remarks.append(f"{named(nowhere)} not above walkable ground: a robot can't get there")
     if step_m > _WHEELS_STEP_M:
         remarks.append(
-            f"free ground and ways climb steps of up to {step_m:g} m, stairs too; for a robot on wheels plan with "
+            f"free ground and paths climb steps of up to {step_m:g} m, stairs too; for a robot on wheels plan with "
             "its own step (`robot` in the site of the requirements)"
         )
     if mission.left_out:

@@ -103,11 +103,9 @@ def robot_ways(
             anew.append(leg.title)
     remarks = []
     if anew:
-        remarks.append(
-            f"the way from {', '.join(anew)} meets cells that are not free or a drop: it is laid around them"
-        )
+        remarks.append(f"the path from {', '.join(anew)} crosses occupied cells or a drop: rerouted around them")
     if lost:
-        remarks.append(f"no way on free cells of the maps leads from {', '.join(lost)}: left out of the paths")
+        remarks.append(f"no path on free cells of the maps leads from {', '.join(lost)}: left out of the paths")
     return tuple(ways), tuple(remarks)
 
 

@@ -56,6 +56,6 @@ def ways_of(plan: PlanSource) -> tuple[Way, ...]:
 def route_remarks(ways: tuple[Way, ...]) -> tuple[str, ...]:
     """Say what of the walk is missing, a line each."""
     if not ways:
-        return ("the plan has no route: none is written",)
+        return ("the plan has no route, so none is written",)
     broken = [way.title for way in ways if not way.walkable]
-    return (f"no way inside the model leads from {', '.join(broken)}",) if broken else ()
+    return (f"no path inside the model leads from {', '.join(broken)}",) if broken else ()

@@ -77,7 +77,7 @@ def check_folder(target: Path, *, overwrite: bool) -> None:
         With the remedy.
     """
     if target.is_symlink() or (target.exists() and not target.is_dir()):
-        raise OutputExistsError(f"{target}: is no folder, expected one to write; give another name")
+        raise OutputExistsError(f"{target}: is not a folder, expected one to write; give another name")
     if not target.is_dir() or not any(target.iterdir()):
         return
     record = _record_of(target)

@@ -129,7 +129,7 @@ class PlanSettings:
                 )
             if max([self.requirements.seen_from, *(part.seen_from for part in self.requirements.parts)]) > 1:
                 raise RequirementError(
-                    "seen_from: got more than 1 with method paper, which has no such thing; use proven"
+                    "seen_from: got more than 1 with method paper, which has no such requirement; use proven"
                 )
         is_proven = isinstance(self.method, Proven)
         if objective != Objective.FEWEST and not is_proven:
@@ -156,12 +156,12 @@ class PlanSettings:
         if self.requirements.limits_noise and not self.scanner.range_noise:
             raise RequirementError(
                 f"noise: got a limit with scanner {self.scanner.name}, expected one with a table of range noise; "
-                "give a scanner file of your own with range_noise, or ask for range and incidence instead"
+                "give a scanner file of your own with range_noise, or limit range and incidence instead"
             )
         if self.objective == Objective.TIME and self.scanning_s is None:
             raise RequirementError(
-                f"seconds per scan: got none, and scanner {self.scanner.name!r} does not tell, expected them for a "
-                "plan of least time; give e.g. 120"
+                f"seconds per scan: got none, and scanner {self.scanner.name!r} does not give them, expected them for "
+                "a plan of least time; give e.g. 120"
             )
 
 

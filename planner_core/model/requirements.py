@@ -24,7 +24,7 @@ class PointLimits:
     def __post_init__(self) -> None:
         for name, limit in ((each.name, getattr(self, each.name)) for each in fields(self)):
             if limit is not None and not limit >= 0:
-                raise RequirementError(f"{name}: got {limit}, expected 0 or more; leave it out where none is asked")
+                raise RequirementError(f"{name}: got {limit}, expected 0 or more; leave it out for none")
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class PartRequirement:
     def __post_init__(self) -> None:
         what = f"requirement {self.name!r}: "
         if not self.name.strip():
-            raise RequirementError("requirement: got one without a name, expected a name to report it by; give it one")
+            raise RequirementError("requirement: got one without a name, expected one; name it")
         if not 0.0 < self.coverage <= 1.0:
             raise RequirementError(f"{what}coverage: got {self.coverage}, expected above 0 and at most 1; e.g. 0.95")
         _check_seen_from(self.seen_from, what)

@@ -161,7 +161,7 @@ class SignOff:
         check_time(self.time)
         check_text("note", self.note, MOST_NOTE_BYTES, empty=True)
         if not re.fullmatch(r"[0-9a-f]{64}", self.plan_sha256):
-            raise ReviewError("sign-off: plan_sha256 is no SHA-256, expected 64 hexadecimal digits of plan.json's")
+            raise ReviewError("sign-off: plan_sha256 is not a SHA-256, expected 64 hexadecimal digits of plan.json's")
 
 
 @dataclass(frozen=True)

@@ -36,8 +36,20 @@ REASONS = (
     NO_SPOT,
     IN_SOLIDS,
 ) = range(len(REASONS))
+#: What people read where plan.json has another name; the viewer says the same (`src/heat/layers.ts`).
+_REASON_WORDS = {
+    "not worth a station": "reachable, left out",
+    "too few spots see it": "seen from too few positions",
+    "returns no beam": "no return",
+    "no admissible spot": "no valid tripod position",
+}
 #: `Why.reason_of_patch` of patches that nobody asked for.
 OUT_OF_SCOPE = 255
+
+
+def reason_in_words(reason: str) -> str:
+    """Return one of `REASONS` as the report, the sheets and the viewer say it."""
+    return _REASON_WORDS.get(reason, reason)
 
 
 @dataclass(frozen=True)

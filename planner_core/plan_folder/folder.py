@@ -77,11 +77,11 @@ def _check_parent(folder: Path) -> None:
         parent = parent.parent
     if not parent.is_dir():
         raise PlanFolderError(
-            f"{folder}: can't be written, {parent} is no folder, expected one to write into; give another path"
+            f"{folder}: can't be written, {parent} is not a folder, expected one to write into; give another path"
         )
     if not os.access(parent, os.R_OK | os.W_OK | os.X_OK):
         raise PlanFolderError(
-            f"{folder}: can't be written, as nothing may be written into {parent}, expected a folder of yours; "
+            f"{folder}: can't be written, {parent} is not writable, expected a writable one; "
             "give another path, or change the permissions"
         )
 

@@ -145,7 +145,7 @@ def write_link_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVie
         _draw_view(ink, plan, floor, at, coloured=False)
         draw_links(ink, [at.on_paper(of_class) for of_class in ends])
     _draw_stations(_labels(ink, at), plan, floor, at, elsewhere=elsewhere)
-    draw_header(ink, f"{floor.name}: how scans register", floor_subtitle(plan, floor), _link_figures(plan, floor))
+    draw_header(ink, f"{floor.name}: registration of scans", floor_subtitle(plan, floor), _link_figures(plan, floor))
     draw_footer(ink, mm_per_m=at.mm_per_m, legend=(), lines=_link_legend(plan))
     ink.save(path)
 
@@ -161,9 +161,9 @@ def link_class(link: Link, plan: Plan) -> int | None:
 def _link_legend(plan: Plan) -> tuple[LegendLine, ...]:
     weak, enough, strong = LINKS
     return (
-        (f"overlap of {100 * plan.settings.requirements.overlap:g} % or more, all motions held", enough),
-        (f"held {STRONG_TIMES:g} times as firmly as asked", strong),
-        ("too little to count", weak),
+        (f"overlap of {100 * plan.settings.requirements.overlap:g} % or more, strong in all directions", enough),
+        (f"strength at least {STRONG_TIMES:g} times the minimum", strong),
+        ("too weak to register", weak),
     )
 
 
@@ -311,7 +311,7 @@ def _draw_stations(
 
 def _plan_subtitle(plan: Plan) -> str:
     scanner = plan.settings.scanner
-    return f"{scanner.title}, range {scanner.range_max_m:g} m   ·   share of the achievable area seen, by floor"
+    return f"{scanner.title}, range {scanner.range_max_m:g} m   ·   coverage of the scannable area by floor"
 
 
 def _plan_figures(plan: Plan) -> tuple[tuple[str, str], ...]:
@@ -320,5 +320,5 @@ def _plan_figures(plan: Plan) -> tuple[tuple[str, str], ...]:
     return (
         *route,
         (str(len(plan.stations)), "stations"),
-        (f"{100 * coverage.fraction_of_achievable:.1f} %", f"of {coverage.achievable_area_m2:.0f} m² achievable"),
+        (f"{100 * coverage.fraction_of_achievable:.1f} %", f"of {coverage.achievable_area_m2:.0f} m² scannable"),
     )

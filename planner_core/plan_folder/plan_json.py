@@ -132,7 +132,7 @@ def read_plan(path: Path) -> PlanDocument:
     try:
         document = json.loads(text)
     except ValueError as error:
-        raise PlanFolderError(f"{file}: is no JSON ({error}), expected a plan.json; plan again") from error
+        raise PlanFolderError(f"{file}: is not JSON ({error}), expected a plan.json; plan again") from error
     found = document.get("schema") if isinstance(document, dict) else None
     if found != SCHEMA:
         raise PlanFolderError(

@@ -74,7 +74,7 @@ def find_scene(plan_folder: Path, document: Mapping[str, Any], told: Path | None
             raise PlanFolderError(f"{told}: no such file, expected the scene {name}; check --scene")
         if _sha256(told) != digest:
             raise PlanFolderError(
-                f"{told}: is another file than the one that {plan_folder} was planned on, expected {name} of SHA-256 "
+                f"{told}: is not the file that {plan_folder} was planned on, expected {name} of SHA-256 "
                 f"{digest[:12]}...; give that one with --scene, or plan again"
             )
         return told
@@ -87,11 +87,11 @@ def find_scene(plan_folder: Path, document: Mapping[str, Any], told: Path | None
     if others:
         raise PlanFolderError(
             f"{others[0]}: has changed since {plan_folder} was planned, expected {name} of SHA-256 {digest[:12]}...; "
-            "plan again, or name the file of then with --scene"
+            "plan again, or give the original file with --scene"
         )
     raise PlanFolderError(
-        f"{plan_folder}: its scene {name} is not found where it was, beside the folder or in the working directory; "
-        "name it with --scene"
+        f"{plan_folder}: its scene {name} is not found at its path, beside the folder or in the working directory; "
+        "give it with --scene"
     )
 
 

@@ -24,7 +24,7 @@ from planner_core.model import (
     UnseenSurface,
     Why,
 )
-from planner_core.model.unseen import COVERED, IN_SOLIDS
+from planner_core.model.unseen import COVERED, IN_SOLIDS, reason_in_words
 
 UNSEEN_COLUMNS = ("element", "name", "kind", "source_id", "floor", "unseen_area_m2", "achievable_area_m2")
 SURFACE_COLUMNS = (
@@ -105,10 +105,10 @@ def stations_table(plan: Plan) -> str:
     header: tuple[str, ...] = ("No.", "Id", "Floor")
     reasons: dict[str, StationReason] = {}
     if plan.why is not None:
-        header += ("The only one to see", "Links to")
+        header += ("Unique surface", "Links to")
         reasons = {reason.station: reason for reason in plan.why.stations}
     n_texts = len(header)
-    header += ("x, m", "y, m", "z, m", "Height, m", "Sees, m²", "Alone, m²", "Time there")
+    header += ("x, m", "y, m", "z, m", "Height, m", "Sees, m²", "Unique, m²", "Time on station")
     rows = (_station_row(plan, station, reasons) for station in plan.stations)
     return table(header, rows, numbers_from=n_texts)
 
@@ -141,7 +141,7 @@ def _own_text(scene: Scene, reason: StationReason) -> str:
         for part in reason.own_parts
         if part.area_m2 >= _SLIVER_M2
     )
-    return "; ".join(parts) or "nothing; it joins others"
+    return "; ".join(parts) or "none; it connects others"
 
 
 def _time_there(plan: Plan, station: Station) -> str:
@@ -165,12 +165,15 @@ def _unseen_by_reason(plan: Plan, why: Why) -> Iterator[str]:
     areas = [(REASONS[k], area) for k, area in enumerate(why.area_by_reason_m2) if k != COVERED and area > 0]
     covered_m2 = why.area_by_reason_m2[COVERED]
     rows = [("<b>covered</b>", "", *_area_and_share(covered_m2, total_m2))]
-    rows += [(escape(reason), REASON_TEXTS[reason], *_area_and_share(area, total_m2)) for reason, area in areas]
+    rows += [
+        (escape(reason_in_words(reason)), REASON_TEXTS[reason], *_area_and_share(area, total_m2))
+        for reason, area in areas
+    ]
     yield table(("", "What it means", "Area, m²", "Of all"), rows, numbers_from=2)
     for reason, _ in areas:
         largest = [s for s in why.unseen if s.reason == reason and s.area_m2 >= _SLIVER_M2]
         if largest and reason != REASONS[IN_SOLIDS]:
-            yield f"<h3>{escape(reason.capitalize())}</h3>"
+            yield f"<h3>{escape(reason_in_words(reason).capitalize())}</h3>"
             yield _surfaces_table(plan, largest)
 
 
@@ -235,7 +238,7 @@ def _unseen_by_element(plan: Plan) -> str:
         for part in largest[:MAX_UNSEEN_ON_PAGE]
     )
     if not largest:
-        return "<p>Everything achievable is seen.</p>"
+        return "<p>All scannable surface is seen.</p>"
     text = table(("Element", "Kind", "Floor", "Unseen, m²", "Scannable, m²"), rows, numbers_from=3)
     n_more = len(largest) - MAX_UNSEEN_ON_PAGE
     return text + (f"\n<p>{n_more} more in unseen.csv.</p>" if n_more > 0 else "")

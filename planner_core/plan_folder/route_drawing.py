@@ -71,13 +71,13 @@ def stairs_on(plan: Plan, floor_index: int) -> Iterator[Mark]:
 
 
 def breaks_on(plan: Plan, floor_index: int) -> Iterator[Mark]:
-    """Say where the walk goes on at stations from which no way inside the model leads to the next."""
+    """Say where the walk goes on at stations from which no path inside the model leads to the next."""
     for leg in plan.route.legs if plan.route is not None else ():
         if leg.walkable:
             continue
         for here, other, sense in ((leg.a, leg.b, "then"), (leg.b, leg.a, "from")):
             if here >= 0 and other >= 0 and plan.stations[here].floor == plan.survey.floors[floor_index].id:
-                yield plan.stations[here].position_m[:2], f"{sense} {plan.stations[other].order}, no way inside"
+                yield plan.stations[here].position_m[:2], f"{sense} {plan.stations[other].order}, no path inside"
 
 
 def ends_on(plan: Plan, floor: Floor) -> Iterator[Mark]:
@@ -99,7 +99,7 @@ def sealed_on(plan: Plan, floor_index: int) -> Iterator[Mark]:
     """Say which rooms nobody can walk into."""
     for area in plan.sealed:
         if area.floor == floor_index:
-            yield area.inside_m[:2], f"no way in, {area.area_m2:.0f} m²"
+            yield area.inside_m[:2], f"not reachable, {area.area_m2:.0f} m²"
 
 
 def sealed_hatch_m(plan: Plan, floor_index: int, step_m: float) -> list[FloatArray]:

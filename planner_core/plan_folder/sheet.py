@@ -27,7 +27,7 @@ LEGEND: tuple[tuple[str, Colour], ...] = (
     ("by 2", palette.SEEN_TWICE),
     ("by 1", palette.SEEN_ONCE),
     ("not seen by this plan", palette.UNSEEN),
-    ("out of reach of any candidate", palette.NOT_ACHIEVABLE),
+    ("not visible from any candidate", palette.NOT_ACHIEVABLE),
 )
 
 
@@ -72,7 +72,7 @@ def floor_figures(plan: Plan, floor_index: int) -> tuple[tuple[str, str], ...]:
     n_stations = sum(station.floor == plan.survey.floors[floor_index].id for station in plan.stations)
     return (
         (str(n_stations), "stations" if n_stations != 1 else "station"),
-        (f"{100 * coverage.fraction_of_achievable:.1f} %", f"of {coverage.achievable_area_m2:.0f} m² achievable"),
+        (f"{100 * coverage.fraction_of_achievable:.1f} %", f"of {coverage.achievable_area_m2:.0f} m² scannable"),
     )
 
 

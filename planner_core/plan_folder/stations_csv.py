@@ -155,11 +155,11 @@ def _check_fields(where: str, row: list[str], names: list[str], separator: str, 
 
 def _checked(path: Path, stations: tuple[GivenStation, ...]) -> tuple[GivenStation, ...]:
     if not stations:
-        raise StationListError(f"{path}: no stations in it, expected a header line and a line a station; add some")
+        raise StationListError(f"{path}: no stations in it, expected a header line and one line per station; add some")
     seen: set[str] = set()
     for station in stations:
         if station.id in seen:
-            raise StationListError(f"{path}: id {station.id!r} occurs twice, expected one a station; rename one")
+            raise StationListError(f"{path}: id {station.id!r} occurs twice, expected one per station; rename one")
         seen.add(station.id)
     return stations
 
@@ -205,7 +205,7 @@ def _settle_height(where: str, found: dict[str, tuple[int, str]]) -> None:
     if "ground_z" in found:
         raise StationListError(
             f"{where}: column {height[1]} may be the sensor's z or its height above {found['ground_z'][1]}, expected "
-            "to know; rename it z_m or instrument_height_m"
+            "one of the two; rename it z_m or instrument_height_m"
         )
     found["z"] = height
 

@@ -41,7 +41,7 @@ from planner_core.select.quick_bound import lower_bound
 #: `Choice.why_stopped` of a plan that takes more stations than it had to, for the sake of an earlier one.
 KEPT = "earlier stations kept"
 #: What becomes of an interrupt, for whoever made it.
-_HEARD = "interrupted: the best plan so far is taken; interrupt again to have none"
+_HEARD = "interrupted: keeping the best plan so far; interrupt again to discard it"
 
 
 def selection_settings(settings: PlanSettings) -> Proven:
@@ -179,8 +179,8 @@ def _replanned(choice: Choice, budget: _Budget, engine: ScanEngine, progress: Pr
     lines = []
     if len(choice.chosen) < len(chosen):
         lines.append(
-            f"re-planning keeps what it can of the earlier plan and takes {len(chosen)} stations; from scratch, "
-            f"{len(choice.chosen)} do"
+            f"planning again with stations of the earlier plan takes {len(chosen)} stations; from scratch, "
+            f"{len(choice.chosen)}"
         )
     why_stopped = INTERRUPTED if filled.why_stopped == INTERRUPTED else choice.why_stopped
     if why_stopped == PROVEN and len(chosen) > choice.lower_bound:

@@ -166,7 +166,7 @@ def _check_list(stations: Sequence[GivenStation]) -> None:
     twice = sorted({name for name in ids if ids.count(name) > 1})
     if twice:
         raise StationListError(
-            f"stations: the id {twice[0]!r} is there {ids.count(twice[0])} times, expected once; rename all but one"
+            f"stations: the id {twice[0]!r} occurs {ids.count(twice[0])} times, expected once; rename all but one"
         )
 
 
@@ -174,7 +174,7 @@ def _blind_stations(stations: tuple[Station, ...], rows: Visibility, survey: Sur
     """Warnings about stations that see nothing: in a wall, or with everything out of the scanner's range."""
     limits = f"{survey.template.range_min_m:g} and {survey.template.range_max_m:g} m"
     return tuple(
-        f"station {station.id} sees nothing between {limits}; check its place and the scanner's ranges (metres)"
+        f"station {station.id} sees nothing between {limits}; check its position and the scanner's ranges (metres)"
         for index, station in enumerate(stations)
         if rows.row(index).size == 0
     )

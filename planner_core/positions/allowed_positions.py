@@ -115,8 +115,8 @@ def _is_unreachable(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
 #: Reasons of positions that are no candidates on this site, in the order in which they are looked at.
 _RULED_OUT_AS: dict[str, Callable[[LocalSite, Reach, _Found], BoolArray]] = {
     "in a keep-out": _is_kept_out,
-    "at a forbidden place": _is_forbidden,
-    "not to be reached on foot": _is_unreachable,
+    "at a forbidden position": _is_forbidden,
+    "not reachable on foot": _is_unreachable,
 }
 
 
@@ -274,7 +274,7 @@ def _prior(
     """Places of prior stations, and what is odd about them.
 
     One that is only kept from an earlier plan, or begun with, is dropped where no other station may stand: in a
-    keep-out, at a forbidden place, or where nobody walks.
+    keep-out, at a forbidden position, or where nobody walks.
     """
     placed, remarks = [], []
     for station in settings.site.prior:
@@ -316,5 +316,5 @@ def _sealed_lines(survey: Survey, reach: Reach) -> tuple[str, ...]:
     left = reach.sealed[_MAX_SEALED_LINES:]
     if left:
         area_m2 = sum(region.area_m2 for region in left)
-        lines.append(f"{len(left)} more places of {area_m2:.1f} m2 in all can't be reached on foot")
+        lines.append(f"{len(left)} more areas of {area_m2:.1f} m2 in all can't be reached on foot")
     return tuple(lines)

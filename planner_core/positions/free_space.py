@@ -182,7 +182,7 @@ def _check(survey: Survey, zones: tuple[Zone, ...], cell_m: float) -> None:
     if not survey.floors:
         raise RequirementError(
             "free space: got no floors, expected at least one; check the model's units and up axis, "
-            "`tlsplan floors` tells more"
+            "see `tlsplan floors`"
         )
     for zone in zones:
         if not 0 <= zone.floor < len(survey.floors):

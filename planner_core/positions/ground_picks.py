@@ -76,8 +76,8 @@ def _mark(mesh: _Mesh, floors: list[Floor], region: Int32Array, name: str, what:
     warnings = []
     if chosen.ground_triangles.size == 0:
         warnings.append(
-            f"{what}: floor {chosen.name!r} had the height of its storey for its ground and no surface; its ground is "
-            "now what is marked, and nothing else"
+            f"{what}: floor {chosen.name!r} had its storey's elevation as ground and no surface; its ground is now "
+            "the marked surface only"
         )
         chosen = replace(chosen, origin=MARKED, ground_area_m2=0.0)
     more = np.setdiff1d(region, chosen.ground_triangles)
@@ -107,10 +107,10 @@ def _unmark(mesh: _Mesh, floors: list[Floor], region: Int32Array, name: str, wha
     spared = {floor.id for floor in floors if only is not None and floor.id != only.id}
     if not _take_away(mesh, floors, region, spared=spared):
         of = f" of floor {only.name!r}" if only else ""
-        return [f"{what}: nothing of this surface was ground{of}, so nothing is unmarked"]
+        return [f"{what}: this surface was not ground{of}, so nothing is unmarked"]
     left = {floor.id for floor in floors}
     return [
-        f"{what}: floor {floor.name!r} has no ground left and is no floor any more"
+        f"{what}: floor {floor.name!r} has no ground left and is not a floor any more"
         for floor in before
         if floor.id not in left
     ]
@@ -210,8 +210,8 @@ class _Mesh:
         away_m = _distance_m(self._corners_m[near], self._normal[near], point_m)
         if not (away_m <= REACH_M).any():
             raise RequirementError(
-                f"{what}: got no surface within {100 * REACH_M:.0f} cm of it, expected a point on the ground that is "
-                "meant; pick it again, in the scene's own coordinates"
+                f"{what}: got no surface within {100 * REACH_M:.0f} cm of it, expected a point on the ground; pick it "
+                "again, in the scene's own coordinates"
             )
         meant = away_m <= away_m.min() + _AS_NEAR_M
         if (meant & self._level[near]).any():

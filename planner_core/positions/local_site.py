@@ -112,7 +112,7 @@ def _zones(survey: Survey, area: KeepOut) -> list[Zone]:
 def _forbidden(survey: Survey, place: PriorStation) -> Forbidden:
     position_m = np.array(place.position_m, dtype=np.float64) - survey.scene.offset_m
     if place.floor:
-        floor = floor_named(survey.floors, place.floor, f"forbidden place {place.id!r}")
+        floor = floor_named(survey.floors, place.floor, f"forbidden position {place.id!r}")
     else:
         below = [i for i, each in enumerate(survey.floors) if each.elevation_m <= position_m[2] + _ON_GROUND_M]
         floor = below[-1] if below else 0

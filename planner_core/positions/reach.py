@@ -160,7 +160,7 @@ def _entrance_nodes(space: FreeSpace, entrances_m: FloatArray, offset_m: FloatAr
         if nearest < 0 or away[nearest] > _ENTRANCE_M:
             at = ", ".join(f"{value:.2f}" for value in entrance + offset_m)
             raise RequirementError(
-                f"entrance: got ({at}), expected a place on the ground with room for a body within "
+                f"entrance: got ({at}), expected a ground point with room for a person within "
                 f"{_ENTRANCE_M:g} m; move it onto a floor, away from walls"
             )
         out.append(int(stand[nearest]))

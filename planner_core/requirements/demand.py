@@ -139,7 +139,7 @@ def _check_size(n_goals: int, n_qualities: int, n_patches: int) -> None:
     if n_stacked > _MOST_STACKED or n_goals * n_stacked > _MOST_TARGET_BYTES:
         raise RequirementError(
             f"requirements: got {n_goals} with {n_qualities} different sets of limits on {n_patches} patches, expected "
-            "fewer, which memory holds; ask the same limits of several parts, or take larger patches"
+            "fewer, which memory holds; use the same limits for several requirements, or take larger patches"
         )
 
 
@@ -181,7 +181,7 @@ def _impossible(demand: Demand, goal: Goal, seen: BoolArray) -> str:
     met = demand.times_met[demand.qualities.index(goal.asked)]
     if (goal.patches & (met > 0)).any():
         most = int(met[goal.patches].max())
-        return f"{what} from more than {most} of {n_positions} positions, expected some; ask for {most} stations"
+        return f"{what} from more than {most} of {n_positions} positions, expected some; require {most} stations"
     blame = blamed(demand, goal, seen)
     remedy = "ease several limits at once" if blame is None else f"ease its {_ease(demand, goal, seen, blame)}"
     return f"{what} from any of {n_positions} positions, expected some; {remedy}"

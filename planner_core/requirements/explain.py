@@ -46,7 +46,7 @@ def explain(survey: Survey, demand: Demand) -> tuple[str, ...]:
         if own:
             area_m2 = sum(each.area_m2 for each in own)
             lines.append(
-                f"requirement {goal.name!r}: {area_in_words(area_m2)} that candidates see can't be had with "
+                f"requirement {goal.name!r}: {area_in_words(area_m2)} that candidates see can't be scanned with "
                 f"{limits_in_words(goal.asked, goal.seen_from)}, and do not count"
             )
             lines.extend(f"  {_in_words(survey, demand, goal, each)}" for each in own[:_MOST_TOLD])
@@ -121,11 +121,11 @@ def _cause(demand: Demand, goal: Goal, one: Shortfall) -> str:
     if one.limit == "seen_from":
         return f"met from fewer than {goal.seen_from} of {demand.rows.seen.n_positions} candidates"
     if not one.limit:
-        return "several limits at once are in the way"
+        return "several limits combined prevent it"
     limit = getattr(goal.asked, one.limit)
     name, asked = name_of(one.limit), figure_in_words(one.limit, limit)
     if np.isnan(one.least):
-        return f"{name} is not known there, {asked} are asked"
+        return f"{name} is not known there, {asked} required"
     low, high = figure_in_words(one.limit, one.least), figure_in_words(one.limit, one.greatest)
     best = low if low == high else f"{low} to {high}"
-    return f"{name} is at best {best}, {asked} asked"
+    return f"{name} is at best {best}, {asked} required"

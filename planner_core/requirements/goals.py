@@ -59,7 +59,7 @@ def goals_of(survey: Survey, settings: PlanSettings) -> tuple[Goal, ...]:
         patches = patches & _of_classes(survey, part) & _in_zone(survey.scene, part, centroids)
         if not patches.any():
             raise RequirementError(
-                f"requirement {part.name!r}: got a part without any surface, expected some; its floors, classes, zone "
+                f"requirement {part.name!r}: got no surface, expected some; its floors, classes, zone "
                 "and heights have nothing in common"
             )
         goal = Goal(part.name, part.coverage, part.asked, part.seen_from, patches, stated=True)
@@ -82,8 +82,7 @@ def goals_of(survey: Survey, settings: PlanSettings) -> tuple[Goal, ...]:
     names = [goal.name for goal in goals]
     if twice := [name for name in names if names.count(name) > 1]:
         raise RequirementError(
-            f"requirement {twice[0]!r}: got a part of the name of something else that is asked for, expected another "
-            "name; rename it"
+            f"requirement {twice[0]!r}: got the name of another requirement, expected a unique one; rename it"
         )
     return goals
 

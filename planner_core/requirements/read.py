@@ -69,7 +69,7 @@ def _parts(file: RequirementsFile, where: str, follow: PartRequirement) -> Itera
     n_parts = len(file.floors or ()) + len(file.classes or ()) + len(file.zones or ())
     if n_parts > _MOST_PARTS:
         raise RequirementError(
-            f"{where}: got {n_parts} parts, expected at most {_MOST_PARTS}; ask the same of several floors or classes"
+            f"{where}: got {n_parts} parts, expected at most {_MOST_PARTS}; use one for several floors or classes"
         )
     for name, floor in (file.floors or {}).items():
         yield _part(floor, f"{where}: floors.{name}", follow, name, floors=(name,))

@@ -36,13 +36,13 @@ def forbid(review: Review, change: Forbid, context: Context) -> Applied:
         radius_m=round(change.place.radius_m, DIGITS),
         floor=checked_floor(change.place.floor, context, empty=True),
     )
-    forbidden = with_new("forbidden place", review.forbidden, place.id, place)
+    forbidden = with_new("forbidden position", review.forbidden, place.id, place)
     return Applied(dataclasses.replace(review, forbidden=forbidden), Allow(place.id), f"forbidden:{place.id}")
 
 
 def allow(review: Review, change: Allow, context: Context) -> Applied:
     """See `changes.Allow`."""
-    place = present("forbidden place", review.forbidden, change.id)
+    place = present("forbidden position", review.forbidden, change.id)
     forbidden = without(review.forbidden, change.id)
     return Applied(dataclasses.replace(review, forbidden=forbidden), Forbid(place), f"forbidden:{change.id}")
 

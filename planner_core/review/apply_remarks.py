@@ -111,7 +111,7 @@ def _verdict_again(station: str, verdict: Verdict) -> SetVerdict:
 def sign(review: Review, change: Sign, context: Context) -> Applied:
     """See `changes.Sign`."""
     if review.sign_off is not None:
-        raise ReviewError(f"sign-off: {review.sign_off.name} signed already, expected none; take that back first")
+        raise ReviewError(f"sign-off: {review.sign_off.name} signed already, expected none; withdraw that first")
     signed = change.earlier or SignOff(
         name=context.by.name,
         time=context.by.time,
@@ -125,6 +125,6 @@ def sign(review: Review, change: Sign, context: Context) -> Applied:
 def unsign(review: Review, change: Unsign, context: Context) -> Applied:
     """See `changes.Unsign`."""
     if review.sign_off is None:
-        raise ReviewError("sign-off: nobody signed, so there is nothing to take back; reload the review")
+        raise ReviewError("sign-off: got none to withdraw; reload the review")
     back = Sign(review.sign_off.note, review.sign_off)
     return Applied(dataclasses.replace(review, sign_off=None), back, "sign_off")

@@ -31,7 +31,7 @@ def move_station(review: Review, change: MoveStation, context: Context) -> Appli
     back = MoveStation(change.station, edit.position_m, edit.instrument_height_m, edit.floor)
     if change.position_m is None:
         if edit.added:
-            raise ReviewError(f"station {change.station}: was added, so the plan has no place for it; give a position")
+            raise ReviewError(f"station {change.station}: was added, so the plan has no position for it; give one")
         moved = dataclasses.replace(edit, position_m=None, instrument_height_m=None, floor=None)
     else:
         height_m = station.instrument_height_m if change.instrument_height_m == AS_NOW else change.instrument_height_m

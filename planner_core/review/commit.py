@@ -101,8 +101,8 @@ def _told(clashes: tuple[Clash, ...]) -> str:
     first = clashes[0]
     more = f" and {len(clashes) - 1} more were" if len(clashes) > 1 else " was"
     return (
-        f"{described(first.object)}{more} changed meanwhile, last by {first.by} at {first.at[11:19]} UTC; "
-        "your change was not made: look at it as it is now, then make yours again or leave it"
+        f"{described(first.object)}{more} changed in the meantime, last by {first.by} at {first.at[11:19]} UTC; "
+        "your change was not applied: check the current state, then repeat or drop it"
     )
 
 
@@ -110,7 +110,7 @@ def described(name: str) -> str:
     """Return an object's name in words: `station S001`."""
     kind, _, rest = name.partition(":")
     words = {
-        "forbidden": "forbidden place",
+        "forbidden": "forbidden position",
         "pick": "ground pick",
         "sign_off": "the sign-off",
         "verdict": "the verdict on station",

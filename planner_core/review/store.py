@@ -124,7 +124,7 @@ class ReviewStore:
         except FileNotFoundError:
             return ""
         except UnicodeDecodeError as error:
-            raise damaged(str(self._file), f"byte {error.start + 1} is no text") from error
+            raise damaged(str(self._file), f"byte {error.start + 1} is not text") from error
         except OSError as error:
             raise PlanFolderError(
                 f"{self._file}: can't be read ({error.strerror or error}), expected the review of the plan; check its "

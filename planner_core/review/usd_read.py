@@ -100,7 +100,7 @@ class _Reader:
             list(usd.value_of(prim, f"{usd.PREFIX}touched{what}") or ()) for what in ("", "Revisions", "By", "At")
         )
         if not len(names) == len(revisions) == len(people) == len(times):
-            raise ReviewError("the lists of what was touched differ in length, expected one entry an object in each")
+            raise ReviewError("the lists of what was touched differ in length, expected one entry per object in each")
         rows = zip(names, revisions, people, times, strict=True)
         return {str(name): Touch(int(revision), str(by), str(at)) for name, revision, by, at in rows}
 
@@ -152,7 +152,7 @@ class _Reader:
     def _placed(self, prim: Any) -> Point:
         position_m = self._position(prim)
         if position_m is None:
-            raise ReviewError(f"has no {usd.TRANSFORM}, expected its place")
+            raise ReviewError(f"has no {usd.TRANSFORM}, expected its position")
         return position_m
 
     # -------------------------------------------------------------------------------------------- all else

@@ -78,7 +78,7 @@ class LeastTimeSettings:
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.per_station_s) and self.per_station_s >= 0):
-            raise RequirementError(f"seconds a station: got {self.per_station_s:g}, expected 0 or more; e.g. 180")
+            raise RequirementError(f"seconds per station: got {self.per_station_s:g}, expected 0 or more; e.g. 180")
         if not (np.isfinite(self.walking_m_per_s) and self.walking_m_per_s > 0):
             raise RequirementError(
                 f"walking speed: got {self.walking_m_per_s:g} m/s, expected more than 0; give e.g. 1"

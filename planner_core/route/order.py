@@ -113,7 +113,7 @@ def _check(distance_m: FloatArray, floor: Int32Array, start: int | None, end: in
         if stop is not None and not 0 <= stop < n:
             raise RequirementError(f"{name}: got stop {stop}, expected an index from 0 to {n - 1}")
     if closed and end is not None and end != start:
-        raise RequirementError("end: got one for a closed walk, expected none; leave it out, or leave `closed` out")
+        raise RequirementError("end: got one for a closed route, expected none; leave it out, or leave `closed` out")
 
 
 def _storeys(distance_m: FloatArray, floor: Int32Array, inner: Int64Array) -> list[Int64Array]:

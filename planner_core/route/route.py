@@ -136,7 +136,7 @@ def route_warnings(route: Route, ids: Sequence[str]) -> tuple[str, ...]:
     if broken:
         names = [f"{_stop(leg.a, ids, 'start')} to {_stop(leg.b, ids, 'end')}" for leg in broken]
         lines.append(
-            f"route: no way inside the model leads from {_named(names)}, length and time of the route leave it out; "
+            f"route: no path inside the model leads from {_named(names)}, length and time of the route leave it out; "
             "check doors and stairs of the model"
         )
     return tuple(lines)

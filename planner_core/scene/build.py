@@ -152,7 +152,7 @@ def _column(values: ArrayLike | None, length: int, name: str, default: Int64Arra
         return default
     column = np.asarray(values)
     if column.shape != (length,):
-        raise SceneError(f"{name} has the shape {column.shape}, expected ({length},); pass one number a triangle.")
+        raise SceneError(f"{name} has the shape {column.shape}, expected ({length},); pass one number per triangle.")
     return column.astype(np.int64)
 
 

@@ -158,7 +158,7 @@ def _strays_named(survey: _Survey) -> list[str]:
         return []
     names = [survey.scene.elements[i].name for i in survey.scene.element_of_triangle[survey.stray].tolist()]
     return [
-        f"no floor is looked for at faces that lie far from the rest: {int(survey.stray.sum())} of {named_few(names)}"
+        f"faces that lie far from the rest are not searched for floors: {int(survey.stray.sum())} of {named_few(names)}"
     ]
 
 
@@ -248,7 +248,7 @@ def _storey_ground(survey: _Survey, name: str, top: BoolArray, clear: BoolArray)
     under_cover = float(np.isfinite(survey.clear_m[main]).mean())
     bounds = survey.bounds_of(np.unique(columns.triangle[main]))
     if under_cover < 0.5 and not survey.walls_around(bounds, main_m):
-        return None, f"its slabs lie under open sky ({100 * under_cover:.0f} % covered) and no walls stand on them"
+        return None, f"its slabs are in the open ({100 * under_cover:.0f} % covered) and no walls stand on them"
     clear = clear & ~_decks_above(survey, clear, main, main_m)
     # Open-air parts stay where they continue the floor (balcony, terrace), not where they are another roof.
     far = np.abs(columns.z_m - main_m) > 0.6

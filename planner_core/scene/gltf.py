@@ -133,12 +133,12 @@ def _open(path: Path) -> _Document:
             f"{path.name}: its JSON can't be read ({error}): cut off or damaged; export it again."
         ) from error
     if not isinstance(tree, dict):
-        raise SceneError(f"{path.name}: its JSON is no object, expected one; export it again.")
+        raise SceneError(f"{path.name}: its JSON is not an object, expected one; export it again.")
     root = JsonObject(path.name, "", tree)
     version = root.object("asset").text("version") if root.has("asset") else ""
     if not version.startswith("2."):
         raise SceneError(
-            f"{path.name}: it says {'glTF ' + version if version else 'nothing of its version'}, expected glTF 2.0; "
+            f"{path.name}: it says {'glTF ' + version if version else 'no version'}, expected glTF 2.0; "
             "export it as glTF 2.0."
         )
     return _Document(path, root, glb_buffer)
@@ -202,7 +202,7 @@ def _decoded(name: str, number: int, uri: str) -> bytes:
     try:
         return base64.b64decode(body, validate=True)
     except (binascii.Error, ValueError) as error:  # the latter where it is not ASCII
-        raise SceneError(f"{name}: buffer {number} is no valid base64 ({error}); export it again.") from error
+        raise SceneError(f"{name}: buffer {number} is not valid base64 ({error}); export it again.") from error
 
 
 def _file_beside(path: Path, uri: str) -> bytes:
@@ -284,7 +284,7 @@ def _placed_nodes(document: _Document) -> Iterator[tuple[int, FloatArray]]:
         number, above = stack.pop()
         if number in seen:
             raise SceneError(
-                f"{document.path.name}: node {number} hangs in two places, expected a tree; export the model again."
+                f"{document.path.name}: node {number} has two parents, expected a tree; export the model again."
             )
         seen.add(number)
         node = nodes[number]
@@ -384,7 +384,7 @@ def _corner_numbers(document: _Document, accessor: int) -> Int64Array:
     values = _accessor(document, accessor, 1).ravel()
     if not (np.abs(values) < 2**32).all():
         raise SceneError(
-            f"{document.path.name}: accessor {accessor} holds values that are no vertex numbers; export it again."
+            f"{document.path.name}: accessor {accessor} holds values that are not vertex numbers; export it again."
         )
     return values.astype(np.int64)
 
@@ -394,7 +394,7 @@ def _triangles(title: str, corners: Int64Array, mode: int) -> Int64Array:
     if mode == _TRIANGLES:
         if corners.size % 3:
             raise SceneError(
-                f"{title}: it has {grouped(corners.size)} corners, expected three a face; export it again."
+                f"{title}: it has {grouped(corners.size)} corners, expected three per face; export it again."
             )
         return corners.reshape(-1, 3)
     n = max(corners.size - 2, 0)

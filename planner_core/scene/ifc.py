@@ -283,7 +283,7 @@ def _georeference(path: Path, model: Any, unit_m: float) -> tuple[Georeference |
             told = told_georeference(path.name, model, unit_m)
     except SceneError as error:
         reason = str(error).removeprefix(f"{path.name}: ")
-        return None, (f"{path.name}: where it is on earth can't be read: {reason}",)
+        return None, (f"{path.name}: its georeferencing can't be read: {reason}",)
     return told, () if told is None else told.warnings
 
 
@@ -297,7 +297,7 @@ def _rooms(path: Path, model: Any, storey_of_id: dict[int, int]) -> tuple[tuple[
         rooms, without = rooms_of(told, ((number, shape.vertices, shape.triangles) for number, shape in shapes))
     except SceneError as error:
         reason = str(error).removeprefix(f"{path.name}: ")
-        return (), (f"{path.name}: its rooms can't be read, so results name none: {reason}",)
+        return (), (f"{path.name}: its rooms can't be read, so results don't name rooms: {reason}",)
     return rooms, without_shape(path.name, without)
 
 

@@ -239,7 +239,7 @@ def _scale(name: str, operation: _Operation, crs: _Crs, unit_m: float, warnings:
     if low < operation.scale < high:
         warnings.append(
             f"{name}: its {operation.name} has a scale of {operation.scale:g}, with lengths of {unit_m:g} m and a map "
-            f"in units of {map_m:g} m: the step between the units is taken to be left out."
+            f"in units of {map_m:g} m: the unit conversion is taken to be missing."
         )
         return operation.scale, map_m
     warnings.append(
@@ -274,7 +274,9 @@ def _site(name: str, model: Any, unit_m: float, warnings: list[str]) -> _Told:
         if latitude is None or longitude is None or (latitude == 0 and longitude == 0):
             continue
         if not (abs(latitude) <= _WHOLE_DEGREES[0] and abs(longitude) <= _WHOLE_DEGREES[1]):
-            warnings.append(f"{name}: its site lies at {latitude:g} N, {longitude:g} E, which is nowhere: not used.")
+            warnings.append(
+                f"{name}: its site lies at {latitude:g} N, {longitude:g} E, which is not on Earth: not used."
+            )
             continue
         elevation_m = None if site.RefElevation is None else _real(site.RefElevation) * unit_m
         placed = np.eye(4) if site.ObjectPlacement is None else get_local_placement(site.ObjectPlacement)

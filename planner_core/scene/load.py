@@ -251,8 +251,7 @@ def _doubts(scene: Scene, raw: RawScene, options: LoadOptions) -> list[str]:
         doubts += _unit_doubt(name, float(extent_m(scene).max()), scene.source)
     if options.up_axis is None and not raw.up_axis and _looks_y_up(scene):
         doubts.append(
-            f"{name} says nothing of its upward axis and z is assumed, but its level surfaces face y: "
-            "if y is up, pass --up y."
+            f"{name} states no up axis and z is assumed, but its level surfaces face y: if y is up, pass --up y."
         )
     return doubts
 

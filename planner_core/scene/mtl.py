@@ -56,8 +56,8 @@ def optics_of_uses(obj: Path, names: Sequence[str], libraries: Iterable[str]) ->
     if wanted and not library.figures and not library.warnings:
         named = ", ".join(one_line(line[:100]) for line in wanted[:3])
         library.warnings.append(
-            f"{obj.name}: no material was read from its material library ({named}): glass and mirrors are told by the "
-            "names of materials alone; put the library beside it."
+            f"{obj.name}: no material was read from its material library ({named}): glass and mirrors are recognised "
+            "by material names only; put the library beside it."
         )
     told = {name: _optics(name, library.figures.get(name)) or Optics.RETURNS for name in dict.fromkeys(names)}
     return np.array([told[name] for name in names], dtype=np.uint8), tuple(library.warnings)
@@ -96,7 +96,7 @@ def _read(obj: Path, path: Path, library: _Library) -> None:
     if library.n_bytes + len(contents) > _LARGEST_BYTES:
         library.warnings.append(
             f"{obj.name}: its material library {one_line(path.name)} was not read: libraries of more than "
-            f"{_LARGEST_BYTES // 2**20} MiB are no lists of materials."
+            f"{_LARGEST_BYTES // 2**20} MiB are not read."
         )
         return
     library.n_bytes += len(contents)

@@ -151,7 +151,7 @@ def _vertices(path: Path, lines: _Lines) -> FloatArray:
     if len(flat) != 3 * len(words):
         at = next(i for i, row in enumerate(words) if len(row) != 3 or not all(_is_number(word) for word in row))
         raise SceneError(
-            f"{path.name}, line {lines.vertex_line[at]}: {_quoted(b'v ' + lines.vertices[at])} is no vertex, "
+            f"{path.name}, line {lines.vertex_line[at]}: {_quoted(b'v ' + lines.vertices[at])} is not a vertex, "
             "expected three numbers; the file is damaged or cut off, export it again."
         )
     return np.array(flat, dtype=np.float64).reshape(-1, 3)
@@ -169,7 +169,8 @@ def _corners(path: Path, lines: _Lines) -> tuple[Int64Array, Int64Array, Int64Ar
     except (ValueError, OverflowError):
         at = next(i for i, row in enumerate(words) if not all(_is_vertex_number(word) for word in row))
         raise SceneError(
-            f"{path.name}, line {lines.face_line[at]}: {_quoted(b'f ' + lines.faces[at])} is no face, expected vertex "
+            f"{path.name}, line {lines.face_line[at]}: {_quoted(b'f ' + lines.faces[at])} is not a face, expected "
+            "vertex "
             "numbers; the file is damaged or cut off, export it again."
         ) from None
     before = np.repeat(np.array(lines.n_vertices_before, dtype=np.int64), n_corners)

@@ -312,7 +312,7 @@ def _vertices(path: Path, columns: dict[str, dict[str, _Column]]) -> FloatArray:
     ragged = next((axis for axis in "xyz" if (table[axis].n_values != 1).any()), None)
     if ragged is not None:
         raise SceneError(
-            f"{path.name}: {ragged} of its vertices is a list, expected one number a vertex; export it again."
+            f"{path.name}: {ragged} of its vertices is a list, expected one number per vertex; export it again."
         )
     return np.stack([exact(table[axis].values) for axis in "xyz"], axis=1)
 
@@ -334,6 +334,6 @@ def _check_are_whole(path: Path, values: FloatArray) -> None:
     odd = ~(np.abs(values) <= 2.0**53) | (values != np.floor(values))
     if odd.any():
         raise SceneError(
-            f"{path.name}: {grouped(int(odd.sum()))} vertex numbers of its faces are no whole numbers, such as "
+            f"{path.name}: {grouped(int(odd.sum()))} vertex numbers of its faces are not whole numbers, such as "
             f"{values[odd][0]:g}; it is damaged, export it again."
         )

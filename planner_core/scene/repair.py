@@ -88,7 +88,9 @@ class Repair:
             self.counts["non_finite"] = 0
             return
         bad_vertex: BoolArray = bad_value[:, 0] | bad_value[:, 1] | bad_value[:, 2]
-        self._drop("non_finite", self.keep & bad_vertex[self.corners].any(axis=1), "has a coordinate that is no place")
+        self._drop(
+            "non_finite", self.keep & bad_vertex[self.corners].any(axis=1), "has a coordinate that is not finite"
+        )
 
     def drop_strays(self, vertices_m: FloatArray) -> None:
         """Drop triangles kilometres away from nearly all others, and warn of them by name."""

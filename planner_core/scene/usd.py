@@ -112,7 +112,7 @@ def _first_reason(error: Exception) -> str:
     try:
         text = str(error)
     except UnicodeDecodeError:  # a Tf error may quote the file's bytes as they are
-        return "it holds bytes that are no text"
+        return "it holds bytes that are not text"
     quoted = text.partition(" : '")[2].partition("'\n")[0] or text
     return " ".join(quoted.rstrip("'").split())
 
@@ -295,9 +295,9 @@ def _warnings(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> I
     if len(told) > _MAX_STAGE_WARNINGS:
         yield f"{path.name}: {grouped(len(told) - _MAX_STAGE_WARNINGS)} more warnings of the USD library."
     if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
-        yield f"{path.name} names no unit: USD's centimetres are taken; pass --units if that is wrong."
+        yield f"{path.name} names no unit: USD's default, centimetres, is assumed; pass --units if that is wrong."
     if not stage.HasAuthoredMetadata("upAxis"):
-        yield f"{path.name} names no upward axis: USD's y is taken; pass --up z if that is wrong."
+        yield f"{path.name} names no upward axis: USD's default, y, is assumed; pass --up z if that is wrong."
     if gathered.left_out:
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(gathered.left_out.items()))
-        yield f"{path.name}: shapes that are no meshes were left out: {kinds}; convert them to meshes if they matter."
+        yield f"{path.name}: shapes other than meshes were left out: {kinds}; convert them to meshes if they matter."

@@ -49,7 +49,7 @@ _BOUND_ROUNDS = 6
 _BOUND_SHARE = 0.4
 _DEFAULTS = Proven()
 #: With `loops`: no candidate has the links that would keep the set joined, and it has fewer stations than allowed.
-NOBODY_JOINS = "nobody else can be joined"
+NOBODY_JOINS = "no further station can be connected"
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def _check_asked(
 ) -> None:
     if n_stations < max(1, len(given)):
         raise RequirementError(
-            f"stations: got at most {n_stations}, expected {max(1, len(given))} or more: so many are there anyway"
+            f"stations: got at most {n_stations}, expected {max(1, len(given))} or more: that many are given"
         )
     if problem.required.size == 0:
         raise RequirementError("most coverage: got no target, expected one to be covered")
@@ -222,7 +222,8 @@ class _Search:
             first = joined(self._problem, self._network, first)
         if len(first) > self._n:
             raise RequirementError(
-                f"stations: got at most {self._asked}, expected {len(first)} or more: so many does it take to join the "
+                f"stations: got at most {self._asked}, expected {len(first)} or more: as many as it takes to connect "
+                "the "
                 f"{len(self._given)} given ones"
             )
         self._offer(fill(self._problem, first, self._n, network=self._network))

@@ -109,7 +109,7 @@ def test_a_list_of_other_names_500_km_away_is_recognised_by_its_shape(source: Pl
     with pytest.raises(StationListError) as caught:
         read_actual([write_csv(tmp_path / "far.csv", rows)], source)
     found = re.search(
-        rf"by their shape (\d+) of {n} .* are shifted alike, by (\S+), (\S+), (\S+) m from", str(caught.value)
+        rf"by their shape (\d+) of {n} .* are shifted by the same (\S+), (\S+), (\S+) m from", str(caught.value)
     )
     assert found
     assert int(found[1]) >= n - 1
@@ -121,10 +121,10 @@ def test_reduced_site_coordinates_of_other_names_are_recognised(source: PlanSour
     less = np.array([458_000.0, 5_438_000.0, 100.0])
     rows = other_names(source, [each.site_m - less for each in source.stations])
     with pytest.raises(
-        StationListError, match=r"by their shape .*from the plan's site coordinates: add what"
+        StationListError, match=r"by their shape .*from the plan's site coordinates: add the offset"
     ) as caught:
         read_actual([write_csv(tmp_path / "reduced.csv", rows)], source)
-    found = re.search(r"alike, by (\S+), (\S+), (\S+) m", str(caught.value))
+    found = re.search(r"by the same (\S+), (\S+), (\S+) m", str(caught.value))
     assert found
     assert [float(value) for value in found.groups()] == pytest.approx(-less, abs=0.1)
 
@@ -153,15 +153,15 @@ def test_the_way_that_a_turned_list_of_other_names_is_told_brings_it_to_the_plan
 def test_swapped_and_scaled_lists_of_other_names_elsewhere_are_recognised(source: PlanSource, tmp_path: Path) -> None:
     far = np.array([5e5, 1e5, 0.0])
     swapped = other_names(source, [(each.position_m + far)[[1, 0, 2]] for each in source.stations])
-    with pytest.raises(StationListError, match=r"look swapped .*: so, by their shape .* alike") as caught:
+    with pytest.raises(StationListError, match=r"look swapped .*: exchanged, by their shape .* by the same") as caught:
         read_actual([write_csv(tmp_path / "swapped.csv", swapped)], source)
-    found = re.search(r"alike, by (\S+), (\S+), (\S+) m", str(caught.value))
+    found = re.search(r"by the same (\S+), (\S+), (\S+) m", str(caught.value))
     assert found
     assert [float(value) for value in found.groups()] == pytest.approx(far, abs=0.1)
     feet = [
         (name, at / 0.3048) for name, at in other_names(source, [each.position_m + far for each in source.stations])
     ]
-    with pytest.raises(StationListError, match=r"may be in feet, .*: so, by their shape .*alike, by "):
+    with pytest.raises(StationListError, match=r"may be in feet, .*: converted, by their shape .*by the same "):
         read_actual([write_csv(tmp_path / "feet.csv", feet)], source)
 
 
@@ -176,7 +176,7 @@ def test_names_of_other_stations_are_told_with_the_shift(source: PlanSource, tmp
 def test_a_list_of_another_building_is_not_recognised(source: PlanSource, tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     rows = [(f"scan {k}", rng.uniform((5e5, 0, 1), (5e5 + 12, 10, 5))) for k in range(len(source.stations))]
-    with pytest.raises(StationListError, match="expected them in scene coordinates or in the site's; tell the site's"):
+    with pytest.raises(StationListError, match="expected them in scene coordinates or in the site's; give the site's"):
         read_actual([write_csv(tmp_path / "far.csv", rows)], source)
 
 
@@ -186,10 +186,11 @@ def test_a_list_at_the_plan_that_is_shifted_under_other_names_is_doubted(source:
     (line,) = actual.doubts
     n = len(rows)
     assert re.match(
-        r"the list has the plan's shape, but shifted by x \+(29\.9|30\.0)\d, y -(19\.9|20\.0)\d, z [+-]0\.0\d m: taken",
+        r"the list has the plan's shape, but shifted by x \+(29\.9|30\.0)\d, y -(19\.9|20\.0)\d, z [+-]0\.0\d m: "
+        r"without",
         line,
     )
-    assert f"taken back, {n} of {n} stations are within 0.5 m of planned ones, as listed 0 within 2 m" in line
+    assert f"without that, {n} of {n} stations are within 0.5 m of planned ones, as listed 0 within 2 m" in line
     rows = other_names(source, [each.position_m for each in source.stations])
     assert read_actual([write_csv(tmp_path / "right.csv", rows)], source).doubts == ()
 
@@ -198,7 +199,7 @@ def test_a_shift_of_a_list_in_site_coordinates_is_told_in_them(source: PlanSourc
     rows = other_names(source, [each.site_m + np.array([30.0, -20.0, 1.0]) for each in source.stations])
     actual = read_actual([write_csv(tmp_path / "site.csv", rows)], source)
     (line,) = actual.doubts
-    found = re.search(r"but shifted by E (\S+), N (\S+), H (\S+) m: taken back, ", line)
+    found = re.search(r"but shifted by E (\S+), N (\S+), H (\S+) m: without that, ", line)
     assert found, line
     # The names are not the plan's, so that the least squares of the shape tell it, to the noise of the list.
     assert [float(value) for value in found.groups()] == pytest.approx([30.0, -20.0, 1.0], abs=0.1)

@@ -75,11 +75,11 @@ def test_stations_that_nothing_joins_are_told_part_by_part(
     listed = {source.stations[1].id, *apart}
     actual = without(house_plan, tmp_path, *({each.id for each in source.stations} - listed))
     words = run(house_plan, "--stations", actual, "--no-scan-again").stdout
-    _, _, told = words.partition("not joined")
-    lines = [line.split() for line in told.splitlines()[1:] if line.startswith("  part ")]
+    _, _, told = words.partition("unconnected ")
+    lines = [line.split() for line in told.splitlines()[1:] if line.startswith("  group ")]
     assert len(lines) > 1
-    assert [line[:2] for line in lines] == [["part", str(number)] for number in range(1, len(lines) + 1)]
-    assert f" {len(lines)} parts as scanned" in words
+    assert [line[:2] for line in lines] == [["group", str(number)] for number in range(1, len(lines) + 1)]
+    assert f" {len(lines)} groups as scanned" in words
     assert sorted(name.strip(",") for line in lines for name in line[2:]) == sorted(listed)
 
 
@@ -91,7 +91,7 @@ def test_one_floor_alone_is_compared_by_its_name(house_plan: Path, source: PlanS
     result = run(*asked, "--floor", lower.name.upper())
     assert result.exit_code == 0, result.output
     assert f"list          {len(source.stations_of(lower.id))} stations" in result.stdout
-    assert f"not compared  {len(above)} of other floors, which are taken as planned" in result.stdout
+    assert f"not compared  {len(above)} on other floors, taken as planned" in result.stdout
     assert "missing       0" in result.stdout
     assert run(*asked).exit_code == 7
     result = run(*asked, "--floor", "Attic")
@@ -160,20 +160,22 @@ def rescan_document(*, network_met: bool, lost: bool) -> dict[str, Any]:
 def test_every_station_to_scan_again_tells_what_it_is_for(source: PlanSource) -> None:
     lines = _again(rescan_document(network_met=True, lost=True), source)
     assert lines[2].strip() == "adds 21.0 m2 on floor F0 to the scans"
-    assert lines[4].strip() == "joins S1 and 1 more with S3"
-    assert lines[5].split(maxsplit=1)[1] == "S8 does for what was lost; S9 is for what the plan did not meet either"
-    assert lines[6].endswith("1 part: all requirements are met")
+    assert lines[4].strip() == "connects S1 and 1 more with S3"
+    assert (
+        lines[5].split(maxsplit=1)[1] == "S8 makes up for what was lost; for requirements that the plan missed, too: S9"
+    )
+    assert lines[6].endswith("1 group: all requirements are met")
 
 
 def test_what_is_still_not_met_is_told_and_not_that_all_is(source: PlanSource) -> None:
     *_, last = _again(rescan_document(network_met=False, lost=True), source)
-    assert last.endswith("what was lost is back; NOT met, as in the plan: the network (2 parts)")
+    assert last.endswith("as good as the plan again; NOT met, as in the plan: the network (2 groups)")
     lines = _again(rescan_document(network_met=False, lost=False), source)
-    assert lines[0] == "Nothing that the plan met is lost: nothing has to be scanned again."
-    assert lines[1] == "NOT met, as in the plan: the network (2 parts)."
+    assert lines[0] == "All that the plan met is still met: nothing has to be scanned again."
+    assert lines[1] == "NOT met, as in the plan: the network (2 groups)."
     document = rescan_document(network_met=False, lost=True)
     document["scan_again"].update(met=False, requirements=[{"name": "overall", "met": False, "asked_is_met": False}])
-    assert _again(document, source)[-1].endswith("even so, NOT met: coverage overall")
+    assert _again(document, source)[-1].endswith("still NOT met: coverage overall")
     document["scan_again"] = None
     assert _again(document, source) == ["Requirements NOT met: coverage overall."]
 
@@ -188,8 +190,8 @@ def test_exchanged_names_cost_nothing_and_lose_no_links(house_plan: Path, source
     result = run(house_plan, "--stations", tmp_path / "shuffled.csv", "--no-scan-again")
     assert result.exit_code == 0, result.output
     warnings = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
-    assert [line for line in warnings if f"all {len(ids)} planned places are occupied, only names differ" in line]
-    assert not [line for line in warnings if "from its planned place" in line]
+    assert [line for line in warnings if f"all {len(ids)} planned positions were scanned, only names differ" in line]
+    assert not [line for line in warnings if "from its planned position" in line]
     assert f"as planned    {len(ids)}\n  listed under other names: {ids[0]} as {ids[3]}, " in result.stdout
     assert "moved         0" in result.stdout
     assert "links lost" not in result.stdout
@@ -203,8 +205,8 @@ def test_a_shift_of_a_site_list_is_told_in_site_axes(house_plan: Path, source: P
     (tmp_path / "shifted.csv").write_text("\n".join(rows))
     result = run(house_plan, "--stations", tmp_path / "shifted.csv", "--columns", "PENZ", "--no-scan-again")
     warnings = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
-    assert "all stations are off alike, by E +5.00, N +3.00, H +0.00 m: check the list's origin" in warnings[0]
-    assert not [line for line in warnings if "from its planned place" in line]
+    assert "all stations are off by the same E +5.00, N +3.00, H +0.00 m: check the list's origin" in warnings[0]
+    assert not [line for line in warnings if "from its planned position" in line]
 
 
 @pytest.mark.parametrize("option", ["--coordinates", "--heights", "--match"])

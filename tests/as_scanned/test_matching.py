@@ -86,7 +86,9 @@ def test_exchanged_names_are_matched_by_place_and_told_in_one_line(n_turned: int
     assert pairs(*found) == [(f"S{k}", f"S{(k + n_turned) % 6}") for k in range(6)]
     assert all(match.exchanged and match.by == "place" for match in found)
     (line,) = doubts(found)
-    assert line.startswith("all 6 planned places are occupied, only names differ: 6 are listed under names of others")
+    assert line.startswith(
+        "all 6 planned positions were scanned, only names differ: 6 are listed under names of other stations"
+    )
     assert f"(S0 as S{n_turned}, S1 as S{1 + n_turned}, " in line
     assert "and 3 more" in line
     assert not doubts(matched(stations, crew, by="place"))  # as it was asked for
@@ -107,7 +109,7 @@ def test_a_crew_that_numbers_on_after_a_station_left_out_misses_that_one_only() 
     found = matched(stations, crew)
     assert pairs(*found) == [("S0", "S0"), ("S1", ""), ("S2", "S1"), ("S3", "S2"), ("S4", "S3")]
     (line,) = doubts(found)
-    assert line.startswith("3 places are listed under names of other stations (S2 as S1, S3 as S2, S4 as S3)")
+    assert line.startswith("3 positions are listed under names of other stations (S2 as S1, S3 as S2, S4 as S3)")
 
 
 def test_a_station_that_moved_to_where_another_stands_keeps_its_name() -> None:
@@ -115,7 +117,7 @@ def test_a_station_that_moved_to_where_another_stands_keeps_its_name() -> None:
     found = matched(stations, [listed("S1", 8.0), listed("S2", 9.1), listed("S3", 30.0)])
     assert pairs(*found) == [("S1", "S1"), ("S2", "S2"), ("S3", "S3")]
     (line,) = doubts(found)
-    assert "S1: is 8.0 m from its planned place, and 1.00 m from S2; if" in line
+    assert "S1: is 8.0 m from its planned position, and 1.00 m from S2; if" in line
     assert "--match place" in line
 
 
@@ -132,7 +134,7 @@ def test_a_row_of_stations_shifted_to_the_next_ones_places_keeps_its_names() -> 
     found = matched(stations, [listed(each.id, float(each.position_m[0]) + 5.0) for each in stations])
     assert not any(match.exchanged for match in found)
     (line,) = doubts(found)
-    assert "all stations are off alike, by x +5.00, y +0.00, z +0.00 m: check the list's origin" in line
+    assert "all stations are off by the same x +5.00, y +0.00, z +0.00 m: check the list's origin" in line
     assert "--heights" not in line
 
 

@@ -77,7 +77,7 @@ def test_a_plan_is_the_commands_and_tells_its_progress(tmp_path: Path) -> None:
     at_m = [station.position_m + scene.offset_m for station in plan.stations]
     again = tlsplan.evaluate(scene, at_m, plan.settings)
     np.testing.assert_array_equal(again.times_seen, plan.times_seen)
-    with pytest.raises(TypeError, match="got settings and coverage besides"):
+    with pytest.raises(TypeError, match="got settings and coverage, too"):
         tlsplan.plan(scene, plan.settings, coverage=0.5)
     with pytest.raises(tlsplan.PlannerError, match=r"station 2: got \(1, 2\), expected three finite numbers"):
         tlsplan.evaluate(scene, [(1, 1, 1), (1, 2)], plan.settings)

@@ -110,8 +110,8 @@ def test_nothing_is_replaced_unasked(export: Export) -> None:
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["--paper", "A4"], "--paper: no chosen format takes it"),
-        (["--noise"], "--noise: no chosen format takes it"),
+        (["--paper", "A4"], "--paper: none of the chosen formats uses it"),
+        (["--noise"], "--noise: none of the chosen formats uses it"),
         (["--parameters", "5"], "is not one of"),
         (["--residual-limit", "0"], "not in the range"),
     ],
@@ -122,7 +122,7 @@ def test_options_that_say_nothing_here_are_refused(export: Export, arguments: li
 
 
 @pytest.mark.parametrize(
-    ("names", "told"), [("cvs", "'cvs' is not one of"), ("web,csv", "ask for it alone"), ("", "''")]
+    ("names", "told"), [("cvs", "'cvs' is not one of"), ("web,csv", "export it alone"), ("", "''")]
 )
 def test_names_of_no_format_are_refused(export: Export, names: str, told: str) -> None:
     result = export(names=names)
@@ -144,7 +144,7 @@ def test_names_of_no_format_are_refused(export: Export, names: str, told: str) -
             "look swapped; exchange them; --accept-implausible",
         ),
         (["--crs", "25832", "--origin", "458870000,5438260000,110000"], CoordinatesError, "read as millimetres"),
-        (["--crs", "EPSG:1"], CoordinatesError, "no coordinate reference system"),
+        (["--crs", "EPSG:1"], CoordinatesError, "not a known coordinate reference system"),
         (["--control-points", "no-such.csv"], CoordinatesError, "no such file"),
     ],
 )

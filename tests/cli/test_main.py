@@ -58,7 +58,7 @@ def test_options_by_the_names_of_the_last_release_are_taken_with_a_notice(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     told = CliRunner().invoke(cli, ["plan", *given, "house.ifc"])
-    assert told.stderr == "warning: --fixed is now --scanned; the old name goes with the next release\n"
+    assert told.stderr == "warning: --fixed is now --scanned; the old name will be removed in the next release\n"
     assert str(told.exception).startswith("done.csv: no such file")
     literal = CliRunner().invoke(cli, ["plan", "--", *given])
     assert "is now" not in literal.stderr

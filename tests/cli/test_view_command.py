@@ -68,7 +68,7 @@ def test_a_sound_review_is_not_spoken_of(view: View, plan_folder: Path) -> None:
 def test_a_run_that_was_asked_to_end_is_told_with_where_its_plan_will_be(view: View, tmp_path: Path) -> None:
     *_, stopped, said = view(LeftRun("R002", is_ending=True, plan=tmp_path / "R002")).stdout.splitlines()
     assert stopped == "stopped"
-    assert said.startswith("run R002 was asked to end") and said.endswith(f"writes its plan to {tmp_path / 'R002'}")
+    assert said.startswith("run R002 was cancelled") and said.endswith(f"writes it to {tmp_path / 'R002'}")
 
 
 def test_an_opening_that_outlives_the_server_does_not_spoil_the_end(
@@ -89,4 +89,4 @@ def test_an_opening_that_outlives_the_server_does_not_spoil_the_end(
 
 def test_a_run_of_another_server_is_told_to_go_on(view: View, tmp_path: Path) -> None:
     *_, said = view(LeftRun("R007", is_ending=False, plan=tmp_path / "R007")).stdout.splitlines()
-    assert said.startswith("run R007 goes on") and "start `tlsplan view` again" in said
+    assert said.startswith("run R007 continues") and "start `tlsplan view` again" in said

@@ -48,9 +48,9 @@ def test_a_compound_system_names_heights_too() -> None:
         ("EPSG:7837", "vertical"),
         ("EPSG:2263", "US survey foot"),
         ("EPSG:2053", "south and west"),
-        ("EPSG:999999", "no coordinate reference system"),
-        ("nonsense", "no coordinate reference system"),
-        ("", "no coordinate reference system"),
+        ("EPSG:999999", "not a known coordinate reference system"),
+        ("nonsense", "not a known coordinate reference system"),
+        ("", "not a known coordinate reference system"),
         ("PROJCRS[" * 40, r"\.\.\.'"),
     ],
 )
@@ -69,7 +69,7 @@ def test_systems_that_are_none_of_heights_in_metres_are_refused(text: str, told:
 
 
 def test_depths_are_refused() -> None:
-    with pytest.raises(CoordinatesError, match="expected a system of heights"):
+    with pytest.raises(CoordinatesError, match="expected a vertical CRS"):
         vertical_crs("EPSG:5715")
 
 

@@ -66,7 +66,9 @@ def only(lines: tuple[str, ...], *words: str) -> str:
 
 def surely_wrong(document: dict[str, Any], asked: FrameRequest) -> tuple[str, ...]:
     """The warnings that are had where one insists; without that they are the refusal."""
-    with pytest.raises(CoordinatesError, match=r"^coordinates: .*; --accept-implausible takes them even so$") as caught:
+    with pytest.raises(
+        CoordinatesError, match=r"^coordinates: .*; --accept-implausible accepts them anyway$"
+    ) as caught:
         site_frame(document, asked)
     said = str(caught.value)
     assert "\n" not in said
@@ -121,7 +123,7 @@ def test_a_crs_of_another_datum_is_a_warning_with_how_far() -> None:
 def test_a_crs_of_another_zone_over_a_map_conversion_is_refused(crs: str) -> None:
     asked = FrameRequest(crs=crs)
     line = only(surely_wrong(plan_of(TOLD), asked), "is taken to be in", crs)
-    assert "--crs names coordinates and converts none: leave it out, or say where the scene lies" in line
+    assert "--crs labels coordinates and does not convert them: leave it out, or place the scene" in line
     assert site_frame(plan_of(TOLD), FrameRequest(crs=crs, accept_implausible=True)).crs == crs
 
 
@@ -176,7 +178,7 @@ def test_control_points_give_the_frame_and_their_residuals(tmp_path: Path) -> No
     assert only(frame.notes, "4 control points, 4 parameters", "sigma")
     assert frame.warnings == ()
     strict = FrameRequest(control_points=request.control_points, residual_limit_m=0.004)
-    assert only(site_frame(plan_of(), strict).warnings, "control point P1 is off by 0.00")
+    assert only(site_frame(plan_of(), strict).warnings, "control point P1 has a residual of 0.00")
 
 
 def test_seven_parameters_are_had_on_demand(tmp_path: Path) -> None:
@@ -208,7 +210,7 @@ def test_no_point_is_suspected_where_all_are_off(tmp_path: Path) -> None:
     site = SiteFrame(matrix=matrix_of(ORIGIN, TURN, 1.0)).to_site(CORNERS)
     site += np.random.default_rng(4).normal(0, 0.05, site.shape)
     warnings = site_frame(plan_of(), FrameRequest(control_points=points_file(tmp_path, site))).warnings
-    assert any("is off by" in line for line in warnings)
+    assert any("has a residual of" in line for line in warnings)
     assert not any("looks wrong" in line for line in warnings)
 
 
@@ -245,13 +247,13 @@ def test_the_site_s_place_is_of_its_own_position() -> None:
     [
         (FrameRequest(origin_m=ORIGIN, scene_coordinates=True), "--origin and --scene-coordinates"),
         (FrameRequest(crs="EPSG:25832", scene_coordinates=True), "with a CRS"),
-        (FrameRequest(vertical_crs="EPSG:7837"), "expected --crs besides"),
+        (FrameRequest(vertical_crs="EPSG:7837"), "expected both; add --crs"),
         (FrameRequest(origin_m=ORIGIN, scale=0.001), "as if one side were in millimetres"),
         (FrameRequest(origin_m=ORIGIN, scale=0.3048), "as if one side were in feet"),
         (FrameRequest(origin_m=ORIGIN, scale=-1.0), "scale is -1, expected about 1"),
         (FrameRequest(origin_m=(math.nan, 0.0, 0.0)), "finite"),
         (FrameRequest(by_site_placement=True), "add --crs"),
-        (FrameRequest(by_site_placement=True, crs="EPSG:25832"), "knows no latitude"),
+        (FrameRequest(by_site_placement=True, crs="EPSG:25832"), "has no latitude"),
         (FrameRequest(control_points=Path("no-such.csv")), "no such file"),
     ],
 )  # fmt: skip
@@ -271,7 +273,7 @@ def test_control_points_in_other_units_are_refused_by_name(tmp_path: Path, size:
 
 def test_a_place_that_the_grid_does_not_have_is_refused() -> None:
     told = {**TOLD, "site_latitude_deg": 0.0, "site_longitude_deg": 99.0}
-    with pytest.raises(CoordinatesError, match="nowhere"):
+    with pytest.raises(CoordinatesError, match="far outside"):
         site_frame(plan_of(told), FrameRequest(crs="EPSG:25832", by_site_placement=True))
 
 
@@ -321,7 +323,7 @@ def test_other_units_are_refused_by_name(size: float, unit: str) -> None:
 
 def test_a_grid_elsewhere_is_not_taken_for_millimetres() -> None:
     asked = FrameRequest(crs="EPSG:27700", origin_m=ORIGIN)
-    assert "read as" not in only(surely_wrong(plan_of(), asked), "outside of where one uses")
+    assert "taken as" not in only(surely_wrong(plan_of(), asked), "outside the area of")
 
 
 def test_a_scene_file_that_is_surely_wrong_is_refused_once_somebody_asks_for_its_coordinates() -> None:
@@ -340,7 +342,7 @@ def test_a_projection_that_nobody_surveys_in_is_told() -> None:
 
 def test_a_plan_outside_the_area_of_use_is_told_with_how_far() -> None:
     frame = site_frame(plan_of(), FrameRequest(crs="EPSG:25832", origin_m=(800_000.0, 5_438_260.0, 0.0)))
-    assert only(frame.warnings, "outside of where one uses", "km")
+    assert only(frame.warnings, "outside the area of", "km")
     # The zone next door goes on: countries of two zones survey in one.
     beside = site_frame(plan_of(), FrameRequest(crs="EPSG:25832", origin_m=(1_200_000.0, 5_438_260.0, 0.0)))
     assert only(beside.warnings, "check origin and CRS")

@@ -158,7 +158,7 @@ def test_a_wrong_point_is_no_mirror() -> None:
 @pytest.mark.parametrize("fit", [fit_4, fit_7])
 def test_points_at_one_place_are_refused(fit: object) -> None:
     near = np.array([[5.0, 5, 1], [5.01, 5, 1], [5, 5.01, 1]])
-    with pytest.raises(CoordinatesError, match="at one place"):
+    with pytest.raises(CoordinatesError, match="at one position"):
         fit(near, near + 1000.0, ones(near))  # type: ignore[operator]
 
 

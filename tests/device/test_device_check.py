@@ -75,7 +75,7 @@ def test_a_verdict_that_would_be_the_same_again_is_kept(device: Device, child, l
         ("import os; os.kill(os.getpid(), 15)", "ended with -15"),
         ("raise MemoryError('no room')", "no room"),
         ("print('half a word')", "ended with 0"),
-        ("", "ended with 0 (it said nothing)"),
+        ("", "ended with 0 (no message)"),
     ],
 )
 def test_what_may_be_bad_luck_refuses_the_device_and_is_not_kept(

@@ -250,7 +250,7 @@ def test_only_folders_of_ours_are_replaced_and_when_asked_only(
             export_plan("folder", plan, target, overwrite=overwrite)
     for other in ("file", "link"):
         (tmp_path / "file").write_text("") if other == "file" else (tmp_path / "link").symlink_to(target)
-        with pytest.raises(OutputExistsError, match="is no folder"):
+        with pytest.raises(OutputExistsError, match="is not a folder"):
             export_plan("folder", plan, tmp_path / other, overwrite=True)
 
 

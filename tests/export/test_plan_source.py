@@ -170,7 +170,7 @@ def test_what_is_no_number_there_is_refused_by_its_place(
     ("place", "value", "told"),
     [
         (("floors", 0, "id"), 5, "floors[0].id: got 5, expected a text"),
-        (("floors", 0, "id"), "", "floors[0].id: got '', expected a text of one letter or more"),
+        (("floors", 0, "id"), "", "floors[0].id: got '', expected text of one character or more"),
         (("floors", 1, "id"), "F0", "floors: got the id 'F0' of [1] a second time, expected one of its own"),
         (("floors", 0, "name"), None, "floors[0].name: got None, expected a text"),
         (("floors", 0, "bounds"), [[0.0, 0.0]], "floors[0].bounds: got [[0.0, 0.0]], expected a longer list"),

@@ -141,7 +141,7 @@ def test_link_is_refused_even_where_it_leads_to_an_empty_folder_or_nowhere(tmp_p
 def test_file_among_the_parents_is_noticed(tmp_path: Path) -> None:
     (tmp_path / "house.ifc").touch()
     for name in ("house.ifc/plan", "house.ifc/plans/first/plan"):
-        with pytest.raises(PlanFolderError, match=r"house\.ifc is no folder"):
+        with pytest.raises(PlanFolderError, match=r"house\.ifc is not a folder"):
             check_output(tmp_path / name, overwrite=False)
 
 

@@ -347,7 +347,7 @@ def test_scene_that_is_told_comes_first_and_must_be_the_same_file(
     other.write_text(QUAD)
     assert find_scene(folder, document, told=other) == other
     other.write_text(QUAD + "\n")
-    with pytest.raises(PlanFolderError, match=r"renamed\.obj: is another file than the one .*--scene"):
+    with pytest.raises(PlanFolderError, match=r"renamed\.obj: is not the file that .*--scene"):
         find_scene(folder, document, told=other)
     with pytest.raises(PlanFolderError, match=r"missing\.obj: no such file.*--scene"):
         find_scene(folder, document, told=tmp_path / "missing.obj")

@@ -97,8 +97,8 @@ def test_texts_name_stairs_breaks_start_and_further_entrances(walked: Plan) -> N
     for index, floor in enumerate(walked.survey.floors):
         marks = (stairs_on(walked, index), breaks_on(walked, index), ends_on(walked, floor), sealed_on(walked, index))
         texts.append(sorted(words for each in marks for _, words in each))
-    assert texts[0] == ["entrance", "from 3, no way inside", "start and end", "to 3, Obergeschoß"]
-    assert texts[1] == ["from 2, Erdgeschoss", "no way in, 1 m²", "then 1, no way inside"]
+    assert texts[0] == ["entrance", "from 3, no path inside", "start and end", "to 3, Obergeschoß"]
+    assert texts[1] == ["from 2, Erdgeschoss", "not reachable, 1 m²", "then 1, no path inside"]
 
 
 def test_sealed_rooms_are_hatched_and_nothing_else_is(walked: Plan) -> None:

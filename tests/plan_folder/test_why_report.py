@@ -108,7 +108,7 @@ def test_every_reason_has_words_for_people() -> None:
 def test_plan_without_reasons_has_neither_their_file_nor_their_columns(plan: Plan) -> None:
     assert "unseen_surfaces.csv" not in report_files(plan)
     assert plan_document(plan)["why"] is None
-    assert "The only one to see" not in report_page(plan)
+    assert "Unique surface" not in report_page(plan)
 
 
 def test_files_of_the_report_are_the_plans_own(told: Plan, tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ def room(tmp_path_factory: pytest.TempPathFactory) -> Scene:
 
 
 def test_a_plan_with_ranges_in_kilometres_is_refused(room: Scene) -> None:
-    with pytest.raises(RequirementError, match=r"nothing to be seen .* between 0.0005 and 0.005 m; check its ranges"):
+    with pytest.raises(RequirementError, match=r"no surface seen .* between 0.0005 and 0.005 m; check its ranges"):
         make_plan(room, PlanSettings(scanner=KILOMETRES, grid_step_m=1.0, method=Greedy()))
 
 

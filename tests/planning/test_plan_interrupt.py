@@ -67,7 +67,7 @@ def test_an_interrupt_while_stations_are_chosen_leaves_the_best_plan_so_far(comb
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=300)
     assert process.returncode == 0, said
-    assert "interrupted: the best plan so far" in said
+    assert "interrupted: keeping the best plan so far" in said
     document = json.loads((folder / "plan.json").read_text())
     optimality = document["optimality"]
     assert optimality["why_stopped"] == "interrupted"
@@ -91,7 +91,7 @@ def test_a_second_interrupt_leaves_nothing(comb_file: Path, tmp_path: Path) -> N
     _, said = process.communicate(timeout=300)
     assert is_stopped, said
     assert process.returncode == 130
-    assert "interrupted: the best plan so far" in said
+    assert "interrupted: keeping the best plan so far" in said
     assert said.splitlines()[-1].startswith("tlsplan: interrupted")
     assert "Traceback" not in said
     assert [path.name for path in tmp_path.iterdir()] == ["asked.yaml"]

@@ -130,7 +130,7 @@ def test_what_no_spot_can_meet_is_refused_in_one_line_with_the_limit_to_ease(sma
 
 def test_what_can_be_had_in_part_is_planned_and_the_rest_explained(small: PlanSettings, planned: Planned) -> None:
     plan = planned("l-room", replace(small, requirements=Requirements(coverage=0.9, asked=PointLimits(range_m=2.0))))
-    lines = [line for line in plan.warnings if "can't be had with" in line]
+    lines = [line for line in plan.warnings if "can't be scanned with" in line]
     assert len(lines) == 1
     assert "2 m" in lines[0]
     at = plan.warnings.index(lines[0])

@@ -158,7 +158,7 @@ def test_nothing_stands_within_the_radius_of_a_forbidden_place_at_any_height(roo
     far = ((free[:, :2] - [2.0, 2.0]) ** 2).sum(axis=1) > 1.44
     assert 0 < far.sum() < far.size
     assert places.candidates.position_m.tobytes() == free[far].tobytes()
-    assert places.candidates.rejected["at a forbidden place"] == (~far).sum()
+    assert places.candidates.rejected["at a forbidden position"] == (~far).sum()
     assert not places.prior
 
 
@@ -190,7 +190,7 @@ def test_only_the_room_of_the_entrance_is_planned_and_the_others_are_named_as_se
     plan = places.candidates.position_m[:, :2]
     assert plan.shape[0] > 20
     assert ((plan > low) & (plan < high)).all()
-    assert places.candidates.rejected["not to be reached on foot"] > 20
+    assert places.candidates.rejected["not reachable on foot"] > 20
     assert len(places.warnings) == len(places.reach.sealed) == 2
     assert all("can't be reached on foot" in line for line in places.warnings)
 
@@ -218,7 +218,9 @@ def test_far_from_the_origin_a_site_is_told_in_the_frame_of_the_scene(
     assert of[0].scene.offset_m[0] != 0
     assert np.abs(far.candidates.position_m + of[0].scene.offset_m - at - near.candidates.position_m).max() < 1e-6
     assert np.array_equal(far.kind, near.kind)
-    with pytest.raises(RequirementError, match=r"entrance: got \(500050.00, 5400000.00, 300.00\), expected a place"):
+    with pytest.raises(
+        RequirementError, match=r"entrance: got \(500050.00, 5400000.00, 300.00\), expected a ground point"
+    ):
         places_of(of, Site(entrances_m=((at[0] + 50.0, at[1], at[2]),)))
 
 
@@ -241,7 +243,7 @@ def test_the_mover_of_a_site_is_a_person_but_for_what_is_told() -> None:
 def test_areas_and_places_on_floors_that_are_not_there_are_refused(rooms: tuple[Survey, ScanEngine]) -> None:
     with pytest.raises(RequirementError, match=r"keep-out 'lab': got the floor 'attic', expected one of F0"):
         places_of(rooms, Site(keep_out=(KeepOut(TRIANGLE, floor="attic", name="lab"),)))
-    with pytest.raises(RequirementError, match="forbidden place 'X': got the floor 'F7'"):
+    with pytest.raises(RequirementError, match="forbidden position 'X': got the floor 'F7'"):
         places_of(rooms, Site(prior=(station("X", 1.0, 1.0, 1.0, "forbidden", floor="F7"),)))
 
 
@@ -269,7 +271,7 @@ def test_settled_stations_are_the_last_rows_at_their_exact_places(rooms: tuple[S
     ("x", "z", "height_m", "said"),
     [
         (4.1, 1.5, None, "no valid tripod position"),
-        (4.1, 1.5, None, "not to be reached on foot"),
+        (4.1, 1.5, None, "not reachable on foot"),
         (20.0, 1.5, None, "stands over no floor"),
         (1.0, 1.5, 1.2, "instrument height 1.200 m is given, but the sensor is 1.500 m above"),
     ],
@@ -337,8 +339,8 @@ def test_candidates_of_others_are_left_out_where_the_site_lets_nobody_stand(room
     gone = {reason: n - grid.rejected.get(reason, 0) for reason, n in places.candidates.rejected.items()}
     assert sum(gone.values()) == np.count_nonzero(~stays)
     assert gone["in a keep-out"] == np.count_nonzero((x > 4.0) & (x < 4.6)) > 0
-    assert gone["not to be reached on foot"] == np.count_nonzero(x > 4.6) > 0
-    assert gone["at a forbidden place"] == np.count_nonzero((x < 4.0) & ~stays)
+    assert gone["not reachable on foot"] == np.count_nonzero(x > 4.6) > 0
+    assert gone["at a forbidden position"] == np.count_nonzero((x < 4.0) & ~stays)
     assert any("can't be reached on foot" in line for line in places.warnings)
     assert places.candidates.n_tried == grid.n_tried
 

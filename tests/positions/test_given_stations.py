@@ -90,7 +90,7 @@ def test_an_evaluation_says_what_can_not_be_had_as_a_plan_does(
     landing = int(np.flatnonzero(places.kind == KINDS.index("landing"))[0])
     given = [given_at(survey, places, landing, floor=None, height_m=None)]
     plan = evaluate_survey(survey, replace(SETTINGS, requirements=wanted), given, engine)
-    lines = [line for line in plan.warnings if "that candidates see can't be had with" in line]
+    lines = [line for line in plan.warnings if "that candidates see can't be scanned with" in line]
     assert lines
     assert lines[0].startswith("requirement ")
     assert not any("no valid tripod position" in line or "instrument height" in line for line in plan.warnings)

@@ -295,7 +295,7 @@ def test_floor_whose_ground_is_unmarked_is_none_any_more_and_the_user_is_told(ha
     assert [f.id for f in report.floors] == ["F0"]
     assert [line for line in report.warnings if line not in found.warnings] == [
         f"ground pick 2 at ({FAR_M[0] + 2:.3f}, {FAR_M[1] + 7:.3f}, {FAR_M[2] + 3.5:.3f}): floor 'Marked level 1' has "
-        "no ground left and is no floor any more"
+        "no ground left and is not a floor any more"
     ]
     np.testing.assert_array_equal(report.floor_of_triangle, found.floor_of_triangle)
 
@@ -315,7 +315,7 @@ def test_unmarking_what_is_no_ground_changes_nothing_and_the_user_is_told(hall: 
     picks = [GroundPick(point(7, 2, 0.4), is_ground=False), GroundPick(point(1, 6, 3.5))]
     report = with_ground_picks(hall, found, picks)
     assert [line for line in report.warnings if "nothing is unmarked" in line] == [
-        f"ground pick 1 at ({FAR_M[0] + 7:.3f}, {FAR_M[1] + 2:.3f}, {FAR_M[2] + 0.4:.3f}): nothing of this surface was "
+        f"ground pick 1 at ({FAR_M[0] + 7:.3f}, {FAR_M[1] + 2:.3f}, {FAR_M[2] + 0.4:.3f}): this surface was not "
         "ground, so nothing is unmarked"
     ]
     other = with_ground_picks(hall, found, [picks[1], GroundPick(point(5, 5, 0), is_ground=False, floor="F1")])
@@ -337,7 +337,7 @@ def test_storey_without_slab_takes_what_is_marked_for_its_ground_and_the_user_is
     assert (floor.id, floor.name, floor.origin) == ("F0", "Hall", "marked")
     assert floor.ground_area_m2 == pytest.approx(12.0)
     assert floor.elevation_m == pytest.approx(0.1)
-    assert any("its ground is now what is marked" in line for line in report.warnings)
+    assert any("its ground is now the marked surface only" in line for line in report.warnings)
 
 
 # -------------------------------------------------------------------------------------- the rest of the flow

@@ -328,7 +328,9 @@ def test_more_stacked_patches_than_have_room_are_refused(
     monkeypatch.setattr(demands, limit, (most + 1) * n_patches)
     demand_of(box.survey, settings_of(**MIXED), box.engine, box.positions_m[:5])
     monkeypatch.setattr(demands, limit, (most + 1) * n_patches - 1)
-    with pytest.raises(RequirementError, match=r"got 6 with 4 different sets of limits on 1792 patches.*ask the same"):
+    with pytest.raises(
+        RequirementError, match=r"got 6 with 4 different sets of limits on 1792 patches.*use the same limits"
+    ):
         demand_of(box.survey, settings_of(**MIXED), box.engine, box.positions_m[:5])
 
 

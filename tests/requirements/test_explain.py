@@ -36,7 +36,7 @@ def test_the_far_wall_is_out_of_range_and_said_to_be(box: SimpleNamespace, setti
     assert 3 not in found  # the wall beside them
     lines = explain(box.survey, demand)
     assert lines[0].startswith("requirement 'overall': ")
-    assert "can't be had with range 5 m, incidence 85.9°" in lines[0]
+    assert "can't be scanned with range 5 m, incidence 85.9°" in lines[0]
     east = next(line for line in lines if "East wall" in line)
     assert east.startswith("  East wall (IfcWallStandardCase, East): 10.0 m2, range is at best 6.99 m to 7.1")
     assert east.endswith(" m, 5 m asked")
@@ -87,7 +87,7 @@ def test_several_limits_at_once_are_said_where_no_single_one_is_to_blame(
     # 7 m away, rows are 7 x 0.0087 = 0.06 m apart: both limits are missed.
     assert east.limit == ""
     assert np.isnan(east.least)
-    assert any("East wall" in line and "several limits at once" in line for line in explain(box.survey, demand))
+    assert any("East wall" in line and "several limits combined" in line for line in explain(box.survey, demand))
 
 
 def test_surface_met_from_too_few_candidates_is_told_apart(box: SimpleNamespace, settings_of) -> None:

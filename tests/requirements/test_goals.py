@@ -96,9 +96,9 @@ def test_floors_of_one_name_are_told_apart(box: SimpleNamespace, settings_of) ->
         ([{"classes": ("IfcWal",)}], "got class 'IfcWal', .* expected IfcWall;"),
         ([{"classes": ("Zebra",)}], "expected one of IfcCovering, IfcSlab, IfcWall, IfcWallStandardCase; "),
         ([{"zone": ((0, 0), (9, 0), (9, 9))}], "x 1000.00 to 1008.00 m, y 2000.00 to 2004.00 m"),
-        ([{"heights_m": (7.0, 8.0)}], "without any surface"),
+        ([{"heights_m": (7.0, 8.0)}], "got no surface"),
         ([{"floors": ("West",)}, {"floors": ("f0",)}], "'part 1': got floor 'West' a second time"),
-        ([{"name": "overall", "classes": ("IfcSlab",)}], "'overall': got a part of the name of something else"),
+        ([{"name": "overall", "classes": ("IfcSlab",)}], "'overall': got the name of another requirement"),
     ],
 )
 def test_parts_that_are_not_there_are_refused_by_name(

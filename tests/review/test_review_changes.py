@@ -168,7 +168,7 @@ ZONE = Zone("", "keep_out", SQUARE)
         (c.SetVerdict("S001", "perhaps"), "expected one of accepted, rejected"),
         (c.SetVerdict("S001", "accepted", by="x" * 101), "101 characters"),
         (c.ClearVerdict("S001"), "no verdict"),
-        (c.Unsign(), "nobody signed"),
+        (c.Unsign(), "none to withdraw"),
     ],
 )  # fmt: skip
 def test_a_change_that_makes_no_sense_is_refused_in_one_line(change: c.Change, message: str) -> None:

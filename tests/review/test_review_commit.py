@@ -46,7 +46,7 @@ def test_who_changes_what_somebody_changed_meanwhile_is_told_who_and_when() -> N
     review = committed(Review(), 0, c.MoveStation("S001", HERE))
     conflict = refused(review, 0, c.RemoveStation("S001"))
     assert conflict.clashes == (Clash("station:S001", "Ana", ANA.time),)
-    assert "station S001 was changed meanwhile, last by Ana at 16:30:00 UTC" in conflict.message
+    assert "station S001 was changed in the meantime, last by Ana at 16:30:00 UTC" in conflict.message
     assert committed(review, 1, c.RemoveStation("S001"), by=BEN).stations["S001"].removed
 
 

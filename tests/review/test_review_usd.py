@@ -179,7 +179,7 @@ over "Plan" { over "Stations" {
         (below_review('string tlsplan:review:kind = "hole"', "Zones", "Z1"), "/Zones/Z1: zone: kind is 'hole'"),
         (below_review("int tlsplan:review:outline = 1", "Zones", "Z1"), "/Zones/Z1: "),
         (below_review("int tlsplan:review:text = 1", "Comments", "C1"), "text is 1, expected text"),
-        (below_review("bool tlsplan:review:isGround = 1", "GroundPicks", "G1"), "expected its place"),
+        (below_review("bool tlsplan:review:isGround = 1", "GroundPicks", "G1"), "expected its position"),
         (below('string xformOp:transform = "x"', "Plan", "Stations", "S001"), "/Plan/Stations/S001: "),
     ],
 )

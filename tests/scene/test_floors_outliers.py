@@ -120,7 +120,7 @@ def test_stray_within_reach_stays_and_spoils_no_floor(plain, stray_m, storeys):
 def test_stray_where_no_floor_is_looked_for_is_named(plain):
     report = find_floors(with_stray(plain, moved(LEVEL, 2000, 0, 0)))
     (warning,) = report.warnings
-    assert warning.endswith("faces that lie far from the rest: 1 of 'Origin {marker}'")
+    assert warning.endswith("faces that lie far from the rest are not searched for floors: 1 of 'Origin {marker}'")
 
 
 def test_house_a_few_kilometres_from_a_stray_is_worked_on_near_the_house(plain):

@@ -71,8 +71,8 @@ def test_each_fault_is_counted_and_listed():
     assert sorted(report.dropped) == [
         "mesh, face 1: is a line: its corners lie on it",
         "mesh, face 2: has two corners in one place",
-        "mesh, face 3: has a coordinate that is no place",
-        "mesh, face 4: has a coordinate that is no place",
+        "mesh, face 3: has a coordinate that is not finite",
+        "mesh, face 4: has a coordinate that is not finite",
         "mesh, face 5: is the same as face 0",
         "mesh, face 6: is the same as face 0",
         "mesh, face 8: names a vertex that does not exist",

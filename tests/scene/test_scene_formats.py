@@ -305,7 +305,7 @@ def test_usd_leaves_out_what_is_hidden_and_names_what_is_no_mesh(stage):
     scene = load_stage(stage)
     assert [e.name for e in scene.elements] == ["/shown", "/render"]
     assert scene.report.warnings == (
-        "a.usda: shapes that are no meshes were left out: 1 Sphere; convert them to meshes if they matter.",
+        "a.usda: shapes other than meshes were left out: 1 Sphere; convert them to meshes if they matter.",
     )
 
 

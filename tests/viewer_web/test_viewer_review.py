@@ -85,7 +85,7 @@ def test_a_height_that_is_left_out_stays_as_it_is(ask: Ask) -> None:
 def test_who_was_second_is_told_who_was_first_and_gets_the_review_as_it_is(ask: Ask) -> None:
     post(ask, 0, {"kind": "lock_station", "station": "S001"})
     conflict = post(ask, 0, {"kind": "remove_station", "station": "S001"}, author="Ben", status=409)
-    assert "station S001 was changed meanwhile, last by Ana" in conflict["message"]
+    assert "station S001 was changed in the meantime, last by Ana" in conflict["message"]
     assert [(clash["object"], clash["by"]) for clash in conflict["conflicts"]] == [("station:S001", "Ana")]
     assert conflict["review"]["revision"] == 1
     assert post(ask, 0, {"kind": "lock_station", "station": "S003"}, author="Ben")["revision"] == 2

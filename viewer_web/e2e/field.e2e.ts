@@ -92,7 +92,7 @@ test('stations at one spot are one dot with their number, and a tap lists them',
   const stack = map.getByRole('button', { name: /^\d stations here: / });
   expect(await stack.first().getAttribute('aria-label')).toContain(`${first.stationId}; ${second.stationId}`);
   await stack.first().tap();
-  const list = page.getByRole('region', { name: 'Stations at this spot' });
+  const list = page.getByRole('region', { name: 'Stations at this position' });
   await viewer.screenshot('field-3-one-spot');
   await list.getByRole('button', { name: new RegExp(second.stationId) }).tap();
   await list.waitFor({ state: 'detached' });

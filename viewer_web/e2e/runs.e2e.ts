@@ -82,7 +82,7 @@ test('a run is started, watched, opened, compared and deleted', { tags: 'main' }
   const [{ id }] = await runs();
   await holdAtItsBest(id);
   // Its best stations so far take the place of the plan's, and that is told.
-  const banner = page.getByRole('status', { name: 'Whose stations are shown' });
+  const banner = page.getByRole('status', { name: 'Shown stations' });
   await banner.getByText(`Showing the best stations of run ${id} so far`).waitFor();
   expect(await page.locator('.marker').count()).toBe(7);
   expect(await page.getByLabel('Chosen station').count()).toBe(0);

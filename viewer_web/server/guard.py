@@ -43,10 +43,7 @@ REPORT_POLICY = (
     "frame-ancestors 'none'"
 )
 _REPORT = re.compile(r"/plan/(runs/[^/]+/plan/)?report/")
-_NO_TOKEN = (
-    "this browser has no token of this start of the server; open the address that `tlsplan view` printed, "
-    "with its token"
-)
+_NO_TOKEN = "this browser has no token for this server; open the address that `tlsplan view` printed, with its token"
 
 
 class RequestGuard:
@@ -100,7 +97,7 @@ class RequestGuard:
         methods = ("GET", "POST", "DELETE") if _is_api(scope) else ("GET", "HEAD")
         if scope["method"] not in methods:
             allowed = ", ".join(methods)
-            return _refuse(scope, 405, f"only {allowed} are answered here", {"allow": allowed})
+            return _refuse(scope, 405, f"only {allowed} are accepted here", {"allow": allowed})
         if refusal := _body_refusal(scope, headers):
             return refusal
         if len(scope.get("raw_path") or scope["path"]) > LONGEST_PATH or len(scope["query_string"]) > LONGEST_QUERY:

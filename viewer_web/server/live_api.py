@@ -215,9 +215,7 @@ class _DraftAnswers:
             # Read when it is our turn: what was committed meanwhile counts.
             review, plan = self._get_review(), self._get_plan()
             if plan.sha256 != live.plan_sha256:
-                raise NotReadyError(
-                    "the plan was made anew since live editing began; end `tlsplan view` and start it again"
-                )
+                raise NotReadyError("the plan was replaced since live editing began; restart `tlsplan view`")
             stations = reviewed_stations(plan, review)
             draft = draft_of_review(review, stations, live.survey.floors, live.survey.scene.offset_m)
             return question(live, draft, review.revision)

@@ -117,7 +117,7 @@ def _offsets_m(clouds: Clouds, stations: tuple[FieldStation, ...]) -> FloatArray
     if not reach_m < 2**30 * SCALE_M:
         raise ExportError(
             f"LAS: stations and beams reach over {reach_m:.0f} m, expected less than {2**30 * SCALE_M:.0f} m; "
-            "export them one file a station"
+            "export them as one file per station"
         )
     return np.asarray(np.round(middle_m / 100.0) * 100.0)
 

@@ -199,8 +199,8 @@ class Clouds:
         if self.step > 1:
             n_rows, n_columns = self.template.shape
             lines.append(
-                f"clouds are thinned: every {self.step}. row and column of beams, {n_rows} x {n_columns} of "
-                f"{self.survey.template.shape[0]} x {self.survey.template.shape[1]} a station"
+                f"clouds are thinned: one row and column of beams in {self.step}, {n_rows} x {n_columns} of "
+                f"{self.survey.template.shape[0]} x {self.survey.template.shape[1]} per station"
             )
         if self.noise is not None:
             lines += _noise_remarks(self.noise, self.tally)
@@ -300,7 +300,7 @@ def stations_asked(source: PlanSource, options: Options) -> tuple[FieldStation, 
     of_floors = chosen_stations(source, options)
     chosen = tuple(station for station in of_floors if not options.stations or station.id in options.stations)
     if not chosen:
-        raise ExportError(f"{source.folder}: no station to scan from, expected at least one; ask for others")
+        raise ExportError(f"{source.folder}: no station to scan from, expected at least one; choose others")
     return chosen
 
 
@@ -352,7 +352,7 @@ def _noise_remarks(noise: NoiseModel, tally: Tally) -> list[str]:
     lines = [f"noise of {scanner.name}: ranges by {of_range}, {of_angles}; {tally.n_dropped} weak returns dropped"]
     if tally.n_beyond_table:
         lines.append(
-            f"noise of {tally.n_beyond_table} of {tally.n_points} points lies outside of the scanner's table and is "
+            f"noise of {tally.n_beyond_table} of {tally.n_points} points lie outside the scanner's table and is "
             "estimated from its nearest figure"
         )
     return lines

@@ -159,7 +159,7 @@ def _unprintable(plan: PlanSource) -> list[str]:
     bad = [name for name in dict.fromkeys(names) if not has_letters(name)]
     if not bad:
         return []
-    return [f"the letters of {len(bad)} name{'s' if len(bad) > 1 else ''}, such as {bad[0]!r}, are not all in the font"]
+    return [f"characters of {len(bad)} name{'s' if len(bad) > 1 else ''}, such as {bad[0]!r}, are not all in the font"]
 
 
 def pages_of(contents: Contents, paper: str) -> list[Page]:
@@ -244,7 +244,7 @@ def _charts(contents: Contents, sheet: Sheet) -> Page:
 
 def charts_title(part: Sequence[FieldFloor]) -> str:
     """What stands above the charts, which are always of all floors."""
-    return "How well it is seen" + (f": {WHOLE_PLAN}" if part else "")
+    return "Scan quality" + (f": {WHOLE_PLAN}" if part else "")
 
 
 def _quarters(room: Box) -> list[Box]:

@@ -114,14 +114,14 @@ def draw_histogram(ink: Ink, made: Histogram, box: Box) -> None:
             bar = _bar(to_x(low), to_x(high), room.bottom, to_y(100 * share))
             ink.area([bar], _BAR)
             ink.lines([bar], _BAR_EDGE, closed=True)
-    lines = [f"half of it at most {made.median:.3g}{made.unit}, 95 % at most {made.at_95:.3g}{made.unit}"]
+    lines = [f"median {made.median:.3g}{made.unit}, 95 % at most {made.at_95:.3g}{made.unit}"]
     if made.more:
-        lines.append("the last bar is of all beyond, too")
+        lines.append("the last bar includes all larger values")
     if made.asked is not None and made.within is not None:
         x = to_x(made.asked)
         ink.lines([np.array([(x, room.bottom), (x, room.top)])], plot.REQUIRED)
         _boxed(ink, (x, room.top - 2.0), f"required: {made.asked:.4g}{made.unit}", room)
-        lines.append(f"{100 * made.within:.1f} % keep the limit")
+        lines.append(f"{100 * made.within:.1f} % within the limit")
     ink.text((room.right, box.top - 7.6), "; ".join(lines), plot.SIZE_PT, align="right", colour=QUIET)
 
 

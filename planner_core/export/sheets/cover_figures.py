@@ -84,7 +84,7 @@ def _basis_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     yield "Scene", f"{scene['file']} ({scene['format'].upper()}), SHA-256 {scene['sha256'][:16]}…"
     made = document.get("versions", {}).get("tlsplan")
     basis = f"{_thousands(settings['n_patches'])} patches, {_thousands(settings['n_candidates'])} candidates"
-    yield "Worked out", basis + (f"; tlsplan {made}" if made else "")
+    yield "Computed", basis + (f"; tlsplan {made}" if made else "")
 
 
 def north_words(plan: PlanSource) -> str:
@@ -95,9 +95,9 @@ def north_words(plan: PlanSource) -> str:
         kind = "grid north" if frame.crs else "axis N of the site's coordinates"
         return f"arrow N on the drawings: {kind}, {turned}"
     if frame.true_north_rad is None:
-        return "not known; drawings lie along the scene's x and y"
+        return "not known; drawings are aligned with x and y of the scene"
     said = f"true north as the {plan.document['scene']['format'].upper()} file says"
-    return f"{said}, {turned}; coordinates are not turned to it"
+    return f"{said}, {turned}; coordinates are not rotated to it"
 
 
 def _turned(north_rad: float) -> str:
@@ -116,11 +116,11 @@ def stations_words(document: Mapping[str, Any]) -> str:
     """Say how many stations there are, and how few there can be."""
     n, best = len(document["stations"]), document["optimality"]
     if best["proven"]:
-        return f"{n}: proven, no plan on these candidates takes fewer"
+        return f"{n}: proven to be the fewest on these candidates"
     if best["lower_bound"] is None:
         return str(n)
     gap = "" if best["gap"] is None else f" (gap {100 * best['gap']:.0f} %)"
-    return f"{n}; at least {best['lower_bound']} are needed on these candidates{gap}"
+    return f"{n}; lower bound {best['lower_bound']} (on these candidates){gap}"
 
 
 def network_words(plan: PlanSource) -> str:
@@ -140,7 +140,7 @@ def time_words(time: Mapping[str, Any]) -> str:
     parts = (("scanning", time["scanning_s"]), ("setting up", time["set_up_s"]), ("walking", time["walking_s"]))
     told = ", ".join(f"{_minutes(seconds)} {name}" for name, seconds in parts if seconds is not None)
     if time["total_s"] is None:
-        return f"{told}; how long a scan takes is not known"
+        return f"{told}; scan time not known"
     return f"{_hours(time['total_s'])}: {told}"
 
 
@@ -155,7 +155,7 @@ def _hours(seconds: float) -> str:
 
 def _accuracy(plan: PlanSource) -> str:
     scale, residuals = plan.frame.horizontal_scale, plan.frame.residuals_m
-    words = "" if abs(scale - 1.0) < 1e-7 else f"; 1 m of the building is {scale:.6f} m on the grid"
+    words = "" if abs(scale - 1.0) < 1e-7 else f"; grid scale factor {scale:.6f}"
     if not residuals:
         return words
     return f"{words}; {len(residuals)} control points, largest residual {1000 * max(residuals):.1f} mm"

@@ -186,7 +186,7 @@ def _edges(tile: Tile, neighbours: Sequence[Neighbour]) -> Iterator[tuple[Box, s
         dx, dy = other.column - tile.column, other.row - tile.row
         if abs(dx) + abs(dy) != 1:
             continue
-        words = f"goes on at sheet {other.sheet}"
+        words = f"continues on sheet {other.sheet}"
         long, high = width_mm(words, 7.0, bold=True) + 4.0, 4.6
         width, height = (high, long) if dx else (long, high)
         left = box.left + (box.width - width) * (0.5 + 0.5 * dx)

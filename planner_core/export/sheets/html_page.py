@@ -175,7 +175,7 @@ def _charts(contents: Contents) -> str:
         draw(ink)
         return ink.svg()
 
-    charts = [drawn("curve", "What each further station adds", lambda ink: draw_curve(ink, contents.plan, _CHART))]
+    charts = [drawn("curve", "Coverage by number of stations", lambda ink: draw_curve(ink, contents.plan, _CHART))]
     for place, made in enumerate(contents.histograms):
         charts.append(
             drawn(f"histogram{place}", made.title, lambda ink, made=made: draw_histogram(ink, made, _CHART))  # type: ignore[misc]

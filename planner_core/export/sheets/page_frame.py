@@ -98,14 +98,14 @@ _LEGEND = {
     "station": ("station and its number on the route", "station"),
     "scanned": ("station that was scanned before", "scanned before"),
     "route": ("route from station to station", "route"),
-    "strong": ("link that holds firmly", "firm link of scans"),
-    "counts": ("link that registers two scans", "link of scans"),
+    "strong": ("strong link", "strong link"),
+    "counts": ("registration link", "link"),
     "weak": ("overlap too weak to register", "overlap too weak"),
     "missed ground": ("floor that the plan leaves unseen", "floor left unseen"),
-    "out of reach": ("floor that no position sees", "floor no position sees"),
+    "out of reach": ("floor that no position sees", "floor not visible"),
     "missed wall": ("wall that the plan leaves unseen", "wall left unseen"),
     "wall": ("cut {cut:.3g} m above the floor", "cut at {cut:.3g} m"),
-    "below": ("things that are lower", "lower things"),
+    "below": ("objects below the cut", "below the cut"),
 }
 
 

@@ -189,7 +189,7 @@ def _stairs(plan: PlanSource, sense: str, station: str | None, floor: int) -> st
 
 
 def breaks_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
-    """Say where the walk goes on from stations that no way inside leads from."""
+    """Say where the walk goes on from stations that no path inside leads from."""
     route = plan.document.get("route")
     at = {station.id: station for station in plan.stations}
     marks = []
@@ -198,7 +198,7 @@ def breaks_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
             continue
         for here, other, sense in ((leg["from"], leg["to"], "then"), (leg["to"], leg["from"], "from")):
             if here in at and other in at and at[here].floor_id == floor.id:
-                words = f"{sense} {at[other].number}, no way inside"
+                words = f"{sense} {at[other].number}, no path inside"
                 marks.append(Mark(at[here].position_m[:2], words))
     return marks
 
@@ -219,7 +219,7 @@ def ends_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
 def sealed_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
     """Return rooms of a floor that nobody can walk into."""
     return [
-        Mark(np.array(area["inside"][:2], dtype=np.float64), f"no way in, {float(area['area_m2']):.0f} m²")
+        Mark(np.array(area["inside"][:2], dtype=np.float64), f"not reachable, {float(area['area_m2']):.0f} m²")
         for area in plan.document.get("sealed", ())
         if area["floor"] == floor.id
     ]

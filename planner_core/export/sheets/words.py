@@ -15,6 +15,7 @@ import numpy as np
 from planner_core.export.chosen import scanned_before
 from planner_core.export.sheets.floor_view import is_planned, link_class
 from planner_core.model import FloatArray, WeakMotion
+from planner_core.model.unseen import reason_in_words
 from planner_core.network.weak_motion import motion_words, overlap_percent
 from planner_core.plan_folder.drawing.links import WEAK
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
@@ -151,13 +152,13 @@ def stations_table(plan: PlanSource, where: str, stations: Sequence[FieldStation
         Column("Instrument height, m", 17, number=True),
         Column("H sensor, m", 17, number=True),
         Column("Links: to number (overlap, %)", 58),
-        Column("Alone, m²", 13, number=True),
+        Column("Unique, m²", 13, number=True),
         Column("Notes", 34),
         Column("Done", 11),
     )
     links = _links_by_station(plan)
     rows = tuple(_station_row(plan, station, links) for station in stations)
-    note = f"Coordinates: {plan.frame.crs_line}. Alone: surface that no other station sees."
+    note = f"Coordinates: {plan.frame.crs_line}. Unique: area that no other station sees."
     return Table(f"Stations of {where}", columns, rows, note)
 
 
@@ -225,12 +226,12 @@ def networks_table(plan: PlanSource) -> Table | None:
         Column("No.", 7, number=True, bold=True),
         Column("Stations, by number", 62),
         Column("Floors", 14),
-        Column("Weakest link needed, and its weakest direction", 44),
+        Column("Weakest link of the network, and its weakest direction", 44),
         Column("Single-link connections", 40),
     )
     more = len(rows) - _MAX_NETWORKS
     note = f"{more} more: see plan.json." if more > 0 else ""
-    return Table("How the scans register", columns, tuple(rows[:_MAX_NETWORKS]), note)
+    return Table("Registration", columns, tuple(rows[:_MAX_NETWORKS]), note)
 
 
 def _weakest_words(plan: PlanSource, link: Mapping[str, Any], number: Mapping[str, int]) -> str:
@@ -256,7 +257,7 @@ def gaps_table(plan: PlanSource) -> Table | None:
         for gap in gaps[:_MAX_NETWORKS]
     )
     columns = (Column("Groups", 30), Column("Best link, by number", 30), Column("Overlap, %", 20, number=True))
-    note = "Unconnected groups need targets, an open door or a further station between them."
+    note = "Unconnected groups need targets, an open door or another station between them."
     note += f" {len(gaps) - len(rows)} more: see plan.json." if len(gaps) > len(rows) else ""
     return Table("Between unconnected groups", columns, rows, note)
 
@@ -300,10 +301,6 @@ def _unseen_row(surface: Mapping[str, Any]) -> tuple[str, ...]:
         str(surface["name"]),
         name,
         str(surface["floor"]),
-        _reason(str(surface["reason"])),
+        reason_in_words(str(surface["reason"])),
         f"{surface['area_m2']:.2f}",
     )
-
-
-def _reason(reason: str) -> str:
-    return "left out: requirements are met without it" if reason == _LEFT_OUT else reason

@@ -39,14 +39,14 @@ def draw_curve(ink: Ink, box: Box, shares: Sequence[float], names: Sequence[str]
     """Draw the share covered by 1, 2, ... stations. names : of the stations, the most useful first; or none."""
     curve = 100 * np.array([0.0, *shares], dtype=np.float64)
     n = max(1, len(curve) - 1)
-    title = "What each further station adds" + (", the most useful first" if names else "")
+    title = "Coverage by number of stations" + (", the most useful first" if names else "")
     named = names if len(names) <= _MAX_NAMES else []
-    words = "stations; at each point the number of the one that is added" if named else "stations"
+    words = "number of stations; labels: the station added" if named else "stations"
     x_axis = Axis(words, 1.04 * n, float(math.ceil(round_up(max(n, 12) / 12))))
-    plot, to_x, to_y = draw_plot(ink, title, box, x_axis, Axis("seen share of the achievable surface, %", 105, 20))
+    plot, to_x, to_y = draw_plot(ink, title, box, x_axis, Axis("coverage of the scannable area, %", 105, 20))
     height = to_y(100 * required)
     ink.lines([np.array([(plot.left, height), (plot.right, height)])], REQUIRED)
-    ink.text((plot.left + 1, height + 0.9), f"asked: {100 * required:g} %", SIZE_PT, colour=REQUIRED.colour)
+    ink.text((plot.left + 1, height + 0.9), f"required: {100 * required:g} %", SIZE_PT, colour=REQUIRED.colour)
     spots = np.array([(to_x(place), to_y(share)) for place, share in enumerate(curve.tolist())])
     ink.lines([spots], _CURVE)
     if len(curve) <= _MAX_POINTS:

@@ -71,7 +71,7 @@ class Draft:
                 return station
         raise RequirementError(
             f"station: got {name!r}, expected one of {', '.join(self.ids) or 'none, the draft is empty'}; "
-            "load the review again, somebody may have removed it"
+            "reload the review, it may have been removed"
         )
 
     def without(self, name: str) -> Draft:

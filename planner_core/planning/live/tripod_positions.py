@@ -114,7 +114,7 @@ class TripodPositions:
         """
         index = floor_named(self._survey.floors, floor, "station")
         if not (math.isfinite(plan_m[0]) and math.isfinite(plan_m[1]) and math.isfinite(height_m)):
-            raise RequirementError(f"place: got {plan_m} and height {height_m}, expected finite metres; check them")
+            raise RequirementError(f"position: got {plan_m} and height {height_m}, expected finite metres; check them")
         cells = self._floor(index).cells
         found = cells.below(plan_m, None if sensor_z_m is None else sensor_z_m - height_m)
         place_m, on_floor = found or (np.array([*plan_m, cells.floor.elevation_m]), True)
@@ -153,9 +153,9 @@ class TripodPositions:
             if where.in_zone(at_m[:, :2], of_floor)[0]:
                 return f"in a keep-out {whose}"
             if where.near_forbidden(at_m[:, :2], of_floor)[0]:
-                return f"at a forbidden place {whose}"
+                return f"at a forbidden position {whose}"
         if self._footing.nodes(place_m)[0] < 0:
-            return "not to be reached on foot"
+            return "not reachable on foot"
         _, reasons = self._rejected(self._floor(index), place_m, np.array([on_floor]), height_m)
         return next(iter(reasons), "")
 

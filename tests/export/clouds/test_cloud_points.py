@@ -122,7 +122,7 @@ def test_a_thinned_cloud_is_every_nth_row_and_column_of_the_whole(source: PlanSo
     for name in FIELDS:
         np.testing.assert_array_equal(found[name], everything[name][::7, ::7])
     assert found["range_m"].size <= 700
-    assert "every 7. row and column of beams, 11 x 58 of 76 x 400" in " ".join(thinned.remarks())
+    assert "one row and column of beams in 7, 11 x 58 of 76 x 400" in " ".join(thinned.remarks())
 
 
 def test_an_unthinned_cloud_makes_no_remark(source: PlanSource) -> None:

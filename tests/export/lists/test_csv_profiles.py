@@ -74,7 +74,7 @@ def test_headers_are_those_of_their_programs(write: Write, site_plan: PlanSource
 
 def test_sensor_heights_are_the_ground_plus_the_instrument(write: Write, site_plan: PlanSource) -> None:
     path, remarks = write(write_csv, site_plan, columns="PENZGHS", instrument="sensor")
-    assert "heights are the sensors', not those of ground points" in remarks
+    assert "heights are those of sensors, not of ground points" in remarks
     for row, (floor, x, y, z, height, _) in zip(csv.reader(lines(path)), STATIONS.values(), strict=True):
         assert floor
         _, _, ground = on_site(x, y, z)
@@ -98,7 +98,7 @@ def test_coordinates_are_named_where_a_line_can(write: Write, scene_plan: PlanSo
     assert lines(path)[0] == "# scene coordinates, no CRS"
     assert remarks == ()
     _, remarks = write(write_csv, scene_plan, columns="PENZD")
-    assert remarks == ("the lines can't name their coordinates: scene coordinates, no CRS",)
+    assert remarks == ("the file can't state its coordinate system: scene coordinates, no CRS",)
 
 
 def test_what_is_taken_off_is_told(write: Write, site_plan: PlanSource) -> None:
@@ -111,7 +111,7 @@ def test_what_is_taken_off_is_told(write: Write, site_plan: PlanSource) -> None:
         pytest.approx(north_m - 5334000.0, abs=1e-4),
         pytest.approx(height_m - 500.0),
     )
-    assert any("taken off" in remark for remark in remarks)
+    assert any("subtracted" in remark for remark in remarks)
 
 
 @pytest.mark.parametrize(("separator", "sign"), [("semicolon", ";"), ("tab", "\t"), ("space", " "), ("comma", ",")])
@@ -195,7 +195,7 @@ def test_any_order_of_columns_holds_the_same_figures(
 def test_a_profile_that_nothing_documents_says_so(write: Write, site_plan: PlanSource) -> None:
     for name, profile in PROFILES.items():
         _, remarks = write(write_csv, site_plan, columns=name)
-        assert any("documentation was not found" in remark for remark in remarks) == (not profile.checked), name
+        assert any("no documentation was available" in remark for remark in remarks) == (not profile.checked), name
 
 
 def test_letters_of_all_profiles_are_known() -> None:

@@ -88,7 +88,7 @@ def test_the_walk_has_a_line_for_each_leg_that_can_be_walked(write: Write, site_
     route = of_kind(path, "route")
     assert [fields["id"] for fields, _ in route] == ["S001 to S002", "S002 to S003"]
     assert shapely.get_coordinates(route[0][1])[1] == pytest.approx(degrees(5.0, 4.0, 0.0), abs=1.01e-9)
-    assert "no way inside the model leads from S003 to S004" in remarks
+    assert "no path inside the model leads from S003 to S004" in remarks
 
 
 def test_site_coordinates_are_named_so_that_gdal_knows_them(write: Write, site_plan: PlanSource) -> None:
@@ -124,7 +124,7 @@ def test_a_crs_that_does_not_do_is_refused_in_one_line(write: Write) -> None:
     far[:3, 3] = (1e12, -1e12, 0.0)
     unknown = site_frame("EPSG:999999")
     nowhere = SiteFrame(matrix=far, crs="EPSG:25832", name="UTM", source="given epsg")
-    for frame, said in ((unknown, "PROJ can't read the CRS"), (nowhere, "nowhere in the site's CRS")):
+    for frame, said in ((unknown, "PROJ can't read the CRS"), (nowhere, "far outside the site's CRS")):
         with pytest.raises(ExportError, match=said) as caught:
             write(write_geojson, field_plan(frame))
         assert "\n" not in str(caught.value)

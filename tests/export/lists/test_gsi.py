@@ -101,7 +101,7 @@ def test_points_come_back_to_half_a_digit(write: Write, width: int, unit: str, d
         assert point["height"] == pytest.approx(ground, abs=0.501 * digit_m)
         assert point["instrument"] == pytest.approx(height, abs=0.501 * digit_m)
         assert point["71"] == floor
-    assert any("taken off" in remark for remark in remarks) == (width == 8)
+    assert any("subtracted" in remark for remark in remarks) == (width == 8)
 
 
 @given(

@@ -87,7 +87,7 @@ def test_links_and_walk_join_stations(write: Write, site_plan: PlanSource) -> No
     route = layer(path, "route")
     assert [fields["Name"] for fields, _ in route] == ["S001 to S002", "S002 to S003"]
     assert route[1][1][:, 2] == pytest.approx([0.02, 2.8])
-    assert "no way inside the model leads from S003 to S004" in remarks
+    assert "no path inside the model leads from S003 to S004" in remarks
 
 
 def test_floors_are_closed_outlines_at_their_height(write: Write, site_plan: PlanSource) -> None:

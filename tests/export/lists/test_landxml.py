@@ -162,7 +162,7 @@ def test_the_walk_follows_the_legs(write: Write, site_plan: PlanSource) -> None:
         assert numbers(line.findtext(f"{NS}Start")) == corners[0].tolist()
         assert numbers(line.findtext(f"{NS}End")) == corners[-1].tolist()
         assert float(line.attrib["length"]) == leg["length_m"]
-    assert remarks == ("no way inside the model leads from S003 to S004",)
+    assert remarks == ("no path inside the model leads from S003 to S004",)
 
 
 def test_stations_of_no_floor_have_a_group_of_their_own(write: Write) -> None:

@@ -65,4 +65,4 @@ def test_a_station_of_unknown_height_is_named(export: Export) -> None:
 def test_options_of_other_formats_are_refused(export: Export) -> None:
     refused = export("landxml", "--columns", "PENZD")
     assert refused.exit_code == 2
-    assert "--columns: no chosen format takes it" in refused.output
+    assert "--columns: none of the chosen formats uses it" in refused.output

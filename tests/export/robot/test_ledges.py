@@ -229,7 +229,7 @@ def test_a_way_round_an_open_corner_keeps_off_the_drop() -> None:
     leg = way_on(site, site.node.index((2, 38, 0.0)), site.node.index((38, 2, 0.0)))
     past = Way("A", "B", np.array([leg.points_m[0], [1.01, 1.01, 0.0], leg.points_m[-1]]), 3.0, ("F0",))
     (way,), remarks = robot_ways(site.ground, (past,), np.zeros(3))
-    assert remarks == ("the way from A to B meets cells that are not free or a drop: it is laid around them",)
+    assert remarks == ("the path from A to B crosses occupied cells or a drop: rerouted around them",)
     assert not way.as_planned
     np.testing.assert_array_equal(way.points_m[[0, -1]], past.points_m[[0, -1]])
     length_m = np.linalg.norm(np.diff(way.points_m, axis=0), axis=1).sum()
@@ -271,7 +271,7 @@ def test_a_leg_without_free_ground_is_left_out_and_told() -> None:
     a, b = site.ground.space.position_m()[[site.node.index((2, 4, 0.0)), site.node.index((17, 4, 0.0))]]
     ways, remarks = robot_ways(site.ground, (Way("A", "B", np.array([a, b]), 0.75, ("F0",)),), np.zeros(3))
     assert ways == ()
-    assert remarks == ("no way on free cells of the maps leads from A to B: left out of the paths",)
+    assert remarks == ("no path on free cells of the maps leads from A to B: left out of the paths",)
 
 
 terrain = st.lists(st.sampled_from([(), (0.0,), (0.0,), (0.2,), (0.4,), (0.6,), (0.0, 2.0), (2.0,), (2.2,), (0.2, 2.2),
@@ -338,5 +338,5 @@ def test_a_leg_over_no_ground_at_all_is_left_out_and_told() -> None:
     high = Way("", "B", np.array([[0.1, 0.1, 9.0], [0.3, 0.3, 9.0]]), 0.3, ("F0",))
     assert robot_ways(site.ground, (high,), np.zeros(3)) == (
         (),
-        ("no way on free cells of the maps leads from start to B: left out of the paths",),
+        ("no path on free cells of the maps leads from start to B: left out of the paths",),
     )

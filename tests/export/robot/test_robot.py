@@ -167,7 +167,7 @@ def test_a_station_in_an_edges_cell_stays_and_is_told(house_plan: PlanSource, mi
     assert points["S3"]["clearance_m"] is not None
     (told,) = (remark for remark in remarks if "on an occupied cell" in remark)
     assert told.startswith("S1, S3 on an occupied cell of the map, where something stands or the ground ends")
-    assert not any("not over ground" in remark for remark in remarks)
+    assert not any("not above walkable ground" in remark for remark in remarks)
     assert pixel_at(folder, "F0", [points["S3"]["position_m"], points["S1"]["position_m"]]).tolist() == [0, 0]
     # The way ends beside it, where a robot can stand.
     (path,) = (path for path in document["paths"] if path["to"] == "S3")
@@ -184,8 +184,7 @@ def test_ways_through_what_stands_are_laid_around_it(house_plan: PlanSource, mis
         ("S2", False), ("S3", False), ("S4", False)
     ]  # fmt: skip
     assert (
-        "the way from S1 to S2, S2 to S3, S3 to S4 meets cells that are not free or a drop: it is laid around them"
-        in remarks
+        "the path from S1 to S2, S2 to S3, S3 to S4 crosses occupied cells or a drop: rerouted around them" in remarks
     )
     for path in document["paths"]:
         for piece in path["pieces"]:
@@ -287,8 +286,8 @@ def test_a_plan_without_a_walk_has_waypoints_without_headings(house_plan: PlanSo
     document = document_of(folder)
     assert document["paths"] == []
     assert {(point["heading_rad"], point["heading_of"]) for point in document["waypoints"]} == {(None, None)}
-    assert "the plan has no route: none is written" in remarks
-    assert "S5 not over ground that can be walked: a robot can't get there" in remarks
+    assert "the plan has no route, so none is written" in remarks
+    assert "S5 not above walkable ground: a robot can't get there" in remarks
     (roof,) = (point for point in document["waypoints"] if point["id"] == "S5")
     assert roof["clearance_m"] is None
 

@@ -93,7 +93,7 @@ def test_building_is_read_as_it_was_planned(site_plan: PlanSource, sheet_folder:
 def test_figures_of_charts_have_units(site_sheets: Any) -> None:
     words = " ".join(" ".join(site_sheets.texts).split())
     for unit in (" m", "°", " mm"):
-        assert re.search(rf"half of it at most [\d.]+{unit}, 95 % at most [\d.]+{unit};", words), unit
+        assert re.search(rf"median [\d.]+{unit}, 95 % at most [\d.]+{unit};", words), unit
     assert "required: 4 m" in words and "required: 75°" in words and "required: 500 mm" in words
 
 

@@ -20,7 +20,7 @@ ORIGIN_M = (691_000.0, 5_334_000.0, 512.0)
 def test_cover_tells_the_scale_of_the_grid(sheet_folder: Path, pdf_of: Callable[..., Any]) -> None:
     frame = FrameRequest(crs="EPSG:25832", origin_m=ORIGIN_M, scale=0.9996)
     words = " ".join(pdf_of(open_plan(sheet_folder, frame=frame)).texts[0].split())
-    assert "1 m of the building is 0.999600 m on the grid" in words
+    assert "grid scale factor 0.999600" in words
 
 
 def test_sheets_name_the_crs_on_every_page(site_sheets: Any) -> None:
@@ -75,7 +75,7 @@ def test_what_is_of_all_floors_says_so_where_the_sheets_are_not(
     for name in ("Registration", "Walk", "Field time"):
         assert figures[name].startswith("whole plan: "), name
     words = "\n".join(pdf_of(site_plan, floors=("F0",)).texts)
-    for title in ("Required and reached", "How the scans register", "How well it is seen"):
+    for title in ("Required and reached", "Registration", "Scan quality"):
         assert f"{title}: whole plan" in words
     assert "whole plan" not in "\n".join(site_sheets.texts)
 
@@ -115,14 +115,14 @@ def test_sheets_of_one_title_are_one_line_of_the_index(
     pages = [place for place, words in enumerate(sheets.texts, start=1) if "house.obj · Figures" in words]
     assert len(pages) > 1
     assert f"{pages[0]}–{pages[-1]}   Figures" in sheets.texts[0]
-    assert f"{pages[-1] + 1}   How well it is seen" in sheets.texts[0]
+    assert f"{pages[-1] + 1}   Scan quality" in sheets.texts[0]
 
 
 # ---------------------------------------------------------------------------------------------------- north
 @pytest.mark.parametrize(
     ("frame", "told"),
     [
-        (SiteFrame(), "not known; drawings lie along the scene's x and y"),
+        (SiteFrame(), "not known; drawings are aligned with x and y of the scene"),
         (SiteFrame(true_north_rad=0.0), "true north as the OBJ file says, up on the sheet; coordinates are not"),
         (
             SiteFrame(true_north_rad=math.radians(-30)),

@@ -204,7 +204,7 @@ def test_way_that_is_none_says_where_the_walk_goes_on(
         leg.update(points=[], floors=[], length_m=None)
 
     words = "\n".join(pdf_of(edited(cut)).texts)
-    assert "then 3, no way inside" in words and "from 2, no way inside" in words
+    assert "then 3, no path inside" in words and "from 2, no path inside" in words
 
 
 def test_links_to_other_floors_are_named_beside_the_station(

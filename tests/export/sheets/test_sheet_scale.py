@@ -200,8 +200,8 @@ def test_floor_that_fits_on_no_sheet_is_laid_out_on_several(
     pages = sheets.drawings("Level 1")
     assert len(pages) >= 3
     assert all(sheets.scale(page) == 500 for page in pages)
-    assert f"goes on at sheet {pages[1] + 1}" in sheets.texts[pages[0]]
-    assert f"goes on at sheet {pages[0] + 1}" in sheets.texts[pages[1]]
+    assert f"continues on sheet {pages[1] + 1}" in sheets.texts[pages[0]]
+    assert f"continues on sheet {pages[0] + 1}" in sheets.texts[pages[1]]
     assert sum(len(sheets.spots(page)) for page in pages) >= 4
     drawn = {mark.text for page in pages for mark in sheets.words(page)}
     assert {"1", "2", "3", "4"} <= drawn

@@ -328,7 +328,7 @@ def test_plan_that_was_made_anew_is_not_mixed_with_the_old_one(desk: Desk) -> No
     desk.plan = replace(desk.plan, sha256="0" * 64)
     answer = desk.client.get("/api/live/figures")
     assert answer.status_code == 503
-    assert "made anew" in answer.json()["message"]
+    assert "was replaced" in answer.json()["message"]
 
 
 def test_review_that_cannot_be_read_is_told_in_words(house: LivePlan, house_folder: Path) -> None:

@@ -135,7 +135,7 @@ def test_review_keeps_ground_free_and_names_whose_it_is(house: LivePlan) -> None
     beside = house.snap(draft, "F0", spot.position_m, 1.5)
     assert house.snap(draft, "F0", beside.position_m, 1.5).reason == ""
     assert np.hypot(*(np.array(beside.position_m[:2]) - spot.position_m[:2])) > 0.5
-    assert beside.reason.startswith("at a forbidden place of the review")
+    assert beside.reason.startswith("at a forbidden position of the review")
     everything = ((x0 - 99, y0 - 99), (x0 + 99, y0 - 99), (x0 + 99, y0 + 99), (x0 - 99, y0 + 99))
     nowhere = house.snap(replace(draft, keep_out=(KeepOut(everything),)), "F0", spot.position_m, 1.5)
     assert not nowhere.admissible

@@ -182,7 +182,7 @@ def plan_run(folder: Path, scene: Path, telling: Telling, interrupts: Interrupts
     telling.chosen(plan)
     write_plan_folder(plan, folder / PLAN, engine=engine, progress=telling.show)
     if folder.stat().st_ino != place:  # files that were just being written may have stayed behind
-        raise PlanFolderError("the plan around this run was replaced while it was going on; resume the run")
+        raise PlanFolderError("the plan was replaced during this run; resume the run")
     return plan
 
 
@@ -218,7 +218,7 @@ def _tell_plan(telling: Telling, plan: Plan) -> None:
     is_cut_short = plan.why_stopped == INTERRUPTED
     telling.end(
         "cancelled" if is_cut_short else "finished",
-        f"it was cancelled{_why(telling.folder)}: this is the best plan until then" if is_cut_short else None,
+        f"it was cancelled{_why(telling.folder)}: this is the best plan so far" if is_cut_short else None,
         best=best_of(plan),
         warnings=list(plan.warnings),
         plan=f"{RUNS}/{telling.run.id}/{PLAN}",

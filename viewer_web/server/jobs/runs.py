@@ -183,7 +183,7 @@ class Runs:
         """
         document = self.get(run)
         if document.state != "running":
-            raise RunBusyError(f"run {run}: is {document.state} already, expected one that is going on; reload")
+            raise RunBusyError(f"run {run}: is {document.state} already, expected a running one; reload")
         # The marker first: a process that has not told its number yet looks for it once it has.
         with contextlib.suppress(FileExistsError), (self._folder(run) / CANCEL).open("x", encoding="utf-8") as marker:
             marker.write(why)
@@ -207,7 +207,7 @@ class Runs:
         folder = self._folder(run)
         with self._lock:
             if self._going_on() == run:
-                raise RunBusyError(f"run {run}: is going on, expected one that has ended; cancel it first")
+                raise RunBusyError(f"run {run}: is running, expected one that has ended; cancel it first")
             try:
                 gone = folder.with_name(f".deleted-{secrets.token_hex(4)}")
                 folder.rename(gone)  # at once: nobody sees half a run
@@ -278,7 +278,7 @@ class Runs:
     def _folder(self, run: str) -> Path:
         folder = self._runs / run
         if not is_run_id(run) or not folder.is_dir():
-            raise RunNotFoundError(f"run {run[:20]}: there is none of this name; reload to see those that there are")
+            raise RunNotFoundError(f"run {run[:20]}: not found; reload to see all runs")
         return folder
 
     def _going(self) -> str | None:
@@ -304,7 +304,7 @@ class Runs:
     def _resumable(self, run: str) -> RunDocument:
         document = self.get(run)
         if document.state == "running":
-            raise RunBusyError(f"run {run}: is going on, expected one that has ended; cancel it first")
+            raise RunBusyError(f"run {run}: is running, expected one that has ended; cancel it first")
         return document
 
     def _begin(
@@ -319,7 +319,7 @@ class Runs:
         turn = None if self._going_on() is not None else take_turn(self._runs)
         if turn is None:
             raise RunBusyError(
-                f"run {self._going() or 'of another page'}: is going on, expected none; cancel it, or wait for its end"
+                f"run {self._going() or 'of another page'}: is running, expected none; cancel it, or wait until it ends"
             )
         try:
             self._clear_leftovers()
@@ -403,14 +403,14 @@ class Runs:
         is_cancelled = (folder / CANCEL).exists()
         last = _last_line(folder / OUTPUT)
         if has_plan:
-            state, message = "finished", "its process ended before it could tell how; its plan is whole"
+            state, message = "finished", "its process ended without a result; its plan is complete"
         elif is_cancelled:
             state, message = "cancelled", "it was cancelled before it had a plan"
         else:
             state = "failed"
             message = (
-                f"its process ended before it could tell how{f' ({last})' if last else ''}, as where memory ran out or "
-                "the computer was shut down; resume it, or plan with larger patches"
+                f"its process ended without a result{f' ({last})' if last else ''}, perhaps for lack of memory or a "
+                "shutdown; resume it, or plan with larger patches"
             )
         gone = {"state": state, "message": message, "ended": now(), "plan": f"{RUNS}/{document.id}/{PLAN}"}
         ended = document.model_copy(update=gone if has_plan else {**gone, "plan": None})

@@ -19,7 +19,7 @@ export function readFramed<Head>(buffer: ArrayBuffer): Framed<Head> {
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length))) as Head;
     return { head, body: buffer.slice(4 + length) };
   } catch {
-    throw broken('a head that is no JSON');
+    throw broken('a head that is not JSON');
   }
 }
 

@@ -65,7 +65,7 @@ function totalsNow(store: Store): Totals | null {
 function ShownChoice({ store, words }: { store: Store; words: string }) {
   const { showsPlan } = store.editing;
   return (
-    <div class="segments" role="radiogroup" aria-label="Which plan is shown">
+    <div class="segments" role="radiogroup" aria-label="Shown plan">
       {[false, true].map((isPlan) => (
         // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
         <button

@@ -35,7 +35,7 @@ export function whyNoEditing(store: Store): string | null {
   const missing = whyNoServer(reviewClient);
   if (missing !== null) return missing;
   if (reviewClient.session.value?.read_only) {
-    return 'The server was started with --read-only. Restart it without to change the plan.';
+    return 'The server was started with --read-only. Restart it without this option to change the plan.';
   }
   if (!reviewClient.canEdit.value) return reviewClient.fault.value ?? NO_ANSWER;
   return null;

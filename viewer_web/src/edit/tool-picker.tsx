@@ -174,7 +174,7 @@ function RadiusOption({ store }: { store: Store }) {
 function GroundOption({ store }: { store: Store }) {
   const { marksGround } = store.editing;
   return (
-    <div class="segments" role="radiogroup" aria-label="What a clicked surface is">
+    <div class="segments" role="radiogroup" aria-label="Type of the clicked surface">
       {[true, false].map((isGround) => (
         // biome-ignore lint/a11y/useSemanticElements: drawn as one segment of a bar.
         <button

@@ -51,7 +51,7 @@ export function FieldView({ store, loaded }: FieldViewProps) {
       </header>
       <progress class="field-progress" value={nDone} max={Math.max(1, stops.length)} aria-label="Stations done" />
       {hasEdits(stationsOf(store)) && (
-        <p class="field-note">The review edits stations: this is the route of the original plan.</p>
+        <p class="field-note">Stations were edited in the review: this is the route of the original plan.</p>
       )}
       {next === null ? <AllDone n={stops.length} /> : <NextStop stop={next} stops={stops} done={done} onTick={tick} />}
       <FloorMap

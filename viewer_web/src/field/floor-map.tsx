@@ -137,7 +137,7 @@ interface StackListProps {
 /** The stations of one spot, to choose from. */
 function StackList({ stack, done, onPick, onClose }: StackListProps) {
   return (
-    <section class="map-list" aria-label="Stations at this spot">
+    <section class="map-list" aria-label="Stations at this position">
       <header>
         <h2>{stack.length} stations here</h2>
         <button type="button" class="field-quiet" onClick={onClose}>

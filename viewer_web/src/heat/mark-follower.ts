@@ -60,7 +60,7 @@ export class MarkFollower {
     } catch (error) {
       if (turn !== this.latest) return;
       this.set(null);
-      const hint = draft === null ? '' : ' Stations of the draft need the live side.';
+      const hint = draft === null ? '' : ' Edited stations need live editing.';
       store.marking.value = { kind: 'failed', message: `${(error as Error).message}${hint}` };
     }
   }
@@ -87,11 +87,11 @@ export class MarkFollower {
     const bytes = await this.lost(id);
     if (bytes === null) {
       if (!asksMore(plan)) return ownMarks(await this.seen(id), this.paint.timesSeen);
-      throw new Error('An older version made this plan, without what is lost with a station. Plan again to see it.');
+      throw new Error('An older version made this plan, without losses per station. Plan again to see them.');
     }
     const names = plan.requirements.results.map(({ name }) => name);
     const lost = parseLost(bytes, names.length);
-    if (lost === null) throw new Error(`What is lost without ${id} can’t be read. Write the plan again.`);
+    if (lost === null) throw new Error(`The loss without ${id} can’t be read. Write the plan again.`);
     const shown = requirement === null ? lost : lost.filter((_, i) => names[i] === requirement);
     return listedMarks(shown, nPatches);
   }

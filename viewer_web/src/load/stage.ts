@@ -104,7 +104,7 @@ function mergeMeshes(meshes: readonly CratePrim[]): { triangles: StageTriangles;
   meshes.forEach((mesh, element) => {
     const n = indices[element].length / 3;
     if (integers(mesh, 'faceVertexCounts').some((corners) => corners !== 3)) {
-      throw damaged(`${mesh.path} has faces that are no triangles`);
+      throw damaged(`${mesh.path} has faces that are not triangles`);
     }
     copyCorners(mesh, indices[element], triangles.cornersM.subarray(9 * first, 9 * (first + n)));
     triangles.element.fill(element, first, first + n);

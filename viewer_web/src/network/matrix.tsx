@@ -110,7 +110,7 @@ function keyOf(place: ReadonlyMap<string, number>, a: string, b: string): string
 }
 
 function inWords([a, b]: Pair, link: PlanLink | undefined, counting: Counting): string {
-  if (link === undefined) return `${a} – ${b}: no overlap worth listing`;
+  if (link === undefined) return `${a} – ${b}: no overlap listed`;
   const weak = weakMotionOf(link.weak_motion);
   const held = weak === null ? '' : `, weakest direction: ${weak.short}`;
   const use = counts(link, counting) ? '' : ' Too weak to register.';

@@ -48,18 +48,18 @@ export function weakMotionOf(motion: WeakMotion | null): MotionWords | null {
   return { short: 'turn about a slope', long: `rotation about a line ${rising}`, why: MORE_DIRECTIONS };
 }
 
-const MORE_DIRECTIONS = 'What both see faces too few directions; surface that faces others would hold it.';
+const MORE_DIRECTIONS = 'The shared surface faces too few directions; surface in other directions would fix it.';
 
 const HEIGHT: MotionWords = {
   short: 'shift up–down',
   long: 'shift up or down',
-  why: 'Hardly anything that both see is level; a floor or a ceiling would hold it.',
+  why: 'Hardly any shared surface is level; a floor or a ceiling would fix it.',
 };
 
 const HEADING: MotionWords = {
   short: 'turn (heading)',
   long: 'rotation about the vertical: the heading',
-  why: 'The walls that both see are too near to one another, or stand around one point; a wall further out would hold it.',
+  why: 'The shared walls are too close together, or around one point; a wall further out would fix it.',
 };
 
 function shift(bearingDeg: number): MotionWords {
@@ -68,7 +68,7 @@ function shift(bearingDeg: number): MotionWords {
   return {
     short: `shift ${line}`,
     long: `shift along ${line} (bearing ${lineDegrees(bearingDeg)}°)`,
-    why: `Hardly anything that both see faces ${one} or ${other}; a wall that does would hold it.`,
+    why: `Hardly any shared surface faces ${one} or ${other}; a wall that does would fix it.`,
   };
 }
 
@@ -78,7 +78,7 @@ function tilt(bearingDeg: number): MotionWords {
   return {
     short: `tilt about ${line}`,
     long: `tilt about a horizontal line ${line} (bearing ${lineDegrees(bearingDeg)}°)`,
-    why: `What both see lies close to that line; floor or ceiling further out to ${one} or ${other} would hold it.`,
+    why: `The shared surface lies close to that line; floor or ceiling further out to ${one} or ${other} would fix it.`,
   };
 }
 

@@ -47,7 +47,7 @@ export function Tabs({ store, view }: TabsProps) {
       <div
         class="tabs"
         role="tablist"
-        aria-label="What the panel shows"
+        aria-label="Panel content"
         onKeyDown={(event) => {
           if (event.key !== 'ArrowRight' && event.key !== 'ArrowLeft') return;
           event.preventDefault();

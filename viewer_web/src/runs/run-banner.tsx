@@ -17,7 +17,7 @@ function WatchedRun({ store, run }: { store: Store; run: string }) {
   const { watchesRun } = store.editing;
   const shown = store.planBase.value === OWN_PLAN ? 'the plan' : 'the plan that is open';
   return (
-    <section class="run-banner" aria-label="Whose stations are shown" role="status">
+    <section class="run-banner" aria-label="Shown stations" role="status">
       <p>
         {watchesRun.value ? (
           <>
@@ -53,7 +53,7 @@ function OpenedPlan({ store }: { store: Store }) {
   }, [reviewClient, session]);
   const isGone = reviewClient?.knowsRuns.value === true && run === undefined && id !== undefined;
   return (
-    <section class="run-banner" aria-label="Whose stations are shown" role="status">
+    <section class="run-banner" aria-label="Shown stations" role="status">
       <p>
         Showing {id === undefined ? 'another plan' : <strong>run {id}</strong>}
         {run?.title ? `, ${run.title}` : ''}

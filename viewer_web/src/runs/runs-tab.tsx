@@ -28,7 +28,7 @@ export function RunsTab({ store }: RunsTabProps) {
   return (
     <>
       {session.read_only ? (
-        <p class="callout">The server was started with --read-only. Restart it without to plan here.</p>
+        <p class="callout">The server was started with --read-only. Restart it without this option to plan here.</p>
       ) : (
         <RunFormSection store={store} reviewClient={reviewClient} />
       )}

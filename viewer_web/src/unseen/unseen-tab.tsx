@@ -78,7 +78,7 @@ function isInScope({ floorId, loaded }: Store): boolean {
 
 const OF_WHICH: Readonly<Record<UnseenOf, string>> = {
   plan: '',
-  edited: 'Of the edited plan. What no candidate can see is the same wherever the stations are.',
+  edited: 'Of the edited plan. What no candidate can see does not depend on the stations.',
   'not edited': 'Of the plan before your edits: live editing is off, so what the edits leave unseen is unknown.',
 };
 
