@@ -72,10 +72,10 @@ def test_what_is_of_all_floors_says_so_where_the_sheets_are_not(
     site_plan: PlanSource, site_sheets: Any, pdf_of: Callable[..., Any]
 ) -> None:
     figures = dict(cover_figures(site_plan, [site_plan.floors[0]]))
-    for name in ("Registration", "Walk", "Field time"):
+    for name in ("Registration", "Route", "Field time"):
         assert figures[name].startswith("whole plan: "), name
     words = "\n".join(pdf_of(site_plan, floors=("F0",)).texts)
-    for title in ("Required and reached", "Registration", "Scan quality"):
+    for title in ("Required and reached", "Registration of scans", "Scan quality"):
         assert f"{title}: whole plan" in words
     assert "whole plan" not in "\n".join(site_sheets.texts)
 
