@@ -136,9 +136,9 @@ def test_cover_says_which_north_and_where_it_comes_from(scene_plan: PlanSource, 
 
 
 def test_cover_says_where_the_scene_file_puts_the_site(scene_plan: PlanSource) -> None:
-    assert "Place" not in dict(cover_figures(scene_plan))
+    assert "Location" not in dict(cover_figures(scene_plan))
     placed = replace(scene_plan, frame=SiteFrame(place="49.10043 N, 8.43654 E"))
-    assert dict(cover_figures(placed))["Place"] == "49.10043 N, 8.43654 E, roughly: as the OBJ file says"
+    assert dict(cover_figures(placed))["Location"] == "49.10043 N, 8.43654 E, roughly: as the OBJ file says"
 
 
 def test_cover_says_grid_north_where_there_is_a_grid(site_sheets: Any) -> None:
