@@ -35,12 +35,13 @@ COORDINATE_OPTIONS = {
                                help="Helmert transformation: 4 parameters plus height shift, or 7. [default: 4]"),
     "fixed_scale": click.option("--fixed-scale", is_flag=True, help="With --control-points: scale fixed to 1."),
     "residual_limit": click.option("--residual-limit", type=click.FloatRange(min=0.0, min_open=True), default=None,
-                                   metavar="METRES", help="With --control-points: residual that is warned of. "
+                                   metavar="METRES", help="With --control-points: residual above which a warning is "
+                                       "given. "
                                                      "[default: 0.02]"),
     "by_site_placement": click.option("--by-site-placement", is_flag=True,
                                       help="Instead of --origin, with --crs: latitude and longitude of the IFC site."),
     "scene_coordinates": click.option("--scene-coordinates", is_flag=True,
-                                      help="Scene coordinates, even where the scene file has a CRS."),
+                                      help="Scene coordinates, even if the scene file has a CRS."),
     "accept_implausible": click.option("--accept-implausible", is_flag=True,
                                        help="Accept implausible coordinates, such as swapped ones, with a warning."),
 }  # fmt: skip

@@ -46,7 +46,7 @@ NOT_MET = 7
               help="Floor to compare; may be repeated. Stations of other floors count as planned. "
               "[default: all]")  # fmt: skip
 @click.option("--scan-again/--no-scan-again", default=True, show_default=True,
-              help="Find the fewest additional stations that meet what is missing.")  # fmt: skip
+              help="Find the fewest additional stations that make up for what is missing.")  # fmt: skip
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder to write: scanned stations and additional ones, if any.")  # fmt: skip
 @click.option("--scene", type=click.Path(path_type=Path), default=None, metavar="FILE",

@@ -131,7 +131,7 @@ class _Sectioned(click.Command):
         sections: dict[str, list[tuple[str, str]]] = {"Options": [], "Options of formats": [], "Coordinates": []}
         for option in self.get_params(ctx):
             row = option.get_help_record(ctx)
-            if row is None:
+            if row is None or isinstance(option, click.Argument):
                 continue
             of_formats = "Options of formats" if option.name in FORMAT_OPTIONS else "Options"
             sections["Coordinates" if option.name in COORDINATE_OPTIONS else of_formats].append(row)

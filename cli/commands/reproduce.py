@@ -20,7 +20,7 @@ from ..options import overwrite_option, quiet_option, seed_option
 @overwrite_option
 @quiet_option
 def command(names: tuple[str, ...], folder: Path, full: bool, seed: int, overwrite: bool, quiet: bool) -> None:
-    """Reproduce FIGUREs of the method paper; `all` runs every one, without a name they are listed."""
+    """Reproduce FIGUREs of the method paper; `all` runs every one; without FIGURE, list them."""
     from paper_figures.figure import Bench
     from paper_figures.figures import FIGURES
     from paper_figures.page import write_index, write_page

@@ -78,8 +78,7 @@ def fit_4(scene_m: FloatArray, site_m: FloatArray, weights: FloatArray, *, fixed
     if len(here) < 2 or spread_m < _MIN_SPREAD_M:
         raise CoordinatesError(
             f"control points: {len(here)} at one position fix no direction, expected two or more that are metres "
-            "apart; "
-            "add some"
+            "apart; add some"
         )
     in_line = _in_line(here, share)
     factor = _factor(here, there, share, fixed_scale=fixed_scale)
@@ -121,8 +120,7 @@ def fit_7(scene_m: FloatArray, site_m: FloatArray, weights: FloatArray, *, fixed
     if len(here) < 3 or spread[0] < _MIN_SPREAD_M or spread[1] < _LINE_SHARE * spread[0]:
         raise CoordinatesError(
             f"control points: {len(here)} in one line or at one position don't fix 7 parameters, expected three or "
-            "more "
-            "that are not in a line; add some, or use 4 parameters"
+            "more that are not in a line; add some, or use 4 parameters"
         )
     u, sizes, vt = np.linalg.svd((share * there).T @ here)
     mirrored = float(np.linalg.det(u @ vt)) < 0

@@ -161,7 +161,7 @@ def link_class(link: Link, plan: Plan) -> int | None:
 def _link_legend(plan: Plan) -> tuple[LegendLine, ...]:
     weak, enough, strong = LINKS
     return (
-        (f"overlap of {100 * plan.settings.requirements.overlap:g} % or more, strong in all directions", enough),
+        (f"{100 * plan.settings.requirements.overlap:g} % overlap or more, strong enough", enough),
         (f"strength at least {STRONG_TIMES:g} times the minimum", strong),
         ("too weak to register", weak),
     )

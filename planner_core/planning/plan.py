@@ -204,7 +204,7 @@ def _check_something_is_seen(pool: Pool, survey: Survey, settings: PlanSettings)
     if not pool.rows.seen.patch.size:
         low_m, high_m = survey.template.range_min_m, survey.template.range_max_m
         raise RequirementError(
-            f"scanner {settings.scanner.name}: no surface seen from any of {pool.n_candidates} admissible "
+            f"scanner {settings.scanner.name}: no surface seen from any of {pool.n_candidates} valid tripod "
             f"positions, expected surfaces between {low_m:g} and {high_m:g} m; check its ranges (metres) and field of "
             "view"
         )

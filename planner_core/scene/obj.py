@@ -170,8 +170,7 @@ def _corners(path: Path, lines: _Lines) -> tuple[Int64Array, Int64Array, Int64Ar
         at = next(i for i, row in enumerate(words) if not all(_is_vertex_number(word) for word in row))
         raise SceneError(
             f"{path.name}, line {lines.face_line[at]}: {_quoted(b'f ' + lines.faces[at])} is not a face, expected "
-            "vertex "
-            "numbers; the file is damaged or cut off, export it again."
+            "vertex numbers; the file is damaged or cut off, export it again."
         ) from None
     before = np.repeat(np.array(lines.n_vertices_before, dtype=np.int64), n_corners)
     return n_corners, np.where(numbers < 0, before + numbers, numbers - 1), numbers

@@ -79,8 +79,7 @@ def _check_network(network: Network, chosen: Sequence[int]) -> None:
             if b not in _reached(linked, a, without=(a, b)) and b in _reached_in_graph(network, a, without=(a, b)):
                 raise SelectionCheckError(
                     f"selection: got stations {a} and {b} connected by one link only, expected a second connection; "
-                    "please "
-                    "report this"
+                    "please report this"
                 )
 
 

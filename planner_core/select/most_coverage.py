@@ -223,8 +223,7 @@ class _Search:
         if len(first) > self._n:
             raise RequirementError(
                 f"stations: got at most {self._asked}, expected {len(first)} or more: as many as it takes to connect "
-                "the "
-                f"{len(self._given)} given ones"
+                f"the {len(self._given)} given ones"
             )
         self._offer(fill(self._problem, first, self._n, network=self._network))
         if start is not None and set(self._given) <= set(start):

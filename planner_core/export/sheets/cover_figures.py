@@ -66,7 +66,7 @@ def _team_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     route, time = plan.document.get("route"), plan.document.get("field_time")
     if route is not None:
         back = ", and back to the start" if route["returns"] else ""
-        yield "Walk", f"{route['length_m']:.0f} m between the stations{back}"
+        yield "Route", f"{route['length_m']:.0f} m between the stations{back}"
     if time is not None:
         yield "Field time", time_words(time)
 
@@ -80,7 +80,7 @@ def _basis_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     yield "Coordinates", plan.frame.crs_line + _accuracy(plan)
     yield "North", north_words(plan)
     if plan.frame.place:
-        yield "Place", f"{plan.frame.place}, roughly: as the {scene['format'].upper()} file says"
+        yield "Location", f"{plan.frame.place}, roughly: as the {scene['format'].upper()} file says"
     yield "Scene", f"{scene['file']} ({scene['format'].upper()}), SHA-256 {scene['sha256'][:16]}…"
     made = document.get("versions", {}).get("tlsplan")
     basis = f"{_thousands(settings['n_patches'])} patches, {_thousands(settings['n_candidates'])} candidates"
@@ -129,10 +129,10 @@ def network_words(plan: PlanSource) -> str:
     counted = sum((link_class(plan, link) or WEAK) > WEAK for link in plan.links)
     links = f"{counted} links of at least {100 * of['threshold']:g} % overlap"
     if of["connected"]:
-        return f"one network of {len(plan.stations)} stations by {links}"
+        return f"{len(plan.stations)} stations, all connected; {links}"
     sizes = [len(network["stations"]) for network in of["networks"]]
     told = ", ".join(map(str, sizes[:12])) + (" …" if len(sizes) > 12 else "")
-    return f"NOT one network: {len(sizes)} of {told}; {links}"
+    return f"NOT all connected: {len(sizes)} groups, of {told} stations; {links}"
 
 
 def time_words(time: Mapping[str, Any]) -> str:

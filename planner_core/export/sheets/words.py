@@ -231,7 +231,7 @@ def networks_table(plan: PlanSource) -> Table | None:
     )
     more = len(rows) - _MAX_NETWORKS
     note = f"{more} more: see plan.json." if more > 0 else ""
-    return Table("Registration", columns, tuple(rows[:_MAX_NETWORKS]), note)
+    return Table("Registration of scans", columns, tuple(rows[:_MAX_NETWORKS]), note)
 
 
 def _weakest_words(plan: PlanSource, link: Mapping[str, Any], number: Mapping[str, int]) -> str:

@@ -39,7 +39,7 @@ def draw_curve(ink: Ink, box: Box, shares: Sequence[float], names: Sequence[str]
     """Draw the share covered by 1, 2, ... stations. names : of the stations, the most useful first; or none."""
     curve = 100 * np.array([0.0, *shares], dtype=np.float64)
     n = max(1, len(curve) - 1)
-    title = "Coverage by number of stations" + (", the most useful first" if names else "")
+    title = "Coverage by number of stations" + (", most useful first" if names else "")
     named = names if len(names) <= _MAX_NAMES else []
     words = "number of stations; labels: the station added" if named else "stations"
     x_axis = Axis(words, 1.04 * n, float(math.ceil(round_up(max(n, 12) / 12))))

@@ -72,10 +72,10 @@ def test_what_is_of_all_floors_says_so_where_the_sheets_are_not(
     site_plan: PlanSource, site_sheets: Any, pdf_of: Callable[..., Any]
 ) -> None:
     figures = dict(cover_figures(site_plan, [site_plan.floors[0]]))
-    for name in ("Registration", "Walk", "Field time"):
+    for name in ("Registration", "Route", "Field time"):
         assert figures[name].startswith("whole plan: "), name
     words = "\n".join(pdf_of(site_plan, floors=("F0",)).texts)
-    for title in ("Required and reached", "Registration", "Scan quality"):
+    for title in ("Required and reached", "Registration of scans", "Scan quality"):
         assert f"{title}: whole plan" in words
     assert "whole plan" not in "\n".join(site_sheets.texts)
 
@@ -136,9 +136,9 @@ def test_cover_says_which_north_and_where_it_comes_from(scene_plan: PlanSource, 
 
 
 def test_cover_says_where_the_scene_file_puts_the_site(scene_plan: PlanSource) -> None:
-    assert "Place" not in dict(cover_figures(scene_plan))
+    assert "Location" not in dict(cover_figures(scene_plan))
     placed = replace(scene_plan, frame=SiteFrame(place="49.10043 N, 8.43654 E"))
-    assert dict(cover_figures(placed))["Place"] == "49.10043 N, 8.43654 E, roughly: as the OBJ file says"
+    assert dict(cover_figures(placed))["Location"] == "49.10043 N, 8.43654 E, roughly: as the OBJ file says"
 
 
 def test_cover_says_grid_north_where_there_is_a_grid(site_sheets: Any) -> None:

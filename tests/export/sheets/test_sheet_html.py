@@ -108,7 +108,7 @@ def test_drawings_are_to_scale_on_paper(page: str, site_plan: PlanSource) -> Non
 
 def test_page_says_what_the_pdf_says(page: str) -> None:
     words = "".join(_Page(page).words)
-    for expected in ("EPSG:25832", "Required and reached", "Registration", "Point spacing"):
+    for expected in ("EPSG:25832", "Required and reached", "Registration of scans", "Point spacing"):
         assert expected in words
 
 
