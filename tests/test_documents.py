@@ -56,7 +56,7 @@ def test_what_fits_is_read() -> None:
         ([], "way.json: got [], expected keys with values; measure again"),
         ({"nam": 1}, "way.json: got the unknown entry 'nam', expected a known one; did you mean name?"),
         ({"Name": "a", "name": "b"}, "way.json: got name twice, expected it once; leave one out"),
-        ({"name": 3}, "way.json: name: got 3, expected a text; measure again"),
+        ({"name": 3}, "way.json: name: got 3, expected text; measure again"),
         ({"legs": "far"}, "way.json: legs: got 'far', expected a list; measure again"),
         ({"legs": [1, {}]}, "way.json: legs[1]: got no length_m, expected all that is needed; measure again"),
         ({"legs": [1, "x"]}, "way.json: legs[1]: got 'x', expected a finite number; measure again"),

@@ -88,7 +88,7 @@ def test_a_file_that_is_no_e57_is_refused_in_one_line(source: PlanSource, tmp_pa
 def test_a_list_500_km_away_is_refused_with_the_shift(source: PlanSource, tmp_path: Path) -> None:
     shift = np.array([300_000.0, 400_000.0, 0.0])
     rows = [(each.id, each.position_m + shift) for each in source.stations]
-    with pytest.raises(StationListError, match=r"none of \d+ lies at the plan.*km.*300000\.00, 400000\.00, 0\.00"):
+    with pytest.raises(StationListError, match=r"none of \d+ is near the plan.*km.*300000\.00, 400000\.00, 0\.00"):
         read_actual([write_csv(tmp_path / "far.csv", rows)], source, coordinates="scene")
     with pytest.raises(StationListError, match=r"as scene coordinates and .* as site coordinates"):
         read_actual([tmp_path / "far.csv"], source)
@@ -233,7 +233,7 @@ def test_units_are_guessed_in_either_coordinates(source: PlanSource, tmp_path: P
             read_actual([write_csv(tmp_path / "scaled.csv", rows)], source)
     rows = [(f"scan {k}", 1000.0 * each.position_m + 200_000.0) for k, each in enumerate(source.stations)]
     with pytest.raises(
-        StationListError, match=r"in millimetres, .*: so, by their shape .* by 200\.00, 200\.00, 200\.00 m"
+        StationListError, match=r"in millimetres, .*: converted, by their shape .* by 200\.00, 200\.00, 200\.00 m"
     ):
         read_actual([write_csv(tmp_path / "scaled.csv", rows)], source)
 
@@ -264,7 +264,7 @@ def test_site_coordinates_of_an_unknown_site_are_refused(house_plan: Path, sourc
     path = write_csv(tmp_path / "list.csv", [(each.id, each.site_m) for each in source.stations])
     with pytest.raises(StationListError, match="coordinate system of the site is not known"):
         read_actual([path], nowhere, coordinates="site")
-    with pytest.raises(StationListError, match="lies at the plan"):
+    with pytest.raises(StationListError, match="is near the plan"):
         read_actual([path], nowhere)
 
 

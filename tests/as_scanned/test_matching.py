@@ -142,7 +142,7 @@ def test_a_list_that_is_shifted_as_a_whole_is_doubted() -> None:
     stations = [planned(f"S{k}", 3.0 * k) for k in range(4)]
     shifted = [listed(each.id, float(each.position_m[0]), 0.0, 0.0) for each in stations]
     (line,) = doubts(matched(stations, shifted))
-    assert "by x +0.00, y +0.00, z -1.50 m" in line
+    assert "by the same x +0.00, y +0.00, z -1.50 m" in line
     assert "--heights ground" in line
     assert not doubts(matched(stations, [listed(each.id, float(each.position_m[0])) for each in stations]))
 
@@ -155,7 +155,7 @@ def test_a_shift_of_a_list_in_site_coordinates_is_told_in_these() -> None:
     to_east_north = matrix[:3, :3].T @ np.array([5.0, 3.0, 0.0])
     crew = [ListedStation(each.id, each.position_m + to_east_north, None, None) for each in stations]
     (line,) = doubts(matched(stations, crew), 2.0, frame)
-    assert "by E +5.00, N +3.00, H +0.00 m" in line
+    assert "by the same E +5.00, N +3.00, H +0.00 m" in line
     (line,) = doubts(matched(stations, crew))
     assert f"by x {5 * cos + 3 * sin:+.2f}, y {3 * cos - 5 * sin:+.2f}, z +0.00 m" in line
 

@@ -143,7 +143,7 @@ def test_names_of_no_format_are_refused(export: Export, names: str, told: str) -
             CoordinatesError,
             "look swapped; exchange them; --accept-implausible",
         ),
-        (["--crs", "25832", "--origin", "458870000,5438260000,110000"], CoordinatesError, "read as millimetres"),
+        (["--crs", "25832", "--origin", "458870000,5438260000,110000"], CoordinatesError, "taken as millimetres"),
         (["--crs", "EPSG:1"], CoordinatesError, "not a known coordinate reference system"),
         (["--control-points", "no-such.csv"], CoordinatesError, "no such file"),
     ],

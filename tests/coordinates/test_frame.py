@@ -139,7 +139,7 @@ def test_a_system_that_is_not_known_keeps_the_file_s_words() -> None:
     frame = site_frame(plan_of(told))
     assert (frame.crs, frame.name, frame.vertical_crs, frame.vertical_name) == ("", "Platform grid 7", "", "Doorstep")
     assert only(frame.warnings, "the scene file's CRS", "Platform grid 7")
-    assert only(frame.notes, "Doorstep", "known here")
+    assert only(frame.notes, "Doorstep", "is known")
 
 
 def test_wkt_of_the_file_goes_before_its_name() -> None:
@@ -318,7 +318,7 @@ def test_swapped_control_points_are_refused(tmp_path: Path) -> None:
 def test_other_units_are_refused_by_name(size: float, unit: str) -> None:
     east, north, _ = (value * size for value in ORIGIN)
     asked = FrameRequest(crs="EPSG:25832", origin_m=(east, north, 0.0))
-    assert only(surely_wrong(plan_of(), asked), f"read as {unit}", "give metres")
+    assert only(surely_wrong(plan_of(), asked), f"taken as {unit}", "give metres")
 
 
 def test_a_grid_elsewhere_is_not_taken_for_millimetres() -> None:

@@ -169,20 +169,20 @@ def test_what_is_no_number_there_is_refused_by_its_place(
 @pytest.mark.parametrize(
     ("place", "value", "told"),
     [
-        (("floors", 0, "id"), 5, "floors[0].id: got 5, expected a text"),
+        (("floors", 0, "id"), 5, "floors[0].id: got 5, expected text"),
         (("floors", 0, "id"), "", "floors[0].id: got '', expected text of one character or more"),
         (("floors", 1, "id"), "F0", "floors: got the id 'F0' of [1] a second time, expected one of its own"),
-        (("floors", 0, "name"), None, "floors[0].name: got None, expected a text"),
+        (("floors", 0, "name"), None, "floors[0].name: got None, expected text"),
         (("floors", 0, "bounds"), [[0.0, 0.0]], "floors[0].bounds: got [[0.0, 0.0]], expected a longer list"),
         (("floors", 0, "bounds"), [[9.0, 0.0], [1.0, 8.0]], "expected the lower corner first"),
-        (("stations", 0, "id"), ["S"], "stations[0].id: got ['S'], expected a text"),
+        (("stations", 0, "id"), ["S"], "stations[0].id: got ['S'], expected text"),
         (("stations", 0, "id"), "S001", "stations: got the id 'S001' of [1] a second time, expected one of its own"),
-        (("stations", 0, "floor"), 0, "stations[0].floor: got 0, expected a text"),
+        (("stations", 0, "floor"), 0, "stations[0].floor: got 0, expected text"),
         (("stations", 0, "order"), 1.5, "stations[0].order: got 1.5, expected a whole number"),
         (("stations", 0, "order"), True, "stations[0].order: got True, expected a whole number"),
         (("stations", 0, "position"), "here", "stations[0].position: got 'here', expected a list"),
         (("stations", 0, "fixed"), "no", "stations[0].fixed: got 'no', expected true or false"),
-        (("registration", "links", 0, "a"), 1, "registration.links[0].a: got 1, expected a text"),
+        (("registration", "links", 0, "a"), 1, "registration.links[0].a: got 1, expected text"),
         (("registration", "links", 0, "overlap"), 1.5, "registration.links[0].overlap: got 1.5, expected at most 1"),
         (
             ("registration", "links", 0, "overlap"),
@@ -190,7 +190,7 @@ def test_what_is_no_number_there_is_refused_by_its_place(
             "registration.links[0].overlap: got None, expected a finite number",
         ),
         (("registration", "links"), {}, "registration.links: got {}, expected a list"),
-        (("scene", "file"), 7, "scene.file: got 7, expected a text"),
+        (("scene", "file"), 7, "scene.file: got 7, expected text"),
     ],
 )
 def test_what_is_of_another_type_is_refused_by_its_place(

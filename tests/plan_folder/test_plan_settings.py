@@ -251,7 +251,7 @@ def test_settings_of_a_plan_without_what_it_is_made_of_are_refused(plan: Plan) -
         (("site", "opens_doors"), 1, "site.opens_doors: got 1, expected true or false"),
         (("requirements",), [], r"requirements: got \[\], expected keys"),
         (("requirements", "parts"), ["x"], r"requirements.parts\[0\]: got 'x', expected keys"),
-        (("method",), 3, "method: got 3, expected a text"),
+        (("method",), 3, "method: got 3, expected text"),
     ],
 )
 def test_settings_that_the_writer_never_wrote_are_refused_in_one_line(

@@ -320,7 +320,7 @@ def test_unmarking_what_is_no_ground_changes_nothing_and_the_user_is_told(hall: 
     ]
     other = with_ground_picks(hall, found, [picks[1], GroundPick(point(5, 5, 0), is_ground=False, floor="F1")])
     assert ground_of(other, "F0") == ground_of(found, "F0")
-    assert any("was ground of floor 'Marked level 1'" in line for line in other.warnings)
+    assert any("was not ground of floor 'Marked level 1'" in line for line in other.warnings)
 
 
 def test_storey_without_slab_takes_what_is_marked_for_its_ground_and_the_user_is_told(boxes_scene: Boxes) -> None:

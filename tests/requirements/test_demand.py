@@ -295,7 +295,7 @@ def test_a_noise_limit_needs_a_scanner_whose_noise_is_known(box: SimpleNamespace
         ({"asked": PointLimits(spacing_m=0.001, range_m=0.5)}, r"'overall'.*ease several limits at once"),
         (
             {"seen_from": 10},
-            r"'overall': got nothing of its 124 m2 with 10 stations from more than 9 of 9 positions, .*; ask for 9",
+            r"'overall': got nothing of its 124 m2 with 10 stations from more than 9 of 9 positions, .*; require 9",
         ),
         (
             {"parts": (PartRequirement("ends", asked=PointLimits(range_m=0.6), classes=("East wall",)),)},

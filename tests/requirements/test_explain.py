@@ -39,7 +39,7 @@ def test_the_far_wall_is_out_of_range_and_said_to_be(box: SimpleNamespace, setti
     assert "can't be scanned with range 5 m, incidence 85.9°" in lines[0]
     east = next(line for line in lines if "East wall" in line)
     assert east.startswith("  East wall (IfcWallStandardCase, East): 10.0 m2, range is at best 6.99 m to 7.1")
-    assert east.endswith(" m, 5 m asked")
+    assert east.endswith(" m, 5 m required")
 
 
 def test_shortfalls_are_the_area_that_a_recount_finds_and_their_limit_admits_most(
@@ -109,7 +109,7 @@ def test_noise_that_the_scanner_does_not_know_is_said_to_be_unknown(box: SimpleN
     )
     wanted = replace(settings_of(), scanner=scanner, requirements=Requirements(asked=PointLimits(noise_m=0.002)))
     lines = explain(box.survey, demand_of(box.survey, wanted, box.engine, west))
-    assert any("East wall" in line and line.endswith("noise is not known there, 2 mm are asked") for line in lines)
+    assert any("East wall" in line and line.endswith("noise is not known there, 2 mm required") for line in lines)
 
 
 def test_what_two_requirements_ask_alike_is_told_once(box: SimpleNamespace, settings_of, west) -> None:

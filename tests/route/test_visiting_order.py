@@ -193,5 +193,5 @@ def test_wrong_matrices_and_ends_are_refused() -> None:
         visiting_order(np.triu(distance), floor)
     with pytest.raises(RequirementError, match="start: got stop 9"):
         visiting_order(distance, floor, start=9)
-    with pytest.raises(RequirementError, match="closed walk"):
+    with pytest.raises(RequirementError, match="closed route"):
         visiting_order(distance, floor, start=0, end=1, closed=True)

@@ -421,7 +421,7 @@ def test_ply_with_whole_float_vertex_numbers_is_read(tmp_path):
         ({"nodes": [{"mesh": True}]}, "(nodes/0/mesh is True, expected a whole number from 0 to 0)"),
         ({"nodes": [{"mesh": 0, "matrix": [1, 2]}]}, "(nodes/0/matrix is a list, expected 16 numbers)"),
         ({"nodes": [{"mesh": 0, "scale": [1, 1, 10**400]}]}, "(nodes/0/scale is a list, expected 3 numbers)"),
-        ({"nodes": [{"mesh": 0, "name": 7}]}, "(nodes/0/name is 7, expected a text)"),
+        ({"nodes": [{"mesh": 0, "name": 7}]}, "(nodes/0/name is 7, expected text)"),
         ({"meshes": [{}]}, "do not follow glTF 2.0 (meshes/0/primitives is missing)"),
         ({"scene": 3}, "(scene is 3, expected a whole number from 0 to 0)"),
         ({"accessors": [{"componentType": 1, "count": 3, "type": "VEC3"}] * 2}, "accessors/0/componentType is 1"),

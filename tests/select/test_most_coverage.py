@@ -233,7 +233,7 @@ def test_given_stations_that_need_others_to_be_joined_get_them():
     )
     problem = random_problem(14, n=4)
     assert set(most_coverage(problem, 4, LITTLE, network=network, given=[0, 3]).chosen) == {0, 1, 2, 3}
-    with pytest.raises(RequirementError, match="join"):
+    with pytest.raises(RequirementError, match="connect"):
         most_coverage(problem, 3, LITTLE, network=network, given=[0, 3])
 
 

@@ -219,7 +219,7 @@ def test_check_refuses_just_the_sets_that_do_not_hang_together(seed, loops):
         if hangs_together(network, chosen):
             check_selection(problem, chosen, network=network)
         else:
-            with pytest.raises(SelectionCheckError, match="joined by"):
+            with pytest.raises(SelectionCheckError, match="connected by"):
                 check_selection(problem, chosen, network=network)
 
 

@@ -352,7 +352,7 @@ def _noise_remarks(noise: NoiseModel, tally: Tally) -> list[str]:
     lines = [f"noise of {scanner.name}: ranges by {of_range}, {of_angles}; {tally.n_dropped} weak returns dropped"]
     if tally.n_beyond_table:
         lines.append(
-            f"noise of {tally.n_beyond_table} of {tally.n_points} points lie outside the scanner's table and is "
+            f"{tally.n_beyond_table} of {tally.n_points} points lie outside the scanner's table: their noise is "
             "estimated from its nearest figure"
         )
     return lines

@@ -248,7 +248,7 @@ def test_remarks_tell_what_noise_was_drawn_by(source: PlanSource, plan_folder: P
     )
     of_first(narrow)
     n_beyond = (np.abs(REFLECTIVITY * expected_scan("S001").cosine - 0.4) > 1e-9).sum()
-    assert f"noise of {n_beyond} of {SCANNER.n_beams} points lies outside" in " ".join(narrow.remarks())
+    assert f"{n_beyond} of {SCANNER.n_beams} points lie outside" in " ".join(narrow.remarks())
     other = noisy(open_plan(edited_plan(plan_folder, tmp_path / "none", range_noise=[], ranging_accuracy=[0.001, 0.0],
                                         angular_accuracy_rad=None)))  # fmt: skip
     of_first(other)
