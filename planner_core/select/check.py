@@ -52,7 +52,7 @@ def check_selection(
         covered = sum(ticks[r] for r, n in looks.items() if counted[r] and n >= enough)
         if covered < required:
             raise SelectionCheckError(
-                f"selection: got {covered} ticks of target {number} with {len(chosen)} stations, expected at least "
+                f"selection: got {covered} ticks of constraint {number} with {len(chosen)} stations, expected at least "
                 f"{required}; please report this"
             )
     if network is not None:
@@ -69,8 +69,8 @@ def _check_network(network: Network, chosen: Sequence[int]) -> None:
         reached = _reached(linked, members[0])
         if len(reached) < len(members):
             raise SelectionCheckError(
-                f"selection: got {len(reached)} of {len(members)} stations of part {part} joined by links, expected "
-                "all; please report this"
+                f"selection: got {len(reached)} of {len(members)} stations of component {part} connected by links, "
+                "expected all; please report this"
             )
         if not network.loops or len(members) < 3:
             continue
@@ -120,7 +120,7 @@ def check_coverage(
         covered_m2 = math.fsum(patch_area_m2[achievable & (looks >= constraint.seen_from)])
         if covered_m2 < (constraint.fraction - _SHARE_SLACK) * whole_m2:
             raise SelectionCheckError(
-                f"selection: got {covered_m2:.6f} m2 of target {number}, expected {constraint.fraction:g} of "
+                f"selection: got {covered_m2:.6f} m2 of constraint {number}, expected {constraint.fraction:g} of "
                 f"{whole_m2:.6f} m2; please report this"
             )
 

@@ -233,7 +233,8 @@ def test_units_are_guessed_in_either_coordinates(source: PlanSource, tmp_path: P
             read_actual([write_csv(tmp_path / "scaled.csv", rows)], source)
     rows = [(f"scan {k}", 1000.0 * each.position_m + 200_000.0) for k, each in enumerate(source.stations)]
     with pytest.raises(
-        StationListError, match=r"in millimetres, .*: converted, by their shape .* by 200\.00, 200\.00, 200\.00 m"
+        StationListError,
+        match=r"in millimetres, .*: converted, by their shape .* by the same 200\.00, 200\.00, 200\.00 m",
     ):
         read_actual([write_csv(tmp_path / "scaled.csv", rows)], source)
 

@@ -157,7 +157,7 @@ def test_a_shift_of_a_list_in_site_coordinates_is_told_in_these() -> None:
     (line,) = doubts(matched(stations, crew), 2.0, frame)
     assert "by the same E +5.00, N +3.00, H +0.00 m" in line
     (line,) = doubts(matched(stations, crew))
-    assert f"by x {5 * cos + 3 * sin:+.2f}, y {3 * cos - 5 * sin:+.2f}, z +0.00 m" in line
+    assert f"by the same x {5 * cos + 3 * sin:+.2f}, y {3 * cos - 5 * sin:+.2f}, z +0.00 m" in line
 
 
 def test_another_word_and_no_distance_are_refused() -> None:

@@ -214,7 +214,7 @@ def test_checker_rejects_sets_that_fall_short_by_one_tick_or_are_no_sets():
     check_selection(problem, (0, 1))
     check_selection(problem, (1, 0), given=(0,))
     for wrong, given_ones, what in (
-        ((0,), (), "9|7 ticks of target 1"),
+        ((0,), (), "9|7 ticks of constraint 1"),
         ((0, 1, 1), (), "twice"),
         ((0, 2), (), "below 2"),
         ((0, -1), (), "below 2"),
@@ -222,7 +222,7 @@ def test_checker_rejects_sets_that_fall_short_by_one_tick_or_are_no_sets():
     ):
         with pytest.raises(SelectionCheckError, match=what):
             check_selection(problem, wrong, given=given_ones)
-    with pytest.raises(SelectionCheckError, match=r"12 ticks of target 0 .* at least 13"):
+    with pytest.raises(SelectionCheckError, match=r"12 ticks of constraint 0 .* at least 13"):
         check_selection(replace(problem, required=problem.required + 1), (0, 1))
 
 
@@ -237,7 +237,7 @@ def test_checker_of_areas_agrees_with_the_problem_and_rejects_what_misses():
     chosen = select(cover_problem(visibility, area_m2, constraints), QUICK).chosen
     check_coverage(visibility, area_m2, constraints, chosen)
     for left_out in chosen:
-        with pytest.raises(SelectionCheckError, match="m2 of target"):
+        with pytest.raises(SelectionCheckError, match="m2 of constraint"):
             check_coverage(visibility, area_m2, constraints, [c for c in chosen if c != left_out])
 
 
