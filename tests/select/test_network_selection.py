@@ -136,9 +136,9 @@ def test_target_of_two_looks_counts_what_two_candidates_see_as_achievable():
     assert problem.required.tolist() == [6 * 10**9, 4 * 10**9, 7 * 10**9]
     assert problem.covered([0, 1]).tolist() == [6 * 10**9, 0, 7 * 10**9]
     check_coverage(visibility, np.array([1.0, 2.0, 4.0, 8.0]), constraints, [0, 1, 2])
-    with pytest.raises(SelectionCheckError, match="target 1"):
+    with pytest.raises(SelectionCheckError, match="constraint 1"):
         check_coverage(visibility, np.array([1.0, 2.0, 4.0, 8.0]), constraints, [0, 1])
-    with pytest.raises(SelectionCheckError, match="target 1"):
+    with pytest.raises(SelectionCheckError, match="constraint 1"):
         check_selection(problem, [0, 1])
 
 
