@@ -67,8 +67,8 @@ def missed_in_words(results: tuple[PartResult, ...]) -> tuple[str, ...]:
             words = limits_in_words(result.asked, result.seen_from)
             lines.append(
                 f"{result.name!r} is covered to {100 * np.floor(result.fraction_of_achievable * 1000) / 1000:.1f} % of "
-                f"the {area_in_words(result.achievable_area_m2)} achievable{' with ' + words if words else ''}, "
-                f"{100 * result.required:g} % are required"
+                f"the {area_in_words(result.achievable_area_m2)} scannable{' with ' + words if words else ''}, "
+                f"{100 * result.required:g} % required"
             )
     return tuple(lines)
 

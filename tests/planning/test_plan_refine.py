@@ -101,7 +101,7 @@ import json, sys
 from dataclasses import replace
 import scenes_synthetic
 from planner_core.plan_folder.plan_json import plan_document
-from planner_core.model import PlanSettings, Requirements
+from planner_core.model import PlanSettings, Proven, Requirements
 from planner_core.planning.plan import make_plan
 from planner_core.scanner.load_scanner import load_scanner
 settings = PlanSettings(

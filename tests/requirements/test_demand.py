@@ -187,8 +187,8 @@ def test_what_is_missed_is_said_with_its_figures_rounded_down() -> None:
         PartResult("nothing to see", 0.95, 0.0, 0.0, 300.0),
     )
     assert missed_in_words(results) == (
-        "'Level 1' is covered to 94.9 % of the 200 m2 achievable, 95 % are required",
-        "'walls' is covered to 90.0 % of the 10.0 m2 achievable with spacing 6 mm, 2 stations, 98 % are required",
+        "'Level 1' is covered to 94.9 % of the 200 m2 scannable, 95 % required",
+        "'walls' is covered to 90.0 % of the 10.0 m2 scannable with spacing 6 mm, 2 stations, 98 % required",
     )
 
 

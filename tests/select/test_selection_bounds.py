@@ -283,8 +283,8 @@ def test_tree_that_branches_on_groups_alone_ends_at_the_optimum(seed, seen_from)
     # Single candidates only where there is no other way: all numbers of groups are whole.
     every = tree._branches
 
-    def groups_first(x, lower, upper, counts):
-        found = every(x, lower, upper, counts)
+    def groups_first(x, lower, upper):
+        found = every(x, lower, upper)
         groups = [branch for branch in found if branch.group >= 0]
         taken.extend(groups)
         return groups or found
