@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -147,10 +147,10 @@ def is_slender(scene: Scene, patches: Patches) -> BoolArray:
 def _kind_of_most(survey: Survey, weight: FloatArray) -> str:
     """Class of the elements with the largest sum of a weight (P,) of patches."""
     element = survey.scene.element_of_triangle[survey.patches.triangle_of_patch]
-    by_kind: Counter[str] = Counter()
+    by_kind: defaultdict[str, float] = defaultdict(float)
     for one, value in zip(survey.scene.elements, np.bincount(element, weight).tolist(), strict=False):
         by_kind[one.kind] += value
-    return by_kind.most_common(1)[0][0]
+    return max(by_kind, key=by_kind.__getitem__)
 
 
 def agreement(*, dense: float, seen: float, empty: float) -> Literal["yes", "partly", "no"]:
