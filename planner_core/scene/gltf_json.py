@@ -71,7 +71,7 @@ class JsonObject:
         """Return a text, empty where it is not there."""
         value = self.members.get(key, "")
         if not isinstance(value, str):
-            raise self._fault(key, value, "a text")
+            raise self._fault(key, value, "text")
         return readable(value)
 
     def texts(self, key: str) -> list[str]:
