@@ -8,7 +8,7 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from planner_core.documents import schema_text
-from planner_core.plan_folder.plan_model import PlanDocument
+from planner_core.plan_folder.plan_model.document import PlanDocument
 from planner_core.requirements.entries import RequirementsFile
 from planner_core.scanner.scanner_file import ScannerFile
 

@@ -119,7 +119,7 @@ def geodesic_m(one_deg: FloatArray, other_deg: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class VerticalCrs:
-    """A system of heights, in metres, upwards. text : `EPSG:7837`, else WKT. name : for people."""
+    """A vertical CRS in metres, upwards. text : `EPSG:7837`, else WKT. name : for people."""
 
     text: str
     name: str
@@ -154,12 +154,12 @@ def map_crs(text: str, *, option: str = "--crs") -> tuple[MapCrs, VerticalCrs | 
 
 
 def vertical_crs(text: str, *, option: str = "--vertical-crs") -> VerticalCrs:
-    """Return the system of heights of a code, a name or WKT; raises as `map_crs`."""
+    """Return the vertical CRS of a code, a name or WKT; raises as `map_crs`."""
     return _vertical(_known(text, option), option)
 
 
 def vertical_crs_of_datum(words: str) -> VerticalCrs | None:
-    """Return the system of heights that a file's words for a datum name, such as `DHHN2016`; None: not known."""
+    """Return the vertical CRS of a datum as a file names it, such as `DHHN2016`; None: not known."""
     for text in (words, f"{words} height"):
         try:
             return vertical_crs(text)

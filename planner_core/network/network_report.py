@@ -74,8 +74,8 @@ def registration_report(
 
 
 def registration_warnings(registration: Registration, floor_names: Mapping[str, str] = _NO_NAMES) -> tuple[str, ...]:
-    """One line for each network that stands apart but overlaps others, one for two that are the nearest to each other,
-    one for all that overlap none, and one for each that hangs on single links where loops are asked.
+    """One line for each unconnected group that overlaps others, one for two that are the nearest to each other, one for
+    all that overlap none, and one for each group held together by single links where a redundant network is required.
 
     floor_names : names of floor ids, for people; ids stand for themselves where they have none.
     """

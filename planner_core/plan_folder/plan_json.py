@@ -37,21 +37,22 @@ from planner_core.model import (
     UpAxis,
 )
 from planner_core.model.options import options_of
-from planner_core.plan_folder.plan_model import (
-    SCHEMA,
-    CoverageFigures,
-    FieldTimeSection,
-    GapSection,
-    LinkSection,
+from planner_core.plan_folder.plan_model.document import SCHEMA, PlanDocument
+from planner_core.plan_folder.plan_model.given import (
     LoadOptionsSection,
-    LossSection,
-    NetworkSection,
-    PlanDocument,
     RequirementsSection,
     ResultSection,
     ScannerSection,
     SettingsSection,
     SiteSection,
+)
+from planner_core.plan_folder.plan_model.results import (
+    CoverageFigures,
+    FieldTimeSection,
+    GapSection,
+    LinkSection,
+    LossSection,
+    NetworkSection,
 )
 from planner_core.plan_folder.route_json import route_document, sealed_document
 from planner_core.plan_folder.why_json import why_document

@@ -15,7 +15,7 @@ from planner_core.documents import read_as
 from planner_core.errors import PlanFolderError
 from planner_core.model import PlanSettings
 from planner_core.model.options import method_of
-from planner_core.plan_folder.plan_model import PlanDocument
+from planner_core.plan_folder.plan_model.document import PlanDocument
 from planner_core.scene.load import LoadOptions
 
 

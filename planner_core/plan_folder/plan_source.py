@@ -15,7 +15,7 @@ from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import ExportError, PlanFolderError
 from planner_core.model import FloatArray, Scene, SiteFrame, Survey
 from planner_core.plan_folder.plan_json import read_plan
-from planner_core.plan_folder.plan_model import FloorSection, RegistrationSection, StationSection
+from planner_core.plan_folder.plan_model.results import FloorSection, RegistrationSection, StationSection
 from planner_core.plan_folder.plan_settings import find_scene, load_options_of, settings_of
 from planner_core.progress import Progress, silent
 

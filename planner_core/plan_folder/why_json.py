@@ -10,7 +10,7 @@ from typing import Any
 
 from planner_core.model import REASONS, BestPosition, Scene, StationReason, UnseenPiece, UnseenSurface, Why
 from planner_core.model.unseen import IN_SOLIDS
-from planner_core.plan_folder.plan_model import StepSection
+from planner_core.plan_folder.plan_model.results import StepSection
 
 #: Surfaces of less are not listed.
 MIN_LISTED_M2 = 0.01

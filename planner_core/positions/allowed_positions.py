@@ -48,7 +48,7 @@ class PriorRow:
 class AllowedPositions:
     """candidates : by floor, y, x, height; after them the prior stations in the order of the site.
 
-    `candidates.n_tried` and `rejected` count all but the prior ones. kind : (N,) int8 into `KINDS`. settled : those
+    `candidates.n_tried` and `rejected` count all but the prior ones. kind : (N,) int8 into `KINDS`. prior : those
     that have a row; of kept stations that are no candidates any more a warning tells. warnings : one line each.
     """
 

@@ -15,18 +15,17 @@ ground_picks: [{point: [4.0, 2.0, 0.75], is_ground: true, floor: F0}]
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Annotated, Any, cast
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from planner_core.documents import Entries, ShortEntries, YesNo, read_as, shown
+from planner_core.documents import Entries, ShortEntries, YesNo, shown
 from planner_core.errors import RequirementError
 from planner_core.model import GroundPick, KeepOut, PriorStation, Role, Site
 from planner_core.positions.outlines import checked_outline
 
-REMEDY = "see docs/howto/site.md"
 #: Each takes a look at the whole mesh.
 _MOST_PICKS = 1000
 
@@ -183,19 +182,7 @@ def _prior(key: str, stations: tuple[StationEntry | ForbiddenEntry, ...]) -> Ite
         )
 
 
-# ---------------------------------------------------------------------------------------------- readers
-def site_from_mapping(mapping: Mapping[str, Any]) -> Site:
-    """Read a site as this module's head shows it; every key may be left out.
-
-    Raises
-    ------
-    RequirementError
-        Unknown keys, places that are not three numbers, outlines that cross themselves, enclose nothing, have a corner
-        twice, fewer than three or more than 10 000, two stations of one id.
-    """
-    return read_as(SiteEntries, mapping, "site.", remedy=REMEDY).site()
-
-
+# ------------------------------------------------------------------------------------------------- lists
 def prior_from(
     given: Iterable[tuple[str, Sequence[float], str | None, float | None]], role: Role, *, radius_m: float = 0.5
 ) -> tuple[PriorStation, ...]:

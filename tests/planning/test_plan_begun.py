@@ -10,8 +10,8 @@ import pytest
 import scenes_synthetic
 from planner_core.model import KeepOut, Plan, PlanSettings, PriorStation, Proven, Requirements, Scene, Site
 from planner_core.planning.plan import make_plan
-from planner_core.positions.site_reading import site_from_mapping
 from planner_core.progress import ProgressEvent
+from planner_core.requirements.read import requirements_from
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.load import load_scene
 
@@ -100,7 +100,7 @@ def test_most_coverage_is_no_less_than_that_of_what_it_begins_with(rooms: Scene,
 
 
 def test_requirements_files_name_stations_to_begin_with() -> None:
-    (station,) = site_from_mapping({"begun": [[1.0, 2.0, 1.5]]}).prior
+    (station,) = requirements_from({"site": {"begun": [[1.0, 2.0, 1.5]]}})[1].prior
     assert (station.role, station.position_m) == ("begun", (1.0, 2.0, 1.5))
 
 

@@ -16,7 +16,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import FloatArray, GroundPick, PlanSettings, Scene, Site, Storey
 from planner_core.positions.allowed_positions import find_positions
 from planner_core.positions.ground_picks import with_ground_picks
-from planner_core.positions.site_reading import site_from_mapping
+from planner_core.requirements.read import requirements_from
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.floors import FloorReport, find_floors
@@ -386,7 +386,7 @@ def test_floor_that_is_marked_is_planned_by_its_id(hall: Scene) -> None:
 
 def test_picks_are_read_from_the_site_of_a_requirements_file() -> None:
     told = {"ground_picks": [{"point": [4, 2, 0.75], "is_ground": False, "floor": "F0"}, [1.5, 2.5, 3.5]]}
-    assert site_from_mapping(told).ground_picks == (
+    assert requirements_from({"site": told})[1].ground_picks == (
         GroundPick((4.0, 2.0, 0.75), False, "F0"),
         GroundPick((1.5, 2.5, 3.5), True, ""),
     )
@@ -405,4 +405,4 @@ def test_picks_are_read_from_the_site_of_a_requirements_file() -> None:
 )
 def test_picks_that_are_none_are_refused(picks: object, message: str) -> None:
     with pytest.raises(RequirementError, match=message):
-        site_from_mapping({"ground_picks": picks})
+        requirements_from({"site": {"ground_picks": picks}})

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
 from planner_core.model import KeepOut, PriorStation, Role, Site
-from planner_core.positions.site_reading import check_ids, prior_from, site_from_mapping
+from planner_core.positions.site_reading import check_ids, prior_from
+from planner_core.requirements.read import requirements_from
 
 FULL = """
 entrances: [[1, 2, 0], [3.5, 2.0, 0.0]]
@@ -29,7 +30,7 @@ returns: true
 
 
 def test_a_full_site_is_read_key_by_key() -> None:
-    assert site_from_mapping(yaml.safe_load(FULL)) == Site(
+    assert requirements_from({"site": yaml.safe_load(FULL)})[1] == Site(
         entrances_m=((1.0, 2.0, 0.0), (3.5, 2.0, 0.0)),
         keep_out=(
             KeepOut(((0.0, 0.0), (4.0, 0.0), (4.0, 3.0)), floor="F0", name="lab"),
@@ -53,15 +54,15 @@ def test_a_full_site_is_read_key_by_key() -> None:
 
 
 def test_a_walk_that_returns_has_no_other_end() -> None:
-    assert site_from_mapping({"end": [8, 2, 0], "returns": False}).end_m == (8.0, 2.0, 0.0)
+    assert requirements_from({"site": {"end": [8, 2, 0], "returns": False}})[1].end_m == (8.0, 2.0, 0.0)
     with pytest.raises(RequirementError, match=r"end of the route: got .*8\.0.* for a route that returns"):
-        site_from_mapping({"end": [8, 2, 0], "returns": True})
+        requirements_from({"site": {"end": [8, 2, 0], "returns": True}})
 
 
 def test_a_floor_may_be_named_by_zero() -> None:
-    site = site_from_mapping({"keep_out": [{"floor": 0, "name": 0, "outline": [[0, 0], [1, 0], [1, 1]]}]})
+    site = requirements_from({"site": {"keep_out": [{"floor": 0, "name": 0, "outline": [[0, 0], [1, 0], [1, 1]]}]}})[1]
     assert (site.keep_out[0].floor, site.keep_out[0].name) == ("0", "0")
-    assert site_from_mapping({"kept": [{"floor": 0, "id": 0, "position": [0, 0, 1]}]}).prior == (
+    assert requirements_from({"site": {"kept": [{"floor": 0, "id": 0, "position": [0, 0, 1]}]}})[1].prior == (
         PriorStation("0", (0.0, 0.0, 1.0), "kept", floor="0"),
     )
 
@@ -69,19 +70,19 @@ def test_a_floor_may_be_named_by_zero() -> None:
 def test_null_and_empty_names_are_as_if_left_out() -> None:
     for nothing in (None, "", " "):
         named = {"floor": nothing, "name": nothing, "outline": [[0, 0], [1, 0], [1, 1]]}
-        assert site_from_mapping({"access": [named]}).keep_out == (
+        assert requirements_from({"site": {"access": [named]}})[1].keep_out == (
             KeepOut(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), access=True, name="site.access[0]"),
         )
         told = {"id": nothing, "floor": nothing, "position": [0, 0, 1]}
-        assert site_from_mapping({"fixed": [told, told]}).prior == (
+        assert requirements_from({"site": {"fixed": [told, told]}})[1].prior == (
             PriorStation("fixed-1", (0.0, 0.0, 1.0), "scanned"),
             PriorStation("fixed-2", (0.0, 0.0, 1.0), "scanned"),
         )
 
 
 def test_an_empty_site_is_the_default_site() -> None:
-    assert site_from_mapping({}) == Site()
-    assert site_from_mapping({"robot": None, "keep_out": None, "start": None}) == Site()
+    assert requirements_from({"site": {}})[1] == Site()
+    assert requirements_from({"site": {"robot": None, "keep_out": None, "start": None}})[1] == Site()
 
 
 @pytest.mark.parametrize(
@@ -125,7 +126,7 @@ def test_an_empty_site_is_the_default_site() -> None:
 )
 def test_what_is_wrong_is_named_in_one_line(mapping: Any, named: str) -> None:
     with pytest.raises(RequirementError, match=named.replace("?", "[?]")) as error:
-        site_from_mapping(mapping)
+        requirements_from({"site": mapping})
     assert "\n" not in str(error.value)
 
 
@@ -133,9 +134,9 @@ def test_what_is_wrong_is_named_in_one_line(mapping: Any, named: str) -> None:
 def test_any_value_of_any_key_is_read_or_refused_by_name(value: Any) -> None:
     for key in ("entrances", "keep_out", "fixed", "forbidden", "robot", "start", "returns"):
         try:
-            site = site_from_mapping({key: value})
+            site = requirements_from({"site": {key: value}})[1]
         except RequirementError as error:
-            assert str(error).startswith(f"site.{key}")
+            assert str(error).startswith(f"requirements: site.{key}")
         else:
             assert isinstance(site, Site)
 

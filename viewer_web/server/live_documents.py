@@ -12,7 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from planner_core.model import FloatArray, Scene, UnseenPiece
 from planner_core.plan_folder.plan_json import plan_document
-from planner_core.plan_folder.plan_model import (
+from planner_core.plan_folder.plan_model.given import ResultSection
+from planner_core.plan_folder.plan_model.results import (
     CoverageFigures,
     FieldTimeSection,
     FloorCoverage,
@@ -20,7 +21,6 @@ from planner_core.plan_folder.plan_model import (
     LinkSection,
     PieceSection,
     RegistrationSection,
-    ResultSection,
     RoomSection,
     RouteSection,
     StationSection,

@@ -1,0 +1,423 @@
+"""What plan.json says of what came of it: floors, stations, coverage, bound, network, route, the unseen and why."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from planner_core.documents import Document, Mirror, Number, Whole, YesNo
+from planner_core.errors import PlanFolderError
+from planner_core.model import (
+    Link,
+    WeakMotion,
+)
+from planner_core.network.weak_motion import words_by_axes
+from planner_core.plan_folder.plan_model.values import (
+    Area,
+    Corner,
+    Count,
+    ElementNumber,
+    FloorId,
+    Metres,
+    Point,
+    Reason,
+    Required,
+    Seconds,
+    Share,
+    Strength,
+    Text,
+    rounded,
+)
+
+
+def _to_micro(direction: tuple[float, float, float]) -> tuple[float, float, float]:
+    x, y, z = (round(part, 6) + 0.0 for part in direction)
+    return x, y, z
+
+
+def _pair(link: Any) -> Any:
+    return (link.a, link.b) if isinstance(link, Link) else link
+
+
+Pair = Annotated[tuple[str, str], BeforeValidator(_pair)]
+
+
+class FloorSection(Document):
+    """A floor."""
+
+    id: Text
+    """F0 is the lowest that was found; floors that people marked have the numbers behind those found."""
+    name: str
+    elevation_m: Metres
+    """Height of the ground."""
+    ground_area_m2: Area | None
+    bounds: tuple[Corner, Corner]
+    """[[x_min, y_min], [x_max, y_max]] of the ground."""
+    origin: Literal["slab", "surface", "storey-elevation", "marked"]
+    """How the ground was found."""
+    n_stations: Count
+
+    @model_validator(mode="after")
+    def _lower_corner_first(self) -> FloorSection:
+        (x0, y0), (x1, y1) = self.bounds
+        if x1 < x0 or y1 < y0:
+            raise PlanFolderError(
+                f"got bounds {self.bounds}, expected the lower corner first: [[x_min, y_min], ...]; plan again"
+            )
+        return self
+
+
+class LossSection(Mirror):
+    """What a requirement would lose without a station."""
+
+    requirement: str
+    """Name of one of `requirements.results`."""
+    area_m2: Area
+    """Of it, that no longer would be as required."""
+    fraction_of_achievable: Share
+    """Of the requirement, without this station."""
+    met: YesNo
+    """Whether the requirement would be met without this station."""
+
+
+class StationSection(Document):
+    """A station."""
+
+    id: Text
+    floor: FloorId
+    order: Whole
+    """Order to visit."""
+    position: Point
+    """The sensor's origin."""
+    instrument_height_m: Metres | None
+    """Sensor above the ground below it; null where that is unknown."""
+    fixed: YesNo
+    """Given by the user, not chosen."""
+    covered_area_m2: Area
+    """Seen from here, as well as is required of all; floors that are not asked for count too."""
+    own_area_m2: Area
+    """What is required and would no longer be covered without this station; of floors not asked for, nothing."""
+    lost_area_m2: Area | None = None
+    """Achievable surface on which some requirement would no longer be met without it; null: not worked out."""
+    losses: tuple[LossSection, ...] | None = None
+    """By requirement, of those that would lose something."""
+
+
+class CoverageFigures(Mirror):
+    """Coverage of surface."""
+
+    achievable_area_m2: Area
+    """Seen by at least one admissible candidate or by a station of the plan."""
+    total_area_m2: Area
+    """All surface of the model that counts here, the inside of walls included."""
+    covered_area_m2: Area
+    """Seen by at least one station of the plan."""
+    fraction_of_achievable: Share
+    """covered / achievable."""
+    fraction_of_total: Share
+    """covered / total."""
+
+
+class _OfFloor(Document):
+    floor: Text
+    """Id of a floor."""
+
+
+class FloorCoverage(CoverageFigures, _OfFloor):
+    """Coverage of a floor."""
+
+
+class _OnPatches(Document):
+    max_patch_area_m2: Annotated[Number, Field(ge=0)]
+    """Coverage is counted on patches no larger than this."""
+
+
+class CoverageSection(CoverageFigures, _OnPatches):
+    """Coverage, overall and floor by floor."""
+
+    floors: tuple[FloorCoverage, ...]
+    """In the order of `floors`."""
+
+
+class OptimalitySection(Document):
+    """How good the plan is proven to be."""
+
+    objective: str
+    stations: Count
+    lower_bound: Annotated[Whole, Field(ge=1)] | None
+    """No plan on these candidates (and given stations) that meets the required coverage has fewer stations; null where
+    no bound is known."""
+    gap: Annotated[Number, Field(le=1.0), rounded(9)] | None
+    """(stations - lower_bound) / stations; null where no bound is known, or where coverage misses the requirement."""
+    proven: YesNo
+    """This plan meets the required coverage, and no plan on these candidates that does has fewer stations."""
+    why_stopped: str = ""
+    """Why the search for fewer stations ended: proven, work limit, time limit, interrupted, earlier stations kept;
+    empty where the method does not search."""
+    n_candidates_bounded: Count | None = None
+    """Candidates that the lower bound holds for: grid, doorways, rooms, landings, given stations, in the connected
+    components that the plan is made in. Positions off the grid may do better than the bound says."""
+    greedy_stations: Count | None = None
+    """Stations that greedy selection takes for the same; null: not known."""
+    value: Number | None = None
+    """Of another objective than fewest stations: seconds in the field, or fraction of the achievable area covered."""
+    bound: Number | None = None
+    """What no plan on these candidates is better than, in the same unit."""
+
+
+class WeakMotionSection(Mirror):
+    """A motion; its direction is a unit vector in axes of the scene."""
+
+    made: ClassVar = WeakMotion
+
+    kind: Literal["shift", "turn"]
+    direction: Annotated[tuple[Number, Number, Number], AfterValidator(_to_micro)]
+
+
+class LinkSection(Mirror):
+    """Overlap of two stations."""
+
+    a: str
+    b: str
+    overlap: Share
+    """The smaller of both shares of seen area that the other sees too."""
+    strength: Annotated[Strength, rounded(9)] | None
+    """How well the shared surface holds the two together in its weakest direction; null where not computed."""
+    weak_axis: str = ""
+    """The motion that the shared surface holds least, in words by axes of the scene; empty where not computed."""
+    weak_motion: WeakMotionSection | None = None
+    """The same as kind and direction; null where not computed, and in plans of older versions."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_link(cls, value: Any) -> Any:
+        if not isinstance(value, Link):
+            return value
+        strength = None if math.isnan(value.strength) else value.strength
+        motion = value.weak_motion
+        return {**vars(value), "strength": strength, "weak_axis": words_by_axes(motion)}
+
+
+class NetworkSection(Mirror):
+    """Stations that links join."""
+
+    stations: tuple[str, ...]
+    floors: tuple[str, ...]
+    n_links: Count
+    bridges: tuple[Pair, ...]
+    """Links without which it falls apart."""
+    articulations: tuple[str, ...]
+    """Stations without which the others fall apart."""
+    bottleneck: LinkSection | None
+    """The link that all hangs on: smallest overlap on the best ways between stations."""
+    two_connected: YesNo
+
+
+class GapSection(Mirror):
+    """Two networks, by their places in the list, and the link between them that comes nearest to counting."""
+
+    networks: tuple[Count, ...]
+    best: LinkSection
+
+
+class RegistrationSection(Document):
+    """Links between stations, and what they join."""
+
+    threshold: Required
+    """Minimum overlap of a link."""
+    min_strength: Strength = 0.0
+    """Strength from which on a link counts."""
+    connected: YesNo
+    """Links of at least the threshold join all stations."""
+    links: tuple[LinkSection, ...]
+    networks: tuple[NetworkSection, ...] = ()
+    """Largest first."""
+    floor_joins: tuple[Pair, ...] = ()
+    """Links that count, between stations of different floors."""
+    gaps: tuple[GapSection, ...] = ()
+
+
+class LegSection(Document):
+    """The way between two stops."""
+
+    from_: Annotated[str | None, Field(alias="from")]
+    """Id of a station; null: the start."""
+    to: str | None
+    """Id of a station; null: the end, or the start of a route that returns."""
+    length_m: Annotated[Number, Field(ge=0)] | None
+    """null where it can't be walked."""
+    floors: tuple[str, ...]
+    """Ids of the floors passed, in their order."""
+    points: tuple[Point, ...]
+    """Corners of the way, on the ground; empty where it can't be walked."""
+
+
+class RouteSection(Document):
+    """The route through the stations."""
+
+    length_m: Annotated[Number, Field(ge=0)]
+    """Along the legs that can be walked."""
+    n_unwalkable: Count
+    """Legs that no way inside the model leads along."""
+    returns: YesNo
+    """The route ends where it begins."""
+    exact: YesNo
+    """No order of these stations, a storey at a time, makes a shorter route."""
+    start: Point | None
+    """Where the route begins, on the ground; null: at the first station."""
+    end: Point | None
+    """Where it ends; null: at the last station, or where it begins."""
+    order: tuple[str, ...]
+    """Ids of all stations in the order of visits; those left out last."""
+    left_out: tuple[str, ...]
+    """Ids of stations to which no way leads."""
+    legs: tuple[LegSection, ...]
+    """From stop to stop, in their order."""
+
+
+class FieldTimeSection(Mirror):
+    """Seconds in the field."""
+
+    scanning_s: Seconds | None
+    """null where nobody tells how long a scan takes."""
+    set_up_s: Seconds
+    """Of all stations."""
+    walking_s: Seconds
+    """Along the legs that can be walked."""
+    total_s: Seconds | None
+    """The sum; null where a part is not known."""
+
+
+class SealedSection(Document):
+    """A room that no entrance leads to; nothing is planned in it."""
+
+    floor: FloorId
+    area_m2: Area
+    """Ground that a person could stand on."""
+    inside: Point
+    """A place in it, on the ground."""
+
+
+class UnseenSection(Document):
+    """Achievable surface of an element that the plan leaves unseen."""
+
+    element: ElementNumber
+    name: str
+    kind: str
+    source_id: str
+    """What finds it in the source: IFC GlobalId, prim path ..."""
+    floor: FloorId
+    unseen_area_m2: Area
+    achievable_area_m2: Area
+
+
+# ----------------------------------------------------------------------------------------------------- why
+class RoomSection(Document):
+    """A room that the source names."""
+
+    name: str
+    source_id: str
+    """IFC GlobalId."""
+
+
+class OwnPartSection(Document):
+    """Surface of an element in a room that only one station sees."""
+
+    element: ElementNumber
+    name: str
+    room: RoomSection | None
+    """null where it is in no room, or the source names none."""
+    area_m2: Area
+
+
+class StationReasonSection(Document):
+    """What only this station sees."""
+
+    station: str
+    own_area_m2: Area
+    """What would no longer be covered without it."""
+    own_parts: tuple[OwnPartSection, ...]
+    """The largest parts of that, largest first."""
+    linked: tuple[str, ...]
+    """Stations it has links to that count for registration."""
+
+
+class StepSection(Mirror):
+    """Coverage after one station more."""
+
+    station: str
+    covered_area_m2: Area
+    fraction_of_achievable: Share | None
+
+
+class PieceSection(Document):
+    """Surface that hangs together."""
+
+    area_m2: Area
+    centroid: Point
+    """Centre of its area; of a bent piece it need not lie on it."""
+    box: tuple[Point, Point]
+    """Lowest and highest corner."""
+    patch: Count
+    """Number of the patch nearest to the centre."""
+
+
+class BestPositionSection(Document):
+    """The candidate that sees most of a surface."""
+
+    position: Point
+    """The sensor's origin."""
+    sees_m2: Area
+    """Of this surface."""
+    adds_m2: Area
+    """Of all that is not worth a station."""
+
+
+class _SurfaceOfElement(Document):
+    element: ElementNumber
+    name: str
+    kind: str
+    source_id: str
+    room: RoomSection | None
+    """null where it is in no room, or the source names none."""
+    floor: FloorId
+
+
+class _WithReason(Document):
+    reason: Reason
+
+
+class _InPieces(Document):
+    area_m2: Area
+    n_pieces: Annotated[Whole, Field(ge=1)]
+    """Connected pieces it is in."""
+    pieces: tuple[PieceSection, ...]
+    """The largest, largest first."""
+
+
+class LeftSurfaceSection(_InPieces, _SurfaceOfElement):
+    """Surface of one element, in one room, that is not covered."""
+
+
+class UnseenSurfaceSection(_InPieces, _WithReason, _SurfaceOfElement):
+    """The same, and why."""
+
+    best_position: Annotated[BestPositionSection | None, Field(alias="best_spot")]
+    """null unless the reason is `not worth a station`."""
+
+
+class WhySection(Document):
+    """What each station adds, and why the unseen stays unseen: docs/method/unseen.md."""
+
+    stations: tuple[StationReasonSection, ...]
+    """One per station, in the order of `stations`."""
+    curve: tuple[StepSection, ...]
+    """Coverage after 1, 2, ... stations, always taking the one that adds most."""
+    area_by_reason_m2: dict[Reason, Area]
+    """Of all that is in scope, each patch counted once; covered comes first."""
+    unlisted_area_m2: dict[Reason, Area]
+    """Of surface that `unseen_surfaces` leaves out: slivers, and what is inside solids."""
+    unseen_surfaces: tuple[UnseenSurfaceSection, ...]
+    """By element, room, floor and reason, largest first."""
