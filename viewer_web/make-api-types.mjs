@@ -23,8 +23,10 @@ async function apiTypes() {
   const { components } = read(new URL('src/api/openapi.json', import.meta.url));
   const head = 'The documents of docs/viewer-api.md. Generated of openapi.json';
   const definitions = referring(components.schemas, '#/components/schemas/');
-  for (const [name, schema] of Object.entries(planDefinitions())) if (name in definitions) definitions[name] = schema;
-  return types(definitions, `${head} by \`npm run types\`: change the models in server/`);
+  // What is as in plan.json has its type from there.
+  for (const name of Object.keys(planDefinitions())) if (name in definitions) definitions[name] = { tsType: `plan.${name}` };
+  const text = await types(definitions, `${head} by \`npm run types\`: change the models in server/`);
+  return text.replace(/\*\/\n/, "*/\nimport type * as plan from '../load/plan-types.ts';\n");
 }
 
 async function planTypes() {

@@ -1,4 +1,21 @@
 /** The documents of docs/viewer-api.md. Generated of openapi.json by `npm run types`: change the models in server/ instead. */
+import type * as plan from '../load/plan-types.ts';
+
+export type AskedSection = plan.AskedSection;
+export type FieldTimeSection = plan.FieldTimeSection;
+export type FloorCoverage = plan.FloorCoverage;
+export type ResultSection = plan.ResultSection;
+export type StationSection = plan.StationSection;
+export type RegistrationSection = plan.RegistrationSection;
+export type RoomSection = plan.RoomSection;
+export type PieceSection = plan.PieceSection;
+export type GapSection = plan.GapSection;
+export type LegSection = plan.LegSection;
+export type LinkSection = plan.LinkSection;
+export type LossSection = plan.LossSection;
+export type NetworkSection = plan.NetworkSection;
+export type RouteSection = plan.RouteSection;
+export type WeakMotionSection = plan.WeakMotionSection;
 
 export interface Documents {
   AddComment: AddComment;
@@ -141,21 +158,6 @@ export interface ZoneDocument {
 export interface Allow {
   kind: 'allow';
   id: string;
-}
-/**
- * Limits on how surfaces are seen; null: none.
- */
-export interface AskedSection {
-  /**
-   * Greatest distance between neighbouring points.
-   */
-  spacing_m: number | null;
-  range_m: number | null;
-  incidence_rad: number | null;
-  /**
-   * Greatest one sigma of range noise.
-   */
-  noise_m: number | null;
 }
 /**
  * Replace the zone of this id.
@@ -606,27 +608,6 @@ export interface CoverageFigures {
   fraction_of_total: number;
 }
 /**
- * Seconds in the field.
- */
-export interface FieldTimeSection {
-  /**
-   * null where nobody tells how long a scan takes.
-   */
-  scanning_s: number | null;
-  /**
-   * Of all stations.
-   */
-  set_up_s: number;
-  /**
-   * Along the legs that can be walked.
-   */
-  walking_s: number;
-  /**
-   * The sum; null where a part is not known.
-   */
-  total_s: number | null;
-}
-/**
  * Figures of the draft at a revision of the review; `stations`, `requirements`, `registration` as in plan.json.
  */
 export interface FiguresOfDraft {
@@ -648,207 +629,6 @@ export interface FiguresOfDraft {
    * Largest first.
    */
   unseen: LeftSurfaceSection[];
-}
-/**
- * Coverage of a floor.
- */
-export interface FloorCoverage {
-  /**
-   * Id of a floor.
-   */
-  floor: string;
-  /**
-   * Seen by at least one admissible candidate or by a station of the plan.
-   */
-  achievable_area_m2: number;
-  /**
-   * All surface of the model that counts here, the inside of walls included.
-   */
-  total_area_m2: number;
-  /**
-   * Seen by at least one station of the plan.
-   */
-  covered_area_m2: number;
-  /**
-   * covered / achievable.
-   */
-  fraction_of_achievable: number;
-  /**
-   * covered / total.
-   */
-  fraction_of_total: number;
-}
-/**
- * What became of one thing that was required: of a floor, overall, of a part.
- */
-export interface ResultSection {
-  name: string;
-  required: number;
-  /**
-   * Stations that must each meet the limits for a surface to count.
-   */
-  seen_from: number;
-  asked: AskedSection;
-  achievable_area_m2: number;
-  covered_area_m2: number;
-  total_area_m2: number;
-  fraction_of_achievable: number;
-  met: boolean;
-}
-/**
- * A station.
- */
-export interface StationSection {
-  id: string;
-  /**
-   * Id of a floor; empty: of none.
-   */
-  floor: string;
-  /**
-   * Order to visit.
-   */
-  order: number;
-  /**
-   * The sensor's origin.
-   *
-   * @minItems 3
-   * @maxItems 3
-   */
-  position: [number, number, number];
-  /**
-   * Sensor above the ground below it; null where that is unknown.
-   */
-  instrument_height_m: number | null;
-  /**
-   * Given by the user, not chosen.
-   */
-  fixed: boolean;
-  /**
-   * Seen from here, as well as is required of all; floors that are not asked for count too.
-   */
-  covered_area_m2: number;
-  /**
-   * What is required and would no longer be covered without this station; of floors not asked for, nothing.
-   */
-  own_area_m2: number;
-  /**
-   * Achievable surface on which some requirement would no longer be met without it; null: not worked out.
-   */
-  lost_area_m2: number | null;
-  /**
-   * By requirement, of those that would lose something.
-   */
-  losses: LossSection[] | null;
-}
-/**
- * What a requirement would lose without a station.
- */
-export interface LossSection {
-  /**
-   * Name of one of `requirements.results`.
-   */
-  requirement: string;
-  /**
-   * Of it, that no longer would be as required.
-   */
-  area_m2: number;
-  /**
-   * Of the requirement, without this station.
-   */
-  fraction_of_achievable: number;
-  /**
-   * Whether the requirement would be met without this station.
-   */
-  met: boolean;
-}
-/**
- * Links between stations, and what they join.
- */
-export interface RegistrationSection {
-  /**
-   * Minimum overlap of a link.
-   */
-  threshold: number;
-  /**
-   * Strength from which on a link counts.
-   */
-  min_strength: number;
-  /**
-   * Links of at least the threshold join all stations.
-   */
-  connected: boolean;
-  links: LinkSection[];
-  /**
-   * Largest first.
-   */
-  networks: NetworkSection[];
-  /**
-   * Links that count, between stations of different floors.
-   */
-  floor_joins: [string, string][];
-  gaps: GapSection[];
-}
-/**
- * Overlap of two stations.
- */
-export interface LinkSection {
-  a: string;
-  b: string;
-  /**
-   * The smaller of both shares of seen area that the other sees too.
-   */
-  overlap: number;
-  /**
-   * How well the shared surface holds the two together in its weakest direction; null where not computed.
-   */
-  strength: number | null;
-  /**
-   * The motion that the shared surface holds least, in words by axes of the scene; empty where not computed.
-   */
-  weak_axis: string;
-  /**
-   * The same as kind and direction; null where not computed, and in plans of older versions.
-   */
-  weak_motion: WeakMotionSection | null;
-}
-/**
- * A motion; its direction is a unit vector in axes of the scene.
- */
-export interface WeakMotionSection {
-  kind: 'shift' | 'turn';
-  /**
-   * @minItems 3
-   * @maxItems 3
-   */
-  direction: [number, number, number];
-}
-/**
- * Stations that links join.
- */
-export interface NetworkSection {
-  stations: string[];
-  floors: string[];
-  n_links: number;
-  /**
-   * Links without which it falls apart.
-   */
-  bridges: [string, string][];
-  /**
-   * Stations without which the others fall apart.
-   */
-  articulations: string[];
-  /**
-   * The link that all hangs on: smallest overlap on the best ways between stations.
-   */
-  bottleneck: LinkSection | null;
-  two_connected: boolean;
-}
-/**
- * Two networks, by their places in the list, and the link between them that comes nearest to counting.
- */
-export interface GapSection {
-  networks: number[];
-  best: LinkSection;
 }
 /**
  * Surface of one element, in one room, that is not covered.
@@ -880,40 +660,6 @@ export interface LeftSurfaceSection {
   pieces: PieceSection[];
 }
 /**
- * A room that the source names.
- */
-export interface RoomSection {
-  name: string;
-  /**
-   * IFC GlobalId.
-   */
-  source_id: string;
-}
-/**
- * Surface that hangs together.
- */
-export interface PieceSection {
-  area_m2: number;
-  /**
-   * Centre of its area; of a bent piece it need not lie on it.
-   *
-   * @minItems 3
-   * @maxItems 3
-   */
-  centroid: [number, number, number];
-  /**
-   * Lowest and highest corner.
-   *
-   * @minItems 2
-   * @maxItems 2
-   */
-  box: [[number, number, number], [number, number, number]];
-  /**
-   * Number of the patch nearest to the centre.
-   */
-  patch: number;
-}
-/**
  * The head of a map of the ground. width x height uint8 follow, row by row from the lowest y: 0 nothing to walk on,
  * 1 walkable, but no tripod can stand, 2 one can, 3 kept free by the review.
  */
@@ -933,31 +679,6 @@ export interface GroundHead {
 export interface Joined {
   connected: boolean;
   n_networks: number;
-}
-/**
- * The way between two stops.
- */
-export interface LegSection {
-  /**
-   * Id of a station; null: the start.
-   */
-  from: string | null;
-  /**
-   * Id of a station; null: the end, or the start of a route that returns.
-   */
-  to: string | null;
-  /**
-   * null where it can't be walked.
-   */
-  length_m: number | null;
-  /**
-   * Ids of the floors passed, in their order.
-   */
-  floors: string[];
-  /**
-   * Corners of the way, on the ground; empty where it can't be walked.
-   */
-  points: [number, number, number][];
 }
 /**
  * How far the live side is: it answers what moved stations are worth, once the scene is loaded.
@@ -1071,47 +792,6 @@ export interface RouteOfDraft {
   revision: number;
   route: RouteSection | null;
   field_time: FieldTimeSection | null;
-}
-/**
- * The route through the stations.
- */
-export interface RouteSection {
-  /**
-   * Along the legs that can be walked.
-   */
-  length_m: number;
-  /**
-   * Legs that no way inside the model leads along.
-   */
-  n_unwalkable: number;
-  /**
-   * The route ends where it begins.
-   */
-  returns: boolean;
-  /**
-   * No order of these stations, a storey at a time, makes a shorter route.
-   */
-  exact: boolean;
-  /**
-   * Where the route begins, on the ground; null: at the first station.
-   */
-  start: [number, number, number] | null;
-  /**
-   * Where it ends; null: at the last station, or where it begins.
-   */
-  end: [number, number, number] | null;
-  /**
-   * Ids of all stations in the order of visits; those left out last.
-   */
-  order: string[];
-  /**
-   * Ids of stations to which no way leads.
-   */
-  left_out: string[];
-  /**
-   * From stop to stop, in their order.
-   */
-  legs: LegSection[];
 }
 /**
  * The best stations so far; of a run that has a plan, those of the plan.
