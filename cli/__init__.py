@@ -1,4 +1,4 @@
-"""tlsplan from Python: load a building, plan it, look at the plan, hand it over. docs/howto/notebook.md shows it.
+"""tlsplan from Python: load a building, plan it, evaluate stations, export. docs/howto/notebook.md shows it.
 
     scene = tlsplan.load_scene("building.ifc")
     plan = tlsplan.plan(scene, scanner="rtc360:6mm", coverage="95 %")

@@ -98,7 +98,7 @@ def settings(
     Raises
     ------
     RequirementError
-        What is not understood, or makes no sense.
+        An entry that is not understood, or is not valid.
     """
     chosen = {name: more.pop(name) for name in _SETTINGS & set(more)}
     if requirements is None:
@@ -111,7 +111,7 @@ def settings(
 
 def plan(
     scene: Scene,
-    told: PlanSettings | None = None,
+    settings: PlanSettings | None = None,
     *,
     engine: str = "auto",
     device: str | None = None,
@@ -122,10 +122,10 @@ def plan(
 
     Parameters
     ----------
-    told
-        Settings; None: of what is in `more`, which `settings` takes.
+    settings
+        None: made from `more`, by the function `settings`.
     engine, device
-        What casts the beams: `auto`, `opencl` or `open3d`; OpenCL device by number or part of its name.
+        Scan engine: `auto`, `opencl` or `open3d`; OpenCL device by number or part of its name.
     progress
         Is called with one `ProgressEvent` after the other; a KeyboardInterrupt that it raises while stations are
         chosen ends the search with the best plan so far.
@@ -133,28 +133,28 @@ def plan(
     Raises
     ------
     PlannerError
-        Settings that make no sense or can't be met, no device; one line.
+        Settings that are not valid or can't be met, no device; one line.
     """
-    return make_plan(scene, _settings(told, more), engine=engine, device=device, progress=progress)
+    return make_plan(scene, _settings(settings, more), engine=engine, device=device, progress=progress)
 
 
 def evaluate(
     scene: Scene,
     stations: str | Path | Iterable[Sequence[float]],
-    told: PlanSettings | None = None,
+    settings: PlanSettings | None = None,
     *,
     engine: str = "auto",
     device: str | None = None,
     progress: Progress = silent,
     **more: Any,
 ) -> Plan:
-    """Return what given stations are worth, by the figures of a plan.
+    """Evaluate given stations: the figures of a plan.
 
     Parameters
     ----------
     stations
         A CSV or plan.json; or positions (x, y, z) of the sensor, scene frame, metres.
-    told, engine, device, progress, more
+    settings, engine, device, progress, more
         As for `plan`.
 
     Raises
@@ -163,7 +163,7 @@ def evaluate(
         As `plan`; or stations that can't be read.
     """
     given = read_station_list(Path(stations)) if isinstance(stations, str | Path) else _given(stations)
-    return evaluate_stations(scene, _settings(told, more), given, engine=engine, device=device, progress=progress)
+    return evaluate_stations(scene, _settings(settings, more), given, engine=engine, device=device, progress=progress)
 
 
 def write_plan(plan: Plan, folder: str | Path, *, overwrite: bool = False, progress: Progress = silent) -> PlanSource:

@@ -1,6 +1,6 @@
 """The requirements file as one model: entries, their units, what they may be. See docs/formats/requirements.md.
 
-What is left out is None, and follows what is asked of all; a limit that is `any` is infinite.
+What is left out is None, and follows the requirements of the whole; a limit that is `any` is infinite.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def _said(read: Callable[[Any], float | None]) -> BeforeValidator:
 
 
 def _limit(read: Callable[[Any], float]) -> BeforeValidator:
-    """`any` asks no limit where one is asked of all."""
+    """`any`: no limit, where the whole has one."""
     return _said(
         lambda value: math.inf if isinstance(value, str) and value.strip().casefold() == "any" else read(value)
     )
@@ -121,56 +121,56 @@ _FINE = {"exclusiveMinimum": 0, "maximum": 0.1}
 
 
 class PartEntries(Entries):
-    """What may be asked of all, and of a part."""
+    """Requirements of the whole, and of a part."""
 
     coverage: _Share = None
-    """Share of the achievable area, e.g. 95 % or 0.95."""
+    """Share of the scannable area, e.g. 95 % or 0.95."""
     spacing: Annotated[
         float | None,
         _limit(lambda value: length_m(value, bare=(0.0, 0.1), most=1.0, example="6 mm")),
         _forms(_FINE, _LENGTH, "any"),
     ] = None
-    """Greatest distance between neighbouring points, e.g. 6 mm; a bare number is metres."""
+    """Maximum distance between neighbouring points, e.g. 6 mm; a bare number is metres."""
     range: Annotated[
         float | None,
         _limit(lambda value: length_m(value, bare=(1.0, 10_000.0), most=10_000.0, example="20 m")),
         _forms({"minimum": 1, "maximum": 10_000}, _LENGTH, "any"),
     ] = None
-    """Greatest range, e.g. 20 m; a bare number is metres."""
+    """Maximum range, e.g. 20 m; a bare number is metres."""
     incidence: Annotated[
         float | None, _limit(angle_rad), _forms({"exclusiveMinimum": 2, "maximum": 90}, _ANGLE, "any")
     ] = None
-    """Greatest angle between beam and surface normal, e.g. 65 deg; a bare number is degrees."""
+    """Maximum angle between beam and surface normal, e.g. 65 deg; a bare number is degrees."""
     noise: Annotated[
         float | None,
         _limit(lambda value: length_m(value, bare=(0.0, 0.1), most=1.0, example="2 mm")),
         _forms(_FINE, _LENGTH, "any"),
     ] = None
-    """Greatest one sigma of range noise, e.g. 2 mm; a bare number is metres."""
+    """Maximum one sigma of range noise, e.g. 2 mm; a bare number is metres."""
     seen_from: Annotated[
         int | None,
         _said(count),
         WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1, "maximum": 100}, _NULL]}),
     ] = None
-    """Stations that each meet the limits."""
+    """Minimum number of stations that each meet the limits."""
 
 
 class FloorEntries(PartEntries, ShortEntries):
-    """What is asked of a floor, or only its coverage."""
+    """Requirements of a floor, or only its coverage."""
 
     name: _Name | None = None
     classes: _Names | None = None
 
 
 class ClassEntries(PartEntries, ShortEntries):
-    """What is asked of elements of a class or name, or only their coverage."""
+    """Requirements of elements of a class or name, or only their coverage."""
 
     name: _Name | None = None
     floors: _Names | None = None
 
 
 class ZoneEntries(PartEntries):
-    """What is asked of a part that an outline, heights, floors or classes tell."""
+    """Requirements of a part given by outline, heights, floors or classes."""
 
     model_config = ConfigDict(
         json_schema_extra={"anyOf": [{"required": [key]} for key in ("outline", "heights", "floors", "classes")]}
@@ -195,7 +195,7 @@ class RequirementsFile(PartEntries):
     reflectivity: Annotated[float | None, _said(lambda value: share(value, example="80 %")), _shares()] = None
     """Of the surfaces met head on, for noise, e.g. 80 %."""
     overlap: Annotated[float | None, _said(lambda value: share(value, zero=True, example="30 %")), _shares(0)] = None
-    """Least overlap of a link between stations, e.g. 30 %."""
+    """Minimum overlap of a link between stations, e.g. 30 %."""
     network: Annotated[
         NetworkKind | None,
         BeforeValidator(_network),

@@ -9,7 +9,7 @@ from tlsplan.document_schemas import schema_texts
 FORMATS = Path(__file__).resolve().parents[2] / "docs" / "formats"
 
 
-@pytest.mark.parametrize(("name", "text"), schema_texts().items())
+@pytest.mark.parametrize(("name", "text"), schema_texts().items(), ids=schema_texts())
 def test_committed_schema_is_what_its_model_generates(name: str, text: str) -> None:
     assert (FORMATS / name).read_text(encoding="utf-8") == text, "run `make docs`"
 

@@ -74,7 +74,7 @@ class PlanDocument(Document):
     """In the order to visit."""
     coverage: CoverageSection
     coverage_curve: tuple[Share | None, ...]
-    """Covered share of the achievable area after 1, 2, ... stations in the order of choice."""
+    """Covered share of the scannable area after 1, 2, ... stations in the order of choice."""
     optimality: OptimalitySection
     registration: RegistrationSection
     route: RouteSection | None = None

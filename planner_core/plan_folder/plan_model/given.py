@@ -219,7 +219,7 @@ class RequirementsSection(Mirror):
     made: ClassVar = Requirements
 
     coverage: Required
-    """Share of the achievable area required, overall and on each floor."""
+    """Share of the scannable area required, overall and on each floor."""
     overlap: Required
     """Share of seen area that makes two stations linked."""
     floors: tuple[str, ...]

@@ -115,7 +115,7 @@ class CoverageFigures(Mirror):
     covered_area_m2: Area
     """Seen by at least one station of the plan."""
     fraction_of_achievable: Share
-    """covered / achievable."""
+    """covered / scannable."""
     fraction_of_total: Share
     """covered / total."""
 
@@ -162,7 +162,7 @@ class OptimalitySection(Document):
     greedy_stations: Count | None = None
     """Stations that greedy selection takes for the same; null: not known."""
     value: Number | None = None
-    """Of another objective than fewest stations: seconds in the field, or fraction of the achievable area covered."""
+    """Of another objective than fewest stations: seconds in the field, or fraction of the scannable area covered."""
     bound: Number | None = None
     """What no plan on these candidates is better than, in the same unit."""
 

@@ -599,7 +599,7 @@ export interface CoverageFigures {
    */
   covered_area_m2: number;
   /**
-   * covered / achievable.
+   * covered / scannable.
    */
   fraction_of_achievable: number;
   /**

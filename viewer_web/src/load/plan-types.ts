@@ -98,7 +98,7 @@ export interface CoverageSection {
    */
   covered_area_m2: number;
   /**
-   * covered / achievable.
+   * covered / scannable.
    */
   fraction_of_achievable: number;
   /**
@@ -131,7 +131,7 @@ export interface FloorCoverage {
    */
   covered_area_m2: number;
   /**
-   * covered / achievable.
+   * covered / scannable.
    */
   fraction_of_achievable: number;
   /**
@@ -419,7 +419,7 @@ export interface OptimalitySection {
    */
   greedy_stations: number | null;
   /**
-   * Of another objective than fewest stations: seconds in the field, or fraction of the achievable area covered.
+   * Of another objective than fewest stations: seconds in the field, or fraction of the scannable area covered.
    */
   value: number | null;
   /**
@@ -582,7 +582,7 @@ export interface Repairs {
  */
 export interface RequirementsSection {
   /**
-   * Share of the achievable area required, overall and on each floor.
+   * Share of the scannable area required, overall and on each floor.
    */
   coverage: number;
   /**
@@ -1086,7 +1086,7 @@ export interface PlanDocument {
   stations: StationSection[];
   coverage: CoverageSection;
   /**
-   * Covered share of the achievable area after 1, 2, ... stations in the order of choice.
+   * Covered share of the scannable area after 1, 2, ... stations in the order of choice.
    */
   coverage_curve: (number | null)[];
   optimality: OptimalitySection;
