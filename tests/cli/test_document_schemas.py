@@ -1,5 +1,6 @@
 """JSON Schemas in docs/formats: those that `make docs` makes of the models."""
 
+import json
 from pathlib import Path
 
 import jsonschema
@@ -16,8 +17,6 @@ def test_committed_schema_is_what_its_model_generates(name: str, text: str) -> N
 
 @pytest.mark.parametrize("text", schema_texts().values(), ids=schema_texts())
 def test_schemas_are_ones(text: str) -> None:
-    import json
-
     jsonschema.Draft202012Validator.check_schema(json.loads(text))
 
 
