@@ -24,7 +24,8 @@ async function apiTypes() {
   const head = 'The documents of docs/viewer-api.md. Generated of openapi.json';
   const definitions = referring(components.schemas, '#/components/schemas/');
   // What is as in plan.json has its type from there.
-  for (const name of Object.keys(planDefinitions())) if (name in definitions) definitions[name] = { tsType: `plan.${name}` };
+  for (const name of Object.keys(planDefinitions()))
+    if (name in definitions) definitions[name] = { tsType: `plan.${name}` };
   const text = await types(definitions, `${head} by \`npm run types\`: change the models in server/`);
   return text.replace(/\*\/\n/, "*/\nimport type * as plan from '../load/plan-types.ts';\n");
 }
