@@ -94,6 +94,15 @@ class PlanSettings:
         """Seconds of one scan: as told, else as the scanner's mode says; None where nobody knows."""
         return self.scanner.seconds_per_scan if self.seconds_per_scan is None else self.seconds_per_scan
 
+    @property
+    def heights_to_try_m(self) -> tuple[float, ...]:
+        """Instrument heights of candidates, lowest first: those given, or the scanner's range in steps."""
+        if self.instrument_heights_m:
+            return tuple(sorted(set(self.instrument_heights_m)))
+        low, high = self.scanner.instrument_height_min_m, self.scanner.instrument_height_max_m
+        n_steps = math.floor((high - low) / self.height_step_m + 1e-9)
+        return tuple(low + self.height_step_m * step for step in range(n_steps + 1))
+
     def _check_figures(self) -> None:
         for name in ("grid_step_m", "height_step_m", "max_patch_area_m2"):
             value = getattr(self, name)

@@ -15,8 +15,7 @@ import numpy as np
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import Candidates, FloatArray, PlanSettings, Survey
-from planner_core.positions.admissibility import reject
-from planner_core.positions.grid import NO_GROUND, Tally, lies_mostly_indoors
+from planner_core.positions.admissibility import Tally, TripodTests
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.progress import Progress, silent
 
@@ -50,7 +49,10 @@ def sample_at_random(
     if n_each < 0 or seed < 0:
         raise RequirementError(f"random starts: got n_each {n_each}, seed {seed}, expected 0 or more; e.g. 100 and 0")
     tally = Tally()
-    drawn = [_on_floor(survey, settings, engine, index, n_each, seed, tally, progress) for index in floors]
+    drawn = []
+    for index in floors:
+        tests = TripodTests(survey, settings, engine, survey.floors[index], tally=tally, progress=progress)
+        drawn.append(_on_floor(survey, settings, index, n_each, seed, tests))
     sizes = [height.size for _, height in drawn]
     return Candidates(
         position_m=np.ascontiguousarray(np.concatenate([np.empty((0, 3)), *(place for place, _ in drawn)])),
@@ -62,19 +64,11 @@ def sample_at_random(
 
 
 def _on_floor(
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    index: int,
-    n_wanted: int,
-    seed: int,
-    tally: Tally,
-    progress: Progress,
+    survey: Survey, settings: PlanSettings, index: int, n_wanted: int, seed: int, tests: TripodTests
 ) -> tuple[FloatArray, FloatArray]:
     """Positions (N, 3) and instrument heights (N,) of one floor."""
     floor = survey.floors[index]
     surface = GroundSurface(survey, floor)
-    mostly_covered = lies_mostly_indoors(survey, settings, engine, floor)
     stream = np.random.Generator(np.random.Philox(np.random.SeedSequence(seed, spawn_key=(index,))))
     position_m, height_m = np.empty((0, 3)), np.empty(0)
     left = MAX_DRAWS_EACH * n_wanted
@@ -84,19 +78,11 @@ def _on_floor(
         plan = floor.bounds_m[0] + u[:, :2] * (floor.bounds_m[1] - floor.bounds_m[0])
         ground = _some_ground(surface, plan, u[:, 2])
         height = _heights_m(settings, u[:, 3])
-        bare = np.isnan(ground)
-        tally.n_tried += bare.size
-        tally.refuse(NO_GROUND, int(np.count_nonzero(bare)))
-        position = np.column_stack([plan, ground + height])[~bare]
-        height = height[~bare]
-        kept, reasons = reject(
-            survey, floor, settings, engine, position, ground[~bare], mostly_covered=mostly_covered, progress=progress
-        )
-        for reason, number in reasons.items():
-            tally.refuse(reason, number)
+        position = np.column_stack([plan, ground + height])
+        kept = tests.keep(position, ground)
         position_m = np.concatenate([position_m, position[kept]])
         height_m = np.concatenate([height_m, height[kept]])
-    tally.refuse("more than asked for", max(0, height_m.size - n_wanted))
+    tests.tally.refuse("more than asked for", max(0, height_m.size - n_wanted))
     return position_m[:n_wanted], height_m[:n_wanted]
 
 

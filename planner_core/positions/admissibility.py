@@ -16,16 +16,21 @@ directions at three heights, since a table or a railing is lower than the sensor
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Floor, PlanSettings, RayHits, Survey
+from planner_core.positions.ground_surface import grid_on_ground
 from planner_core.progress import Progress, ProgressEvent, silent
 
 #: Room for the hand and the instrument's carrying handle.
 HEADROOM_M = 0.2
 #: Ground under the feet may differ this much from that under the sensor; a ledge is deeper.
 MAX_STEP_M = 0.15
+#: The reason of positions that have no ground of their floor below them.
+NO_GROUND = "no ground of this floor below"
 #: The lowest level of the clearance test: over thresholds and rugs.
 SHIN_M = 0.2
 #: A height counts as ground if it is this near; float32 ranges of tens of metres are good to micrometres.
@@ -42,96 +47,111 @@ _BODY_DIRECTIONS = 8
 #: it or not by rounding, and Embree has been seen to report such a plane at range 0. At 0.4 m it is 3 mm.
 _OFF_AXIS_RAD = 0.0071
 _ENCLOSURE_DIRECTIONS = 16
+_UP, _DOWN = np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, 0.0, -1.0]])
 
 
-def reject(
-    survey: Survey,
-    floor: Floor,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    position_m: FloatArray,
-    ground_m: FloatArray,
-    *,
-    mostly_covered: bool,
-    progress: Progress = silent,
-) -> tuple[BoolArray, dict[str, int]]:
-    """Test positions (N, 3) over ground at heights (N,) of `floor`; `mostly_covered` as `is_mostly_covered` says.
+class Tally:
+    """How many positions were tried, and why some were refused."""
 
-    Returns
-    -------
-    (N,) bool, True where a tripod can stand; and how many were refused, by reason. A position refused by one test is
-    not counted by the next.
-    """
-    probe = _Probe(survey, floor, settings, engine, mostly_covered=mostly_covered)
-    tests = (
-        ("too little headroom", probe.lacks_headroom),
-        ("something between sensor and ground", probe.lacks_ground),
-        ("uneven or no ground around", probe.lacks_ring),
-        ("too close to something", probe.lacks_clearance),
-        ("outside the building", probe.is_outside),
-    )
-    kept = np.ones(position_m.shape[0], dtype=bool)
-    reasons: dict[str, int] = {}
-    for number, (reason, test) in enumerate(tests):
-        left = np.flatnonzero(kept)
-        bad = left[test(position_m[left], ground_m[left])]
-        kept[bad] = False
-        if bad.size:
-            reasons[reason] = int(bad.size)
-        progress(ProgressEvent("candidates", number + 1, len(tests), floor.name))
-    return kept, reasons
+    def __init__(self) -> None:
+        self.n_tried = 0
+        self.rejected: dict[str, int] = {}
+
+    def refuse(self, reason: str, number: int) -> None:
+        """Count positions refused for `reason`."""
+        if number:
+            self.rejected[reason] = self.rejected.get(reason, 0) + number
 
 
-def is_mostly_covered(survey: Survey, engine: ScanEngine, plan_m: FloatArray, ground_m: FloatArray) -> bool:
-    """Whether most of a floor, given by places (N, 2) with ground heights (N,), has something overhead.
+class TripodTests:
+    """The tests on one floor of a survey, and a tally of what they refused.
 
     A floor that is open for the most part (no roof in the model) is taken as it is; of any other, what lies under open
     sky is outside.
     """
-    if not ground_m.size:
-        return False
-    over = np.column_stack([plan_m, ground_m + _SLACK_M])
-    up = np.tile(np.array([[0.0, 0.0, 1.0]]), (over.shape[0], 1))
-    hits = engine.cast_rays(over, up, range_max_m=_reach_m(survey))
-    return bool(np.isfinite(hits.range_m).mean() >= 0.5)
-
-
-def _reach_m(survey: Survey) -> float:
-    """Longer than any line through the scene."""
-    # Axis by axis: along rows NumPy takes 25 times as long, which live editing asks for with every place.
-    extent_m = [np.ptp(along) for along in survey.scene.vertices_m.T]
-    return float(np.linalg.norm(extent_m)) + 1.0
-
-
-class _Probe:
-    """The tests on one floor. Each takes positions (K, 3) and ground heights (K,), gives (K,) bool, True = refused."""
 
     def __init__(
-        self, survey: Survey, floor: Floor, settings: PlanSettings, engine: ScanEngine, *, mostly_covered: bool
+        self,
+        survey: Survey,
+        settings: PlanSettings,
+        engine: ScanEngine,
+        floor: Floor,
+        *,
+        tally: Tally | None = None,
+        progress: Progress = silent,
     ) -> None:
-        self._mostly_covered = mostly_covered
-        self._engine = engine
-        self._settings = settings
-        self._floor = floor
+        self.tally = Tally() if tally is None else tally
+        self._settings, self._engine, self._floor, self._progress = settings, engine, floor, progress
+        # Axis by axis: along rows NumPy takes 25 times as long.
+        extent_m = [np.ptp(along) for along in survey.scene.vertices_m.T]
+        self._reach_m = float(np.linalg.norm(extent_m)) + 1.0  # longer than any line through the scene
         self._is_ground = np.zeros(survey.scene.n_triangles + 1, dtype=bool)  # the last entry is the miss, -1
         self._is_ground[floor.ground_triangles] = True
-        self._reach_m = _reach_m(survey)
+        self._has_slab = floor.ground_triangles.size > 0
+        self._mostly_covered = self._has_slab and self._is_mostly_covered(survey)
 
-    def lacks_headroom(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
+    def with_ground(self, floor: Floor) -> TripodTests:
+        """Return the same tests where the ground triangles of `floor` are the ground."""
+        other = copy(self)
+        other._is_ground = np.zeros_like(self._is_ground)
+        other._is_ground[floor.ground_triangles] = True
+        return other
+
+    def keep(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
+        """(N,) bool: where a tripod can stand, of positions (N, 3) over ground at heights (N,); told to the tally.
+
+        A position without ground has NaN for its height.
+        """
+        kept = ~np.isnan(ground_m)
+        self.tally.n_tried += kept.size
+        self.tally.refuse(NO_GROUND, int(np.count_nonzero(~kept)))
+        kept[kept], reasons = self.reject(position_m[kept], ground_m[kept])
+        for reason, number in reasons.items():
+            self.tally.refuse(reason, number)
+        return kept
+
+    def reject(self, position_m: FloatArray, ground_m: FloatArray) -> tuple[BoolArray, dict[str, int]]:
+        """Test positions (N, 3) over ground at heights (N,), without a word to the tally.
+
+        Returns
+        -------
+        (N,) bool, True where a tripod can stand; and how many were refused, by reason. A position refused by one test
+        is not counted by the next.
+        """
+        tests = (
+            ("too little headroom", self._lacks_headroom),
+            ("something between sensor and ground", self._lacks_ground),
+            ("uneven or no ground around", self._lacks_ring),
+            ("too close to something", self._lacks_clearance),
+            ("outside the building", self._is_outside),
+        )
+        kept = np.ones(position_m.shape[0], dtype=bool)
+        reasons: dict[str, int] = {}
+        for number, (reason, test) in enumerate(tests):
+            left = np.flatnonzero(kept)
+            bad = left[test(position_m[left], ground_m[left])]
+            kept[bad] = False
+            if bad.size:
+                reasons[reason] = int(bad.size)
+            self._progress(ProgressEvent("candidates", number + 1, len(tests), self._floor.name))
+        return kept, reasons
+
+    # Each takes positions (K, 3) and ground heights (K,), gives (K,) bool, True = refused.
+    def _lacks_headroom(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         del ground_m
-        return self._hits_any(position_m, np.array([[0.0, 0.0, 1.0]]), HEADROOM_M)
+        return self._hits_any(position_m, _UP, HEADROOM_M)
 
-    def lacks_ground(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
+    def _lacks_ground(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         return ~self._stands(position_m, position_m[:, 2] - ground_m, _SLACK_M)
 
-    def lacks_ring(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
+    def _lacks_ring(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         ring = _circle(self._settings.n_ground_ring_rays) * self._settings.ground_ring_radius_m
         feet = (position_m[:, None, :] + ring).reshape(-1, 3)
         height = np.repeat(position_m[:, 2] - ground_m, ring.shape[0])
         stands = self._stands(feet, height, MAX_STEP_M)
         return np.asarray((~stands).reshape(-1, ring.shape[0]).any(axis=1))
 
-    def lacks_clearance(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
+    def _lacks_clearance(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         bad = np.zeros(position_m.shape[0], dtype=bool)
         height = position_m[:, 2] - ground_m
         for share in (0.0, 0.5, 1.0):  # of the way from the shins up to the sensor
@@ -142,21 +162,29 @@ class _Probe:
             bad[left] = self._hits_any(level[left], _circle(_BODY_DIRECTIONS), self._settings.clearance_m)
         return bad
 
-    def is_outside(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
+    def _is_outside(self, position_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         del ground_m
-        if self._floor.ground_triangles.size == 0:
+        if not self._has_slab:
             hits = self._cast(position_m, _circle(_ENCLOSURE_DIRECTIONS), self._reach_m)
             ends = np.isfinite(hits.range_m).reshape(-1, _ENCLOSURE_DIRECTIONS)
             return np.asarray(ends.mean(axis=1) < _ENCLOSED_SHARE)
         if not self._mostly_covered:
             return np.zeros(position_m.shape[0], dtype=bool)
-        return ~self._hits_any(position_m, np.array([[0.0, 0.0, 1.0]]), self._reach_m)
+        return ~self._hits_any(position_m, _UP, self._reach_m)
+
+    def _is_mostly_covered(self, survey: Survey) -> bool:
+        plan_m, ground_m, _ = grid_on_ground(survey, self._floor, self._settings.grid_step_m)
+        if not ground_m.size:
+            return False
+        over = np.column_stack([plan_m, ground_m + _SLACK_M])
+        up = np.broadcast_to(_UP, over.shape)
+        return bool(np.isfinite(self._engine.cast_rays(over, up, range_max_m=self._reach_m).range_m).mean() >= 0.5)
 
     def _stands(self, position_m: FloatArray, height_m: FloatArray, slack_m: float) -> BoolArray:
         """Tell whether ground is the first thing straight below, `height_m` down."""
-        hits = self._cast(position_m, np.array([[0.0, 0.0, -1.0]]), self._reach_m)
+        hits = self._cast(position_m, _DOWN, self._reach_m)
         with np.errstate(invalid="ignore"):
-            if self._floor.ground_triangles.size == 0:
+            if not self._has_slab:
                 # A slab of another kind at that height is ground just as well.
                 return ~(hits.range_m < height_m - slack_m)
             off_m = np.abs(hits.range_m - height_m)

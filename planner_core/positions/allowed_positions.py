@@ -16,9 +16,10 @@ import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, Candidates, FloatArray, Int32Array, Int64Array, PlanSettings, Role, Survey
+from planner_core.positions.admissibility import Tally, TripodTests
 from planner_core.positions.doorways import centre_in_doorways
 from planner_core.positions.free_space import FreeSpace, free_space
-from planner_core.positions.grid import Tally, admitted, find_candidates, is_near, lies_mostly_indoors
+from planner_core.positions.grid import at_heights, find_candidates, is_near
 from planner_core.positions.landings import find_landings
 from planner_core.positions.local_site import LocalSite, local_site
 from planner_core.positions.prior_stations import PriorPosition, place_prior, with_ground_around
@@ -231,28 +232,15 @@ def _special(
         n_landings = len(ground_m) - len(doorway_m) - rooms.centre.size
         kind = np.repeat(_SPECIAL, [len(doorway_m), rooms.centre.size, n_landings])
         new = ~is_near(ground_m[:, :2], grid.position_m[grid.floor == index][:, :2], _NEAR_M)
-        parts += _admitted(survey, settings, engine, index, ground_m[new], kind[new], tally)
-    return parts
-
-
-def _admitted(
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    index: int,
-    ground_m: FloatArray,
-    kind: Int64Array,
-    tally: Tally,
-) -> list[_Found]:
-    floor = survey.floors[index]
-    indoors = lies_mostly_indoors(survey, settings, engine, floor)
-    floor = with_ground_around(survey, floor, ground_m)
-    parts = []
-    for number in np.unique(kind).tolist():
-        at = ground_m[kind == number]
-        position, height = admitted(survey, floor, settings, engine, at[:, :2], at[:, 2], tally, mostly_covered=indoors)
-        n = height.size
-        parts.append(_Found(position, np.full(n, index, np.int32), height, np.full(n, number, np.int32)))
+        ground_m, kind = ground_m[new], kind[new]
+        floor = survey.floors[index]
+        tests = TripodTests(survey, settings, engine, floor, tally=tally)
+        tests = tests.with_ground(with_ground_around(survey, floor, ground_m))
+        for number in np.unique(kind).tolist():
+            at = ground_m[kind == number]
+            position, height = at_heights(settings.heights_to_try_m, at[:, :2], at[:, 2], tests)
+            n = height.size
+            parts.append(_Found(position, np.full(n, index, np.int32), height, np.full(n, number, np.int32)))
     return parts
 
 

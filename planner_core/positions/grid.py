@@ -17,19 +17,14 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, Candidates, FloatArray, Floor, Int64Array, PlanSettings, Survey
-from planner_core.positions.admissibility import is_mostly_covered, reject
+from planner_core.model import BoolArray, Candidates, FloatArray, Floor, PlanSettings, Survey
+from planner_core.positions.admissibility import NO_GROUND, Tally, TripodTests
+from planner_core.positions.ground_surface import grid_on_ground
 from planner_core.positions.rounding import as_written_m
 from planner_core.progress import Progress, silent
-from planner_core.scene.columns import sample_columns
 
 #: The grid is halved this often where it found nothing: 0.5 m become 0.125 m, finer than anybody sets up a tripod.
 N_HALVINGS = 2
-#: The reason of positions that have no ground of their floor below them.
-NO_GROUND = "no ground of this floor below"
-#: Two grounds of one column closer than this are one: a covering on its slab, the upper one counts.
-_SAME_GROUND_M = 0.1
 
 
 def find_candidates(
@@ -48,9 +43,10 @@ def find_candidates(
     reason, see `planner_core.positions.admissibility`.
     """
     tally = Tally()
-    on_floor = [
-        _on_floor(survey, settings, engine, survey.floors[index], n_halvings, tally, progress) for index in floors
-    ]
+    on_floor = []
+    for floor in (survey.floors[index] for index in floors):
+        tests = TripodTests(survey, settings, engine, floor, tally=tally, progress=progress)
+        on_floor.append(_on_floor(survey, settings, floor, n_halvings, tests))
     sizes = [height.size for _, height in on_floor]
     return Candidates(
         position_m=np.ascontiguousarray(np.concatenate([np.empty((0, 3)), *(place for place, _ in on_floor)])),
@@ -61,83 +57,38 @@ def find_candidates(
     )
 
 
-def lies_mostly_indoors(survey: Survey, settings: PlanSettings, engine: ScanEngine, floor: Floor) -> bool:
-    """Whether most of the floor's ground has something overhead, see `admissibility.is_mostly_covered`."""
-    plan_m, ground_m, _ = _grid_on_ground(survey, floor, settings.grid_step_m)
-    return is_mostly_covered(survey, engine, plan_m, ground_m)
-
-
-class Tally:
-    """How many grid points were tried, and why some were refused."""
-
-    def __init__(self) -> None:
-        self.n_tried = 0
-        self.rejected: dict[str, int] = {}
-
-    def refuse(self, reason: str, number: int) -> None:
-        """Count positions refused for `reason`."""
-        if number:
-            self.rejected[reason] = self.rejected.get(reason, 0) + number
-
-
 def _on_floor(
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    floor: Floor,
-    n_halvings: int,
-    tally: Tally,
-    progress: Progress,
+    survey: Survey, settings: PlanSettings, floor: Floor, n_halvings: int, tests: TripodTests
 ) -> tuple[FloatArray, FloatArray]:
     """Positions (N, 3) and instrument heights (N,) of one floor, ordered by y, x, height."""
     # Two spots on either side of a wall are at least twice the clearance apart: a candidate nearer is in the same room.
     reach_m = min(settings.grid_step_m, 2.0 * settings.clearance_m or 0.5 * settings.grid_step_m)
-    n_heights = instrument_heights_m(settings).size
+    heights_m = settings.heights_to_try_m
     position_m, height_m = np.empty((0, 3)), np.empty(0)
     for halving in range(n_halvings + 1):
-        plan_m, ground_m, n_bare = _grid_on_ground(survey, floor, settings.grid_step_m / 2**halving)
-        far = ~is_near(plan_m, position_m[:, :2], reach_m)
-        plan_m, ground_m = plan_m[far], ground_m[far]
+        plan_m, ground_m, n_bare = grid_on_ground(survey, floor, settings.grid_step_m / 2**halving)
         if halving == 0:
-            tally.n_tried += n_bare * n_heights
-            tally.refuse(NO_GROUND, n_bare * n_heights)
-            mostly_covered = is_mostly_covered(survey, engine, plan_m, ground_m)
-        position, height = admitted(
-            survey, floor, settings, engine, plan_m, ground_m, tally, mostly_covered=mostly_covered, progress=progress
-        )
+            tests.tally.n_tried += n_bare * len(heights_m)
+            tests.tally.refuse(NO_GROUND, n_bare * len(heights_m))
+        far = ~is_near(plan_m, position_m[:, :2], reach_m)
+        position, height = at_heights(heights_m, plan_m[far], ground_m[far], tests)
         position_m = np.concatenate([position_m, position])
         height_m = np.concatenate([height_m, height])
     order = np.lexsort((height_m, position_m[:, 0], position_m[:, 1]))
     return position_m[order], height_m[order]
 
 
-def admitted(
-    survey: Survey,
-    floor: Floor,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    plan_m: FloatArray,
-    ground_m: FloatArray,
-    tally: Tally,
-    *,
-    mostly_covered: bool,
-    progress: Progress = silent,
+def at_heights(
+    heights_m: tuple[float, ...], plan_m: FloatArray, ground_m: FloatArray, tests: TripodTests
 ) -> tuple[FloatArray, FloatArray]:
-    """Positions (K, 3) and heights (K,) at which a tripod can stand, over places (N, 2) with grounds (N,) of `floor`.
+    """Positions (K, 3) and heights (K,) at which a tripod can stand, over places (N, 2) with grounds (N,).
 
-    Every height of the settings is tried over every place, and told to `tally`. Places and heights have as many digits
-    as plan.json keeps.
+    Every height is tried over every place. Places and heights have as many digits as plan.json keeps.
     """
-    heights_m = as_written_m(instrument_heights_m(settings))
-    height = np.tile(heights_m, ground_m.size)
-    ground = np.repeat(ground_m, heights_m.size)
-    position = as_written_m(np.column_stack([np.repeat(plan_m, heights_m.size, axis=0), ground + height]))
-    tally.n_tried += height.size
-    kept, reasons = reject(
-        survey, floor, settings, engine, position, ground, mostly_covered=mostly_covered, progress=progress
-    )
-    for reason, number in reasons.items():
-        tally.refuse(reason, number)
+    height = np.tile(as_written_m(np.array(heights_m)), ground_m.size)
+    ground = np.repeat(ground_m, len(heights_m))
+    position = as_written_m(np.column_stack([np.repeat(plan_m, len(heights_m), axis=0), ground + height]))
+    kept = tests.keep(position, ground)
     return position[kept], height[kept]
 
 
@@ -147,41 +98,3 @@ def is_near(plan_m: FloatArray, taken_m: FloatArray, reach_m: float) -> BoolArra
         return np.zeros(plan_m.shape[0], dtype=bool)
     distance_m, _ = cKDTree(taken_m).query(plan_m, distance_upper_bound=reach_m)
     return np.asarray(np.isfinite(distance_m), dtype=bool)
-
-
-def instrument_heights_m(settings: PlanSettings) -> FloatArray:
-    """(H,) float64: the heights to try, those given or the scanner's range in steps, lowest first."""
-    if settings.instrument_heights_m:
-        return np.array(sorted(set(settings.instrument_heights_m)), dtype=np.float64)
-    low, high = settings.scanner.instrument_height_min_m, settings.scanner.instrument_height_max_m
-    n_steps = int(np.floor((high - low) / settings.height_step_m + 1e-9))
-    return low + settings.height_step_m * np.arange(n_steps + 1, dtype=np.float64)
-
-
-def _grid_on_ground(survey: Survey, floor: Floor, step_m: float) -> tuple[FloatArray, FloatArray, int]:
-    """Grid points that have ground: places (N, 2), ground heights (N,); and the number of points without any."""
-    extent = floor.bounds_m[1] - floor.bounds_m[0]
-    n = np.floor(extent / step_m + 1e-9).astype(np.int64) + 1
-    if float(n.prod()) > 1e7:
-        raise RequirementError(
-            f"grid_step_m: {step_m} makes {float(n.prod()):.3g} grid points on floor {floor.name!r}, expected at most "
-            "1e7; use a larger step"
-        )
-    low = floor.bounds_m.mean(axis=0) - 0.5 * (n - 1) * step_m
-    if floor.ground_triangles.size == 0:
-        index = np.arange(int(n.prod()))
-        return _places(index, low, step_m, int(n[0])), np.full(index.size, floor.elevation_m), 0
-    corners = survey.scene.vertices_m[survey.scene.triangles[floor.ground_triangles]]
-    shape = (int(n[0]), int(n[1]))
-    columns = sample_columns(corners, floor.ground_triangles, low_m=low, step_m=step_m, shape=shape)
-    # The highest of crossings that lie within a covering's thickness: the last before a gap, sorted by height.
-    last = np.ones(columns.z_m.size, dtype=bool)
-    same = columns.column[1:] == columns.column[:-1]
-    last[:-1] = ~same | (np.diff(columns.z_m) > _SAME_GROUND_M)
-    column, ground_m = columns.column[last], columns.z_m[last]
-    return _places(column, low, step_m, shape[0]), ground_m, int(n.prod()) - np.unique(column).size
-
-
-def _places(column: Int64Array, low_m: FloatArray, step_m: float, n_x: int) -> FloatArray:
-    index = np.column_stack([column % n_x, column // n_x]).astype(np.float64)
-    return low_m + step_m * index

@@ -1,4 +1,4 @@
-"""The ground of a floor below any position: its height, from the floor's own triangles and nothing else.
+"""The ground of a floor, below any position or on a grid: its height, from the floor's own triangles and nothing else.
 
 Local frame, metres, float64. A ray into the scene meets tables and door leaves first; here nothing is in the way.
 Triangles are found by a grid over the plan: each of its cells lists those whose bounds reach into it.
@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, Floor, Int64Array, Survey
+from planner_core.scene.columns import sample_columns
 
 #: Cells a side at most; bounds memory where few triangles are much larger than the others.
 _MAX_CELLS = 256
@@ -18,6 +20,8 @@ _CHUNK = 1_000_000
 _EDGE_SLACK = 1e-9
 #: A position this little below the ground still stands on it: rounding of sums of steps.
 _BELOW_M = 1e-6
+#: Two grounds of one column closer than this are one: a covering on its slab, the upper one counts.
+_SAME_GROUND_M = 0.1
 
 
 class GroundSurface:
@@ -100,3 +104,32 @@ class GroundSurface:
         self._triangles = owner[order]
         n_each = np.bincount(number, minlength=int(self._shape.prod()))
         self._starts = np.concatenate([[0], np.cumsum(n_each)])
+
+
+def grid_on_ground(survey: Survey, floor: Floor, step_m: float) -> tuple[FloatArray, FloatArray, int]:
+    """Grid points that have ground: places (N, 2), ground heights (N,); and the number of points without any."""
+    extent = floor.bounds_m[1] - floor.bounds_m[0]
+    n = np.floor(extent / step_m + 1e-9).astype(np.int64) + 1
+    if float(n.prod()) > 1e7:
+        raise RequirementError(
+            f"grid_step_m: {step_m} makes {float(n.prod()):.3g} grid points on floor {floor.name!r}, expected at most "
+            "1e7; use a larger step"
+        )
+    low = floor.bounds_m.mean(axis=0) - 0.5 * (n - 1) * step_m
+    if floor.ground_triangles.size == 0:
+        index = np.arange(int(n.prod()))
+        return _places(index, low, step_m, int(n[0])), np.full(index.size, floor.elevation_m), 0
+    corners = survey.scene.vertices_m[survey.scene.triangles[floor.ground_triangles]]
+    shape = (int(n[0]), int(n[1]))
+    columns = sample_columns(corners, floor.ground_triangles, low_m=low, step_m=step_m, shape=shape)
+    # The highest of crossings that lie within a covering's thickness: the last before a gap, sorted by height.
+    last = np.ones(columns.z_m.size, dtype=bool)
+    same = columns.column[1:] == columns.column[:-1]
+    last[:-1] = ~same | (np.diff(columns.z_m) > _SAME_GROUND_M)
+    column, ground_m = columns.column[last], columns.z_m[last]
+    return _places(column, low, step_m, shape[0]), ground_m, int(n.prod()) - np.unique(column).size
+
+
+def _places(column: Int64Array, low_m: FloatArray, step_m: float, n_x: int) -> FloatArray:
+    index = np.column_stack([column % n_x, column // n_x]).astype(np.float64)
+    return low_m + step_m * index

@@ -10,8 +10,7 @@ import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Candidates, FloatArray, Int64Array, PlanSettings, Survey
-from planner_core.positions.admissibility import reject
-from planner_core.positions.grid import NO_GROUND, Tally, lies_mostly_indoors
+from planner_core.positions.admissibility import Tally, TripodTests
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.positions.rounding import SET_UP_DIGITS, as_written_m
 from planner_core.progress import Progress, silent
@@ -50,7 +49,9 @@ def places_nearby(
     )
     for index in sorted({int(f) for f in near.floor}):
         who = np.flatnonzero(near.floor == index)
-        found_m, heights_m, of = _on_floor(survey, settings, engine, near, who, index, shift_m, tally, progress)
+        tests = TripodTests(survey, settings, engine, survey.floors[index], tally=tally, progress=progress)
+        surface = GroundSurface(survey, survey.floors[index])
+        found_m, heights_m, of = _on_floor(settings, near, who, shift_m, surface, tests)
         position_m.append(found_m)
         height_m.append(heights_m)
         floor.append(np.full(of.size, index, dtype=np.int32))
@@ -77,18 +78,14 @@ def _shifts_m(radii_m: tuple[float, ...], rises_m: tuple[float, ...]) -> FloatAr
 
 
 def _on_floor(
-    survey: Survey,
     settings: PlanSettings,
-    engine: ScanEngine,
     near: Candidates,
     who: Int64Array,
-    index: int,
     shift_m: FloatArray,
-    tally: Tally,
-    progress: Progress,
+    surface: GroundSurface,
+    tests: TripodTests,
 ) -> tuple[FloatArray, FloatArray, Int64Array]:
     """Positions (N, 3), instrument heights (N,) and which of `near` each is around (N,)."""
-    floor = survey.floors[index]
     place_m = as_written_m((near.position_m[who][:, None, :] + shift_m).reshape(-1, 3), SET_UP_DIGITS)
     height_m = as_written_m((near.instrument_height_m[who][:, None] + shift_m[:, 2]).reshape(-1), SET_UP_DIGITS)
     of = np.repeat(who, shift_m.shape[0])
@@ -97,16 +94,7 @@ def _on_floor(
     if settings.instrument_heights_m:
         fits[:] = True  # what the user fixed counts, whatever the scanner's range
     place_m, height_m, of = place_m[fits], height_m[fits], of[fits]
-    tally.n_tried += of.size
-    ground_m = GroundSurface(survey, floor).below(place_m)
-    bare = np.isnan(ground_m)
-    tally.refuse(NO_GROUND, int(bare.sum()))
-    place_m, height_m, of, ground_m = place_m[~bare], height_m[~bare], of[~bare], ground_m[~bare]
+    ground_m = surface.below(place_m)
     place_m = np.column_stack([place_m[:, :2], as_written_m(ground_m + height_m, SET_UP_DIGITS)])
-    covered = lies_mostly_indoors(survey, settings, engine, floor)
-    kept, reasons = reject(
-        survey, floor, settings, engine, place_m, ground_m, mostly_covered=covered, progress=progress
-    )
-    for reason, number in reasons.items():
-        tally.refuse(reason, number)
+    kept = tests.keep(place_m, ground_m)
     return place_m[kept], height_m[kept], of[kept]

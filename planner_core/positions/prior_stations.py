@@ -12,9 +12,8 @@ import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import FloatArray, Floor, Int32Array, PlanSettings, PriorStation, Survey
-from planner_core.positions.admissibility import reject
+from planner_core.positions.admissibility import TripodTests
 from planner_core.positions.free_space import FreeSpace
-from planner_core.positions.grid import lies_mostly_indoors
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.positions.local_site import floors_in_words, index_of_floor
 from planner_core.positions.rounding import local_of_written_m
@@ -63,8 +62,8 @@ def place_prior(
                 f"{height_m:.3f} m above the ground of {floor.name!r}"
             )
         height_m = float(told_m)
-    indoors = lies_mostly_indoors(survey, settings, engine, survey.floors[index])
-    _, reasons = reject(survey, floor, settings, engine, position_m[None], np.array([ground_m]), mostly_covered=indoors)
+    tests = TripodTests(survey, settings, engine, survey.floors[index]).with_ground(floor)
+    _, reasons = tests.reject(position_m[None], np.array([ground_m]))
     remarks += [f"station {station.id}: no valid tripod position on {floor.name!r} ({reason})" for reason in reasons]
     return PriorPosition(station, position_m, index, height_m, tuple(remarks))
 

@@ -12,8 +12,8 @@ from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import PlanSettings, Scene, Survey
 from planner_core.paper.random_starts import sample_at_random
-from planner_core.positions.admissibility import reject
-from planner_core.positions.grid import find_candidates, lies_mostly_indoors
+from planner_core.positions.admissibility import TripodTests
+from planner_core.positions.grid import find_candidates
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.scanner.load_scanner import load_scanner
 
@@ -57,9 +57,7 @@ def test_a_tripod_can_stand_at_all_of_them(house) -> None:
         assert len(place) == 150
         ground = GroundSurface(survey, floor).below(place)
         np.testing.assert_allclose(place[:, 2] - ground, found.instrument_height_m[found.floor == index], atol=1e-6)
-        covered = lies_mostly_indoors(survey, SETTINGS, engine, floor)
-        kept, _ = reject(survey, floor, SETTINGS, engine, place, ground, mostly_covered=covered)
-        assert kept.all()
+        assert TripodTests(survey, SETTINGS, engine, floor).keep(place, ground).all()
     assert found.n_tried == found.floor.size + sum(found.rejected.values())
 
 

@@ -15,8 +15,7 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import BoolArray, FloatArray, Int64Array, PlanSettings, Survey
 from planner_core.paper.point_distribution import PointDistribution
 from planner_core.paper.published_tests import stands_by_published_tests
-from planner_core.positions.admissibility import MAX_STEP_M, reject
-from planner_core.positions.grid import lies_mostly_indoors
+from planner_core.positions.admissibility import MAX_STEP_M, TripodTests
 from planner_core.positions.ground_surface import GroundSurface
 
 #: Heights of grids are sums of steps: the last one may exceed the limit by rounding.
@@ -55,7 +54,7 @@ class StationFitness:
         self._distribution, self._published_tests = distribution, published_tests
         self._floor = survey.floors[floor]
         self._ground = GroundSurface(survey, self._floor)
-        self._mostly_covered = lies_mostly_indoors(survey, settings, engine, self._floor)
+        self._tests = TripodTests(survey, settings, engine, self._floor)
         self.height_limits_m = height_limits_m(settings)
         self.bounds_m: FloatArray = np.column_stack([self._floor.bounds_m, self._levels_m()])
         self.n_scans = 0
@@ -84,16 +83,7 @@ class StationFitness:
     def _stands(self, positions_m: FloatArray, ground_m: FloatArray) -> BoolArray:
         if self._published_tests:
             return stands_by_published_tests(self._survey, self._floor, self._settings, self._engine, positions_m)
-        kept, _ = reject(
-            self._survey,
-            self._floor,
-            self._settings,
-            self._engine,
-            positions_m,
-            ground_m,
-            mostly_covered=self._mostly_covered,
-        )
-        return kept
+        return self._tests.keep(positions_m, ground_m)
 
     def _levels_m(self) -> FloatArray:
         low, high = self.height_limits_m

@@ -20,8 +20,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import BoolArray, FloatArray, PlanSettings, Site, Survey
 from planner_core.planning.live.draft import Draft, Place, rounded_place
 from planner_core.planning.live.ground_cells import GroundCells
-from planner_core.positions.admissibility import reject
-from planner_core.positions.grid import lies_mostly_indoors
+from planner_core.positions.admissibility import NO_GROUND, TripodTests
 from planner_core.positions.local_site import LocalSite, floor_named, local_site
 from planner_core.positions.reach import Footing, Reach
 
@@ -64,7 +63,7 @@ class _Floor:
     """A floor whose cells are tested. value : (K,) uint8, as in `GroundMap`, as far as the plan's own site goes."""
 
     cells: GroundCells
-    indoors: bool
+    tests: TripodTests
     value: NDArray[np.uint8]
 
 
@@ -122,7 +121,7 @@ class TripodPositions:
         if wrong := self._wrong_height(height_m):
             return TripodPosition(asked, False, wrong)
         site = self._site_of(draft)
-        reason = "no ground of this floor below"
+        reason = NO_GROUND
         if found is not None:
             reason = self._refusal(index, asked, on_floor, site, height_m)
             if not reason:
@@ -183,22 +182,15 @@ class TripodPositions:
         self, floor: _Floor, place_m: FloatArray, on_floor: BoolArray, height_m: float
     ) -> tuple[BoolArray, dict[str, int]]:
         """Which places (N, 3) on the ground pass the tests of candidates, and the reasons of the others."""
-        return reject(
-            self._survey,
-            floor.cells.floor_with(place_m, on_floor),
-            self._settings,
-            self._engine,
-            place_m + _up(height_m),
-            place_m[:, 2],
-            mostly_covered=floor.indoors,
-        )
+        tests = floor.tests.with_ground(floor.cells.floor_with(place_m, on_floor))
+        return tests.reject(place_m + _up(height_m), place_m[:, 2])
 
     def _floor(self, index: int) -> _Floor:
         """Return a floor, tested."""
         if index not in self._floors:
-            indoors = lies_mostly_indoors(self._survey, self._settings, self._engine, self._survey.floors[index])
+            tests = TripodTests(self._survey, self._settings, self._engine, self._survey.floors[index])
             cells = GroundCells(self._survey, self._reach, index)
-            floor = _Floor(cells, indoors, np.full(cells.number.size, NOTHING, dtype=np.uint8))
+            floor = _Floor(cells, tests, np.full(cells.number.size, NOTHING, dtype=np.uint8))
             floor.value[self._footing.nodes(cells.place_m) >= 0] = WALKABLE
             free = np.flatnonzero((floor.value == WALKABLE) & ~self._is_barred(self._site, index, cells.place_m))
             kept, _ = self._rejected(floor, cells.place_m[free], cells.on_floor[free], self._height_m)

@@ -20,10 +20,9 @@ from planner_core.planning.live.tripod_positions import (
     TripodPosition,
     TripodPositions,
 )
-from planner_core.positions.admissibility import reject
+from planner_core.positions.admissibility import TripodTests
 from planner_core.positions.allowed_positions import KINDS, find_positions
 from planner_core.positions.free_space import free_space
-from planner_core.positions.grid import lies_mostly_indoors
 from planner_core.positions.ground_surface import GroundSurface
 from planner_core.positions.reach import reachability
 from planner_core.scene.build import scene_from_arrays
@@ -64,7 +63,7 @@ def test_dragged_stations_stay_where_tripods_can_stand(house: LivePlan) -> None:
     survey, settings = house.survey, house.settings
     engine = open_engine(survey.scene, survey.patches)
     floor = survey.floors[0]
-    surface, indoors = GroundSurface(survey, floor), lies_mostly_indoors(survey, settings, engine, floor)
+    surface, tests = GroundSurface(survey, floor), TripodTests(survey, settings, engine, floor)
     random = np.random.default_rng(2)
     n_moved = 0
     for plan_m in random.uniform(floor.bounds_m[0] - 1.0, floor.bounds_m[1] + 1.0, (60, 2)):
@@ -73,7 +72,7 @@ def test_dragged_stations_stay_where_tripods_can_stand(house: LivePlan) -> None:
         at_m = np.array([spot.position_m])
         ground_m = surface.below(at_m)
         assert at_m[0, 2] - ground_m[0] == pytest.approx(1.5, abs=2e-4)
-        kept, reasons = reject(survey, floor, settings, engine, at_m, ground_m, mostly_covered=indoors)
+        kept, reasons = tests.reject(at_m, ground_m)
         assert kept.all(), (spot, reasons)
         away_m = float(np.hypot(*(at_m[0, :2] - plan_m)))
         n_moved += away_m > 1e-3
@@ -85,7 +84,7 @@ def test_dragged_stations_stay_where_tripods_can_stand(house: LivePlan) -> None:
     assert 10 < n_moved < 60
 
 
-def test_map_shows_what_reject_says_of_its_cells(house: LivePlan) -> None:
+def test_map_shows_what_the_tests_say_of_its_cells(house: LivePlan) -> None:
     survey, settings = house.survey, house.settings
     engine = open_engine(survey.scene, survey.patches)
     for floor in survey.floors:
@@ -96,8 +95,7 @@ def test_map_shows_what_reject_says_of_its_cells(house: LivePlan) -> None:
         ground_m = surface.below(np.column_stack([plan_m, np.full(row.size, surface.high_m + 0.1)]))
         on_floor = np.isfinite(ground_m)  # landings are no ground of the floor itself
         position_m = np.column_stack([plan_m, ground_m + 1.5])[on_floor]
-        indoors = lies_mostly_indoors(survey, settings, engine, floor)
-        kept, _ = reject(survey, floor, settings, engine, position_m, ground_m[on_floor], mostly_covered=indoors)
+        kept = TripodTests(survey, settings, engine, floor).keep(position_m, ground_m[on_floor])
         value = ground.values[row, column][on_floor]
         assert kept.sum() > 200
         np.testing.assert_array_equal(value == ADMISSIBLE, kept)
