@@ -61,6 +61,8 @@ class Element:
     """Index into `Scene.storeys`; -1 where the source names none."""
     is_external: bool | None = None
     """Of a door: whether it leads outdoors, as the source says; None: it does not."""
+    predefined_type: str = ""
+    """What IFC says within the class: `CEILING` of an IfcCovering, `LANDING` of an IfcSlab; empty: nothing."""
 
 
 @dataclass(frozen=True)

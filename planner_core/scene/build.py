@@ -180,7 +180,7 @@ def _readable_element(element: Element) -> Element:
     if all(text.isascii() for text in texts):  # nearly all elements of nearly all files
         return element
     name, kind, source_id = map(readable, texts)
-    return Element(name, kind, source_id, element.storey, element.is_external)
+    return replace(element, name=name, kind=kind, source_id=source_id)
 
 
 def _check_frame(metres_per_unit: float, up_axis: str) -> None:

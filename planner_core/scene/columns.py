@@ -53,6 +53,12 @@ class Columns:
         out[found] = z_m[above[found]] - self.z_m[found]
         return out
 
+    def depth_to_m(self, among: BoolArray) -> FloatArray:
+        """(N,) float64: from each crossing down to the next one below it that is `among` (N,) bool; inf over none."""
+        last = int(self.column.max(initial=0))
+        turned = Columns(last - self.column[::-1], -self.z_m[::-1], self.triangle[::-1], self.x_m, self.y_m)
+        return turned.clear_height_m(among[::-1])[::-1]
+
 
 def sample_columns(
     corners_m: FloatArray, triangle_ids: Int32Array, *, low_m: FloatArray, step_m: float, shape: tuple[int, int]

@@ -438,7 +438,18 @@ def _without_shape(path: Path, products: list[_ToldProduct]) -> tuple[str, ...]:
 def _element(product: Any, storey_of_id: dict[int, int]) -> Element:
     name = product.Name or f"{product.is_a()} #{product.id()}"
     storey = storey_of(product, storey_of_id)
-    return Element(str(name), str(product.is_a()), str(product.GlobalId), storey, _is_external(product))
+    kind, source_id = str(product.is_a()), str(product.GlobalId)
+    return Element(str(name), kind, source_id, storey, _is_external(product), _predefined_type(product))
+
+
+def _predefined_type(product: Any) -> str:
+    """What a covering or slab is, by itself or by its type object; of other products nobody asks."""
+    if not (product.is_a("IfcCovering") or product.is_a("IfcSlab")):
+        return ""
+    from ifcopenshell.util.element import get_predefined_type
+
+    said = get_predefined_type(product)
+    return "" if said in (None, "NOTDEFINED") else str(said).upper()
 
 
 def _is_external(product: Any) -> bool | None:

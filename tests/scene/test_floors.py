@@ -5,43 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner_core.model import Element, Scene, Storey
-from planner_core.scene.build import scene_from_arrays
+from planner_core.model import Scene
 from planner_core.scene.columns import sample_columns
 from planner_core.scene.floors import find_floors
 from scenes_synthetic import house, rooms
-
-
-def box(low, high):
-    """Closed box as (8, 3) vertices and (12, 3) triangles."""
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    triangles = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
-    return np.array(low) + corners * (np.array(high, float) - np.array(low)), np.array(triangles)
-
-
-def scene_of(parts, storeys=()):
-    """Scene of parts (name, kind, storey, low, high)."""
-    vertices, triangles, element = [], [], []
-    for number, (_, _, _, low, high) in enumerate(parts):
-        v, t = box(low, high)
-        triangles.append(t + 8 * number)
-        vertices.append(v)
-        element.extend([number] * len(t))
-    return scene_from_arrays(
-        np.concatenate(vertices),
-        np.concatenate(triangles),
-        element_of_triangle=np.array(element),
-        elements=[Element(name, kind, name, storey if storeys else -1) for name, kind, storey, _, _ in parts],
-        storeys=[Storey(name, name, z) for name, z in storeys],
-    )
-
-
-def four_walls(size_x, size_y, z0, z1, storey):
-    t = 0.2
-    spans = [((0, 0), (size_x, t)), ((0, size_y - t), (size_x, size_y)), ((0, t), (t, size_y - t))]
-    spans.append(((size_x - t, t), (size_x, size_y - t)))
-    return [(f"wall {z0} {i}", "IfcWall", storey, (*a, z0), (*b, z1)) for i, (a, b) in enumerate(spans)]
+from tests.scene.floor_scenes import four_walls, scene_of
 
 
 def keep_elements(scene: Scene, keep) -> Scene:

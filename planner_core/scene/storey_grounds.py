@@ -1,0 +1,220 @@
+"""Floors of a scene that names its storeys (IFC): the slabs and coverings of each, or the plane at its elevation.
+
+Local frame, metres. Geometry decides; names and predefined types only where it can't: what hangs is a ceiling, whatever
+its top side looks like, and a level called `T.O. Steel` or `Ceiling-East` is a height to draw at, not one to stand on.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.model import BoolArray, Int32Array, Int64Array
+from planner_core.scene.level_surfaces import (
+    MIN_AREA_M2,
+    MIN_CLEAR_M,
+    MIN_LEVEL_DISTANCE_M,
+    SAME_HEIGHT_M,
+    WALL_CUT_M,
+    Ground,
+    LevelSurvey,
+    cut_length,
+    ground_of,
+    main_height_m,
+    mostly,
+    once_a_surface,
+)
+
+#: IFC classes whose top sides are ground. IfcRoof is not: its slabs are classed IfcSlab only where flat roofs carry a
+#: storey, and those are told apart by what is above them.
+FLOOR_KINDS = frozenset({"IfcSlab", "IfcSlabStandardCase", "IfcSlabElementedCase", "IfcCovering"})
+#: IFC classes that enclose a storey. Columns, beams and roofs stand without a floor; so do doors and windows in a file
+#: of nothing else.
+WALL_KINDS = frozenset(
+    {"IfcWall", "IfcWallStandardCase", "IfcWallElementedCase", "IfcCurtainWall", "IfcPlate", "IfcBuildingElementPart"}
+)
+#: Predefined types of coverings and slabs that are no floor. `FLOORING`, `TOPPING` and what says nothing are left.
+_NOT_TO_STAND_ON = frozenset(
+    {"CEILING", "CLADDING", "COPING", "INSULATION", "LANDING", "MEMBRANE", "MOLDING", "ROOFING"}
+    | {"SKIRTINGBOARD", "SLEEVING", "WRAPPING"}
+)
+#: A covering is a floor's finish this far above its slab or its storey's elevation at most: a raised floor's height.
+_RAISED_M = 0.6
+#: A storey's ground is the lowest of its surfaces that has this share of the largest: a suspended ceiling may be larger
+#: than the ground under it, where that is on two heights.
+_LOWEST_SHARE = 0.4
+#: Walls of a storey without slab are as long, at the cut, as three quarters of both sides of a wall around its bounds.
+_ENCLOSED = 1.5
+#: Slabs that lie higher above their storey than a split level, and make less of it than this share, are landings and
+#: shelves over a ground that the file does not have.
+_SPLIT_LEVEL_M, _SHELF_SHARE = 1.0, 0.2
+#: With less of its bounds under cover, a storey has no roof in the model: lintels and wall heads are no cover.
+_ROOFED = 0.25
+#: Names of levels that are no storeys to stand in, in the languages that models come in. Whole words: `Dachgeschoss`
+#: and `attic` are storeys.
+_NO_STOREY = re.compile(
+    r"\b(roof|ceiling|parapet|footings?|foundations?|fdn|t\.?o\.?[sw]?|top of \w+|b\.?o\.?[sw]?|bottom of \w+"
+    r"|dach|decken?|fundamente?|toit|toiture|plafond|fondations?|tetto|copertura|soffitto|fondazion[ei]"
+    r"|cubierta|techo|cimentaci[oó]n|telhado|cobertura|teto|funda[cç][aã]o|dak|plafond|fundering|tak|katto"
+    r"|кровля|крыша|потолок|фундамент)\b|屋根|屋上|天井|基礎",
+    re.IGNORECASE,
+)
+
+
+def grounds_of_storeys(survey: LevelSurvey, warnings: list[str]) -> list[Ground]:
+    """Grounds of the storeys that are floors; `warnings` takes a line for each that is none or has no slab."""
+    scene, columns = survey.scene, survey.columns
+    element = scene.element_of_triangle[columns.triangle]
+    storey = _storey_of_samples(survey, survey.storey_of_element[element])
+    is_floor = survey.level[columns.triangle] & _may_be_ground(survey, element, storey)
+    # The top of a slab: no other slab or covering within a raised floor's height above it.
+    top = is_floor & (columns.clear_height_m(is_floor) > _RAISED_M)
+    clear = top & (survey.clear_m >= MIN_CLEAR_M)
+    grounds, planes = [], []
+    for index, named in enumerate(scene.storeys):
+        ground, reason = _storey_ground(survey, named.name, top & (storey == index), clear & (storey == index))
+        shelf = ground is not None and ground.elevation_m - named.elevation_m > _SPLIT_LEVEL_M
+        if shelf or (ground is None and not reason):
+            plane, reason = _plane_of_storey(survey, index)
+            if plane is not None and (ground is None or ground.area_m2 < _SHELF_SHARE * plane.ground.area_m2):
+                planes.append(plane)
+                continue
+        if ground is not None:
+            grounds.append(ground)
+        else:
+            warnings.append(f"storey {named.name!r} is left out: {reason}")
+    # Of two levels at one height the one with more walls is the storey.
+    for plane in sorted(planes, key=lambda plane: -plane.wall_m):
+        if not any(_same_level(plane.ground, other) for other in grounds):
+            grounds.append(plane.ground)
+    for ground in (plane.ground for plane in planes):
+        if any(ground is other for other in grounds):
+            elevation_m = ground.elevation_m + float(scene.offset_m[2])
+            why = f"has no floor slab; its elevation {elevation_m:.3f} m is taken as the ground: the slabs may be in "
+            warnings.append(f"storey {ground.name!r} {why}another discipline's file")
+        else:
+            beside = next(other for other in grounds if _same_level(ground, other))
+            why = f"no floor slab, and it is at the height of {beside.name!r}"
+            warnings.append(f"storey {ground.name!r} is left out: {why}")
+    return grounds
+
+
+def _may_be_ground(survey: LevelSurvey, element: Int32Array, storey: Int64Array) -> BoolArray:
+    """(N,) bool: crossings of slabs, and of coverings that lie on something: what hangs below a slab is a ceiling."""
+    elements, columns = survey.scene.elements, survey.columns
+    ground = _is_ground_kind(survey)
+    covering = np.array([e.kind == "IfcCovering" for e in elements], dtype=bool)
+    flooring = np.array([e.predefined_type == "FLOORING" for e in elements], dtype=bool)
+    slab = (ground & ~covering)[element]
+    elevation_m = np.array([s.elevation_m for s in survey.scene.storeys])[storey]
+    above_m = columns.z_m - elevation_m
+    lies = (columns.depth_to_m(slab) <= _RAISED_M) | ((above_m >= -SAME_HEIGHT_M) & (above_m <= _RAISED_M))
+    found: BoolArray = slab | ((ground & covering)[element] & (lies | flooring[element]))
+    return found
+
+
+def _is_ground_kind(survey: LevelSurvey) -> BoolArray:
+    """(E,) bool: elements of a class, and predefined type, that people stand on."""
+    elements = survey.scene.elements
+    return np.array([e.kind in FLOOR_KINDS and e.predefined_type not in _NOT_TO_STAND_ON for e in elements], dtype=bool)
+
+
+def _storey_of_samples(survey: LevelSurvey, source_storey: Int64Array) -> Int64Array:
+    """Storey of each crossing: the source's where its elevation is within 1.5 m, else the highest one below."""
+    elevation = np.array([s.elevation_m for s in survey.scene.storeys])
+    z_m = survey.columns.z_m
+    by_height = np.maximum(np.searchsorted(elevation, z_m + 0.5, side="right") - 1, 0)
+    named = source_storey >= 0
+    near = named & (np.abs(z_m - elevation[np.where(named, source_storey, 0)]) <= 1.5)
+    return np.where(near, source_storey, by_height)
+
+
+def _storey_ground(survey: LevelSurvey, name: str, top: BoolArray, clear: BoolArray) -> tuple[Ground | None, str]:
+    """Ground of one storey from its slabs; or None and why not; or None and nothing where there are no slabs."""
+    columns = survey.columns
+    if clear.sum() * survey.cell_m2 < MIN_AREA_M2:
+        return None, ""
+    covered = clear & np.isfinite(survey.clear_m)
+    judged = covered if covered.sum() * survey.cell_m2 >= MIN_AREA_M2 else clear
+    main_m = main_height_m(once_a_surface(columns, judged), lowest_share=_LOWEST_SHARE)
+    main = clear & (np.abs(columns.z_m - main_m) <= SAME_HEIGHT_M)
+    under_cover = float(np.isfinite(survey.clear_m[main]).mean())
+    bounds = survey.bounds_of(np.unique(columns.triangle[main]))
+    if under_cover < 0.5 and not survey.walls_around(bounds, main_m):
+        return None, f"its slabs are in the open ({100 * under_cover:.0f} % covered) and no walls stand on them"
+    clear = clear & ~_decks_above(survey, clear, main, main_m)
+    # Open-air parts stay where they continue the floor (balcony, terrace), not where they are another roof.
+    far = np.abs(columns.z_m - main_m) > 0.6
+    clear = clear & ~(far & ~np.isfinite(survey.clear_m))
+    triangles = mostly(survey, clear, _is_ground_kind(survey)[survey.scene.element_of_triangle])
+    return ground_of(survey, name, "slab", triangles, top & np.isin(columns.triangle, triangles), clear), ""
+
+
+def _decks_above(survey: LevelSurvey, clear: BoolArray, main: BoolArray, main_m: float) -> BoolArray:
+    """Crossings of the storey that are its ceiling's top side: a level higher, over ground of the same storey.
+
+    A gallery is smaller than the ground below it; what covers more than 60 % of it is a ceiling. Coverings are
+    never galleries.
+    """
+    columns = survey.columns
+    above = clear & (columns.z_m > main_m + MIN_LEVEL_DISTANCE_M)
+    has_ground = np.zeros(columns.x_m.size * columns.y_m.size, dtype=bool)
+    has_ground[columns.column[main]] = True
+    over = above & has_ground[columns.column]
+    if over.sum() > 0.6 * main.sum():
+        return above
+    kinds: BoolArray = np.array([e.kind == "IfcCovering" for e in survey.scene.elements], dtype=bool)
+    covering: BoolArray = kinds[survey.scene.element_of_triangle[columns.triangle]]
+    return above & covering
+
+
+@dataclass(frozen=True)
+class _Plane:
+    """The plane of a storey without slabs, and how long its walls are at the cut, both sides."""
+
+    ground: Ground
+    wall_m: float
+
+
+def _same_level(plane: Ground, other: Ground) -> bool:
+    """Tell whether a plane is nearer to another floor than two floors are, over a part of it at least."""
+    low = np.maximum(plane.bounds_m[0], other.bounds_m[0])
+    high = np.minimum(plane.bounds_m[1], other.bounds_m[1])
+    return bool((high > low).all()) and abs(plane.elevation_m - other.elevation_m) < MIN_LEVEL_DISTANCE_M
+
+
+def _plane_of_storey(survey: LevelSurvey, index: int) -> tuple[_Plane | None, str]:
+    """Ground of a storey without slabs: the plane at its elevation, between its walls."""
+    scene, columns = survey.scene, survey.columns
+    storey = scene.storeys[index]
+    if _NO_STOREY.search(storey.name):
+        return None, "no floor slab, and its name is that of a roof, a ceiling, a foundation or a height to draw at"
+    is_wall = np.array([e.kind in WALL_KINDS for e in scene.elements], dtype=bool)[scene.element_of_triangle]
+    own = is_wall & (survey.storey_of_element[scene.element_of_triangle] == index) & ~survey.level & ~survey.stray
+    wall_m, segments = cut_length(survey.corners_m[own], storey.elevation_m + WALL_CUT_M)
+    if segments.shape[0] == 0:
+        return None, f"no floor slab, and none of its walls reaches {WALL_CUT_M} m above its elevation"
+    plan = segments.reshape(-1, 2)
+    bounds = np.stack([plan.min(axis=0), plan.max(axis=0)])
+    if wall_m < _ENCLOSED * float((bounds[1] - bounds[0]).sum()):
+        return None, "no floor slab and too few walls to be a storey to stand in"
+    n_x = columns.x_m.size
+    x, y = columns.x_m[columns.column % n_x], columns.y_m[columns.column // n_x]
+    inside = (x >= bounds[0, 0]) & (x <= bounds[1, 0]) & (y >= bounds[0, 1]) & (y <= bounds[1, 1])
+    above = inside & (columns.z_m > storey.elevation_m + 0.05)
+    column, first = np.unique(columns.column[above], return_index=True)
+    if column.size:
+        # Three quarters, not the median: cupboards and tables stand in the way, low ceilings reach everywhere.
+        clear_m = float(np.quantile(columns.z_m[above][first] - storey.elevation_m, 0.75))
+        if clear_m < MIN_CLEAR_M:
+            return None, f"no floor slab, and only {clear_m:.2f} m of clear height above its elevation"
+    # Columns with nothing overhead lie outside an L-shaped house; a house without any roof is taken whole.
+    whole_m2 = float(np.prod(bounds[1] - bounds[0]))
+    area_m2 = column.size * survey.cell_m2
+    if area_m2 < _ROOFED * whole_m2:
+        area_m2 = whole_m2
+    none = np.empty(0, dtype=np.int32)
+    ground = Ground(storey.name, "storey-elevation", storey.elevation_m, none, area_m2, bounds)
+    return _Plane(ground, wall_m), ""

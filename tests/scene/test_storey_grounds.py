@@ -1,0 +1,130 @@
+"""Which storeys of a file are floors: buildings without slabs, ceilings, levels to draw at, single trades."""
+
+import pytest
+
+from planner_core.scene.floors import find_floors
+from tests.scene.floor_scenes import four_walls, scene_of
+
+
+def office(ceiling_kind, *, storeys=(("Level 1", 0.0), ("Level 2", 4.0), ("Roof", 8.0))):
+    """Two storeys of 12 x 9 m without slabs, with a suspended ceiling in each, and a parapet about the roof."""
+    return scene_of(
+        [
+            *four_walls(12, 9, 0.0, 4.0, 0),
+            ("ceiling 1", ceiling_kind, 0, (0.2, 0.2, 2.5), (11.8, 8.8, 2.55)),
+            *four_walls(12, 9, 4.0, 8.0, 1),
+            ("ceiling 2", ceiling_kind, 1, (0.2, 0.2, 6.5), (11.8, 8.8, 6.55)),
+            *four_walls(12, 9, 8.0, 10.0, 2),
+        ],
+        storeys,
+    )
+
+
+@pytest.mark.parametrize("kind", ["IfcCovering.CEILING", "IfcCovering"])
+def test_suspended_ceiling_is_no_floor_where_the_file_has_no_slabs(kind):
+    report = find_floors(office(kind))
+    assert [(f.name, f.elevation_m, f.origin) for f in report.floors] == [
+        ("Level 1", 0.0, "storey-elevation"),
+        ("Level 2", 4.0, "storey-elevation"),
+    ]
+    assert [f.ground_area_m2 for f in report.floors] == pytest.approx([12 * 9] * 2, rel=0.1)
+    assert any("'Roof' is left out" in line for line in report.warnings)
+
+
+def test_level_to_draw_ceilings_at_is_no_floor():
+    parts = [
+        ("slab", "IfcSlab", 0, (0, 0, -0.2), (12, 9, 0)),
+        *four_walls(12, 9, 0.0, 3.0, 0),
+        *four_walls(12, 9, 3.0, 5.5, 1),  # walls of a tall hall, drawn from the ceiling's level up
+        ("roof", "IfcSlab", 2, (0, 0, 5.5), (12, 9, 5.8)),
+    ]
+    report = find_floors(scene_of(parts, [("Level 1", 0.0), ("Ceiling-East", 3.0), ("Roof", 5.8)]))
+    assert [f.name for f in report.floors] == ["Level 1"]
+    assert any("'Ceiling-East' is left out" in line for line in report.warnings)
+
+
+@pytest.mark.parametrize("name", ["Dachgeschoss", "Attic", "2nd floor", "Rooftop bar", "Tor 3", "1 - Piano Primo"])
+def test_storey_whose_name_only_resembles_a_roof_is_a_floor(name):
+    report = find_floors(office("IfcCovering.CEILING", storeys=((name, 0.0), ("Level 2", 4.0), ("Roof", 8.0))))
+    assert [f.name for f in report.floors] == [name, "Level 2"]
+
+
+def test_second_level_at_the_height_of_a_floor_is_left_out():
+    parts = [
+        ("slab", "IfcSlab", 0, (0, 0, -0.2), (12, 9, 0)),
+        *four_walls(12, 9, 0.0, 5.0, 0),
+        *four_walls(12, 9, 0.9, 4.0, 1),
+        ("roof", "IfcSlab", 2, (0, 0, 5.0), (12, 9, 5.2)),
+    ]
+    report = find_floors(scene_of(parts, [("Ground", 0.0), ("Sill", 0.9), ("Roof", 5.2)]))
+    assert [f.name for f in report.floors] == ["Ground"]
+    assert any("'Sill' is left out" in line and "'Ground'" in line for line in report.warnings)
+
+
+def test_landing_over_a_ground_that_is_not_in_the_file_does_not_make_the_floor():
+    for kind in ("IfcSlab.LANDING", "IfcSlab"):
+        parts = [
+            *four_walls(12, 9, 0.0, 4.0, 0),
+            ("landing", kind, 0, (1, 1, 1.95), (3, 3, 2.1)),
+            ("roof", "IfcSlab", 1, (0, 0, 4.0), (12, 9, 4.2)),
+        ]
+        (floor,) = find_floors(scene_of(parts, [("Level 1", 0.0), ("Roof", 4.2)])).floors
+        assert (floor.elevation_m, floor.origin) == (0.0, "storey-elevation")
+
+
+def test_covering_on_its_slab_is_ground_and_one_that_hangs_is_not():
+    parts = [
+        ("slab", "IfcSlab", 0, (0, 0, -0.4), (12, 9, -0.2)),
+        ("raised floor", "IfcCovering", 0, (0.2, 0.2, 0.15), (11.8, 8.8, 0.2)),
+        *four_walls(12, 9, -0.2, 4.4, 0),
+        ("ceiling", "IfcCovering", 0, (0.2, 0.2, 2.6), (11.8, 8.8, 2.62)),
+        ("roof", "IfcSlab", 0, (0, 0, 4.4), (12, 9, 4.6)),
+    ]
+    scene = scene_of(parts, [("Ground", 0.0)])
+    (floor,) = find_floors(scene).floors
+    names = {scene.elements[i].name for i in scene.element_of_triangle[floor.ground_triangles]}
+    assert "raised floor" in names and "ceiling" not in names
+    assert floor.elevation_m == pytest.approx(0.2)
+
+
+def test_walls_without_slabs_and_roof_are_floors_as_large_as_what_they_enclose():
+    lintel = ("lintel", "IfcBeam", 0, (5, 0, 2.2), (7, 0.2, 2.4))
+    parts = [*four_walls(12, 9, 0.0, 2.8, 0), lintel, *four_walls(12, 9, 3.0, 5.8, 1)]
+    report = find_floors(scene_of(parts, [("00 begane grond", 0.0), ("01 verdieping", 3.0), ("02 dak", 6.0)]))
+    assert [f.ground_area_m2 for f in report.floors] == pytest.approx([108.0, 108.0])
+
+
+@pytest.mark.parametrize(
+    ("name", "parts"),
+    [
+        (
+            "lamps",
+            [
+                (f"lamp {x} {y}", "IfcFlowTerminal", 0, (x, y, 2.4), (x + 0.6, y + 1.2, 2.5))
+                for x in (1, 5, 9)
+                for y in (1, 6)
+            ],
+        ),
+        ("frames", [(f"post {i}", "IfcColumn", 0, (2 * i, 0, 0), (2 * i + 0.3, 0.3, 3)) for i in range(9)]),
+        (
+            "stairs",
+            [
+                (f"step {i}", "IfcStairFlight", 0, (i * 0.3, 0, i * 0.2), (i * 0.3 + 0.3, 6, i * 0.2 + 0.2))
+                for i in range(9)
+            ]
+            + [("rail", "IfcRailing", 0, (30, 20, 0), (30.1, 20.1, 1))],
+        ),
+    ],
+)
+def test_single_trades_have_no_floor_and_say_so(name, parts):
+    del name
+    report = find_floors(scene_of(parts, [("Level 1", 0.0)]))
+    assert report.floors == ()
+    assert any("no floor found" in line for line in report.warnings)
+
+
+def test_slabs_alone_are_planned_with_a_warning():
+    parts = [("low", "IfcSlab", 0, (0, 0, -0.2), (9, 6, 0)), ("high", "IfcSlab", 1, (0, 0, 2.8), (9, 6, 3))]
+    report = find_floors(scene_of(parts, [("Level 1", 0.0), ("Level 2", 3.0)]))
+    assert [f.name for f in report.floors] == ["Level 1"]
+    assert any("one trade of a building" in line for line in report.warnings)
