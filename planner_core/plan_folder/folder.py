@@ -1,21 +1,22 @@
 """The plan folder: everything of a plan, written so that it appears whole or not at all.
 
-Plan, ScanEngine -> folder; docs/formats/plan.md lists the files. Every station is scanned once more: the clouds, the
-range images and the best range of every face come from these scans.
+Plan, ScanEngine -> folder; docs/formats/plan.md lists the files. Every station is scanned once more, for previews: a
+cloud, a range image and a picture, of few beams where the scanner has many. `simulate` and `export` make whole clouds.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import OutputExistsError, PlanFolderError
-from planner_core.model import Float32Array, Plan
+from planner_core.model import Plan
 from planner_core.plan_folder.atomic import recover, staged_folder
 from planner_core.plan_folder.carry_over import carry_over, plan_station_names
-from planner_core.plan_folder.face_results import face_results, lower_best_range, unseen_range
+from planner_core.plan_folder.face_results import face_results
 from planner_core.plan_folder.folder_lock import locked_folder
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.report import report_files, write_report
@@ -26,8 +27,9 @@ from planner_core.plan_folder.usd_clouds import cloud_layer
 from planner_core.plan_folder.usd_heatmaps import HEATMAPS_FILE
 from planner_core.plan_folder.usd_stage import STAGE_FILES, empty_review, write_heatmaps, write_layer, write_stage
 from planner_core.plan_folder.viewer_files import cloud_bytes, patches_bytes
-from planner_core.plan_folder.viewer_layers import layer_file_names, layer_files
+from planner_core.plan_folder.viewer_layers import LayerFigures, layer_file_names, layer_files, layers_of
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.scanner.template import preview_template
 
 STAGE = "export"
 
@@ -149,13 +151,16 @@ class _Writer:
         self._n_files += len(layer_file_names(plan))
 
     def write(self) -> None:
-        """Write everything: the scans first, because the results of the faces need their ranges."""
-        best_range_m = self._write_clouds()
+        """Write everything: the layers before the stage, because the results of the faces need their ranges."""
+        self._write_previews()
+        layers = layers_of(self._plan.settings.scanner)
+        figures = LayerFigures(layers, self._plan.survey.patches.n_patches)
+        self._put("viewer/patches.u8", patches_bytes(self._plan.times_seen, self._plan.achievable))
+        for name, content in layer_files(self._plan, self._engine, figures):
+            self._put(name, content)
+        best_range_m = next(figures.of(layer) for layer in layers if layer.id == "range")
         write_stage(self._plan, face_results(self._plan, best_range_m), self._folder)
         self._step("stage", n_files=len(STAGE_FILES))
-        self._put("viewer/patches.u8", patches_bytes(self._plan.times_seen, self._plan.achievable))
-        for name, content in layer_files(self._plan, self._engine):
-            self._put(name, content)
         write_heatmaps(self._plan, self._folder)
         self._step(HEATMAPS_FILE)
         self._put("stations.csv", stations_csv(self._plan).encode())
@@ -163,21 +168,18 @@ class _Writer:
             self._step(f"report/{name}")
         self._put("plan.json", plan_text(self._plan, self._final).encode())
 
-    def _write_clouds(self) -> Float32Array:
-        """Scan station by station; return the best range of every face, inf where no station sees it."""
-        plan, template = self._plan, self._plan.survey.template
-        best_range_m = unseen_range(plan.survey.scene.n_triangles)
+    def _write_previews(self) -> None:
+        plan, template = self._plan, preview_template(self._plan.survey.template)
+        survey = replace(plan.survey, template=template)
         for name, station in zip(station_prim_names(plan.stations), plan.stations, strict=True):
             scans = self._engine.scan(template, station.position_m[None, :])
-            lower_best_range(best_range_m, scans)
             range_m = scans.range_m[0]
             self._put(f"viewer/clouds/{name}.u16", cloud_bytes(range_m, scans.cos_incidence[0], template))
             write_layer(cloud_layer(range_m, template), self._folder / f"stage/clouds/{name}.usdc")
             self._step(f"stage/clouds/{name}.usdc")
             for suffix in ("exr", "png"):
-                write_scan(plan.survey, station, scans, self._folder / "scans" / f"{name}.{suffix}")
+                write_scan(survey, station, scans, self._folder / "scans" / f"{name}.{suffix}")
                 self._step(f"scans/{name}.{suffix}")
-        return best_range_m
 
     def _put(self, name: str, content: bytes) -> None:
         path = self._folder / name

@@ -27,7 +27,7 @@ from planner_core.plan_folder.sdf_authoring import (
 from planner_core.plan_folder.station_marks import foot_m, station_prim_names
 from planner_core.plan_folder.tripod import tripod
 from planner_core.plan_folder.viewer_files import range_step_m
-from planner_core.scanner.template import azimuth_step_rad, first_azimuths_rad
+from planner_core.scanner.template import azimuth_step_rad, first_azimuths_rad, preview_template
 
 MARKER_RADIUS_M = 0.12
 """About the size of an instrument."""
@@ -64,7 +64,7 @@ def author_stations(layer: Layer, plan: Plan, *, flat: bool) -> None:
 def _author_station(layer: Layer, plan: Plan, name: str, station: Station) -> None:
     prim = define(layer, f"/Plan/Stations/{name}", "Xform", kind="component")
     put_transform(prim, station.position_m)
-    template = plan.survey.template
+    template = preview_template(plan.survey.template)
     n_rows, n_columns = template.shape
     put(prim, "tlsplan:stationId", TYPES.String, station.id)
     put(prim, "tlsplan:floorId", TYPES.String, station.floor)

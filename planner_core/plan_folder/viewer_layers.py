@@ -142,8 +142,10 @@ def layer_file_names(plan: Plan) -> tuple[str, ...]:
     )
 
 
-def layer_files(plan: Plan, engine: ScanEngine) -> Iterator[tuple[str, bytes]]:
+def layer_files(plan: Plan, engine: ScanEngine, figures: LayerFigures | None = None) -> Iterator[tuple[str, bytes]]:
     """Names and contents, in the order of `layer_file_names`; one station's observations are held at a time, or a few.
+
+    `figures`, of all layers of the plan and empty, takes them all for the caller.
 
     Raises
     ------
@@ -151,7 +153,7 @@ def layer_files(plan: Plan, engine: ScanEngine) -> Iterator[tuple[str, bytes]]:
         See `planner_core.coverage.observe.looks_in_batches`.
     """
     layers, n_patches = layers_of(plan.settings.scanner), plan.survey.patches.n_patches
-    figures = LayerFigures(layers, n_patches)
+    figures = figures or LayerFigures(layers, n_patches)
     names = iter(station_prim_names(plan.stations))
     for observations in _observations_of_stations(plan, engine):
         figures.add(observations)

@@ -17,6 +17,8 @@ from planner_core.model import BeamTemplate, FloatArray, Scanner
 _TURN_SLACK = 1e-6
 #: Bands of more rows than this are cut to a multiple of it: tiles are 1 to 16 rows high, and a cut one is not full.
 _BAND_ROWS = 16
+#: Beams of a preview. With its range image, points and picture a station's files stay below 3 MB, whatever the scanner.
+PREVIEW_BEAMS = 200_000
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,32 @@ def is_full_turn(template: BeamTemplate) -> bool:
     """Whether the column after the last one would be the first again."""
     step = azimuth_step_rad(template)
     return step > 0 and abs(step * template.azimuth_rad.size - 2 * np.pi) <= _TURN_SLACK * step
+
+
+def preview_template(template: BeamTemplate, *, max_beams: int = PREVIEW_BEAMS) -> BeamTemplate:
+    """Leave out rows and columns evenly until `max_beams` are left; a template that has no more is its own preview.
+
+    The direction in which beams are closer is thinned first, so that the beams of a preview are about square.
+    """
+    n_rows, n_columns = template.shape
+    elevation_step = float(np.ptp(template.elevation_rad)) / max(1, n_rows - 1)
+    azimuth_step = azimuth_step_rad(template)
+    every_row, every_column = 1, 1
+    while -(-n_rows // every_row) * -(-n_columns // every_column) > max_beams:
+        columns_are_closer = every_column * azimuth_step <= every_row * elevation_step
+        if n_rows <= every_row or (columns_are_closer and n_columns > every_column):
+            every_column += 1
+        else:
+            every_row += 1
+    if every_row == every_column == 1:
+        return template
+    offset = template.azimuth_offset_rad
+    return replace(
+        template,
+        azimuth_rad=template.azimuth_rad[::every_column],
+        elevation_rad=template.elevation_rad[::every_row],
+        azimuth_offset_rad=None if offset is None else offset[::every_row],
+    )
 
 
 def bands(template: BeamTemplate, *, max_beams: int) -> Iterator[Band]:

@@ -12,7 +12,7 @@ from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdShade, UsdValidation
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Element, Georeference, Link, Plan, Scene
-from planner_core.plan_folder.face_results import face_results, unseen_range
+from planner_core.plan_folder.face_results import face_results
 from planner_core.plan_folder.palette import (
     NEUTRAL,
     NOT_ACHIEVABLE,
@@ -196,7 +196,7 @@ def test_stage_of_a_georeferenced_scene_names_its_systems_and_the_way_there(
 ) -> None:
     scene = dataclasses.replace(plan.survey.scene, georeference=UTM_32)
     located = dataclasses.replace(plan, survey=dataclasses.replace(plan.survey, scene=scene))
-    no_ranges = unseen_range(scene.n_triangles)
+    no_ranges = np.full(plan.survey.patches.n_patches, np.inf)
     folders = [Path(shutil.copytree(plan_folder, tmp_path / name)) for name in ("without heat maps", "with them")]
     for folder in folders:
         write_stage(located, face_results(located, no_ranges), folder)
@@ -283,11 +283,15 @@ def test_coverage_primvars_are_what_the_patches_say(plan: Plan, plan_folder: Pat
 
 def test_best_range_is_the_shortest_return_on_each_face(plan: Plan, engine: ScanEngine, plan_folder: Path) -> None:
     scans = engine.scan(plan.survey.template, np.array([station.position_m for station in plan.stations]))
-    expected = [
-        scans.range_m[scans.triangle == t].min() if (scans.triangle == t).any() else -1.0
-        for t in range(plan.survey.scene.n_triangles)
-    ]
-    np.testing.assert_array_equal(per_face(opened(plan_folder, VIEWS[1]), "bestRange", len(expected)), expected)
+    n_triangles = plan.survey.scene.n_triangles
+    shortest_m = np.full(n_triangles, np.inf)
+    np.minimum.at(shortest_m, scans.triangle[scans.triangle >= 0], scans.range_m[scans.triangle >= 0])
+    shown_m = per_face(opened(plan_folder, VIEWS[1]), "bestRange", n_triangles)
+    np.testing.assert_array_equal(shown_m == -1.0, np.isinf(shortest_m))
+    seen = np.isfinite(shortest_m)
+    # Of a patch it is the mean of its returns, so that a face is at most a patch's diagonal nearer.
+    assert (shown_m[seen] >= shortest_m[seen] - 1e-6).all()
+    assert (shown_m[seen] <= shortest_m[seen] + 2 * plan.settings.max_patch_area_m2**0.5).all()
 
 
 @pytest.mark.parametrize("name", VIEWS)

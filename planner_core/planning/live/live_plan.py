@@ -37,6 +37,7 @@ from planner_core.requirements.figures import losses_of, rows_of_quality
 from planner_core.requirements.goals import Goal
 from planner_core.route.field_time import field_time
 from planner_core.route.route import ends_of, plan_route
+from planner_core.scanner.template import preview_template
 
 #: Standings that are remembered: the draft's, the one without the station that is dragged, and those before them.
 _KEPT_STANDINGS = 4
@@ -254,8 +255,9 @@ class LivePlan:
 
     def cloud(self, draft: Draft, station: str) -> bytes:
         """Return the scan of a station, as viewer/clouds holds it; raises as `seen`."""
-        scans = self._engine.scan(self.survey.template, draft.station(station).at_m[None])
-        return cloud_bytes(scans.range_m[0], scans.cos_incidence[0], self.survey.template)
+        template = preview_template(self.survey.template)
+        scans = self._engine.scan(template, draft.station(station).at_m[None])
+        return cloud_bytes(scans.range_m[0], scans.cos_incidence[0], template)
 
     # ------------------------------------------------------------------------------------------ inside
     def _rows(self, draft: Draft) -> Rows:

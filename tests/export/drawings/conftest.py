@@ -10,7 +10,7 @@ import pytest
 
 from planner_core.coordinates.request import FrameRequest
 from planner_core.model import Greedy, PlanSettings
-from planner_core.plan_folder.face_results import face_results, unseen_range
+from planner_core.plan_folder.face_results import face_results
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.plan_folder.usd_stage import write_stage
@@ -46,7 +46,7 @@ def house_folder(house_file: Path) -> Path:
     )
     plan = make_plan(load_scene(house_file), settings, engine="open3d")
     folder.mkdir()
-    write_stage(plan, face_results(plan, unseen_range(plan.survey.scene.n_triangles)), folder)
+    write_stage(plan, face_results(plan, np.full(plan.survey.patches.n_patches, np.inf)), folder)
     (folder / "viewer" / "patches.u8").write_bytes(patches_bytes(plan.times_seen, plan.achievable))
     (folder / "plan.json").write_text(plan_text(plan, folder), encoding="utf-8")
     return folder

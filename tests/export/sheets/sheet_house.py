@@ -22,7 +22,7 @@ import numpy as np
 
 from planner_core.engine.scan_engine import open_engine
 from planner_core.model import PlanSettings, PointLimits, Requirements, Scanner
-from planner_core.plan_folder.face_results import face_results, unseen_range
+from planner_core.plan_folder.face_results import face_results
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.plan_folder.usd_stage import write_stage
@@ -106,7 +106,7 @@ def write_plan(folder: Path) -> Path:
     plan = evaluate_stations(scene, settings, given, engine="open3d")
     engine = open_engine(plan.survey.scene, plan.survey.patches, engine="open3d")
     target = folder / "plan"
-    results = face_results(plan, unseen_range(plan.survey.scene.n_triangles))
+    results = face_results(plan, np.full(plan.survey.patches.n_patches, np.inf))
     write_stage(plan, results, target)
     files = dict(layer_files(plan, engine))
     files["viewer/patches.u8"] = patches_bytes(plan.times_seen, plan.achievable)

@@ -18,7 +18,7 @@ from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import ExportError
 from planner_core.export.formats import export_plan
 from planner_core.model import Greedy, PlanSettings, Requirements, Scanner
-from planner_core.plan_folder.face_results import face_results, unseen_range
+from planner_core.plan_folder.face_results import face_results
 from planner_core.plan_folder.plan_json import plan_text
 from planner_core.plan_folder.usd_clouds import cloud_layer
 from planner_core.plan_folder.usd_stage import write_heatmaps, write_layer, write_stage
@@ -44,7 +44,7 @@ def stage_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     engine = open_engine(scene, survey.patches, engine="open3d")
     plan = plan_survey(survey, settings, engine)
     target = folder / "plan"
-    write_stage(plan, face_results(plan, unseen_range(scene.n_triangles)), target)
+    write_stage(plan, face_results(plan, np.full(plan.survey.patches.n_patches, np.inf)), target)
     for name, content in layer_files(plan, engine):
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         (target / name).write_bytes(content)
