@@ -43,7 +43,7 @@ _ALL = (
     Deliverable("loa40", "USIBD LOA 40, 5 mm", 0.006, 10.0, 60.0, 0.0017, 0.40),
     Deliverable("loa50", "USIBD LOA 50, 1 mm", 0.001, 5.0, 60.0, 0.00035, 0.50),
     Deliverable("gsa1", "GSA level 1, 51 mm", 0.050, None, 80.0),
-    Deliverable("gsa2", "GSA level 2, 13 mm", 0.008, 35.0, 75.0),
+    Deliverable("gsa2", "GSA level 2, 13 mm", 0.008, 34.0, 75.0),
     Deliverable("gsa3", "GSA level 3, 6 mm", 0.004, 12.0, 70.0),
     Deliverable("gsa4", "GSA level 4, 3 mm", 0.0035, 5.0, 60.0, 0.001, 0.40),
 )
