@@ -35,6 +35,7 @@ from planner_core.plan_folder.stations_csv import GivenStation, read_station_lis
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE
 from planner_core.requirements.read import read_requirements, requirements_from
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene import load
@@ -93,7 +94,8 @@ def settings(
         A requirements file, YAML or JSON, see docs/formats/requirements.md.
     more
         Fields of `PlanSettings`, such as `grid_step_m=1.0` or `method=Proven(work_limit=20)`; and entries of a
-        requirements file, `site` among them, in place of the file's own, such as `coverage="95 %"`, `spacing="6 mm"`.
+        requirements file, `site` among them, in place of the file's own, such as `coverage="95 %"`,
+        `spacing="6 mm"`, `deliverable="survey"`.
 
     Raises
     ------
@@ -102,9 +104,9 @@ def settings(
     """
     chosen = {name: more.pop(name) for name in _SETTINGS & set(more)}
     if requirements is None:
-        required, site = requirements_from(more, where="settings")
+        required, site = requirements_from(more, where="settings", deliverable=DEFAULT_DELIVERABLE)
     else:
-        required, site = read_requirements(requirements, instead=more)
+        required, site = read_requirements(requirements, instead=more, deliverable=DEFAULT_DELIVERABLE)
     used = scanner if isinstance(scanner, Scanner) else load_scanner(scanner)
     return PlanSettings(scanner=used, requirements=required, site=site, **chosen)
 

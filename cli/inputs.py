@@ -78,9 +78,11 @@ def asked(asking: Asking) -> tuple[Requirements, Site]:
     RequirementError
         A file or an option that is not understood.
     """
+    from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE
     from planner_core.requirements.read import read_requirements, requirements_from
 
     said: dict[str, object] = {
+        "deliverable": asking.deliverable,
         "coverage": None if asking.coverage is None else f"{asking.coverage!r} %",
         "overlap": None if asking.overlap is None else f"{asking.overlap!r} %",
         "network": asking.network,
@@ -93,9 +95,9 @@ def asked(asking: Asking) -> tuple[Requirements, Site]:
     }
     told = {name: value for name, value in said.items() if value is not None}
     if asking.file is None:
-        requirements, site = requirements_from(told, where="options")
+        requirements, site = requirements_from(told, where="options", deliverable=DEFAULT_DELIVERABLE)
     else:
-        requirements, site = read_requirements(asking.file, instead=told)
+        requirements, site = read_requirements(asking.file, instead=told, deliverable=DEFAULT_DELIVERABLE)
     if asking.entrances:
         entrances = (numbers(text, "--entrance", "X,Y,Z", (3,)) for text in asking.entrances)
         site = replace(site, entrances_m=tuple((x, y, z) for x, y, z in entrances))

@@ -10,6 +10,8 @@ from typing import Any, TypeVar, cast
 
 import click
 
+from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, DELIVERABLES
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 METRES_PER_UNIT = {"m": 1.0, "km": 1000.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
@@ -84,6 +86,12 @@ requirements_option = click.option(
     "--requirements", "file", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",
     help="Requirements file (YAML or JSON): requirements by floor, class and zone, and the site; see "
     "docs/formats/requirements.md. Options override its entries.",
+)  # fmt: skip
+deliverable_option = click.option(
+    "--deliverable", type=click.Choice(list(DELIVERABLES), case_sensitive=False), default=None, metavar="NAME",
+    help=f"Purpose of the scans: {', '.join(DELIVERABLES)}. Sets point spacing, range, incidence, noise and overlap "
+    "where neither options nor the requirements file do; the value any lifts a limit. See docs/method/deliverables.md. "
+    f"[default: {DEFAULT_DELIVERABLE}]",
 )  # fmt: skip
 coverage_option = click.option(
     "--coverage", type=click.FloatRange(min=0, min_open=True, max=100), default=None, metavar="PERCENT",
@@ -240,6 +248,7 @@ class Asking:
     """What is asked, where the command line says it: the values of `requirement_options`."""
 
     file: Path | None = None
+    deliverable: str | None = None
     coverage: float | None = None
     overlap: float | None = None
     network: str | None = None
@@ -299,8 +308,9 @@ scene_options = _gathered(
     "reading", FileOptions, units_option, up_option, skip_bad_faces_option, glass_option, doors_option
 )
 requirement_options = _gathered(
-    "asking", Asking, requirements_option, coverage_option, overlap_option, network_option, spacing_option,
-    max_range_option, max_incidence_option, max_noise_option, seen_from_option, floor_option, entrance_option,
+    "asking", Asking, requirements_option, deliverable_option, coverage_option, overlap_option, network_option,
+    spacing_option, max_range_option, max_incidence_option, max_noise_option, seen_from_option, floor_option,
+    entrance_option,
 )  # fmt: skip
 prior_options = _gathered("prior_stations", PriorStations, scanned_option, locked_option, keep_option, forbid_option)
 method_choice = apply(

@@ -29,8 +29,9 @@ your instrument's sheet before you rely on one. What is marked as unconfirmed is
 """
 _UNCONFIRMED = """## Unconfirmed
 FARO Focus Premium (70, 150, 350) and Trimble X7, X9 and X12 are here with the least that a plan needs: field of view
-and range. No source for some of these could be opened, so they are recalled figures, and their names say "unconfirmed":
-check them against the data sheet, or write a [file of your own](../formats/scanner.md).
+and range. No source for some of these could be opened, so they are recalled figures, and their names say "unconfirmed"
+(of the X7 its field of view alone is): check them against the data sheet, or write a
+[file of your own](../formats/scanner.md).
 """
 
 

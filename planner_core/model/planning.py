@@ -163,9 +163,11 @@ class PlanSettings:
     def _check_scanner(self) -> None:
         """Refuse what the scanner's figures do not tell."""
         if self.requirements.limits_noise and not self.scanner.range_noise:
+            asked_by = self.requirements.deliverable
             raise RequirementError(
-                f"noise: got a limit with scanner {self.scanner.name}, expected one with a table of range noise; "
-                "give a scanner file of your own with range_noise, or limit range and incidence instead"
+                f"noise: got a limit{f' of deliverable {asked_by}' if asked_by else ''} with scanner "
+                f"{self.scanner.name}, expected one with a table of range noise; give a scanner file of your own with "
+                "range_noise, or noise 'any' (--max-noise any), range and incidence limited instead"
             )
         if self.objective == Objective.TIME and self.scanning_s is None:
             raise RequirementError(

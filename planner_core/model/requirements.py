@@ -93,6 +93,8 @@ class Requirements:
     min_strength: float = 0.01
     """Least strength of a link that counts: all six motions are held, the worst of them ten times as badly as if all
     were held alike. See docs/method/registration.md."""
+    deliverable: str | None = None
+    """Where limits and overlap were taken from that the client did not give, by name; they count, not it."""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.coverage) and 0.0 < self.coverage <= 1.0):

@@ -16,6 +16,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import NetworkKind
 from planner_core.positions.outlines import MOST_CORNERS, checked_outline
 from planner_core.positions.site_reading import SiteEntries
+from planner_core.requirements.deliverables import DELIVERABLES, deliverable_named
 from planner_core.requirements.quantities import angle_rad, coordinate_m, count, length_m, plain_number, share
 
 _MOST_NAMES, _MOST_LETTERS = 1000, 200
@@ -192,6 +193,12 @@ class RequirementsFile(PartEntries):
 
     model_config = ConfigDict(json_schema_extra={"minProperties": 1})
 
+    deliverable: Annotated[
+        str | None,
+        BeforeValidator(lambda value: None if value is None else deliverable_named(str(value)).name),
+        WithJsonSchema({"enum": [*DELIVERABLES, None]}),
+    ] = None
+    """Deliverable whose limits and overlap hold where this file says nothing, e.g. survey."""
     reflectivity: Annotated[float | None, _said(lambda value: share(value, example="80 %")), _shares()] = None
     """Of the surfaces met head on, for noise, e.g. 80 %."""
     overlap: Annotated[float | None, _said(lambda value: share(value, zero=True, example="30 %")), _shares(0)] = None

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 from planner_core.documents import key_of, read_as
 from planner_core.errors import RequirementError
 from planner_core.model import PartRequirement, PointLimits, Requirements, Site
+from planner_core.requirements.deliverables import NO_DELIVERABLE, Deliverable, deliverable_named
 from planner_core.requirements.entries import ClassEntries, FloorEntries, PartEntries, RequirementsFile, ZoneEntries
 from planner_core.requirements.yaml_or_json import read_document
 
@@ -21,7 +22,9 @@ _Made = TypeVar("_Made")
 _MOST_PARTS = 200
 
 
-def read_requirements(path: Path | str, *, instead: Mapping[str, object] | None = None) -> tuple[Requirements, Site]:
+def read_requirements(
+    path: Path | str, *, instead: Mapping[str, object] | None = None, deliverable: str = NO_DELIVERABLE
+) -> tuple[Requirements, Site]:
     """Read a file of requirements, with the site that it tells.
 
     Parameters
@@ -31,6 +34,8 @@ def read_requirements(path: Path | str, *, instead: Mapping[str, object] | None 
     instead
         Entries that take the place of the file's own, as from the command line: `{"spacing": "6 mm"}`. Parts that do
         not say otherwise follow them.
+    deliverable
+        Name of the one whose limits hold if neither names another, see `planner_core.requirements.deliverables`.
 
     Raises
     ------
@@ -41,27 +46,38 @@ def read_requirements(path: Path | str, *, instead: Mapping[str, object] | None 
     requirements_from(own, where="options")  # what they get wrong is not the file's fault
     entries = read_document(at)
     return requirements_from(
-        {**{key: value for key, value in entries.items() if key_of(key) not in own}, **own}, where=str(at)
+        {**{key: value for key, value in entries.items() if key_of(key) not in own}, **own},
+        where=str(at),
+        deliverable=deliverable,
     )
 
 
-def requirements_from(entries: Mapping[str, object], *, where: str = "requirements") -> tuple[Requirements, Site]:
+def requirements_from(
+    entries: Mapping[str, object], *, where: str = "requirements", deliverable: str = NO_DELIVERABLE
+) -> tuple[Requirements, Site]:
     """Read the entries of a file of requirements; raises as `read_requirements` does."""
     file = read_as(RequirementsFile, entries, f"{where}: ", remedy="see docs/formats/requirements.md")
-    defaults = Requirements()
-    follow = PartRequirement(name="all", coverage=defaults.coverage)
+    preset = deliverable_named(file.deliverable or deliverable)
+    follow = PartRequirement(name="all", coverage=Requirements().coverage, asked=_limits_of(preset))
     of_all = _asked(file, follow, where)
     follow = PartRequirement(name="all", **of_all)
-    told: dict[str, Any] = {"overlap": file.overlap, "reflectivity": file.reflectivity, "network": file.network}
+    told: dict[str, Any] = {"overlap": preset.overlap if file.overlap is None else file.overlap}
+    told |= {"reflectivity": file.reflectivity, "network": file.network}
     told |= {"min_strength": file.link_strength, "floors": file.planned_floors}
     requirements = _in_file(
         where,
         Requirements,
         **of_all,
+        deliverable=None if preset.name == NO_DELIVERABLE else preset.name,
         **{name: value for name, value in told.items() if value is not None},
         parts=tuple(_parts(file, where, follow)),
     )
     return requirements, Site() if file.site is None else file.site.site()
+
+
+def _limits_of(preset: Deliverable) -> PointLimits:
+    incidence_rad = None if preset.incidence_deg is None else math.radians(preset.incidence_deg)
+    return PointLimits(preset.spacing_m, preset.range_m, incidence_rad, preset.noise_m)
 
 
 def _parts(file: RequirementsFile, where: str, follow: PartRequirement) -> Iterator[PartRequirement]:

@@ -71,6 +71,20 @@ def test_accuracy_and_beam_are_as_their_sources_say() -> None:
     assert imager.angular_accuracy_rad == pytest.approx(14.4 / 3600 * math.pi / 180)
 
 
+def test_the_beam_of_the_blk360_g2_is_as_its_source_says() -> None:
+    scanner = load_scanner("blk360-g2")
+    assert (scanner.beam_divergence_rad, scanner.beam_diameter_m) == (pytest.approx(0.4e-3), pytest.approx(2.25e-3))
+    assert (scanner.beam_width_at, scanner.wavelength_m) == ("FWHM", pytest.approx(830e-9))
+    assert scanner.ranging_accuracy is None, "4 mm at 10 m are of a point, angles included"
+
+
+def test_only_the_field_of_view_of_the_x7_is_unconfirmed() -> None:
+    scanner = load_scanner("x7")
+    assert scanner.ranging_accuracy == pytest.approx((0.002, 0.0))
+    assert "field of view unconfirmed" in scanner.title
+    assert not scanner.range_noise, "one bound at 60 m is no table"
+
+
 def test_accuracy_of_the_hdl_64e_is_what_two_simulators_quote() -> None:
     scanner = load_scanner("hdl-64e")
     assert scanner.ranging_accuracy == pytest.approx((0.02, 0.0))
@@ -114,7 +128,7 @@ UNCONFIRMED = [
     ("focus-premium-70", (0.5, 70.0), 300.0),
     ("focus-premium-150", (0.5, 150.0), 300.0),
     ("focus-premium-350", (0.5, 350.0), 300.0),
-    ("x7", (0.6, 80.0), 282.0),
+    ("x7", (0.6, 80.0), 282.0),  # field alone
     ("x9", (0.6, 150.0), 282.0),
     ("x12", (0.3, 365.0), 320.0),
 ]

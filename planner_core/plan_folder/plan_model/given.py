@@ -232,6 +232,8 @@ class RequirementsSection(Mirror):
     """How links must connect the stations, as far as candidates can be linked at all."""
     min_strength: Number = 0.0
     """Least strength of a link that counts."""
+    deliverable: Text | None = None
+    """Deliverable from which limits and overlap were taken where none were given, such as survey; null: none."""
     parts: tuple[PartSection, ...] = ()
     results: tuple[ResultSection, ...] = ()
     """Of floors, overall, of parts."""

@@ -610,6 +610,10 @@ export interface RequirementsSection {
    * Least strength of a link that counts.
    */
   min_strength: number;
+  /**
+   * Deliverable from which limits and overlap were taken where none were given, such as survey; null: none.
+   */
+  deliverable: string | null;
   parts: PartSection[];
   /**
    * Of floors, overall, of parts.
