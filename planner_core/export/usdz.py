@@ -5,7 +5,9 @@ PlanSource -> usdz. Layers go in as they are; the root layer says besides which 
 
 from __future__ import annotations
 
+import os
 import tempfile
+import time
 from pathlib import Path
 
 from planner_core.errors import ExportError
@@ -16,6 +18,8 @@ from planner_core.plan_folder.usd_site import put_site
 from planner_core.progress import Progress, ProgressEvent
 
 ROOT = "plan.usda"
+#: When all of a package was made: a noon in local time, so that it reads the same in every time zone.
+_TIME_S = time.mktime((1980, 1, 2, 12, 0, 0, 0, 0, 0))
 
 
 def write_usdz(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
@@ -28,15 +32,16 @@ def write_usdz(plan: PlanSource, path: Path, options: Options, progress: Progres
     """
     names = _layer_names(plan)
     with tempfile.TemporaryDirectory() as scratch:
-        root = Path(scratch) / ROOT
-        root.write_text(_root_text(plan), encoding="utf-8")
+        layer = Path(scratch) / "layer"
         # USD takes any file of this name for a package only by its suffix, and the staged one has another.
         package = Path(scratch) / "plan.usdz"
         try:
             with Sdf.ZipFileWriter.CreateNew(str(package)) as writer:
                 for number, name in enumerate((ROOT, *names)):
                     progress(ProgressEvent("usdz", number, len(names) + 1, name))
-                    writer.AddFile(str(root if name == ROOT else plan.folder / name), name)
+                    layer.write_bytes(_root_text(plan).encode() if name == ROOT else (plan.folder / name).read_bytes())
+                    os.utime(layer, (_TIME_S, _TIME_S))  # which goes into the package
+                    writer.AddFile(str(layer), name)
         except Tf.ErrorException as error:
             raise ExportError(f"usdz: can't be written ({_last_line(error)}); check the free space") from error
         path.write_bytes(package.read_bytes())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import zipfile
 from collections.abc import Iterator
@@ -123,7 +124,9 @@ def test_folder_without_clouds_loaded_opens_no_cloud(stage_folder: Path) -> None
 
 
 def test_same_plan_gives_the_same_bytes(stage_folder: Path, tmp_path: Path) -> None:
-    for name in ("a.usdz", "b.usdz"):
+    for number, name in enumerate(("a.usdz", "b.usdz")):
+        for path in stage_folder.rglob("*.usd*"):
+            os.utime(path, (1.7e9, 1.7e9 + 60 * number))
         export_plan("usdz", stage_folder, tmp_path / name)
     assert (tmp_path / "a.usdz").read_bytes() == (tmp_path / "b.usdz").read_bytes()
 
