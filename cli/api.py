@@ -35,8 +35,9 @@ from planner_core.plan_folder.stations_csv import GivenStation, read_station_lis
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE
+from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, NO_DELIVERABLE
 from planner_core.requirements.read import read_requirements, requirements_from
+from planner_core.scanner import DEFAULT_SCANNER, PAPER_SCANNER
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene import load
 from planner_core.scene.load import LoadOptions
@@ -82,14 +83,15 @@ def load_scene(path: str | Path, *, options: LoadOptions = AS_THE_COMMAND, progr
 
 
 def settings(
-    scanner: str | Path | Scanner = "hdl-64e", *, requirements: str | Path | None = None, **more: Any
+    scanner: str | Path | Scanner | None = None, *, requirements: str | Path | None = None, **more: Any
 ) -> PlanSettings:
     """Return settings to plan or evaluate with.
 
     Parameters
     ----------
     scanner
-        Name, as `tlsplan scanners` lists them, or file; a mode after a colon, such as `rtc360:6mm`.
+        Name, as `tlsplan scanners` lists them, or file; a mode after a colon, such as `rtc360:6mm`, which is the
+        default. With `method=Paper()` nothing is asked of points, and the scanner is the paper's, `hdl-64e`.
     requirements
         A requirements file, YAML or JSON, see docs/formats/requirements.md.
     more
@@ -103,10 +105,13 @@ def settings(
         An entry that is not understood, or is not valid.
     """
     chosen = {name: more.pop(name) for name in _SETTINGS & set(more)}
+    is_paper = isinstance(chosen.get("method"), Paper)
+    deliverable = NO_DELIVERABLE if is_paper else DEFAULT_DELIVERABLE
+    scanner = scanner or (PAPER_SCANNER if is_paper else DEFAULT_SCANNER)
     if requirements is None:
-        required, site = requirements_from(more, where="settings", deliverable=DEFAULT_DELIVERABLE)
+        required, site = requirements_from(more, where="settings", deliverable=deliverable)
     else:
-        required, site = read_requirements(requirements, instead=more, deliverable=DEFAULT_DELIVERABLE)
+        required, site = read_requirements(requirements, instead=more, deliverable=deliverable)
     used = scanner if isinstance(scanner, Scanner) else load_scanner(scanner)
     return PlanSettings(scanner=used, requirements=required, site=site, **chosen)
 

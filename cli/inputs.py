@@ -39,7 +39,8 @@ def load(scene: Path, reading: FileOptions, *, progress: Progress) -> Scene:
 
 def settings(
     *,
-    scanner: str,
+    scanner: str | None,
+    preset: str | None,
     asking: Asking,
     grid_step_m: float,
     heights_m: Sequence[float],
@@ -52,11 +53,14 @@ def settings(
 ) -> PlanSettings:
     """Return the settings of a plan from the values of `options.problem_options`."""
     from planner_core.model import PlanSettings, ScanBy
+    from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, NO_DELIVERABLE
+    from planner_core.scanner import DEFAULT_SCANNER, PAPER_SCANNER
     from planner_core.scanner.load_scanner import load_scanner
 
-    requirements, site = asked(asking)
+    is_paper = preset == "paper"
+    requirements, site = asked(asking, deliverable=NO_DELIVERABLE if is_paper else DEFAULT_DELIVERABLE)
     return PlanSettings(
-        scanner=load_scanner(scanner),
+        scanner=load_scanner(scanner or (PAPER_SCANNER if is_paper else DEFAULT_SCANNER)),
         requirements=requirements,
         seed=seed,
         grid_step_m=grid_step_m,
@@ -70,15 +74,16 @@ def settings(
     )
 
 
-def asked(asking: Asking) -> tuple[Requirements, Site]:
+def asked(asking: Asking, *, deliverable: str) -> tuple[Requirements, Site]:
     """Return what is asked and the site: from the file where there is one, and the options in place of its entries.
+
+    deliverable : where neither names one.
 
     Raises
     ------
     RequirementError
         A file or an option that is not understood.
     """
-    from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE
     from planner_core.requirements.read import read_requirements, requirements_from
 
     said: dict[str, object] = {
@@ -95,9 +100,9 @@ def asked(asking: Asking) -> tuple[Requirements, Site]:
     }
     told = {name: value for name, value in said.items() if value is not None}
     if asking.file is None:
-        requirements, site = requirements_from(told, where="options", deliverable=DEFAULT_DELIVERABLE)
+        requirements, site = requirements_from(told, where="options", deliverable=deliverable)
     else:
-        requirements, site = read_requirements(asking.file, instead=told, deliverable=DEFAULT_DELIVERABLE)
+        requirements, site = read_requirements(asking.file, instead=told, deliverable=deliverable)
     if asking.entrances:
         entrances = (numbers(text, "--entrance", "X,Y,Z", (3,)) for text in asking.entrances)
         site = replace(site, entrances_m=tuple((x, y, z) for x, y, z in entrances))

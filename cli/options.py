@@ -10,7 +10,8 @@ from typing import Any, TypeVar, cast
 
 import click
 
-from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, DELIVERABLES
+from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, DELIVERABLES, NO_DELIVERABLE
+from planner_core.scanner import DEFAULT_SCANNER, PAPER_SCANNER
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -19,8 +20,14 @@ METRES_PER_UNIT = {"m": 1.0, "km": 1000.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048
 scene_argument = click.argument("scene", type=click.Path(path_type=Path, readable=False))
 
 scanner_option = click.option(
-    "--scanner", default="hdl-64e", show_default=True, metavar="NAME[:MODE]|FILE[:MODE]",
-    help="Scanner: a name and mode listed by `tlsplan scanners`, or your own specification file.",
+    "--scanner", default=None, metavar="NAME[:MODE]|FILE[:MODE]",
+    help="Scanner: a name and mode listed by `tlsplan scanners`, or your own specification file. [default: "
+    f"{DEFAULT_SCANNER}]",
+)  # fmt: skip
+preset_option = click.option(
+    "--preset", type=click.Choice(["paper"]), default=None,
+    help=f"paper: the robot of the method paper, as with --method paper: scanner {PAPER_SCANNER}, deliverable "
+    f"{NO_DELIVERABLE}, any height of the scanner, where other options do not say it.",
 )  # fmt: skip
 units_option = click.option(
     "--units", type=click.Choice(list(METRES_PER_UNIT)), default=None,
@@ -65,8 +72,8 @@ grid_option = click.option(
 )  # fmt: skip
 height_option = click.option(
     "--height", "heights_m", type=click.FloatRange(min=0.1), multiple=True, metavar="METRES",
-    help="Instrument height above the floor; may be repeated, then the best is chosen per station. [default: the "
-    "scanner's height range in steps of 0.4 m]",
+    help="Instrument height above the floor; may be repeated, then the best is chosen per station. [default: "
+    "the usual height of the scanner's tripod, 1.7 m; a robot's range in steps of 0.4 m]",
 )  # fmt: skip
 clearance_option = click.option(
     "--clearance", "clearance_m", type=click.FloatRange(min=0.0), default=0.4, show_default=True, metavar="METRES",
@@ -321,7 +328,7 @@ method_choice = apply(
     method_options_option,
 )  # fmt: skip
 problem_options = apply(
-    scanner_option, requirement_options, grid_option, height_option, clearance_option, patch_area_option,
+    scanner_option, preset_option, requirement_options, grid_option, height_option, clearance_option, patch_area_option,
     scan_mode_option, scan_seconds_option, set_up_option, seed_option,
 )  # fmt: skip
 engine_options = apply(engine_option, device_option)

@@ -60,6 +60,8 @@ def run(
     from .. import inputs, summary
     from ..progress import ProgressReporter
 
+    if choosing.method == "paper":
+        problem["preset"] = "paper"
     check_output(folder, overwrite=overwrite)  # before minutes of work, not after
     settings = inputs.with_method(inputs.with_prior(inputs.settings(**problem), prior_stations), choosing)
     with ProgressReporter(quiet=quiet or as_json) as reporter:

@@ -38,7 +38,7 @@ def command(
     stations: Path,
     folder: Path,
     formats: tuple[str, ...],
-    scanner: str,
+    scanner: str | None,
     reading: FileOptions,
     engine: str,
     device: str | None,
@@ -52,13 +52,14 @@ def command(
     from planner_core.plan_folder.stations_csv import read_station_list
     from planner_core.planning.evaluate import place_stations
     from planner_core.positions.free_space import free_space
+    from planner_core.scanner import DEFAULT_SCANNER
     from planner_core.scanner.load_scanner import load_scanner
 
     from .. import inputs, output
     from ..progress import ProgressReporter
 
     _check_folder(folder, overwrite=overwrite)
-    settings = PlanSettings(scanner=load_scanner(scanner))
+    settings = PlanSettings(scanner=load_scanner(scanner or DEFAULT_SCANNER))
     given = read_station_list(stations)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, scan_engine, told = inputs.open_survey(

@@ -60,7 +60,7 @@ class PlanSettings:
     seed: int = 0
     grid_step_m: float = 0.5
     instrument_heights_m: tuple[float, ...] = ()
-    """Heights to try; empty: the scanner's range in steps of `height_step_m`."""
+    """Heights to try; empty: what crews set the scanner's tripod to, else its range in steps of `height_step_m`."""
     height_step_m: float = 0.4
     clearance_m: float = 0.4
     ground_ring_radius_m: float = 0.2
@@ -95,10 +95,20 @@ class PlanSettings:
         return self.scanner.seconds_per_scan if self.seconds_per_scan is None else self.seconds_per_scan
 
     @property
+    def fixed_heights_m(self) -> tuple[float, ...]:
+        """Instrument heights, lowest first, where there are no others: those given, or the one that crews set up.
+
+        Empty: any of the scanner's range.
+        """
+        usual_m = self.scanner.instrument_height_usual_m
+        usual = () if usual_m is None or isinstance(self.method, Paper) else (usual_m,)
+        return tuple(sorted(set(self.instrument_heights_m))) or usual
+
+    @property
     def heights_to_try_m(self) -> tuple[float, ...]:
-        """Instrument heights of candidates, lowest first: those given, or the scanner's range in steps."""
-        if self.instrument_heights_m:
-            return tuple(sorted(set(self.instrument_heights_m)))
+        """Instrument heights of candidates, lowest first: the fixed ones, or the scanner's range in steps."""
+        if self.fixed_heights_m:
+            return self.fixed_heights_m
         low, high = self.scanner.instrument_height_min_m, self.scanner.instrument_height_max_m
         n_steps = math.floor((high - low) / self.height_step_m + 1e-9)
         return tuple(low + self.height_step_m * step for step in range(n_steps + 1))

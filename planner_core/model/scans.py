@@ -24,6 +24,8 @@ class Scanner:
     elevation_rad: tuple[float, ...]
     instrument_height_min_m: float
     instrument_height_max_m: float
+    instrument_height_usual_m: float | None = None
+    """What a crew sets its tripod to; None: any height of the range is as good."""
     azimuth_range_rad: tuple[float, float] | None = None
     """First and last of `n_azimuths` even azimuths, both included; None: a full turn from 0."""
     azimuth_offset_rad: tuple[float, ...] = ()

@@ -39,7 +39,7 @@ def places_nearby(
         Above (or, below zero, below) each position itself; heights that the tripod does not have are left out.
         Where the settings fix the heights, none is tried.
     """
-    shift_m = _shifts_m(radii_m, () if settings.instrument_heights_m else rises_m)
+    shift_m = _shifts_m(radii_m, () if settings.fixed_heights_m else rises_m)
     tally = Tally()
     position_m, floor, height_m, source = (
         [np.empty((0, 3))],
@@ -91,7 +91,7 @@ def _on_floor(
     of = np.repeat(who, shift_m.shape[0])
     low_m, high_m = settings.scanner.instrument_height_min_m, settings.scanner.instrument_height_max_m
     fits = (height_m >= low_m - 1e-9) & (height_m <= high_m + 1e-9)
-    if settings.instrument_heights_m:
+    if settings.fixed_heights_m:
         fits[:] = True  # what the user fixed counts, whatever the scanner's range
     place_m, height_m, of = place_m[fits], height_m[fits], of[fits]
     ground_m = surface.below(place_m)

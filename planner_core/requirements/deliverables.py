@@ -14,7 +14,7 @@ from planner_core.errors import RequirementError
 #: No limits at all: scanned is what a beam reaches.
 NO_DELIVERABLE: Final = "none"
 #: Of `tlsplan plan`, `evaluate` and `tlsplan.settings`, where neither options nor a requirements file name one.
-DEFAULT_DELIVERABLE: Final = NO_DELIVERABLE
+DEFAULT_DELIVERABLE: Final = "survey"
 _MOST_SHOWN = 40
 
 

@@ -136,6 +136,7 @@ def _read(content: str, *, where: str, mode: str | None = None) -> Scanner:
         n_azimuths=n_azimuths,
         elevation_rad=_radians(elevation_deg),
         instrument_height_min_m=spec.instrument_height_min_m,
+        instrument_height_usual_m=spec.instrument_height_usual_m,
         instrument_height_max_m=spec.instrument_height_max_m,
         azimuth_range_rad=None if sector_deg is None else (math.radians(sector_deg[0]), math.radians(sector_deg[1])),
         azimuth_offset_rad=_radians(np.array(spec.azimuth_offset_deg)),

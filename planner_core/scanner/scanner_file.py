@@ -248,6 +248,8 @@ class ScannerFile(Entries):
     mounting: Literal["upright", "inverted"] = "upright"
     instrument_height_min_m: _Height
     instrument_height_max_m: _Height
+    instrument_height_usual_m: _Height | None = None
+    """What a crew sets its tripod to; left out: any height of the range is as good."""
     modes: Annotated[tuple[ModeEntry, ...], Field(min_length=1, max_length=100)] | None = None
     default_mode: _Text | None = None
     """A mode's id, or a spacing at 10 m such as 6mm. Needed where there is more than one mode."""
@@ -272,6 +274,9 @@ class ScannerFile(Entries):
         if not low <= high:
             got = f"instrument_height_min_m = {low:g}, instrument_height_max_m = {high:g}"
             raise _refused(got, "instrument_height_min_m <= instrument_height_max_m")
+        usual = self.instrument_height_usual_m
+        if usual is not None and not low <= usual <= high:
+            raise _refused(f"instrument_height_usual_m = {usual:g}", f"one of the scanner's range, {low:g} to {high:g}")
         if self.modes:
             self._check_modes(self.modes)
         else:

@@ -148,6 +148,8 @@ class ScannerSection(Mirror):
     """Hangs upside down: turned by 180 degrees about its x axis."""
     instrument_height_min_m: Number
     instrument_height_max_m: Number
+    instrument_height_usual_m: Number | None = None
+    """What a crew sets its tripod to; null: any height of the range is as good."""
     seconds_per_scan: Number | None = None
     """Of a whole scan in this mode; null, as of all that follows: not known."""
     range_noise: tuple[tuple[Number, Number, Number], ...] = ()

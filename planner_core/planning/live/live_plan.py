@@ -289,7 +289,7 @@ class LivePlan:
     def _usual_height_m(self) -> float:
         """Instrument height that maps of the ground are made for: the plan's median, else the tripod's lowest."""
         heights = [each.instrument_height_m for each in self.draft.stations if each.instrument_height_m is not None]
-        lowest = min(self.settings.instrument_heights_m, default=self.settings.scanner.instrument_height_min_m)
+        lowest = self.settings.heights_to_try_m[0]
         return float(np.median(heights)) if heights else lowest
 
 

@@ -715,6 +715,10 @@ export interface ScannerSection {
   instrument_height_min_m: number;
   instrument_height_max_m: number;
   /**
+   * What a crew sets its tripod to; null: any height of the range is as good.
+   */
+  instrument_height_usual_m: number | null;
+  /**
    * Of a whole scan in this mode; null, as of all that follows: not known.
    */
   seconds_per_scan: number | null;
