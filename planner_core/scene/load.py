@@ -25,6 +25,8 @@ from planner_core.scene.rooms import with_rooms
 
 FORMAT_OF_EXTENSION = {
     ".ifc": "ifc",
+    ".ifczip": "ifc",
+    ".ifcxml": "ifc",
     ".obj": "obj",
     ".ply": "ply",
     ".stl": "stl",
@@ -35,6 +37,8 @@ FORMAT_OF_EXTENSION = {
     ".usdc": "usd",
     ".usdz": "usd",
 }
+
+_POINT_CLOUDS = frozenset({".asc", ".e57", ".las", ".laz", ".pcd", ".pts", ".ptx", ".rcp", ".rcs", ".xyz"})
 
 _OPTICS_OF_GLASS = {Glass.PASS: Optics.PASSES, Glass.STOP: Optics.STOPS, Glass.RETURN: Optics.RETURNS}
 
@@ -142,6 +146,11 @@ def _check_file(path: Path) -> str:
         if not path.exists():
             raise SceneNotFoundError(f"{path}: there is no such file; check the name and the folder.")
         file_format = FORMAT_OF_EXTENSION.get(path.suffix.lower())
+        if path.suffix.lower() in _POINT_CLOUDS:
+            raise SceneError(
+                f"{path.name}: it is a point cloud, which has no surfaces that stop beams, expected a model; make a "
+                "mesh of it (as CloudCompare or MeshLab do) and save that as PLY, or plan with the building's IFC."
+            )
         if file_format is None:
             raise SceneError(
                 f"{path.name}: the extension {path.suffix or '(none)'} is not known, expected one of {known}; "

@@ -63,10 +63,17 @@ def test_name_that_no_system_allows_says_so(tmp_path):
         load_scene(tmp_path / ("x" * 5000 + ".obj"))
 
 
-@pytest.mark.parametrize("name", ["model.fbx", "model", "model.ifczip"])
+@pytest.mark.parametrize("name", ["model.fbx", "model", "model.dwg"])
 def test_unknown_extension_lists_the_known_ones(tmp_path, name):
     message = message_of(written(tmp_path, name, "v 0 0 0\n"))
     assert all(extension in message for extension in FORMAT_OF_EXTENSION)
+
+
+@pytest.mark.parametrize("name", ["room.pcd", "ROOM.E57", "room.laz"])
+def test_point_cloud_says_how_to_make_a_mesh(tmp_path, name):
+    message = message_of(written(tmp_path, name, "# .PCD v.7 - Point Cloud Data file format\n"))
+    assert "it is a point cloud" in message
+    assert "mesh" in message
 
 
 @pytest.mark.parametrize("extension", FORMAT_OF_EXTENSION)
