@@ -301,11 +301,11 @@ def test_usd_leaves_out_what_is_hidden_and_names_what_is_no_mesh(stage):
     add_square(stage, "/off").GetPrim().SetActive(False)
     stage.CreateClassPrim("/recipe")
     add_square(stage, "/recipe/part")
-    UsdGeom.Sphere.Define(stage, "/ball")
+    UsdGeom.NurbsPatch.Define(stage, "/sail")
     scene = load_stage(stage)
     assert [e.name for e in scene.elements] == ["/shown", "/render"]
     assert scene.report.warnings == (
-        "a.usda: shapes other than meshes were left out: 1 Sphere; convert them to meshes if they matter.",
+        "a.usda: shapes of other kinds were left out: 1 NurbsPatch; convert them to meshes if they matter.",
     )
 
 
