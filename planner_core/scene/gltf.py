@@ -36,8 +36,14 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 _MOST_SPARSE = 10**8
 """Values of an accessor without a buffer, which no buffer's length bounds; more than a mesh that can be planned has."""
-_GEOMETRY_EXTENSIONS = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing")
-"""Extensions without which the geometry would be wrong or missing, and which are not read."""
+_COMPRESSED = "export it without compression, or run gltf-transform copy on it, which undoes compression"
+_REMEDY_OF_EXTENSION = {
+    "KHR_draco_mesh_compression": _COMPRESSED,
+    "EXT_meshopt_compression": _COMPRESSED,
+    "KHR_meshopt_compression": _COMPRESSED,
+    "EXT_mesh_gpu_instancing": "export it without instancing, or run gltf-transform uninstance on it",
+}
+"""What to do about extensions without which the geometry would be wrong or missing, and which are not read."""
 _GLB_HEADER = struct.Struct("<4sII")
 _CHUNK_HEADER = struct.Struct("<II")
 _JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942
@@ -180,6 +186,7 @@ def _buffer(document: _Document, number: int) -> bytes:
     n_declared = entry.whole("byteLength")
     if not uri:
         if document.glb_buffer is None or number != 0:
+            _refuse_if_used(document, "extensionsUsed")  # the buffer of a compressed file may be a mere place
             raise SceneError(f"{name}: buffer {number} has no contents; export it again.")
         contents = document.glb_buffer
     elif uri.startswith("data:"):
@@ -223,11 +230,7 @@ def _file_beside(path: Path, uri: str) -> bytes:
 
 # ------------------------------------------------------------------------------------------------ scene
 def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
-    needed = [name for name in document.tree.texts("extensionsRequired") if name in _GEOMETRY_EXTENSIONS]
-    if needed:
-        raise SceneError(
-            f"{document.path.name}: its geometry uses {needed[0]}, which is not read; export it without compression."
-        )
+    _refuse_if_used(document, "extensionsRequired")
     meshes: dict[int, list[_MeshPart]] = {}
     elements: list[Element] = []
     parts = Parts()
@@ -264,6 +267,15 @@ def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
             n_faces_read=n_bad, n_bad_index=n_bad, dropped=dropped, warnings=_material_warnings(document)
         ),
     )
+
+
+def _refuse_if_used(document: _Document, key: str) -> None:
+    """Refuse a file that lists, under `key`, an extension that geometry hangs on and that is not read."""
+    for name in document.tree.texts(key):
+        if name in _REMEDY_OF_EXTENSION:
+            raise SceneError(
+                f"{document.path.name}: its geometry uses {name}, which is not read; {_REMEDY_OF_EXTENSION[name]}."
+            )
 
 
 def _material_warnings(document: _Document) -> tuple[str, ...]:
@@ -419,12 +431,8 @@ def _accessor(document: _Document, number: int, width: int) -> FloatArray:
         values = _view(document, entry, component, entry.whole("count"), width)
     elif entry.has("sparse"):
         values = np.zeros((entry.whole("count", below=_MOST_SPARSE), width))
-    elif "KHR_draco_mesh_compression" in document.tree.texts("extensionsUsed"):
-        raise SceneError(
-            f"{document.path.name}: its geometry uses KHR_draco_mesh_compression, which is not read; "
-            "export it without compression."
-        )
     else:
+        _refuse_if_used(document, "extensionsUsed")
         raise SceneError(f"{document.path.name}: accessor {number} has no contents; export it again.")
     if entry.has("sparse"):
         values = _with_sparse(document, entry.object("sparse"), values, component)

@@ -93,9 +93,7 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
     MissingPackageError
         IfcOpenShell is not installed.
     """
-    text, is_unpacked = read_text(path)
-    ascii_text, code_page = with_ascii_names(text)
-    model = _open(path, ascii_text if code_page or is_unpacked else None)
+    model, text, code_page = _opened(path)
     lost_warnings = _lost_ends(path, model, text)
     with _contents_asked(path, model):
         unit_m, unit_name = _length_unit(model)
@@ -137,6 +135,26 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
 
 
 # ------------------------------------------------------------------------------------------------- file
+def open_model(path: Path) -> Any:
+    """IfcOpenShell's model of an IFC file, packed or not, with its names readable.
+
+    Raises
+    ------
+    SceneError
+        Not an IFC file, cut off, or of an unknown schema.
+    MissingPackageError
+        IfcOpenShell is not installed.
+    """
+    return _opened(path)[0]
+
+
+def _opened(path: Path) -> tuple[Any, bytes, str]:
+    """The model, the file's own text, and a phrase that is the code page of its names where that is not ASCII."""
+    text, is_unpacked = read_text(path)
+    ascii_text, code_page = with_ascii_names(text)
+    return _open(path, ascii_text if code_page or is_unpacked else None), text, code_page
+
+
 def _open(path: Path, text: bytes | None) -> Any:
     """IfcOpenShell's model of a file; of `text`, where that is made of the file's."""
     try:

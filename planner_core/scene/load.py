@@ -258,10 +258,12 @@ def _doubts(scene: Scene, raw: RawScene, options: LoadOptions) -> list[str]:
     doubts = []
     if options.metres_per_unit is None:
         doubts += _unit_doubt(name, float(extent_m(scene).max()), scene.source)
-    if options.up_axis is None and not raw.up_axis and _looks_y_up(scene):
+    if options.up_axis is None and not raw.up_axis and _looks_turned(scene):
         doubts.append(
             f"{name} states no up axis and z is assumed, but its level surfaces face y: if y is up, pass --up y."
         )
+    if options.up_axis is None and scene.source.format == "gltf" and _looks_turned(scene):
+        doubts.append(f"{name} is y up as all glTF is, but its level surfaces face z: if z is up, pass --up z.")
     return doubts
 
 
@@ -274,8 +276,8 @@ def _unit_doubt(name: str, longest_m: float, source: SceneSource) -> list[str]:
     return [f"{name}, read {told}, is {length} long: if that is wrong, pass its unit, such as --units {unit}."]
 
 
-def _looks_y_up(scene: Scene) -> bool:
-    """Level surfaces outweigh all others in a building, and its height is its smallest extent."""
+def _looks_turned(scene: Scene) -> bool:
+    """Y seems to be up: level surfaces outweigh all others in a building, and its height is its smallest extent."""
     a, b, c = (scene.vertices_m[scene.triangles[:, i]] for i in range(3))
     twice_area = np.cross(b - a, c - a)
     size = np.sqrt((twice_area * twice_area).sum(axis=1))
