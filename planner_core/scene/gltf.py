@@ -2,7 +2,8 @@
 
 A reader of our own because the installed library (trimesh 5) ends in whatever exception the damage happens to cause (a
 JSON error for half a GLB), and because nodes must keep their names and order. Read are triangles, strips and fans,
-indexed or not, sparse and quantised positions, embedded and separate buffers. Compressed geometry is refused by name.
+indexed or not, sparse and quantised positions, embedded and separate buffers, Draco
+compression. Other compressed geometry is refused by name.
 Materials are read for what they do to beams (`planner_core.scene.materials`), a primitive at a time.
 Source: Khronos Group, glTF 2.0 Specification, 2021, and its extension KHR_materials_transmission.
 """
@@ -24,6 +25,7 @@ import numpy as np
 
 from planner_core.errors import SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Optics
+from planner_core.scene.gltf_draco import decoded
 from planner_core.scene.gltf_json import JsonObject
 from planner_core.scene.materials import optics_of_material, optics_of_name
 from planner_core.scene.raw import Parts, RawScene, chained, exact, is_mirrored, placed, turned_over, what_it_looks_like
@@ -36,9 +38,9 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 _MOST_SPARSE = 10**8
 """Values of an accessor without a buffer, which no buffer's length bounds; more than a mesh that can be planned has."""
+_DRACO = "KHR_draco_mesh_compression"
 _COMPRESSED = "export it without compression, or run gltf-transform copy on it, which undoes compression"
 _REMEDY_OF_EXTENSION = {
-    "KHR_draco_mesh_compression": _COMPRESSED,
     "EXT_meshopt_compression": _COMPRESSED,
     "KHR_meshopt_compression": _COMPRESSED,
     "EXT_mesh_gpu_instancing": "export it without instancing, or run gltf-transform uninstance on it",
@@ -375,12 +377,16 @@ def _mesh_parts(document: _Document, mesh: int, *, skip_bad_faces: bool) -> Iter
         attributes = primitive.object("attributes")
         if mode not in (_TRIANGLES, _STRIP, _FAN) or not attributes.has("POSITION"):
             continue  # points and lines have no surface
-        vertices = _accessor(document, attributes.whole("POSITION", below=n_accessors), 3)
-        if primitive.has("indices"):
-            corners = _corner_numbers(document, primitive.whole("indices", below=n_accessors))
+        packed = primitive.object("extensions") if primitive.has("extensions") else None
+        if packed is not None and packed.has(_DRACO):
+            vertices, triangles = _draco(document, packed.object(_DRACO))
         else:
-            corners = np.arange(vertices.shape[0], dtype=np.int64)
-        triangles = _triangles(title, corners, mode)
+            vertices = _accessor(document, attributes.whole("POSITION", below=n_accessors), 3)
+            if primitive.has("indices"):
+                corners = _corner_numbers(document, primitive.whole("indices", below=n_accessors))
+            else:
+                corners = np.arange(vertices.shape[0], dtype=np.int64)
+            triangles = _triangles(title, corners, mode)
         is_missing = (triangles < 0) | (triangles >= vertices.shape[0])  # below 0 where their type is a signed one
         bad = is_missing.any(axis=1)
         if bad.any() and not skip_bad_faces:
@@ -390,6 +396,21 @@ def _mesh_parts(document: _Document, mesh: int, *, skip_bad_faces: bool) -> Iter
             )
         optics = document.optics_of(primitive)
         yield _MeshPart(vertices, triangles[~bad], np.flatnonzero(~bad), int(bad.sum()), optics)
+
+
+def _draco(document: _Document, packed: JsonObject) -> tuple[FloatArray, Int64Array]:
+    """Vertices and triangles of a compressed primitive; what its accessors say is not asked."""
+    number = packed.whole("bufferView", below=len(document.views))
+    view = document.views[number]
+    contents = _buffer(document, view.whole("buffer", below=len(document.buffers)))
+    start, length = view.whole("byteOffset", 0), view.whole("byteLength")
+    if start + length > len(contents):
+        raise SceneError(
+            f"{document.path.name}: buffer view {number} ends at byte {grouped(start + length)}, its buffer at "
+            f"{grouped(len(contents))}: it is cut off or damaged; export it again."
+        )
+    position = packed.object("attributes").whole("POSITION")
+    return decoded(document.path.name, contents[start : start + length], position)
 
 
 def _corner_numbers(document: _Document, accessor: int) -> Int64Array:
