@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.errors import ExportError, MissingPackageError
+from planner_core.errors import ExportError, MissingPackageError, SceneError
 from planner_core.export.chosen import chosen_floors, chosen_stations, scanned_before
 from planner_core.export.options import Options
 from planner_core.model import FloatArray, SiteFrame
@@ -24,6 +24,7 @@ from planner_core.plan_folder import palette
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.plan_folder.tripod import tripod
 from planner_core.progress import Progress, ProgressEvent
+from planner_core.scene.ifc import open_model
 
 try:
     import ifcopenshell
@@ -390,8 +391,8 @@ def _source_model(plan: PlanSource) -> Any:
         raise ExportError(f"{plan.title}: was read with {scene['up_axis']} up, expected z up; use format ifc")
     path = plan.scene_path()
     try:
-        return ifcopenshell.open(str(path))
-    except (OSError, RuntimeError, ifcopenshell.Error) as error:
+        return open_model(path)
+    except (OSError, SceneError) as error:
         raise ExportError(f"{path}: can't be read as IFC ({error}), expected the file that was planned on") from error
 
 

@@ -2,7 +2,8 @@
 
 A reader of our own because the installed library (trimesh 5) ends in whatever exception the damage happens to cause (a
 JSON error for half a GLB), and because nodes must keep their names and order. Read are triangles, strips and fans,
-indexed or not, sparse and quantised positions, embedded and separate buffers. Compressed geometry is refused by name.
+indexed or not, sparse and quantised positions, embedded and separate buffers, Draco
+compression. Other compressed geometry is refused by name.
 Materials are read for what they do to beams (`planner_core.scene.materials`), a primitive at a time.
 Source: Khronos Group, glTF 2.0 Specification, 2021, and its extension KHR_materials_transmission.
 """
@@ -24,6 +25,7 @@ import numpy as np
 
 from planner_core.errors import SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Optics
+from planner_core.scene.gltf_draco import decoded
 from planner_core.scene.gltf_json import JsonObject
 from planner_core.scene.materials import optics_of_material, optics_of_name
 from planner_core.scene.raw import Parts, RawScene, chained, exact, is_mirrored, placed, turned_over, what_it_looks_like
@@ -36,8 +38,14 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 _MOST_SPARSE = 10**8
 """Values of an accessor without a buffer, which no buffer's length bounds; more than a mesh that can be planned has."""
-_GEOMETRY_EXTENSIONS = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing")
-"""Extensions without which the geometry would be wrong or missing, and which are not read."""
+_DRACO = "KHR_draco_mesh_compression"
+_COMPRESSED = "export it without compression, or run gltf-transform copy on it, which undoes compression"
+_REMEDY_OF_EXTENSION = {
+    "EXT_meshopt_compression": _COMPRESSED,
+    "KHR_meshopt_compression": _COMPRESSED,
+    "EXT_mesh_gpu_instancing": "export it without instancing, or run gltf-transform uninstance on it",
+}
+"""What to do about extensions without which the geometry would be wrong or missing, and which are not read."""
 _GLB_HEADER = struct.Struct("<4sII")
 _CHUNK_HEADER = struct.Struct("<II")
 _JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942
@@ -180,6 +188,7 @@ def _buffer(document: _Document, number: int) -> bytes:
     n_declared = entry.whole("byteLength")
     if not uri:
         if document.glb_buffer is None or number != 0:
+            _refuse_if_used(document, "extensionsUsed")  # the buffer of a compressed file may be a mere place
             raise SceneError(f"{name}: buffer {number} has no contents; export it again.")
         contents = document.glb_buffer
     elif uri.startswith("data:"):
@@ -223,11 +232,7 @@ def _file_beside(path: Path, uri: str) -> bytes:
 
 # ------------------------------------------------------------------------------------------------ scene
 def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
-    needed = [name for name in document.tree.texts("extensionsRequired") if name in _GEOMETRY_EXTENSIONS]
-    if needed:
-        raise SceneError(
-            f"{document.path.name}: its geometry uses {needed[0]}, which is not read; export it without compression."
-        )
+    _refuse_if_used(document, "extensionsRequired")
     meshes: dict[int, list[_MeshPart]] = {}
     elements: list[Element] = []
     parts = Parts()
@@ -264,6 +269,15 @@ def _scene(document: _Document, *, skip_bad_faces: bool) -> RawScene:
             n_faces_read=n_bad, n_bad_index=n_bad, dropped=dropped, warnings=_material_warnings(document)
         ),
     )
+
+
+def _refuse_if_used(document: _Document, key: str) -> None:
+    """Refuse a file that lists, under `key`, an extension that geometry hangs on and that is not read."""
+    for name in document.tree.texts(key):
+        if name in _REMEDY_OF_EXTENSION:
+            raise SceneError(
+                f"{document.path.name}: its geometry uses {name}, which is not read; {_REMEDY_OF_EXTENSION[name]}."
+            )
 
 
 def _material_warnings(document: _Document) -> tuple[str, ...]:
@@ -363,12 +377,16 @@ def _mesh_parts(document: _Document, mesh: int, *, skip_bad_faces: bool) -> Iter
         attributes = primitive.object("attributes")
         if mode not in (_TRIANGLES, _STRIP, _FAN) or not attributes.has("POSITION"):
             continue  # points and lines have no surface
-        vertices = _accessor(document, attributes.whole("POSITION", below=n_accessors), 3)
-        if primitive.has("indices"):
-            corners = _corner_numbers(document, primitive.whole("indices", below=n_accessors))
+        packed = primitive.object("extensions") if primitive.has("extensions") else None
+        if packed is not None and packed.has(_DRACO):
+            vertices, triangles = _draco(document, packed.object(_DRACO))
         else:
-            corners = np.arange(vertices.shape[0], dtype=np.int64)
-        triangles = _triangles(title, corners, mode)
+            vertices = _accessor(document, attributes.whole("POSITION", below=n_accessors), 3)
+            if primitive.has("indices"):
+                corners = _corner_numbers(document, primitive.whole("indices", below=n_accessors))
+            else:
+                corners = np.arange(vertices.shape[0], dtype=np.int64)
+            triangles = _triangles(title, corners, mode)
         is_missing = (triangles < 0) | (triangles >= vertices.shape[0])  # below 0 where their type is a signed one
         bad = is_missing.any(axis=1)
         if bad.any() and not skip_bad_faces:
@@ -378,6 +396,21 @@ def _mesh_parts(document: _Document, mesh: int, *, skip_bad_faces: bool) -> Iter
             )
         optics = document.optics_of(primitive)
         yield _MeshPart(vertices, triangles[~bad], np.flatnonzero(~bad), int(bad.sum()), optics)
+
+
+def _draco(document: _Document, packed: JsonObject) -> tuple[FloatArray, Int64Array]:
+    """Vertices and triangles of a compressed primitive; what its accessors say is not asked."""
+    number = packed.whole("bufferView", below=len(document.views))
+    view = document.views[number]
+    contents = _buffer(document, view.whole("buffer", below=len(document.buffers)))
+    start, length = view.whole("byteOffset", 0), view.whole("byteLength")
+    if start + length > len(contents):
+        raise SceneError(
+            f"{document.path.name}: buffer view {number} ends at byte {grouped(start + length)}, its buffer at "
+            f"{grouped(len(contents))}: it is cut off or damaged; export it again."
+        )
+    position = packed.object("attributes").whole("POSITION")
+    return decoded(document.path.name, contents[start : start + length], position)
 
 
 def _corner_numbers(document: _Document, accessor: int) -> Int64Array:
@@ -419,12 +452,8 @@ def _accessor(document: _Document, number: int, width: int) -> FloatArray:
         values = _view(document, entry, component, entry.whole("count"), width)
     elif entry.has("sparse"):
         values = np.zeros((entry.whole("count", below=_MOST_SPARSE), width))
-    elif "KHR_draco_mesh_compression" in document.tree.texts("extensionsUsed"):
-        raise SceneError(
-            f"{document.path.name}: its geometry uses KHR_draco_mesh_compression, which is not read; "
-            "export it without compression."
-        )
     else:
+        _refuse_if_used(document, "extensionsUsed")
         raise SceneError(f"{document.path.name}: accessor {number} has no contents; export it again.")
     if entry.has("sparse"):
         values = _with_sparse(document, entry.object("sparse"), values, component)

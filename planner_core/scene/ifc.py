@@ -10,11 +10,11 @@ float64: far site placements lose nothing, and equal local vertices stay equal b
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,8 @@ from planner_core.scene.ifc_georeference import told_georeference
 from planner_core.scene.ifc_materials import IfcOptics, told_optics
 from planner_core.scene.ifc_spaces import rooms_of, without_shape
 from planner_core.scene.ifc_storeys import storey_of, storeys_of, told_storeys
-from planner_core.scene.raw import Parts, RawScene, placed, turned_over, what_it_looks_like
+from planner_core.scene.ifc_text import lost_ends, read_text, with_ascii_names
+from planner_core.scene.raw import Parts, RawScene, placed, turned_over
 from planner_core.scene.wording import grouped
 
 _NOT_PHYSICAL = (
@@ -45,20 +46,15 @@ _NOT_PHYSICAL = (
 )
 """Classes (with their subclasses) that have a shape and no surface. A schema may lack some of them."""
 
+_NO_BEAM_NO_CUT = tuple(name for name in _NOT_PHYSICAL if name not in ("IfcFeatureElementSubtraction", "IfcSpace"))
+"""Classes whose shapes are never made: openings are cut out, and rooms are named."""
+
 _CLOSED_SHARE = 1e-6
 """Share of its area by which the faces of a closed shape may fail to add up: OpenCASCADE rounds corners to 1e-7."""
 
 _SOLID_KERNEL, _FACES_KERNEL = "opencascade", "cgal-simple"
 """IfcOpenShell's kernels. The first makes a topological face of every triangle, at twenty times the cost of the second;
 the second refuses polygons that touch themselves and subtracts no openings."""
-
-_TEXT = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
-"""Strings and comments, whichever begins first: either may hold the signs that begin the other."""
-_DEFINITION = re.compile(rb"#(\d{1,18})\s*=")
-_REFERENCE = re.compile(rb"#(\d{1,18})")
-_INSTANCE = re.compile(rb"#(\d{1,18})\s*=\s*(\w+)\s*\(([^;]*)")
-_NO_GEOMETRY = (b"IFCREL", b"IFCPROP", b"IFCPRESENTATION", b"IFCSTYLE", b"IFCMATERIAL", b"IFCELEMENTQUANT", b"IFCQUANT")
-"""Instances that may name something missing: tools that filter files leave such ends, and no shape needs them."""
 
 
 @dataclass(frozen=True)
@@ -97,9 +93,8 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
     MissingPackageError
         IfcOpenShell is not installed.
     """
-    _check_is_complete(path)
-    _check_references(path)
-    model = _open(path)
+    model, text, code_page = _opened(path)
+    lost_warnings = _lost_ends(path, model, text)
     with _contents_asked(path, model):
         unit_m, unit_name = _length_unit(model)
         storeys_told = told_storeys(_of_class(model, "IfcBuildingStorey"))
@@ -111,6 +106,8 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
     rooms, room_warnings = _rooms(path, model, {told.id: i for i, told in enumerate(storeys_told)})
     georeference, map_warnings = _georeference(path, model, unit_m)
     warnings = (
+        *lost_warnings,
+        *_code_page(path, code_page),
         *_no_unit(path, unit_name),
         *optics_warnings,
         *shape_warnings,
@@ -138,41 +135,28 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
 
 
 # ------------------------------------------------------------------------------------------------- file
-def _check_is_complete(path: Path) -> None:
-    """An IFC file says where it begins and ends; IfcOpenShell reads one that is cut off without a word."""
-    with path.open("rb") as file:
-        start = file.read(256).removeprefix(b"\xef\xbb\xbf").lstrip()
-        file.seek(max(path.stat().st_size - 4096, 0))
-        end = file.read()
-    if not start.startswith((b"ISO-10303-21", b"/*")):
-        raise SceneError(
-            f"{path.name}: not an IFC file: {what_it_looks_like(start)}, expected ISO-10303-21 in its first line; "
-            "export the model as IFC again."
-        )
-    if b"END-ISO-10303-21" not in end:
-        raise SceneError(f"{path.name}: it has no END-ISO-10303-21 at its end: it is cut off; copy or export it again.")
+def open_model(path: Path) -> Any:
+    """IfcOpenShell's model of an IFC file, packed or not, with its names readable.
+
+    Raises
+    ------
+    SceneError
+        Not an IFC file, cut off, or of an unknown schema.
+    MissingPackageError
+        IfcOpenShell is not installed.
+    """
+    return _opened(path)[0]
 
 
-def _check_references(path: Path) -> None:
-    """Refuse geometry that names instances which are not there: IfcOpenShell 0.9 ends the whole process on them."""
-    text = _TEXT.sub(b" ", path.read_bytes())
-    present = np.array([int(n) for n in _DEFINITION.findall(text)], dtype=np.int64)
-    named = np.unique(np.array([int(n) for n in _REFERENCE.findall(text)], dtype=np.int64))
-    missing = np.setdiff1d(named, present)
-    if not missing.size:
-        return
-    lost = {b"%d" % number for number in missing.tolist()}
-    for number, kind, attributes in _INSTANCE.findall(text):
-        if not kind.startswith(_NO_GEOMETRY):
-            gone = next((n for n in _REFERENCE.findall(attributes) if n in lost), None)
-            if gone is not None:
-                raise SceneError(
-                    f"{path.name}: #{number.decode()} ({kind.decode()}) names #{gone.decode()}, which is not in the "
-                    "file; it is damaged, copy or export it again."
-                )
+def _opened(path: Path) -> tuple[Any, bytes, str]:
+    """The model, the file's own text, and a phrase that is the code page of its names where that is not ASCII."""
+    text, is_unpacked = read_text(path)
+    ascii_text, code_page = with_ascii_names(text)
+    return _open(path, ascii_text if code_page or is_unpacked else None), text, code_page
 
 
-def _open(path: Path) -> Any:
+def _open(path: Path, text: bytes | None) -> Any:
+    """IfcOpenShell's model of a file; of `text`, where that is made of the file's."""
     try:
         import ifcopenshell
     except ImportError as error:
@@ -180,12 +164,35 @@ def _open(path: Path) -> Any:
             f"{path.name}: reading IFC needs the package ifcopenshell, which is missing; run pip install ifcopenshell."
         ) from error
     try:
-        return ifcopenshell.open(str(path))
+        with TemporaryDirectory() as folder:
+            source = path
+            if text is not None:
+                source = Path(folder, "model.ifc")
+                source.write_bytes(text)
+            model = ifcopenshell.open(source, ".ifc")
     except (ifcopenshell.Error, ifcopenshell.SchemaError, OSError, RuntimeError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise SceneError(
             f"{path.name}: IfcOpenShell can't read it ({reason}), expected IFC2X3, IFC4 or IFC4X3; export it again."
         ) from error
+    # Some programs write * (derived) for an empty name, at which IfcOpenShell's geometry gives up the product.
+    for product in _of_class(model, "IfcProduct"):
+        if product.Name is None:
+            product.Name = None
+    return model
+
+
+def _lost_ends(path: Path, model: Any, text: bytes) -> tuple[str, ...]:
+    """A line about references to what is not there; refused where a shape needs it, which would end the process."""
+    no_shape = {entity.id() for name in _NO_BEAM_NO_CUT for entity in _of_class(model, name)}
+    products = {int(product.id()) for product in _of_class(model, "IfcProduct")} - no_shape
+    needed, others = lost_ends(text, products)
+    if needed:
+        raise SceneError(f"{path.name}: {needed[0]}, which is not in the file; it is damaged, copy or export it again.")
+    if not others:
+        return ()
+    several = f"{grouped(len(others))} references lead" if len(others) > 1 else "a reference leads"
+    return (f"{path.name}: {several} to what is not in the file ({others[0]}), of which no shape is made: ignored.",)
 
 
 @contextmanager
@@ -235,6 +242,13 @@ def _no_unit(path: Path, unit_name: str) -> tuple[str, ...]:
     if unit_name:
         return ()
     return (f"{path.name} names no length unit: metres are assumed; pass --units if that is wrong.",)
+
+
+def _code_page(path: Path, title: str) -> tuple[str, ...]:
+    """A line about names that are not written as IFC wants them, where that had to be guessed."""
+    if title in ("", "UTF-8"):
+        return ()
+    return (f"{path.name}: its names are not in IFC's own encoding and are taken for {title}: check them.",)
 
 
 def _told_products(model: Any, storey_of_id: dict[int, int]) -> list[_ToldProduct]:
@@ -409,7 +423,7 @@ def _is_triangles(product: Any) -> bool:
             return False
         seen.add(entity.id())
         above = (relation.RelatingObject for relation in getattr(entity, "Decomposes", None) or ())
-        wholes += [whole for whole in above if whole.id() not in seen]
+        wholes += [whole for whole in above if whole is not None and whole.id() not in seen]
     return all(
         item.is_a() == "IfcTriangulatedFaceSet"
         for shape in product.Representation.Representations

@@ -25,6 +25,8 @@ from planner_core.scene.rooms import with_rooms
 
 FORMAT_OF_EXTENSION = {
     ".ifc": "ifc",
+    ".ifczip": "ifc",
+    ".ifcxml": "ifc",
     ".obj": "obj",
     ".ply": "ply",
     ".stl": "stl",
@@ -35,6 +37,8 @@ FORMAT_OF_EXTENSION = {
     ".usdc": "usd",
     ".usdz": "usd",
 }
+
+_POINT_CLOUDS = frozenset({".asc", ".e57", ".las", ".laz", ".pcd", ".pts", ".ptx", ".rcp", ".rcs", ".xyz"})
 
 _OPTICS_OF_GLASS = {Glass.PASS: Optics.PASSES, Glass.STOP: Optics.STOPS, Glass.RETURN: Optics.RETURNS}
 
@@ -142,6 +146,11 @@ def _check_file(path: Path) -> str:
         if not path.exists():
             raise SceneNotFoundError(f"{path}: there is no such file; check the name and the folder.")
         file_format = FORMAT_OF_EXTENSION.get(path.suffix.lower())
+        if path.suffix.lower() in _POINT_CLOUDS:
+            raise SceneError(
+                f"{path.name}: it is a point cloud, which has no surfaces that stop beams, expected a model; make a "
+                "mesh of it (as CloudCompare or MeshLab do) and save that as PLY, or plan with the building's IFC."
+            )
         if file_format is None:
             raise SceneError(
                 f"{path.name}: the extension {path.suffix or '(none)'} is not known, expected one of {known}; "
@@ -249,10 +258,12 @@ def _doubts(scene: Scene, raw: RawScene, options: LoadOptions) -> list[str]:
     doubts = []
     if options.metres_per_unit is None:
         doubts += _unit_doubt(name, float(extent_m(scene).max()), scene.source)
-    if options.up_axis is None and not raw.up_axis and _looks_y_up(scene):
+    if options.up_axis is None and not raw.up_axis and _looks_turned(scene):
         doubts.append(
             f"{name} states no up axis and z is assumed, but its level surfaces face y: if y is up, pass --up y."
         )
+    if options.up_axis is None and scene.source.format == "gltf" and _looks_turned(scene):
+        doubts.append(f"{name} is y up as all glTF is, but its level surfaces face z: if z is up, pass --up z.")
     return doubts
 
 
@@ -265,8 +276,8 @@ def _unit_doubt(name: str, longest_m: float, source: SceneSource) -> list[str]:
     return [f"{name}, read {told}, is {length} long: if that is wrong, pass its unit, such as --units {unit}."]
 
 
-def _looks_y_up(scene: Scene) -> bool:
-    """Level surfaces outweigh all others in a building, and its height is its smallest extent."""
+def _looks_turned(scene: Scene) -> bool:
+    """Y seems to be up: level surfaces outweigh all others in a building, and its height is its smallest extent."""
     a, b, c = (scene.vertices_m[scene.triangles[:, i]] for i in range(3))
     twice_area = np.cross(b - a, c - a)
     size = np.sqrt((twice_area * twice_area).sum(axis=1))

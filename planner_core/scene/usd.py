@@ -1,4 +1,4 @@
-"""USD (.usd, .usda, .usdc, .usdz) -> `RawScene`: the meshes of the composed stage, by prim path.
+"""USD (.usd, .usda, .usdc, .usdz) -> `RawScene`: meshes and basic shapes of the composed stage, by prim path.
 
 Sublayers, references and payloads are loaded; instances and point instancers give one element an instance. What is
 invisible, or meant as a guide or proxy, is left out. A mesh is taken as its control cage, at its earliest time. Unit
@@ -7,9 +7,10 @@ and upward axis are the stage's (metersPerUnit, upAxis). Source: the reference o
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ from planner_core.scene.raw import (
 )
 from planner_core.scene.repair import MAX_DROPPED_LINES
 from planner_core.scene.usd_materials import UsdOptics
+from planner_core.scene.usd_shapes import is_shape, shape_of
 from planner_core.scene.wording import grouped
 
 _HIDDEN_PURPOSES = ("guide", "proxy")
@@ -54,13 +56,14 @@ class _Gathered:
 
     name: str
     skip_bad_faces: bool
+    metres_per_unit: float
     parts: Parts = field(default_factory=Parts)
     elements: list[Element] = field(default_factory=list)
-    meshes: dict[str, _Mesh] = field(default_factory=dict)
-    """By path in the prototype, so that an instanced mesh is read once."""
+    meshes: dict[tuple[str, float], _Mesh] = field(default_factory=dict)
+    """By path in the prototype, so that an instanced mesh is read once; of shapes also by the metres of their unit."""
     optics: UsdOptics = field(default_factory=UsdOptics)
     left_out: Counter[str] = field(default_factory=Counter)
-    """Shapes that are no meshes, by type."""
+    """Shapes that are not read, by type."""
     n_bad_index: int = 0
     n_too_short: int = 0
     dropped: list[str] = field(default_factory=list)
@@ -85,7 +88,7 @@ def read_usd(path: Path, *, skip_bad_faces: bool) -> RawScene:
     messages = UsdUtils.CoalescingDiagnosticDelegate()  # keeps the library's warnings off stderr, for our report
     try:
         stage = _open(path)
-        gathered = _Gathered(path.name, skip_bad_faces)
+        gathered = _Gathered(path.name, skip_bad_faces, float(UsdGeom.GetStageMetersPerUnit(stage)))
         cache = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
         for prim, matrix, label in _walk(stage.GetPseudoRoot(), np.eye(4), cache, "", gathered, 0):
             _add_mesh(gathered, prim, matrix, label)
@@ -121,7 +124,7 @@ def _first_reason(error: Exception) -> str:
 def _walk(
     top: Any, world_from_top: FloatArray, cache: Any, label: str, gathered: _Gathered, depth: int
 ) -> Iterator[tuple[Any, FloatArray, str]]:
-    """Visible meshes at and below `top`, with their placement (4x4, column vectors, float64) and name.
+    """Visible meshes and shapes at and below `top`, with their placement (4x4, column vectors, float64) and name.
 
     `world_from_top` replaces whatever is above `top` and, for the prototype of an instancer, its own transform.
     """
@@ -143,7 +146,7 @@ def _walk(
         if prim.IsA(UsdGeom.PointInstancer):
             prims.PruneChildren()
             yield from _walk_instances(UsdGeom.PointInstancer(prim), matrix, cache, name, gathered, depth)
-        elif prim.IsA(UsdGeom.Mesh):
+        elif prim.IsA(UsdGeom.Mesh) or is_shape(prim):
             yield prim, matrix, name
         elif prim.IsA(UsdGeom.Gprim):
             gathered.left_out[str(prim.GetTypeName())] += 1
@@ -194,9 +197,11 @@ def _hides_children(prim: Any) -> bool:
 # ------------------------------------------------------------------------------------------------- mesh
 def _add_mesh(gathered: _Gathered, prim: Any, matrix: FloatArray, label: str) -> None:
     source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
-    key = str(source.GetPath())
+    unit_m = _unit_m(gathered.metres_per_unit, matrix) if is_shape(source) else 0.0
+    key = str(source.GetPath()), unit_m
     if key not in gathered.meshes:
-        gathered.meshes[key] = _read_mesh(gathered, source, label)
+        read = _read_shape(gathered, source, label, unit_m) if unit_m else _read_mesh(gathered, source, label)
+        gathered.meshes[key] = read
     mesh = gathered.meshes[key]
     if not mesh.faces.triangles.size and not mesh.faces.n_dropped:
         return
@@ -207,6 +212,30 @@ def _add_mesh(gathered: _Gathered, prim: Any, matrix: FloatArray, label: str) ->
     gathered.n_bad_index += mesh.faces.n_bad_index
     gathered.n_too_short += mesh.faces.n_too_short
     gathered.dropped += [f"{label}, {line}" for line in mesh.faces.dropped]
+
+
+def _unit_m(metres_per_unit: float, matrix: FloatArray) -> float:
+    """Metres of a shape's own unit along the axis that its placement (4x4) stretches most; 1 where that is damaged."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        unit_m = float(metres_per_unit * np.sqrt((matrix[:3, :3] ** 2).sum(axis=0)).max())
+    return unit_m if unit_m > 0 and math.isfinite(unit_m) else 1.0
+
+
+def _read_shape(gathered: _Gathered, prim: Any, label: str, unit_m: float) -> _Mesh:
+    """A basic shape as a mesh, right-handed, in its own frame."""
+    title = f"{gathered.name}, prim {label}"
+    shape = shape_of(prim, title, unit_m)
+    faces = triangulate(shape.vertices, shape.n_corners, shape.corners, name=title, skip_bad_faces=False, owner="shape")
+    return _Mesh(shape.vertices, _right_handed(prim, faces), faces.polygon)
+
+
+def _right_handed(prim: Any, faces: Faces) -> Faces:
+    """`faces`, turned over where the prim says that they are left-handed."""
+    from pxr import Usd, UsdGeom
+
+    if str(UsdGeom.Gprim(prim).GetOrientationAttr().Get(Usd.TimeCode.EarliestTime())) != "leftHanded":
+        return faces
+    return replace(faces, triangles=turned_over(faces.triangles))
 
 
 def _read_mesh(gathered: _Gathered, prim: Any, label: str) -> _Mesh:
@@ -232,9 +261,7 @@ def _read_mesh(gathered: _Gathered, prim: Any, label: str) -> _Mesh:
         corners = corners[np.repeat(solid, n_corners)]
         n_corners = n_corners[solid]
     faces = triangulate(vertices, n_corners, corners, name=title, skip_bad_faces=gathered.skip_bad_faces, owner="mesh")
-    if str(mesh.GetOrientationAttr().Get(time)) == "leftHanded":
-        faces = Faces(turned_over(faces.triangles), faces.polygon, faces.n_bad_index, faces.n_too_short, faces.dropped)
-    return _Mesh(vertices, faces, number[faces.polygon])
+    return _Mesh(vertices, _right_handed(prim, faces), number[faces.polygon])
 
 
 def _points(title: str, values: Any) -> FloatArray:
@@ -300,4 +327,4 @@ def _warnings(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> I
         yield f"{path.name} names no upward axis: USD's default, y, is assumed; pass --up z if that is wrong."
     if gathered.left_out:
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(gathered.left_out.items()))
-        yield f"{path.name}: shapes other than meshes were left out: {kinds}; convert them to meshes if they matter."
+        yield f"{path.name}: shapes of other kinds were left out: {kinds}; convert them to meshes if they matter."

@@ -411,3 +411,16 @@ def real_ifc() -> Callable[[str], Path]:
         return path
 
     return find
+
+
+@pytest.fixture(scope="session")
+def corpus_file() -> Callable[[str], Path]:
+    """A real file from the shared folder; the test is skipped where it is absent."""
+
+    def find(name: str) -> Path:
+        path = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "corpus" / name
+        if not path.exists():
+            pytest.skip(f"{name} is not in ../shared/data/corpus")
+        return path
+
+    return find

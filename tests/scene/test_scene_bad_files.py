@@ -63,10 +63,17 @@ def test_name_that_no_system_allows_says_so(tmp_path):
         load_scene(tmp_path / ("x" * 5000 + ".obj"))
 
 
-@pytest.mark.parametrize("name", ["model.fbx", "model", "model.ifczip"])
+@pytest.mark.parametrize("name", ["model.fbx", "model", "model.dwg"])
 def test_unknown_extension_lists_the_known_ones(tmp_path, name):
     message = message_of(written(tmp_path, name, "v 0 0 0\n"))
     assert all(extension in message for extension in FORMAT_OF_EXTENSION)
+
+
+@pytest.mark.parametrize("name", ["room.pcd", "ROOM.E57", "room.laz"])
+def test_point_cloud_says_how_to_make_a_mesh(tmp_path, name):
+    message = message_of(written(tmp_path, name, "# .PCD v.7 - Point Cloud Data file format\n"))
+    assert "it is a point cloud" in message
+    assert "mesh" in message
 
 
 @pytest.mark.parametrize("extension", FORMAT_OF_EXTENSION)
@@ -428,7 +435,12 @@ def test_ply_with_whole_float_vertex_numbers_is_read(tmp_path):
         ({"buffers": [{"byteLength": 48, "uri": "a\0b\nc.bin"}]}, "which can't be read (embedded null byte)"),
         ({"buffers": [{"byteLength": 48, "uri": "\ud800.bin"}]}, "refers to \ufffd.bin, which can't be read"),
         ({"nodes": [{"mesh": 0, "children": [0]}]}, "has two parents"),
-        ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "without compression"),
+        ({"extensionsRequired": ["EXT_meshopt_compression"]}, "or run gltf-transform copy on it"),
+        ({"extensionsRequired": ["EXT_mesh_gpu_instancing"]}, "or run gltf-transform uninstance on it"),
+        (
+            {"extensionsUsed": ["EXT_meshopt_compression"], "buffers": [{"byteLength": 48}]},
+            "uses EXT_meshopt_compression, which is not read",
+        ),
         ({"buffers": [{"byteLength": 48, "uri": "beside.bin"}]}, "refers to beside.bin, which can't be read"),
         ({"buffers": [{"byteLength": 48, "uri": "/etc/passwd"}]}, "expected a file beside it"),
         ({"buffers": [{"byteLength": 48, "uri": "data:a/b;base64,@@@"}]}, "not valid base64"),

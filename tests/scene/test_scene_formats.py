@@ -176,6 +176,35 @@ def test_gltf_without_indices_takes_corners_in_threes(tmp_path):
     assert writer.load(tmp_path).triangles.tolist() == [[0, 1, 2]]
 
 
+def test_gltf_quantised_positions_are_exact(tmp_path):
+    """KHR_mesh_quantization, as gltfpack writes it: unsigned shorts, padded to 8 bytes, and the scale in the node."""
+    writer = GltfWriter()
+    writer.tree["extensionsUsed"] = writer.tree["extensionsRequired"] = ["KHR_mesh_quantization"]
+    packed = np.array([(0, 0, 0, 7), (65535, 0, 0, 7), (0, 65535, 1, 7)], "<u2").tobytes()
+    position = writer.accessor(packed, 5123, 3, "VEC3", view={"byteStride": 8})
+    normalised = writer.accessor(packed, 5123, 3, "VEC3", view={"byteStride": 8}, normalized=True)
+    writer.mesh({"attributes": {"POSITION": position}}, scale=[0.5, 0.5, 0.5], translation=[1, 2, 3])
+    writer.mesh({"attributes": {"POSITION": normalised}}, scale=[2, 2, 2])
+    scene = writer.load(tmp_path)
+    first, second = (scene.vertices_m[scene.triangles[i]] + scene.offset_m for i in (0, 1))
+    assert first.tolist() == [[1, 2, 3], [32768.5, 2, 3], [1, 32769.5, 3.5]]
+    assert second.tolist() == [[0, 0, 0], [2, 0, 0], [0, 2, 2 / 65535]]
+
+
+def test_gltf_whose_level_surfaces_face_z_is_doubted(tmp_path, write_house):
+    """A building that was modelled z up, and exported as glTF without turning it; and one that was turned."""
+    import trimesh
+
+    path = write_house(tmp_path, "house.glb")
+    assert not any("--up z" in warning for warning in load_scene(path).report.warnings)
+    turned = trimesh.load(path)
+    turned.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    turned.export(tmp_path / "turned.glb")
+    (told,) = load_scene(tmp_path / "turned.glb").report.warnings
+    assert told == "turned.glb is y up as all glTF is, but its level surfaces face z: if z is up, pass --up z."
+    assert load_scene(tmp_path / "turned.glb", options=LoadOptions(up_axis="Z")).report.warnings == ()
+
+
 def test_gltf_points_and_lines_are_left_out(tmp_path):
     writer = GltfWriter()
     positions = writer.floats(POINTS[:3])
@@ -301,11 +330,11 @@ def test_usd_leaves_out_what_is_hidden_and_names_what_is_no_mesh(stage):
     add_square(stage, "/off").GetPrim().SetActive(False)
     stage.CreateClassPrim("/recipe")
     add_square(stage, "/recipe/part")
-    UsdGeom.Sphere.Define(stage, "/ball")
+    UsdGeom.NurbsPatch.Define(stage, "/sail")
     scene = load_stage(stage)
     assert [e.name for e in scene.elements] == ["/shown", "/render"]
     assert scene.report.warnings == (
-        "a.usda: shapes other than meshes were left out: 1 Sphere; convert them to meshes if they matter.",
+        "a.usda: shapes of other kinds were left out: 1 NurbsPatch; convert them to meshes if they matter.",
     )
 
 

@@ -1,5 +1,6 @@
 import hashlib
 import math
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -226,6 +227,18 @@ def test_stations_without_a_storey_near_are_in_the_building_and_it_is_said(house
     upper = {station.id for station in house.stations_of("F1")}
     containers = {proxy.Name: ifcopenshell.util.element.get_container(proxy).is_a() for proxy in _proxies(model)}
     assert {name for name, kind in containers.items() if kind == "IfcBuilding"} == upper
+
+
+def test_copy_of_a_packed_file_in_an_old_code_page_keeps_its_names(house, tmp_path):
+    """IfcOpenShell alone can't parse it: the second byte of the name's first character is a backslash."""
+    _write_old_file(tmp_path / "old.ifc", [0.0, 3.0])
+    text = (tmp_path / "old.ifc").read_bytes().replace(b"'Level 0'", b"'%s'" % "表 1階".encode("cp932"))
+    with zipfile.ZipFile(tmp_path / "old.ifczip", "w") as archive:
+        archive.writestr("old.ifc", text)
+    plan = _planned_on(house, tmp_path / "old.ifczip", metres_per_unit=0.001)
+    write_ifc_model(plan, tmp_path / "with.ifc", Options(), silent)
+    storeys = ifcopenshell.open(str(tmp_path / "with.ifc")).by_type("IfcBuildingStorey")
+    assert [storey.Name for storey in storeys] == ["表 1階", "Level 1"]
 
 
 def test_real_ifc2x3_building_takes_stations(house, tmp_path):

@@ -1,0 +1,47 @@
+"""Draco-compressed primitives of glTF: positions and triangles out of a buffer view, by DracoPy (Apache-2.0).
+
+Source: Khronos Group, glTF extension KHR_draco_mesh_compression.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner_core.errors import MissingPackageError, SceneError
+from planner_core.model import FloatArray, Int64Array
+from planner_core.scene.raw import exact
+from planner_core.scene.wording import one_line
+
+
+def decoded(file_name: str, contents: bytes, position: int) -> tuple[FloatArray, Int64Array]:
+    """(V, 3) float64 and (T, 3) of a compressed primitive, whatever its mode says.
+
+    Parameters
+    ----------
+    contents : the bytes of the primitive's buffer view.
+    position : Draco's number of the attribute that is POSITION.
+
+    Raises
+    ------
+    SceneError
+        It is damaged, or has no such attribute.
+    MissingPackageError
+        DracoPy is not installed.
+    """
+    try:
+        import DracoPy
+    except ImportError as error:
+        raise MissingPackageError(
+            f"{file_name}: reading Draco-compressed glTF needs the package dracopy, which is missing; "
+            "run pip install dracopy."
+        ) from error
+    try:
+        mesh = DracoPy.decode(contents)
+    except (DracoPy.FileTypeException, DracoPy.EncodingFailedException, ValueError, RuntimeError, MemoryError) as error:
+        reason = one_line(str(error)) or type(error).__name__
+        raise SceneError(f"{file_name}: its Draco compression can't be undone ({reason}); export it again.") from error
+    told = next((a["data"] for a in getattr(mesh, "attributes", ()) if a["unique_id"] == position), None)
+    triangles = getattr(mesh, "faces", None)
+    if told is None or triangles is None or told.ndim != 2 or told.shape[1] != 3:
+        raise SceneError(f"{file_name}: its Draco compression holds no triangles with positions; export it again.")
+    return exact(np.asarray(told)), np.asarray(triangles).reshape(-1, 3).astype(np.int64)

@@ -1,0 +1,186 @@
+"""The text of an IFC file, before IfcOpenShell reads it: unpacked, checked, and its names put into ASCII.
+
+IfcOpenShell 0.9 reads a file that is cut off without a word, ends the whole process on a shape with an end that is not
+there, and leaves out bytes that are not ASCII. Source: ISO 10303-21:2016 (strings: 6.4.3).
+"""
+
+from __future__ import annotations
+
+import re
+import zipfile
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from planner_core.errors import SceneError
+from planner_core.scene.raw import what_it_looks_like
+from planner_core.scene.text_encoding import encoding_of, encoding_title
+from planner_core.scene.wording import grouped, one_line
+
+MAX_UNPACKED_BYTES = 2 * 1024**3
+"""Longest IFC file in an archive: IfcOpenShell needs several times as much memory."""
+
+_TEXT = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
+"""Strings and comments, whichever begins first: either may hold the signs that begin the other."""
+_DEFINITION = re.compile(rb"#(\d{1,18})\s*=")
+_REFERENCE = re.compile(rb"#(\d{1,18})")
+_INSTANCE = re.compile(rb"#(\d{1,18})\s*=\s*(\w+)\s*\(([^;]*)")
+_SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'([^']*)'")
+_SHAPE_SLOTS, _UNIT_SLOTS = slice(5, 7), slice(7, None)
+"""Attributes of IfcProduct: ObjectPlacement, Representation; of IfcProject: RepresentationContexts, UnitsInContext."""
+_TOO_OLD = ("IFC2X_", "IFC2X2", "IFC20", "IFC15")
+_XML = "the model as .ifc again from the program that made it, or convert it, such as with the free xbim Xplorer"
+
+
+@dataclass(frozen=True)
+class LostEnd:
+    """An instance that names one that is not in the file."""
+
+    instance: int
+    kind: str
+    missing: int
+
+    def __str__(self) -> str:
+        return f"#{self.instance} ({self.kind}) names #{self.missing}"
+
+
+# ------------------------------------------------------------------------------------------------- file
+def read_text(path: Path) -> tuple[bytes, bool]:
+    """Text of an IFC file; whether it was in a zip archive (.ifczip).
+
+    Raises
+    ------
+    SceneError
+        Not an IFC file, one in XML, of a schema that is too old, cut off, or an archive of none, several or too much.
+    """
+    with path.open("rb") as file:
+        start = file.read(256)
+    is_packed = start.startswith(b"PK\x03\x04")
+    text = _unpacked(path) if is_packed else path.read_bytes()
+    _check_is_complete(path, text)
+    schema = _SCHEMA.search(text[:100_000])
+    named = schema.group(1).decode("ascii", "replace").upper() if schema else ""
+    if named == "IFC2X" or named.startswith(_TOO_OLD):
+        raise SceneError(
+            f"{path.name}: it is {one_line(named)}, a schema of before 2006, expected IFC2X3, IFC4 or IFC4X3; open it "
+            "in the program that made it, or in one that still reads it, and export it as IFC2X3."
+        )
+    return text, is_packed
+
+
+def _unpacked(path: Path) -> bytes:
+    """The one IFC file in an archive."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = [m for m in archive.infolist() if PurePosixPath(m.filename).suffix.lower() in (".ifc", ".ifcxml")]
+            names = [m for m in members if not m.filename.startswith("__MACOSX/")]
+            if len(names) != 1:
+                found = ", ".join(one_line(m.filename) for m in names[:3])
+                raise SceneError(
+                    f"{path.name}: the archive has {grouped(len(names))} IFC files{f' ({found})' if names else ''}, "
+                    "expected one; unpack it and name the file to load."
+                )
+            with archive.open(names[0]) as member:  # what the archive says of its size may be a lie
+                text = member.read(MAX_UNPACKED_BYTES + 1)
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError) as error:
+        reason = one_line(str(error)) or type(error).__name__
+        raise SceneError(
+            f"{path.name}: the archive can't be unpacked ({reason}); copy it again, or unpack it by hand."
+        ) from error
+    if len(text) > MAX_UNPACKED_BYTES:
+        raise SceneError(
+            f"{path.name}: the file in it is longer than {MAX_UNPACKED_BYTES // 1024**3} GiB, which is not unpacked; "
+            "unpack it and name the .ifc file."
+        )
+    return text
+
+
+def _check_is_complete(path: Path, text: bytes) -> None:
+    """An IFC file says where it begins and ends."""
+    start = text[:256].removeprefix(b"\xef\xbb\xbf").lstrip()
+    if start.startswith(b"<") and (b"ifcxml" in text[:4096].lower() or path.suffix.lower() == ".ifcxml"):
+        raise SceneError(f"{path.name}: it is ifcXML, which is not read, expected the text form; export {_XML}.")
+    if not start.startswith((b"ISO-10303-21", b"/*")):
+        raise SceneError(
+            f"{path.name}: not an IFC file: {what_it_looks_like(start)}, expected ISO-10303-21 in its first line; "
+            "export the model as IFC again."
+        )
+    if b"END-ISO-10303-21" not in text[-4096:]:
+        raise SceneError(f"{path.name}: it has no END-ISO-10303-21 at its end: it is cut off; copy or export it again.")
+
+
+# ----------------------------------------------------------------------------------------------- lost ends
+def lost_ends(text: bytes, product_ids: set[int]) -> tuple[list[LostEnd], list[LostEnd]]:
+    """Instances that name a missing one: those that a shape needs, and the others.
+
+    product_ids : the IfcProducts whose shapes are wanted. Needed is what they name as placement and representation,
+    what that names, and so on, and the project's units and contexts.
+    """
+    bare = _TEXT.sub(b" ", text)
+    present = {int(n) for n in _DEFINITION.findall(bare)}
+    if {int(n) for n in _REFERENCE.findall(bare)} <= present:
+        return [], []
+    names: dict[int, list[int]] = {}
+    kinds: dict[int, str] = {}
+    first_named: dict[int, list[int]] = {}
+    for word, kind, attributes in _INSTANCE.findall(bare):
+        number = int(word)
+        names[number], kinds[number] = [int(n) for n in _REFERENCE.findall(attributes)], kind.decode()
+        if kind == b"IFCPROJECT" or number in product_ids:
+            slots = attributes.split(b",")[_UNIT_SLOTS if kind == b"IFCPROJECT" else _SHAPE_SLOTS]
+            first_named[number] = [int(n) for n in _REFERENCE.findall(b" ".join(slots))]
+    shape: set[int] = set()
+    stack = [number for named in first_named.values() for number in named]
+    while stack:
+        number = stack.pop()
+        if number not in shape:
+            shape.add(number)
+            stack += names.get(number, ())
+    needed: list[LostEnd] = []
+    others: list[LostEnd] = []
+    for number, named in names.items():
+        for missing in (n for n in named if n not in present):
+            ends = needed if number in shape or missing in first_named.get(number, ()) else others
+            ends.append(LostEnd(number, kinds[number], missing))
+    return needed, others
+
+
+# -------------------------------------------------------------------------------------------------- names
+def with_ascii_names(text: bytes) -> tuple[bytes, str]:
+    r"""The same text with `\X2\` for what is not ASCII in its strings, and a phrase: which code page that was in.
+
+    The phrase is empty where all is ASCII; the text is then the very same.
+    """
+    if text.isascii():
+        return text, ""
+    foreign = list(_foreign_strings(text))
+    if not foreign:
+        return text, ""
+    encoding = encoding_of(foreign)
+
+    def in_ascii(match: re.Match[bytes]) -> bytes:
+        found = match.group()
+        if found.isascii() or not found.startswith(b"'"):
+            return found
+        return _NOT_ASCII.sub(_escaped, found.decode(encoding)).encode("ascii")
+
+    return _TEXT.sub(in_ascii, text), encoding_title(encoding)
+
+
+_NOT_ASCII = re.compile(r"[^\x00-\x7f]+")
+
+
+def _foreign_strings(text: bytes) -> Iterator[bytes]:
+    for match in _TEXT.finditer(text):
+        found = match.group()
+        if found.startswith(b"'") and not found.isascii():
+            yield found
+
+
+def _escaped(match: re.Match[str]) -> str:
+    r"""Characters as ISO 10303-21 writes them: `\X4\` for all where one is beyond 16 bits, else `\X2\`."""
+    found = match.group()
+    if max(found) > "\uffff":
+        return rf"\X4\{found.encode('utf-32-be').hex().upper()}\X0" + "\\"
+    return rf"\X2\{found.encode('utf-16-be').hex().upper()}\X0" + "\\"
