@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..coordinates import coordinate_options, frame_request
-from ..options import apply, engine_options, output_options, overwrite_option
+from ..options import Length, apply, engine_options, output_options, overwrite_option
 
 if TYPE_CHECKING:
     from planner_core.as_scanned.comparison import AsScanned, Rescan
@@ -40,7 +40,7 @@ NOT_MET = 7
 @click.option("--match", type=click.Choice(["name", "place"]), default="name", show_default=True,
               help="How scanned stations are matched to planned ones. name: by name, the rest by position; place: by "
               "position only.")  # fmt: skip
-@click.option("--within", "within_m", type=click.FloatRange(min=0.0), default=2.0, show_default=True, metavar="METRES",
+@click.option("--within", "within_m", type=Length(least=0.0), default=2.0, show_default=True, metavar="LENGTH",
               help="Maximum distance of a match by position.")  # fmt: skip
 @click.option("--floor", "floors", multiple=True, metavar="ID|NAME",
               help="Floor to compare; may be repeated. Stations of other floors count as planned. "

@@ -10,7 +10,7 @@ import click
 
 from ..coordinates import COORDINATE_OPTIONS, coordinate_options, frame_request
 from ..formats_reference import option_of
-from ..options import apply, output_options, overwrite_option
+from ..options import Length, apply, output_options, overwrite_option
 
 if TYPE_CHECKING:
     from planner_core.coordinates.request import FrameRequest
@@ -74,8 +74,8 @@ FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
     ),
     "paper": click.option("--paper", type=click.Choice(["A4", "A3"]), default=None, help="Paper size of sheets. [A3]"),
     "cut_m": click.option(
-        "--cut-m", type=click.FloatRange(min=0.1, max=10), default=None, metavar="METRES",
-        help="Height of the section plane of drawings above the floor. [1.2]",
+        "--cut-m", type=Length(least=0.1, most=10), default=None, metavar="LENGTH",
+        help="Height of the section plane of drawings above the floor, such as 4ft. [1.2]",
     ),
     "noise": click.option(
         "--noise", is_flag=True, default=None, help="Add the scanner's range noise and dropouts to point clouds."
