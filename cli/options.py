@@ -93,8 +93,8 @@ grid_option = click.option(
 )  # fmt: skip
 height_option = click.option(
     "--height", "heights_m", type=Length(least=0.1), multiple=True, metavar="LENGTH",
-    help="Instrument height above the floor, such as 1.5 or 5ft; may be repeated, then the best is chosen per station. [default: the "
-    "scanner's height range in steps of 0.4 m]",
+    help="Instrument height above the floor, such as 1.5 or 5ft; may be repeated, then the best is chosen per station. "
+    "[default: the scanner's height range in steps of 0.4 m]",
 )  # fmt: skip
 clearance_option = click.option(
     "--clearance", "clearance_m", type=Length(least=0.0), default=0.4, show_default=True, metavar="LENGTH",

@@ -48,7 +48,7 @@ _NAMES = {
     METRE: ("m", "metre", "metres", "meter", "meters"),
     FOOT: ("ft", "foot", "feet", "ift", "international foot", "international feet"),
     US_SURVEY_FOOT: ("ftus", "usft", "us ft", "sft", "survey foot", "survey feet", "us survey foot", "us survey feet",
-                     "foot us", "feet us", "us foot", "us feet"),
+                     "us survey ft", "survey ft", "foot us", "feet us", "ft us", "us foot", "us feet"),
 }  # fmt: skip
 _UNIT_OF_NAME = {name: unit for unit, names in _NAMES.items() for name in names}
 
