@@ -18,6 +18,7 @@ from planner_core.model.length_units import unit_named
 
 _GRID_SCALE = (0.99, 1.01)
 """Scales of map projections, heights included, lie far inside."""
+_ROUNDED = 5e-8
 _WHOLE_DEGREES = (90.0, 180.0)
 
 
@@ -208,7 +209,7 @@ def _matrix(
     matrix = np.eye(4)
     matrix[:3, :3] = turn * (scale * np.array(operation.factors))
     matrix[:3, 3] = np.array(operation.shift) * map_m
-    if scale * operation.factors[2] != 1.0:
+    if abs(scale * operation.factors[2] - 1.0) > _ROUNDED:  # feet to metres, written in digits, come to be nearly 1
         ppm = (scale * operation.factors[2] - 1.0) * 1e6
         warnings.append(
             f"{name}: its {operation.name} scales heights, too, by {ppm:+.1f} ppm: site heights are not true to scale."
