@@ -273,9 +273,11 @@ def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
     fewest = "fewest possible" if again["fewest_is_proven"] else "fewest found"
     many = "station" if len(rows) == 1 else "stations"
     lines = [f"SCAN AGAIN    {len(rows)} {many} before leaving the site ({fewest}), sensor in {source.frame.crs_line}:"]
+    unit = source.frame.unit
     for row in rows:
-        x, y, z = row.get("site_position", row["position"])
-        height = "" if row["instrument_height_m"] is None else f", {row['instrument_height_m']:.2f} m above the ground"
+        x, y, z = (unit.of(value) for value in row.get("site_position", row["position"]))
+        above_m = row["instrument_height_m"]
+        height = "" if above_m is None else f", {unit.text(above_m, 2)} above the ground"
         lines.append(
             f"  {row['id']:<10} floor {row['floor']:<5} {x:.3f} {y:.3f} {z:.3f}{height}"
             f"{' (planned, missing)' if row['is_planned'] else ''}"

@@ -89,9 +89,9 @@ def read_actual(
             raise RequirementError(f"{option}: got {value!r}, expected one of {', '.join(words)}")
     frame = plan.frame
     # Numbers without a unit are in that of the coordinates: the scene's are metres, unless the user says otherwise.
-    units = {"scene": frame.unit if frame.is_scene else METRE, "site": frame.unit}
-    lists = {name: _read_all(paths, heights, columns, unit) for name, unit in units.items()}
-    listed = lists["scene"]
+    listed = _read_all(paths, heights, columns, frame.unit if frame.is_scene else METRE)
+    in_feet = frame.unit.is_feet and not frame.is_scene
+    lists = {"scene": listed, "site": _read_all(paths, heights, columns, frame.unit) if in_feet else listed}
     twice = next((each.id for k, each in enumerate(listed) if each.id in {s.id for s in listed[:k]}), None)
     if twice is not None:
         raise StationListError(f"stations: id {twice!r} occurs twice, expected one per station; rename one")
@@ -217,10 +217,9 @@ def _guess(
     if "site" in readings and unit.is_feet:
         as_metres = [replace(each, position_m=unit.of_array(each.position_m)) for each in lists["site"]]
         if is_near(plan.frame.to_scene(np.array([each.position_m for each in as_metres])), plan.stations):
-            return f"as metres they are at it, they were read as {unit.many}; name the unit in the header, or give --units m"
-    # What is told of a site's coordinates is told of the list as it was read in them.
-    of_site = lists["site"] if tuple(readings) == ("site",) or unit.is_feet and "site" in readings else lists["scene"]
-    return guess(of_site, tuple(readings), plan, within_m)
+            remedy = "name the unit in the header, or give --units m"
+            return f"they were read as {unit.many}, as metres they are at it; {remedy}"
+    return guess(lists["site" if "site" in readings else "scene"], tuple(readings), plan, within_m)
 
 
 def _median_away_m(at_m: FloatArray, stations: Sequence[FieldStation]) -> float:
