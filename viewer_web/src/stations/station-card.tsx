@@ -10,7 +10,6 @@ import {
   counted,
   duration,
   heightWords,
-  lengthWords,
   percentDown,
 } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
