@@ -219,15 +219,17 @@ def _draw_title(
     ink.lines([np.array([(right.left, right.bottom), (right.left, right.top)])], _LINE)
     ink.lines([np.array([(right.left, right.bottom + box.height / 2), (right.right, right.bottom + box.height / 2)])],
               _LINE)  # fmt: skip
+    in_feet, on_paper = scale_name(tile.scale, plan.frame.unit), f"on {tile.sheet.paper}"
+    if in_feet:
+        ink.text((right.right - 1.5, right.top - 3.4), on_paper, 6.0, colour=QUIET, align="right")
+        on_paper = in_feet
     for name, value, note, top in (
-        ("Scale", f"1:{tile.scale}", f"on {tile.sheet.paper}", right.top),
+        ("Scale", f"1:{tile.scale}", on_paper, right.top),
         ("Sheet", f"{sheet} / {n_sheets}", "", right.top - box.height / 2),
     ):
         ink.text((right.left + 1.5, top - 3.4), name, 6.0, colour=QUIET)
         ink.text((right.left + right.width / 2, top - 10.0), value, 12.0, bold=True, align="middle")
         ink.text((right.left + right.width / 2, top - 14.2), note, 6.4, colour=QUIET, align="middle")
-    name = scale_name(tile.scale, plan.frame.unit)
-    ink.text((right.left + right.width / 2, right.top - 6.6), name, 6.0, align="middle")
     room, left = right.left - box.left - 4, box.left + 2
     ink.text((left, box.top - 5.2), fitted(plan.title, 9.5, room, bold=True), 9.5, bold=True)
     ink.text((left, box.top - 10.6), fitted(view.floor.name, 9.5, room), 9.5)
