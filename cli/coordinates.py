@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from .inputs import numbers
+from .options import Length
 
 if TYPE_CHECKING:
     from planner_core.coordinates.request import FrameRequest
+    from planner_core.model import LengthUnit
 
 F = TypeVar("F")
 
@@ -24,7 +26,11 @@ COORDINATE_OPTIONS = {
     "vertical_crs": click.option("--vertical-crs", default="", metavar="EPSG:CODE|WKT",
                                  help="Vertical CRS of the site."),
     "origin": click.option("--origin", default=None, metavar="E,N,H",
-                           help="Site coordinates of the scene's origin, metres."),
+                           help="Site coordinates of the scene's origin, in the unit of --units or with their own."),
+    "units": click.option("--units", type=click.Choice(["m", "ft", "ftUS"]), default=None,
+                          help="Unit of site coordinates, and of lengths beside them: of files that are written, of "
+                               "lists and numbers that don't say theirs. ftUS: the US survey foot. [default: that of "
+                               "the CRS, else m]"),
     "rotation": click.option("--rotation", default=None, type=float, metavar="DEGREES",
                              help="With --origin: rotation from scene to grid, counter-clockwise. [default: 0]"),
     "scale": click.option("--scale", default=None, type=float,
@@ -34,8 +40,8 @@ COORDINATE_OPTIONS = {
     "parameters": click.option("--parameters", type=click.Choice(["4", "7"]), default=None,
                                help="Helmert transformation: 4 parameters plus height shift, or 7. [default: 4]"),
     "fixed_scale": click.option("--fixed-scale", is_flag=True, help="With --control-points: scale fixed to 1."),
-    "residual_limit": click.option("--residual-limit", type=click.FloatRange(min=0.0, min_open=True), default=None,
-                                   metavar="METRES", help="With --control-points: residual above which a warning is "
+    "residual_limit": click.option("--residual-limit", type=Length(least=0.0, least_open=True), default=None,
+                                   metavar="LENGTH", help="With --control-points: residual above which a warning is "
                                        "given. "
                                                      "[default: 0.02]"),
     "by_site_placement": click.option("--by-site-placement", is_flag=True,
@@ -64,9 +70,11 @@ def frame_request(told: Mapping[str, Any]) -> FrameRequest:
     """
     from planner_core.coordinates.request import FrameRequest
     from planner_core.errors import CoordinatesError
+    from planner_core.model import LENGTH_UNITS
 
     _check_belonging(told, CoordinatesError)
-    origin = None if told["origin"] is None else numbers(told["origin"], "--origin", "E,N,H", (3,))
+    unit = None if told["units"] is None else LENGTH_UNITS[told["units"]]
+    origin = None if told["origin"] is None else _origin_m(told["origin"], unit, told["crs"])
     limit_m = told["residual_limit"]
     return FrameRequest(
         crs=told["crs"],
@@ -81,7 +89,17 @@ def frame_request(told: Mapping[str, Any]) -> FrameRequest:
         by_site_placement=told["by_site_placement"],
         scene_coordinates=told["scene_coordinates"],
         accept_implausible=told["accept_implausible"],
+        unit=unit,
     )
+
+
+def _origin_m(text: str, unit: LengthUnit | None, crs: str) -> list[float]:
+    """E, N, H in metres; numbers without a unit are of `unit`, else of the CRS."""
+    from planner_core.coordinates.crs import map_crs
+
+    if unit is None and crs:
+        unit = map_crs(crs)[0].unit
+    return numbers(text, "--origin", "E,N,H", (3,), unit=unit)
 
 
 def _check_belonging(told: Mapping[str, Any], error: type[Exception]) -> None:

@@ -13,7 +13,7 @@ from .output import repairs
 
 if TYPE_CHECKING:
     from planner_core.engine.scan_engine import ScanEngine
-    from planner_core.model import PlanSettings, PriorStation, Requirements, Scene, Site, Survey
+    from planner_core.model import LengthUnit, PlanSettings, PriorStation, Requirements, Scene, Site, Survey
     from planner_core.progress import Progress
 
     from .progress import ProgressReporter
@@ -109,8 +109,12 @@ def asked(asking: Asking, *, deliverable: str) -> tuple[Requirements, Site]:
     return requirements, site
 
 
-def numbers(text: str, option: str, form: str, sizes: tuple[int, ...]) -> list[float]:
-    """Return the numbers of `1.5,2,0`; as many as one of `sizes`.
+def numbers(
+    text: str, option: str, form: str, sizes: tuple[int, ...], *, unit: LengthUnit | None = None
+) -> list[float]:
+    """Return the numbers of `1.5,2,0` or `4ft 11in,2,0`, metres; as many as one of `sizes`.
+
+    unit : of numbers without one; None: metres.
 
     Raises
     ------
@@ -118,14 +122,16 @@ def numbers(text: str, option: str, form: str, sizes: tuple[int, ...]) -> list[f
         Others.
     """
     from planner_core.errors import RequirementError
+    from planner_core.model import METRE
+    from planner_core.requirements.quantities import coordinate_m
 
-    parts = text.split(",")
+    of = unit or METRE
     try:
-        values = [float(part) for part in parts]
-    except ValueError:
+        values = [coordinate_m(part, unit=of) for part in text.split(",")]
+    except RequirementError:
         values = []
-    if len(values) not in sizes or not all(math.isfinite(value) for value in values):
-        raise RequirementError(f"{option}: got {text!r}, expected {form} in metres, such as {_example(form)}")
+    if len(values) not in sizes:
+        raise RequirementError(f"{option}: got {text!r}, expected {form} in {of.many}, such as {_example(form)}")
     return values
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import wraps
@@ -15,7 +16,35 @@ from planner_core.scanner import DEFAULT_SCANNER, PAPER_SCANNER
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-METRES_PER_UNIT = {"m": 1.0, "km": 1000.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
+METRES_PER_UNIT = {
+    "m": 1.0, "km": 1000.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "ftUS": 1200.0 / 3937.0, "in": 0.0254,
+}  # fmt: skip
+
+
+class Length(click.ParamType[float]):
+    """A length of an option: metres, or with its unit, such as `20in` or `5ft 3in`. Gives metres."""
+
+    name = "length"
+
+    def __init__(self, *, least: float, most: float = math.inf, least_open: bool = False) -> None:
+        self._least, self._most, self._least_open = least, most, least_open
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return metres; refuse what is no length, and one that is out of range."""
+        from planner_core.errors import RequirementError
+        from planner_core.requirements.quantities import coordinate_m
+
+        try:
+            metres = coordinate_m(value)
+        except RequirementError as error:
+            self.fail(str(error), param, ctx)
+        if not self._least <= metres <= self._most or (self._least_open and metres == self._least):
+            least = f"more than {self._least:g}" if self._least_open else f"{self._least:g}"
+            most = "" if math.isinf(self._most) else f" to {self._most:g}"
+            or_more = " or more" if math.isinf(self._most) and not self._least_open else ""
+            self.fail(f"got {value}, expected {least}{most} m{or_more}; give metres, or the unit: 20in", param, ctx)
+        return metres
+
 
 scene_argument = click.argument("scene", type=click.Path(path_type=Path, readable=False))
 
@@ -31,7 +60,8 @@ preset_option = click.option(
 )  # fmt: skip
 units_option = click.option(
     "--units", type=click.Choice(list(METRES_PER_UNIT)), default=None,
-    help="Length unit of the scene file, for formats without one (OBJ, PLY, STL). [default: the file's, else m]",
+    help="Length unit of the scene file, for formats without one (OBJ, PLY, STL); ftUS: the US survey foot. [default: "
+    "the file's, else m]",
 )  # fmt: skip
 up_option = click.option(
     "--up", type=click.Choice(["y", "z"]), default=None,
@@ -67,17 +97,17 @@ floor_option = click.option(
     help="Floor to plan, see `tlsplan floors`; may be repeated. [default: all]",
 )  # fmt: skip
 grid_option = click.option(
-    "--grid", "grid_step_m", type=click.FloatRange(min=0.05), default=0.5, show_default=True, metavar="METRES",
-    help="Spacing of candidate positions.",
+    "--grid", "grid_step_m", type=Length(least=0.05), default=0.5, show_default=True, metavar="LENGTH",
+    help="Spacing of candidate positions, such as 0.5 (metres) or 20in.",
 )  # fmt: skip
 height_option = click.option(
-    "--height", "heights_m", type=click.FloatRange(min=0.1), multiple=True, metavar="METRES",
-    help="Instrument height above the floor; may be repeated, then the best is chosen per station. [default: "
-    "the usual height of the scanner's tripod, 1.7 m; a robot's range in steps of 0.4 m]",
+    "--height", "heights_m", type=Length(least=0.1), multiple=True, metavar="LENGTH",
+    help="Instrument height above the floor, such as 1.6 (metres) or 5ft 3in; may be repeated, then the best is chosen "
+    "per station. [default: the usual height of the scanner's tripod, 1.7 m; a robot's range in steps of 0.4 m]",
 )  # fmt: skip
 clearance_option = click.option(
-    "--clearance", "clearance_m", type=click.FloatRange(min=0.0), default=0.4, show_default=True, metavar="METRES",
-    help="Minimum distance from the sensor to walls and furniture.",
+    "--clearance", "clearance_m", type=Length(least=0.0), default=0.4, show_default=True, metavar="LENGTH",
+    help="Minimum distance from the sensor to walls and furniture, such as 0.4 or 18in.",
 )  # fmt: skip
 patch_area_option = click.option(
     "--patch-area", "max_patch_area_m2", type=click.FloatRange(min=1e-5), default=0.04, show_default=True,
@@ -182,7 +212,8 @@ keep_option = click.option(
 )  # fmt: skip
 forbid_option = click.option(
     "--forbid", "forbidden", multiple=True, metavar="X,Y,Z[,RADIUS]",
-    help="Keep stations at least RADIUS metres (0.5) from this point in scene coordinates; may be repeated.",
+    help="Keep stations at least RADIUS (0.5) from this point in scene coordinates, metres or with units; may be "
+    "repeated.",
 )  # fmt: skip
 method_option = click.option(
     "--method", type=click.Choice(["proven", "greedy", "paper"]), default="proven", show_default=True,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..coordinates import coordinate_options, frame_request
-from ..options import apply, engine_options, output_options, overwrite_option
+from ..options import Length, apply, engine_options, output_options, overwrite_option
 
 if TYPE_CHECKING:
     from planner_core.as_scanned.comparison import AsScanned, Rescan
@@ -40,7 +40,7 @@ NOT_MET = 7
 @click.option("--match", type=click.Choice(["name", "place"]), default="name", show_default=True,
               help="How scanned stations are matched to planned ones. name: by name, the rest by position; place: by "
               "position only.")  # fmt: skip
-@click.option("--within", "within_m", type=click.FloatRange(min=0.0), default=2.0, show_default=True, metavar="METRES",
+@click.option("--within", "within_m", type=Length(least=0.0), default=2.0, show_default=True, metavar="LENGTH",
               help="Maximum distance of a match by position.")  # fmt: skip
 @click.option("--floor", "floors", multiple=True, metavar="ID|NAME",
               help="Floor to compare; may be repeated. Stations of other floors count as planned. "
@@ -273,9 +273,11 @@ def _again(document: dict[str, Any], source: PlanSource) -> list[str]:
     fewest = "fewest possible" if again["fewest_is_proven"] else "fewest found"
     many = "station" if len(rows) == 1 else "stations"
     lines = [f"SCAN AGAIN    {len(rows)} {many} before leaving the site ({fewest}), sensor in {source.frame.crs_line}:"]
+    unit = source.frame.unit
     for row in rows:
-        x, y, z = row.get("site_position", row["position"])
-        height = "" if row["instrument_height_m"] is None else f", {row['instrument_height_m']:.2f} m above the ground"
+        x, y, z = (unit.of(value) for value in row.get("site_position", row["position"]))
+        above_m = row["instrument_height_m"]
+        height = "" if above_m is None else f", {unit.text(above_m, 2)} above the ground"
         lines.append(
             f"  {row['id']:<10} floor {row['floor']:<5} {x:.3f} {y:.3f} {z:.3f}{height}"
             f"{' (planned, missing)' if row['is_planned'] else ''}"

@@ -10,7 +10,7 @@ import click
 
 from ..coordinates import COORDINATE_OPTIONS, coordinate_options, frame_request
 from ..formats_reference import option_of
-from ..options import apply, output_options, overwrite_option
+from ..options import Length, apply, output_options, overwrite_option
 
 if TYPE_CHECKING:
     from planner_core.coordinates.request import FrameRequest
@@ -29,9 +29,11 @@ def _ids(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, 
     return names
 
 
-def _metres(_: click.Context, option: click.Parameter, text: str | None) -> tuple[float, ...] | None:
+def _bare_numbers(_: click.Context, option: click.Parameter, text: str | None) -> tuple[float, ...] | None:
     from ..inputs import numbers
 
+    if text is not None and set(text.casefold()) - set("0123456789.,+-e "):
+        raise click.BadParameter(f"got {text!r}, expected E,N,H without a unit: they are in that of the coordinates.")
     return None if text is None else tuple(numbers(text, option.opts[0], "E,N,H", (3,)))
 
 
@@ -47,15 +49,15 @@ FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
         help="Column separator of station lists. [that of the columns chosen]",
     ),
     "decimals": click.option(
-        "--decimals", type=click.IntRange(0, 6), default=None, help="Decimals of metres in station lists. [4: 0.1 mm]"
+        "--decimals", type=click.IntRange(0, 6), default=None, help="Decimals in station lists. [4: 0.1 mm, 0.0001 ft]"
     ),
     "subtract": click.option(
-        "--subtract", metavar="E,N,H", default=None, callback=_metres,
-        help="Metres subtracted from coordinates in CSV and GSI, for programs limited to small numbers. [0,0,0]",
+        "--subtract", metavar="E,N,H", default=None, callback=_bare_numbers,
+        help="Subtracted from coordinates in CSV and GSI, in their unit, for programs limited to small ones. [0,0,0]",
     ),
     "gsi_unit": click.option(
-        "--gsi-unit", type=click.Choice(["mm", "0.1mm"]), default=None,
-        help="Resolution of GSI. [mm for GSI-8, 0.1mm for GSI-16]",
+        "--gsi-unit", type=click.Choice(["mm", "0.1mm", "0.001ft", "0.0001ft"]), default=None,
+        help="Resolution of GSI. [mm or 0.001ft for GSI-8, 0.1mm or 0.0001ft for GSI-16]",
     ),
     "geojson_crs": click.option(
         "--geojson-crs", type=click.Choice(["wgs84", "local"]), default=None,
@@ -74,8 +76,8 @@ FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
     ),
     "paper": click.option("--paper", type=click.Choice(["A4", "A3"]), default=None, help="Paper size of sheets. [A3]"),
     "cut_m": click.option(
-        "--cut-m", type=click.FloatRange(min=0.1, max=10), default=None, metavar="METRES",
-        help="Height of the section plane of drawings above the floor. [1.2]",
+        "--cut-m", type=Length(least=0.1, most=10), default=None, metavar="LENGTH",
+        help="Height of the section plane of drawings above the floor, such as 4ft. [1.2]",
     ),
     "noise": click.option(
         "--noise", is_flag=True, default=None, help="Add the scanner's range noise and dropouts to point clouds."

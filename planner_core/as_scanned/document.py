@@ -36,7 +36,7 @@ def as_scanned_document(
         "schema": SCHEMA,
         "met": found.met,
         "list_coordinates": coordinates,
-        "site_coordinates": frame.crs_line,
+        "site_coordinates": frame.in_metres().crs_line,
         "counts": {fate: len(found.of_fate(fate)) for fate in FATES},
         "stations": [
             {

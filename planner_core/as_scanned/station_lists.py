@@ -6,7 +6,7 @@ Output `ListedStation`s, metres. In which coordinates a list is, it does not say
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ import numpy as np
 
 from planner_core.as_scanned.elsewhere import AT_STATION_M, guess, is_near, shape_doubts, swap_doubts
 from planner_core.errors import RequirementError, StationListError
-from planner_core.model import FloatArray
+from planner_core.model import METRE, FloatArray, LengthUnit
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.plan_folder.stations_csv import GivenStation, read_station_list, stations_of_text
 
@@ -87,16 +87,24 @@ def read_actual(
     for value, words, option in ((coordinates, COORDINATES, "--coordinates"), (heights, HEIGHTS, "--heights")):
         if value not in words:
             raise RequirementError(f"{option}: got {value!r}, expected one of {', '.join(words)}")
-    listed = [station for path in paths for station in _read(path, heights, columns)]
+    frame = plan.frame
+    # Numbers without a unit are in that of the coordinates: the scene's are metres, unless the user says otherwise.
+    listed = _read_all(paths, heights, columns, frame.unit if frame.is_scene else METRE)
+    in_feet = frame.unit.is_feet and not frame.is_scene
+    lists = {"scene": listed, "site": _read_all(paths, heights, columns, frame.unit) if in_feet else listed}
     twice = next((each.id for k, each in enumerate(listed) if each.id in {s.id for s in listed[:k]}), None)
     if twice is not None:
         raise StationListError(f"stations: id {twice!r} occurs twice, expected one per station; rename one")
     if not listed:
         raise StationListError("stations: got no list, expected at least one; give --stations")
-    return _at_plan(listed, plan, coordinates, within_m)
+    return _at_plan(lists, plan, coordinates, within_m)
 
 
-def _read(path: Path, heights: str, columns: str) -> tuple[ListedStation, ...]:
+def _read_all(paths: Sequence[Path], heights: str, columns: str, unit: LengthUnit) -> list[ListedStation]:
+    return [station for path in paths for station in _read(path, heights, columns, unit)]
+
+
+def _read(path: Path, heights: str, columns: str, unit: LengthUnit) -> tuple[ListedStation, ...]:
     if path.suffix.lower() == ".e57":
         return _poses(path)
     is_list = path.is_dir() or path.suffix.lower() == ".json"
@@ -107,9 +115,9 @@ def _read(path: Path, heights: str, columns: str) -> tuple[ListedStation, ...]:
     z_is_ground = heights == "ground" and not is_list
     if columns and not is_list:
         header = _header(columns)
-        given = stations_of_text(path, _without_remarks(path), z_is_ground=z_is_ground, header=header)
+        given = stations_of_text(path, _without_remarks(path), z_is_ground=z_is_ground, header=header, unit=unit)
     else:
-        given = read_station_list(path, z_is_ground=z_is_ground)
+        given = read_station_list(path, z_is_ground=z_is_ground, unit=unit)
     return tuple(_listed(each, z_is_ground=z_is_ground) for each in given)
 
 
@@ -173,30 +181,45 @@ def _pose(path: Path, scan: Any, k: int) -> ListedStation:
 
 
 # ---------------------------------------------------------------------------------------------- coordinates
-def _at_plan(listed: Sequence[ListedStation], plan: PlanSource, coordinates: str, within_m: float) -> ActualList:
-    as_listed = np.array([each.position_m for each in listed])
+def _at_plan(
+    lists: Mapping[str, Sequence[ListedStation]], plan: PlanSource, coordinates: str, within_m: float
+) -> ActualList:
+    """Choose the reading at the plan. lists : metres, as read in scene and in site coordinates."""
     if plan.frame.is_scene and coordinates == "site":
         raise StationListError(
             "stations: got site coordinates, but the coordinate system of the site is not known; give --crs and "
             "--origin, or --control-points"
         )
-    readings = {"scene": as_listed}
+    readings = {"scene": np.array([each.position_m for each in lists["scene"]])}
     if not plan.frame.is_scene:
-        readings["site"] = plan.frame.to_scene(as_listed)
+        readings["site"] = plan.frame.to_scene(np.array([each.position_m for each in lists["site"]]))
     if coordinates != "auto":
         readings = {coordinates: readings[coordinates]}
     away_m = {name: _median_away_m(at_m, plan.stations) for name, at_m in readings.items()}
     chosen = min(readings, key=lambda name: away_m[name])  # the first, the scene's own, where both are as near
-    at_m = readings[chosen]
+    at_m, listed = readings[chosen], lists[chosen]
     if not is_near(at_m, plan.stations):
         told = " and ".join(f"{_length(away_m[name])} as {name} coordinates" for name in readings)
         raise StationListError(
             f"stations: none of {len(listed)} is near the plan, they are off by {told}; "
-            f"{guess(listed, tuple(readings), plan, within_m)}"
+            f"{_guess(lists, tuple(readings), plan, within_m)}"
         )
     stations = tuple(replace(each, position_m=place) for each, place in zip(listed, at_m, strict=True))
     doubts = swap_doubts(listed, at_m, chosen, plan, within_m) or shape_doubts(listed, at_m, chosen, plan, within_m)
     return ActualList(stations, chosen, doubts)
+
+
+def _guess(
+    lists: Mapping[str, Sequence[ListedStation]], readings: Sequence[str], plan: PlanSource, within_m: float
+) -> str:
+    """Say what may be wrong; first whether a list of site coordinates is in another unit than it was read in."""
+    unit = plan.frame.unit
+    if "site" in readings and unit.is_feet:
+        as_metres = [replace(each, position_m=unit.of_array(each.position_m)) for each in lists["site"]]
+        if is_near(plan.frame.to_scene(np.array([each.position_m for each in as_metres])), plan.stations):
+            remedy = "name the unit in the header, or give --units m"
+            return f"they were read as {unit.many}, as metres they are at it; {remedy}"
+    return guess(lists["site" if "site" in readings else "scene"], tuple(readings), plan, within_m)
 
 
 def _median_away_m(at_m: FloatArray, stations: Sequence[FieldStation]) -> float:

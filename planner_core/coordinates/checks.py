@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.coordinates.crs import MapCrs, geodesic_m
-from planner_core.model import FloatArray, SiteFrame
+from planner_core.model import FOOT, METRE, FloatArray, SiteFrame
 
 FAR_M = 20_000.0
 """A plan further from its origin, or from where its CRS is used, is hardly meant to be there."""
 NOWHERE_NEAR_M = 1_000_000.0
 """Further than this from where its CRS is used no plan can be, whichever zone next door a country goes on with."""
 _TELLING_PPM = 1.0
-_UNITS = {0.001: "millimetres", 0.3048: "feet", 1000.0: "kilometres"}
+_UNITS = {0.001: "millimetres", FOOT.metres: "feet", METRE.metres: "metres", 1000.0: "kilometres"}
 _ON_EARTH_M = 2e7
 """No easting or northing in metres is larger, and none in millimetres that is not near zero is smaller."""
 _SURVEYED_PPM = 2000.0
@@ -68,7 +68,8 @@ def _where_doubts(frame: SiteFrame, plane: MapCrs, east_north_m: FloatArray) -> 
     middle_m = east_north_m.mean(axis=0)
     if outside_m == 0.0:
         return [Doubt(line) for line in _scale_doubts(frame, plane, middle_m)]
-    where = f"E {middle_m[0]:.0f}, N {middle_m[1]:.0f}"
+    unit = frame.unit
+    where = f"E {unit.of(middle_m[0]):.0f}, N {unit.of(middle_m[1]):.0f}{f' {unit.symbol}' if unit.is_feet else ''}"
     how_far = "far outside" if math.isinf(outside_m) else f"{_kilometres(outside_m)} outside the area of"
     line = f"the plan lies at {where}, {how_far} {plane.name} ({plane.area_name()})"
     nowhere_near = outside_m > NOWHERE_NEAR_M
@@ -79,11 +80,14 @@ def _where_doubts(frame: SiteFrame, plane: MapCrs, east_north_m: FloatArray) -> 
         swapped = f"{line}, and inside with E and N exchanged: they look swapped; exchange them"
         return [Doubt(swapped, outside_m > FAR_M)]
     for size, name in _UNITS.items():
-        if size == 0.001 and np.abs(middle_m).max() < _ON_EARTH_M:
+        if name == unit.many or (size == 0.001 and np.abs(middle_m).max() < _ON_EARTH_M):
             continue
-        if plane.outside_m(east_north_m * size) == 0.0:
-            unit = f"{line}, and inside where coordinates are taken as {name}: their unit looks wrong; give metres"
-            return [Doubt(unit, nowhere_near or size == 0.001)]
+        if plane.outside_m(east_north_m * (size / unit.metres)) == 0.0:
+            remedy = (
+                f"give {unit.many}, or the unit with --units" if name in ("feet", "metres") else f"give {unit.many}"
+            )
+            taken = f"{line}, and inside where coordinates are taken as {name}: their unit looks wrong; {remedy}"
+            return [Doubt(taken, nowhere_near or size == 0.001)]
     far = ": check origin and CRS" if outside_m > FAR_M else ""
     return [Doubt(line + far, nowhere_near)]
 
@@ -151,16 +155,18 @@ def _distortion(frame: SiteFrame, plane: MapCrs, middle_m: FloatArray) -> list[s
     true = grid.combined_scale(float(middle_m[2]))
     of_frame = frame.horizontal_scale
     ppm = (of_frame / true - 1.0) * 1e6
-    held = ""
+    held, feet = "", frame.unit.is_feet
+    one, symbol = ("foot", "ft") if feet else ("metre", "m")
     if abs(ppm) >= _TELLING_PPM:
+        off = f"1000 ft they are {abs(ppm) * 1e-3:.3f} ft" if feet else f"100 m they are {abs(ppm) * 0.1:.1f} mm"
         held = (
-            f"; scene lengths are written with scale {of_frame:.7f}, so that over 100 m they are "
-            f"{abs(ppm) * 0.1:.1f} mm too {'long' if ppm > 0 else 'short'} for the grid"
+            f"; scene lengths are written with scale {of_frame:.7f}, so that over {off} too "
+            f"{'long' if ppm > 0 else 'short'} for the grid"
         )
     projection_ppm, height_ppm = (grid.scale - 1.0) * 1e6, (true / grid.scale - 1.0) * 1e6
     return [
-        f"at the site a metre on the ground is {true:.7f} m on the grid (projection {projection_ppm:+.0f} ppm, height "
-        f"{height_ppm:+.0f} ppm), and grid north is {abs(math.degrees(grid.convergence_rad)):.4f} degrees "
+        f"at the site a {one} on the ground is {true:.7f} {symbol} on the grid (projection {projection_ppm:+.0f} "
+        f"ppm, height {height_ppm:+.0f} ppm), and grid north is {abs(math.degrees(grid.convergence_rad)):.4f} degrees "
         f"{'east' if grid.convergence_rad > 0 else 'west'} of true north{held}"
     ]
 

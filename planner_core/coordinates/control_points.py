@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from planner_core.coordinates.text_file import text_of
+from planner_core.coordinates.text_file import column_unit, text_of
 from planner_core.errors import CoordinatesError
-from planner_core.model import FloatArray
+from planner_core.model import METRE, FloatArray, LengthUnit
 
 COLUMNS = ("name", "x", "y", "z", "E", "N", "H", "weight")
 """Of a header; z, H and weight may be left out, and be empty."""
 _NEEDED = ("name", "x", "y", "E", "N")
+_OF_SITE = ("E", "N", "H")
 _MEANINGS = {
     "name": re.compile("name|id|point|pt|station|no"),
     "x": re.compile("(scene|model|local)?x"),
@@ -44,8 +45,10 @@ class ControlPoints:
         return ControlPoints(names, *(np.delete(of, index, axis=0) for of in (self.scene_m, self.site_m, self.weights)))
 
 
-def read_control_points(path: Path) -> ControlPoints:
+def read_control_points(path: Path, site_unit: LengthUnit = METRE) -> ControlPoints:
     """Read a CSV with a header of the columns `COLUMNS`, in any order; separated by commas, semicolons or tabs.
+
+    A column may name its unit: `E_ftUS`, `x (ft)`. Others are in metres (x, y, z) or in `site_unit` (E, N, H).
 
     Raises
     ------
@@ -60,8 +63,12 @@ def read_control_points(path: Path) -> ControlPoints:
     separator = max(",;\t", key=lines[0][1].count)
     cells = [[cell.strip() for cell in row] for row in csv.reader((line for _, line in lines), delimiter=separator)]
     columns = _columns(path, cells[0])
+    units = {
+        meaning: column_unit(cells[0][index])[1] or (site_unit if meaning in _OF_SITE else METRE)
+        for meaning, index in columns.items()
+    }
     rows = [
-        _Row(f"{path}, line {number}", row, columns, decimal_comma=separator != ",")
+        _Row(f"{path}, line {number}", row, columns, units, decimal_comma=separator != ",")
         for (number, _), row in zip(lines[1:], cells[1:], strict=True)
     ]
     for row in rows:
@@ -70,8 +77,8 @@ def read_control_points(path: Path) -> ControlPoints:
     for index, name in enumerate(names):
         if not name or name in names[:index]:
             raise CoordinatesError(f"{rows[index].where}: name is {name!r}, expected a unique one; name every point")
-    scene_m = np.array([[row.number("x"), row.number("y"), row.height("z")] for row in rows], dtype=np.float64)
-    site_m = np.array([[row.number("E"), row.number("N"), row.height("H")] for row in rows], dtype=np.float64)
+    scene_m = np.array([[row.metres("x"), row.metres("y"), row.height("z")] for row in rows], dtype=np.float64)
+    site_m = np.array([[row.metres("E"), row.metres("N"), row.height("H")] for row in rows], dtype=np.float64)
     weights = np.array([row.weight() for row in rows], dtype=np.float64)
     return ControlPoints(tuple(names), scene_m, site_m, weights)
 
@@ -80,7 +87,7 @@ def _columns(path: Path, header: list[str]) -> dict[str, int]:
     """Column by meaning."""
     found: dict[str, int] = {}
     for index, cell in enumerate(header):
-        key = re.sub(r"[^a-z]", "", re.sub(r"[\[(].*?[\])]|_m$", "", cell.lower()))
+        key = re.sub(r"[^a-z]", "", column_unit(cell)[0].lower())
         meaning = next((meaning for meaning, names in _MEANINGS.items() if names.fullmatch(key)), None)
         if meaning is not None:
             found.setdefault(meaning, index)
@@ -98,6 +105,7 @@ class _Row:
     where: str
     cells: list[str]
     columns: dict[str, int]
+    units: dict[str, LengthUnit]
     decimal_comma: bool
 
     def check_width(self, n_columns: int) -> None:
@@ -118,11 +126,15 @@ class _Row:
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise CoordinatesError(f"{self.where}: {meaning} is {text!r}, expected a number of metres; correct it")
+            what = "" if meaning == "weight" else f" of {self.units[meaning].many}"
+            raise CoordinatesError(f"{self.where}: {meaning} is {text!r}, expected a number{what}; correct it")
         return value
 
+    def metres(self, meaning: str) -> float:
+        return self.number(meaning) * self.units[meaning].metres
+
     def height(self, meaning: str) -> float:
-        return self.number(meaning) if self.text(meaning) else math.nan
+        return self.metres(meaning) if self.text(meaning) else math.nan
 
     def weight(self) -> float:
         value = self.number("weight") if self.text("weight") else 1.0

@@ -1,4 +1,6 @@
-"""Coordinate reference systems by name: what pyproj's registry knows of them, checked for use on a site, in metres.
+"""Coordinate reference systems by name: what pyproj's registry knows of them, checked for use on a site.
+
+In metres and in feet; positions are metres here, too, and are turned into the system's own unit on the way to PROJ.
 
 pyproj is imported here only, and only when a system is named.
 """
@@ -13,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner_core.errors import CoordinatesError
-from planner_core.model import FloatArray
+from planner_core.model import METRE, FloatArray, LengthUnit
+from planner_core.model.length_units import unit_of_size
 
 if TYPE_CHECKING:
     from pyproj import CRS
@@ -40,13 +43,14 @@ class GridAt:
 
 
 class MapCrs:
-    """A projected system in metres, with axes to the east and the north.
+    """A projected system with axes to the east and the north.
 
-    text : what names it to programs: `EPSG:25832`, else WKT. name : for people.
+    text : what names it to programs: `EPSG:25832`, else WKT. name : for people. unit : of its axes.
     """
 
-    def __init__(self, crs: CRS) -> None:
+    def __init__(self, crs: CRS, unit: LengthUnit = METRE) -> None:
         self._crs = crs
+        self.unit = unit
         self.text = _text(crs)
         self.name = f"{self.text} {crs.name}" if self.text.startswith("EPSG:") else _own_name(crs)
 
@@ -56,14 +60,14 @@ class MapCrs:
         return str(self._crs.to_wkt())
 
     def degrees(self, east_north_m: FloatArray) -> FloatArray:
-        """(N, 2) easting, northing -> (N, 2) longitude, latitude; inf where there is nothing of the kind."""
-        points = np.atleast_2d(np.asarray(east_north_m, dtype=np.float64))
+        """(N, 2) easting, northing, metres -> (N, 2) longitude, latitude; inf where there is nothing of the kind."""
+        points = self.unit.of_array(np.atleast_2d(np.asarray(east_north_m, dtype=np.float64)))
         return np.stack(self._transformer().transform(points[:, 0], points[:, 1]), axis=1)
 
     def east_north(self, longitude_deg: float, latitude_deg: float) -> tuple[float, float]:
         """Easting and northing of a place on WGS 84, metres."""
         east, north = self._transformer().transform(longitude_deg, latitude_deg, direction="INVERSE")
-        return float(east), float(north)
+        return float(east) * self.unit.metres, float(north) * self.unit.metres
 
     def outside_m(self, east_north_m: FloatArray) -> float:
         """How far the farthest of (N, 2) points lies outside the system's area of use; 0: all are inside; inf: nowhere.
@@ -119,10 +123,11 @@ def geodesic_m(one_deg: FloatArray, other_deg: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class VerticalCrs:
-    """A vertical CRS in metres, upwards. text : `EPSG:7837`, else WKT. name : for people."""
+    """A vertical CRS, upwards. text : `EPSG:7837`, else WKT. name : for people. unit : of its axis."""
 
     text: str
     name: str
+    unit: LengthUnit = METRE
 
 
 def map_crs(text: str, *, option: str = "--crs") -> tuple[MapCrs, VerticalCrs | None]:
@@ -131,7 +136,7 @@ def map_crs(text: str, *, option: str = "--crs") -> tuple[MapCrs, VerticalCrs | 
     Raises
     ------
     CoordinatesError
-        There is none, or it is none that site coordinates in metres can be in.
+        There is none, or it is none that site coordinates in metres or feet can be in.
     """
     crs = _known(text, option)
     vertical = None
@@ -143,14 +148,14 @@ def map_crs(text: str, *, option: str = "--crs") -> tuple[MapCrs, VerticalCrs | 
             f"{option}: {text!r} is {crs.name}, a {crs.type_name.lower()}, expected a projected one, such as "
             "EPSG:25832; give the grid of the survey"
         )
-    _check_metres(crs, option, 2)
+    unit = _unit(crs, option)
     directions = {str(axis.direction) for axis in crs.axis_info[:2]}
     if directions != {"east", "north"}:
         raise CoordinatesError(
             f"{option}: axes of {crs.name} point {' and '.join(sorted(directions))}, expected east and north; give a "
             "CRS whose axes do"
         )
-    return MapCrs(crs), vertical
+    return MapCrs(crs, unit), vertical
 
 
 def vertical_crs(text: str, *, option: str = "--vertical-crs") -> VerticalCrs:
@@ -188,18 +193,42 @@ def _vertical(crs: CRS, option: str) -> VerticalCrs:
         raise CoordinatesError(
             f"{option}: {crs.name} is a {crs.type_name.lower()}, expected a vertical CRS, such as EPSG:7837"
         )
-    _check_metres(crs, option, 1)
+    unit = _unit(crs, option)
     text = _text(crs)
-    return VerticalCrs(text, f"{text} {crs.name}" if text.startswith("EPSG:") else str(crs.name))
+    return VerticalCrs(text, f"{text} {crs.name}" if text.startswith("EPSG:") else str(crs.name), unit)
 
 
-def _check_metres(crs: CRS, option: str, n_axes: int) -> None:
-    for axis in crs.axis_info[:n_axes]:
-        if axis.unit_conversion_factor != 1.0:
-            raise CoordinatesError(
-                f"{option}: {crs.name} has units of {axis.unit_name}, expected metres, the unit of all files; give "
-                "the metric CRS of the same grid"
-            )
+def metric_crs(text: str) -> CRS:
+    """Return the system of a code or WKT with its axes in metres: what names coordinates in files that know no feet.
+
+    Projection and datum stay as they are, so that positions are the same on earth; no registry has a code for it.
+    """
+    from pyproj import CRS
+
+    document = CRS.from_user_input(text).to_json_dict()
+    for part in document.get("components", [document]):
+        axes = part.get("coordinate_system", {}).get("axis", [])
+        if any(axis.get("unit") != "metre" for axis in axes):
+            part.pop("id", None)
+            part["name"] = f"{part['name']} in metres"
+            for axis in axes:
+                axis["unit"] = "metre"
+    if "components" in document:
+        document.pop("id", None)
+        document["name"] = " + ".join(part["name"] for part in document["components"])
+    return CRS.from_json_dict(document)
+
+
+def _unit(crs: CRS, option: str) -> LengthUnit:
+    units = {unit_of_size(axis.unit_conversion_factor) for axis in crs.axis_info}
+    unit = units.pop() if len(units) == 1 else None
+    if unit is None:
+        names = " and ".join(dict.fromkeys(str(axis.unit_name) for axis in crs.axis_info))
+        raise CoordinatesError(
+            f"{option}: {crs.name} has units of {names}, expected metres, feet (0.3048 m) or US survey feet "
+            "(1200/3937 m); give the CRS of the same grid in one of these"
+        )
+    return unit
 
 
 def _text(crs: CRS) -> str:

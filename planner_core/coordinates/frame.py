@@ -17,7 +17,8 @@ from planner_core.coordinates.helmert import Fit, fit_4, fit_7
 from planner_core.coordinates.request import FrameRequest
 from planner_core.documents import read_as
 from planner_core.errors import CoordinatesError, PlanFolderError
-from planner_core.model import FloatArray, Georeference, SiteFrame
+from planner_core.model import METRE, FloatArray, Georeference, LengthUnit, SiteFrame
+from planner_core.model.length_units import unit_named, unit_of_size
 
 LOCAL_NAME = "local site coordinates"
 _SCALES = (0.99, 1.01)
@@ -63,13 +64,14 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
     told = georeference_of(document)
     north = _true_north_rad(told)
     place = "" if told is None else _place_words(told)
+    scene = SiteFrame(true_north_rad=north, place=place, unit=asked.unit or METRE)
     if asked.scene_coordinates:
-        return SiteFrame(true_north_rad=north, place=place)
+        return scene
     frame, systems = _frame(asked, told)
     if frame is None:
-        return SiteFrame(true_north_rad=north, place=place, warnings=() if told is None else told.warnings)
+        return replace(scene, warnings=() if told is None else told.warnings)
     points_m = _points_of(document)
-    named = _named(frame, systems)
+    named = _named(frame, systems, asked.unit)
     doubts = doubts_of(named, systems.plane, points_m)
     if systems.of_file is not None and systems.plane is not None:
         doubts = (*doubts_of_renaming(systems.of_file, systems.plane, named.to_site(points_m)[:, :2]), *doubts)
@@ -84,6 +86,7 @@ def site_frame(document: Mapping[str, Any], request: FrameRequest | None = None)
             *frame.warnings,
             *(doubt.text for doubt in doubts),
             *_doubts_of_place(named, systems.plane, told),
+            *_doubts_of_foot(named, systems.plane, told, document, points_m),
         ),
         notes=(*frame.notes, *notes_of(named, systems.plane, points_m)),
     )
@@ -112,7 +115,8 @@ def matrix_of(origin_m: Sequence[float], rotation_rad: float, scale: float) -> F
 # ------------------------------------------------------------------------------------------- ways to a frame
 def _frame(asked: FrameRequest, told: Georeference | None) -> tuple[SiteFrame | None, _Systems]:
     if asked.control_points is not None:
-        return _by_control_points(asked), _systems_told(asked)
+        systems = _systems_told(asked)
+        return _by_control_points(asked, _unit_of(systems, asked.unit)), systems
     if asked.origin_m is not None:
         return _by_origin(asked), _systems_told(asked)
     if asked.by_site_placement:
@@ -152,20 +156,21 @@ def _by_origin(asked: FrameRequest) -> SiteFrame:
     return SiteFrame(matrix=matrix_of(asked.origin_m, asked.rotation_rad, asked.scale), source="given epsg")
 
 
-def _by_control_points(asked: FrameRequest) -> SiteFrame:
+def _by_control_points(asked: FrameRequest, unit: LengthUnit) -> SiteFrame:
     assert asked.control_points is not None
-    points = read_control_points(asked.control_points)
+    points = read_control_points(asked.control_points, unit)
     if asked.parameters not in (4, 7):
         raise CoordinatesError(f"--parameters: got {asked.parameters}, expected 4 or 7")
     fit = _fitted(points, asked)
-    suspect = _suspect(points, fit, asked)
-    _check_scale(fit.scale, "control points: the scale of their fit", suspect or "convert them, or find a wrong point")
+    suspect = _suspect(points, fit, asked, unit)
+    remedy = "name units in the header, such as E_ftUS, or find a wrong point"
+    _check_scale(fit.scale, "control points: the scale of their fit", suspect or remedy)
     return SiteFrame(
         matrix=fit.matrix,
         source="control points",
         residuals_m=tuple(float(value) for value in fit.off_m),
-        warnings=_doubts_of_fit(points, fit, asked, suspect),
-        notes=(_fit_words(points, fit, asked),),
+        warnings=_doubts_of_fit(points, fit, asked, suspect, unit),
+        notes=(_fit_words(points, fit, asked, unit),),
     )
 
 
@@ -174,7 +179,7 @@ def _fitted(points: ControlPoints, asked: FrameRequest) -> Fit:
     return fit(points.scene_m, points.site_m, points.weights, fixed_scale=asked.fixed_scale)
 
 
-def _suspect(points: ControlPoints, fit: Fit, asked: FrameRequest) -> str:
+def _suspect(points: ControlPoints, fit: Fit, asked: FrameRequest, unit: LengthUnit) -> str:
     """Name the point without which all others fit; empty where there is none, or too few points to tell."""
     worst_m = float(fit.off_m.max())
     n = len(points.names)
@@ -192,7 +197,7 @@ def _suspect(points: ControlPoints, fit: Fit, asked: FrameRequest) -> str:
     off_m, name = min(found, default=(math.inf, ""))
     if off_m > max(asked.residual_limit_m, _SUSPECT_SHARE * worst_m):
         return ""
-    return f"without {name} all others fit to {off_m:.3f} m: {name} looks wrong"
+    return f"without {name} all others fit to {unit.text(off_m, 3)}: {name} looks wrong"
 
 
 def _by_site_placement(told: Georeference | None, systems: _Systems) -> SiteFrame:
@@ -226,12 +231,12 @@ def _by_site_placement(told: Georeference | None, systems: _Systems) -> SiteFram
     )
 
 
-def _check_scale(scale: float, what: str, remedy: str = "convert them") -> None:
+def _check_scale(scale: float, what: str, remedy: str = "it is of the grid, not of units") -> None:
     if _SCALES[0] < scale < _SCALES[1]:
         return
     unit = next((f", as if one side were in {name}" for size, name in _UNITS.items()
                  if 0.99 < scale / size < 1.01 or 0.99 < scale * size < 1.01), "")  # fmt: skip
-    raise CoordinatesError(f"{what} is {scale:g}{unit}, expected about 1: both sides are in metres; {remedy}")
+    raise CoordinatesError(f"{what} is {scale:g}{unit}, expected about 1; {remedy}")
 
 
 # --------------------------------------------------------------------------------------------------- systems
@@ -262,7 +267,12 @@ def _systems_of_file(asked: FrameRequest, told: Georeference) -> _Systems:
     return _Systems(plane, words, height, told.vertical_datum, of_file, warnings)
 
 
-def _named(frame: SiteFrame, systems: _Systems) -> SiteFrame:
+def _unit_of(systems: _Systems, asked: LengthUnit | None) -> LengthUnit:
+    """Return the unit that people read coordinates in: as they ask, else that of the CRS."""
+    return asked or (METRE if systems.plane is None else systems.plane.unit)
+
+
+def _named(frame: SiteFrame, systems: _Systems, unit: LengthUnit | None) -> SiteFrame:
     plane, height = systems.plane, systems.height
     return replace(
         frame,
@@ -270,6 +280,9 @@ def _named(frame: SiteFrame, systems: _Systems) -> SiteFrame:
         name=plane.name if plane is not None else systems.plane_words or LOCAL_NAME,
         vertical_crs="" if height is None else height.text,
         vertical_name=height.name if height is not None else systems.height_words,
+        unit=_unit_of(systems, unit),
+        crs_unit=METRE if plane is None else plane.unit,
+        vertical_unit=METRE if height is None else height.unit,
     )
 
 
@@ -281,11 +294,13 @@ def _refuse_certain(doubts: Sequence[Doubt]) -> None:
         raise CoordinatesError(f"coordinates: {told}; --accept-implausible accepts them anyway")
 
 
-def _doubts_of_fit(points: ControlPoints, fit: Fit, asked: FrameRequest, suspect: str) -> tuple[str, ...]:
+def _doubts_of_fit(
+    points: ControlPoints, fit: Fit, asked: FrameRequest, suspect: str, unit: LengthUnit
+) -> tuple[str, ...]:
     off_m, limit_m = fit.off_m, asked.residual_limit_m
     doubts = [
-        f"control point {name} has a residual of {off:.3f} m, more than {limit_m:g} m: check its coordinates on both "
-        "sides"
+        f"control point {name} has a residual of {unit.text(off, 3)}, more than {unit.of(limit_m):.4g} {unit.symbol}: "
+        "check its coordinates on both sides"
         for name, off in zip(points.names, off_m, strict=True)
         if off > limit_m
     ]
@@ -317,17 +332,41 @@ def _doubts_of_place(frame: SiteFrame, plane: MapCrs | None, told: Georeference 
     )
 
 
-def _fit_words(points: ControlPoints, fit: Fit, asked: FrameRequest) -> str:
+def _doubts_of_foot(
+    frame: SiteFrame,
+    plane: MapCrs | None,
+    told: Georeference | None,
+    document: Mapping[str, Any],
+    points_m: FloatArray,
+) -> tuple[str, ...]:
+    """A map conversion in one foot and a system in the other are metres apart where coordinates are millions."""
+    if frame.source != "ifc map conversion" or plane is None or told is None or not len(points_m):
+        return ()
+    # A map conversion without a map unit is in the unit of the project.
+    of_file = unit_named(told.map_unit)
+    if not told.map_unit:
+        of_file = unit_of_size(float(document["scene"]["metres_per_unit"]))
+    if of_file is None or of_file is plane.unit or not (of_file.is_feet and plane.unit.is_feet):
+        return ()
+    reach_m = float(np.hypot(*frame.to_site(points_m)[:, :2].mean(axis=0)))
+    apart_m = reach_m * abs(plane.unit.metres / of_file.metres - 1.0)
+    return (
+        f"the scene file's map conversion is in {of_file.many}, {plane.name} in {plane.unit.many}: the plan is off by "
+        f"{plane.unit.text(apart_m, 2)} if the file means the other foot; check a control point",
+    )
+
+
+def _fit_words(points: ControlPoints, fit: Fit, asked: FrameRequest, unit: LengthUnit) -> str:
     off_m = fit.off_m
     worst = int(np.argmax(off_m))
-    sigma = f", sigma {fit.sigma_plan_m:.4f} m" if math.isfinite(fit.sigma_plan_m) else ""
+    sigma = f", sigma {unit.text(fit.sigma_plan_m, 4)}" if math.isfinite(fit.sigma_plan_m) else ""
     high = ""
     if asked.parameters == 4 and math.isfinite(fit.sigma_height_m):
-        high = f" in plan and {fit.sigma_height_m:.4f} m in height"
+        high = f" in plan and {unit.text(fit.sigma_height_m, 4)} in height"
     return (
         f"{len(points.names)} control points, {asked.parameters} parameters: turned by "
-        f"{math.degrees(fit.rotation_rad):.5f} degrees, scale {fit.scale:.7f}, largest residual {off_m[worst]:.4f} m "
-        f"({points.names[worst]}){sigma}{high}"
+        f"{math.degrees(fit.rotation_rad):.5f} degrees, scale {fit.scale:.7f}, largest residual "
+        f"{unit.text(float(off_m[worst]), 4)} ({points.names[worst]}){sigma}{high}"
     )
 
 

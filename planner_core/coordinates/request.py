@@ -5,14 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from planner_core.model import LengthUnit
+
 
 @dataclass(frozen=True)
 class FrameRequest:
     """How the site's coordinates come about. Nothing told: what the plan's scene file says, else scene coordinates.
 
-    origin_m : E, N, H of the scene's origin. rotation_rad : of the scene against the grid, counter-clockwise seen from
-    above. control_points : CSV, see `planner_core.coordinates.control_points`. At most one of `origin_m`,
-    `control_points`, `by_site_placement` and `scene_coordinates` is told.
+    origin_m : E, N, H of the scene's origin, metres even where the CRS is in feet. rotation_rad : of the scene against
+    the grid, counter-clockwise seen from above. control_points : CSV, see `planner_core.coordinates.control_points`. At
+    most one of `origin_m`, `control_points`, `by_site_placement` and `scene_coordinates` is told.
     """
 
     crs: str = ""
@@ -35,3 +37,5 @@ class FrameRequest:
     """Scene coordinates, whatever the scene file says."""
     accept_implausible: bool = False
     """Coordinates that are surely wrong are taken with a warning, instead of being refused."""
+    unit: LengthUnit | None = None
+    """Of site coordinates that people read, and that files write which do not say theirs; None: that of the CRS."""

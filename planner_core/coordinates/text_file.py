@@ -2,9 +2,28 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from planner_core.errors import PlannerError
+from planner_core.model import LengthUnit
+from planner_core.model.length_units import unit_named
+
+_IN_BRACKETS = re.compile(r"[\[(](.*?)[\])]")
+_AFTER_NAME = re.compile(
+    r"(.*?[a-z].*?)[\s_\-]+((?:us[\s_\-]?)?(?:survey[\s_\-]?)?(?:ft|foot|feet)|m|met(?:er|re)s?|ft[\s_\-]?us|usft)",
+    re.IGNORECASE,
+)
+
+
+def column_unit(name: str) -> tuple[str, LengthUnit | None]:
+    """Part a column's name, `E_ftUS`, `Easting (US survey feet)`, `x [m]`, from its unit; None: it names none."""
+    bare = name.strip()
+    bracketed = _IN_BRACKETS.search(bare)
+    unit = None if bracketed is None else unit_named(bracketed[1])
+    bare = _IN_BRACKETS.sub("", bare).strip()
+    after = _AFTER_NAME.fullmatch(bare)
+    return (bare, unit) if after is None else (after[1], unit or unit_named(after[2]))
 
 
 def text_of(path: Path, what: str, error_type: type[PlannerError]) -> str:

@@ -87,28 +87,33 @@ def require_ground(stations: tuple[FieldStation, ...], what: str) -> None:
         )
 
 
-def staked_m(station: FieldStation, options: Options) -> FloatArray:
-    """(3,) float64 E, N, H, site frame, less `options.subtract`: the point that is set out, ground or sensor."""
-    return taken_off(station.site_m if options.instrument == "sensor" else station.site_ground_m, options)
+def staked(plan: PlanSource, station: FieldStation, options: Options) -> FloatArray:
+    """(3,) float64 E, N, H as `written`: of the point that is set out, ground or sensor."""
+    return written(plan, station.site_m if options.instrument == "sensor" else station.site_ground_m, options)
 
 
-def taken_off(site_m: FloatArray, options: Options) -> FloatArray:
-    """(3,) float64 of the site frame, less `options.subtract`."""
-    return np.asarray(site_m - np.array(options.subtract, dtype=np.float64))
+def written(plan: PlanSource, site_m: FloatArray, options: Options) -> FloatArray:
+    """(3,) float64 of the site frame, metres -> in the unit of the plan's frame, less `options.subtract`."""
+    return np.asarray(plan.frame.written(site_m) - np.array(options.subtract, dtype=np.float64))
 
 
-def subtracted_remark(options: Options) -> tuple[str, ...]:
+def subtracted_remark(plan: PlanSource, options: Options) -> tuple[str, ...]:
     """Say that coordinates are not the site's own, where they are not."""
     if not any(options.subtract):
         return ()
     east, north, height = options.subtract
-    return (f"{east:.4f} m is subtracted from eastings, {north:.4f} m from northings, {height:.4f} m from heights",)
+    unit = plan.frame.unit.symbol
+    return (
+        f"{east:.4f} {unit} is subtracted from eastings, {north:.4f} {unit} from northings, {height:.4f} {unit} from "
+        "heights",
+    )
 
 
 def coordinates_line(plan: PlanSource, options: Options) -> str:
     """What a file says of its coordinates: `SiteFrame.crs_line`, and what is taken off them."""
     less = ", ".join(f"{value:.4f}" for value in options.subtract)
-    return f"{plan.frame.crs_line}; less E, N, H {less} m" if any(options.subtract) else plan.frame.crs_line
+    taken_off = f"; less E, N, H {less} {plan.frame.unit.symbol}" if any(options.subtract) else ""
+    return f"{plan.frame.crs_line}{taken_off}"
 
 
 def scanned_before(plan: PlanSource) -> frozenset[str]:
@@ -118,8 +123,10 @@ def scanned_before(plan: PlanSource) -> frozenset[str]:
 
 
 def description_of(plan: PlanSource, station: FieldStation) -> str:
-    """`S001 Ground floor h 1.50`; what was scanned before says so."""
-    height = f" h {station.instrument_height_m:.2f}" if math.isfinite(station.instrument_height_m) else ""
+    """`S001 Ground floor h 1.50`, in feet `h 4.92 ft`; what was scanned before says so."""
+    unit, height = plan.frame.unit, ""
+    if math.isfinite(station.instrument_height_m):
+        height = f" h {unit.of(station.instrument_height_m):.2f}{' ft' if unit.is_feet else ''}"
     return f"{station.id} {station.floor_name}{height}{' scanned' if station.id in scanned_before(plan) else ''}"
 
 

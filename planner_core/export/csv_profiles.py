@@ -1,6 +1,6 @@
 """Stations as lines of text for controllers and CAD, in walking order: column sets of letters, and known programs'.
 
-Site frame, metres. A line has no quotes: few controllers read them, so texts lose their separators instead.
+Site frame, in its unit. A line has no quotes: few controllers read them, so texts lose their separators instead.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from planner_core.export.chosen import (
     coordinates_line,
     description_of,
     require_ground,
-    staked_m,
+    staked,
     subtracted_remark,
-    taken_off,
+    written,
 )
 from planner_core.export.options import Options
 from planner_core.export.point_names import fitted_names, plain_text
@@ -35,9 +35,10 @@ _NAME_LIMIT = 16
 class CsvProfile:
     """How a program wants its lines. columns : letters of `LETTERS`, in their order.
 
-    header : its first line; empty: none. comment : what opens a line that the program passes over, for the coordinate
-    system; empty: there is no such thing. numbered : points are numbers, not names. plain : ASCII only.
-    checked : the manufacturer's documentation that this was read in; empty: it was not found.
+    header : its first line, with the names that it has in metres; empty: none. comment : what opens a line that the
+    program passes over, for the coordinate system; empty: there is no such thing. numbered : points are numbers, not
+    names. plain : ASCII only. checked : the manufacturer's documentation that this was read in; empty: it was not
+    found.
     """
 
     name: str
@@ -203,7 +204,8 @@ def write_csv(plan: PlanSource, path: Path, options: Options, progress: Progress
     ]
     lines = [SEPARATORS[profile.separator].join(row) for row in rows]
     if profile.header:
-        lines.insert(0, profile.header.replace(",", SEPARATORS[profile.separator]))
+        header = profile.header.replace("_m,", f"_{plan.frame.unit.symbol},")
+        lines.insert(0, header.replace(",", SEPARATORS[profile.separator]))
     if profile.comment:
         lines.insert(0, f"{profile.comment} {plain_text(coordinates_line(plan, options))}")
     elif "R" not in profile.columns:
@@ -213,7 +215,7 @@ def write_csv(plan: PlanSource, path: Path, options: Options, progress: Progress
         remarks = (*remarks, "heights are those of sensors, not of ground points")
     if profile.name in PROFILES and not profile.checked:
         remarks = (*remarks, f"{profile.title}: no documentation was available, test with one point first")
-    return (*remarks, *subtracted_remark(options))
+    return (*remarks, *subtracted_remark(plan, options))
 
 
 def _needs_ground(profile: CsvProfile, options: Options) -> bool:
@@ -240,7 +242,7 @@ def _teller(plan: PlanSource, profile: CsvProfile, options: Options) -> Callable
     """Return what writes one cell: of a letter, a station and its name in the list."""
 
     def tell(letter: str, station: FieldStation, name: str) -> str:
-        at_m = staked_m(station, options)
+        at = staked(plan, station, options)
         if letter == "P":
             return name
         if letter in "DFRC":
@@ -254,22 +256,22 @@ def _teller(plan: PlanSource, profile: CsvProfile, options: Options) -> Callable
         if letter == "O":
             return str(station.number)
         value = {
-            "E": at_m[0],
-            "X": at_m[0],
-            "N": at_m[1],
-            "Y": at_m[1],
-            "Z": at_m[2],
-            "G": taken_off(station.site_ground_m, options)[2],
-            "S": taken_off(station.site_m, options)[2],
-            "H": station.instrument_height_m,
+            "E": at[0],
+            "X": at[0],
+            "N": at[1],
+            "Y": at[1],
+            "Z": at[2],
+            "G": written(plan, station.site_ground_m, options)[2],
+            "S": written(plan, station.site_m, options)[2],
+            "H": plan.frame.unit.of(station.instrument_height_m),
         }[letter]
-        return metres(float(value), profile.decimals)
+        return figure(float(value), profile.decimals)
 
     return tell
 
 
-def metres(value: float, decimals: int = 4) -> str:
-    """Write a length in metres; nothing where it is not known, and never -0.0000."""
+def figure(value: float, decimals: int = 4) -> str:
+    """Write a length; nothing where it is not known, and never -0.0000."""
     return f"{round(value, decimals) + 0.0:.{decimals}f}" if math.isfinite(value) else ""
 
 

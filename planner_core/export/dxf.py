@@ -1,6 +1,6 @@
 """A plan as a DXF drawing: the floors' walls cut open, stations as blocks with attributes, links, walk, unseen ground.
 
-PlanSource -> one DXF file in site coordinates, metres. Every floor lies at its own height and has layers of its own,
+PlanSource -> one DXF file in site coordinates. Every floor lies at its own height and has layers of its own,
 named by its id (`F0-WALL`); links and ways between floors are on `ALL-` layers. A sheet a floor, to scale, is in
 `planner_core.export.dxf_sheets`. The building is the one of the plan folder's stage, float32 in the local frame.
 """
@@ -107,9 +107,9 @@ def write_dxf(plan: PlanSource, path: Path, options: Options, progress: Progress
     """
     _check(options)
     floors, stations = chosen_floors(plan, options), chosen_stations(plan, options)
-    drawing = _Drawing(plan, new_document())
+    drawing = _Drawing(plan, new_document(plan.frame.unit))
     drawing.add_layers(floors)
-    _define_block(drawing.document)
+    _define_block(drawing)
     building = read_building(plan.folder)
     remarks = [building] if isinstance(building, str) else []
     for number, floor in enumerate(floors):
@@ -120,7 +120,7 @@ def write_dxf(plan: PlanSource, path: Path, options: Options, progress: Progress
     _draw_route(drawing, floors)
     for station in stations:
         _draw_station(drawing, station)
-    remarks += place_on_earth(drawing.document, plan.frame, drawing.middle_m())
+    remarks += place_on_earth(drawing.document, plan.frame, drawing.middle())
     for floor in floors:
         add_sheet(drawing.document, plan, floor, paper=options.paper, hidden=drawing.layers_of_others(floor))
     drawing.document.header.custom_vars.append("Plan", plan.title)
@@ -139,15 +139,16 @@ def _check(options: Options) -> None:
 
 @dataclass(eq=False)
 class _Drawing:
-    """A document being drawn, and what leads from the scene frame to it."""
+    """A document being drawn, in the unit of the plan's site coordinates, and what leads from the scene frame to it."""
 
     plan: PlanSource
     document: Any
 
     def __post_init__(self) -> None:
         self.space = self.document.modelspace()
-        self._low_m = np.full(3, np.inf)
-        self._high_m = np.full(3, -np.inf)
+        self.unit = self.plan.frame.unit
+        self._low = np.full(3, np.inf)
+        self._high = np.full(3, -np.inf)
         self._parts: dict[str, str] = {}
 
     def add_layers(self, floors: tuple[FieldFloor, ...]) -> None:
@@ -180,30 +181,31 @@ class _Drawing:
         """(N, 3) of the drawing: of points (N, 3), or (N, 2) at the height `z_m`, of the scene frame."""
         if z_m is not None:
             points_m = np.column_stack([points_m, np.full(len(points_m), z_m)])
-        site_m = np.round(self.plan.frame.to_site(points_m), _DECIMALS)
-        self._low_m = np.minimum(self._low_m, site_m.min(axis=0, initial=np.inf))
-        self._high_m = np.maximum(self._high_m, site_m.max(axis=0, initial=-np.inf))
-        return site_m
+        frame = self.plan.frame
+        site = np.round(frame.written(frame.to_site(points_m)), _DECIMALS)
+        self._low = np.minimum(self._low, site.min(axis=0, initial=np.inf))
+        self._high = np.maximum(self._high, site.max(axis=0, initial=-np.inf))
+        return site
 
-    def middle_m(self) -> FloatArray:
+    def middle(self) -> FloatArray:
         """(2,) E, N of the middle of what is drawn."""
-        middle = np.round((self._low_m + self._high_m)[:2] / 2)
+        middle = np.round((self._low + self._high)[:2] / 2)
         return np.where(np.isfinite(middle), middle, 0.0)
 
     def show_all(self) -> None:
         """Open the drawing on all that is drawn."""
-        if not np.isfinite(self._low_m).all():
+        if not np.isfinite(self._low).all():
             return
-        size_m = self._high_m - self._low_m
-        self.space.reset_extents(tuple(self._low_m.tolist()), tuple(self._high_m.tolist()))
-        self.document.set_modelspace_vport(1.2 * float(max(size_m[1], size_m[0] / 2, 1.0)), tuple(self.middle_m()))
+        size = self._high - self._low
+        self.space.reset_extents(tuple(self._low.tolist()), tuple(self._high.tolist()))
+        tall = 1.2 * float(max(size[1], size[0] / 2, self.unit.of(1.0)))
+        self.document.set_modelspace_vport(tall, tuple(self.middle()))
 
     def line(self, points_m: FloatArray, z_m: float, layer: str, *, closed: bool = False) -> Any:
         """Add a line through points (N, 2), level at the height `z_m`, both of the scene frame."""
-        site_m = self.at(points_m, z_m)
-        height_m = round(float(site_m[:, 2].mean()), _DECIMALS)
-        where = {"layer": layer, "elevation": height_m}
-        return self.space.add_lwpolyline(site_m[:, :2].tolist(), close=closed, dxfattribs=where)
+        site = self.at(points_m, z_m)
+        where = {"layer": layer, "elevation": round(float(site[:, 2].mean()), _DECIMALS)}
+        return self.space.add_lwpolyline(site[:, :2].tolist(), close=closed, dxfattribs=where)
 
 
 def _with_habits(layer: Layer, what: str) -> Layer:
@@ -236,7 +238,7 @@ def _draw_building(drawing: _Drawing, building: Building, floor: FieldFloor, opt
             say(drawn, name=of.name, kind=of.kind, id=of.source_id)
     for strip_m in unseen.walls:
         drawn = drawing.line(strip_m, z_m, drawing.layer(floor.id, "UNSEEN"))
-        drawn.dxf.const_width = _STRIP_WIDTH_M
+        drawn.dxf.const_width = drawing.unit.of(_STRIP_WIDTH_M)
 
 
 def _above(plan: PlanSource, floor: FieldFloor, offset_m: FloatArray) -> tuple[float, ...]:
@@ -277,37 +279,38 @@ def _hatch(drawing: _Drawing, triangles_m: FloatArray, over_m: FloatArray, floor
 
 
 def _add_hatch(drawing: _Drawing, rings: list[FloatArray], floor: FieldFloor, what: str) -> None:
-    site_m = [drawing.at(ring, floor.elevation_m) for ring in rings]
-    height_m = round(float(site_m[0][:, 2].mean()), _DECIMALS)
+    site = [drawing.at(ring, floor.elevation_m) for ring in rings]
+    height = round(float(site[0][:, 2].mean()), _DECIMALS)
     hatch = drawing.space.add_hatch(
         color=256,
-        dxfattribs={"layer": drawing.layer(floor.id, what), "elevation": (0.0, 0.0, height_m), "hatch_style": 0},
+        dxfattribs={"layer": drawing.layer(floor.id, what), "elevation": (0.0, 0.0, height), "hatch_style": 0},
     )
     if what in _HATCH_M:
         # The pattern starts at the first corner: counted from the origin, lines at 6 000 km would lose their digits.
-        east, north = site_m[0][0, :2].tolist()
-        step = _HATCH_M[what] / math.sqrt(2)
+        east, north = site[0][0, :2].tolist()
+        step = drawing.unit.of(_HATCH_M[what]) / math.sqrt(2)
         angle = 45.0 if what == "UNSEEN" else 135.0
         away = (-step, step) if what == "UNSEEN" else (-step, -step)
         definition = [[angle, (east, north), away, []]]
         hatch.set_pattern_fill(f"TLSPLAN-{what}", color=256, definition=definition, pattern_type=0)
-    for ring in site_m:
+    for ring in site:
         hatch.paths.add_polyline_path(ring[:, :2].tolist(), is_closed=True)
 
 
 # -------------------------------------------------------------------------------- stations, links, the walk
-def _define_block(document: Any) -> None:
+def _define_block(drawing: _Drawing) -> None:
     """Define the mark of a station: a circle with a cross, its number beside it, all else as hidden attributes."""
-    block = document.blocks.new(BLOCK)
-    block.add_circle((0, 0), _MARK_M)
-    for end in ((_MARK_M, 0.0), (0.0, _MARK_M)):
+    block = drawing.document.blocks.new(BLOCK)
+    mark, text = drawing.unit.of(_MARK_M), drawing.unit.of(_TEXT_M)
+    block.add_circle((0, 0), mark)
+    for end in ((mark, 0.0), (0.0, mark)):
         block.add_line(tuple(-value for value in end), end)
-    beside = 1.2 * _MARK_M
+    beside = 1.2 * mark
     look = {"style": STYLE, "layer": "0"}
-    block.add_attdef("NUMBER", (beside, 0.3 * _MARK_M), height=_TEXT_M, dxfattribs=look)
-    block.add_attdef("ID", (beside, -1.2 * _MARK_M), height=0.6 * _TEXT_M, dxfattribs=look)
+    block.add_attdef("NUMBER", (beside, 0.3 * mark), height=text, dxfattribs=look)
+    block.add_attdef("ID", (beside, -1.2 * mark), height=0.6 * text, dxfattribs=look)
     for row, tag in enumerate(_HIDDEN):
-        attdef = block.add_attdef(tag, (beside, -(2.4 + row) * _MARK_M), height=0.6 * _TEXT_M, dxfattribs=look)
+        attdef = block.add_attdef(tag, (beside, -(2.4 + row) * mark), height=0.6 * text, dxfattribs=look)
         attdef.is_invisible = True
 
 
@@ -318,26 +321,27 @@ def _draw_station(drawing: _Drawing, station: FieldStation) -> None:
     """Insert the mark at the ground point, and a line up to the sensor."""
     layer = drawing.layer(station.floor_id, "STATION")
     known = math.isfinite(station.instrument_height_m)
-    ground_m = drawing.at((station.ground_m if known else station.position_m)[None])[0]
-    sensor_m = drawing.at(station.position_m[None])[0]
-    mark = drawing.space.add_blockref(BLOCK, ground_m.tolist(), dxfattribs={"layer": layer})
+    ground = drawing.at((station.ground_m if known else station.position_m)[None])[0]
+    sensor = drawing.at(station.position_m[None])[0]
+    east, north, height = drawing.plan.frame.written(station.site_m).tolist()
+    mark = drawing.space.add_blockref(BLOCK, ground.tolist(), dxfattribs={"layer": layer})
     mark.add_auto_attribs(
         {
             "NUMBER": str(station.number),
             "ID": station.id,
             "FLOOR": station.floor_name,
-            "E": f"{station.site_m[0]:.4f}",
-            "N": f"{station.site_m[1]:.4f}",
-            "H_GROUND": f"{station.site_ground_m[2]:.4f}" if known else "not known",
-            "H_INSTR": f"{station.instrument_height_m:.4f}" if known else "not known",
-            "H_SENSOR": f"{station.site_m[2]:.4f}",
+            "E": f"{east:.4f}",
+            "N": f"{north:.4f}",
+            "H_GROUND": f"{drawing.unit.of(station.site_ground_m[2]):.4f}" if known else "not known",
+            "H_INSTR": f"{drawing.unit.of(station.instrument_height_m):.4f}" if known else "not known",
+            "H_SENSOR": f"{height:.4f}",
             "STATE": "scanned before" if station.id in scanned_before(drawing.plan) else "planned",
         }
     )
     for attrib in mark.attribs:
         attrib.dxf.layer = layer
     if known:
-        drawing.space.add_line(ground_m.tolist(), sensor_m.tolist(), dxfattribs={"layer": layer})
+        drawing.space.add_line(ground.tolist(), sensor.tolist(), dxfattribs={"layer": layer})
 
 
 def _draw_links(drawing: _Drawing, stations: tuple[FieldStation, ...]) -> None:
@@ -349,9 +353,9 @@ def _draw_links(drawing: _Drawing, stations: tuple[FieldStation, ...]) -> None:
             continue
         a, b = at[link.a], at[link.b]
         floor_id = a.floor_id if a.floor_id == b.floor_id else ""
-        ends_m = drawing.at(np.stack([a.position_m, b.position_m]))
+        ends = drawing.at(np.stack([a.position_m, b.position_m]))
         drawn = drawing.space.add_line(
-            *ends_m.tolist(),
+            *ends.tolist(),
             dxfattribs={"layer": drawing.layer(floor_id, "LINK" if link.counts else "LINK-WEAK")},
         )
         if _is_strong(link, least):

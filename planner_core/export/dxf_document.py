@@ -1,6 +1,6 @@
-"""DXF drawings: an empty document in metres, layers with colours, where it is on Earth, and bytes without a clock.
+"""DXF drawings: an empty document, layers with colours, where it is on Earth, and bytes without a clock.
 
-AutoCAD 2010 (AC1024), the first version that knows GeoData; written by ezdxf. Coordinates are the site's, metres.
+AutoCAD 2010 (AC1024), the first version that knows GeoData; written by ezdxf. Coordinates are the site's, in its unit.
 """
 
 from __future__ import annotations
@@ -12,11 +12,12 @@ from typing import Any
 from xml.sax.saxutils import escape
 
 from planner_core.errors import MissingPackageError
-from planner_core.model import FloatArray, SiteFrame
+from planner_core.model import FOOT, METRE, US_SURVEY_FOOT, FloatArray, LengthUnit, SiteFrame
 
 try:
     from ezdxf import filemanagement
     from ezdxf.document import CREATED_BY_EZDXF, WRITTEN_BY_EZDXF
+    from ezdxf.enums import InsertUnits
     from ezdxf.lldxf.tagwriter import TagWriter
     from ezdxf.units import M
     from ezdxf.version import __version__
@@ -34,6 +35,12 @@ STYLE = "TLSPLAN"
 _DATE = 2451545.0
 #: Layers' names may not hold these.
 _FORBIDDEN = str.maketrans(dict.fromkeys("<>/\\\":;?*|=`,'\r\n\t", "_"))
+#: $INSUNITS, and what the coordinate systems of AutoCAD call a unit: its FOOT is the US survey foot.
+_UNITS = {
+    METRE: (int(M), "METER"),
+    FOOT: (int(InsertUnits.Feet), "IFOOT"),
+    US_SURVEY_FOOT: (int(InsertUnits.USSurveyFeet), "FOOT"),
+}
 #: Strings of extended data end here.
 _LONGEST = 255
 
@@ -56,13 +63,13 @@ def layer_part(name: str) -> str:
     return name.translate(_FORBIDDEN).strip().upper() or "FLOOR"
 
 
-def new_document() -> Any:
-    """Make an empty document: metres, one text style, dashed lines."""
-    document = filemanagement.new(VERSION, units=M)
-    document.header["$MEASUREMENT"] = 1
+def new_document(unit: LengthUnit = METRE) -> Any:
+    """Make an empty document: one unit, one text style, dashed lines."""
+    document = filemanagement.new(VERSION, units=_UNITS[unit][0])
+    document.header["$MEASUREMENT"] = 0 if unit.is_feet else 1
     document.header["$LUNITS"] = 2
     document.header["$LUPREC"] = 4
-    document.header["$LTSCALE"] = 1.0
+    document.header["$LTSCALE"] = unit.of(1.0)  # dashes are as long as in metres
     document.appids.new(APP)
     document.styles.new(STYLE, dxfattribs={"font": "arial.ttf"})
     document.linetypes.add("DASHED-025", pattern=[0.4, 0.25, -0.15], description="dashes of 0.25 m")
@@ -98,8 +105,8 @@ def say(entity: Any, **told: object) -> None:
         entity.set_xdata(APP, [(1000, string) for string in strings])
 
 
-def place_on_earth(document: Any, frame: SiteFrame, near_m: FloatArray) -> tuple[str, ...]:
-    """Say in the document where it is. near_m : (2,) E, N of the drawing. Returns remarks.
+def place_on_earth(document: Any, frame: SiteFrame, near: FloatArray) -> tuple[str, ...]:
+    """Say in the document where it is. near : (2,) E, N of the drawing, in its unit. Returns remarks.
 
     Every reader finds the system's name among the drawing's properties. Programs that place drawings on maps read it
     from GeoData, which holds EPSG codes only.
@@ -114,16 +121,24 @@ def place_on_earth(document: Any, frame: SiteFrame, near_m: FloatArray) -> tuple
         return ()
     if authority.upper() != "EPSG" or not code.isdigit():
         return (f"DXF places drawings on Earth by EPSG codes only: {frame.name} is named in its properties",)
-    east, north = (float(value) for value in near_m)
+    if frame.unit is not frame.crs_unit:
+        return (f"DXF places drawings on Earth in the unit of their CRS only: {frame.name} is named in its properties",)
+    east, north = (float(value) for value in near)
     geodata = document.modelspace().new_geodata()
+    of_drawing, axis_unit = _UNITS[frame.unit]
+    document.units = M  # ezdxf knows no survey feet here
     geodata.setup_local_grid(
-        design_point=(east, north, 0.0), reference_point=(east, north, 0.0), crs=_crs_xml(frame.name, code)
+        design_point=(east, north, 0.0), reference_point=(east, north, 0.0), crs=_crs_xml(frame.name, code, axis_unit)
     )
+    document.units = of_drawing
+    for axis in ("horizontal", "vertical"):
+        geodata.dxf.set(f"{axis}_units", of_drawing)
+        geodata.dxf.set(f"{axis}_unit_scale", frame.unit.metres)
     return ()
 
 
-def _crs_xml(name: str, code: str) -> str:
-    """Define a projected system by its EPSG code: eastings first, metres."""
+def _crs_xml(name: str, code: str, unit: str) -> str:
+    """Define a projected system by its EPSG code: eastings first."""
     axes = "".join(
         f"<CoordinateSystemAxis><AxisOrder>{order}</AxisOrder><AxisName>{axis}</AxisName>"
         f"<AxisAbbreviation>{axis[0]}</AxisAbbreviation><AxisDirection>{way}</AxisDirection></CoordinateSystemAxis>"
@@ -134,7 +149,7 @@ def _crs_xml(name: str, code: str) -> str:
         '<?xml version="1.0" encoding="UTF-16" standalone="no" ?>'
         '<Dictionary version="1.0" xmlns="http://www.osgeo.org/mapguide/coordinatesystem">'
         f'<ProjectedCoordinateSystem id="{told}"><Name>{told}</Name><Authority>EPSG,{code}</Authority>'
-        f'<Axis uom="METER">{axes}</Axis></ProjectedCoordinateSystem>'
+        f'<Axis uom="{unit}">{axes}</Axis></ProjectedCoordinateSystem>'
         f'<Alias id="{code}" type="CoordinateSystem"><ObjectId>{told}</ObjectId>'
         "<Namespace>EPSG Code</Namespace></Alias></Dictionary>"
     )

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from planner_core.export.dxf_document import STYLE, Layer, add_layer, layer_part
-from planner_core.model import FloatArray
+from planner_core.export.sheets.scales import drawing_scales, scale_name
+from planner_core.model import METRE, FloatArray, LengthUnit
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
 #: Landscape, mm.
 PAPERS_MM = {"A4": (297.0, 210.0), "A3": (420.0, 297.0)}
-SCALES = (20, 50, 100, 200, 500, 1000, 2000, 5000)
 TITLE_LAYER = "SHEET-TITLE"
 _MARGIN_MM = 10.0
 #: Height of the strip with the title.
@@ -30,19 +30,25 @@ def add_sheet(document: Any, plan: PlanSource, floor: FieldFloor, *, paper: str,
     layout.page_setup(size=(width_mm, height_mm), margins=(0, 0, 0, 0), units="mm", scale=(1, 1))
     view_mm = np.array([width_mm - 2 * _MARGIN_MM, height_mm - 2 * _MARGIN_MM - _TITLE_MM])
     low_m, high_m = _window_m(plan, floor)
-    scale = scale_for(high_m - low_m, view_mm)
+    unit = plan.frame.unit
+    scale = scale_for(high_m - low_m, view_mm, unit)
+    named = scale_name(scale, unit)
     viewport = layout.add_viewport(
         center=(width_mm / 2, _MARGIN_MM + _TITLE_MM + view_mm[1] / 2),
         size=(float(view_mm[0]), float(view_mm[1])),
-        view_center_point=tuple(((low_m + high_m) / 2).tolist()),
-        view_height=float(view_mm[1]) / 1000 * scale,
+        view_center_point=tuple(unit.of_array((low_m + high_m) / 2).tolist()),
+        view_height=unit.of(float(view_mm[1]) / 1000 * scale),
         dxfattribs={"layer": TITLE_LAYER},
     )
     viewport.frozen_layers = hidden
     n_stations = len(plan.stations_of(floor.id))
     lines = (
         (f"{plan.title}, {floor.name}", 5.0, 12.0),
-        (f"1:{scale} on {paper}   {n_stations} stations   {plan.frame.crs_line}", 3.0, 5.0),
+        (
+            f"1:{scale}{f' ({named})' if named else ''} on {paper}   {n_stations} stations   {plan.frame.crs_line}",
+            3.0,
+            5.0,
+        ),
     )
     for text, size_mm, up_mm in lines:
         layout.add_text(text, height=size_mm, dxfattribs={"style": STYLE, "layer": TITLE_LAYER}).set_placement(
@@ -50,9 +56,10 @@ def add_sheet(document: Any, plan: PlanSource, floor: FieldFloor, *, paper: str,
         )
 
 
-def scale_for(size_m: FloatArray, view_mm: FloatArray) -> int:
-    """The largest scale of `SCALES` at which (2,) metres fit (2,) millimetres of paper; the smallest if none does."""
-    return next((scale for scale in SCALES if (size_m * 1000 / scale <= view_mm).all()), SCALES[-1])
+def scale_for(size_m: FloatArray, view_mm: FloatArray, unit: LengthUnit = METRE) -> int:
+    """The largest scale at which (2,) metres fit (2,) millimetres of paper; the smallest if none does."""
+    scales = drawing_scales(unit)
+    return next((scale for scale in scales if (size_m * 1000 / scale <= view_mm).all()), scales[-1])
 
 
 def _layout(document: Any, floor: FieldFloor) -> Any:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -52,6 +52,8 @@ class Format:
     verified_with: str = ""
     in_pack: bool = True
     """Whether `all` holds it."""
+    feet: bool = False
+    """Whether it can be in feet, or has metres by its own definition; others are in metres, and a remark says so."""
     page: str = ""
     """Its page in docs/formats/field-pack."""
 
@@ -103,6 +105,7 @@ _FORMATS = (
         options=("columns", "separator", "decimals", "instrument", "subtract", "floors"),
         verified_with="Python's csv, tlsplan evaluate",
         page="station-lists.md",
+        feet=True,
     ),
     Format(
         name="gsi8",
@@ -113,6 +116,7 @@ _FORMATS = (
         verified_with="a parser of the format's description, geocompy",
         in_pack=False,
         page="station-lists.md",
+        feet=True,
     ),
     Format(
         name="gsi16",
@@ -122,6 +126,7 @@ _FORMATS = (
         options=("instrument", "gsi_unit", "subtract", "floors"),
         verified_with="a parser of the format's description, geocompy",
         page="station-lists.md",
+        feet=True,
     ),
     Format(
         name="landxml",
@@ -131,6 +136,7 @@ _FORMATS = (
         options=("floors",),
         verified_with="ElementTree, rules of the schema; by hand LandXML-1.2.xsd (xmlschema 4.3)",
         page="station-lists.md",
+        feet=True,
     ),
     Format(
         name="geojson",
@@ -140,6 +146,7 @@ _FORMATS = (
         options=("geojson_crs", "floors"),
         verified_with="GDAL (pyogrio), pyproj",
         page="station-lists.md",
+        feet=True,
     ),
     Format(
         name="kml",
@@ -149,6 +156,7 @@ _FORMATS = (
         options=("instrument", "kml_heights", "floors"),
         verified_with="GDAL's LIBKML (pyogrio)",
         page="station-lists.md",
+        feet=True,
     ),
     Format(
         name="dxf",
@@ -158,6 +166,7 @@ _FORMATS = (
         options=("floors", "paper", "cut_m"),
         verified_with="ezdxf 1.4 (audit), GDAL (pyogrio)",
         page="drawings.md",
+        feet=True,
     ),
     Format(
         name="ifc",
@@ -167,6 +176,7 @@ _FORMATS = (
         options=("floors",),
         verified_with="IfcOpenShell 0.9: geometry, validate with express rules",
         page="drawings.md",
+        feet=True,
     ),
     Format(
         name="ifc-model",
@@ -178,6 +188,7 @@ _FORMATS = (
         verified_with="IfcOpenShell 0.9: geometry, validate",
         in_pack=False,
         page="drawings.md",
+        feet=True,
     ),
     Format(
         name="usd-stations",
@@ -215,6 +226,7 @@ _FORMATS = (
         options=("paper", "floors", "cut_m"),
         verified_with="pypdf 7.1, PDFium (pypdfium2)",
         page="sheets.md",
+        feet=True,
     ),
     Format(
         name="html",
@@ -224,6 +236,7 @@ _FORMATS = (
         options=("paper", "floors", "cut_m"),
         verified_with="Python's html.parser and ElementTree; by hand Chromium 156",
         page="sheets.md",
+        feet=True,
     ),
     Format(
         name="e57",
@@ -387,16 +400,16 @@ def export_plan(
         if chosen.is_folder:
             check_folder(target, overwrite=overwrite)
             with staged_folder(target, replace=overwrite) as staging:
-                remarks = chosen.write(opened, staging, options, progress)
-                write_record(opened, _names_of([chosen]), staging, _subtracted([chosen], options))
+                remarks = _write(chosen, opened, staging, options, progress)
+                write_record(opened, _names_of([chosen]), staging, _subtracted_m(opened, [chosen], options))
         else:
             check_file(target, overwrite=overwrite)
             check_is_no_source(opened, target)
             target.parent.mkdir(parents=True, exist_ok=True)
             with staged_file(target) as staging:
-                remarks = chosen.write(opened, staging, options, progress)
+                remarks = _write(chosen, opened, staging, options, progress)
                 check_file(target, overwrite=overwrite)  # minutes may have gone by
-    return _written(opened, target, remarks)
+    return _written(opened if chosen.feet else in_metres(opened), target, remarks)
 
 
 def export_pack(
@@ -430,17 +443,30 @@ def export_pack(
                 if each.is_folder:
                     path.mkdir()
                 try:
-                    for remark in dict.fromkeys(each.write(opened, path, options, progress)):
+                    for remark in dict.fromkeys(_write(each, opened, path, options, progress)):
                         told.setdefault(remark, []).append(each.name)
                     held.append(each)
                 except CrsNeededError as error:
                     if ALL not in names:
                         raise
                     left_out.append(f"left out: {error}")
-            write_record(opened, _names_of(held), staging, _subtracted(held, options))
+            write_record(opened, _names_of(held), staging, _subtracted_m(opened, held, options))
     # What several formats remark, as on the way to longitude and latitude, is told once.
     remarks = [f"{', '.join(by)}: {remark}" for remark, by in told.items()]
     return _written(opened, target, (*left_out, *remarks))
+
+
+def _write(chosen: Format, plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
+    """Write in the unit of the plan's site coordinates, or in metres where the format has no other."""
+    if chosen.feet or not plan.frame.unit.is_feet:
+        return chosen.write(plan, path, options, progress)
+    remarks = chosen.write(in_metres(plan), path, options, progress)
+    return (*remarks, f"in metres, not in {plan.frame.unit.many}: the format has no other unit")
+
+
+def in_metres(plan: PlanSource) -> PlanSource:
+    """Return the plan with site coordinates that are written in metres."""
+    return replace(plan, frame=plan.frame.in_metres())
 
 
 def _written(plan: PlanSource, target: Path, remarks: Sequence[str]) -> Written:
@@ -453,13 +479,12 @@ def _names_of(formats: Sequence[Format]) -> dict[str, str]:
     return {each.name: each.file_name for each in formats}
 
 
-def _subtracted(formats: Sequence[Format], options: Options) -> dict[str, list[float]]:
-    """File -> E, N, H taken off its coordinates, of formats that take the option; none where nothing is taken off."""
+def _subtracted_m(plan: PlanSource, formats: Sequence[Format], options: Options) -> dict[str, list[float]]:
+    """File -> E, N, H taken off its coordinates, metres, of formats that take the option; none where nothing is."""
     if not any(options.subtract):
         return {}
-    return {
-        each.file_name: [float(value) for value in options.subtract] for each in formats if "subtract" in each.options
-    }
+    taken_off_m = [float(value) * plan.frame.unit.metres for value in options.subtract]
+    return {each.file_name: taken_off_m for each in formats if "subtract" in each.options}
 
 
 def _without_scene(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.errors import CrsNeededError, ExportError
-from planner_core.model import FloatArray, SiteFrame
+from planner_core.model import FloatArray, LengthUnit, SiteFrame
 
 WGS84 = "EPSG:4326"
 #: A tenth of a millimetre on the ground, as everywhere else.
@@ -24,9 +24,10 @@ class Geographic:
 
     remarks: tuple[str, ...]
     _transformer: Any
+    _crs_unit: LengthUnit
 
     def degrees(self, site_m: FloatArray) -> FloatArray:
-        """(N, 3) E, N, H -> (N, 2) longitude, latitude, rounded to `DECIMALS`.
+        """(N, 3) E, N, H, metres -> (N, 2) longitude, latitude, rounded to `DECIMALS`.
 
         Raises
         ------
@@ -34,7 +35,8 @@ class Geographic:
             Coordinates that the CRS can't have.
         """
         east_m, north_m = np.asarray(site_m, dtype=np.float64).reshape(-1, 3)[:, :2].T
-        out = np.column_stack(self._transformer.transform(east_m, north_m))
+        unit = self._crs_unit
+        out = np.column_stack(self._transformer.transform(unit.of_array(east_m), unit.of_array(north_m)))
         if not np.isfinite(out).all():
             at = int(np.flatnonzero(~np.isfinite(out).all(axis=1))[0])
             raise ExportError(
@@ -83,4 +85,4 @@ def geographic_of(frame: SiteFrame, what: str, *, instead: str = "") -> Geograph
         remarks.append(
             "PROJ has a more accurate transformation to longitude and latitude, but its grid is not installed"
         )
-    return Geographic(tuple(remarks), best)
+    return Geographic(tuple(remarks), best, frame.crs_unit)

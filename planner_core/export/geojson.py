@@ -48,9 +48,9 @@ def write_geojson(plan: PlanSource, path: Path, options: Options, progress: Prog
         positions, remarks = (lambda site_m: way.degrees(site_m).tolist()), way.remarks
     else:
         document["crs"] = _named_crs(plan.frame)
-        positions, remarks = local_positions, (_local_remark(plan.frame),)
+        positions, remarks = (lambda site_m: local_positions(plan.frame.written(site_m))), (_local_remark(plan.frame),)
     document["coordinates"] = plan.frame.crs_line if options.geojson_crs == "local" else "WGS84 longitude, latitude"
-    document["heights"] = f"metres; {plan.frame.crs_line}"
+    document["heights"] = f"metres; {plan.frame.in_metres().crs_line}"
     outlines, of_floors = outlines_of(plan, chosen_floors(plan, options))
     features = list(_features(plan, options, positions, outlines))
     text = ",\n".join(json.dumps(feature, ensure_ascii=False, allow_nan=False) for feature in features)
@@ -59,9 +59,9 @@ def write_geojson(plan: PlanSource, path: Path, options: Options, progress: Prog
     return (*remarks, *of_floors, *route_remarks(ways_of(plan)))
 
 
-def local_positions(site_m: FloatArray) -> list[list[float]]:
-    """Return positions as they are, to 0.1 mm; a height that is not known is left out."""
-    rounded = np.round(np.asarray(site_m, dtype=np.float64).reshape(-1, 3), 4) + 0.0
+def local_positions(site: FloatArray) -> list[list[float]]:
+    """Return positions as they are, metres or feet, to 4 decimals; a height that is not known is left out."""
+    rounded = np.round(np.asarray(site, dtype=np.float64).reshape(-1, 3), 4) + 0.0
     return [row if math.isfinite(row[2]) else row[:2] for row in rounded.tolist()]
 
 
@@ -72,9 +72,9 @@ def _local_remark(frame: SiteFrame) -> str:
 
 
 def _named_crs(frame: SiteFrame) -> dict[str, Any] | None:
-    """Return the member `crs`; null, which means that there is none, where no code names it."""
+    """Return the member `crs`; null, which means that there is none, where no code names it, or one of another unit."""
     authority, _, code = frame.crs.partition(":")
-    if not (authority.isalnum() and code.isalnum()):
+    if not (authority.isalnum() and code.isalnum() and frame.unit is frame.crs_unit):
         return None
     return {"type": "name", "properties": {"name": f"urn:ogc:def:crs:{authority}::{code}"}}
 

@@ -2,7 +2,8 @@
 
 Site frame. A word is its index (2 characters), information (4), a sign and 8 or 16 characters of data, filled with
 zeros from the left; a blank ends it. In GSI-16 a block opens with an asterisk. There is no decimal point: position 6
-tells the unit of the last digit, 0 a millimetre, 6 a tenth of one.
+tells the unit of the last digit, 0 a millimetre, 6 a tenth of one; 1 a thousandth of a foot, 7 a tenth of that. Which
+foot it is, no position tells: the first block does.
 
     110002+0000S001 81..10+00009000 82..10+00005000 83..10+00000000 88..10+00001300 71....+000000F0
 
@@ -16,15 +17,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from planner_core.errors import ExportError, RequirementError
-from planner_core.export.chosen import chosen_stations, require_ground, staked_m, subtracted_remark
+from planner_core.export.chosen import chosen_stations, require_ground, staked, subtracted_remark
 from planner_core.export.options import Options
 from planner_core.export.point_names import fitted_names, plain_text
-from planner_core.model import SiteFrame
+from planner_core.model import METRE, SiteFrame
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.progress import Progress
 
-#: Option -> position 6 of a word, and digits of a metre.
+#: Option -> position 6 of a word, and digits of a metre or of a foot.
 UNITS = {"mm": ("0", 3), "0.1mm": ("6", 4)}
+FEET = {"0.001ft": ("1", 3), "0.0001ft": ("7", 4)}
 #: Position 5: put in by hand, not measured.
 _INPUT_MODE = "1"
 #: Of blocks, position 3 to 6 of their first word.
@@ -45,47 +47,55 @@ class _Layout:
     def text(self, index: str, text: str, information: str = "....") -> str:
         return f"{index}{information}+{text.rjust(self.width, '0')} "
 
-    def length(self, index: str, value_m: float, what: str) -> str:
-        """Write a word of a length, metres; `what` it is, for the error."""
-        code, digits = UNITS[self.unit]
-        count = round(value_m * 10**digits)
+    def length(self, index: str, value: float, what: str) -> str:
+        """Write a word of a length, metres or feet as `unit` is; `what` it is, for the error."""
+        code, digits = (UNITS | FEET)[self.unit]
+        count = round(value * 10**digits)
         if len(str(abs(count))) > self.width:
             remedy = "export GSI-16, or subtract a whole number with --subtract E,N,H"
-            if self.unit != "mm":
-                remedy = f"--gsi-unit mm holds ten times as much; or {remedy}"
+            symbol, coarser = ("ft", "0.001ft") if self.unit in FEET else ("m", "mm")
+            if self.unit != coarser:
+                remedy = f"--gsi-unit {coarser} holds ten times as much; or {remedy}"
             raise ExportError(
-                f"{self.title}: {what} of {value_m:.3f} m has {len(str(abs(count)))} digits to the {self.unit}, "
+                f"{self.title}: {what} of {value:.3f} {symbol} has {len(str(abs(count)))} digits to the {self.unit}, "
                 f"expected at most {self.width}; {remedy}"
             )
         return f"{index}..{_INPUT_MODE}{code}{'-' if count < 0 else '+'}{str(abs(count)).rjust(self.width, '0')} "
 
 
 def write_gsi8(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
-    """Write GSI-8: names of 8 characters, coordinates of 8 digits; to the millimetre where nothing else is said.
+    """Write GSI-8: names of 8 characters, coordinates of 8 digits; to the millimetre, or to 0.001 ft, where
+    nothing else is said.
 
     Raises
     ------
     HandoverError
         A coordinate or a subtraction of more digits, or a ground point that is not known.
     """
-    return _write(plan, path, options, _Layout("GSI-8", 8, "", _unit(options, "mm")))
+    return _write(plan, path, options, _Layout("GSI-8", 8, "", _unit(plan, options, 0)))
 
 
 def write_gsi16(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
-    """Write GSI-16: names of 16 characters, coordinates of 16 digits; to 0.1 mm where nothing else is said.
+    """Write GSI-16: names of 16 characters, coordinates of 16 digits; to 0.1 mm, or to 0.0001 ft, where nothing
+    else is said.
 
     Raises
     ------
     HandoverError
         A subtraction of more digits, or a ground point that is not known.
     """
-    return _write(plan, path, options, _Layout("GSI-16", 16, "*", _unit(options, "0.1mm")))
+    return _write(plan, path, options, _Layout("GSI-16", 16, "*", _unit(plan, options, 1)))
 
 
-def _unit(options: Options, usual: str) -> str:
-    unit = options.gsi_unit or usual
-    if unit not in UNITS:
-        raise RequirementError(f"--gsi-unit: got {unit!r}, expected {' or '.join(UNITS)}")
+def _unit(plan: PlanSource, options: Options, usual: int) -> str:
+    of_frame = plan.frame.unit
+    units = FEET if of_frame.is_feet else UNITS
+    unit = options.gsi_unit or list(units)[usual]
+    if unit not in units:
+        raise RequirementError(
+            f"--gsi-unit: got {unit!r} for coordinates in {of_frame.many}, expected {' or '.join(units)}; leave it "
+            "out, or give --units"
+        )
     return unit
 
 
@@ -98,11 +108,11 @@ def _write(plan: PlanSource, path: Path, options: Options, layout: _Layout) -> t
     )
     blocks = [_system_block(plan.frame, options, layout)]
     for number, (station, name) in enumerate(zip(stations, names, strict=True), start=2):
-        blocks.append(_station_block(station, name, number % _MAX_BLOCK, options, layout))
+        blocks.append(_station_block(plan, station, name, number % _MAX_BLOCK, options, layout))
     path.write_text("".join(f"{layout.mark}{block}\r\n" for block in blocks), encoding="ascii", newline="")
     zeros = [name for name in names if name.startswith("0")]
     lost = f"{layout.title} pads names with zeros, leading zeros of {', '.join(zeros[:4])} can't be told from padding"
-    return (*remarks, *((lost,) if zeros else ()), *subtracted_remark(options))
+    return (*remarks, *((lost,) if zeros else ()), *subtracted_remark(plan, options))
 
 
 def _system_block(frame: SiteFrame, options: Options, layout: _Layout) -> str:
@@ -113,21 +123,26 @@ def _system_block(frame: SiteFrame, options: Options, layout: _Layout) -> str:
 
 
 def _system_words(frame: SiteFrame, options: Options, layout: _Layout) -> list[str]:
-    """Return words such as GROUND, EPSG, 25832, HEIGHTS, EPSG, 7837; a code has a word of its own, for want of room."""
+    """Return words such as GROUND, EPSG, 25832, HEIGHTS, EPSG, 7837; a code has a word of its own, for want of room.
+
+    Feet are told after the code, as FT or FTUS; metres only where the system is in feet.
+    """
     words = ["SENSOR" if options.instrument == "sensor" else "GROUND", *_name_words(frame)]
+    if not frame.unit is frame.crs_unit is METRE:
+        words.append(frame.unit.symbol.upper())
     if any(options.subtract):
         # The heights' system gives way: there are eight words, and these tell how to get back.
         return [*words, "LESS", *(_less_word(value, layout) for value in options.subtract)]
     return words + (["HEIGHTS", *_crs_words(frame.vertical_crs)] if frame.vertical_crs else [])
 
 
-def _less_word(value_m: float, layout: _Layout) -> str:
+def _less_word(value: float, layout: _Layout) -> str:
     """Return what is taken off as a word's data; one that is cut off would lead back to another place."""
-    text = f"{value_m:.15g}"
-    if len(text) > layout.width or "e" in text or float(text) != value_m:
+    text = f"{value:.15g}"
+    if len(text) > layout.width or "e" in text or float(text) != value:
         raise ExportError(
-            f"--subtract: got {value_m!r}, expected numbers of at most {layout.width} characters, as {layout.title} "
-            "holds in its first block; subtract whole metres"
+            f"--subtract: got {value!r}, expected numbers of at most {layout.width} characters, as {layout.title} "
+            f"holds in its first block; subtract whole {'feet' if layout.unit in FEET else 'metres'}"
         )
     return text
 
@@ -144,16 +159,22 @@ def _crs_words(crs: str) -> list[str]:
     return [authority, code] if authority.isalnum() and code.isalnum() else ["WKT"]
 
 
-def _station_block(station: FieldStation, name: str, number: int, options: Options, layout: _Layout) -> str:
-    east_m, north_m, height_m = staked_m(station, options).tolist()
+def _station_block(
+    plan: PlanSource, station: FieldStation, name: str, number: int, options: Options, layout: _Layout
+) -> str:
+    east, north, height = staked(plan, station, options).tolist()
     words = [
         layout.text("11", name, f"{number:04d}"),
-        layout.length("81", east_m, f"the easting of {station.id}"),
-        layout.length("82", north_m, f"the northing of {station.id}"),
-        layout.length("83", height_m, f"the height of {station.id}"),
+        layout.length("81", east, f"the easting of {station.id}"),
+        layout.length("82", north, f"the northing of {station.id}"),
+        layout.length("83", height, f"the height of {station.id}"),
     ]
     if math.isfinite(station.instrument_height_m):
-        words.append(layout.length("88", station.instrument_height_m, f"the instrument height of {station.id}"))
+        words.append(
+            layout.length(
+                "88", plan.frame.unit.of(station.instrument_height_m), f"the instrument height of {station.id}"
+            )
+        )
     words.append(layout.text("71", _remark(station.floor_id, layout.width)))
     return "".join(words)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import uuid
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy as np
 from planner_core.errors import ExportError, MissingPackageError, SceneError
 from planner_core.export.chosen import chosen_floors, chosen_stations, scanned_before
 from planner_core.export.options import Options
-from planner_core.model import FloatArray, SiteFrame
+from planner_core.model import US_SURVEY_FOOT, FloatArray, LengthUnit, SiteFrame
 from planner_core.network.weak_motion import overlap_percent
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
@@ -268,7 +268,7 @@ def _tell(target: _Target, plan: PlanSource, station: FieldStation, proxy: Any) 
         ("Number", "IfcInteger", station.number, None),
         ("Floor", "IfcLabel", station.floor_name, None),
         ("State", "IfcLabel", "scanned before" if station.id in scanned_before(plan) else "planned", None),
-        ("CoordinateSystem", "IfcText", plan.frame.crs_line, None),
+        ("CoordinateSystem", "IfcText", plan.frame.in_metres().crs_line, None),
         ("Easting", "IfcLengthMeasure", east_m, target.metre),
         ("Northing", "IfcLengthMeasure", north_m, target.metre),
         ("GroundHeight", "IfcLengthMeasure", float(station.site_ground_m[2]), target.metre),
@@ -356,28 +356,41 @@ def _place_on_map(target: _Target, frame: SiteFrame, context: Any) -> tuple[str,
     turned = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, upwards]])
     if np.abs(matrix[:3, :3] - turned).max() > _SAME_SCALE:
         return ("IFC has no tilted or skewed grid: only the stations' properties hold site coordinates",)
+    # The CRS is named, so that eastings are in its unit, whatever other files of the plan are in.
+    unit = frame.crs_unit
     system = target.model.create_entity(
         "IfcProjectedCRS",
         Name=frame.crs if frame.crs.upper().startswith("EPSG:") else frame.name,
-        Description=frame.crs_line,
+        Description=replace(frame, unit=unit).crs_line,
         VerticalDatum=frame.vertical_crs or None,
-        MapUnit=target.metre,
+        MapUnit=_map_unit(target, unit),
     )
-    east_m, north_m, height_m = (float(value) for value in matrix[:3, 3])
+    east, north, height = unit.of_array(matrix[:3, 3]).tolist()
     target.model.create_entity(
         "IfcMapConversion",
         SourceCRS=context,
         TargetCRS=system,
-        Eastings=east_m,
-        Northings=north_m,
-        OrthogonalHeight=height_m,
+        Eastings=east,
+        Northings=north,
+        OrthogonalHeight=height,
         XAxisAbscissa=math.cos(turn),
         XAxisOrdinate=math.sin(turn),
-        Scale=round(scale, 12),
+        Scale=round(unit.of(scale), 12),
     )
     if abs(scale - upwards) > _SAME_SCALE:
         return (f"IFC's map conversion scales heights, too, by {scale:.6f}: the stations' properties hold true ones",)
     return ()
+
+
+def _map_unit(target: _Target, unit: LengthUnit) -> Any:
+    """Return the unit of eastings as an entity: the metre, or a foot by its factor to the metre."""
+    if not unit.is_feet:
+        return target.metre
+    create = target.model.create_entity
+    factor = create("IfcMeasureWithUnit", create("IfcRatioMeasure", unit.metres), target.metre)
+    name = "US SURVEY FOOT" if unit is US_SURVEY_FOOT else "FOOT"
+    lengths = create("IfcDimensionalExponents", 1, 0, 0, 0, 0, 0, 0)
+    return create("IfcConversionBasedUnit", lengths, "LENGTHUNIT", name, factor)
 
 
 # ------------------------------------------------------------------------------------------- the plan's own

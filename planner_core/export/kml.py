@@ -2,7 +2,7 @@
 
 Longitude and latitude, WGS84. Heights, by default, count from the lowest floor, which is put on the ground that the
 viewer has (`relativeToGround`); `absolute` takes the site's heights as if they were above the EGM96 geoid, as KML means
-them. The document says which, and every station carries its heights as they are.
+them. Both are metres, as KML has them. The document says which, and every station carries its heights as they are.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from planner_core.export.chosen import (
     scanned_before,
     stations_by_floor,
 )
-from planner_core.export.csv_profiles import metres
+from planner_core.export.csv_profiles import figure
 from planner_core.export.floor_outlines import GROUND, outlines_of
 from planner_core.export.geographic import DECIMALS, Geographic, geographic_of
 from planner_core.export.options import Options
@@ -54,7 +54,7 @@ class _Places:
         """`longitude,latitude,height` of points (N, 3), with blanks between them."""
         points = np.asarray(site_m, dtype=np.float64).reshape(-1, 3)
         return " ".join(
-            f"{east:.{DECIMALS}f},{north:.{DECIMALS}f},{metres(height - self._zero_m)}"
+            f"{east:.{DECIMALS}f},{north:.{DECIMALS}f},{figure(height - self._zero_m)}"
             for (east, north), height in zip(self._degrees.degrees(points).tolist(), points[:, 2].tolist(), strict=True)
         )
 
@@ -142,19 +142,20 @@ def _add_stations(
         scanned = station.id in scanned_before(plan)
         style = "scanned" if scanned else "station"
         placemark = _placemark(
-            folder, station.id, description_of(plan, station), style, list(_told(station, scanned=scanned))
+            folder, station.id, description_of(plan, station), style, list(_told(plan, station, scanned=scanned))
         )
         point = ElementTree.SubElement(placemark, "Point")
         at_m = station.site_m if options.instrument == "sensor" else station.site_ground_m
         _texts(point, altitudeMode=places.mode, coordinates=places.text(at_m))
 
 
-def _told(station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, str]]:
+def _told(plan: PlanSource, station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, str]]:
     yield "order", str(station.number)
     yield "floor", station.floor_id
-    yield "ground_height_m", metres(float(station.site_ground_m[2]))
-    yield "instrument_height_m", metres(station.instrument_height_m)
-    yield "sensor_height_m", metres(float(station.site_m[2]))
+    unit = plan.frame.unit
+    yield f"ground_height_{unit.symbol}", figure(unit.of(float(station.site_ground_m[2])))
+    yield f"instrument_height_{unit.symbol}", figure(unit.of(station.instrument_height_m))
+    yield f"sensor_height_{unit.symbol}", figure(unit.of(float(station.site_m[2])))
     yield "scanned_before", "true" if scanned else "false"
 
 
@@ -168,7 +169,7 @@ def _add_route(document: ElementTree.Element, plan: PlanSource, ways: list[Way],
         return
     folder = _folder(document, "route")
     for way in ways:
-        length = f"{way.length_m:.1f} m" if math.isfinite(way.length_m) else ""
+        length = plan.frame.unit.text(way.length_m, 1) if math.isfinite(way.length_m) else ""
         _add_line(_placemark(folder, way.title, length, "route"), plan.frame.to_site(way.points_m), places)
 
 

@@ -1,7 +1,7 @@
 """Stations as LandXML 1.2: points by floor, ground and sensor apart, and the walk as plan features.
 
-Site frame, metres; a point's text is northing, easting, height, in this order. The schema wants a date: it is always
-1970-01-01, so that the same plan gives the same bytes.
+Site frame, in metres or one of the two feet, as the element Units says; a point's text is northing, easting, height, in
+this order. The schema wants a date: it is always 1970-01-01, so that the same plan gives the same bytes.
 
     <CgPoints name="F0 ground points"><CgPoint name="S001" ... role="to stake out">5.0000 9.0000 0.0000</CgPoint>
 
@@ -24,10 +24,10 @@ from planner_core.export.chosen import (
     stations_by_floor,
     without_ground_remark,
 )
-from planner_core.export.csv_profiles import metres
+from planner_core.export.csv_profiles import figure
 from planner_core.export.options import Options
 from planner_core.export.route_lines import Way, route_remarks, ways_of
-from planner_core.model import FloatArray, SiteFrame
+from planner_core.model import US_SURVEY_FOOT, FloatArray, SiteFrame
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource
 from planner_core.progress import Progress
 
@@ -40,6 +40,15 @@ _METRIC = {
     "volumeUnit": "cubicMeter",
     "temperatureUnit": "celsius",
     "pressureUnit": "milliBars",
+    "angularUnit": "decimal degrees",
+    "directionUnit": "decimal degrees",
+}
+_IMPERIAL = {
+    "areaUnit": "squareFoot",
+    "linearUnit": "foot",
+    "volumeUnit": "cubicFeet",
+    "temperatureUnit": "fahrenheit",
+    "pressureUnit": "inchHG",
     "angularUnit": "decimal degrees",
     "directionUnit": "decimal degrees",
 }
@@ -60,7 +69,7 @@ def write_landxml(plan: PlanSource, path: Path, options: Options, progress: Prog
             "readOnly": "false",
         },
     )
-    _add(_add(root, "Units"), "Metric", _METRIC)
+    _add_units(_add(root, "Units"), plan.frame)
     _add(root, "CoordinateSystem", _system(plan.frame))
     _add(root, "Project", {"name": plan.title, "desc": "stations of terrestrial laser scanning", "state": "proposed"})
     _add(root, "Application", {"name": "tlsplan"})
@@ -78,10 +87,21 @@ def _add(parent: ElementTree.Element, tag: str, attributes: dict[str, str] | Non
     return ElementTree.SubElement(parent, tag, attributes or {})
 
 
+def _add_units(units: ElementTree.Element, frame: SiteFrame) -> None:
+    if not frame.unit.is_feet:
+        _add(units, "Metric", _METRIC)
+    elif frame.unit is US_SURVEY_FOOT:
+        _add(units, "Imperial", {**_IMPERIAL, "linearUnit": "USSurveyFoot"})
+    else:
+        _add(units, "Imperial", _IMPERIAL)
+
+
 def _system(frame: SiteFrame) -> dict[str, str]:
     """Return attributes of CoordinateSystem: an EPSG code as such, anything else as well-known text or in words."""
     out = {"desc": frame.crs_line, "name": frame.name}
     authority, _, code = frame.crs.partition(":")
+    if frame.unit is not frame.crs_unit:
+        return out  # a code would say another unit than these coordinates have
     if authority.upper() == "EPSG" and code.isdigit():
         out["epsgCode"] = code
     elif frame.crs:
@@ -111,19 +131,20 @@ def _add_points(root: ElementTree.Element, plan: PlanSource, floor: FloorStation
         }
         if kind == "ground":
             attributes["role"] = "to stake out"
-        _add(group, "CgPoint", attributes).text = _north_east_height(at_m)
+        _add(group, "CgPoint", attributes).text = _north_east_height(plan.frame, at_m)
     for station in stations:
         feature = _add(group, "Feature", {"name": f"{station.id} {kind}", "code": "station"})
-        for label, value in _properties(station, scanned=station.id in scanned):
+        for label, value in _properties(plan.frame, station, scanned=station.id in scanned):
             _add(feature, "Property", {"label": label, "value": value})
 
 
-def _properties(station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, str]]:
+def _properties(frame: SiteFrame, station: FieldStation, *, scanned: bool) -> Iterator[tuple[str, str]]:
     yield "floor", station.floor_name
     yield "order", str(station.number)
-    yield "instrument_height_m", metres(station.instrument_height_m)
-    yield "ground_height_m", metres(float(station.site_ground_m[2]))
-    yield "sensor_height_m", metres(float(station.site_m[2]))
+    unit = frame.unit
+    yield f"instrument_height_{unit.symbol}", figure(unit.of(station.instrument_height_m))
+    yield f"ground_height_{unit.symbol}", figure(unit.of(float(station.site_ground_m[2])))
+    yield f"sensor_height_{unit.symbol}", figure(unit.of(float(station.site_m[2])))
     yield "scanned_before", "true" if scanned else "false"
 
 
@@ -133,14 +154,14 @@ def _add_route(root: ElementTree.Element, frame: SiteFrame, ways: list[Way]) -> 
     features = _add(root, "PlanFeatures", {"name": "route", "desc": "the route from station to station, on the ground"})
     for number, way in enumerate(ways, start=1):
         feature = _add(features, "PlanFeature", {"name": f"route {number}", "desc": way.title})
-        length = {"length": metres(way.length_m)} if math.isfinite(way.length_m) else {}
+        length = {"length": figure(frame.unit.of(way.length_m))} if math.isfinite(way.length_m) else {}
         line = _add(_add(feature, "CoordGeom", {"name": f"route {number}"}), "IrregularLine", length)
-        points = [_north_east_height(at_m) for at_m in frame.to_site(way.points_m)]
+        points = [_north_east_height(frame, at_m) for at_m in frame.to_site(way.points_m)]
         _add(line, "Start").text = points[0]
         _add(line, "End").text = points[-1]
         _add(line, "PntList3D").text = " ".join(points)
 
 
-def _north_east_height(site_m: FloatArray) -> str:
-    east_m, north_m, height_m = site_m.tolist()
-    return f"{metres(north_m)} {metres(east_m)} {metres(height_m)}"
+def _north_east_height(frame: SiteFrame, site_m: FloatArray) -> str:
+    east, north, height = frame.written(site_m).tolist()
+    return f"{figure(north)} {figure(east)} {figure(height)}"

@@ -30,11 +30,12 @@ class Options:
     separator: str = ""
     """Of columns: `comma`, `semicolon`, `tab` or `space`; empty: the column set's own."""
     decimals: int | None = None
-    """Of lengths in station lists; None: the column set's own."""
+    """Of lengths in station lists, metres or feet; None: the column set's own."""
     subtract: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Metres taken off every easting, northing and height, for programs that can't hold large ones."""
+    """Taken off every easting, northing and height as they are written, for programs that can't hold large ones."""
     gsi_unit: str = ""
-    """Last digit of GSI words: `mm` or `0.1mm`; empty: mm of GSI-8 and 0.1 mm of GSI-16."""
+    """Last digit of GSI words: `mm` or `0.1mm`, of feet `0.001ft` or `0.0001ft`; empty: the first in GSI-8, the second
+    in GSI-16."""
     geojson_crs: str = "wgs84"
     """`wgs84`: longitude and latitude; `local`: the site's own coordinates, which few programs expect."""
     kml_heights: str = "relative"

@@ -129,7 +129,8 @@ def write_record(
 ) -> None:
     """Write down what the folder holds: of which plan, in which coordinates, and files with their bytes.
 
-    subtracted_m : of files whose coordinates are less than the site's, by name: E, N, H taken off.
+    subtracted_m : of files whose coordinates are less than the site's, by name: E, N, H taken off. Metres, as all
+    figures of the record; `unit` is that of the files, of those formats that can be in feet.
     """
     frame = plan.frame
     document: dict[str, Any] = {
@@ -139,6 +140,7 @@ def write_record(
         "coordinates": frame.crs_line,
         "crs": frame.crs,
         "vertical_crs": frame.vertical_crs,
+        "unit": frame.unit.symbol,
         "source": frame.source,
         "residuals_m": [round(value, 6) for value in frame.residuals_m],
         "notes": list(frame.notes),

@@ -12,6 +12,7 @@ Angles are radians; azimuth runs counter-clockwise from +x seen from above, elev
 
 from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32Array, Int64Array, UInt8Array
 from planner_core.model.choices import Doors, Glass, NetworkKind, Objective, Role, ScanBy, UpAxis
+from planner_core.model.length_units import FOOT, LENGTH_UNITS, METRE, US_SURVEY_FOOT, LengthUnit
 from planner_core.model.methods import METHODS, Greedy, Method, Paper, Proven
 from planner_core.model.planning import Candidates, PlanSettings, Survey
 from planner_core.model.registration import (
@@ -52,8 +53,12 @@ from planner_core.model.unseen import (
 )
 
 __all__ = [
+    "FOOT",
+    "LENGTH_UNITS",
     "METHODS",
+    "METRE",
     "REASONS",
+    "US_SURVEY_FOOT",
     "BeamTemplate",
     "BestPosition",
     "BoolArray",
@@ -77,6 +82,7 @@ __all__ = [
     "Int64Array",
     "KeepOut",
     "Leg",
+    "LengthUnit",
     "Link",
     "LoadReport",
     "Loss",

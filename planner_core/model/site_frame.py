@@ -1,13 +1,14 @@
-"""The site's coordinates: easting, northing and height in metres, and how scene coordinates become them."""
+"""The site's coordinates: easting, northing and height, and how scene coordinates become them. Metres."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from planner_core.model.arrays import FloatArray
+from planner_core.model.length_units import METRE, LengthUnit
 
 SCENE_NAME = "scene coordinates"
 
@@ -44,6 +45,20 @@ class SiteFrame:
     """In the plan of the scene, clockwise from its +y, as the scene file says; None: it does not."""
     place: str = ""
     """Words for where the scene file says that its site is: `49.10044 N, 8.43654 E`; no coordinates to work with."""
+    unit: LengthUnit = METRE
+    """In which people read and write site coordinates, and lengths beside them."""
+    crs_unit: LengthUnit = METRE
+    """Of the axes of `crs`."""
+    vertical_unit: LengthUnit = METRE
+    """Of the axis of `vertical_crs`."""
+
+    def in_metres(self) -> SiteFrame:
+        """Return the same for a format that knows metres only."""
+        return replace(self, unit=METRE)
+
+    def written(self, site_m: FloatArray) -> FloatArray:
+        """(..., 3) E, N, H in metres -> the same in `unit`."""
+        return self.unit.of_array(np.asarray(site_m, dtype=np.float64))
 
     @property
     def is_scene(self) -> bool:
@@ -52,11 +67,16 @@ class SiteFrame:
 
     @property
     def crs_line(self) -> str:
-        """What every file says of its coordinates: their system, and that of heights where it is told."""
+        """What every file says of its coordinates: their system, and that of heights where it is told.
+
+        And their unit, where that is not the metre, or not the unit of the system that is named.
+        """
+        unit = "" if self.unit is self.crs_unit is METRE else f", in {self.unit.many}"
         if self.is_scene:
-            return f"{SCENE_NAME}, no CRS"
-        heights = f"heights {self.vertical_name}" if self.vertical_name else "vertical datum not given"
-        return f"{self.name if self.crs else f'{self.name}, no CRS'}; {heights}"
+            return f"{SCENE_NAME}, no CRS{unit}"
+        of_heights = "" if self.vertical_unit is self.unit or not self.vertical_crs else f", in {self.unit.many}"
+        heights = f"heights {self.vertical_name}{of_heights}" if self.vertical_name else "vertical datum not given"
+        return f"{self.name if self.crs else f'{self.name}, no CRS'}{unit}; {heights}"
 
     @property
     def grid_north_rad(self) -> float:

@@ -12,8 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+from planner_core.coordinates.text_file import column_unit
 from planner_core.errors import PlanFolderError, StationListError
-from planner_core.model import FloatArray, Plan
+from planner_core.model import METRE, FloatArray, LengthUnit, Plan
 from planner_core.plan_folder.plan_json import read_plan
 
 COLUMNS = ("id", "floor", "order", "x_m", "y_m", "z_m", "ground_z_m", "instrument_height_m")
@@ -64,21 +65,23 @@ def _metres(value: float) -> str:
     return f"{round(value, 4) + 0.0:.4f}" if math.isfinite(value) else ""
 
 
-def read_station_list(path: Path, *, z_is_ground: bool = False) -> tuple[GivenStation, ...]:
+def read_station_list(path: Path, *, z_is_ground: bool = False, unit: LengthUnit = METRE) -> tuple[GivenStation, ...]:
     """Read stations from a CSV, a plan.json or a plan folder.
 
     A CSV needs a header line with x, y and z, or x, y, ground_z and instrument_height; floor and instrument_height
     are taken where present. So is the id, under one of many names (`Point No`, `Pt`, `Name`, `Station` ...). Only a
     list that has no other column than these goes without: it is numbered S001, S002, ... line by line. Otherwise
     columns of other names are ignored; but a line has as many fields as the header, so that none is taken for
-    another's. Upper and lower case, units in the name (`x_m`, `X [m]`), separators comma,
-    semicolon and tab, a byte order mark: all the same.
+    another's. Upper and lower case, separators comma, semicolon and tab, a byte order mark: all the same. A column
+    may name its unit, metres or one of the two feet (`x_m`, `X [ft]`, `easting_ftUS`).
 
     Parameters
     ----------
     z_is_ground
         A CSV's z is that of the ground point. A line without instrument height then gives the ground point as its
         position, and None as its height.
+    unit
+        Of columns that name none. Positions are metres, whatever the list is in.
 
     Raises
     ------
@@ -93,7 +96,7 @@ def read_station_list(path: Path, *, z_is_ground: bool = False) -> tuple[GivenSt
         raise StationListError(f"{path}: no such file, expected a station list; check the path") from None
     except (OSError, UnicodeDecodeError) as error:
         raise StationListError(f"{path}: can't be read ({error}), expected a CSV in UTF-8; check the file") from error
-    return stations_of_text(path, text, z_is_ground=z_is_ground)
+    return stations_of_text(path, text, z_is_ground=z_is_ground, unit=unit)
 
 
 def _from_plan(path: Path) -> tuple[GivenStation, ...]:
@@ -108,7 +111,7 @@ def _from_plan(path: Path) -> tuple[GivenStation, ...]:
 
 
 def stations_of_text(
-    path: Path, text: str, *, z_is_ground: bool = False, header: Sequence[str] = ()
+    path: Path, text: str, *, z_is_ground: bool = False, header: Sequence[str] = (), unit: LengthUnit = METRE
 ) -> tuple[GivenStation, ...]:
     """Read stations from the text of a CSV as `read_station_list` does.
 
@@ -129,7 +132,7 @@ def stations_of_text(
                 names, columns = row, _columns(path, rows.line_num, row, z_is_ground=z_is_ground)
             else:
                 _check_fields(f"{path}, line {rows.line_num}", row, names, separator, is_told=bool(header))
-                line = _Row(path, rows.line_num, row, columns)
+                line = _Row(path, rows.line_num, row, columns, unit)
                 stations.append(_station(line, len(stations), separator, z_is_ground=z_is_ground))
     except csv.Error as error:
         raise StationListError(f"{path}, line {rows.line_num}: {error}, expected CSV; repair the line") from error
@@ -211,9 +214,8 @@ def _settle_height(where: str, found: dict[str, tuple[int, str]]) -> None:
 
 
 def _plain_name(name: str) -> str:
-    """`X [m]`, `x_m` and `X(m)` are all `x`."""
-    lowered = re.sub(r"[\[(].*?[\])]", "", name.strip().lower())
-    return re.sub(r"[^a-z]", "", re.sub(r"[\s_\-]m(et(er|re)s?)?$", "", lowered.strip()).replace("#", "no"))
+    """`X [m]`, `x_ft` and `X(m)` are all `x`."""
+    return re.sub(r"[^a-z]", "", column_unit(name)[0].lower().replace("#", "no"))
 
 
 @dataclass(frozen=True)
@@ -222,6 +224,7 @@ class _Row:
     line: int
     cells: list[str]
     columns: dict[str, tuple[int, str]]
+    unit: LengthUnit
 
     def text(self, meaning: str) -> str | None:
         if meaning not in self.columns:
@@ -239,10 +242,11 @@ class _Row:
             )
         return text
 
-    def number(self, meaning: str, *, decimal_comma: bool) -> float | None:
+    def metres(self, meaning: str, *, decimal_comma: bool) -> float | None:
         text = self.text(meaning)
         if text is None:
             return None
+        unit = column_unit(self.columns[meaning][1])[1] or self.unit
         try:
             value = float(text.replace(",", ".") if decimal_comma else text)
         except ValueError:
@@ -250,20 +254,20 @@ class _Row:
         if not math.isfinite(value):
             raise StationListError(
                 f"{self.path}, line {self.line}, column {self.columns[meaning][1]}: got {text!r}, "
-                "expected a number of metres; correct it"
+                f"expected a number of {unit.many}; correct it"
             )
-        return value
+        return value * unit.metres
 
 
 def _station(row: _Row, n_before: int, separator: str, *, z_is_ground: bool) -> GivenStation:
     comma = separator != ","  # a list of 1,50;2,00 is how half of Europe writes it
-    x, y = row.number("x", decimal_comma=comma), row.number("y", decimal_comma=comma)
-    height = row.number("instrument_height", decimal_comma=comma) if row.text("instrument_height") else None
-    z = row.number("z", decimal_comma=comma)
+    x, y = row.metres("x", decimal_comma=comma), row.metres("y", decimal_comma=comma)
+    height = row.metres("instrument_height", decimal_comma=comma) if row.text("instrument_height") else None
+    z = row.metres("z", decimal_comma=comma)
     if z is None and not (z_is_ground and not row.text("instrument_height")):
-        height = row.number("instrument_height", decimal_comma=comma)
+        height = row.metres("instrument_height", decimal_comma=comma)
     if z is None:
-        z = (row.number("ground_z", decimal_comma=comma) or 0.0) + (height or 0.0)
+        z = (row.metres("ground_z", decimal_comma=comma) or 0.0) + (height or 0.0)
     return GivenStation(
         id=row.id() or f"S{n_before + 1:03d}",
         position_m=np.array([x, y, z], dtype=np.float64),

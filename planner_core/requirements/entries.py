@@ -21,7 +21,12 @@ from planner_core.requirements.quantities import angle_rad, coordinate_m, count,
 
 _MOST_NAMES, _MOST_LETTERS = 1000, 200
 _FIGURE = r"([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]+)?"
-_LENGTH = r"(µm|μm|um|mm|cm|m|km|in|inch|inches|ft|foot|feet|(milli|centi)?met(re|er)s?)"
+_INCHES = r"([0-9]+([.][0-9]*)?|([0-9]+[\s-]+)?[0-9]+\s*/\s*[1-9][0-9]*)\s*(in|inch|inches|\")"
+#: With what stands before it being whole feet, or the whole inches or numerator of a fraction, where inches follow.
+_LENGTH = (
+    r"(µm|μm|um|mm|cm|m|km|in|inch|inches|\"|ft|ftUS|foot|feet|'|US survey f(oo|ee)t|(milli|centi)?met(re|er)s?"
+    rf"|(ft|foot|feet|')\s*-?\s*{_INCHES}|([\s-]+[0-9]+)?\s*/\s*[1-9][0-9]*\s*(in|inch|inches|\"))"
+)
 _ANGLE = r"(deg|degrees?|°|rad|radians?|gon|grad)"
 
 

@@ -1,4 +1,4 @@
-"""Figures as surveyors write them, `6 mm`, `95 %`, `65 deg`, to metres, fractions, radians.
+"""Figures as surveyors write them, `6 mm`, `5 ft 3 in`, `95 %`, `65 deg`, to metres, fractions, radians.
 
 Numbers without a unit are taken only where they can't be misread; each refusal is one line.
 """
@@ -10,6 +10,7 @@ import re
 
 from planner_core.documents import shown
 from planner_core.errors import RequirementError
+from planner_core.model import FOOT, METRE, US_SURVEY_FOOT, LengthUnit
 
 _METRES = {
     "µm": 1e-6,  # micro sign
@@ -19,12 +20,17 @@ _METRES = {
     "cm": 1e-2,
     "m": 1.0,
     "km": 1e3,
+    "ft": FOOT.metres,
+    "ftus": US_SURVEY_FOOT.metres,
     "in": 0.0254,
     "inch": 0.0254,
     "inches": 0.0254,
-    "ft": 0.3048,
-    "foot": 0.3048,
-    "feet": 0.3048,
+    '"': 0.0254,
+    "foot": FOOT.metres,
+    "feet": FOOT.metres,
+    "'": FOOT.metres,
+    "us survey foot": US_SURVEY_FOOT.metres,
+    "us survey feet": US_SURVEY_FOOT.metres,
 }
 for _name, _prefix in (("millimetre", 1e-3), ("centimetre", 1e-2), ("metre", 1.0)):
     for _word in (_name, _name.replace("tre", "ter")):
@@ -37,6 +43,13 @@ _RADIANS = {
 _FRACTIONS = dict.fromkeys(("%", "percent", "per cent"), 0.01)
 
 _NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[+-]?\d+)?)\s*(.*)", re.IGNORECASE | re.DOTALL)
+#: `5 ft 3 in`, `5' 3 1/2"`, `3 1/2 in`, `3/4 in`.
+_FEET_AND_INCHES = re.compile(
+    r"(?P<sign>[+-]?)(?:(?P<feet>\d+)\s*(?:ft|foot|feet|')\s*-?\s*)?"
+    r"(?:(?P<whole>\d+(?:\.\d*)?)|(?:(?P<before>\d+)[\s-]+)?(?P<numerator>\d+)\s*/\s*(?P<denominator>[1-9]\d*))"
+    r"\s*(?:in|inch|inches|\")",
+    re.IGNORECASE,
+)
 #: A comma and three digits: thousands to some, thousandths to others.
 _TWO_WAYS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
@@ -55,10 +68,9 @@ def length_m(value: object, *, bare: tuple[float, float], most: float, example: 
     example
         Of how to write it, for messages.
     """
-    number, unit = _number_and_unit(value, _METRES, f"a length such as {example}")
-    if not unit and not bare[0] <= number <= bare[1]:
+    metres, has_unit = _metres(value, f"a length such as {example}")
+    if not has_unit and not bare[0] <= metres <= bare[1]:
         raise _refused(value, f"a length with its unit, such as {example}", "say whether it is mm or m")
-    metres = number * _METRES[unit or "m"]
     if not 0 < metres <= most:
         raise _refused(value, f"more than 0 and at most {most:g} m", f"mind the unit, e.g. {example}")
     return metres
@@ -113,10 +125,24 @@ def plain_number(value: object, *, least: float, most: float) -> float:
     return number
 
 
-def coordinate_m(value: object) -> float:
-    """Read a coordinate in metres; bare numbers are metres."""
-    number, unit = _number_and_unit(value, _METRES, "a number of metres")
-    return number * _METRES[unit or "m"]
+def coordinate_m(value: object, *, unit: LengthUnit = METRE) -> float:
+    """Read a coordinate or a distance, to metres; bare numbers are of `unit`."""
+    metres, has_unit = _metres(value, f"a number of {unit.many}")
+    return metres if has_unit else metres * unit.metres
+
+
+def _metres(value: object, expected: str) -> tuple[float, bool]:
+    """Read a length; and whether it has a unit. Metres, or a bare number as it is."""
+    said = _FEET_AND_INCHES.fullmatch(value.strip()) if isinstance(value, str) else None
+    if said is None or not (said["feet"] or said["denominator"]):
+        number, unit = _number_and_unit(value, _METRES, expected)
+        return number * _METRES[unit or "m"], bool(unit)
+    inches = float(said["whole"] or said["before"] or 0)
+    inches += int(said["numerator"]) / int(said["denominator"]) if said["denominator"] else 0.0
+    if said["feet"] and inches >= 12:
+        raise _refused(value, expected, "after feet write less than 12 inches, such as 5 ft 3 1/2 in")
+    metres = (12 * int(said["feet"] or 0) + inches) * 0.0254
+    return -metres if said["sign"] == "-" else metres, True
 
 
 def _number_and_unit(value: object, units: dict[str, float], expected: str) -> tuple[float, str]:

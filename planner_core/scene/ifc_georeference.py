@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 
 from planner_core.model import FloatArray, Georeference
+from planner_core.model.length_units import unit_named
 
 _GRID_SCALE = (0.99, 1.01)
 """Scales of map projections, heights included, lie far inside."""
+_ROUNDED = 5e-8
 _WHOLE_DEGREES = (90.0, 180.0)
 
 
@@ -169,7 +171,7 @@ def _from_property_sets(model: Any) -> tuple[_Operation | None, _Crs]:
         projection=_text(system.get("MapProjection")),
         zone=_text(system.get("MapZone")),
         unit=unit.lower(),
-        unit_m=_METRES_OF_NAME.get(unit.lower().replace("meter", "metre").rstrip("s")),
+        unit_m=_metres_of(unit),
     )
     if told is None:
         return None, crs
@@ -182,17 +184,13 @@ def _from_property_sets(model: Any) -> tuple[_Operation | None, _Crs]:
     return operation, crs
 
 
-_METRES_OF_NAME = {
-    "metre": 1.0,
-    "m": 1.0,
-    "millimetre": 0.001,
-    "mm": 0.001,
-    "centimetre": 0.01,
-    "cm": 0.01,
-    "foot": 0.3048,
-    "ft": 0.3048,
-    "us survey foot": 1200 / 3937,
-}
+def _metres_of(unit: str) -> float | None:
+    """Metres of a unit by its name; None: not known."""
+    named = unit_named(unit)
+    if named is not None:
+        return named.metres
+    small = {"millimetre": 0.001, "mm": 0.001, "centimetre": 0.01, "cm": 0.01}
+    return small.get(unit.lower().replace("meter", "metre").rstrip("s"))
 
 
 # --------------------------------------------------------------------------------------------------- matrix
@@ -211,7 +209,7 @@ def _matrix(
     matrix = np.eye(4)
     matrix[:3, :3] = turn * (scale * np.array(operation.factors))
     matrix[:3, 3] = np.array(operation.shift) * map_m
-    if scale * operation.factors[2] != 1.0:
+    if abs(scale * operation.factors[2] - 1.0) > _ROUNDED:  # feet to metres, written in digits, come to be nearly 1
         ppm = (scale * operation.factors[2] - 1.0) * 1e6
         warnings.append(
             f"{name}: its {operation.name} scales heights, too, by {ppm:+.1f} ppm: site heights are not true to scale."

@@ -113,7 +113,7 @@ def test_nothing_is_replaced_unasked(export: Export) -> None:
         (["--paper", "A4"], "--paper: none of the chosen formats uses it"),
         (["--noise"], "--noise: none of the chosen formats uses it"),
         (["--parameters", "5"], "is not one of"),
-        (["--residual-limit", "0"], "not in the range"),
+        (["--residual-limit", "0"], "expected more than 0 m"),
     ],
 )
 def test_options_that_say_nothing_here_are_refused(export: Export, arguments: list[str], told: str) -> None:

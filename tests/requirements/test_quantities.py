@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
+from planner_core.model import FOOT
 from planner_core.requirements.quantities import angle_rad, coordinate_m, count, length_m, plain_number, share
 
 
@@ -151,6 +152,45 @@ def test_counts_are_whole() -> None:
     for wrong in (0, -1, 1.5, 101, True, "2 stations", None):
         with pytest.raises(RequirementError, match="a whole number"):
             count(wrong)
+
+
+@pytest.mark.parametrize(
+    ("text", "metres"),
+    [
+        # By hand: 1 in is 0.0254 m, 1 ft is 12 of them, and 3937 ftUS are 1200 m.
+        ("2ft", 0.6096),
+        ("18in", 0.4572),
+        ('18"', 0.4572),
+        ("5 ft 3 in", 1.6002),
+        ("5ft3in", 1.6002),
+        ("5' 3\"", 1.6002),
+        ("5'-3\"", 1.6002),
+        ("5 FEET 3 INCHES", 1.6002),
+        ("5' 3 1/2\"", 1.6129),
+        ("5' 3-1/2\"", 1.6129),
+        ("5 ft 1/2 in", 1.5367),
+        ("5 ft 3.5 in", 1.6129),
+        ("3/4 in", 0.01905),
+        ("2 1/2 in", 0.0635),
+        ("-5 ft 3 in", -1.6002),
+        ("3937 ftUS", 1200.0),
+        ("3937 US survey feet", 1200.0),
+        ("3937 ft", 1199.9976),
+    ],
+)
+def test_feet_and_inches_are_metres(text: str, metres: float) -> None:
+    assert coordinate_m(text) == pytest.approx(metres, rel=1e-12)
+
+
+@pytest.mark.parametrize("text", ["5 ft 12 in", "5.5 ft 3 in", "3/0 in", "5 ft 3", "1/2 ft", "5 in 3 ft"])
+def test_feet_and_inches_that_are_none_are_refused(text: str) -> None:
+    with pytest.raises(RequirementError, match=r"^got .*expected a number of metres; "):
+        coordinate_m(text)
+
+
+def test_bare_coordinates_are_in_the_unit_of_the_place() -> None:
+    assert coordinate_m("1000", unit=FOOT) == pytest.approx(304.8, rel=1e-12)
+    assert coordinate_m("1000 m", unit=FOOT) == 1000.0
 
 
 def test_plain_numbers_and_coordinates() -> None:

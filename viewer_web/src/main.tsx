@@ -11,6 +11,7 @@ import { OWN_PLAN, planBaseOf } from './load/plan-base.ts';
 import { PlanLoadError } from './load/plan-load-error.ts';
 import { App } from './panels/app.tsx';
 import { TABS } from './panels/tabs.tsx';
+import { restoreUnits } from './panels/units.ts';
 import './style.css';
 import { createStore, type Store } from './store.ts';
 import { formatUrlState, parseUrlState, SHOWN, type Shown, type UrlState } from './url-state.ts';
@@ -18,6 +19,7 @@ import { formatUrlState, parseUrlState, SHOWN, type Shown, type UrlState } from 
 async function start(): Promise<void> {
   const mode = document.querySelector<HTMLMetaElement>('meta[name="tlsplan-mode"]')?.content;
   const isStatic = mode === 'static';
+  restoreUnits(window.localStorage);
   const undoMemory = new UndoMemory(window.sessionStorage);
   const reviewClient = isStatic
     ? null

@@ -7,6 +7,7 @@ import uuid
 from collections.abc import Callable
 from pathlib import Path
 
+from planner_core.coordinates.crs import metric_crs
 from planner_core.export.clouds.points import Clouds
 from planner_core.model import FloatArray, SiteFrame
 from planner_core.plan_folder.plan_source import FieldStation
@@ -78,14 +79,16 @@ def wkt_of(frame: SiteFrame) -> str:
     """The site's coordinate reference system as point-cloud formats take it, WKT of 2001; empty: there is none.
 
     Heights are part of it where their system is told. A system that WKT of 2001 can't say is told in that of 2019.
+    Clouds are in metres: a system in feet is told with its axes in metres.
     """
     if not frame.crs:
         return ""
     import pyproj
 
-    crs = pyproj.CRS.from_user_input(frame.crs)
+    crs = metric_crs(frame.crs) if frame.crs_unit.is_feet else pyproj.CRS.from_user_input(frame.crs)
     if frame.vertical_crs and not crs.is_compound:
-        heights = pyproj.CRS.from_user_input(frame.vertical_crs)
+        of_heights = frame.vertical_crs
+        heights = metric_crs(of_heights) if frame.vertical_unit.is_feet else pyproj.CRS.from_user_input(of_heights)
         crs = pyproj.crs.CompoundCRS(f"{crs.name} + {heights.name}", [crs, heights])
     try:
         return str(crs.to_wkt("WKT1_GDAL"))

@@ -14,9 +14,11 @@ from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.charts import Histogram, draw_curve, draw_histogram, histograms_of
 from planner_core.export.sheets.cover import MAX_WARNINGS, draw_cover, draw_frame, text_room
 from planner_core.export.sheets.cover_figures import WHOLE_PLAN
+from planner_core.export.sheets.figures import cut_words
 from planner_core.export.sheets.floor_page import Neighbour, draw_floor, is_empty
 from planner_core.export.sheets.floor_view import FloorView, is_planned, view_floor
 from planner_core.export.sheets.paper import Sheet, Tile, sheet_of, text_sheet, tiles_of
+from planner_core.export.sheets.scales import sheet_scales
 from planner_core.export.sheets.tables import Piece, draw_piece, paginated
 from planner_core.export.sheets.words import (
     Column,
@@ -92,7 +94,11 @@ def gather(plan: PlanSource, options: Options) -> Contents:
     floors = []
     for floor in wanted:
         view = view_floor(plan, floor, there, cut_m=options.cut_m)
-        tiles = tuple(tile for tile in tiles_of(view.window_m, options.paper) if not is_empty(view, tile))
+        tiles = tuple(
+            tile
+            for tile in tiles_of(view.window_m, options.paper, scales=sheet_scales(plan.frame.unit))
+            if not is_empty(view, tile)
+        )
         floors.append(FloorSheets(view, tiles, stations_table(plan, floor.name, plan.stations_of(floor.id))))
     part = _part(plan, options)
     summary = (
@@ -107,7 +113,7 @@ def gather(plan: PlanSource, options: Options) -> Contents:
         floors=tuple(floors),
         summary=tuple(table for table in summary if table is not None),
         histograms=tuple(_histograms(plan, there, remarks)),
-        remarks=(*remarks, *_cut_lower(floors, options), *_unprintable(plan)),
+        remarks=(*remarks, *_cut_lower(plan, floors, options), *_unprintable(plan)),
     )
 
 
@@ -122,15 +128,18 @@ def _whole(table: Table | None, part: Sequence[FieldFloor]) -> Table | None:
     return replace(table, title=f"{table.title}: {WHOLE_PLAN}") if table is not None and part else table
 
 
-def _cut_lower(floors: Sequence[FloorSheets], options: Options) -> list[str]:
+def _cut_lower(plan: PlanSource, floors: Sequence[FloorSheets], options: Options) -> list[str]:
     """Say where the height wanted is not that at which walls are cut."""
     views = [floor.view for floor in floors if floor.view.surface is not None]
-    lower = [f"{view.floor.name!r} at {view.cut_m:.3g} m" for view in views if view.cut_m < options.cut_m - 1e-6]
+    unit = plan.frame.unit
+    low = [view for view in views if view.cut_m < options.cut_m - 1e-6]
+    lower = [f"{view.floor.name!r} at {cut_words(unit, view.cut_m)}" for view in low]
     if not lower:
         return []
     more = f" and {len(lower) - 3} more" if len(lower) > 3 else ""
     return [
-        f"walls are cut lower than at {options.cut_m:.3g} m, half-way to the floor above: {', '.join(lower[:3])}{more}"
+        f"walls are cut lower than at {cut_words(unit, options.cut_m)}, half-way to the floor above: "
+        f"{', '.join(lower[:3])}{more}"
     ]
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.export.sheets.building import Building, read_figures
-from planner_core.model import FloatArray
+from planner_core.model import FOOT, FloatArray
 from planner_core.plan_folder.drawing import plot
 from planner_core.plan_folder.drawing.fonts import width_mm
 from planner_core.plan_folder.drawing.ink import PAPER, QUIET, Box, Colour, Ink, Pen
@@ -54,15 +54,17 @@ def histograms_of(plan: PlanSource, building: Building) -> list[Histogram]:
     layers = read_figures(plan.folder, _LAYERS)
     asked = plan.document["requirements"]["asked"]
     incidence = asked["incidence_rad"]
+    feet = plan.frame.unit.is_feet
+    length, short = (("ft", 1 / FOOT.metres), ("in", 12 / FOOT.metres)) if feet else (("m", 1.0), ("mm", 1000.0))
     limits = {
-        "range": asked["range_m"],
+        "range": None if asked["range_m"] is None else length[1] * asked["range_m"],
         "incidence": None if incidence is None else math.degrees(incidence),
-        "spacing": None if asked["spacing_m"] is None else 1000 * asked["spacing_m"],
+        "spacing": None if asked["spacing_m"] is None else short[1] * asked["spacing_m"],
     }
     shown = {
-        "range": ("Range", "range to the nearest station, m", 1.0),
+        "range": ("Range", f"range to the nearest station, {length[0]}", length[1]),
         "incidence": ("Incidence", "angle of incidence at the best station, degrees", 1.0),
-        "spacing": ("Point spacing", "point spacing of all stations together, mm", 1000.0),
+        "spacing": ("Point spacing", f"point spacing of all stations together, {short[0]}", short[1]),
     }
     area_m2 = building.patches.area_m2
     return [

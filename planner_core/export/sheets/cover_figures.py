@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from planner_core.export.sheets.figures import area_words, length_words
 from planner_core.export.sheets.floor_view import is_planned, link_class
 from planner_core.export.sheets.words import reached_percent, required_on
 from planner_core.plan_folder.drawing.links import WEAK
@@ -29,7 +30,7 @@ def cover_figures(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> list[tup
 def _plan_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     document = plan.document
     yield "Stations", stations_words(document)
-    yield "Coverage", _coverage(document["coverage"], float(document["requirements"]["coverage"]))
+    yield "Coverage", _coverage(plan, document["coverage"], float(document["requirements"]["coverage"]))
     yield from _team_figures(plan)
 
 
@@ -52,12 +53,13 @@ def _floor_coverage(plan: PlanSource, floor: FieldFloor) -> str:
     found = [each for each in plan.document["coverage"]["floors"] if each["floor"] == floor.id]
     if not found or not is_planned(plan, floor):
         return "not planned"
-    return _coverage(found[0], required_on(plan, floor))
+    return _coverage(plan, found[0], required_on(plan, floor))
 
 
-def _coverage(figures: Mapping[str, Any], asked: float) -> str:
+def _coverage(plan: PlanSource, figures: Mapping[str, Any], asked: float) -> str:
     reached = reached_percent(float(figures["fraction_of_achievable"]), asked)
-    return f"{reached} % of {figures['achievable_area_m2']:.0f} m² scannable; required: {100 * asked:g} %"
+    scannable = area_words(plan.frame.unit, figures["achievable_area_m2"])
+    return f"{reached} % of {scannable} scannable; required: {100 * asked:g} %"
 
 
 def _team_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
@@ -66,7 +68,7 @@ def _team_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     route, time = plan.document.get("route"), plan.document.get("field_time")
     if route is not None:
         back = ", and back to the start" if route["returns"] else ""
-        yield "Route", f"{route['length_m']:.0f} m between the stations{back}"
+        yield "Route", f"{length_words(plan.frame.unit, route['length_m'], 0)} between the stations{back}"
     if time is not None:
         yield "Field time", time_words(time)
 
@@ -76,7 +78,9 @@ def _basis_figures(plan: PlanSource) -> Iterator[tuple[str, str]]:
     document = plan.document
     scanner, settings, scene = document["scanner"], document["settings"], document["scene"]
     mode = f", mode {scanner['mode']}" if scanner["mode"] else ""
-    yield "Scanner", f"{scanner['title']}{mode}; range {scanner['range_max_m']:g} m"
+    range_m = scanner["range_max_m"]
+    reach = length_words(plan.frame.unit, range_m, 0) if plan.frame.unit.is_feet else f"{range_m:g} m"
+    yield "Scanner", f"{scanner['title']}{mode}; range {reach}"
     yield "Coordinates", plan.frame.crs_line + _accuracy(plan)
     yield "North", north_words(plan)
     if plan.frame.place:
@@ -158,4 +162,6 @@ def _accuracy(plan: PlanSource) -> str:
     words = "" if abs(scale - 1.0) < 1e-7 else f"; grid scale factor {scale:.6f}"
     if not residuals:
         return words
-    return f"{words}; {len(residuals)} control points, largest residual {1000 * max(residuals):.1f} mm"
+    unit = plan.frame.unit
+    largest = unit.text(max(residuals), 3) if unit.is_feet else f"{1000 * max(residuals):.1f} mm"
+    return f"{words}; {len(residuals)} control points, largest residual {largest}"

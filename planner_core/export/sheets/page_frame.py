@@ -10,8 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from planner_core.export.sheets.figures import area_words, cut_words
 from planner_core.export.sheets.floor_view import FloorView, is_planned
 from planner_core.export.sheets.paper import Tile
+from planner_core.export.sheets.scales import scale_name
 from planner_core.export.sheets.words import reached_percent, required_on
 from planner_core.model import SiteFrame
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm, wrapped
@@ -64,9 +66,9 @@ def draw_band(
     ink.lines([corners(tile.sheet.frame)], _FRAME, closed=True)
     ink.lines([np.array([(band.left, band.top), (band.right, band.top)])], _FRAME)
     ink.lines([np.array([(box.left, box.bottom), (box.left, box.top)]) for box in (scale, title)], _LINE)
-    _draw_legend(ink, view, legend)
+    _draw_legend(ink, plan, view, legend)
     _draw_north_or_axes(ink, plan, scale)
-    _draw_scale(ink, tile, scale)
+    _draw_scale(ink, plan, tile, scale)
     _draw_title(ink, plan, view, tile, title, sheet=sheet, n_sheets=n_sheets)
     if tile.n_columns * tile.n_rows > 1:
         side = 8 if _has_two_arrows(plan.frame) else 14
@@ -74,14 +76,15 @@ def draw_band(
 
 
 # ------------------------------------------------------------------------------------------------- legend
-def _draw_legend(ink: Ink, view: FloorView, box: Box) -> None:
+def _draw_legend(ink: Ink, plan: PlanSource, view: FloorView, box: Box) -> None:
     """Name every kind of mark, in columns."""
     entries = ["station", "route", "strong", "counts", "weak"]
     if view.scanned:
         entries.insert(1, "scanned")
     if view.surface is not None:
         entries += ["missed ground", "out of reach", "missed wall", "wall", "below"]
-    told = {entry: tuple(words.format(cut=view.cut_m) for words in _LEGEND[entry]) for entry in entries}
+    cut = cut_words(plan.frame.unit, view.cut_m)
+    told = {entry: tuple(words.format(cut=cut) for words in _LEGEND[entry]) for entry in entries}
     n_columns = 2 if len(entries) > 5 else 1
     n_rows = -(-len(entries) // n_columns)
     width, height = (box.width - 3) / n_columns, (box.height - 2) / max(n_rows, 5)
@@ -104,7 +107,7 @@ _LEGEND = {
     "missed ground": ("floor that the plan leaves unseen", "floor left unseen"),
     "out of reach": ("floor that no position sees", "floor not visible"),
     "missed wall": ("wall that the plan leaves unseen", "wall left unseen"),
-    "wall": ("cut {cut:.3g} m above the floor", "cut at {cut:.3g} m"),
+    "wall": ("cut {cut} above the floor", "cut at {cut}"),
     "below": ("objects below the cut", "below the cut"),
 }
 
@@ -164,9 +167,10 @@ def _north_words(plan: PlanSource) -> str:
     return f"true north: as the {plan.document['scene']['format'].upper()} file says"
 
 
-def _draw_scale(ink: Ink, tile: Tile, box: Box) -> None:
+def _draw_scale(ink: Ink, plan: PlanSource, tile: Tile, box: Box) -> None:
     """Draw the scale bar, and when it holds."""
-    draw_scale_bar(ink, tile.mm_per_m, box.left + box.width / 2, box.bottom + 7.2, longest_mm=box.width - 9)
+    middle = box.left + box.width / 2
+    draw_scale_bar(ink, tile.mm_per_m, middle, box.bottom + 7.2, longest_mm=box.width - 9, unit=plan.frame.unit)
     words = "true to scale when printed at 100 %"
     ink.text((box.left + box.width / 2, box.bottom + 2.2), fitted(words, 5.8, box.width - 2), 5.8, align="middle",
              colour=QUIET)  # fmt: skip
@@ -215,8 +219,12 @@ def _draw_title(
     ink.lines([np.array([(right.left, right.bottom), (right.left, right.top)])], _LINE)
     ink.lines([np.array([(right.left, right.bottom + box.height / 2), (right.right, right.bottom + box.height / 2)])],
               _LINE)  # fmt: skip
+    in_feet, on_paper = scale_name(tile.scale, plan.frame.unit), f"on {tile.sheet.paper}"
+    if in_feet:
+        ink.text((right.right - 1.5, right.top - 3.4), on_paper, 6.0, colour=QUIET, align="right")
+        on_paper = in_feet
     for name, value, note, top in (
-        ("Scale", f"1:{tile.scale}", f"on {tile.sheet.paper}", right.top),
+        ("Scale", f"1:{tile.scale}", on_paper, right.top),
         ("Sheet", f"{sheet} / {n_sheets}", "", right.top - box.height / 2),
     ):
         ink.text((right.left + 1.5, top - 3.4), name, 6.0, colour=QUIET)
@@ -228,7 +236,7 @@ def _draw_title(
     n_stations = len(view.stations)
     lines = [f"{n_stations} station{'' if n_stations == 1 else 's'}{_reached(plan, view)}"]
     ground_m = float(plan.frame.to_site(np.array([*view.window_m.mean(axis=0), view.floor.elevation_m]))[2])
-    lines.append(f"Ground at H {ground_m:.2f} m")
+    lines.append(f"Ground at H {plan.frame.unit.text(ground_m, 2)}")
     if not plan.document["registration"]["connected"]:
         lines.append("NOT all scans of the plan register")
     lines += wrapped(f"Coordinates: {plan.frame.crs_line}", 6.4, room)[:2]
@@ -245,4 +253,4 @@ def _reached(plan: PlanSource, view: FloorView) -> str:
     if not found:
         return ""
     share = reached_percent(float(found[0]["fraction_of_achievable"]), required_on(plan, view.floor))
-    return f"; seen: {share} % of {float(found[0]['achievable_area_m2']):.0f} m²"
+    return f"; seen: {share} % of {area_words(plan.frame.unit, float(found[0]['achievable_area_m2']))}"

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import FloatArray
+from planner_core.export.sheets.scales import sheet_scales
+from planner_core.model import METRE, FloatArray
 from planner_core.plan_folder.drawing.ink import Box
 
 #: (short, long) side.
@@ -21,8 +22,6 @@ _ZOOM = {"A3": 1.2}
 MARGIN_MM = 8.0
 BAND_MM = 35.0
 """Height of the band with legend, scale and title at the foot of drawings."""
-SCALES = (50, 75, 100, 125, 200, 250, 500)
-"""Those that scale rulers have."""
 #: Tiles of one floor overlap by this much.
 _OVERLAP_MM = 12.0
 #: Between a floor and the frame of its drawing.
@@ -110,7 +109,7 @@ class Tile:
         return np.asarray((points_m - self.centre_m) * self.mm_per_m + middle_mm)
 
 
-def tiles_of(window_m: FloatArray, paper: str, *, scales: Sequence[int] = SCALES) -> tuple[Tile, ...]:
+def tiles_of(window_m: FloatArray, paper: str, *, scales: Sequence[int] = sheet_scales(METRE)) -> tuple[Tile, ...]:
     """Lay a floor out: on one sheet at the largest scale that holds it, else on several at the smallest one.
 
     The sheet stands upright where the floor is taller than wide, unless only the other way holds it. Tiles are in rows

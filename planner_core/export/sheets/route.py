@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.export.sheets.building import Building
+from planner_core.export.sheets.figures import area_words
 from planner_core.model import BoolArray, FloatArray
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 
@@ -219,7 +220,10 @@ def ends_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
 def sealed_on(plan: PlanSource, floor: FieldFloor) -> list[Mark]:
     """Return rooms of a floor that nobody can walk into."""
     return [
-        Mark(np.array(area["inside"][:2], dtype=np.float64), f"not reachable, {float(area['area_m2']):.0f} m²")
+        Mark(
+            np.array(area["inside"][:2], dtype=np.float64),
+            f"not reachable, {area_words(plan.frame.unit, float(area['area_m2']))}",
+        )
         for area in plan.document.get("sealed", ())
         if area["floor"] == floor.id
     ]

@@ -90,17 +90,18 @@ def draw_grid(
 
 def _lines(frame: SiteFrame, tile: Tile, elevation_m: float) -> tuple[list[_Line], list[_Line]]:
     """Lines of one easting, and of one northing, that may be on the drawing."""
-    step_m = next(step for step in (1, 2, 5, 10, 20, 50, 100) if step * tile.mm_per_m >= _APART_MM)
+    unit = frame.unit
+    step = next(step for step in (1, 2, 5, 10, 20, 50, 100) if step * tile.mm_per_m * unit.metres >= _APART_MM)
     (x0, y0), (x1, y1) = tile.window_m
     corners = frame.to_site(np.array([(x, y, elevation_m) for x in (x0, x1) for y in (y0, y1)]))
     middle = corners.mean(axis=0)
     names = ("x", "y") if frame.is_scene else ("E", "N")
     found: tuple[list[_Line], list[_Line]] = ([], [])
     for axis in (0, 1):
-        low, high = float(corners[:, axis].min()), float(corners[:, axis].max())
-        for value in np.arange(math.ceil(low / step_m), math.floor(high / step_m) + 1) * float(step_m):
+        low, high = unit.of(float(corners[:, axis].min())), unit.of(float(corners[:, axis].max()))
+        for value in np.arange(math.ceil(low / step), math.floor(high / step) + 1) * float(step):
             ends = np.stack([middle, middle])
-            ends[:, axis] = value
+            ends[:, axis] = value * unit.metres
             ends[1, 1 - axis] += 100.0
             start, end = tile.on_paper(frame.to_scene(ends)[:, :2])
             words = f"{names[axis]} {value:,.0f}".replace(",", " ")

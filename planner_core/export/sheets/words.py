@@ -1,6 +1,6 @@
 """What sheets say of a plan in rows: what was asked and reached, stations, networks, unseen surface.
 
-PlanSource -> text; no layout. Coordinates are the site's; lengths in metres.
+PlanSource -> text; no layout. Coordinates are the site's; coordinates and lengths are in its unit.
 """
 
 from __future__ import annotations
@@ -13,14 +13,15 @@ from typing import Any
 import numpy as np
 
 from planner_core.export.chosen import scanned_before
+from planner_core.export.sheets.figures import area, area_unit, length_words, short_length_words
 from planner_core.export.sheets.floor_view import is_planned, link_class
-from planner_core.model import FloatArray, WeakMotion
+from planner_core.model import FOOT, FloatArray, LengthUnit, WeakMotion
 from planner_core.model.unseen import reason_in_words
 from planner_core.network.weak_motion import motion_words, overlap_percent
 from planner_core.plan_folder.drawing.links import WEAK
 from planner_core.plan_folder.plan_source import FieldFloor, FieldStation, PlanSource
 
-#: Coordinates on paper are for people who set up a tripod: to the millimetre.
+#: Coordinates on paper are for people who set up a tripod: to the millimetre, or a thousandth of a foot.
 _DIGITS = 3
 #: Networks are listed largest first, up to so many: a plan of many rooms with doors shut has one a room.
 _MAX_NETWORKS = 24
@@ -75,22 +76,24 @@ def required_on(plan: PlanSource, floor: FieldFloor) -> float:
 def floors_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table:
     """Stations and coverage by floor. part : the floors that are listed; empty: all."""
     reached = {each["floor"]: each for each in plan.document["coverage"]["floors"]}
-    rows = []
+    rows, unit = [], plan.frame.unit
     for floor in part or plan.floors:
         figures = reached.get(floor.id, {})
-        share, area = figures.get("fraction_of_achievable"), figures.get("achievable_area_m2")
-        known = share is not None and area is not None
-        seen = (reached_percent(share, required_on(plan, floor)), f"{area:.0f}") if known else ("", "")
+        share, scannable_m2 = figures.get("fraction_of_achievable"), figures.get("achievable_area_m2")
+        known = share is not None and scannable_m2 is not None
+        seen = ("", "")
+        if known:
+            seen = (reached_percent(share, required_on(plan, floor)), f"{area(unit, scannable_m2):.0f}")
         seen = seen if is_planned(plan, floor) else ("not planned", "")
-        height = plan.frame.to_site(_middle(floor))[2]
+        height = unit.of(plan.frame.to_site(_middle(floor))[2])
         rows.append((floor.id, floor.name, f"{height:.2f}", str(len(plan.stations_of(floor.id))), *seen))
     columns = (
         Column("Id", 8),
         Column("Floor", 40),
-        Column("Ground H, m", 14, number=True),
+        Column(f"Ground H, {unit.symbol}", 14, number=True),
         Column("Stations", 12, number=True),
         Column("Seen, %", 12, number=True),
-        Column("Scannable, m²", 16, number=True),
+        Column(f"Scannable, {area_unit(unit)}", 16, number=True),
     )
     return Table("Floors", columns, tuple(rows))
 
@@ -101,58 +104,60 @@ def _middle(floor: FieldFloor) -> FloatArray:
 
 def requirements_table(plan: PlanSource) -> Table:
     """What was asked and what became of it."""
-    rows = tuple(_requirement_row(result) for result in plan.document["requirements"]["results"])
+    rows = tuple(_requirement_row(result, plan.frame.unit) for result in plan.document["requirements"]["results"])
     columns = (
         Column("Requirement", 34),
         Column("Points", 46),
         Column("Required, %", 13, number=True),
         Column("Reached, %", 13, number=True),
         Column("Result", 12, bold=True),
-        Column("Of scannable, m²", 17, number=True),
+        Column(f"Of scannable, {area_unit(plan.frame.unit)}", 17, number=True),
     )
     return Table("Required and reached", columns, rows)
 
 
-def _requirement_row(result: Mapping[str, Any]) -> tuple[str, ...]:
+def _requirement_row(result: Mapping[str, Any], unit: LengthUnit) -> tuple[str, ...]:
     required = float(result["required"])
     return (
         str(result["name"]),
-        limits_words(result["asked"], int(result["seen_from"])),
+        limits_words(result["asked"], int(result["seen_from"]), unit),
         f"{100 * required:g}",
         reached_percent(float(result["fraction_of_achievable"]), 0.0 if result["met"] else required),
         "met" if result["met"] else "NOT met",
-        f"{float(result['achievable_area_m2']):.1f}",
+        f"{area(unit, float(result['achievable_area_m2'])):.1f}",
     )
 
 
-def limits_words(asked: Mapping[str, Any], seen_from: int) -> str:
+def limits_words(asked: Mapping[str, Any], seen_from: int, unit: LengthUnit) -> str:
     """Say what is asked of points."""
     limits = []
     if asked["range_m"] is not None:
-        limits.append(f"range {asked['range_m']:g} m")
+        told = f"{FOOT.of(asked['range_m']):.4g} ft" if unit.is_feet else f"{asked['range_m']:g} m"
+        limits.append(f"range {told}")
     if asked["incidence_rad"] is not None:
         limits.append(f"incidence {math.degrees(asked['incidence_rad']):.4g}°")
     if asked["spacing_m"] is not None:
-        limits.append(f"spacing {1000 * asked['spacing_m']:g} mm")
+        limits.append(f"spacing {short_length_words(unit, asked['spacing_m'])}")
     if asked["noise_m"] is not None:
-        limits.append(f"noise {1000 * asked['noise_m']:g} mm")
+        limits.append(f"noise {short_length_words(unit, asked['noise_m'])}")
     words = "at most " + ", ".join(limits) if limits else "seen"
     return words + (f", from {seen_from} stations" if seen_from > 1 else "")
 
 
 def stations_table(plan: PlanSource, where: str, stations: Sequence[FieldStation]) -> Table:
     """Stations in walking order: coordinates and heights, links, notes, and a box to tick."""
-    names = ("x, m", "y, m") if plan.frame.is_scene else ("E, m", "N, m")
+    unit = plan.frame.unit
+    names = ("x", "y") if plan.frame.is_scene else ("E", "N")
     columns = (
         Column("No.", 8, number=True, bold=True),
         Column("Id", 15, bold=True),
-        Column(names[0], 21, number=True),
-        Column(names[1], 22, number=True),
-        Column("H ground, m", 17, number=True),
-        Column("Instrument height, m", 17, number=True),
-        Column("H sensor, m", 17, number=True),
+        Column(f"{names[0]}, {unit.symbol}", 21, number=True),
+        Column(f"{names[1]}, {unit.symbol}", 22, number=True),
+        Column(f"H ground, {unit.symbol}", 17, number=True),
+        Column("Instrument height" if unit.is_feet else "Instrument height, m", 17, number=True),
+        Column(f"H sensor, {unit.symbol}", 17, number=True),
         Column("Links: to number (overlap, %)", 58),
-        Column("Unique, m²", 13, number=True),
+        Column(f"Unique, {area_unit(unit)}", 13, number=True),
         Column("Notes", 34),
         Column("Done", 11),
     )
@@ -165,24 +170,26 @@ def stations_table(plan: PlanSource, where: str, stations: Sequence[FieldStation
 def _station_row(
     plan: PlanSource, station: FieldStation, links: Mapping[str, list[tuple[float, int]]]
 ) -> tuple[str, ...]:
-    east, north, sensor = station.site_m.tolist()
+    unit = plan.frame.unit
+    east, north, sensor = plan.frame.written(station.site_m).tolist()
+    height_m = station.instrument_height_m
     linked = sorted(links.get(station.id, []), key=lambda link: (-link[0], link[1]))
     return (
         str(station.number),
         station.id,
-        _metres(east),
-        _metres(north),
-        _metres(float(station.site_ground_m[2])),
-        _metres(station.instrument_height_m),
-        _metres(sensor),
+        _figure(east),
+        _figure(north),
+        _figure(unit.of(float(station.site_ground_m[2]))),
+        length_words(unit, height_m, _DIGITS) if unit.is_feet else _figure(height_m),
+        _figure(sensor),
         ", ".join(f"{number} ({overlap_percent(overlap)})" for overlap, number in linked) or "NONE",
-        f"{station.own_area_m2:.1f}",
+        f"{area(unit, station.own_area_m2):.1f}",
         "; ".join(_notes(plan, station)),
         TICK,
     )
 
 
-def _metres(value: float) -> str:
+def _figure(value: float) -> str:
     return f"{value:.{_DIGITS}f}" if math.isfinite(value) else "not known"
 
 
@@ -279,7 +286,7 @@ def unseen_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table | N
     surfaces = sorted(wanted, key=lambda each: (-each["area_m2"], each["element"]))
     left_out = [each for each in surfaces if each["reason"] == _LEFT_OUT][:_MAX_SURFACES]
     others = [each for each in surfaces if each["reason"] != _LEFT_OUT][:_MAX_SURFACES]
-    rows = tuple(_unseen_row(each) for each in (*left_out, *others))
+    rows = tuple(_unseen_row(each, plan.frame.unit) for each in (*left_out, *others))
     if not rows:
         return None
     columns = (
@@ -287,14 +294,14 @@ def unseen_table(plan: PlanSource, part: Sequence[FieldFloor] = ()) -> Table | N
         Column("Room", 30),
         Column("Floor", 10),
         Column("Reason", 40),
-        Column("Area, m²", 14, number=True),
+        Column(f"Area, {area_unit(plan.frame.unit)}", 14, number=True),
     )
     left = len(surfaces) - len(rows)
     note = f"{left} more: see report/unseen_surfaces.csv of the plan folder." if left > 0 else ""
     return Table("What stays unseen", columns, rows, note)
 
 
-def _unseen_row(surface: Mapping[str, Any]) -> tuple[str, ...]:
+def _unseen_row(surface: Mapping[str, Any], unit: LengthUnit) -> tuple[str, ...]:
     room = surface["room"]
     name = "" if room is None else str(room["name"])
     return (
@@ -302,5 +309,5 @@ def _unseen_row(surface: Mapping[str, Any]) -> tuple[str, ...]:
         name,
         str(surface["floor"]),
         reason_in_words(str(surface["reason"])),
-        f"{surface['area_m2']:.2f}",
+        f"{area(unit, surface['area_m2']):.2f}",
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import FloatArray
+from planner_core.model import METRE, FloatArray, LengthUnit
 from planner_core.plan_folder.drawing.fonts import width_mm
 from planner_core.plan_folder.drawing.ink import INK, PAPER, Box, Colour, Ink, Pen
 from planner_core.plan_folder.drawing.links import WEAK
@@ -187,18 +187,23 @@ def draw_words(labels: Labels, *, stairs: Words, ends: Words, breaks: Words, sea
         labels.put(at, words, apart=0.0)
 
 
-def draw_scale_bar(ink: Ink, mm_per_m: float, middle: float, bottom: float, *, longest_mm: float) -> None:
-    """Draw the scale bar in light and dark pieces."""
-    length_m = nice_length_m(longest_mm / mm_per_m)
-    n_pieces = 5 if f"{length_m:g}"[0] in "15" else 4
-    piece_mm = length_m / n_pieces * mm_per_m
+def draw_scale_bar(
+    ink: Ink, mm_per_m: float, middle: float, bottom: float, *, longest_mm: float, unit: LengthUnit = METRE
+) -> None:
+    """Draw the scale bar in light and dark pieces; of either foot in feet, which on paper are the same."""
+    mm_per_unit = mm_per_m * unit.metres
+    length = nice_length_m(longest_mm / mm_per_unit)
+    n_pieces = 5 if f"{length:g}"[0] in "15" else 4
+    piece_mm = length / n_pieces * mm_per_unit
     left = middle - n_pieces * piece_mm / 2
     for piece in range(n_pieces):
         bar = corners(Box(left + piece * piece_mm, bottom, piece_mm, 1.6))
         ink.area([bar], INK if piece % 2 == 0 else PAPER)
         ink.lines([bar], Pen(0.15), closed=True)
     ink.text((left, bottom + 2.3), "0", 6.2, align="middle")
-    ink.text((left + n_pieces * piece_mm, bottom + 2.3), f"{length_m:g} m", 6.2, align="middle")
+    ink.text(
+        (left + n_pieces * piece_mm, bottom + 2.3), f"{length:g} {'ft' if unit.is_feet else 'm'}", 6.2, align="middle"
+    )
 
 
 def draw_axes(ink: Ink, middle: tuple[float, float]) -> None:

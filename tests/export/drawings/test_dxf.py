@@ -15,10 +15,12 @@ import shapely
 from planner_core.errors import RequirementError
 from planner_core.export.dxf import BLOCK, write_dxf
 from planner_core.export.dxf_document import APP
-from planner_core.export.dxf_sheets import SCALES, scale_for
+from planner_core.export.dxf_sheets import scale_for
 from planner_core.export.options import Options
 from planner_core.export.sheets.building import read_building
+from planner_core.export.sheets.scales import drawing_scales
 from planner_core.export.sheets.unseen import unseen_surface
+from planner_core.model import METRE
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.progress import silent
 
@@ -176,7 +178,7 @@ def test_each_floor_has_a_sheet_to_scale_that_hides_the_other(drawing, house):
 @pytest.mark.parametrize(("size_m", "expected"), [((3, 2), 20), ((10.1, 4), 50), ((40, 39), 200), ((9e5, 1), 5000)])
 def test_scale_is_the_largest_that_fits_the_paper(size_m, expected):
     assert scale_for(np.array(size_m, dtype=float), np.array([400.0, 200.0])) == expected
-    assert expected in SCALES
+    assert expected in drawing_scales(METRE)
 
 
 def test_one_floor_alone_has_only_its_layers(house, tmp_path):

@@ -11,10 +11,14 @@ from hypothesis import strategies as st
 
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.floor_view import FloorView, link_class, view_floor
-from planner_core.export.sheets.paper import SCALES, tiles_of
+from planner_core.export.sheets.paper import tiles_of
+from planner_core.export.sheets.scales import sheet_scales
+from planner_core.model import METRE
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm, wrapped
 from planner_core.plan_folder.drawing.links import COUNTS, STRONG, WEAK
 from planner_core.plan_folder.plan_source import FieldLink, PlanSource
+
+SCALES = sheet_scales(METRE)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 /** Everything that the review changes about the next plan, each with what takes it back. */
 import type { Change, Review } from '../api/documents.ts';
-import { metres, percent } from '../panels/figures.ts';
+import { lengthWords, percent } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { allow, moveBack, removeStation, removeZone, restoreStation, unpickGround } from './changes.ts';
@@ -100,7 +100,7 @@ function stationEntries(stations: readonly DraftStation[], review: Review, nameO
     const entries: Entry[] = [];
     if (movedFromM !== null) {
       const distanceM = Math.hypot(...station.positionM.map((value, i) => value - movedFromM[i]));
-      entries.push(entry(`${id} moved`, `by ${metres(distanceM)}, ${nameOf(floorId)}`, moveBack(id), 'Move back'));
+      entries.push(entry(`${id} moved`, `by ${lengthWords(distanceM)}, ${nameOf(floorId)}`, moveBack(id), 'Move back'));
     }
     const lock = review.stations[id]?.locked ?? null;
     if (lock !== null) {
@@ -135,7 +135,7 @@ function areaEntries(review: Review, nameOf: (floor: string) => string): Entry[]
     ([id, place]): Entry => ({
       key: `forbidden ${id}`,
       title: 'Forbidden position',
-      detail: `radius ${metres(place.radius_m, 1)}, ${nameOf(place.floor)}`,
+      detail: `radius ${lengthWords(place.radius_m, 1)}, ${nameOf(place.floor)}`,
       swatch: 'swatch-forbidden',
       back: allow(id),
       backLabel: 'Allow',

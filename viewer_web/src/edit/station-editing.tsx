@@ -1,6 +1,6 @@
 /** The chosen station: its height, and what may be done with it. */
 import { batch } from '@preact/signals';
-import { metres } from '../panels/figures.ts';
+import { lengthWords } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { forbid, lockStation, moveBack, removeStation, restoreStation } from './changes.ts';
@@ -57,7 +57,7 @@ function HeightSlider({ store, station }: { store: Store; station: DraftStation 
   return (
     <label class="slider">
       <span>Instrument height</span>
-      <output>{metres(heightM)}</output>
+      <output>{lengthWords(heightM)}</output>
       <input
         type="range"
         aria-label="Instrument height above the ground"

@@ -1,5 +1,6 @@
 /** The tools, and what the one in hand needs to know. */
 import { batch } from '@preact/signals';
+import { lengthWords } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { faultOf } from './outline.ts';
@@ -156,7 +157,7 @@ function RadiusOption({ store }: { store: Store }) {
   return (
     <label class="slider">
       <span>Radius</span>
-      <output>{radius.value.toFixed(1)} m</output>
+      <output>{lengthWords(radius.value, 1)}</output>
       <input
         type="range"
         min={0.2}

@@ -2,7 +2,7 @@
 import { useMemo, useState } from 'preact/hooks';
 import { hasEdits, stationsOf } from '../edit/draft-follower.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
-import { counted, heightWords, metres } from '../panels/figures.ts';
+import { coordinatesWords, counted, heightWords, lengthWords, unitName } from '../panels/figures.ts';
 import type { Store } from '../store.ts';
 import { FloorMap } from './floor-map.tsx';
 import './field.css';
@@ -37,7 +37,7 @@ export function FieldView({ store, loaded }: FieldViewProps) {
             {nDone} of {stops.length}
           </strong>{' '}
           done
-          {wayLeft(stops, done) > 0 && <span class="muted"> · {metres(wayLeft(stops, done), 0)} to walk</span>}
+          {wayLeft(stops, done) > 0 && <span class="muted"> · {lengthWords(wayLeft(stops, done), 0)} to walk</span>}
         </p>
         <button
           type="button"
@@ -78,7 +78,7 @@ function AllDone({ n }: { n: number }) {
 
 function wayInWords(wayM: number | null, isFirst: boolean): string {
   if (wayM === null) return isFirst ? 'Start here' : 'Distance unknown';
-  return wayM === 0 ? 'Here' : `${metres(wayM, wayM < 10 ? 1 : 0)} to go`;
+  return wayM === 0 ? 'Here' : `${lengthWords(wayM, wayM < 10 ? 1 : 0)} to go`;
 }
 
 interface NextStopProps {
@@ -103,8 +103,8 @@ function NextStop({ stop, stops, done, onTick }: NextStopProps) {
           {wayInWords(wayM, stop === stops[0])}
         </p>
         <p class="muted">
-          Sensor {heightWords(stop.heightM)} above the ground · x {stop.positionM[0].toFixed(2)}, y{' '}
-          {stop.positionM[1].toFixed(2)}
+          Sensor {heightWords(stop.heightM)} above the ground · x, y {coordinatesWords(stop.positionM.slice(0, 2))} (
+          {unitName()})
         </p>
       </div>
       <button type="button" class="field-done" onClick={() => onTick(stop, !isDone)}>
@@ -143,7 +143,7 @@ function StopList({ stops, done, next, onTick, onPick }: StopListProps) {
               {stop.stationId}
               <small>{stop.floorName}</small>
             </span>
-            <span class="muted">{stop.wayM === null ? '' : metres(stop.wayM, 1)}</span>
+            <span class="muted">{stop.wayM === null ? '' : lengthWords(stop.wayM, 1)}</span>
           </button>
         </li>
       ))}

@@ -1,7 +1,7 @@
 /** The list of floors: which one is opened, and where it is cut. */
 import { totalsBeside } from '../edit/totals-beside.ts';
 import type { PlanFloor } from '../load/plan-json.ts';
-import { counted, metres, percent } from '../panels/figures.ts';
+import { counted, lengthWords, percent } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import { Meter } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
@@ -44,7 +44,7 @@ export function FloorSelector({ store }: { store: Store }) {
 
 function detailOf(floor: PlanFloor, what: string): string {
   const sign = floor.elevation_m < 0 ? '−' : '+';
-  return `${sign}${metres(Math.abs(floor.elevation_m))} · ${what}`;
+  return `${sign}${lengthWords(Math.abs(floor.elevation_m))} · ${what}`;
 }
 
 interface FloorRowProps {
@@ -118,7 +118,7 @@ function CutControl({ store }: { store: Store }) {
       {isOpen && (
         <label class="slider">
           <span>Cut above floor</span>
-          <output>{metres(cutM, 1)}</output>
+          <output>{lengthWords(cutM, 1)}</output>
           <input
             type="range"
             aria-label="Height of the cut above the floor"

@@ -1,7 +1,7 @@
 /** What the colours mean: of the layer the building is painted by, or of the clouds where they are shown. */
 import { ChangesLegend } from '../compare/changes-legend.tsx';
 import { DIFFERENCE_ID } from '../compare/difference.ts';
-import { metres, squareMetres } from '../panels/figures.ts';
+import { areaWords, lengthWords } from '../panels/figures.ts';
 import { DARK, LIGHT } from '../scene/palette.ts';
 import { CloudControl } from '../stations/cloud-control.tsx';
 import { lossLegend } from '../stations/losses.ts';
@@ -49,7 +49,7 @@ function MarkLegend({ store }: { store: Store }) {
         <ul class="legend-classes">
           <li>
             <Swatch color={(store.isDark.value ? DARK : LIGHT).mark} />
-            {about} <span class="muted">{squareMetres(marking.areaM2)}</span>
+            {about} <span class="muted">{areaWords(marking.areaM2)}</span>
           </li>
         </ul>
       )}
@@ -205,7 +205,7 @@ function CloudLegend({ store }: { store: Store }) {
 function CloudRamp({ store }: { store: Store }) {
   const paint = store.cloudPaint.value;
   const ends = {
-    range: [metres(0, 0), quantity(store.cloudFarthestM.value, 'm')],
+    range: [lengthWords(0, 0), quantity(store.cloudFarthestM.value, 'm')],
     incidence: ['90°, grazing', '0°, head-on'],
     intensity: ['grazing', 'head-on'],
     station: [],

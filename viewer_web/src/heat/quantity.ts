@@ -1,9 +1,14 @@
-/** A physical quantity as people write it: millimetres where they are meant, no more digits than matter. */
+/** A physical quantity as people write it: millimetres or inches where they are meant, no more digits than matter. */
+import { FOOT_M, units } from '../panels/units.ts';
 
 /** `value` in `unit`; `beside` sets the unit and digits where several stand side by side. */
 export function quantity(value: number, unit: string, beside = value): string {
   if (unit === 'deg') return `${value.toFixed(0)}°`;
   if (unit !== 'm') return `${withDigits(value, beside)} ${unit}`;
+  if (units.value === 'ft') {
+    const [size, name] = Math.abs(beside) < 0.1 ? [FOOT_M / 12, 'in'] : [FOOT_M, 'ft'];
+    return `${withDigits(value / size, beside / size)} ${name}`;
+  }
   if (Math.abs(beside) < 0.1) return `${withDigits(1000 * value, 1000 * beside)} mm`;
   return `${withDigits(value, beside)} m`;
 }

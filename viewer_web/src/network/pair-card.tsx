@@ -1,6 +1,6 @@
 /** The figures of a pair of stations: what they share, and how firmly that holds their scans together. */
 import { Card } from '../panels/card.tsx';
-import { percentDown, squareMetres } from '../panels/figures.ts';
+import { areaWords, percentDown } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { countingOf, counts, networkOf } from './graph.ts';
@@ -33,7 +33,7 @@ export function PairCard({ store }: { store: Store }) {
           hint="Shared part of the seen area of each station; the smaller of the two"
         />
         {marking.kind === 'shown' && (
-          <Figure name="Shared surface" value={squareMetres(marking.areaM2)} hint="Highlighted in the building" />
+          <Figure name="Shared surface" value={areaWords(marking.areaM2)} hint="Highlighted in the building" />
         )}
         <Figure
           name="Strength"

@@ -1,5 +1,6 @@
 /** Figures as the panels write them. */
 import type { PlanJson } from '../load/plan-json.ts';
+import { FOOT_M, feetAndInches, units } from './units.ts';
 
 const area = new Intl.NumberFormat('en', { maximumFractionDigits: 1, minimumFractionDigits: 1 });
 const count = new Intl.NumberFormat('en');
@@ -16,12 +17,25 @@ export function percentDown(fraction: number): string {
 }
 /** What was asked for, with as many digits as it was asked with: an overlap of 29.6 % is not less than one of 30 % then. */
 export const askedPercent = (fraction: number): string => `${Number((100 * fraction).toPrecision(6))} %`;
-/** Square decimetres are told where there is nothing else to tell. */
-export const squareMetres = (m2: number): string =>
-  m2 > 0 && m2 < 0.05 ? `${m2.toFixed(2)} m²` : `${area.format(m2)} m²`;
-export const metres = (m: number, digits = 2): string => `${m.toFixed(digits)} m`;
+/** Square decimetres are told where there is nothing else to tell; square feet are a tenth of a square metre. */
+export function areaWords(m2: number): string {
+  if (units.value === 'ft') return `${area.format(m2 / FOOT_M ** 2)} sq ft`;
+  return m2 > 0 && m2 < 0.05 ? `${m2.toFixed(2)} m²` : `${area.format(m2)} m²`;
+}
+/** Metres with so many digits; feet and inches, to an eighth for two digits, to an inch for one, to a foot for none. */
+export function lengthWords(m: number, digits = 2): string {
+  if (units.value === 'm') return `${m.toFixed(digits)} m`;
+  return digits === 0 ? `${(m / FOOT_M).toFixed(0)} ft` : feetAndInches(m, digits === 1 ? 1 : 8);
+}
+/** A coordinate: decimals, of metres or of feet. */
+export const coordinateWords = (m: number, digits = 2): string =>
+  units.value === 'm' ? `${m.toFixed(digits)} m` : `${(m / FOOT_M).toFixed(digits)} ft`;
+/** Several, without their unit, as they stand side by side. */
+export const coordinatesWords = (ofPlace: readonly number[]): string =>
+  ofPlace.map((m) => (units.value === 'm' ? m : m / FOOT_M).toFixed(2)).join(', ');
+export const unitName = (): string => (units.value === 'm' ? 'metres' : 'feet');
 /** Of a sensor above the ground; null: of a given station, whose height nobody told. */
-export const heightWords = (m: number | null): string => (m === null ? 'not known' : metres(m));
+export const heightWords = (m: number | null): string => (m === null ? 'not known' : lengthWords(m));
 export const whole = (n: number): string => count.format(n);
 
 /** "45 s", "3 min", "2 h 05 min". */

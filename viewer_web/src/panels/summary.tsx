@@ -2,7 +2,7 @@
 import { countingLinks } from '../edit/totals.ts';
 import { type TotalsBeside, totalsBeside } from '../edit/totals-beside.ts';
 import type { Store } from '../store.ts';
-import { askedPercent, counted, optimalityInWords, percent, squareMetres } from './figures.ts';
+import { areaWords, askedPercent, counted, optimalityInWords, percent } from './figures.ts';
 import { Requirements } from './requirements.tsx';
 import { Figure, Section } from './section.tsx';
 
@@ -20,18 +20,18 @@ export function Summary({ store }: { store: Store }) {
       <dl class="figures">
         <Figure
           name="Seen area"
-          value={`${squareMetres(coverage.covered_area_m2)}`}
+          value={`${areaWords(coverage.covered_area_m2)}`}
           hint="Area that at least one station sees"
         />
         <Figure
           name="Scannable area"
-          value={squareMetres(coverage.achievable_area_m2)}
+          value={areaWords(coverage.achievable_area_m2)}
           hint="Area that at least one candidate position sees"
         />
         <Figure
           name="Coverage of all surface"
           value={percent(coverage.fraction_of_total)}
-          hint={`Seen share of the ${squareMetres(coverage.total_area_m2)} of the model, insides of walls included`}
+          hint={`Seen share of the ${areaWords(coverage.total_area_m2)} of the model, insides of walls included`}
         />
         <Figure
           name="Lower bound"

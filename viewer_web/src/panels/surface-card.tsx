@@ -4,7 +4,7 @@ import type { PlanView } from '../scene/plan-view.ts';
 import type { Picked } from '../scene/state.ts';
 import type { Store } from '../store.ts';
 import { Card } from './card.tsx';
-import { counted, kindInWords, percent, squareMetres } from './figures.ts';
+import { areaWords, coordinatesWords, counted, kindInWords, percent, unitName } from './figures.ts';
 import { Figure } from './section.tsx';
 
 export function SurfaceCard({ store, view }: { store: Store; view: PlanView | null }) {
@@ -35,8 +35,8 @@ export function SurfaceCard({ store, view }: { store: Store; view: PlanView | nu
         {view !== null && <Coverage coverage={view.coverageOf(picked.elementIndex)} />}
         <Figure
           name="Position"
-          value={picked.pointM.map((x) => x.toFixed(2)).join(', ')}
-          hint="Scene coordinates x, y, z in metres"
+          value={coordinatesWords(picked.pointM)}
+          hint={`Scene coordinates x, y, z in ${unitName()}`}
         />
       </dl>
     </Card>
@@ -49,12 +49,10 @@ function Coverage({ coverage: { areaM2, achievableM2, seenM2 } }: { coverage: El
     <>
       <Figure
         name="Coverage"
-        value={
-          achievableM2 > 0 ? `${percent(seenM2 / achievableM2)} of ${squareMetres(achievableM2)}` : 'not scannable'
-        }
+        value={achievableM2 > 0 ? `${percent(seenM2 / achievableM2)} of ${areaWords(achievableM2)}` : 'not scannable'}
         hint="Of the element’s surface that at least one candidate position sees"
       />
-      <Figure name="Total surface" value={squareMetres(areaM2)} hint="Insides and undersides included" />
+      <Figure name="Total surface" value={areaWords(areaM2)} hint="Insides and undersides included" />
     </>
   );
 }

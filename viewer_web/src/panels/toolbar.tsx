@@ -2,6 +2,7 @@
 import { PLAIN } from '../heat/layers.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
+import { chooseUnits, units } from './units.ts';
 
 /** No floor's id is empty. */
 const ALL_FLOORS = '';
@@ -37,6 +38,12 @@ export function Toolbar({ store, view }: { store: Store; view: PlanView }) {
         onClick={() => {
           store.showClouds.value = !store.showClouds.value;
         }}
+      />
+      <Toggle
+        name="Feet"
+        hint="Lengths, areas and coordinates in feet and inches"
+        isOn={units.value === 'ft'}
+        onClick={() => chooseUnits(window.localStorage, units.value === 'ft' ? 'm' : 'ft')}
       />
       <div class="toolbar-end">
         <Toggle

@@ -1,5 +1,5 @@
 /** The route from station to station: how long, and one stop after the other. */
-import { duration, metres } from '../panels/figures.ts';
+import { duration, lengthWords } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { type Stop, stopsOf } from './route.ts';
@@ -22,7 +22,7 @@ export function RouteSection({ store }: { store: Store }) {
     store.chooseStation(stop.station);
   };
   return (
-    <Section title="Route" aside={metres(route.length_m, 0)}>
+    <Section title="Route" aside={lengthWords(route.length_m, 0)}>
       <dl class="figures">
         {time !== null && time.total_s !== null && (
           <Figure name="Field time" value={duration(time.total_s)} hint="Walking, setup and scans" />
@@ -68,5 +68,5 @@ function inWords({ station, from, lengthM, changesFloor, leg }: Stop): string {
   if (leg === null) return `The route starts at ${station}.`;
   const source = from ?? 'the entrance';
   if (lengthM === null) return `No path inside the model leads from ${source} to ${station}.`;
-  return `${metres(lengthM, 1)} from ${source} to ${station}${changesFloor ? ', by the stairs' : ''}.`;
+  return `${lengthWords(lengthM, 1)} from ${source} to ${station}${changesFloor ? ', by the stairs' : ''}.`;
 }

@@ -3,7 +3,15 @@ import { batch } from '@preact/signals';
 import type { PlanJson, PlanLink, PlanStation, RequirementResult, StationLoss } from '../load/plan-json.ts';
 import { countingOf, counts } from '../network/graph.ts';
 import { Card } from '../panels/card.tsx';
-import { askedPercent, counted, duration, heightWords, metres, percentDown, squareMetres } from '../panels/figures.ts';
+import {
+  areaWords,
+  askedPercent,
+  coordinateWords,
+  counted,
+  duration,
+  heightWords,
+  percentDown,
+} from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
@@ -61,19 +69,19 @@ function Pose({ store, plan, station }: StationProps) {
   const seconds = secondsAt(plan);
   return (
     <dl class="figures" data-testid="station-figures">
-      <Figure name="x" value={metres(x, 3)} hint="Sensor origin, scene coordinates" />
-      <Figure name="y" value={metres(y, 3)} hint="Sensor origin, scene coordinates" />
-      <Figure name="z" value={metres(z, 3)} hint="Sensor origin, scene coordinates" />
+      <Figure name="x" value={coordinateWords(x, 3)} hint="Sensor origin, scene coordinates" />
+      <Figure name="y" value={coordinateWords(y, 3)} hint="Sensor origin, scene coordinates" />
+      <Figure name="z" value={coordinateWords(z, 3)} hint="Sensor origin, scene coordinates" />
       <Figure
         name="Instrument height"
         value={heightWords(station.instrument_height_m)}
         hint="Sensor above the ground"
       />
-      <Figure name="Seen area" value={squareMetres(worth.covered_area_m2)} hint="Area this station sees by itself" />
+      <Figure name="Seen area" value={areaWords(worth.covered_area_m2)} hint="Area this station sees by itself" />
       {seconds !== null && (
         <Figure name="Time on station" value={duration(seconds)} hint="Setup and scan, without the way there" />
       )}
-      <Figure name={words.name} value={squareMetres(lostM2(plan, worth))} hint={words.hint} />
+      <Figure name={words.name} value={areaWords(lostM2(plan, worth))} hint={words.hint} />
     </dl>
   );
 }
@@ -106,7 +114,7 @@ function OwnSurface({ store, plan, station }: StationProps) {
               <span title={part.name}>
                 {[part.name || 'Unnamed element', part.room?.name].filter(Boolean).join(' · ')}
               </span>
-              <span>{squareMetres(part.area_m2)}</span>
+              <span>{areaWords(part.area_m2)}</span>
             </li>
           ))}
         </ul>
@@ -151,7 +159,7 @@ function Losses({ store, losses, results }: LossesProps) {
                 onClick={() => showOwn(store, !isShown, isShown ? null : loss.requirement)}
               >
                 <span>{requirementName(loss.requirement)}</span>
-                <span>−{squareMetres(loss.area_m2)}</span>
+                <span>−{areaWords(loss.area_m2)}</span>
                 {now !== undefined && <small>{verdictOf(loss, now)}</small>}
               </button>
             </li>

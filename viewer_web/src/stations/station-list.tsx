@@ -2,7 +2,7 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import type { PlanJson } from '../load/plan-json.ts';
 import { countingOf } from '../network/graph.ts';
-import { squareMetres } from '../panels/figures.ts';
+import { areaWords } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { lossWords } from './losses.ts';
@@ -51,7 +51,7 @@ function Row({ store, row: { station, seenM2, lostM2, nLinks } }: { store: Store
   useEffect(() => {
     if (isChosen) row.current?.scrollIntoView({ block: 'nearest' });
   }, [isChosen]);
-  const area = (m2: number | null): string => (m2 === null ? '–' : squareMetres(m2));
+  const area = (m2: number | null): string => (m2 === null ? '–' : areaWords(m2));
   return (
     <li>
       <button

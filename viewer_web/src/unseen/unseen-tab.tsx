@@ -5,7 +5,7 @@ import { themed } from '../heat/colors.ts';
 import { reasonColor, reasonInWords } from '../heat/layers.ts';
 import { Swatch } from '../heat/legend.tsx';
 import type { UnseenSurface } from '../load/plan-json.ts';
-import { kindInWords, metres, squareMetres, whole } from '../panels/figures.ts';
+import { areaWords, coordinateWords, kindInWords, whole } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import {
@@ -127,7 +127,7 @@ function Reasons({ sums, chosen, onChoose, isDark }: ReasonsProps) {
                   >
                     <Swatch color={themed(reasonColor(reason), isDark)} />
                     <span class="row-name">{reasonInWords(reason)}</span>
-                    <span class="row-area">{squareMetres(areaM2)}</span>
+                    <span class="row-area">{areaWords(areaM2)}</span>
                   </button>
                 </li>
               ))}
@@ -160,7 +160,7 @@ function SurfaceRow({ store, surface }: { store: Store; surface: UnseenSurface }
           </span>
           <span class="muted row-place">{place.filter(Boolean).join(' · ')}</span>
         </span>
-        <span class="row-area">{squareMetres(surface.area_m2)}</span>
+        <span class="row-area">{areaWords(surface.area_m2)}</span>
       </button>
       {isChosen && <Pieces store={store} surface={surface} piece={Math.min(focus.piece, surface.pieces.length - 1)} />}
     </li>
@@ -182,7 +182,7 @@ function Pieces({ store, surface, piece }: { store: Store; surface: UnseenSurfac
           </button>
           piece {piece + 1} of {n}
           {surface.n_pieces > n ? ` (the largest of ${whole(surface.n_pieces)})` : ''}:{' '}
-          <span class="figure-word">{squareMetres(surface.pieces[piece].area_m2)}</span>
+          <span class="figure-word">{areaWords(surface.pieces[piece].area_m2)}</span>
           <button type="button" class="chip" aria-label="Next piece" onClick={() => step(1)}>
             ›
           </button>
@@ -190,9 +190,9 @@ function Pieces({ store, surface, piece }: { store: Store; surface: UnseenSurfac
       )}
       {spot !== null && (
         <p>
-          Best position {spot.position.map((x) => metres(x)).join(', ')}: sees{' '}
-          <span class="figure-word">{squareMetres(spot.sees_m2)}</span> of it and{' '}
-          <span class="figure-word">{squareMetres(spot.adds_m2)}</span> of all unseen surface.
+          Best position {spot.position.map((x) => coordinateWords(x)).join(', ')}: sees{' '}
+          <span class="figure-word">{areaWords(spot.sees_m2)}</span> of it and{' '}
+          <span class="figure-word">{areaWords(spot.adds_m2)}</span> of all unseen surface.
         </p>
       )}
     </div>

@@ -1,5 +1,5 @@
 /** Over the canvas while walking: how to move, buttons for fingers, the height of the eye, the way out. */
-import { metres } from '../panels/figures.ts';
+import { lengthWords } from '../panels/figures.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 import type { Move } from './walk-mode.ts';
@@ -39,7 +39,7 @@ export function WalkPanel({ store, view }: { store: Store; view: PlanView }) {
         <p class="muted">W A S D or arrows: move. Drag: look around. Click a floor: go there. Escape: leave.</p>
         <label class="slider">
           <span>Eye height</span>
-          <output>{metres(view.walk.eyeHeightM)}</output>
+          <output>{lengthWords(view.walk.eyeHeightM)}</output>
           <input
             type="range"
             aria-label="Eye height above the floor"

@@ -1,0 +1,33 @@
+/** The unit that people read lengths, areas and coordinates in; kept by the browser. Everything else is metres. */
+import { signal } from '@preact/signals';
+
+export type Units = 'm' | 'ft';
+export type UnitStorage = Pick<Storage, 'getItem' | 'setItem'>;
+
+/** The international foot. The US survey foot is the same to a millionth: it matters for site coordinates only. */
+export const FOOT_M = 0.3048;
+const INCH_M = 0.0254;
+const KEY = 'tlsplan-units';
+
+export const units = signal<Units>('m');
+
+/** Take the unit of the last visit; anything but feet is metres. */
+export function restoreUnits(storage: UnitStorage): void {
+  units.value = storage.getItem(KEY) === 'ft' ? 'ft' : 'm';
+}
+
+export function chooseUnits(storage: UnitStorage, chosen: Units): void {
+  units.value = chosen;
+  storage.setItem(KEY, chosen);
+}
+
+/** `5' 3 1/4"`: to an inch in `parts`, a power of two; as `feet_and_inches` of the library. */
+export function feetAndInches(m: number, parts = 8): string {
+  const count = Math.round((Math.abs(m) / INCH_M) * parts);
+  const [feet, rest] = [Math.floor(count / (12 * parts)), count % (12 * parts)];
+  const [inches, part] = [Math.floor(rest / parts), rest % parts];
+  let [over, under] = [part, parts];
+  while (over > 0 && over % 2 === 0) [over, under] = [over / 2, under / 2];
+  const sign = m < 0 && count > 0 ? '−' : '';
+  return `${sign}${feet}' ${inches}${part > 0 ? ` ${over}/${under}` : ''}"`;
+}
