@@ -21,7 +21,9 @@ from planner_core.scene.wording import grouped, one_line
 MAX_UNPACKED_BYTES = 2 * 1024**3
 """Longest IFC file in an archive: IfcOpenShell needs several times as much memory."""
 
-_TEXT = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
+_HIGH = rb"\\S\\(?:'(?:'(?![\s,)]))?|[^'])"
+"""The sign 128 above an ASCII one; an apostrophe is doubled in the standard, and mostly not in files."""
+_TEXT = re.compile(rb"'(?:" + _HIGH + rb"|[^'\\]|\\|'')*+'|/\*.*?\*/", re.DOTALL)
 """Strings and comments, whichever begins first: either may hold the signs that begin the other."""
 _DEFINITION = re.compile(rb"#(\d{1,18})\s*=")
 _REFERENCE = re.compile(rb"#(\d{1,18})")
@@ -150,32 +152,59 @@ def lost_ends(text: bytes, product_ids: set[int]) -> tuple[list[LostEnd], list[L
 def with_ascii_names(text: bytes) -> tuple[bytes, str]:
     r"""The same text with `\X2\` for what is not ASCII in its strings, and a phrase: which code page that was in.
 
-    The phrase is empty where all is ASCII; the text is then the very same.
+    Some programs escape the bytes of their code page one by one (`\X\8A`), which is for ISO 8859 alone: bytes that are
+    no letters there give them away. The phrase is empty where nothing is amiss; the text is then the same.
     """
-    if text.isascii():
+    end = text.find(b"DATA;")  # the header may be of another program: paths, as the system has them
+    header, phrase = _with_ascii_names(text[: max(0, end)])
+    data, phrase_of_data = _with_ascii_names(text[max(0, end) :])
+    if not phrase and not phrase_of_data:
         return text, ""
-    foreign = list(_foreign_strings(text))
+    return header + data, phrase_of_data or phrase
+
+
+def _with_ascii_names(text: bytes) -> tuple[bytes, str]:
+    escaped = _CONTROL.search(text) is not None
+    if text.isascii() and not escaped:
+        return text, ""
+    meant = _bytes_meant if escaped else bytes
+    foreign = [string for string in map(meant, _strings(text)) if not string.isascii()]
     if not foreign:
         return text, ""
     encoding = encoding_of(foreign)
 
     def in_ascii(match: re.Match[bytes]) -> bytes:
         found = match.group()
-        if found.isascii() or not found.startswith(b"'"):
+        string = meant(found) if found.startswith(b"'") else found
+        if string.isascii() or not found.startswith(b"'"):
             return found
-        return _NOT_ASCII.sub(_escaped, found.decode(encoding)).encode("ascii")
+        decoded = string.decode(encoding)
+        return _NOT_ASCII.sub(_escaped, decoded.replace("\\", r"\\") if string != found else decoded).encode("ascii")
 
     return _TEXT.sub(in_ascii, text), encoding_title(encoding)
+
+
+_CONTROL = re.compile(rb"\\X\\[89][0-9A-Fa-f]")
+_BYTE = re.compile(rb"\\\\|\\X\\([0-9A-Fa-f]{2})|(" + _HIGH + rb")")
+"""A backslash itself; a byte by its number; a byte by the sign 128 below it."""
+
+
+def _bytes_meant(string: bytes) -> bytes:
+    """The bytes of a string whose escapes stand for bytes; the very string where some stand for characters."""
+    return string if b"\\X2\\" in string or b"\\X4\\" in string else _BYTE.sub(_byte, string)
+
+
+def _byte(match: re.Match[bytes]) -> bytes:
+    if match.group(1):
+        return bytes.fromhex(match.group(1).decode())
+    return bytes([match.group(2)[3] | 0x80]) if match.group(2) else b"\\"
 
 
 _NOT_ASCII = re.compile(r"[^\x00-\x7f]+")
 
 
-def _foreign_strings(text: bytes) -> Iterator[bytes]:
-    for match in _TEXT.finditer(text):
-        found = match.group()
-        if found.startswith(b"'") and not found.isascii():
-            yield found
+def _strings(text: bytes) -> Iterator[bytes]:
+    return (found for found in _TEXT.findall(text) if found.startswith(b"'"))
 
 
 def _escaped(match: re.Match[str]) -> str:

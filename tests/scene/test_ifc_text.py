@@ -150,6 +150,41 @@ def test_names_in_an_old_code_page_are_read(tmp_path, house_text, encoding, name
     assert len(told) == (encoding != "utf-8")
 
 
+def escaped_bytes(text, encoding):
+    """A string as programs write it that escape the bytes of their code page one by one."""
+    low = {ord("\\"): r"\\"}
+    return "".join(
+        low.get(b, chr(b)) if b < 0x80 else rf"\S\{chr(b - 0x80)}" if b >= 0xA0 else rf"\X\{b:02X}"
+        for b in text.encode(encoding)
+    ).encode()
+
+
+def test_names_whose_bytes_are_escaped_one_by_one_are_read():
+    names = [
+        "1階",
+        "2階",
+        "屋根",
+        "事務所の表",
+        "コンクリート-構造2",
+        "透明ガラス",
+        "a\\階",
+    ]  # 表, 構: a backslash; 透: an apostrophe
+    line = b"#1=IFCBUILDINGSTOREY('%s');\n"
+    text = b"".join(line % escaped_bytes(name, "cp932") for name in names)
+    found, phrase = with_ascii_names(text)
+    expected = "".join("#1=IFCBUILDINGSTOREY('{}');\n".format(name.replace("\\", r"\\")) for name in names)
+    decoded = re.sub(
+        r"\\X2\\([0-9A-F]+)\\X0\\", lambda m: bytes.fromhex(m[1]).decode("utf-16-be"), found.decode("ascii")
+    )
+    assert decoded == expected
+    assert "Shift-JIS" in phrase
+
+
+def test_letters_of_iso_8859_are_left_to_the_reader():
+    text = rb"#1=IFCWALL('T\X\FCr \S\d');"
+    assert with_ascii_names(text) == (text, "")
+
+
 def test_ascii_text_stays_as_it_is(house_text):
     text = house_text.encode()
     assert with_ascii_names(text) == (text, "")
