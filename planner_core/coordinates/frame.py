@@ -345,7 +345,8 @@ def _doubts_of_foot(
     # A map conversion without a map unit is in the unit of the project.
     of_file = unit_named(told.map_unit)
     if not told.map_unit:
-        of_file = unit_of_size(float(document["scene"]["metres_per_unit"]))
+        of_project = document["scene"].get("metres_per_unit")
+        of_file = None if of_project is None else unit_of_size(float(of_project))
     if of_file is None or of_file is plane.unit or not (of_file.is_feet and plane.unit.is_feet):
         return ()
     reach_m = float(np.hypot(*frame.to_site(points_m)[:, :2].mean(axis=0)))

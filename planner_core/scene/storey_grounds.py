@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import BoolArray, Int32Array, Int64Array
+from planner_core.model import BoolArray, Int32Array, Int64Array, Scene
 from planner_core.scene.level_surfaces import (
     MIN_AREA_M2,
     MIN_CLEAR_M,
@@ -35,6 +35,8 @@ FLOOR_KINDS = frozenset({"IfcSlab", "IfcSlabStandardCase", "IfcSlabElementedCase
 WALL_KINDS = frozenset(
     {"IfcWall", "IfcWallStandardCase", "IfcWallElementedCase", "IfcCurtainWall", "IfcPlate", "IfcBuildingElementPart"}
 )
+#: What walls are called where a file knows no classes, or its program writes none.
+_UNCLASSED = frozenset({"IfcBuildingElementProxy", "IfcProxy", "Mesh"})
 #: Predefined types of coverings and slabs that are no floor. `FLOORING`, `TOPPING` and what says nothing are left.
 _NOT_TO_STAND_ON = frozenset(
     {"CEILING", "CLADDING", "COPING", "INSULATION", "LANDING", "MEMBRANE", "MOLDING", "ROOFING"}
@@ -178,6 +180,12 @@ class _Plane:
     wall_m: float
 
 
+def _is_wall(scene: Scene) -> BoolArray:
+    """(E,) bool: walls by their class; in a scene where nothing is classed as one, what has no class."""
+    is_wall = np.array([e.kind in WALL_KINDS for e in scene.elements], dtype=bool)
+    return is_wall if is_wall.any() else np.array([e.kind in _UNCLASSED for e in scene.elements], dtype=bool)
+
+
 def _same_level(plane: Ground, other: Ground) -> bool:
     """Tell whether a plane is nearer to another floor than two floors are, over a part of it at least."""
     low = np.maximum(plane.bounds_m[0], other.bounds_m[0])
@@ -191,8 +199,12 @@ def _plane_of_storey(survey: LevelSurvey, index: int) -> tuple[_Plane | None, st
     storey = scene.storeys[index]
     if _NO_STOREY.search(storey.name):
         return None, "no floor slab, and its name is that of a roof, a ceiling, a foundation or a height to draw at"
-    is_wall = np.array([e.kind in WALL_KINDS for e in scene.elements], dtype=bool)[scene.element_of_triangle]
-    own = is_wall & (survey.storey_of_element[scene.element_of_triangle] == index) & ~survey.level & ~survey.stray
+    own = (
+        _is_wall(scene)[scene.element_of_triangle]
+        & (survey.storey_of_element[scene.element_of_triangle] == index)
+        & ~survey.level
+        & ~survey.stray
+    )
     wall_m, segments = cut_length(survey.corners_m[own], storey.elevation_m + WALL_CUT_M)
     if segments.shape[0] == 0:
         return None, f"no floor slab, and none of its walls reaches {WALL_CUT_M} m above its elevation"

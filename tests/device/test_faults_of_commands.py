@@ -23,7 +23,7 @@ from scenes_synthetic.mesh_files import ply_bytes
 
 pytestmark = pytest.mark.opencl
 
-COARSE = ("--grid", "1.0", "--height", "1.5", "--patch-area", "0.5", "--coverage", "80")
+COARSE = ("--preset", "paper", "--grid", "1.0", "--height", "1.5", "--patch-area", "0.5", "--coverage", "80")
 QUICK = (*COARSE, "--set", "work_limit=0.2")
 Command = Callable[..., tuple[int, str, str]]
 

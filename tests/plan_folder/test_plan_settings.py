@@ -65,6 +65,7 @@ REQUIREMENTS = {
     "parts": st.lists(part, max_size=3, unique_by=lambda each: each.name).map(tuple),
     "network": st.sampled_from(list(NetworkKind)),
     "min_strength": fraction,
+    "deliverable": st.sampled_from(["none", "survey"]),
 }
 requirements = st.builds(Requirements, **REQUIREMENTS)
 prior = st.builds(
@@ -103,6 +104,7 @@ SCANNER = {
     "elevation_rad": st.lists(anywhere, min_size=1, max_size=4).map(tuple),
     "instrument_height_min_m": above_0,
     "instrument_height_max_m": above_0,
+    "instrument_height_usual_m": st.none() | above_0,
     "azimuth_range_rad": st.none() | corner,
     "azimuth_offset_rad": st.lists(anywhere, max_size=4).map(tuple),
     "inverted": st.booleans(),

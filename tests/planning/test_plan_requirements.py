@@ -150,7 +150,9 @@ def asked_for(tmp_path: Path) -> Path:
 
 
 def test_options_take_the_place_of_entries_of_the_file(asked_for: Path) -> None:
-    requirements, site = inputs.asked(Asking(file=asked_for, coverage=80.0, range_="5 m", entrances=("2,1,0",)))
+    requirements, site = inputs.asked(
+        Asking(file=asked_for, coverage=80.0, range_="5 m", entrances=("2,1,0",)), deliverable="none"
+    )
     assert requirements.coverage == 0.8
     assert requirements.network == "none"
     assert requirements.asked.range_m == 5.0

@@ -4,19 +4,21 @@ import math
 import re
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from tlsplan import inputs
 from tlsplan.api import settings
 from tlsplan.group import cli
-from tlsplan.options import Asking
+from tlsplan.options import Asking, problem_options
 
 from planner_core.errors import RequirementError
-from planner_core.model import PlanSettings, PointLimits, Requirements
+from planner_core.model import Paper, PlanSettings, PointLimits, Requirements
 from planner_core.plan_folder.plan_model.given import RequirementsSection
-from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, DELIVERABLES, Deliverable, deliverable_named
+from planner_core.requirements.deliverables import DELIVERABLES, Deliverable, deliverable_named
 from planner_core.requirements.read import read_requirements, requirements_from
 from planner_core.scanner.load_scanner import list_scanners, load_scanner
 
@@ -109,9 +111,9 @@ def asked_for(tmp_path: Path) -> Path:
 
 
 def test_options_win_over_the_file_and_the_file_over_the_deliverable(asked_for: Path) -> None:
-    of_file, _ = inputs.asked(Asking(file=asked_for))
+    of_file, _ = inputs.asked(Asking(file=asked_for), deliverable="none")
     assert (of_file.asked.spacing_m, of_file.asked.range_m, of_file.deliverable) == (0.010, 8.0, "survey")
-    found, _ = inputs.asked(Asking(file=asked_for, deliverable="loa30", spacing="5 mm"))
+    found, _ = inputs.asked(Asking(file=asked_for, deliverable="loa30", spacing="5 mm"), deliverable="none")
     assert found.asked == PointLimits(0.005, 8.0, math.radians(75))
     assert found.deliverable == "loa30"
 
@@ -123,15 +125,23 @@ def test_a_default_holds_only_where_none_is_named(asked_for: Path) -> None:
     assert requirements_from({"deliverable": "none"}, deliverable="gsa3")[0] == Requirements()
 
 
-@pytest.mark.parametrize("name", ["gsa2", "visual"])
-def test_the_default_is_one_constant(name: str, asked_for: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert DEFAULT_DELIVERABLE == "none"
-    assert inputs.asked(Asking())[0] == Requirements()
-    monkeypatch.setattr("planner_core.requirements.deliverables.DEFAULT_DELIVERABLE", name)
-    monkeypatch.setattr("tlsplan.api.DEFAULT_DELIVERABLE", name)  # imported by name
-    assert inputs.asked(Asking())[0].deliverable == name
-    assert settings().requirements.deliverable == name
-    assert inputs.asked(Asking(file=asked_for))[0].deliverable == "survey"
+@pytest.mark.parametrize(
+    ("preset", "deliverable", "scanner"), [(None, "survey", "rtc360"), ("paper", "none", "hdl-64e")]
+)
+def test_what_nobody_names_is_the_survey_of_a_crew_or_the_robot_of_the_paper(preset, deliverable, scanner) -> None:
+    told: dict[str, Any] = {}
+
+    @click.command("plan")
+    @problem_options
+    def command(**values: Any) -> None:
+        told["settings"] = inputs.settings(**values)
+
+    assert CliRunner().invoke(command, ["--preset", preset] if preset else []).exit_code == 0
+    found = told["settings"]
+    assert (found.requirements.deliverable or "none", found.scanner.name) == (deliverable, scanner)
+    of_library = settings(method=Paper()) if preset else settings()
+    assert (of_library.requirements, of_library.scanner) == (found.requirements, found.scanner)
+    assert found.fixed_heights_m == (() if preset else (1.7,))
 
 
 @pytest.mark.parametrize("name", ["loa60", "", 3, "survey\nplease", ["survey"], "x" * 999])

@@ -1,0 +1,24 @@
+"""Floors of the real models: expected by hand from the files' storeys and sections, never from our own output.
+
+The table is the one of docs/benchmarks/real-buildings.md.
+"""
+
+import pytest
+
+from planner_core.scene.floors import find_floors
+from planner_core.scene.load import LoadOptions, load_scene
+from tests.scene.real_buildings import EXPECTED
+
+NAMES = [pytest.param(name, marks=pytest.mark.slow) if each.is_slow else name for name, each in EXPECTED.items()]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_floors_are_what_people_stand_on(name, corpus_file):
+    expected = EXPECTED[name]
+    scene = load_scene(corpus_file(name), options=LoadOptions(up_axis=expected.up))
+    report = find_floors(scene)
+    found = [(f.name, f.elevation_m + scene.offset_m[2]) for f in report.floors]
+    assert [n for n, _ in found] == [n for n, _ in expected.floors]
+    assert [z for _, z in found] == pytest.approx([z for _, z in expected.floors], abs=0.1)
+    if not expected.floors:
+        assert any("no floor found" in line and "trade" in line for line in report.warnings)
