@@ -18,6 +18,12 @@ if TYPE_CHECKING:
 
     from .progress import ProgressReporter
 
+#: What `--effort` sets of method proven, before `--set`.
+_EFFORTS = {
+    "quick": [("work_limit", "3"), ("prove", "false")],
+    "normal": [],
+    "proof": [("work_limit", "3000")],
+}
 #: A crew that scans a planned station stands at most so far from where it was planned.
 _SAME_STATION_M = 2.0
 
@@ -225,7 +231,10 @@ def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
             "--objective coverage: got no number of stations, expected a maximum number of them; add e.g. "
             "--max-stations 10"
         )
+    if choosing.effort != "normal" and method != "proven":
+        raise RequirementError(f"--effort: got it with --method {method}, which ends by itself; use --method proven")
     options = [("search", search)] if search is not None else []
+    options += _EFFORTS[choosing.effort]
     options += [("time_limit_s", repr(time_limit_s))] if time_limit_s is not None else []
     for text in choosing.assignments:
         name, equals, value = text.partition("=")
@@ -239,7 +248,7 @@ def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
         method=method_of(method, options),
         objective=Objective(choosing.objective),
         max_stations=choosing.max_stations,
-        refine=choosing.refine,
+        refine=choosing.refine and choosing.effort != "quick",
     )
 
 

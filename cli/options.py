@@ -220,6 +220,11 @@ method_option = click.option(
     help="Planning method. proven: fewest stations as one connected network, with a proven lower bound, in minutes; "
     "greedy: one station after the other, in seconds, without a network; paper: the pipeline of the method paper.",
 )  # fmt: skip
+effort_option = click.option(
+    "--effort", type=click.Choice(["quick", "normal", "proof"]), default="normal", show_default=True,
+    help="How long method proven goes on. quick: a first plan, with a weak bound and no search off the grid; normal: "
+    "minutes; proof: twenty times that, for a bound as near as it gets. Ctrl-C ends it with the best plan so far.",
+)  # fmt: skip
 time_limit_option = click.option(
     "--time-limit", "time_limit_s", type=click.FloatRange(min=0), default=None, metavar="SECONDS",
     help="Time limit of method proven, which then ends with the best plan so far; two runs may differ. [default: a "
@@ -317,6 +322,7 @@ class MethodOptions:
     objective: str = "fewest"
     max_stations: int | None = None
     refine: bool = True
+    effort: str = "normal"
     time_limit_s: float | None = None
     search: str | None = None
     assignments: tuple[str, ...] = ()
@@ -354,7 +360,7 @@ prior_options = _gathered("prior_stations", PriorStations, scanned_option, locke
 method_choice = apply(
     _gathered(
         "choosing", MethodOptions, method_option, objective_option, max_stations_option, refine_option,
-        time_limit_option, search_option, set_option,
+        effort_option, time_limit_option, search_option, set_option,
     ),
     method_options_option,
 )  # fmt: skip

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from tlsplan.options import MethodOptions, PriorStations
 
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Greedy, Paper, Plan, PlanSettings, PriorStation, Requirements, Site
+from planner_core.model import Greedy, Paper, Plan, PlanSettings, PriorStation, Proven, Requirements, Site
 from planner_core.positions.allowed_positions import find_positions
 
 Planned = Callable[[str, PlanSettings], Plan]
@@ -143,6 +144,7 @@ def test_options_of_one_method_are_refused_with_another(small: PlanSettings) -> 
     for options, words in (
         (MethodOptions(method="greedy", search="sa"), "--search"),
         (MethodOptions(method="paper", time_limit_s=3.0), "--time-limit"),
+        (MethodOptions(method="greedy", effort="quick"), "--effort"),
         (MethodOptions(max_stations=3), "--max-stations"),
         (MethodOptions(objective="coverage"), "--objective coverage: .*add e.g. --max-stations 10"),
         (MethodOptions(method="greedy", assignments=("work_limit=1",)), "--set"),
@@ -152,3 +154,14 @@ def test_options_of_one_method_are_refused_with_another(small: PlanSettings) -> 
         with pytest.raises(RequirementError, match=words) as refusal:
             inputs.with_method(small, options)
         assert "\n" not in str(refusal.value)
+
+
+def test_effort_says_how_long_to_go_on_and_set_goes_before_it(small: PlanSettings) -> None:
+    def made(**options: Any) -> PlanSettings:
+        return inputs.with_method(small, MethodOptions(**options))
+
+    works = [cast(Proven, made(effort=effort).method).work_limit for effort in ("quick", "normal", "proof")]
+    assert works == sorted(works) and works[1] == Proven().work_limit > 10 * works[0]
+    assert made(effort="normal").refine and not made(effort="quick").refine
+    assert not cast(Proven, made(effort="quick").method).prove
+    assert cast(Proven, made(effort="quick", assignments=("work_limit=7",)).method).work_limit == 7.0
