@@ -234,13 +234,14 @@ def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
     if choosing.effort != "normal" and method != "proven":
         raise RequirementError(f"--effort: got it with --method {method}, which ends by itself; use --method proven")
     options = [("search", search)] if search is not None else []
-    options += _EFFORTS[choosing.effort]
     options += [("time_limit_s", repr(time_limit_s))] if time_limit_s is not None else []
     for text in choosing.assignments:
         name, equals, value = text.partition("=")
         if not (name and equals):
             raise RequirementError(f"--set: got {text!r}, expected NAME=VALUE, such as work_limit=120")
         options.append((name.strip(), value.strip()))
+    told = {name for name, _ in options}
+    options += [(name, value) for name, value in _EFFORTS[choosing.effort] if name not in told]
     if options and method == "greedy":
         raise RequirementError("--set: got it with --method greedy, which has no options; use method proven or paper")
     return replace(
