@@ -121,6 +121,9 @@ bench-patch-mode: $(DEV) ## patch mode against beams; writes docs/benchmarks
 bench-genetic: $(DEV) ## genetic selection against its host version and DEAP; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_genetic.py --write docs/benchmarks/genetic.md
 
+bench-real-buildings: $(DEV) ## floors and plans of models that nobody here made; writes docs/benchmarks; keeps plans in build/
+	$(BIN)/python -m tests.benchmarks.bench_real_buildings --write docs/benchmarks/real-buildings.md
+
 bench-selection: $(DEV) ## proven selection against greedy and genetic selection; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_selection.py --write docs/benchmarks/selection.md
 

@@ -90,8 +90,8 @@ def settings(
     Parameters
     ----------
     scanner
-        Name, as `tlsplan scanners` lists them, or file; a mode after a colon, such as `rtc360:6mm`, which is the
-        default. With `method=Paper()` nothing is asked of points, and the scanner is the paper's, `hdl-64e`.
+        Name, as `tlsplan scanners` lists them, or file; a mode after a colon, such as `rtc360:high`. The default is
+        `rtc360`. With `method=Paper()` nothing is asked of points, and the scanner is the paper's, `hdl-64e`.
     requirements
         A requirements file, YAML or JSON, see docs/formats/requirements.md.
     more
