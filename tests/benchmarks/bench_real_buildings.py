@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import re
-import resource
 import subprocess
 import sys
 import time
@@ -123,15 +123,15 @@ def planned(title: str, file: Path, scanner: str) -> dict[str, Any]:
     folder = STORE / store.stem
     command = [sys.executable, "-m", "tlsplan", "plan", str(file), "-o", str(folder), "--overwrite"]
     command += ["--scanner", scanner, "--effort", "quick"]
-    began, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
+    began = time.monotonic()
     process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
     writing_began = None
     assert process.stderr is not None
     for line in process.stderr:
         if writing_began is None and line.startswith("export:"):
             writing_began = time.monotonic()
-    code, ended = process.wait(), time.monotonic()
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    _, status, used = os.wait4(process.pid, 0)  # of this process alone
+    code, ended = os.waitstatus_to_exitcode(status), time.monotonic()
     if code:
         raise SystemExit(f"{' '.join(command)} ended with {code}")
     document = json.loads((folder / "plan.json").read_text())
@@ -141,9 +141,9 @@ def planned(title: str, file: Path, scanner: str) -> dict[str, Any]:
         "coverage": document["coverage"]["fraction_of_achievable"],
         "groups": len(document["registration"]["networks"]),
         "field_s": (document.get("field_time") or {}).get("total_s"),
-        "cpu_s": after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
+        "cpu_s": used.ru_utime + used.ru_stime,
         "writing": 0.0 if writing_began is None else (ended - writing_began) / (ended - began),
-        "peak_mb": after.ru_maxrss / 1024,
+        "peak_mb": used.ru_maxrss / 1024,
         "mb": sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) / 2**20,
     }
     store.write_text(json.dumps(figures))
