@@ -63,6 +63,8 @@ class Element:
     """Of a door: whether it leads outdoors, as the source says; None: it does not."""
     predefined_type: str = ""
     """What IFC says within the class: `CEILING` of an IfcCovering, `LANDING` of an IfcSlab; empty: nothing."""
+    file: int = 0
+    """Index into `Scene.sources`."""
 
 
 @dataclass(frozen=True)
@@ -150,6 +152,24 @@ class Scene:
     """Empty where the source names none."""
     georeference: Georeference | None = None
     """None: the source says nothing of where it is on earth."""
+    further_sources: tuple[SceneSource, ...] = ()
+    """The other files of a scene of several, in the order given; `source` is the first."""
+
+    @property
+    def sources(self) -> tuple[SceneSource, ...]:
+        """All files of the scene, in the order given."""
+        return (self.source, *self.further_sources)
+
+    @property
+    def title(self) -> str:
+        """What to call the scene: the name of its file, or of the first and how many more."""
+        name = self.source.path.name
+        n_more = len(self.further_sources)
+        return f"{name} and {n_more} more {'file' if n_more == 1 else 'files'}" if n_more else name
+
+    def file_of(self, element: int) -> str:
+        """Name of the file that an element is in; empty where the scene is one file."""
+        return self.sources[self.elements[element].file].path.name if self.further_sources else ""
 
     @property
     def n_triangles(self) -> int:
