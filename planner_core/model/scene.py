@@ -37,6 +37,11 @@ class SceneSource:
     skip_bad_faces: bool = False
 
 
+def scene_title(first: str, n_more: int) -> str:
+    """What to call a scene of a file, or of several, by the name of the first."""
+    return f"{first} and {n_more} more {'file' if n_more == 1 else 'files'}" if n_more else first
+
+
 class Optics(IntEnum):
     """What a surface does to a beam."""
 
@@ -163,9 +168,12 @@ class Scene:
     @property
     def title(self) -> str:
         """What to call the scene: the name of its file, or of the first and how many more."""
-        name = self.source.path.name
-        n_more = len(self.further_sources)
-        return f"{name} and {n_more} more {'file' if n_more == 1 else 'files'}" if n_more else name
+        return scene_title(self.source.path.name, len(self.further_sources))
+
+    def label(self, element: int) -> str:
+        """What to call an element to people: its name, and its file where the scene is several."""
+        name, file = self.elements[element].name, self.file_of(element)
+        return f"{name} ({file})" if file else name
 
     def file_of(self, element: int) -> str:
         """Name of the file that an element is in; empty where the scene is one file."""
