@@ -77,9 +77,26 @@ AS_THE_COMMAND = LoadOptions(glass=Glass.STOP, doors=Doors.OPEN)
 _SETTINGS = {field.name for field in fields(PlanSettings)} - {"scanner", "requirements", "site"}
 
 
-def load_scene(path: str | Path, *, options: LoadOptions = AS_THE_COMMAND, progress: Progress = silent) -> Scene:
-    """Load a building from an IFC, OBJ, PLY, STL, glTF or USD file; raises `SceneError`."""
-    return load.load_scene(Path(path), options=options, progress=progress)
+def load_scene(
+    path: str | Path | Sequence[str | Path],
+    *,
+    options: LoadOptions | Sequence[LoadOptions] = AS_THE_COMMAND,
+    progress: Progress = silent,
+) -> Scene:
+    """Load a building from an IFC, OBJ, PLY, STL, glTF or USD file, or from several files of one building.
+
+    Parameters
+    ----------
+    options
+        Of all files, or one for each.
+
+    Raises
+    ------
+    SceneError
+        A file can't be used, or not with the others; one line.
+    """
+    paths = [path] if isinstance(path, str | Path) else path
+    return load.load_scene([Path(each) for each in paths], options=options, progress=progress)
 
 
 def settings(
@@ -185,13 +202,18 @@ def write_plan(plan: Plan, folder: str | Path, *, overwrite: bool = False, progr
     return open_plan(folder)
 
 
-def open_plan(folder: str | Path, *, scene: str | Path | None = None, frame: FrameRequest | None = None) -> PlanSource:
+def open_plan(
+    folder: str | Path,
+    *,
+    scene: str | Path | Sequence[str | Path] | None = None,
+    frame: FrameRequest | None = None,
+) -> PlanSource:
     """Open a plan folder: its stations, floors and links, and all that plan.json says in `document`.
 
     Parameters
     ----------
     scene
-        The scene file, where it is neither where it was nor beside the folder.
+        The scene file or files, where they are neither where they were nor beside the folder.
     frame
         The site's coordinate system, where the scene file does not tell it.
 
@@ -200,7 +222,8 @@ def open_plan(folder: str | Path, *, scene: str | Path | None = None, frame: Fra
     PlannerError
         There is no plan of this version, or no such coordinate system.
     """
-    return plan_source.open_plan(Path(folder), scene=None if scene is None else Path(scene), frame=frame)
+    told = [scene] if isinstance(scene, str | Path) else scene or []
+    return plan_source.open_plan(Path(folder), scene=[Path(each) for each in told], frame=frame)
 
 
 def export(

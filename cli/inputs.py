@@ -28,19 +28,50 @@ _EFFORTS = {
 _SAME_STATION_M = 2.0
 
 
-def load(scene: Path, reading: FileOptions, *, progress: Progress) -> Scene:
-    """Load the scene file with the options of the command line."""
+def load(scenes: Sequence[Path], reading: FileOptions, *, progress: Progress) -> Scene:
+    """Load the scene files with the options of the command line."""
     from planner_core.model import Doors, Glass, UpAxis
     from planner_core.scene.load import LoadOptions, load_scene
 
-    options = LoadOptions(
-        metres_per_unit=METRES_PER_UNIT[reading.units] if reading.units else None,
-        up_axis=UpAxis(reading.up.upper()) if reading.up else None,
-        skip_bad_faces=reading.skip_bad_faces,
-        glass=Glass(reading.glass),
-        doors=Doors(reading.doors),
-    )
-    return load_scene(scene, options=options, progress=progress)
+    units = _of_each(scenes, reading.units, "--units")
+    ups = _of_each(scenes, reading.up, "--up")
+    options = [
+        LoadOptions(
+            metres_per_unit=METRES_PER_UNIT[unit] if unit else None,
+            up_axis=UpAxis(up.upper()) if up else None,
+            skip_bad_faces=reading.skip_bad_faces,
+            glass=Glass(reading.glass),
+            doors=Doors(reading.doors),
+        )
+        for unit, up in zip(units, ups, strict=True)
+    ]
+    return load_scene(scenes, options=options, progress=progress)
+
+
+def _of_each(scenes: Sequence[Path], said: Sequence[tuple[str, str]], option: str) -> list[str]:
+    """Return what is said of each file: of it by name, else of all, else nothing, empty.
+
+    Raises
+    ------
+    RequirementError
+        Of a file that is none of the scene's, or two things of one.
+    """
+    from planner_core.errors import RequirementError
+
+    by_file: dict[str, str] = {}
+    for file, value in said:
+        if file and not any(file in (str(path), path.name) for path in scenes):
+            names = ", ".join(path.name for path in scenes)
+            raise RequirementError(
+                f"{option}: got {file}={value}, expected one of the scene's files ({names}); correct it"
+            )
+        if by_file.setdefault(file, value) != value:
+            of = f" of {file}" if file else ""
+            raise RequirementError(
+                f"{option}: got {by_file[file]} and {value}{of}, expected one; name the file of each, such as "
+                f"{option} {scenes[0].name}={value}"
+            )
+    return [by_file.get(str(path)) or by_file.get(path.name) or by_file.get("", "") for path in scenes]
 
 
 def settings(
@@ -254,7 +285,7 @@ def with_method(problem: PlanSettings, choosing: MethodOptions) -> PlanSettings:
 
 
 def open_survey(
-    scene: Path,
+    scenes: Sequence[Path],
     problem: PlanSettings,
     reading: FileOptions,
     reporter: ProgressReporter,
@@ -271,7 +302,7 @@ def open_survey(
     from planner_core.engine.scan_engine import open_engine
     from planner_core.progress import ProgressEvent
 
-    loaded = load(scene, reading, progress=reporter.show)
+    loaded = load(scenes, reading, progress=reporter.show)
     of_scene = (*repairs(loaded.report, listed_in=listed_in), *loaded.report.warnings)
     reporter.warn(of_scene)
     survey = make_survey(loaded, problem, progress=reporter.show)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import wraps
 from pathlib import Path
@@ -46,7 +46,32 @@ class Length(click.ParamType[float]):
         return metres
 
 
-scene_argument = click.argument("scene", type=click.Path(path_type=Path, readable=False))
+class OfFile(click.ParamType[tuple[str, str]]):
+    """A choice for all scene files, `mm`, or for one, `arch.obj=mm`. Gives the file, or empty text, and the choice."""
+
+    name = "choice"
+
+    def __init__(self, choices: Sequence[str]) -> None:
+        self._choice = click.Choice(choices)
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        """Return the form that help shows."""
+        return f"[FILE=]{self._choice.get_metavar(param, ctx)}"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
+        """Return file and choice; refuse what is no choice."""
+        file, _, choice = str(value).rpartition("=")
+        return file, self._choice.convert(choice, param, ctx)
+
+
+scene_argument = click.argument(
+    "scenes", metavar="SCENE...", nargs=-1, required=True, type=click.Path(path_type=Path, readable=False)
+)
+plan_scene_option = click.option(
+    "--scene", type=click.Path(path_type=Path), multiple=True, metavar="FILE",
+    help="Scene file of the plan; may be repeated, for a scene of several files. [default: its path when planned, else "
+    "beside the plan]",
+)  # fmt: skip
 
 scanner_option = click.option(
     "--scanner", default=None, metavar="NAME[:MODE]|FILE[:MODE]",
@@ -59,13 +84,14 @@ preset_option = click.option(
     f"{NO_DELIVERABLE}, any height of the scanner, where other options do not say it.",
 )  # fmt: skip
 units_option = click.option(
-    "--units", type=click.Choice(list(METRES_PER_UNIT)), default=None,
-    help="Length unit of the scene file, for formats without one (OBJ, PLY, STL); ftUS: the US survey foot. [default: "
-    "the file's, else m]",
+    "--units", type=OfFile(list(METRES_PER_UNIT)), multiple=True,
+    help="Length unit of the scene file, for formats without one (OBJ, PLY, STL); ftUS: the US survey foot; of one of "
+    "several files: arch.obj=mm. [default: the file's, else m]",
 )  # fmt: skip
 up_option = click.option(
-    "--up", type=click.Choice(["y", "z"]), default=None,
-    help="Up axis of the scene file. [default: the file's; y for glTF, z for others]",
+    "--up", type=OfFile(["y", "z"]), multiple=True,
+    help="Up axis of the scene file; of one of several files: arch.obj=y. [default: the file's; y for glTF, z for "
+    "others]",
 )  # fmt: skip
 skip_bad_faces_option = click.option(
     "--skip-bad-faces", is_flag=True, help="Drop and count faces with missing vertices instead of refusing the file."
@@ -277,10 +303,11 @@ def apply(*options: Callable[[F], F]) -> Callable[[F], F]:
 
 @dataclass(frozen=True)
 class FileOptions:
-    """How to read a scene file: the values of `scene_options`."""
+    """How to read scene files: the values of `scene_options`."""
 
-    units: str | None = None
-    up: str | None = None
+    units: tuple[tuple[str, str], ...] = ()
+    """File and unit; the file is empty where it is said of all."""
+    up: tuple[tuple[str, str], ...] = ()
     skip_bad_faces: bool = False
     glass: str = "stop"
     doors: str = "open"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..coordinates import coordinate_options, frame_request
-from ..options import Length, apply, engine_options, output_options, overwrite_option
+from ..options import Length, apply, engine_options, output_options, overwrite_option, plan_scene_option
 
 if TYPE_CHECKING:
     from planner_core.as_scanned.comparison import AsScanned, Rescan
@@ -49,8 +49,7 @@ NOT_MET = 7
               help="Find the fewest additional stations that make up for what is missing.")  # fmt: skip
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder to write: scanned stations and additional ones, if any.")  # fmt: skip
-@click.option("--scene", type=click.Path(path_type=Path), default=None, metavar="FILE",
-              help="Scene file of the plan. [default: its path when planned, else beside the plan]")  # fmt: skip
+@plan_scene_option
 @coordinate_options
 @apply(engine_options, overwrite_option, output_options)
 @click.pass_context
@@ -67,7 +66,7 @@ def command(
     floors: tuple[str, ...],
     scan_again: bool,
     folder: Path | None,
-    scene: Path | None,
+    scene: tuple[Path, ...],
     engine: str,
     device: str | None,
     overwrite: bool,

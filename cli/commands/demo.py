@@ -37,7 +37,7 @@ def command(folder: Path, overwrite: bool, **values: Any) -> None:
     scenes_synthetic.write(house, scene)
     # Seconds, not minutes: the bound stays a little lower than `plan` would prove.
     choosing = MethodOptions(assignments=(f"work_limit={_WORK_LIMIT:g}",))
-    plan_command.run(scene, folder, overwrite=overwrite, choosing=choosing, **values)
+    plan_command.run([scene], folder, overwrite=overwrite, choosing=choosing, **values)
 
 
 def _is(file: Path, scene: SyntheticScene) -> bool:

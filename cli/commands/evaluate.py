@@ -27,7 +27,7 @@ from ..options import (
               help="Plan folder of these stations to write.")  # fmt: skip
 @apply(problem_options, scene_options, engine_options, overwrite_option, output_options)
 def command(
-    scene: Path,
+    scenes: tuple[Path, ...],
     stations: Path,
     folder: Path | None,
     overwrite: bool,
@@ -52,7 +52,7 @@ def command(
     given = read_station_list(stations)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, scan_engine, _ = inputs.open_survey(
-            scene, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
+            scenes, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
         )
         plan = evaluate_survey(survey, settings, given, scan_engine, progress=reporter.show)
         reporter.warn(plan.warnings)

@@ -10,7 +10,7 @@ import click
 
 from ..coordinates import COORDINATE_OPTIONS, coordinate_options, frame_request
 from ..formats_reference import option_of
-from ..options import Length, apply, output_options, overwrite_option
+from ..options import Length, apply, output_options, overwrite_option, plan_scene_option
 
 if TYPE_CHECKING:
     from planner_core.coordinates.request import FrameRequest
@@ -152,8 +152,7 @@ class _Sectioned(click.Command):
               help="Format, see --list; several, or all, go into one folder under their standard names.")  # fmt: skip
 @click.option("-o", "--output", "target", type=click.Path(path_type=Path), required=True, metavar="PATH",
               help="File or folder to write.")  # fmt: skip
-@click.option("--scene", type=click.Path(path_type=Path), default=None, metavar="FILE",
-              help="Scene file of the plan. [default: its path when planned, else beside the plan]")  # fmt: skip
+@plan_scene_option
 @click.option("--list", is_flag=True, is_eager=True, expose_value=False, callback=_list,
               help="List the formats, and exit.")  # fmt: skip
 @_format_options
@@ -163,7 +162,7 @@ def command(
     plan: Path,
     names: tuple[str, ...],
     target: Path,
-    scene: Path | None,
+    scene: tuple[Path, ...],
     overwrite: bool,
     as_json: bool,
     quiet: bool,
@@ -201,7 +200,7 @@ def _export(
     target: Path,
     options: Options,
     overwrite: bool,
-    scene: Path | None,
+    scene: tuple[Path, ...],
     frame: FrameRequest,
     progress: Progress,
 ) -> Written:

@@ -11,7 +11,7 @@ from ..options import FileOptions, apply, output_options, scene_argument, scene_
 
 @click.command("floors", epilog="Example:  tlsplan floors building.ifc")
 @apply(scene_argument, scene_options, output_options)
-def command(scene: Path, reading: FileOptions, as_json: bool, quiet: bool) -> None:
+def command(scenes: tuple[Path, ...], reading: FileOptions, as_json: bool, quiet: bool) -> None:
     """List the floors of SCENE that stations can stand on, with area and elevation."""
     from planner_core.scene.floors import find_floors
 
@@ -19,7 +19,7 @@ def command(scene: Path, reading: FileOptions, as_json: bool, quiet: bool) -> No
     from ..progress import ProgressReporter
 
     with ProgressReporter(quiet=quiet or as_json) as reporter:
-        loaded = inputs.load(scene, reading, progress=reporter.show)
+        loaded = inputs.load(scenes, reading, progress=reporter.show)
         reporter.warn((*output.repairs(loaded.report, listed_in="--json"), *loaded.report.warnings))
         report = find_floors(loaded)
         reporter.warn(report.warnings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,21 +27,28 @@ from ..options import (
 )
 
 
-@click.command("plan", epilog="Example:  tlsplan plan building.ifc --coverage 95 -o plan/")
+@click.command(
+    "plan",
+    epilog="Example:  tlsplan plan building.ifc --coverage 95 -o plan/",
+)
 @scene_argument
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder to write. [default: <scene>-plan in the current directory]")  # fmt: skip
 @apply(problem_options, prior_options, method_choice, scene_options, engine_options, overwrite_option, output_options)
-def command(scene: Path, folder: Path | None, overwrite: bool, as_json: bool, quiet: bool, **values: Any) -> None:
-    """Plan scanner stations in SCENE: the fewest that meet the requirements and register as one network.
+def command(
+    scenes: tuple[Path, ...], folder: Path | None, overwrite: bool, as_json: bool, quiet: bool, **values: Any
+) -> None:
+    """Plan scanner stations in SCENE, one or more files of a building.
+
+    They are the fewest that meet the requirements and register as one network.
 
     Ctrl-C during the search ends it: the best plan so far is written, with its lower bound.
     """
-    run(scene, folder or Path(f"{scene.stem}-plan"), overwrite=overwrite, as_json=as_json, quiet=quiet, **values)
+    run(scenes, folder or Path(f"{scenes[0].stem}-plan"), overwrite=overwrite, as_json=as_json, quiet=quiet, **values)
 
 
 def run(
-    scene: Path,
+    scenes: Sequence[Path],
     folder: Path,
     *,
     overwrite: bool,
@@ -66,7 +74,7 @@ def run(
     settings = inputs.with_method(inputs.with_prior(inputs.settings(**problem), prior_stations), choosing)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, scan_engine, _ = inputs.open_survey(
-            scene, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
+            scenes, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
         )
         plan = plan_survey(survey, settings, scan_engine, progress=reporter.show)
         reporter.warn(plan.warnings)

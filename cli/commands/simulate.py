@@ -34,7 +34,7 @@ FORMATS = ("exr", "png", "ply")
               help="Files per station. exr: range image; png: preview; ply: point cloud; may be repeated.")  # fmt: skip
 @apply(scanner_option, scene_options, engine_options, overwrite_option, output_options)
 def command(
-    scene: Path,
+    scenes: tuple[Path, ...],
     stations: Path,
     folder: Path,
     formats: tuple[str, ...],
@@ -63,7 +63,7 @@ def command(
     given = read_station_list(stations)
     with ProgressReporter(quiet=quiet or as_json) as reporter:
         survey, scan_engine, told = inputs.open_survey(
-            scene, settings, reading, reporter, engine=engine, device=device, listed_in="`tlsplan floors --json`"
+            scenes, settings, reading, reporter, engine=engine, device=device, listed_in="`tlsplan floors --json`"
         )
         space = free_space(survey, progress=reporter.show)
         listed, remarks = place_stations(survey, settings, scan_engine, given, space)

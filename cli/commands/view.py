@@ -18,8 +18,9 @@ if TYPE_CHECKING:
               help="Address to listen on; any but loopback lets others on the network read the plan.")  # fmt: skip
 @click.option("--allow-host", "allowed_hosts", multiple=True, metavar="NAME",
               help="Additional host name to accept, for a proxy or a tunnel; may be repeated.")  # fmt: skip
-@click.option("--scene", type=click.Path(path_type=Path), metavar="FILE",
-              help="Scene file, for live figures while editing. [default: its path when planned]")  # fmt: skip
+@click.option("--scene", type=click.Path(path_type=Path), multiple=True, metavar="FILE",
+              help="Scene file, for live figures while editing; may be repeated, for a scene of several files. "
+              "[default: its path when planned]")  # fmt: skip
 @click.option("--read-only", is_flag=True, help="No changes to the review, no runs.")
 @click.option("--no-live", is_flag=True, help="No live figures: saves memory and time.")
 @click.option("--no-browser", is_flag=True, help="Print the address without opening a browser.")
@@ -28,7 +29,7 @@ def command(
     port: int,
     host: str,
     allowed_hosts: tuple[str, ...],
-    scene: Path | None,
+    scene: tuple[Path, ...],
     read_only: bool,
     no_live: bool,
     no_browser: bool,
@@ -53,7 +54,7 @@ def command(
             click.launch(address)
 
     document = read_plan_json(plan)  # a broken plan is told here, not by an empty page
-    if scene is not None:
+    if scene:
         find_scene(plan, document, told=scene)  # so is the wrong building
     try:
         ReviewStore(plan).current()

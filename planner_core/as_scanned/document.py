@@ -112,7 +112,7 @@ def _surface(live: LivePlan, surface: LeftSurface) -> dict[str, Any]:
     element = live.survey.scene.elements[surface.element]
     offset_m = live.survey.scene.offset_m
     return {
-        "element": element.name,
+        "element": live.survey.scene.label(surface.element),
         "kind": element.kind,
         "source_id": element.source_id,
         "room": live.survey.scene.rooms[surface.room].name if surface.room >= 0 else None,

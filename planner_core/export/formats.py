@@ -24,6 +24,7 @@ from planner_core.export.targets import (
     write_record,
 )
 from planner_core.plan_folder.atomic import staged_file, staged_folder
+from planner_core.plan_folder.plan_settings import ScenePaths
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.progress import Progress, ProgressEvent, silent
 
@@ -369,7 +370,7 @@ def export_plan(
     options: Options = Options(),  # noqa: B008 - frozen
     *,
     overwrite: bool = False,
-    scene: Path | None = None,
+    scene: ScenePaths = None,
     frame: FrameRequest | None = None,
     progress: Progress = silent,
 ) -> Written:
@@ -419,7 +420,7 @@ def export_pack(
     options: Options = Options(),  # noqa: B008 - frozen
     *,
     overwrite: bool = False,
-    scene: Path | None = None,
+    scene: ScenePaths = None,
     frame: FrameRequest | None = None,
     progress: Progress = silent,
 ) -> Written:
@@ -492,10 +493,10 @@ def _without_scene(
 ) -> tuple[tuple[Format, ...], list[str]]:
     """Return the formats that can be had, and remarks on those of `all` that need a scene file which is not found."""
     spare = [each for each in chosen if each.needs_scene and each.name not in names]
-    if not spare or plan.told_scene is not None:
+    if not spare or plan.told_scene:
         return chosen, []
     try:
-        plan.scene_path()
+        plan.scene_paths()
     except ExportError as error:
         remarks = [f"left out: {each.name}: {error}" for each in spare]
         return tuple(each for each in chosen if each not in spare), remarks
@@ -505,4 +506,4 @@ def _without_scene(
 def _check_scene(plan: PlanSource, formats: Sequence[Format]) -> None:
     """Say at once that the scene is missing, before minutes of work."""
     if any(each.needs_scene for each in formats):
-        plan.scene_path()
+        plan.scene_paths()

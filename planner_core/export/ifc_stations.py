@@ -402,7 +402,7 @@ def _source_model(plan: PlanSource) -> Any:
         )
     if scene["up_axis"] != "Z":
         raise ExportError(f"{plan.title}: was read with {scene['up_axis']} up, expected z up; use format ifc")
-    path = plan.scene_path()
+    path = plan.scene_paths()[0]  # whose frame is the plan's
     try:
         return open_model(path)
     except (OSError, SceneError) as error:

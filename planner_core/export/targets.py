@@ -63,7 +63,7 @@ def check_is_no_source(plan: PlanSource, target: Path) -> None:
     target = target.resolve()
     folder = plan.folder.resolve()
     inside = target.relative_to(folder).as_posix() if target.is_relative_to(folder) else ""
-    is_scene = target.suffix == Path(plan.title).suffix and plan.has_scene() and target == plan.scene_path().resolve()
+    is_scene = plan.has_scene() and target in [path.resolve() for path in plan.scene_paths()]
     if is_scene or (inside and inside not in foreign_entries(folder)):
         raise OutputExistsError(f"{target}: is what the plan is made of, expected a name of its own; give another")
 

@@ -37,6 +37,11 @@ class SceneSource:
     skip_bad_faces: bool = False
 
 
+def scene_title(first: str, n_more: int) -> str:
+    """What to call a scene of a file, or of several, by the name of the first."""
+    return f"{first} and {n_more} more {'file' if n_more == 1 else 'files'}" if n_more else first
+
+
 class Optics(IntEnum):
     """What a surface does to a beam."""
 
@@ -63,6 +68,8 @@ class Element:
     """Of a door: whether it leads outdoors, as the source says; None: it does not."""
     predefined_type: str = ""
     """What IFC says within the class: `CEILING` of an IfcCovering, `LANDING` of an IfcSlab; empty: nothing."""
+    file: int = 0
+    """Index into `Scene.sources`."""
 
 
 @dataclass(frozen=True)
@@ -150,6 +157,27 @@ class Scene:
     """Empty where the source names none."""
     georeference: Georeference | None = None
     """None: the source says nothing of where it is on earth."""
+    further_sources: tuple[SceneSource, ...] = ()
+    """The other files of a scene of several, in the order given; `source` is the first."""
+
+    @property
+    def sources(self) -> tuple[SceneSource, ...]:
+        """All files of the scene, in the order given."""
+        return (self.source, *self.further_sources)
+
+    @property
+    def title(self) -> str:
+        """What to call the scene: the name of its file, or of the first and how many more."""
+        return scene_title(self.source.path.name, len(self.further_sources))
+
+    def label(self, element: int) -> str:
+        """What to call an element to people: its name, and its file where the scene is several."""
+        name, file = self.elements[element].name, self.file_of(element)
+        return f"{name} ({file})" if file else name
+
+    def file_of(self, element: int) -> str:
+        """Name of the file that an element is in; empty where the scene is one file."""
+        return self.sources[self.elements[element].file].path.name if self.further_sources else ""
 
     @property
     def n_triangles(self) -> int:

@@ -196,7 +196,7 @@ def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
         at_mm = (whole_pixels_mm(left_mm), whole_pixels_mm(top_mm - CAPTION_MM - height_mm))
         box = Box(*at_mm, whole_pixels_mm(width_mm), height_mm)
         _draw_overview_cell(ink, plan, index, engine, window, box)
-    draw_header(ink, plan.survey.scene.source.path.name, _plan_subtitle(plan), _plan_figures(plan))
+    draw_header(ink, plan.survey.scene.title, _plan_subtitle(plan), _plan_figures(plan))
     draw_footer(ink, lines=_route_legend(plan))
     ink.save(path)
 

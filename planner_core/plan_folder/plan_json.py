@@ -155,16 +155,17 @@ def _number(value: float, digits: int = 6) -> float | None:
 
 
 def _source(scene: Scene, folder: Path | None) -> dict[str, Any] | None:
-    """The way from the plan folder to the scene file; None for scenes from memory, and across Windows' drives."""
-    path = scene.source.path
-    if folder is None or not path.is_file():
+    """The ways from the plan folder to the scene files; None for scenes from memory, and across Windows' drives."""
+    files = [source.path for source in scene.sources]
+    if folder is None or not all(path.is_file() for path in files):
         return None
     try:
-        # Folders as they really are, since `..` leads out of where a link points to; the file keeps its name.
-        way = os.path.relpath(path.parent.resolve() / path.name, folder.resolve())
+        # Folders as they really are, since `..` leads out of where a link points to; files keep their names.
+        ways = [os.path.relpath(path.parent.resolve() / path.name, folder.resolve()) for path in files]
     except ValueError:
         return None
-    return {"path": Path(way).as_posix()}
+    first, *others = (Path(way).as_posix() for way in ways)
+    return {"path": first, "other_paths": others}
 
 
 def _scene(scene: Scene) -> dict[str, Any]:
@@ -180,6 +181,7 @@ def _scene(scene: Scene) -> dict[str, Any]:
         "glass": scene.source.glass,
         "doors": scene.source.doors,
         "load_options": LoadOptionsSection.written(_load_options(scene.source)),
+        "other_files": [_file(source) for source in scene.further_sources],
         "n_doors_open": report.n_doors_open,
         "offset": [_number(value) for value in scene.offset_m],
         "georeference": _georeference(scene),
@@ -199,6 +201,19 @@ def _scene(scene: Scene) -> dict[str, Any]:
             "dropped": list(report.dropped),
             "warnings": list(report.warnings),
         },
+    }
+
+
+def _file(source: SceneSource) -> dict[str, Any]:
+    return {
+        "file": source.path.name,
+        "sha256": source.sha256,
+        "format": source.format,
+        "schema": source.schema,
+        "units": source.unit_name,
+        "metres_per_unit": source.metres_per_unit,
+        "up_axis": source.up_axis,
+        "load_options": LoadOptionsSection.written(_load_options(source)),
     }
 
 
@@ -336,7 +351,7 @@ def _unseen(part: UnseenElement, scene: Scene) -> dict[str, Any]:
     element: Element = scene.elements[part.element]
     return {
         "element": part.element,
-        "name": element.name,
+        "name": scene.label(part.element),
         "kind": element.kind,
         "source_id": element.source_id,
         "floor": part.floor,

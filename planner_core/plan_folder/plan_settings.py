@@ -1,4 +1,4 @@
-"""From plan.json back to what the plan was made from: `PlanSettings`, `LoadOptions`, and the scene file.
+"""From plan.json back to what the plan was made from: `PlanSettings`, `LoadOptions`, and the scene files.
 
 Input the document of `planner_core.plan_folder.plan_json.read_plan_json`. Whoever plans the found scene again with the
 settings read here gets the same document, but for its droppable keys.
@@ -7,7 +7,8 @@ settings read here gets the same document, but for its droppable keys.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,9 @@ from planner_core.model import PlanSettings
 from planner_core.model.options import method_of
 from planner_core.plan_folder.plan_model.document import PlanDocument
 from planner_core.scene.load import LoadOptions
+
+ScenePaths = Path | Sequence[Path] | None
+"""Where the user says that scene files are: all, some, or none of them."""
 
 
 def settings_of(document: Mapping[str, Any]) -> PlanSettings:
@@ -44,64 +48,99 @@ def settings_of(document: Mapping[str, Any]) -> PlanSettings:
     return settings
 
 
-def load_options_of(document: Mapping[str, Any]) -> LoadOptions:
-    """Read the options that the scene was loaded with; raises `PlanFolderError` as `settings_of` does."""
+def load_options_of(document: Mapping[str, Any]) -> tuple[LoadOptions, ...]:
+    """Read the options that each file of the scene was loaded with; raises `PlanFolderError` as `settings_of` does."""
     scene = _plan_of(document).scene
     if scene.load_options is None:
-        return LoadOptions(glass=scene.glass, doors=scene.doors)
-    options: LoadOptions = scene.load_options.read()
-    return options
+        return (LoadOptions(glass=scene.glass, doors=scene.doors),)
+    return (scene.load_options.read(), *(file.load_options.read() for file in scene.other_files))
 
 
 def _plan_of(document: Mapping[str, Any]) -> PlanDocument:
     return read_as(PlanDocument, document, "plan.json: ", remedy="plan again", error=PlanFolderError)
 
 
-def find_scene(plan_folder: Path, document: Mapping[str, Any], told: Path | None = None) -> Path:
-    """Find the scene file that a plan was made from, and check that it still is that file.
+def find_scene(plan_folder: Path, document: Mapping[str, Any], told: ScenePaths = None) -> tuple[Path, ...]:
+    """Find the scene files that a plan was made from, and check that they still are those files.
 
-    Looked for where the user says; without that where plan.json says it was, beside the plan folder, and in the working
-    directory.
+    Looked for where the user says; without that where plan.json says they were, beside the plan folder, and in the
+    working directory.
 
     Raises
     ------
     PlanFolderError
-        There is none, or only one of other contents.
+        There is none of one, or only one of other contents.
     """
-    name, digest = str(document["scene"]["file"]), str(document["scene"]["sha256"])
-    if told is not None:
-        if not told.is_file():
-            raise PlanFolderError(f"{told}: no such file, expected the scene {name}; check --scene")
-        if _sha256(told) != digest:
+    given = _given(plan_folder, document, told)
+    return tuple(given.get(file.sha256) or _found(plan_folder, file) for file in _planned_files(plan_folder, document))
+
+
+@dataclass(frozen=True)
+class _PlannedFile:
+    """A scene file as plan.json tells of it. way : where it was, seen from the folder; empty: not known."""
+
+    name: str
+    sha256: str
+    way: str
+
+
+def _planned_files(plan_folder: Path, document: Mapping[str, Any]) -> list[_PlannedFile]:
+    scene, source = document["scene"], document.get("source")
+    rows = [scene, *scene.get("other_files", ())]
+    ways = [""] * len(rows) if source is None else [source["path"], *source.get("other_paths", ())]
+    if len(ways) != len(rows):
+        raise PlanFolderError(
+            f"{plan_folder}: its plan.json has {len(ways)} paths for {len(rows)} scene files, expected one each; plan "
+            "again"
+        )
+    return [_PlannedFile(str(row["file"]), str(row["sha256"]), str(way)) for row, way in zip(rows, ways, strict=True)]
+
+
+def _given(plan_folder: Path, document: Mapping[str, Any], told: ScenePaths) -> dict[str, Path]:
+    """SHA-256 -> the user's files, each one of the plan's."""
+    given = {}
+    planned = _planned_files(plan_folder, document)
+    names = ", ".join(file.name for file in planned)
+    for path in () if told is None else (told,) if isinstance(told, Path) else told:
+        if not path.is_file():
+            raise PlanFolderError(f"{path}: no such file, expected the scene {names}; check --scene")
+        digest = _sha256(path)
+        if digest not in {file.sha256 for file in planned}:
+            named = [file for file in planned if file.name == path.name] or planned
+            expected = f"{named[0].name} of SHA-256 {named[0].sha256[:12]}..." if len(named) == 1 else f"one of {names}"
             raise PlanFolderError(
-                f"{told}: is not the file that {plan_folder} was planned on, expected {name} of SHA-256 "
-                f"{digest[:12]}...; give that one with --scene, or plan again"
+                f"{path}: is not the file that {plan_folder} was planned on, expected {expected}; give that one with "
+                "--scene, or plan again"
             )
-        return told
+        given[digest] = path
+    return given
+
+
+def _found(plan_folder: Path, file: _PlannedFile) -> Path:
     others = []
-    for path in _places_of_scene(plan_folder, document, name):
+    for path in _places_of(plan_folder, file):
         if path.is_file():
-            if _sha256(path) == digest:
+            if _sha256(path) == file.sha256:
                 return path
             others.append(path)
     if others:
         raise PlanFolderError(
-            f"{others[0]}: has changed since {plan_folder} was planned, expected {name} of SHA-256 {digest[:12]}...; "
-            "plan again, or give the original file with --scene"
+            f"{others[0]}: has changed since {plan_folder} was planned, expected {file.name} of SHA-256 "
+            f"{file.sha256[:12]}...; plan again, or give the original file with --scene"
         )
     raise PlanFolderError(
-        f"{plan_folder}: its scene {name} is not found at its path, beside the folder or in the working directory; "
-        "give it with --scene"
+        f"{plan_folder}: its scene {file.name} is not found at its path, beside the folder or in the working "
+        "directory; give it with --scene"
     )
 
 
-def _places_of_scene(plan_folder: Path, document: Mapping[str, Any], name: str) -> Iterator[Path]:
+def _places_of(plan_folder: Path, file: _PlannedFile) -> Iterator[Path]:
     # The way was written from where the folder really is, see `planner_core.plan_folder.plan_json`.
     folder = plan_folder.resolve()
-    if document.get("source") is not None:
-        yield folder / str(document["source"]["path"])
-    yield folder.parent / name
-    yield Path.cwd() / name
+    if file.way:
+        yield folder / file.way
+    yield folder.parent / file.name
+    yield Path.cwd() / file.name
 
 
 def _sha256(path: Path) -> str:

@@ -14,9 +14,10 @@ from planner_core.coordinates.frame import site_frame
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import ExportError, PlanFolderError
 from planner_core.model import FloatArray, Scene, SiteFrame, Survey
+from planner_core.model.scene import scene_title
 from planner_core.plan_folder.plan_json import read_plan
 from planner_core.plan_folder.plan_model.results import FloorSection, RegistrationSection, StationSection
-from planner_core.plan_folder.plan_settings import find_scene, load_options_of, settings_of
+from planner_core.plan_folder.plan_settings import ScenePaths, find_scene, load_options_of, settings_of
 from planner_core.progress import Progress, silent
 
 
@@ -76,7 +77,7 @@ class PlanSource:
     """What formats are written from.
 
     stations : in visiting order. floors : lowest first, as in plan.json. document : of plan.json. told_scene : where
-    the user says that the scene file is.
+    the user says that scene files are.
     """
 
     folder: Path
@@ -86,7 +87,7 @@ class PlanSource:
     floors: tuple[FieldFloor, ...]
     links: tuple[FieldLink, ...]
     title: str
-    told_scene: Path | None = None
+    told_scene: ScenePaths = None
     _made: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def stations_of(self, floor_id: str) -> tuple[FieldStation, ...]:
@@ -94,20 +95,20 @@ class PlanSource:
         return tuple(station for station in self.stations if station.floor_id == floor_id)
 
     def has_scene(self) -> bool:
-        """Whether the scene file is found."""
+        """Whether all scene files are found."""
         try:
-            self.scene_path()
+            self.scene_paths()
         except ExportError:
             return False
         return True
 
-    def scene_path(self) -> Path:
-        """Where the scene file is.
+    def scene_paths(self) -> tuple[Path, ...]:
+        """Where the scene files are, in the order in which they were planned on.
 
         Raises
         ------
         HandoverError
-            It is not found, or is not the one that was planned on.
+            One is not found, or is not the one that was planned on.
         """
         try:
             return find_scene(self.folder, self.document, self.told_scene)
@@ -127,8 +128,8 @@ class PlanSource:
         if "scene" not in self._made:
             from planner_core.scene.load import load_scene
 
-            path = self.scene_path()
-            self._made["scene"] = load_scene(path, options=load_options_of(self.document), progress=progress)
+            paths = self.scene_paths()
+            self._made["scene"] = load_scene(paths, options=load_options_of(self.document), progress=progress)
         return self._made["scene"]  # type: ignore[no-any-return]
 
     def survey(self, *, progress: Progress = silent) -> Survey:
@@ -141,13 +142,13 @@ class PlanSource:
         return self._made["survey"]  # type: ignore[no-any-return]
 
 
-def open_plan(folder: Path, *, scene: Path | None = None, frame: FrameRequest | None = None) -> PlanSource:
+def open_plan(folder: Path, *, scene: ScenePaths = None, frame: FrameRequest | None = None) -> PlanSource:
     """Read a plan folder for formats to be written from it; the scene is left until somebody asks for it.
 
     Parameters
     ----------
     scene
-        The scene file, where it is not beside the plan. None: looked for.
+        The scene file or files, where they are not beside the plan. None: looked for.
     frame
         What the user says of the site's coordinates.
 
@@ -165,7 +166,8 @@ def open_plan(folder: Path, *, scene: Path | None = None, frame: FrameRequest | 
     floors = tuple(_floor(row) for row in plan.floors)
     stations = _stations(plan.stations, floors, of_site)
     # Without its folder; plans of Windows may name that, with backslashes.
-    title = plan.scene.file.replace("\\", "/").rpartition("/")[2] or plan_folder.name
+    name = plan.scene.file.replace("\\", "/").rpartition("/")[2] or plan_folder.name
+    title = scene_title(name, len(plan.scene.other_files))
     return PlanSource(plan_folder, document, of_site, stations, floors, _links(plan.registration), title, scene)
 
 

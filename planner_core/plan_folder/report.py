@@ -88,7 +88,7 @@ def report_page(plan: Plan, *, without_pictures: str = "") -> str:
 
     without_pictures : why there are no coverage pictures; empty where they are there.
     """
-    name = escape(plan.survey.scene.source.path.name)
+    name = escape(plan.survey.scene.title)
     parts = [
         f"<h1>Scan plan of {name}</h1>",
         _figures(plan),

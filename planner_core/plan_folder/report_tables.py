@@ -251,7 +251,8 @@ def unseen_csv(plan: Plan) -> str:
     for part in plan.unseen:
         element = plan.survey.scene.elements[part.element]
         areas = (f"{part.unseen_area_m2:.3f}", f"{part.achievable_area_m2:.3f}")
-        rows.append((part.element, element.name, element.kind, element.source_id, part.floor, *areas))
+        name = plan.survey.scene.label(part.element)
+        rows.append((part.element, name, element.kind, element.source_id, part.floor, *areas))
     return _csv(UNSEEN_COLUMNS, rows)
 
 
@@ -267,7 +268,7 @@ def unseen_surfaces_csv(plan: Plan, why: Why) -> str:
         rows.append(
             (
                 surface.element,
-                element.name,
+                scene.label(surface.element),
                 element.kind,
                 element.source_id,
                 scene.rooms[surface.room].title if surface.room >= 0 else "",
@@ -293,7 +294,7 @@ def _csv(header: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> str:
 
 def _element_name(scene: Scene, element: int) -> str:
     """Break long names where a browser may: Revit's have no blanks."""
-    return escape(scene.elements[element].name).replace(":", ":<wbr>").replace("_", "_<wbr>")
+    return escape(scene.label(element)).replace(":", ":<wbr>").replace("_", "_<wbr>")
 
 
 def _in_room(scene: Scene, room: int) -> str:

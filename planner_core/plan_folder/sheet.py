@@ -61,7 +61,7 @@ def floor_subtitle(plan: Plan, floor: Floor) -> str:
     elevation_m = floor.elevation_m + float(plan.survey.scene.offset_m[2])
     scanner = plan.settings.scanner
     return (
-        f"{plan.survey.scene.source.path.name}   ·   {floor.id}   ·   ground at {elevation_m:.2f} m, "
+        f"{plan.survey.scene.title}   ·   {floor.id}   ·   ground at {elevation_m:.2f} m, "
         f"{floor.ground_area_m2:.0f} m²   ·   {scanner.title}, range {scanner.range_max_m:g} m"
     )
 

@@ -26,7 +26,7 @@ from planner_core.plan_folder.sdf_authoring import (
     set_stage_metadata,
     vec3f_array,
 )
-from planner_core.plan_folder.usd_names import BUILDING_PATH, MeshPlace
+from planner_core.plan_folder.usd_names import BUILDING_PATH, MeshPlace, file_path
 
 MATERIAL_PATH = "/Plan/Looks/Surface"
 COLOUR_PATH = f"{MATERIAL_PATH}/Colour"
@@ -62,6 +62,10 @@ def author_building(layer: Layer, survey: Survey, places: tuple[MeshPlace, ...],
         _author_variants(root)
     put_transform(define(layer, BUILDING_PATH, "Xform", kind="group"))
     ground_of_triangle = ground_floor_numbers(survey)
+    for number, source in enumerate(survey.scene.sources if survey.scene.further_sources else ()):
+        of_file = define(layer, file_path(survey.scene, number), "Xform", kind="group")
+        put_transform(of_file)
+        put(of_file, "tlsplan:file", TYPES.String, source.path.name)
     parents: set[str] = set()
     for place in places:
         group = place.path.rsplit("/", 1)[0]
@@ -158,9 +162,11 @@ def _author_mesh(layer: Layer, survey: Survey, place: MeshPlace, ground_of_trian
     put(mesh, "subdivisionScheme", TYPES.Token, "none", uniform=True)
     put_transform(mesh)
     put_extent(mesh, points_m)
-    put(mesh, "tlsplan:name", TYPES.String, element.name)
+    put(mesh, "tlsplan:name", TYPES.String, scene.label(place.element))
     put(mesh, "tlsplan:kind", TYPES.String, element.kind)
     put(mesh, "tlsplan:sourceId", TYPES.String, element.source_id)
+    if scene.further_sources:
+        put(mesh, "tlsplan:file", TYPES.String, scene.file_of(place.element))
     put(mesh, "tlsplan:element", TYPES.Int, place.element)
     put(mesh, "tlsplan:floor", TYPES.String, _floor_id(survey, place.triangles))
     columns: dict[str, np.ndarray] = {

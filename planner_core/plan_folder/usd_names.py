@@ -1,7 +1,7 @@
 """Where every element of the scene stands in the USD stage: Survey -> one `MeshPlace` an element that has triangles.
 
-Storeys by elevation, at most 400 siblings a parent (browsers' readers recurse over siblings), names that USD accepts
-and that stay unique whatever the source called its elements.
+Files, where there are several, then storeys by elevation, at most 400 siblings a parent (browsers' readers recurse over
+siblings), names that USD accepts and that stay unique whatever the source called its elements.
 """
 
 from __future__ import annotations
@@ -42,20 +42,27 @@ def storey_prim_name(storey: int) -> str:
     return f"Storey_{storey}" if storey >= 0 else "Storey_none"
 
 
+def file_path(scene: Scene, number: int) -> str:
+    """Path of the prim that holds a file's elements; the building itself where the scene is one file."""
+    if not scene.further_sources:
+        return BUILDING_PATH
+    return f"{BUILDING_PATH}/File_{number}_{prim_name(scene.sources[number].path.name)}".rstrip("_")
+
+
 def mesh_places(scene: Scene) -> tuple[MeshPlace, ...]:
-    """Give every element that has triangles its prim, ordered by storey (none last), then by element."""
+    """Give every element that has triangles its prim, ordered by file, storey (none last) and element."""
     order = np.argsort(scene.element_of_triangle, kind="stable").astype(np.int32)
     starts = np.searchsorted(scene.element_of_triangle[order], np.arange(len(scene.elements) + 1))
     used = [index for index in range(len(scene.elements)) if starts[index + 1] > starts[index]]
-    by_storey: dict[int, list[int]] = {}
+    by_storey: dict[tuple[int, int], list[int]] = {}
     for index in used:
-        by_storey.setdefault(scene.elements[index].storey, []).append(index)
+        by_storey.setdefault((scene.elements[index].file, scene.elements[index].storey), []).append(index)
     places = []
-    for storey in sorted(by_storey, key=lambda value: (value < 0, value)):
-        for rank, index in enumerate(by_storey[storey]):
+    for number, storey in sorted(by_storey, key=lambda key: (key[0], key[1] < 0, key[1])):
+        for rank, index in enumerate(by_storey[number, storey]):
             element = scene.elements[index]
             name = f"{prim_name(element.name) or prim_name(element.kind) or 'Element'}_{index}"
             group = f"Group_{rank // MAX_SIBLINGS:03d}"
-            path = f"{BUILDING_PATH}/{storey_prim_name(storey)}/{group}/{name}"
+            path = f"{file_path(scene, number)}/{storey_prim_name(storey)}/{group}/{name}"
             places.append(MeshPlace(index, path, order[starts[index] : starts[index + 1]]))
     return tuple(places)

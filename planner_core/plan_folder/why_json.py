@@ -45,7 +45,7 @@ def _station(reason: StationReason, scene: Scene) -> dict[str, Any]:
         "own_parts": [
             {
                 "element": part.element,
-                "name": scene.elements[part.element].name,
+                "name": scene.label(part.element),
                 "room": _room(part.room, scene),
                 "area_m2": _number(part.area_m2),
             }
@@ -59,7 +59,7 @@ def _surface(surface: UnseenSurface, scene: Scene) -> dict[str, Any]:
     element = scene.elements[surface.element]
     return {
         "element": surface.element,
-        "name": element.name,
+        "name": scene.label(surface.element),
         "kind": element.kind,
         "source_id": element.source_id,
         "room": _room(surface.room, scene),

@@ -114,7 +114,8 @@ def _of_goal(
 def _in_words(survey: Survey, demand: Demand, goal: Goal, one: Shortfall) -> str:
     element = survey.scene.elements[one.element]
     floor = f", {survey.floors[one.floor].name}" if one.floor >= 0 else ""
-    return f"{element.name} ({element.kind}{floor}): {area_in_words(one.area_m2)}, {_cause(demand, goal, one)}"
+    file = f", {name}" if (name := survey.scene.file_of(one.element)) else ""
+    return f"{element.name} ({element.kind}{floor}{file}): {area_in_words(one.area_m2)}, {_cause(demand, goal, one)}"
 
 
 def _cause(demand: Demand, goal: Goal, one: Shortfall) -> str:

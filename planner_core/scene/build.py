@@ -286,12 +286,7 @@ def _report(repair: Repair, offset_m: FloatArray, prior: LoadReport) -> LoadRepo
         unlisted += 1
         lines[-1] = f"... and {grouped(unlisted)} more"
     warnings = [one_line(warning) for warning in (*prior.warnings, *repair.warnings)]
-    if offset_m.any():
-        x, y, z = (grouped(int(v)) for v in offset_m)
-        warnings.append(
-            f"{repair.name} lies far from its origin: it is worked on around x {x}, y {y}, z {z} m; "
-            "coordinates that are written out are the file's own."
-        )
+    warnings += far_origin(repair.name, offset_m)
     return LoadReport(
         n_faces_read=prior.n_faces_read + repair.keep.size,
         n_non_finite=prior.n_non_finite + repair.counts["non_finite"],
@@ -302,6 +297,17 @@ def _report(repair: Repair, offset_m: FloatArray, prior: LoadReport) -> LoadRepo
         dropped=tuple(lines),
         warnings=tuple(warnings),
     )
+
+
+def far_origin(name: str, offset_m: FloatArray) -> list[str]:
+    """A line for the user where the scene is moved to be worked on; none where it is not."""
+    if not offset_m.any():
+        return []
+    x, y, z = (grouped(int(v)) for v in offset_m)
+    return [
+        f"{name} lies far from its origin: it is worked on around x {x}, y {y}, z {z} m; coordinates that are written "
+        "out are the file's own."
+    ]
 
 
 def _nothing_left(name: str, report: LoadReport) -> str:

@@ -1,14 +1,17 @@
-"""Loading: a scene file of any format -> `Scene`.
+"""Loading: scene files of any format -> `Scene`.
 
 The extension chooses the reader, a module a format; `planner_core.scene.build` then brings units, axes and origin into
-line and repairs. What was guessed or repaired is in `Scene.report`.
+line and repairs; `planner_core.scene.federation` makes one scene of several files. What was guessed or repaired is in
+`Scene.report`.
 """
 
 from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +23,7 @@ from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import without_door_leaves
 from planner_core.scene.extent import LONGEST_M, SHORTEST_M, extent_m, likely_unit
+from planner_core.scene.federation import federated
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
 
@@ -66,13 +70,19 @@ class LoadOptions:
         object.__setattr__(self, "doors", one_of(Doors, self.doors, "doors", error=SceneError))
 
 
-def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Progress = silent) -> Scene:
-    """Load a scene file.
+def load_scene(
+    path: Path | Sequence[Path],
+    *,
+    options: LoadOptions | Sequence[LoadOptions] = LoadOptions(),
+    progress: Progress = silent,
+) -> Scene:
+    """Load a scene from its file, or from several files that are one building together.
 
     Parameters
     ----------
-    path : IFC, OBJ, PLY, STL, glTF/GLB or USD file, told by its extension.
-    options : unit, upward axis and leniency.
+    path : IFC, OBJ, PLY, STL, glTF/GLB or USD file, told by its extension; or several, see
+        `planner_core.scene.federation` for how they are put together.
+    options : unit, upward axis and leniency; of several files one for all, or one for each.
     progress : gets events of the stage `load`.
 
     Raises
@@ -80,26 +90,85 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
     SceneNotFoundError
         There is no such file, or it can't be read.
     SceneError
-        The file can't be used; the message names the reason and the remedy.
+        A file can't be used, or not with the others; the message names the reason and the remedy.
     MissingPackageError
         The format's library is not installed.
 
     Notes
     -----
-    `Scene.source.sha256` is of the named file alone, not of files that it refers to. Same file, same scene, bit by bit.
+    `SceneSource.sha256` is of the named file alone, not of files that it refers to. Same files, same scene, bit by bit.
     """
-    path = Path(path)
-    file_format = _check_file(path)
+    paths = [Path(path)] if isinstance(path, str | Path) else [Path(each) for each in path]
+    each_options = [options] * len(paths) if isinstance(options, LoadOptions) else list(options)
+    _check_options(paths, each_options)
+    files = [_File(each, _check_file(each), of) for each, of in zip(paths, each_options, strict=True)]
+    once, repeated = _once_each(files)
+    scenes = [_load_file(file, several=len(once) > 1, progress=progress) for file in once]
+    if len(scenes) == 1:
+        scene = scenes[0]
+    else:
+        progress(ProgressEvent("load", 0, 0, "putting the files together"))
+        scene = federated(scenes)
+    glass, doors = each_options[0].glass, each_options[0].doors
+    if doors != Doors.SHUT:
+        scene = without_door_leaves(scene, outer_too=doors == Doors.ALL)
+    progress(ProgressEvent("load", 1, 1, "loaded"))
+    return _with_warnings(_with_glass(scene, glass), repeated)
+
+
+@dataclass(frozen=True)
+class _File:
+    """A file to load, checked."""
+
+    path: Path
+    format: str
+    options: LoadOptions
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hexadecimal."""
+        with self.path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _check_options(paths: list[Path], options: list[LoadOptions]) -> None:
+    if not paths:
+        raise SceneError("got no scene file, expected one or more; name them.")
+    if len(options) != len(paths):
+        raise SceneError(
+            f"got options for {len(options)} files, expected {len(paths)}; pass one of each, or one for all."
+        )
+    if len({(each.glass, each.doors) for each in options}) > 1:
+        raise SceneError("got files with different glass or doors, expected one word for all; they are one building.")
+
+
+def _once_each(files: list[_File]) -> tuple[list[_File], list[str]]:
+    """Return the files that differ from all before them, and a line on each of the others."""
+    if len(files) == 1:
+        return files, []
+    once: dict[str, _File] = {}
+    lines = []
+    for file in files:
+        first = once.setdefault(file.sha256, file)
+        if first is not file:
+            other = "" if first.path == file.path else f" is the same file as {first.path} and"
+            lines.append(f"{file.path}:{other} was given a second time: it is read once.")
+    return list(once.values()), lines
+
+
+def _load_file(file: _File, *, several: bool, progress: Progress) -> Scene:
+    """One file with all that it says, doors and glass as modelled. several : messages name it to options."""
+    path, options = file.path, file.options
     progress(ProgressEvent("load", 0, 0, f"reading {path.name}"))
-    digest = _sha256(path)
-    raw = _read(path, file_format, options, progress)
+    digest = file.sha256
+    raw = _read(path, file.format, options, progress)
     _check_told_unit(path, raw, options)
     metres_per_unit = raw.metres_per_unit if options.metres_per_unit is None else options.metres_per_unit
     up_axis = options.up_axis or raw.up_axis or "Z"
     source = SceneSource(
         path=path,
         sha256=digest,
-        format=file_format,
+        format=file.format,
         unit_name=_unit_name(raw, options),
         metres_per_unit=metres_per_unit,
         up_axis=up_axis,
@@ -130,10 +199,7 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
     )
     scene = with_rooms(scene, raw.rooms, raw.storeys, metres_per_unit=vertex_unit_m, up_axis=up_axis)
     scene = replace(scene, georeference=_georeference(raw, options))
-    if options.doors != Doors.SHUT:
-        scene = without_door_leaves(scene, outer_too=options.doors == Doors.ALL)
-    progress(ProgressEvent("load", 1, 1, "loaded"))
-    return _with_warnings(_with_glass(scene, options.glass), _doubts(scene, raw, options))
+    return _with_warnings(scene, _doubts(scene, raw, options, of_file=f"{path.name}=" if several else ""))
 
 
 # ------------------------------------------------------------------------------------------------- file
@@ -176,11 +242,6 @@ def _check_told_unit(path: Path, raw: RawScene, options: LoadOptions) -> None:
             f"{path.name}: its unit is {raw.metres_per_unit:g} m long, expected more than 0; pass its unit, such as "
             "--units m, or export it again."
         )
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _read(path: Path, file_format: str, options: LoadOptions, progress: Progress) -> RawScene:
@@ -252,28 +313,31 @@ _LEVEL_COSINE = 0.996
 """A face is horizontal (or faces an axis) within 5 degrees."""
 
 
-def _doubts(scene: Scene, raw: RawScene, options: LoadOptions) -> list[str]:
-    """Warnings about what the file did not say, or said and is hard to believe."""
+def _doubts(scene: Scene, raw: RawScene, options: LoadOptions, *, of_file: str) -> list[str]:
+    """Warnings about what the file did not say, or said and is hard to believe. of_file : `arch.obj=` of several."""
     name = scene.source.path.name
     doubts = []
     if options.metres_per_unit is None:
-        doubts += _unit_doubt(name, float(extent_m(scene).max()), scene.source)
+        doubts += _unit_doubt(name, float(extent_m(scene).max()), scene.source, of_file)
     if options.up_axis is None and not raw.up_axis and _looks_turned(scene):
         doubts.append(
-            f"{name} states no up axis and z is assumed, but its level surfaces face y: if y is up, pass --up y."
+            f"{name} states no up axis and z is assumed, but its level surfaces face y: if y is up, pass --up "
+            f"{of_file}y."
         )
     if options.up_axis is None and scene.source.format == "gltf" and _looks_turned(scene):
-        doubts.append(f"{name} is y up as all glTF is, but its level surfaces face z: if z is up, pass --up z.")
+        doubts.append(
+            f"{name} is y up as all glTF is, but its level surfaces face z: if z is up, pass --up {of_file}z."
+        )
     return doubts
 
 
-def _unit_doubt(name: str, longest_m: float, source: SceneSource) -> list[str]:
+def _unit_doubt(name: str, longest_m: float, source: SceneSource, of_file: str) -> list[str]:
     told = f"in {source.unit_name}s" if source.metres_per_unit == 1.0 else f"in units of {source.metres_per_unit:g} m"
     if SHORTEST_M <= longest_m <= LONGEST_M:
         return []
     length = f"only {longest_m:.3g} m" if longest_m < SHORTEST_M else f"{longest_m:.0f} m"
     unit = likely_unit(longest_m)
-    return [f"{name}, read {told}, is {length} long: if that is wrong, pass its unit, such as --units {unit}."]
+    return [f"{name}, read {told}, is {length} long: if that is wrong, pass its unit, such as --units {of_file}{unit}."]
 
 
 def _looks_turned(scene: Scene) -> bool:

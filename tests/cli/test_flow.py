@@ -330,7 +330,7 @@ def test_demo_goes_on_where_an_interrupted_one_left_its_building(
     left = scenes_synthetic.write(scenes_synthetic.build("house"), tmp_path / "house.ifc")
     done = tlsplan("demo", "-o", tmp_path / "house")
     assert done.returncode == 0, done.stderr
-    assert planned == [left]
+    assert planned == [[left]]
 
 
 def test_a_height_in_millimetres_is_refused_in_one_line(tlsplan: Tlsplan, house: Path, tmp_path: Path) -> None:

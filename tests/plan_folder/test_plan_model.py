@@ -48,7 +48,8 @@ def test_plan_of_the_first_version_can_be_planned_again_as_it_was_made(old_folde
     assert settings.requirements.asked == PointLimits()
     assert settings.requirements.network == "none"
     assert settings.scanner.azimuth_range_rad is None
-    assert (load_options_of(document).glass, load_options_of(document).doors) == ("return", "shut")
+    (options,) = load_options_of(document)
+    assert (options.glass, options.doors) == ("return", "shut")
 
 
 def test_plan_of_the_first_version_is_exported_reviewed_and_listed(old_folder: Path) -> None:

@@ -222,7 +222,7 @@ def test_document_of_picks_noise_and_a_marked_floor_matches_the_schema(plan: Pla
     source.path.write_bytes(b"ISO-10303-21;")
     survey = replace(plan.survey, floors=floors, scene=replace(plan.survey.scene, source=source))
     document = json.loads(plan_text(replace(plan, settings=told, survey=survey), tmp_path / "plan"))
-    assert document["source"] == {"path": "../scene.ifc"}
+    assert document["source"] == {"path": "../scene.ifc", "other_paths": []}
     jsonschema.Draft202012Validator(schema).validate(document)
     for written, name in (
         (document["site"]["ground_picks"][0], "PickSection"),
@@ -286,7 +286,7 @@ def test_load_options_are_read_back_as_they_were_told(plan: Plan, tmp_path: Path
     loaded = load_scene(file, options=options)
     scene = replace(plan.survey.scene, source=loaded.source)
     document = plan_document(replace(plan, survey=replace(plan.survey, scene=scene)))
-    assert load_options_of(json.loads(json.dumps(document))) == options
+    assert load_options_of(json.loads(json.dumps(document))) == (options,)
 
 
 @pytest.fixture
@@ -304,8 +304,8 @@ def made(plan: Plan, tmp_path: Path) -> tuple[Path, dict[str, Any], Path]:
 
 def test_source_is_the_way_from_the_plan_folder_to_the_scene(made: tuple[Path, dict[str, Any], Path]) -> None:
     folder, document, scene_file = made
-    assert document["source"] == {"path": "../../models/quad.obj"}
-    assert find_scene(folder, document).resolve() == scene_file
+    assert document["source"] == {"path": "../../models/quad.obj", "other_paths": []}
+    assert find_scene(folder, document)[0].resolve() == scene_file
 
 
 def test_scene_is_found_after_both_folders_moved_together(made: tuple[Path, dict[str, Any], Path]) -> None:
@@ -314,7 +314,7 @@ def test_scene_is_found_after_both_folders_moved_together(made: tuple[Path, dict
     moved.mkdir()
     folder.parent.rename(moved / "plans")
     scene_file.parent.rename(moved / "models")
-    found = find_scene(moved / "plans" / "first", document)
+    (found,) = find_scene(moved / "plans" / "first", document)
     assert found.resolve() == moved / "models" / "quad.obj"
 
 
@@ -325,7 +325,7 @@ def test_scene_is_found_where_the_plan_folder_is_reached_by_a_link(
     (tmp_path / "deep" / "er").mkdir(parents=True)
     link = tmp_path / "deep" / "er" / "plan"
     link.symlink_to(folder)
-    assert find_scene(link, document).resolve() == scene_file
+    assert find_scene(link, document)[0].resolve() == scene_file
 
 
 def test_scene_is_looked_for_beside_the_plan_then_in_the_working_directory(
@@ -336,9 +336,9 @@ def test_scene_is_looked_for_beside_the_plan_then_in_the_working_directory(
     work.mkdir()
     monkeypatch.chdir(work)
     scene_file.rename(work / "quad.obj")
-    assert find_scene(folder, document).resolve() == work / "quad.obj"
+    assert find_scene(folder, document)[0].resolve() == work / "quad.obj"
     (folder.parent / "quad.obj").write_text(QUAD)
-    assert find_scene(folder, document).resolve() == folder.parent / "quad.obj"
+    assert find_scene(folder, document)[0].resolve() == folder.parent / "quad.obj"
 
 
 def test_scene_that_is_told_comes_first_and_must_be_the_same_file(
@@ -347,7 +347,7 @@ def test_scene_that_is_told_comes_first_and_must_be_the_same_file(
     folder, document, _ = made
     other = tmp_path / "renamed.obj"
     other.write_text(QUAD)
-    assert find_scene(folder, document, told=other) == other
+    assert find_scene(folder, document, told=other)[0] == other
     other.write_text(QUAD + "\n")
     with pytest.raises(PlanFolderError, match=r"renamed\.obj: is not the file that .*--scene"):
         find_scene(folder, document, told=other)
@@ -365,7 +365,7 @@ def test_scene_that_changed_is_refused_and_a_good_copy_beside_the_plan_is_taken(
     copy = folder.parent / "quad.obj"
     copy.write_text(QUAD)
     assert hashlib.sha256(copy.read_bytes()).hexdigest() == document["scene"]["sha256"]
-    assert find_scene(folder, document).resolve() == copy
+    assert find_scene(folder, document)[0].resolve() == copy
 
 
 def test_scene_that_is_nowhere_is_named_with_the_option_to_tell_it(made: tuple[Path, dict[str, Any], Path]) -> None:

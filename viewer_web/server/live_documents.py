@@ -200,7 +200,7 @@ def _unseen(surface: LeftSurface, scene: Scene) -> LeftSurfaceSection:
     room = None if surface.room < 0 else scene.rooms[surface.room]
     return LeftSurfaceSection(
         element=surface.element,
-        name=element.name,
+        name=scene.label(surface.element),
         kind=element.kind,
         source_id=element.source_id,
         room=None if room is None else RoomSection(name=room.title, source_id=room.source_id),

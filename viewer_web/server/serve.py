@@ -10,6 +10,7 @@ import uvicorn
 from fastapi import APIRouter
 
 from planner_core.errors import RequirementError
+from planner_core.plan_folder.plan_settings import ScenePaths
 from planner_core.progress import Progress
 from viewer_web.server.app import BUILT_APP, create_app
 from viewer_web.server.session import Session
@@ -32,7 +33,7 @@ def serve(
     on_ready: Callable[[str], None],
     allowed_hosts: Iterable[str] = (),
     built_app: Path = BUILT_APP,
-    scene: Path | None = None,
+    scene: ScenePaths = None,
     read_only: bool = False,
     live: bool = True,
     on_left: Callable[["LeftRun"], None] = lambda _: None,
@@ -51,8 +52,8 @@ def serve(
     allowed_hosts : iterable of str
         Names besides the loopback ones, `host` and this machine's own addresses under which browsers reach it. Where
         `host` is a wildcard, this machine's own name is allowed too.
-    scene : Path
-        The scene file, for the live side; None: looked for where the plan says, and beside the folder.
+    scene
+        The scene file or files, for the live side; None: looked for where the plan says, and beside the folder.
     read_only : bool
         Whether the review may not be changed, and no run started.
     live : bool
@@ -128,7 +129,7 @@ class Side:
 
 
 def live_side(
-    session: Session, scene: Path | None = None, *, on_warning: Callable[[str], None] = lambda _: None
+    session: Session, scene: ScenePaths = None, *, on_warning: Callable[[str], None] = lambda _: None
 ) -> Side:
     """Return the live side of a session, not yet started; `on_warning` as in `serve`."""
     from viewer_web.server.live_api import create_live_router
@@ -148,7 +149,7 @@ def live_side(
 
 
 def runs_side(
-    session: Session, scene: Path | None = None, *, on_left: Callable[["LeftRun"], None] = lambda _: None
+    session: Session, scene: ScenePaths = None, *, on_left: Callable[["LeftRun"], None] = lambda _: None
 ) -> Side:
     """Return the runs of a session, not yet watched; `on_left` as in `serve`."""
     from viewer_web.server.jobs.api import create_runs_router

@@ -275,6 +275,7 @@ def open_clouds(source: PlanSource, options: Options, *, progress: Progress = si
         title=source.title,
         identity=(
             str(scene["sha256"]),
+            *(str(file["sha256"]) for file in scene.get("other_files", ())),
             json.dumps([scene["load_options"], source.document["scanner"]], sort_keys=True),
         ),
         frame=source.frame,

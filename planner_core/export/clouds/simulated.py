@@ -49,8 +49,8 @@ def simulated_clouds(
     """Make ready to scan from stations of the local frame: every beam, exactly, in scene coordinates."""
     scene = survey.scene
     return Clouds(
-        title=scene.source.path.name,
-        identity=(scene.source.sha256,),
+        title=scene.title,
+        identity=tuple(source.sha256 for source in scene.sources),
         frame=SiteFrame(),
         settings=settings,
         survey=survey,

@@ -73,14 +73,33 @@ class LoadOptionsSection(Mirror):
     doors: DoorsWord = Doors.SHUT
 
 
+_Format = Literal["ifc", "obj", "ply", "stl", "gltf", "usd", "memory"]
+
+
+class SceneFileSection(Document):
+    """A file of a scene of several, as it was read."""
+
+    file: Text
+    """Its name, without its folder."""
+    sha256: str
+    """Of its bytes, hexadecimal."""
+    format: _Format
+    schema_: Annotated[str, Field(alias="schema")]
+    """What it says of itself; empty where it says nothing."""
+    units: str
+    metres_per_unit: Annotated[Number, Field(gt=0)]
+    up_axis: UpAxisWord
+    load_options: LoadOptionsSection
+
+
 class SceneSection(Document):
     """The scene as it was read."""
 
     file: Text
-    """Name of the scene file, without its folder."""
+    """Name of the scene file, without its folder; of several the first."""
     sha256: str
     """Of the file's bytes, hexadecimal; empty for a scene from memory."""
-    format: Literal["ifc", "obj", "ply", "stl", "gltf", "usd", "memory"]
+    format: _Format
     """What was read."""
     schema_: Annotated[str, Field(alias="schema")]
     """What the file says of itself: IFC2X3, glTF 2.0 ...; empty where it says nothing."""
@@ -93,6 +112,8 @@ class SceneSection(Document):
     doors: DoorsWord = Doors.SHUT
     """Which doors were taken to be open: none, those indoors, or those that lead outdoors, too."""
     load_options: LoadOptionsSection | None = None
+    other_files: tuple[SceneFileSection, ...] = ()
+    """The files after the first, where the scene is several; what is said above of a file is of the first."""
     n_doors_open: Count = 0
     """Doors whose leaves were left out."""
     offset: Point
@@ -112,10 +133,12 @@ class SceneSection(Document):
 
 
 class SourceSection(Document):
-    """Where the scene file was, seen from the plan folder. May differ between equal plans."""
+    """Where the scene files were, seen from the plan folder. May differ between equal plans."""
 
     path: str
-    """Relative to the plan folder, with forward slashes."""
+    """Relative to the plan folder, with forward slashes; of several files the first."""
+    other_paths: tuple[str, ...] = ()
+    """The same of `scene.other_files`, in their order."""
 
 
 # ---------------------------------------------------------------------------------- what the plan is made from

@@ -305,6 +305,7 @@ class UnseenSection(Document):
 
     element: ElementNumber
     name: str
+    """With its file in brackets, where the scene is several files."""
     kind: str
     source_id: str
     """What finds it in the source: IFC GlobalId, prim path ..."""

@@ -17,7 +17,7 @@ from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import PlanFolderError
 from planner_core.model import Int32Array, PlanSettings, Survey, Visibility
 from planner_core.plan_folder.plan_json import read_plan_json
-from planner_core.plan_folder.plan_settings import find_scene, load_options_of, settings_of
+from planner_core.plan_folder.plan_settings import ScenePaths, find_scene, load_options_of, settings_of
 from planner_core.planning.live.draft import local_place
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.positions.allowed_positions import find_positions
@@ -39,7 +39,7 @@ _SAME_PLACE_M = 1e-5
 def open_live(
     plan_folder: Path,
     *,
-    scene: Path | None = None,
+    scene: ScenePaths = None,
     engine: str = "auto",
     device: str | None = None,
     with_ground: bool = True,
@@ -50,7 +50,7 @@ def open_live(
     Parameters
     ----------
     scene
-        The scene file; None: looked for, see `planner_core.plan_folder.plan_settings.find_scene`.
+        The scene file or files; None: looked for, see `planner_core.plan_folder.plan_settings.find_scene`.
     engine, device
         See `planner_core.engine.scan_engine.open_engine`.
     with_ground

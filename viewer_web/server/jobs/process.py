@@ -166,7 +166,7 @@ def best_of(plan: Plan) -> RunBest:
     )
 
 
-def plan_run(folder: Path, scene: Path, telling: Telling, interrupts: Interrupts) -> Plan:
+def plan_run(folder: Path, scene: Sequence[Path], telling: Telling, interrupts: Interrupts) -> Plan:
     """Plan as the run asks, and write the plan's folder."""
     # An interrupt before `install` is lost where the server was started with interrupts off, as by `nohup ... &`.
     if (folder / CANCEL).exists():
@@ -186,7 +186,7 @@ def plan_run(folder: Path, scene: Path, telling: Telling, interrupts: Interrupts
     return plan
 
 
-def run(folder: Path, scene: Path) -> int:
+def run(folder: Path, scene: Sequence[Path]) -> int:
     """Do all of a run; return the exit status of its process."""
     interrupts = Interrupts()
     interrupts.install()
@@ -235,7 +235,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Read the command line, say whose process this is, and run."""
     parser = argparse.ArgumentParser(prog="process", description="Plan as a run of `tlsplan view` asks.")
     parser.add_argument("folder", type=Path, help="folder of the run")
-    parser.add_argument("--scene", type=Path, required=True, help="the scene file")
+    parser.add_argument("--scene", type=Path, nargs="+", required=True, help="the scene files")
     parser.add_argument("--turn", type=int, default=None, help="handle of the lock that this process inherits")
     told = parser.parse_args(arguments)
     if told.turn is not None:

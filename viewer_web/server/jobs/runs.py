@@ -23,7 +23,7 @@ from planner_core.errors import PlanFolderError, PlannerError
 from planner_core.operating_system import HANDS_ON_LOCKS, apart
 from planner_core.plan_folder.folder_lock import locked_folder
 from planner_core.plan_folder.plan_json import read_plan_json
-from planner_core.plan_folder.plan_settings import find_scene
+from planner_core.plan_folder.plan_settings import ScenePaths, find_scene
 from planner_core.review.store import REVIEW_FILE, ReviewStore
 from viewer_web.server.jobs.documents import RunDocument, RunRequest
 from viewer_web.server.jobs.files import (
@@ -76,7 +76,7 @@ class Runs:
     plan_folder
         The folder that is shown.
     scene
-        The scene file; None: looked for where the plan says.
+        The scene file or files; None: looked for where the plan says.
     read_only
         Nothing is written: what became of a run whose process is gone is only told.
     tell
@@ -89,14 +89,14 @@ class Runs:
         self,
         plan_folder: Path,
         *,
-        scene: Path | None = None,
+        scene: ScenePaths = None,
         read_only: bool = False,
         tell: Callable[[Mapping[str, Any]], None] = lambda _: None,
         tell_deleted: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._plan_folder, self._scene = plan_folder, scene
         self._tell, self._tell_deleted = tell, tell_deleted
-        self._scene_found: tuple[Path, object] | None = None
+        self._scene_found: list[tuple[Path, object]] = []
         self._read_only = read_only
         self._lock = threading.Lock()
         self._child: tuple[str, subprocess.Popen[bytes]] | None = None
@@ -125,7 +125,7 @@ class Runs:
 
     def obstacle(self) -> str | None:
         """Say why no run can be started: the scene that was planned is not there; None: nothing is known of."""
-        if self._scene_found is not None and _stamp(self._scene_found[0]) == self._scene_found[1]:
+        if self._scene_found and all(_stamp(path) == stamp for path, stamp in self._scene_found):
             return None  # reading a large scene takes a while
         if not HANDS_ON_LOCKS:
             return "runs can't be started from the page on this system; plan with `tlsplan plan`"
@@ -133,7 +133,7 @@ class Runs:
             scene = find_scene(self._plan_folder, read_plan_json(self._plan_folder), self._scene)
         except PlannerError as error:
             return str(error)
-        self._scene_found = scene, _stamp(scene)
+        self._scene_found = [(path, _stamp(path)) for path in scene]
         return None
 
     # ------------------------------------------------------------------------------------------ changing
@@ -157,7 +157,7 @@ class Runs:
             begun_m = [] if earlier is None or earlier.best is None else earlier.best.stations
             run_settings(basis, request, begun_m=begun_m)
             document = read_plan_json(basis)
-            scene = find_scene(self._plan_folder, document, self._scene).resolve()
+            scene = [path.resolve() for path in find_scene(self._plan_folder, document, self._scene)]
             try:
                 return self._begin(request, basis, scene, begun_m, resumed_from)
             except OSError as error:
@@ -311,7 +311,7 @@ class Runs:
         self,
         request: RunRequest,
         basis: Path,
-        scene: Path,
+        scene: Sequence[Path],
         begun_m: Sequence[Sequence[float]],
         resumed_from: str | None,
     ) -> RunDocument:
@@ -420,9 +420,9 @@ class Runs:
         return ended
 
 
-def _spawn(folder: Path, scene: Path, turn: int) -> "subprocess.Popen[bytes]":
+def _spawn(folder: Path, scene: Sequence[Path], turn: int) -> "subprocess.Popen[bytes]":
     """Begin the process of a run, out of reach of a Ctrl-C that is meant for the server."""
-    command = [sys.executable, "-P", "-m", "viewer_web.server.jobs.process", str(folder), "--scene", str(scene)]
+    command = [sys.executable, "-P", "-m", "viewer_web.server.jobs.process", str(folder), "--scene", *map(str, scene)]
     with (folder / OUTPUT).open("ab") as output:
         return subprocess.Popen(
             [*command, "--turn", str(turn)],

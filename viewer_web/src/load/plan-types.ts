@@ -28,6 +28,7 @@ export interface Documents {
   RoomSection: RoomSection;
   RouteSection: RouteSection;
   ScannerSection: ScannerSection;
+  SceneFileSection: SceneFileSection;
   SceneSection: SceneSection;
   SealedSection: SealedSection;
   SettingsSection: SettingsSection;
@@ -747,11 +748,33 @@ export interface ScannerSection {
   dual_axis_compensator: boolean | null;
 }
 /**
+ * A file of a scene of several, as it was read.
+ */
+export interface SceneFileSection {
+  /**
+   * Its name, without its folder.
+   */
+  file: string;
+  /**
+   * Of its bytes, hexadecimal.
+   */
+  sha256: string;
+  format: 'ifc' | 'obj' | 'ply' | 'stl' | 'gltf' | 'usd' | 'memory';
+  /**
+   * What it says of itself; empty where it says nothing.
+   */
+  schema: string;
+  units: string;
+  metres_per_unit: number;
+  up_axis: 'Y' | 'Z';
+  load_options: LoadOptionsSection;
+}
+/**
  * The scene as it was read.
  */
 export interface SceneSection {
   /**
-   * Name of the scene file, without its folder.
+   * Name of the scene file, without its folder; of several the first.
    */
   file: string;
   /**
@@ -781,6 +804,10 @@ export interface SceneSection {
    */
   doors: 'shut' | 'open' | 'all';
   load_options: LoadOptionsSection | null;
+  /**
+   * The files after the first, where the scene is several; what is said above of a file is of the first.
+   */
+  other_files: SceneFileSection[];
   /**
    * Doors whose leaves were left out.
    */
@@ -890,13 +917,17 @@ export interface SiteSection {
   ground_picks: PickSection[];
 }
 /**
- * Where the scene file was, seen from the plan folder. May differ between equal plans.
+ * Where the scene files were, seen from the plan folder. May differ between equal plans.
  */
 export interface SourceSection {
   /**
-   * Relative to the plan folder, with forward slashes.
+   * Relative to the plan folder, with forward slashes; of several files the first.
    */
   path: string;
+  /**
+   * The same of `scene.other_files`, in their order.
+   */
+  other_paths: string[];
 }
 /**
  * What only this station sees.
@@ -977,6 +1008,9 @@ export interface UnseenSection {
    * Number of the element in the scene.
    */
   element: number;
+  /**
+   * With its file in brackets, where the scene is several files.
+   */
   name: string;
   kind: string;
   /**
