@@ -26,6 +26,7 @@ from planner_core.model import (
     Requirements,
     Scanner,
     Scene,
+    Scope,
     UpAxis,
 )
 from planner_core.plan_folder import folder as plan_folders
@@ -107,11 +108,12 @@ def settings(
     chosen = {name: more.pop(name) for name in _SETTINGS & set(more)}
     is_paper = isinstance(chosen.get("method"), Paper)
     deliverable = NO_DELIVERABLE if is_paper else DEFAULT_DELIVERABLE
+    scope = Scope.ALL if is_paper else Scope.AUTO
     scanner = scanner or (PAPER_SCANNER if is_paper else DEFAULT_SCANNER)
     if requirements is None:
-        required, site = requirements_from(more, where="settings", deliverable=deliverable)
+        required, site = requirements_from(more, where="settings", deliverable=deliverable, scope=scope)
     else:
-        required, site = read_requirements(requirements, instead=more, deliverable=deliverable)
+        required, site = read_requirements(requirements, instead=more, deliverable=deliverable, scope=scope)
     used = scanner if isinstance(scanner, Scanner) else load_scanner(scanner)
     return PlanSettings(scanner=used, requirements=required, site=site, **chosen)
 

@@ -13,7 +13,7 @@ from .output import repairs
 
 if TYPE_CHECKING:
     from planner_core.engine.scan_engine import ScanEngine
-    from planner_core.model import LengthUnit, PlanSettings, PriorStation, Requirements, Scene, Site, Survey
+    from planner_core.model import LengthUnit, PlanSettings, PriorStation, Requirements, Scene, Scope, Site, Survey
     from planner_core.progress import Progress
 
     from .progress import ProgressReporter
@@ -52,13 +52,17 @@ def settings(
     seed: int,
 ) -> PlanSettings:
     """Return the settings of a plan from the values of `options.problem_options`."""
-    from planner_core.model import PlanSettings, ScanBy
+    from planner_core.model import PlanSettings, ScanBy, Scope
     from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, NO_DELIVERABLE
     from planner_core.scanner import DEFAULT_SCANNER, PAPER_SCANNER
     from planner_core.scanner.load_scanner import load_scanner
 
     is_paper = preset == "paper"
-    requirements, site = asked(asking, deliverable=NO_DELIVERABLE if is_paper else DEFAULT_DELIVERABLE)
+    requirements, site = asked(
+        asking,
+        deliverable=NO_DELIVERABLE if is_paper else DEFAULT_DELIVERABLE,
+        scope=Scope.ALL if is_paper else Scope.AUTO,
+    )
     return PlanSettings(
         scanner=load_scanner(scanner or (PAPER_SCANNER if is_paper else DEFAULT_SCANNER)),
         requirements=requirements,
@@ -74,10 +78,10 @@ def settings(
     )
 
 
-def asked(asking: Asking, *, deliverable: str) -> tuple[Requirements, Site]:
+def asked(asking: Asking, *, deliverable: str, scope: Scope) -> tuple[Requirements, Site]:
     """Return what is asked and the site: from the file where there is one, and the options in place of its entries.
 
-    deliverable : where neither names one.
+    deliverable, scope : where neither names one.
 
     Raises
     ------
@@ -88,6 +92,7 @@ def asked(asking: Asking, *, deliverable: str) -> tuple[Requirements, Site]:
 
     said: dict[str, object] = {
         "deliverable": asking.deliverable,
+        "scope": asking.scope,
         "coverage": None if asking.coverage is None else f"{asking.coverage!r} %",
         "overlap": None if asking.overlap is None else f"{asking.overlap!r} %",
         "network": asking.network,
@@ -100,9 +105,9 @@ def asked(asking: Asking, *, deliverable: str) -> tuple[Requirements, Site]:
     }
     told = {name: value for name, value in said.items() if value is not None}
     if asking.file is None:
-        requirements, site = requirements_from(told, where="options", deliverable=deliverable)
+        requirements, site = requirements_from(told, where="options", deliverable=deliverable, scope=scope)
     else:
-        requirements, site = read_requirements(asking.file, instead=told, deliverable=deliverable)
+        requirements, site = read_requirements(asking.file, instead=told, deliverable=deliverable, scope=scope)
     if asking.entrances:
         entrances = (numbers(text, "--entrance", "X,Y,Z", (3,)) for text in asking.entrances)
         site = replace(site, entrances_m=tuple((x, y, z) for x, y, z in entrances))

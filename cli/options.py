@@ -124,6 +124,12 @@ requirements_option = click.option(
     help="Requirements file (YAML or JSON): requirements by floor, class and zone, and the site; see "
     "docs/formats/requirements.md. Options override its entries.",
 )  # fmt: skip
+scope_option = click.option(
+    "--scope", type=click.Choice(["auto", "interior", "exterior", "all"]), default=None,
+    help="What is surveyed, and where stations stand. interior: what is seen from rooms with outer doors and windows "
+    "shut; exterior: facades, roofs and terrain, from outdoors; all; auto: interior, or all if the model has no "
+    "enclosed rooms. [default: auto; all with --preset paper]",
+)  # fmt: skip
 deliverable_option = click.option(
     "--deliverable", type=click.Choice(list(DELIVERABLES), case_sensitive=False), default=None, metavar="NAME",
     help=f"Purpose of the scans: {', '.join(DELIVERABLES)}. Sets point spacing, range, incidence, noise and overlap "
@@ -287,6 +293,7 @@ class Asking:
 
     file: Path | None = None
     deliverable: str | None = None
+    scope: str | None = None
     coverage: float | None = None
     overlap: float | None = None
     network: str | None = None
@@ -346,9 +353,9 @@ scene_options = _gathered(
     "reading", FileOptions, units_option, up_option, skip_bad_faces_option, glass_option, doors_option
 )
 requirement_options = _gathered(
-    "asking", Asking, requirements_option, deliverable_option, coverage_option, overlap_option, network_option,
-    spacing_option, max_range_option, max_incidence_option, max_noise_option, seen_from_option, floor_option,
-    entrance_option,
+    "asking", Asking, requirements_option, deliverable_option, scope_option, coverage_option, overlap_option,
+    network_option, spacing_option, max_range_option, max_incidence_option, max_noise_option, seen_from_option,
+    floor_option, entrance_option,
 )  # fmt: skip
 prior_options = _gathered("prior_stations", PriorStations, scanned_option, locked_option, keep_option, forbid_option)
 method_choice = apply(

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner_core.coverage.scope import with_scope
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import StationListError
@@ -69,6 +70,8 @@ def evaluate_survey(
     ends = ends_of(settings.site, survey.scene.offset_m)
     clock = Stopwatch()
     floors = planned_floors(survey.floors, settings.requirements.floors)
+    with clock.stage("scope"):
+        survey = with_scope(survey, settings, scan_engine, progress=progress)
     with clock.stage("candidates"):
         places = find_positions(survey, settings, scan_engine, floors=floors, progress=progress)
         listed, remarks = place_stations(survey, settings, scan_engine, stations, places.reach.space)

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJso
 
 from planner_core.documents import Entries, ShortEntries, shown
 from planner_core.errors import RequirementError
-from planner_core.model import NetworkKind
+from planner_core.model import NetworkKind, Scope
 from planner_core.positions.outlines import MOST_CORNERS, checked_outline
 from planner_core.positions.site_reading import SiteEntries
 from planner_core.requirements.deliverables import DELIVERABLES, deliverable_named
@@ -88,6 +88,15 @@ def _network(value: object) -> NetworkKind | None:
         raise RequirementError(
             f"got {shown(value)}, expected one of {', '.join(NetworkKind)}; leave it out for {NetworkKind.CONNECTED}"
         ) from None
+
+
+def _scope(value: object) -> Scope | None:
+    if value is None:
+        return None
+    try:
+        return Scope(value.strip().casefold() if isinstance(value, str) else "")
+    except ValueError:
+        raise RequirementError(f"got {shown(value)}, expected one of {', '.join(Scope)}") from None
 
 
 def _zones(value: object) -> object:
@@ -220,6 +229,8 @@ class RequirementsFile(PartEntries):
         WithJsonSchema({"type": ["number", "null"], "minimum": 0, "maximum": 1}),
     ] = None
     """Least strength of a link."""
+    scope: Annotated[Scope | None, BeforeValidator(_scope), WithJsonSchema({"enum": [*map(str, Scope), None]})] = None
+    """What of the building counts, and where stations stand: interior, exterior, all, or auto."""
     planned_floors: _Names | None = None
     """Ids or names of the floors to plan; left out: all."""
     floors: dict[_Name, FloorEntries] | None = None

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from planner_core.documents import key_of, read_as
 from planner_core.errors import RequirementError
-from planner_core.model import PartRequirement, PointLimits, Requirements, Site
+from planner_core.model import PartRequirement, PointLimits, Requirements, Scope, Site
 from planner_core.requirements.deliverables import NO_DELIVERABLE, Deliverable, deliverable_named
 from planner_core.requirements.entries import ClassEntries, FloorEntries, PartEntries, RequirementsFile, ZoneEntries
 from planner_core.requirements.yaml_or_json import read_document
@@ -23,7 +23,11 @@ _MOST_PARTS = 200
 
 
 def read_requirements(
-    path: Path | str, *, instead: Mapping[str, object] | None = None, deliverable: str = NO_DELIVERABLE
+    path: Path | str,
+    *,
+    instead: Mapping[str, object] | None = None,
+    deliverable: str = NO_DELIVERABLE,
+    scope: Scope = Scope.ALL,
 ) -> tuple[Requirements, Site]:
     """Read a file of requirements, with the site that it tells.
 
@@ -36,6 +40,8 @@ def read_requirements(
         not say otherwise follow them.
     deliverable
         Name of the one whose limits hold if neither names another, see `planner_core.requirements.deliverables`.
+    scope
+        What counts if neither says.
 
     Raises
     ------
@@ -49,11 +55,16 @@ def read_requirements(
         {**{key: value for key, value in entries.items() if key_of(key) not in own}, **own},
         where=str(at),
         deliverable=deliverable,
+        scope=scope,
     )
 
 
 def requirements_from(
-    entries: Mapping[str, object], *, where: str = "requirements", deliverable: str = NO_DELIVERABLE
+    entries: Mapping[str, object],
+    *,
+    where: str = "requirements",
+    deliverable: str = NO_DELIVERABLE,
+    scope: Scope = Scope.ALL,
 ) -> tuple[Requirements, Site]:
     """Read the entries of a file of requirements; raises as `read_requirements` does."""
     file = read_as(RequirementsFile, entries, f"{where}: ", remedy="see docs/formats/requirements.md")
@@ -68,6 +79,7 @@ def requirements_from(
         where,
         Requirements,
         **of_all,
+        scope=file.scope or scope,
         deliverable=None if preset.name == NO_DELIVERABLE else preset.name,
         **{name: value for name, value in told.items() if value is not None},
         parts=tuple(_parts(file, where, follow)),

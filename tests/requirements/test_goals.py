@@ -114,7 +114,7 @@ def test_parts_that_are_not_there_are_refused_by_name(
     ("make", "message"),
     [
         (lambda: PartRequirement(" "), "without a name"),
-        (lambda: PartRequirement("p", coverage=0.0), "'p': coverage: got 0.0"),
+        (lambda: PartRequirement("p", coverage=-0.1), "'p': coverage: got -0.1"),
         (lambda: PartRequirement("p", coverage=float("nan")), "'p': coverage"),
         (lambda: PartRequirement("p", seen_from=0), "'p': seen from: got 0"),
         (lambda: PartRequirement("p", zone=((0, 0), (1, 1))), "'p': zone: got 2 corners"),

@@ -15,6 +15,7 @@ export interface Documents {
   LoadOptionsSection: LoadOptionsSection;
   LossSection: LossSection;
   NetworkSection: NetworkSection;
+  ObstacleSection: ObstacleSection;
   OptimalitySection: OptimalitySection;
   OwnPartSection: OwnPartSection;
   PartSection: PartSection;
@@ -29,6 +30,7 @@ export interface Documents {
   RouteSection: RouteSection;
   ScannerSection: ScannerSection;
   SceneSection: SceneSection;
+  ScopeSection: ScopeSection;
   SealedSection: SealedSection;
   SettingsSection: SettingsSection;
   SiteSection: SiteSection;
@@ -386,6 +388,19 @@ export interface NetworkSection {
   two_connected: boolean;
 }
 /**
+ * Surface of which nothing is required: it hides what lies behind it, and counts nowhere.
+ */
+export interface ObstacleSection {
+  /**
+   * Of the part of `requirements.parts` that says so.
+   */
+  name: string;
+  /**
+   * In scope.
+   */
+  area_m2: number;
+}
+/**
  * How good the plan is proven to be.
  */
 export interface OptimalitySection {
@@ -611,6 +626,10 @@ export interface RequirementsSection {
    */
   min_strength: number;
   /**
+   * What of the building was to count, and where stations were to stand.
+   */
+  scope: 'auto' | 'interior' | 'exterior' | 'all';
+  /**
    * Deliverable from which limits and overlap were taken where none were given, such as survey; null: none.
    */
   deliverable: string | null;
@@ -812,6 +831,21 @@ export interface SceneSection {
    */
   n_triangles_stopping: number;
   repairs: Repairs;
+}
+/**
+ * What the figures are about.
+ */
+export interface ScopeSection {
+  /**
+   * What was planned; `auto` of the requirements is interior where the building has an inside, else all.
+   */
+  kind: 'interior' | 'exterior' | 'all';
+  /**
+   * Obstacles among it.
+   */
+  in_scope_area_m2: number;
+  out_of_scope_area_m2: number;
+  obstacles: ObstacleSection[];
 }
 /**
  * A room that no entrance leads to; nothing is planned in it.
@@ -1092,6 +1126,10 @@ export interface PlanDocument {
    * In the order to visit.
    */
   stations: StationSection[];
+  /**
+   * null in plans of older versions, which are about all of the building.
+   */
+  scope: ScopeSection | null;
   coverage: CoverageSection;
   /**
    * Covered share of the scannable area after 1, 2, ... stations in the order of choice.
