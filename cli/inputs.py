@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .options import METRES_PER_UNIT, Asking, FileOptions, MethodOptions, PriorStations
 from .output import repairs
@@ -33,6 +33,7 @@ def load(scene: Path, reading: FileOptions, *, progress: Progress) -> Scene:
         skip_bad_faces=reading.skip_bad_faces,
         glass=Glass(reading.glass),
         doors=Doors(reading.doors),
+        leave_out=tuple(reading.leave_out),
     )
     return load_scene(scene, options=options, progress=progress)
 
@@ -54,6 +55,7 @@ def settings(
     """Return the settings of a plan from the values of `options.problem_options`."""
     from planner_core.model import PlanSettings, ScanBy, Scope
     from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, NO_DELIVERABLE
+    from planner_core.requirements.goals import NO_COVER
     from planner_core.scanner import DEFAULT_SCANNER, PAPER_SCANNER
     from planner_core.scanner.load_scanner import load_scanner
 
@@ -62,6 +64,7 @@ def settings(
         asking,
         deliverable=NO_DELIVERABLE if is_paper else DEFAULT_DELIVERABLE,
         scope=Scope.ALL if is_paper else Scope.AUTO,
+        no_cover=() if is_paper else NO_COVER,
     )
     return PlanSettings(
         scanner=load_scanner(scanner or (PAPER_SCANNER if is_paper else DEFAULT_SCANNER)),
@@ -78,10 +81,10 @@ def settings(
     )
 
 
-def asked(asking: Asking, *, deliverable: str, scope: Scope) -> tuple[Requirements, Site]:
+def asked(asking: Asking, *, deliverable: str, scope: Scope, no_cover: Sequence[str] = ()) -> tuple[Requirements, Site]:
     """Return what is asked and the site: from the file where there is one, and the options in place of its entries.
 
-    deliverable, scope : where neither names one.
+    deliverable, scope, no_cover : where neither names one.
 
     Raises
     ------
@@ -103,11 +106,13 @@ def asked(asking: Asking, *, deliverable: str, scope: Scope) -> tuple[Requiremen
         "seen_from": asking.seen_from,
         "planned_floors": list(asking.floors) or None,
     }
+    spared = [name for name in asking.no_cover if name.casefold() != "none"] if asking.no_cover else no_cover
+    defaults: dict[str, Any] = {"deliverable": deliverable, "scope": scope, "no_cover": spared}
     told = {name: value for name, value in said.items() if value is not None}
     if asking.file is None:
-        requirements, site = requirements_from(told, where="options", deliverable=deliverable, scope=scope)
+        requirements, site = requirements_from(told, where="options", **defaults)
     else:
-        requirements, site = read_requirements(asking.file, instead=told, deliverable=deliverable, scope=scope)
+        requirements, site = read_requirements(asking.file, instead=told, **defaults)
     if asking.entrances:
         entrances = (numbers(text, "--entrance", "X,Y,Z", (3,)) for text in asking.entrances)
         site = replace(site, entrances_m=tuple((x, y, z) for x, y, z in entrances))

@@ -86,6 +86,7 @@ def _scope(scope: dict[str, Any]) -> list[str]:
         for obstacle in scope["obstacles"]
         if obstacle["area_m2"] >= _SHOWN_M2
     ]
+    lines += [f"left out      {each['name']}: {each['area_m2']:.0f} m2" for each in scope["left_out"]]
     return lines
 
 

@@ -212,6 +212,7 @@ def _load_options(source: SceneSource) -> LoadOptions:
         skip_bad_faces=source.skip_bad_faces,
         glass=Glass(source.glass),
         doors=Doors(source.doors),
+        leave_out=source.leave_out,
     )
 
 
@@ -310,6 +311,10 @@ def _scope(plan: Plan) -> dict[str, Any]:
         "obstacles": [
             {"name": name, "area_m2": _number(float(area_m2[patches & inside].sum()))}
             for name, patches in obstacles_of(survey, plan.settings).items()
+        ],
+        "left_out": [
+            {"name": name, "area_m2": _number(area)}
+            for name, area in zip(survey.scene.source.leave_out, survey.scene.report.left_out_m2, strict=False)
         ],
     }
 

@@ -25,6 +25,7 @@ from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain
 from planner_core.requirements.figures import missed_in_words
+from planner_core.requirements.goals import nothing_to_spare
 from planner_core.route.route import Ends, ends_of, plan_route
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem
@@ -105,6 +106,7 @@ def evaluate_survey(
                 *survey.warnings,
                 *scan_engine.warnings,
                 *places.warnings,
+                *nothing_to_spare(survey, settings),
                 *remarks,
                 *explain(survey, demand),
                 *_blind_stations(listed, rows.seen, survey),

@@ -39,6 +39,7 @@ from planner_core.positions.allowed_positions import AllowedPositions, find_posi
 from planner_core.progress import Progress, silent
 from planner_core.requirements.explain import explain
 from planner_core.requirements.goals import in_scope as in_scope_of
+from planner_core.requirements.goals import nothing_to_spare
 from planner_core.route.route import ends_of, in_visiting_order, plan_route
 from planner_core.select.check import check_coverage
 
@@ -99,7 +100,15 @@ def plan_survey(
             check_coverage(choice.pool.rows.met, pool.demand.area_m2, pool.constraints, choice.chosen)
     # 6. In which order to walk them, and what they are worth.
     with clock.stage("figures"):
-        plan = _described(survey, settings, scan_engine, places, choice, (*bare, *places.warnings), progress)
+        plan = _described(
+            survey,
+            settings,
+            scan_engine,
+            places,
+            choice,
+            (*bare, *places.warnings, *nothing_to_spare(survey, settings)),
+            progress,
+        )
     return replace(plan, timings_s=clock.seconds)
 
 

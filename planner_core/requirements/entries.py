@@ -130,7 +130,11 @@ _Outline = Annotated[
     Field(json_schema_extra={"minItems": 3, "maxItems": MOST_CORNERS}),
     AfterValidator(checked_outline),
 ]
-_Share = Annotated[float | None, _said(share), _shares()]
+_Share = Annotated[
+    float | None,
+    _said(lambda value: 0.0 if isinstance(value, str) and value.strip().casefold() == "none" else share(value)),
+    _shares("none"),
+]
 # Nobody asks for 0.1 mm between points or of noise, so that numbers below 0.1 are metres.
 _FINE = {"exclusiveMinimum": 0, "maximum": 0.1}
 
@@ -139,7 +143,7 @@ class PartEntries(Entries):
     """Requirements of the whole, and of a part."""
 
     coverage: _Share = None
-    """Share of the scannable area, e.g. 95 % or 0.95."""
+    """Share of the scannable area, e.g. 95 % or 0.95; none, of a part: it is an obstacle, nothing is required of it."""
     spacing: Annotated[
         float | None,
         _limit(lambda value: length_m(value, bare=(0.0, 0.1), most=1.0, example="6 mm")),

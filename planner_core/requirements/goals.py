@@ -6,7 +6,6 @@ A `Survey` and `Requirements` -> goals; frames: zones and heights are of the sce
 from __future__ import annotations
 
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 import numpy as np
 
@@ -25,13 +24,15 @@ from planner_core.model import (
     Survey,
 )
 from planner_core.positions.outlines import over_polygon
-from planner_core.requirements.patterns import fits
 from planner_core.scene.patches import patch_triangles
+from planner_core.scene.patterns import elements_named, known_classes
 
 #: Name of what is asked of everything that is planned.
 OVERALL = "overall"
-#: Classes told to a user whose own matched nothing.
-_MOST_TOLD = 12
+
+
+#: Classes of which nothing is required where nobody says otherwise: furniture hides, and is moved.
+NO_COVER = ("IfcFurnishingElement",)
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,19 @@ def obstacles_of(survey: Survey, settings: PlanSettings) -> dict[str, BoolArray]
         patches = _of_classes(survey, part, needed=False) & _in_zone(survey.scene, part, _centroids_of(survey, part))
         out[part.name] = patches & np.isin(of_patch, np.array(floors, dtype=np.int32)) if floors else patches
     return out
+
+
+def nothing_to_spare(survey: Survey, settings: PlanSettings) -> tuple[str, ...]:
+    """A line for each class that need not be covered and of which the building has nothing, as where it is misspelt."""
+    elements = survey.scene.elements
+    return tuple(
+        f"requirement {part.name!r}: the building has nothing of {pattern!r}, which need not be covered, expected "
+        f"{known_classes(elements, pattern)}"
+        for part in settings.requirements.parts
+        if part.coverage == 0
+        for pattern in part.classes
+        if pattern not in NO_COVER and not elements_named(elements, pattern).any()
+    )
 
 
 def goals_of(survey: Survey, settings: PlanSettings) -> tuple[Goal, ...]:
@@ -171,25 +185,16 @@ def _of_classes(survey: Survey, part: PartRequirement, *, needed: bool = True) -
     if not part.classes:
         return np.ones(patches.n_patches, dtype=np.bool_)
     wanted = np.zeros(len(scene.elements), dtype=np.bool_)
-    names = [(element.kind.casefold(), element.name.casefold()) for element in scene.elements]
-    different = {name for both in names for name in both}
     for pattern in part.classes:
-        fitting = {name for name in different if fits(pattern.casefold(), name)}
-        if needed and not fitting:
+        fitting = elements_named(scene.elements, pattern)
+        if needed and not fitting.any():
             raise RequirementError(
                 f"requirement {part.name!r}: got class {pattern!r}, of which the building has nothing, expected "
-                f"{_known_classes(scene, pattern)}; * stands for any letters"
+                f"{known_classes(scene.elements, pattern)}; * stands for any letters"
             )
-        wanted |= np.array([not fitting.isdisjoint(both) for both in names], dtype=np.bool_)
+        wanted |= fitting
     on_element: BoolArray = np.repeat(wanted[scene.element_of_triangle], np.diff(patches.first_patch))
     return on_element
-
-
-def _known_classes(scene: Scene, pattern: str) -> str:
-    """Classes that a user may have meant, the nearest alone where one is near."""
-    kinds = sorted({element.kind for element in scene.elements})
-    near = get_close_matches(pattern, kinds, n=1, cutoff=0.75)
-    return near[0] if near else "one of " + ", ".join(kinds[:_MOST_TOLD]) + (" ..." if len(kinds) > _MOST_TOLD else "")
 
 
 def _centroids_of(survey: Survey, part: PartRequirement) -> FloatArray | None:

@@ -20,6 +20,7 @@ from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import without_door_leaves
 from planner_core.scene.extent import LONGEST_M, SHORTEST_M, extent_m, likely_unit
+from planner_core.scene.leave_out import without_elements
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
 
@@ -55,6 +56,8 @@ class LoadOptions:
     """What glass does to beams."""
     doors: Doors = Doors.SHUT
     """Which doors (`IfcDoor`) have their leaves left out."""
+    leave_out: tuple[str, ...] = ()
+    """Classes and patterns of names (`IfcFurnishingElement`, `name=*tree*`) whose elements are left out."""
 
     def __post_init__(self) -> None:
         unit = self.metres_per_unit
@@ -106,6 +109,7 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
         schema=raw.schema,
         glass=options.glass,
         doors=options.doors,
+        leave_out=options.leave_out,
         told_metres_per_unit=options.metres_per_unit,
         told_up_axis=options.up_axis,
         skip_bad_faces=options.skip_bad_faces,
@@ -130,6 +134,8 @@ def load_scene(path: Path, *, options: LoadOptions = LoadOptions(), progress: Pr
     )
     scene = with_rooms(scene, raw.rooms, raw.storeys, metres_per_unit=vertex_unit_m, up_axis=up_axis)
     scene = replace(scene, georeference=_georeference(raw, options))
+    if options.leave_out:
+        scene = without_elements(scene, options.leave_out)
     if options.doors != Doors.SHUT:
         scene = without_door_leaves(scene, outer_too=options.doors == Doors.ALL)
     progress(ProgressEvent("load", 1, 1, "loaded"))

@@ -72,6 +72,8 @@ class LoadOptionsSection(Mirror):
     """Faces of vertices that do not exist were to be dropped."""
     glass: GlassWord
     doors: DoorsWord = Doors.SHUT
+    leave_out: tuple[str, ...] = ()
+    """Classes, and patterns of names, whose elements were left out."""
 
 
 class SceneSection(Document):

@@ -114,6 +114,14 @@ class ObstacleSection(Document):
     """In scope."""
 
 
+class LeftOutSection(Document):
+    """Elements that were left out of the scene."""
+
+    name: str
+    """Class or pattern, as given."""
+    area_m2: Area
+
+
 class ScopeSection(Document):
     """What the figures are about."""
 
@@ -123,6 +131,7 @@ class ScopeSection(Document):
     """Obstacles among it."""
     out_of_scope_area_m2: Area
     obstacles: tuple[ObstacleSection, ...] = ()
+    left_out: tuple[LeftOutSection, ...] = ()
 
 
 class CoverageFigures(Mirror):

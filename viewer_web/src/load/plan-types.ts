@@ -10,6 +10,7 @@ export interface Documents {
   GapSection: GapSection;
   GeoreferenceSection: GeoreferenceSection;
   KeepOutSection: KeepOutSection;
+  LeftOutSection: LeftOutSection;
   LegSection: LegSection;
   LinkSection: LinkSection;
   LoadOptionsSection: LoadOptionsSection;
@@ -302,6 +303,16 @@ export interface KeepOutSection {
   outline: [number, number][];
 }
 /**
+ * Elements that were left out of the scene.
+ */
+export interface LeftOutSection {
+  /**
+   * Class or pattern, as given.
+   */
+  name: string;
+  area_m2: number;
+}
+/**
  * The way between two stops.
  */
 export interface LegSection {
@@ -344,6 +355,10 @@ export interface LoadOptionsSection {
   skip_bad_faces: boolean;
   glass: 'pass' | 'stop' | 'return';
   doors: 'shut' | 'open' | 'all';
+  /**
+   * Classes, and patterns of names, whose elements were left out.
+   */
+  leave_out: string[];
 }
 /**
  * What a requirement would lose without a station.
@@ -846,6 +861,7 @@ export interface ScopeSection {
   in_scope_area_m2: number;
   out_of_scope_area_m2: number;
   obstacles: ObstacleSection[];
+  left_out: LeftOutSection[];
 }
 /**
  * A room that no entrance leads to; nothing is planned in it.
