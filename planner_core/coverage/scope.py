@@ -109,10 +109,10 @@ def with_scope(survey: Survey, settings: PlanSettings, engine: ScanEngine, *, pr
             )
     progress(ProgressEvent("scope", 2, 2))
     found = _scoped(survey, kind, in_scope, places if kind != Scope.ALL else None)
-    if not lost or asked != Scope.AUTO:
-        return found
-    line = f"scope: all surfaces are planned, as {lost}; --scope interior or exterior chooses"
-    return replace(found, warnings=(*found.warnings, line))
+    lines = _yards(survey, places) if kind == Scope.INTERIOR else ()
+    if lost and asked == Scope.AUTO:
+        lines = (f"scope: all surfaces are planned, as {lost}; --scope interior or exterior chooses",)
+    return replace(found, warnings=(*found.warnings, *lines))
 
 
 def _scoped(survey: Survey, kind: Scope, in_scope: BoolArray, places: Places | None) -> Survey:
@@ -136,6 +136,19 @@ def _not_a_building(survey: Survey, places: Places) -> str:
         if roofless_m2 > max(_LEAST_M2, indoors_m2):
             return f"floor {floor.name!r} has walls around {roofless_m2:.0f} m2 of ground and no roof"
     return ""
+
+
+def _yards(survey: Survey, places: Places) -> tuple[str, ...]:
+    """A line on each floor with ground that has walls and no roof: it may be a room whose ceiling is not modelled."""
+    lines = []
+    for index, floor in enumerate(survey.floors):
+        yard_m2 = float(places.area_m2[(places.floor == index) & places.walled].sum())
+        if yard_m2 > _LEAST_M2:
+            lines.append(
+                f"scope: floor {floor.name!r} has walls around {yard_m2:.0f} m2 of ground and no roof, a yard and out "
+                "of scope; if it is a room, use --scope all"
+            )
+    return tuple(lines)
 
 
 # ---------------------------------------------------------------------------------------------- places

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
+
 import numpy as np
 import open3d as o3d
 import pytest
@@ -11,8 +14,14 @@ from planner_core.coverage.survey import make_survey
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Element, Greedy, PlanSettings, Requirements, Scope
+from planner_core.model import Element, Greedy, PartRequirement, PlanSettings, Requirements, Scope
+from planner_core.model.unseen import OUT_OF_SCOPE
+from planner_core.plan_folder.plan_json import plan_text
+from planner_core.plan_folder.plan_settings import settings_of
+from planner_core.plan_folder.stations_csv import GivenStation
+from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
+from planner_core.requirements.goals import required_of
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.patches import patch_triangles
@@ -146,6 +155,19 @@ def test_a_storey_that_lost_its_roof_is_told_from_a_yard() -> None:
     assert any("and no roof" in line for line in survey.warnings)
 
 
+def test_a_yard_is_outdoors_and_told_as_it_may_be_a_room() -> None:
+    yard = [
+        ((7.0, -3.0, 0.0), (7.3, 4.3, 2.7)), ((0.0, -3.0, 0.0), (7.0, -2.7, 2.7)),
+        ((-0.3, -3.0, 0.0), (0.0, -0.3, 2.7)), ((6.3, 4.0, 0.0), (7.0, 4.3, 2.7)),
+    ]  # fmt: skip
+    plinth = ((-0.3, -3.0, -0.2), (7.3, 4.3, 0.0))
+    survey = scoped((plinth, ROOF, *WALLS, *yard))
+    assert survey.scope.kind == Scope.INTERIOR
+    assert ROOM_M2 <= area_m2(survey, survey.scope.in_scope) <= 1.04 * ROOM_M2
+    (line,) = [line for line in survey.warnings if line.startswith("scope: ")]
+    assert "m2 of ground and no roof, a yard and out of scope; if it is a room, use --scope all" in line
+
+
 def test_sheets_are_indoors_on_one_side_and_outdoors_on_the_other() -> None:
     sheet = ((0.0, 0.0, 0.0), (6.0, 4.0, 2.7))
     boxes = (sheet,)
@@ -176,3 +198,30 @@ def test_positions_far_from_ground_are_on_neither_side() -> None:
     assert scope.admits(np.array([[3.0, 2.0, 0.0], [3.0, -3.0, -0.2], [3.0, 2.0, 40.0]])).tolist() == [
         True, False, False,
     ]  # fmt: skip
+
+
+def test_plan_json_says_the_scope_and_planning_or_evaluating_again_agrees() -> None:
+    boxes = (PLOT, FLOOR, ROOF, NORTH, EAST, WEST, *SOUTH_WITH_GAP, ((1.0, 1.0, 0.0), (1.8, 1.8, 0.7)))
+    scene = scene_of(boxes)
+    asked = settings("auto")
+    table = PartRequirement("table", 0.0, classes=(f"name=box {len(boxes) - 1}",))
+    asked = replace(asked, requirements=replace(asked.requirements, parts=(table,)))
+    plan = make_plan(scene, asked, engine="open3d")
+    document = json.loads(plan_text(plan))
+    told, area = document["scope"], plan.survey.patches.area_m2
+    assert told["kind"] == "interior"
+    assert document["requirements"]["scope"] == "auto"
+    assert told["in_scope_area_m2"] + told["out_of_scope_area_m2"] == pytest.approx(area.sum())
+    (obstacle,) = told["obstacles"]
+    # Top and sides, not the underside; the top's 0.64 m2 may reach under nothing else.
+    assert obstacle["area_m2"] == pytest.approx(0.64 + 4 * 0.8 * 0.7, rel=0.03)
+    assert document["coverage"]["total_area_m2"] == pytest.approx(told["in_scope_area_m2"] - obstacle["area_m2"])
+    assert (plan.why.reason_of_patch == OUT_OF_SCOPE).sum() == (~required_of(plan.survey, asked)).sum()
+    document["scene"]["file"] = "house.ifc"  # a scene from memory has no name
+    again = settings_of(document)
+    assert again.requirements == plan.settings.requirements
+    stations = [GivenStation(each.id, each.position_m + scene.offset_m, None, None) for each in plan.stations]
+    evaluated = evaluate_stations(scene, again, stations, engine="open3d")
+    assert (evaluated.survey.scope.in_scope == plan.survey.scope.in_scope).all()
+    assert evaluated.coverage.total_area_m2 == plan.coverage.total_area_m2
+    assert evaluated.coverage.covered_area_m2 == pytest.approx(plan.coverage.covered_area_m2)
