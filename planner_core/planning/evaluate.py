@@ -110,6 +110,7 @@ def evaluate_survey(
                 *remarks,
                 *explain(survey, demand),
                 *_blind_stations(listed, rows.seen, survey),
+                *_out_of_scope(listed, survey),
             ),
             progress=progress,
         )
@@ -183,3 +184,16 @@ def _blind_stations(stations: tuple[Station, ...], rows: Visibility, survey: Sur
         for index, station in enumerate(stations)
         if rows.row(index).size == 0
     )
+
+
+def _out_of_scope(stations: tuple[Station, ...], survey: Survey) -> tuple[str, ...]:
+    """A line where stations stand outdoors in a survey of the interior, or the other way round."""
+    if survey.scope is None:
+        return ()
+    height_m = np.array([[0.0, 0.0, station.instrument_height_m] for station in stations])
+    admitted = survey.scope.admits(np.stack([station.position_m for station in stations]) - height_m)
+    others = [station.id for station, inside in zip(stations, admitted.tolist(), strict=True) if not inside]
+    if not others:
+        return ()
+    noun = "station stands" if len(others) == 1 else "stations stand"
+    return (f"{len(others)} {noun} out of scope {survey.scope.kind}: {', '.join(others)}; --scope all counts all",)

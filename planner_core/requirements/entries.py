@@ -132,8 +132,10 @@ _Outline = Annotated[
 ]
 _Share = Annotated[
     float | None,
-    _said(lambda value: 0.0 if isinstance(value, str) and value.strip().casefold() == "none" else share(value)),
-    _shares("none"),
+    _said(
+        lambda value: 0.0 if isinstance(value, str) and value.strip().casefold() == "none" else share(value, zero=True)
+    ),
+    _shares("none", 0),
 ]
 # Nobody asks for 0.1 mm between points or of noise, so that numbers below 0.1 are metres.
 _FINE = {"exclusiveMinimum": 0, "maximum": 0.1}

@@ -224,4 +224,8 @@ def test_plan_json_says_the_scope_and_planning_or_evaluating_again_agrees() -> N
     evaluated = evaluate_stations(scene, again, stations, engine="open3d")
     assert (evaluated.survey.scope.in_scope == plan.survey.scope.in_scope).all()
     assert evaluated.coverage.total_area_m2 == plan.coverage.total_area_m2
+    outside = GivenStation("out", np.array([3.0, -4.0, 1.4]) + scene.offset_m, None, None)
+    told = evaluate_stations(scene, again, [*stations, outside], engine="open3d").warnings
+    assert "1 station stands out of scope interior: out; --scope all counts all" in told
+    assert not any("out of scope interior" in line for line in evaluated.warnings)
     assert evaluated.coverage.covered_area_m2 == pytest.approx(plan.coverage.covered_area_m2)
