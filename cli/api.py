@@ -26,6 +26,7 @@ from planner_core.model import (
     Requirements,
     Scanner,
     Scene,
+    Scope,
     UpAxis,
 )
 from planner_core.plan_folder import folder as plan_folders
@@ -36,6 +37,7 @@ from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, NO_DELIVERABLE
+from planner_core.requirements.goals import NO_COVER
 from planner_core.requirements.read import read_requirements, requirements_from
 from planner_core.scanner import DEFAULT_SCANNER, PAPER_SCANNER
 from planner_core.scanner.load_scanner import load_scanner
@@ -123,12 +125,13 @@ def settings(
     """
     chosen = {name: more.pop(name) for name in _SETTINGS & set(more)}
     is_paper = isinstance(chosen.get("method"), Paper)
-    deliverable = NO_DELIVERABLE if is_paper else DEFAULT_DELIVERABLE
+    defaults: dict[str, Any] = {"deliverable": NO_DELIVERABLE if is_paper else DEFAULT_DELIVERABLE}
+    defaults |= {"scope": Scope.ALL if is_paper else Scope.AUTO, "no_cover": () if is_paper else NO_COVER}
     scanner = scanner or (PAPER_SCANNER if is_paper else DEFAULT_SCANNER)
     if requirements is None:
-        required, site = requirements_from(more, where="settings", deliverable=deliverable)
+        required, site = requirements_from(more, where="settings", **defaults)
     else:
-        required, site = read_requirements(requirements, instead=more, deliverable=deliverable)
+        required, site = read_requirements(requirements, instead=more, **defaults)
     used = scanner if isinstance(scanner, Scanner) else load_scanner(scanner)
     return PlanSettings(scanner=used, requirements=required, site=site, **chosen)
 

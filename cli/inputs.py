@@ -6,14 +6,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .options import METRES_PER_UNIT, Asking, FileOptions, MethodOptions, PriorStations
 from .output import repairs
 
 if TYPE_CHECKING:
     from planner_core.engine.scan_engine import ScanEngine
-    from planner_core.model import LengthUnit, PlanSettings, PriorStation, Requirements, Scene, Site, Survey
+    from planner_core.model import LengthUnit, PlanSettings, PriorStation, Requirements, Scene, Scope, Site, Survey
     from planner_core.progress import Progress
 
     from .progress import ProgressReporter
@@ -42,6 +42,7 @@ def load(scenes: Sequence[Path], reading: FileOptions, *, progress: Progress) ->
             skip_bad_faces=reading.skip_bad_faces,
             glass=Glass(reading.glass),
             doors=Doors(reading.doors),
+            leave_out=tuple(reading.leave_out),
         )
         for unit, up in zip(units, ups, strict=True)
     ]
@@ -89,13 +90,19 @@ def settings(
     seed: int,
 ) -> PlanSettings:
     """Return the settings of a plan from the values of `options.problem_options`."""
-    from planner_core.model import PlanSettings, ScanBy
+    from planner_core.model import PlanSettings, ScanBy, Scope
     from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, NO_DELIVERABLE
+    from planner_core.requirements.goals import NO_COVER
     from planner_core.scanner import DEFAULT_SCANNER, PAPER_SCANNER
     from planner_core.scanner.load_scanner import load_scanner
 
     is_paper = preset == "paper"
-    requirements, site = asked(asking, deliverable=NO_DELIVERABLE if is_paper else DEFAULT_DELIVERABLE)
+    requirements, site = asked(
+        asking,
+        deliverable=NO_DELIVERABLE if is_paper else DEFAULT_DELIVERABLE,
+        scope=Scope.ALL if is_paper else Scope.AUTO,
+        no_cover=() if is_paper else NO_COVER,
+    )
     return PlanSettings(
         scanner=load_scanner(scanner or (PAPER_SCANNER if is_paper else DEFAULT_SCANNER)),
         requirements=requirements,
@@ -111,10 +118,10 @@ def settings(
     )
 
 
-def asked(asking: Asking, *, deliverable: str) -> tuple[Requirements, Site]:
+def asked(asking: Asking, *, deliverable: str, scope: Scope, no_cover: Sequence[str] = ()) -> tuple[Requirements, Site]:
     """Return what is asked and the site: from the file where there is one, and the options in place of its entries.
 
-    deliverable : where neither names one.
+    deliverable, scope, no_cover : where neither names one.
 
     Raises
     ------
@@ -125,6 +132,7 @@ def asked(asking: Asking, *, deliverable: str) -> tuple[Requirements, Site]:
 
     said: dict[str, object] = {
         "deliverable": asking.deliverable,
+        "scope": asking.scope,
         "coverage": None if asking.coverage is None else f"{asking.coverage!r} %",
         "overlap": None if asking.overlap is None else f"{asking.overlap!r} %",
         "network": asking.network,
@@ -135,11 +143,13 @@ def asked(asking: Asking, *, deliverable: str) -> tuple[Requirements, Site]:
         "seen_from": asking.seen_from,
         "planned_floors": list(asking.floors) or None,
     }
+    spared = [name for name in asking.no_cover if name.casefold() != "none"] if asking.no_cover else no_cover
+    defaults: dict[str, Any] = {"deliverable": deliverable, "scope": scope, "no_cover": spared}
     told = {name: value for name, value in said.items() if value is not None}
     if asking.file is None:
-        requirements, site = requirements_from(told, where="options", deliverable=deliverable)
+        requirements, site = requirements_from(told, where="options", **defaults)
     else:
-        requirements, site = read_requirements(asking.file, instead=told, deliverable=deliverable)
+        requirements, site = read_requirements(asking.file, instead=told, **defaults)
     if asking.entrances:
         entrances = (numbers(text, "--entrance", "X,Y,Z", (3,)) for text in asking.entrances)
         site = replace(site, entrances_m=tuple((x, y, z) for x, y, z in entrances))

@@ -150,6 +150,22 @@ requirements_option = click.option(
     help="Requirements file (YAML or JSON): requirements by floor, class and zone, and the site; see "
     "docs/formats/requirements.md. Options override its entries.",
 )  # fmt: skip
+scope_option = click.option(
+    "--scope", type=click.Choice(["auto", "interior", "exterior", "all"]), default=None,
+    help="What is surveyed, and where stations stand. interior: what is seen from rooms with outer doors and windows "
+    "shut; exterior: facades, roofs and terrain, from outdoors; all; auto: interior, or all if the model has no "
+    "enclosed rooms. [default: auto; all with --preset paper]",
+)  # fmt: skip
+no_cover_option = click.option(
+    "--no-cover", "no_cover", multiple=True, metavar="CLASS",
+    help="Class of elements that are obstacles, but need not be covered: an IFC class with those below it, a pattern "
+    "such as IfcWall*, or name=*pattern*; may be repeated; none: all are to be covered. [default: "
+    "IfcFurnishingElement; none with --preset paper]",
+)  # fmt: skip
+leave_out_option = click.option(
+    "--leave-out", "leave_out", multiple=True, metavar="CLASS",
+    help="Class of elements that are not in the scene at all, as --no-cover has them; may be repeated.",
+)  # fmt: skip
 deliverable_option = click.option(
     "--deliverable", type=click.Choice(list(DELIVERABLES), case_sensitive=False), default=None, metavar="NAME",
     help=f"Purpose of the scans: {', '.join(DELIVERABLES)}. Sets point spacing, range, incidence, noise and overlap "
@@ -311,6 +327,7 @@ class FileOptions:
     skip_bad_faces: bool = False
     glass: str = "stop"
     doors: str = "open"
+    leave_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -319,6 +336,8 @@ class Asking:
 
     file: Path | None = None
     deliverable: str | None = None
+    scope: str | None = None
+    no_cover: tuple[str, ...] = ()
     coverage: float | None = None
     overlap: float | None = None
     network: str | None = None
@@ -376,12 +395,19 @@ def _gathered(name: str, into: type[Any], *options: Callable[[F], F]) -> Callabl
 
 
 scene_options = _gathered(
-    "reading", FileOptions, units_option, up_option, skip_bad_faces_option, glass_option, doors_option
+    "reading",
+    FileOptions,
+    units_option,
+    up_option,
+    skip_bad_faces_option,
+    glass_option,
+    doors_option,
+    leave_out_option,
 )
 requirement_options = _gathered(
-    "asking", Asking, requirements_option, deliverable_option, coverage_option, overlap_option, network_option,
-    spacing_option, max_range_option, max_incidence_option, max_noise_option, seen_from_option, floor_option,
-    entrance_option,
+    "asking", Asking, requirements_option, deliverable_option, scope_option, no_cover_option, coverage_option,
+    overlap_option, network_option, spacing_option, max_range_option, max_incidence_option, max_noise_option,
+    seen_from_option, floor_option, entrance_option,
 )  # fmt: skip
 prior_options = _gathered("prior_stations", PriorStations, scanned_option, locked_option, keep_option, forbid_option)
 method_choice = apply(

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from planner_core.model import Plan
 
 
+#: Less area is nothing to tell of.
+_SHOWN_M2 = 0.5
+
+
 def show(document: dict[str, Any]) -> None:
     """Print the figures of a plan.json document, each with what it is a figure of."""
     from planner_core.export.sheets.words import reached_percent
@@ -30,9 +34,11 @@ def show(document: dict[str, Any]) -> None:
         f"{coverage['achievable_area_m2']:.0f} m2 scannable from valid tripod positions"
     )
     output.say(
-        f"              {100 * coverage['fraction_of_total']:.1f} % of all {coverage['total_area_m2']:.0f} m2 in "
-        "the model, including what no position sees, such as the inside of walls"
+        f"              {100 * coverage['fraction_of_total']:.1f} % of all {coverage['total_area_m2']:.0f} m2 "
+        f"{_of_what(document['scope'])}"
     )
+    for line in _scope(document["scope"]):
+        output.say(line)
     scene = document["scene"]
     for line in output.materials(scene["glass_area_m2"], scene["mirror_area_m2"], glass=scene["glass"]):
         output.say(line)
@@ -59,6 +65,29 @@ def show(document: dict[str, Any]) -> None:
     output.say(f"registration  {_registration(document)}")
     for line in _field(document):
         output.say(line)
+
+
+def _of_what(scope: dict[str, Any]) -> str:
+    if scope["kind"] == "all":
+        return "in the model, including what no position sees, such as the inside of walls"
+    return "in scope"
+
+
+def _scope(scope: dict[str, Any]) -> list[str]:
+    """Return lines on what counts, and what does not."""
+    lines = []
+    if scope["kind"] != "all":
+        lines.append(
+            f"scope         {scope['kind']}: {scope['in_scope_area_m2']:.0f} m2 of the model; "
+            f"{scope['out_of_scope_area_m2']:.0f} m2 are out of scope (--scope all plans them too)"
+        )
+    lines += [
+        f"not covered   {obstacle['name']}: {obstacle['area_m2']:.0f} m2, obstacles only"
+        for obstacle in scope["obstacles"]
+        if obstacle["area_m2"] >= _SHOWN_M2
+    ]
+    lines += [f"left out      {each['name']}: {each['area_m2']:.0f} m2" for each in scope["left_out"]]
+    return lines
 
 
 def _registration(document: dict[str, Any]) -> str:

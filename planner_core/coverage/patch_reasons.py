@@ -103,7 +103,7 @@ def reasons_of_patches(
     if optics is not None:
         reason[optics[unseen.triangle] != Optics.RETURNS] = NO_RETURN
     left = np.flatnonzero(reason == COVERED)
-    sample, of_sample = _samples(unseen, left)
+    sample, of_sample = samples_of(unseen, left)
     samples, views_m = unseen.take(sample), viewpoints(candidates_m)
     found = sight_reasons(survey, settings, asked, engine, samples, views_m)
     hidden = np.flatnonzero(found == COVERED)
@@ -113,7 +113,7 @@ def reasons_of_patches(
     return out
 
 
-def _samples(unseen: Surfaces, rows: Int64Array) -> tuple[Int64Array, Int64Array]:
+def samples_of(unseen: Surfaces, rows: Int64Array) -> tuple[Int64Array, Int64Array]:
     """The rows that are looked into (K,), and which of these stands for each of `rows`."""
     facing = np.abs(unseen.normal[rows]).argmax(axis=1) if rows.size else rows
     facing = 2 * facing + (unseen.normal[rows, facing] > 0)

@@ -11,7 +11,7 @@ Angles are radians; azimuth runs counter-clockwise from +x seen from above, elev
 """
 
 from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32Array, Int64Array, UInt8Array
-from planner_core.model.choices import Doors, Glass, NetworkKind, Objective, Role, ScanBy, UpAxis
+from planner_core.model.choices import Doors, Glass, NetworkKind, Objective, Role, ScanBy, Scope, UpAxis
 from planner_core.model.length_units import FOOT, LENGTH_UNITS, METRE, US_SURVEY_FOOT, LengthUnit
 from planner_core.model.methods import METHODS, Greedy, Method, Paper, Proven
 from planner_core.model.planning import Candidates, PlanSettings, Survey
@@ -39,6 +39,7 @@ from planner_core.model.review import (
 from planner_core.model.route import FieldTime, Leg, Route, SealedArea
 from planner_core.model.scans import BeamTemplate, PatchReturns, RayHits, ReturnMoments, ScanBatch, Scanner, Visibility
 from planner_core.model.scene import Element, Floor, LoadReport, Optics, Patches, Room, Scene, SceneSource, Storey
+from planner_core.model.scope import SurveyScope
 from planner_core.model.site import GroundPick, KeepOut, PriorStation, Site
 from planner_core.model.site_frame import Georeference, SiteFrame
 from planner_core.model.unseen import (
@@ -118,6 +119,7 @@ __all__ = [
     "Scanner",
     "Scene",
     "SceneSource",
+    "Scope",
     "SealedArea",
     "SignOff",
     "Site",
@@ -127,6 +129,7 @@ __all__ = [
     "StationReason",
     "Storey",
     "Survey",
+    "SurveyScope",
     "UInt8Array",
     "UnseenElement",
     "UnseenPiece",

@@ -42,6 +42,15 @@ class NetworkKind(StrEnum):
         return {"joined": cls.CONNECTED, "loops": cls.REDUNDANT}.get(str(value))
 
 
+class Scope(StrEnum):
+    """What a survey is about: rooms, what is seen from outside, or all; auto: rooms where there are any, else all."""
+
+    AUTO = "auto"
+    INTERIOR = "interior"
+    EXTERIOR = "exterior"
+    ALL = "all"
+
+
 class Role(StrEnum):
     """Role of a station, or of a forbidden position, given before planning.
 

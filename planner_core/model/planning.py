@@ -12,6 +12,7 @@ from planner_core.model.methods import METHODS, Method, Paper, Proven
 from planner_core.model.requirements import Requirements
 from planner_core.model.scans import BeamTemplate, Scanner
 from planner_core.model.scene import Floor, Patches, Scene
+from planner_core.model.scope import SurveyScope
 from planner_core.model.site import Site
 
 #: No mast is longer; a larger figure is a slip in its unit.
@@ -198,3 +199,5 @@ class Survey:
     template: BeamTemplate
     warnings: tuple[str, ...] = ()
     """One line each, for the user: warnings of finding the floors."""
+    scope: SurveyScope | None = None
+    """None: all of the building, see `planner_core.coverage.scope`."""

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, fields
 
 from planner_core.errors import RequirementError
-from planner_core.model.choices import NetworkKind, one_of
+from planner_core.model.choices import NetworkKind, Scope, one_of
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,8 @@ class PartRequirement:
 
     name: str
     coverage: float = 0.95
-    """Fraction of the part's area that is achievable by `asked` and `seen_from`."""
+    """Fraction of the part's area that is achievable by `asked` and `seen_from`; 0: of the part nothing is asked, also
+    where other requirements are about it: it is an obstacle only."""
     asked: PointLimits = field(default_factory=PointLimits)
     seen_from: int = 1
     """Stations that each meet `asked` on a surface for it to count."""
@@ -54,8 +55,8 @@ class PartRequirement:
         what = f"requirement {self.name!r}: "
         if not self.name.strip():
             raise RequirementError("requirement: got one without a name, expected one; name it")
-        if not 0.0 < self.coverage <= 1.0:
-            raise RequirementError(f"{what}coverage: got {self.coverage}, expected above 0 and at most 1; e.g. 0.95")
+        if not 0.0 <= self.coverage <= 1.0:
+            raise RequirementError(f"{what}coverage: got {self.coverage}, expected 0 to 1; e.g. 0.95, or 0 for nothing")
         _check_seen_from(self.seen_from, what)
         if self.zone and not (len(self.zone) >= 3 and all(math.isfinite(x) and math.isfinite(y) for x, y in self.zone)):
             raise RequirementError(
@@ -93,6 +94,8 @@ class Requirements:
     min_strength: float = 0.01
     """Least strength of a link that counts: all six motions are held, the worst of them ten times as badly as if all
     were held alike. See docs/method/registration.md."""
+    scope: Scope = Scope.ALL
+    """What of the building counts, and where stations stand."""
     deliverable: str | None = None
     """Where limits and overlap were taken from that the client did not give, by name; they count, not it."""
 
@@ -107,6 +110,7 @@ class Requirements:
             )
         _check_seen_from(self.seen_from)
         object.__setattr__(self, "network", one_of(NetworkKind, self.network, "network"))
+        object.__setattr__(self, "scope", one_of(Scope, self.scope, "scope"))
         if not 0.0 < self.reflectivity <= 1.0:
             raise RequirementError(
                 f"reflectivity: got {self.reflectivity}, expected above 0 and at most 1; a white wall has 0.8"

@@ -31,6 +31,8 @@ class SceneSource:
     """What the user said that glass does: `pass`, `stop` or `return`, see `Optics`."""
     doors: str = "shut"
     """What the user said of doors: `shut`, as modelled; without their leaves those indoors, `open`, or `all`."""
+    leave_out: tuple[str, ...] = ()
+    """Classes, or patterns of names, whose elements the user left out of the scene."""
     told_metres_per_unit: float | None = None
     """What the user said of the unit; None: nothing. So with the next two: what loads the file the same way again."""
     told_up_axis: str | None = None
@@ -70,6 +72,8 @@ class Element:
     """What IFC says within the class: `CEILING` of an IfcCovering, `LANDING` of an IfcSlab; empty: nothing."""
     file: int = 0
     """Index into `Scene.sources`."""
+    parents: tuple[str, ...] = ()
+    """Classes that IFC has above `kind`, the nearest first: IfcFurnishingElement and so on of an IfcFurniture."""
 
 
 @dataclass(frozen=True)
@@ -127,6 +131,8 @@ class LoadReport:
     mirror_area_m2: float = 0.0
     n_doors_open: int = 0
     """Doors (`IfcDoor`) whose leaves were left out, with `doors="open"`."""
+    left_out_m2: tuple[float, ...] = ()
+    """Area of the faces left out by each of `SceneSource.leave_out`, not counted twice."""
     dropped: tuple[str, ...] = ()
     """Up to 100 lines, one a dropped face or group of faces: element, face number, reason."""
     warnings: tuple[str, ...] = ()

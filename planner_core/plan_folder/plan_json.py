@@ -31,6 +31,7 @@ from planner_core.model import (
     Plan,
     Scene,
     SceneSource,
+    Scope,
     SiteFrame,
     Station,
     UnseenElement,
@@ -56,6 +57,7 @@ from planner_core.plan_folder.plan_model.results import (
 )
 from planner_core.plan_folder.route_json import route_document, sealed_document
 from planner_core.plan_folder.why_json import why_document
+from planner_core.requirements.goals import in_scope, obstacles_of
 from planner_core.scene.load import LoadOptions
 
 DROPPABLE_KEYS = ("device", "source", "timings_s", "versions")
@@ -83,6 +85,7 @@ def plan_document(plan: Plan, folder: Path | None = None) -> dict[str, Any]:
         "site": SiteSection.written(plan.settings.site),
         "floors": [_floor(floor, plan) for floor in plan.survey.floors],
         "stations": _stations(plan),
+        "scope": _scope(plan),
         "coverage": _coverage(plan),
         "coverage_curve": [_number(value, 9) for value in plan.coverage_curve],
         "optimality": _optimality(plan),
@@ -224,6 +227,7 @@ def _load_options(source: SceneSource) -> LoadOptions:
         skip_bad_faces=source.skip_bad_faces,
         glass=Glass(source.glass),
         doors=Doors(source.doors),
+        leave_out=source.leave_out,
     )
 
 
@@ -308,6 +312,25 @@ def _losses(losses: tuple[Loss, ...], plan: Plan) -> dict[str, Any]:
     return {
         "lost_area_m2": _number(float(plan.survey.patches.area_m2[lost].sum())),
         "losses": [LossSection.written(loss) for loss in losses if loss.patch.size],
+    }
+
+
+def _scope(plan: Plan) -> dict[str, Any]:
+    """Areas in and out of scope, and of parts of which nothing is required."""
+    survey, area_m2 = plan.survey, plan.survey.patches.area_m2
+    inside = in_scope(survey)
+    return {
+        "kind": Scope.ALL if survey.scope is None else survey.scope.kind,
+        "in_scope_area_m2": _number(float(area_m2[inside].sum())),
+        "out_of_scope_area_m2": _number(float(area_m2[~inside].sum())),
+        "obstacles": [
+            {"name": name, "area_m2": _number(float(area_m2[patches & inside].sum()))}
+            for name, patches in obstacles_of(survey, plan.settings).items()
+        ],
+        "left_out": [
+            {"name": name, "area_m2": _number(area)}
+            for name, area in zip(survey.scene.source.leave_out, survey.scene.report.left_out_m2, strict=False)
+        ],
     }
 
 

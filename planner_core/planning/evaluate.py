@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner_core.coverage.scope import with_scope
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import StationListError
@@ -24,6 +25,7 @@ from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain
 from planner_core.requirements.figures import missed_in_words
+from planner_core.requirements.goals import nothing_to_spare
 from planner_core.route.route import Ends, ends_of, plan_route
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem
@@ -69,6 +71,8 @@ def evaluate_survey(
     ends = ends_of(settings.site, survey.scene.offset_m)
     clock = Stopwatch()
     floors = planned_floors(survey.floors, settings.requirements.floors)
+    with clock.stage("scope"):
+        survey = with_scope(survey, settings, scan_engine, progress=progress)
     with clock.stage("candidates"):
         places = find_positions(survey, settings, scan_engine, floors=floors, progress=progress)
         listed, remarks = place_stations(survey, settings, scan_engine, stations, places.reach.space)
@@ -102,9 +106,11 @@ def evaluate_survey(
                 *survey.warnings,
                 *scan_engine.warnings,
                 *places.warnings,
+                *nothing_to_spare(survey, settings),
                 *remarks,
                 *explain(survey, demand),
                 *_blind_stations(listed, rows.seen, survey),
+                *_out_of_scope(listed, survey),
             ),
             progress=progress,
         )
@@ -178,3 +184,16 @@ def _blind_stations(stations: tuple[Station, ...], rows: Visibility, survey: Sur
         for index, station in enumerate(stations)
         if rows.row(index).size == 0
     )
+
+
+def _out_of_scope(stations: tuple[Station, ...], survey: Survey) -> tuple[str, ...]:
+    """A line where stations stand outdoors in a survey of the interior, or the other way round."""
+    if survey.scope is None:
+        return ()
+    height_m = np.array([[0.0, 0.0, station.instrument_height_m] for station in stations])
+    admitted = survey.scope.admits(np.stack([station.position_m for station in stations]) - height_m)
+    others = [station.id for station, inside in zip(stations, admitted.tolist(), strict=True) if not inside]
+    if not others:
+        return ()
+    noun = "station stands" if len(others) == 1 else "stations stand"
+    return (f"{len(others)} {noun} out of scope {survey.scope.kind}: {', '.join(others)}; --scope all counts all",)

@@ -11,6 +11,7 @@ from itertools import count
 
 import numpy as np
 
+from planner_core.coverage.scope import with_scope
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import RequirementError
@@ -37,6 +38,8 @@ from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions, places_as_they_are
 from planner_core.progress import Progress, silent
 from planner_core.requirements.explain import explain
+from planner_core.requirements.goals import in_scope as in_scope_of
+from planner_core.requirements.goals import nothing_to_spare
 from planner_core.route.route import ends_of, in_visiting_order, plan_route
 from planner_core.select.check import check_coverage
 
@@ -78,6 +81,8 @@ def plan_survey(
     """Do the rest of `make_plan`, for callers that scan with the same engine afterwards."""
     clock = Stopwatch()
     floors = planned_floors(survey.floors, settings.requirements.floors)
+    with clock.stage("scope"):
+        survey = with_scope(survey, settings, scan_engine, progress=progress)
     # 3. Where a tripod can stand, and be carried to.
     with clock.stage("candidates"):
         places = _places(survey, settings, scan_engine, floors, progress)
@@ -95,7 +100,15 @@ def plan_survey(
             check_coverage(choice.pool.rows.met, pool.demand.area_m2, pool.constraints, choice.chosen)
     # 6. In which order to walk them, and what they are worth.
     with clock.stage("figures"):
-        plan = _described(survey, settings, scan_engine, places, choice, (*bare, *places.warnings), progress)
+        plan = _described(
+            survey,
+            settings,
+            scan_engine,
+            places,
+            choice,
+            (*bare, *places.warnings, *nothing_to_spare(survey, settings)),
+            progress,
+        )
     return replace(plan, timings_s=clock.seconds)
 
 
@@ -212,11 +225,12 @@ def _check_something_is_seen(pool: Pool, survey: Survey, settings: PlanSettings)
 
 def _bare_floors(survey: Survey, candidates: Candidates, floors: tuple[int, ...]) -> tuple[str, ...]:
     """Warnings about planned floors without candidates; where no floor has any, there is nothing to plan."""
-    bare = [survey.floors[i].name for i in floors if not (candidates.floor == i).any()]
-    if not bare:
+    in_scope = survey.floor_of_triangle[survey.patches.triangle_of_patch[in_scope_of(survey)]]
+    bare = [survey.floors[i].name for i in floors if not (candidates.floor == i).any() and (in_scope == i).any()]
+    if not bare and candidates.floor.size:
         return ()
     reasons = ", ".join(f"{reason}: {n}" for reason, n in sorted(candidates.rejected.items(), key=lambda r: -r[1]))
-    if len(bare) == len(floors):
+    if not candidates.floor.size:
         raise RequirementError(
             f"candidates: none of {candidates.n_tried} grid points is a valid tripod position ({reasons}), expected at "
             "least one; use a finer grid step or less clearance"

@@ -20,7 +20,6 @@ from planner_core.coverage.coverage import (
     times_seen,
     unseen_elements,
 )
-from planner_core.coverage.survey import planned_floors, scope_of
 from planner_core.coverage.why import explain
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
@@ -42,6 +41,7 @@ from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import Demand, Rows
 from planner_core.requirements.figures import coverage_curve, losses_of, part_results, rows_of_quality, times_met
+from planner_core.requirements.goals import required_of
 from planner_core.route.field_time import field_time
 from planner_core.route.route import route_warnings
 from planner_core.route.sealed import sealed_areas
@@ -106,13 +106,13 @@ def describe_plan(
 
     Notes
     -----
-    The overall figures are about the whole scene; where only some floors are planned, about the patches of those.
+    The overall figures are about all in scope; where only some floors are planned, about the patches of those.
     Covered is what meets the limits asked of all, from as many stations as they ask for.
     """
     area_m2 = survey.patches.area_m2
-    floor = floor_of_patch(survey.patches, survey.floor_of_triangle)
-    planned = planned_floors(survey.floors, settings.requirements.floors)
-    scope = scope_of(floor, planned, len(survey.floors))
+    scope = demand.overall.patches
+    counted = required_of(survey, settings)
+    floor = np.where(counted, floor_of_patch(survey.patches, survey.floor_of_triangle), -1).astype(np.int32)
     asked = settings.requirements
     n_met = times_met(demand, rows)[0]
     seen = n_met >= asked.seen_from

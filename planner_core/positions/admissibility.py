@@ -6,7 +6,7 @@ Local frame, metres. The tests run in order of cost, each on what the ones befor
     below      the first surface straight down is ground of the floor (no slab: nothing above its elevation)
     ring       so it is for the tripod's feet, on a ring around
     clearance  nothing nearer than `clearance_m` in eight directions, at three heights from shins to sensor
-    open air   not under open sky, where most of the floor is covered
+    open air   not under open sky, where most of the floor is covered and the exterior is not what is surveyed
 
 References
 ----------
@@ -21,7 +21,7 @@ from copy import copy
 import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import BoolArray, FloatArray, Floor, PlanSettings, RayHits, Survey
+from planner_core.model import BoolArray, FloatArray, Floor, PlanSettings, RayHits, Scope, Survey
 from planner_core.positions.ground_surface import grid_on_ground
 from planner_core.progress import Progress, ProgressEvent, silent
 
@@ -168,7 +168,7 @@ class TripodTests:
             hits = self._cast(position_m, _circle(_ENCLOSURE_DIRECTIONS), self._reach_m)
             ends = np.isfinite(hits.range_m).reshape(-1, _ENCLOSURE_DIRECTIONS)
             return np.asarray(ends.mean(axis=1) < _ENCLOSED_SHARE)
-        if not self._mostly_covered:
+        if not self._mostly_covered or self._settings.requirements.scope == Scope.EXTERIOR:
             return np.zeros(position_m.shape[0], dtype=bool)
         return ~self._hits_any(position_m, _UP, self._reach_m)
 

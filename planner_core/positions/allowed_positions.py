@@ -108,6 +108,15 @@ def _is_forbidden(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
     return site.near_forbidden(found.position_m[:, :2], found.floor)
 
 
+def _is_out_of_scope(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
+    del reach
+    if site.scope is None:
+        return np.zeros(found.floor.size, dtype=bool)
+    ground_m = found.position_m.copy()
+    ground_m[:, 2] -= found.height_m
+    return ~site.scope.admits(ground_m)
+
+
 def _is_unreachable(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
     del site
     return ~reachable(reach, found.candidates(Tally()))
@@ -117,6 +126,7 @@ def _is_unreachable(site: LocalSite, reach: Reach, found: _Found) -> BoolArray:
 _RULED_OUT_AS: dict[str, Callable[[LocalSite, Reach, _Found], BoolArray]] = {
     "in a keep-out": _is_kept_out,
     "at a forbidden position": _is_forbidden,
+    "out of scope": _is_out_of_scope,
     "not reachable on foot": _is_unreachable,
 }
 

@@ -10,7 +10,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Floor, Int32Array, KeepOut, PriorStation, Role, Site, Survey
+from planner_core.model import (
+    BoolArray,
+    FloatArray,
+    Floor,
+    Int32Array,
+    KeepOut,
+    PriorStation,
+    Role,
+    Site,
+    Survey,
+    SurveyScope,
+)
 from planner_core.positions.carrier import PERSON, Mover, Zone, blocked_by_zones
 
 #: A place told by its ground may lie this little below the floor's median height.
@@ -34,6 +45,7 @@ class LocalSite:
     zones: tuple[Zone, ...]
     entrances_m: FloatArray | None
     forbidden: tuple[Forbidden, ...]
+    scope: SurveyScope | None = None
 
     def in_zone(self, plan_m: FloatArray, floor: Int32Array) -> BoolArray:
         """(N,) bool: whether zones keep places (N, 2) on floors (N,) free of stations."""
@@ -62,6 +74,7 @@ def local_site(survey: Survey, site: Site) -> LocalSite:
         zones=tuple(zone for area in site.keep_out for zone in _zones(survey, area)),
         entrances_m=entrances_m if site.entrances_m else None,
         forbidden=tuple(_forbidden(survey, place) for place in site.prior if place.role == Role.FORBIDDEN),
+        scope=survey.scope,
     )
 
 

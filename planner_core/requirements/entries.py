@@ -13,7 +13,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJso
 
 from planner_core.documents import Entries, ShortEntries, shown
 from planner_core.errors import RequirementError
-from planner_core.model import NetworkKind
+from planner_core.model import NetworkKind, Scope
 from planner_core.positions.outlines import MOST_CORNERS, checked_outline
 from planner_core.positions.site_reading import SiteEntries
 from planner_core.requirements.deliverables import DELIVERABLES, deliverable_named
@@ -90,6 +90,15 @@ def _network(value: object) -> NetworkKind | None:
         ) from None
 
 
+def _scope(value: object) -> Scope | None:
+    if value is None:
+        return None
+    try:
+        return Scope(value.strip().casefold() if isinstance(value, str) else "")
+    except ValueError:
+        raise RequirementError(f"got {shown(value)}, expected one of {', '.join(Scope)}") from None
+
+
 def _zones(value: object) -> object:
     if value is not None and not isinstance(value, list | tuple):
         raise RequirementError(
@@ -121,7 +130,13 @@ _Outline = Annotated[
     Field(json_schema_extra={"minItems": 3, "maxItems": MOST_CORNERS}),
     AfterValidator(checked_outline),
 ]
-_Share = Annotated[float | None, _said(share), _shares()]
+_Share = Annotated[
+    float | None,
+    _said(
+        lambda value: 0.0 if isinstance(value, str) and value.strip().casefold() == "none" else share(value, zero=True)
+    ),
+    _shares("none", 0),
+]
 # Nobody asks for 0.1 mm between points or of noise, so that numbers below 0.1 are metres.
 _FINE = {"exclusiveMinimum": 0, "maximum": 0.1}
 
@@ -130,7 +145,7 @@ class PartEntries(Entries):
     """Requirements of the whole, and of a part."""
 
     coverage: _Share = None
-    """Share of the scannable area, e.g. 95 % or 0.95."""
+    """Share of the scannable area, e.g. 95 % or 0.95; none, of a part: it is an obstacle, nothing is required of it."""
     spacing: Annotated[
         float | None,
         _limit(lambda value: length_m(value, bare=(0.0, 0.1), most=1.0, example="6 mm")),
@@ -220,6 +235,8 @@ class RequirementsFile(PartEntries):
         WithJsonSchema({"type": ["number", "null"], "minimum": 0, "maximum": 1}),
     ] = None
     """Least strength of a link."""
+    scope: Annotated[Scope | None, BeforeValidator(_scope), WithJsonSchema({"enum": [*map(str, Scope), None]})] = None
+    """What of the building counts, and where stations stand: interior, exterior, all, or auto."""
     planned_floors: _Names | None = None
     """Ids or names of the floors to plan; left out: all."""
     floors: dict[_Name, FloorEntries] | None = None

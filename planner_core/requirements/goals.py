@@ -6,22 +6,33 @@ A `Survey` and `Requirements` -> goals; frames: zones and heights are of the sce
 from __future__ import annotations
 
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 import numpy as np
 
 from planner_core.coverage.coverage import floor_of_patch
 from planner_core.coverage.survey import planned_floors, scope_of
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Floor, PartRequirement, PlanSettings, PointLimits, Scene, Survey
+from planner_core.model import (
+    BoolArray,
+    FloatArray,
+    Floor,
+    PartRequirement,
+    PlanSettings,
+    PointLimits,
+    Scene,
+    Scope,
+    Survey,
+)
 from planner_core.positions.outlines import over_polygon
-from planner_core.requirements.patterns import fits
 from planner_core.scene.patches import patch_triangles
+from planner_core.scene.patterns import elements_named, known_classes
 
 #: Name of what is asked of everything that is planned.
 OVERALL = "overall"
-#: Classes told to a user whose own matched nothing.
-_MOST_TOLD = 12
+
+
+#: Classes of which nothing is required where nobody says otherwise: furniture hides, and is moved.
+NO_COVER = ("IfcFurnishingElement",)
 
 
 @dataclass(frozen=True)
@@ -36,10 +47,57 @@ class Goal:
     stated: bool = False
 
 
+def required_of(survey: Survey, settings: PlanSettings) -> BoolArray:
+    """(P,) bool: patches that something may be required of: those in scope that are more than obstacles."""
+    required = in_scope(survey)
+    for patches in obstacles_of(survey, settings).values():
+        required = required & ~patches
+    return required
+
+
+def in_scope(survey: Survey) -> BoolArray:
+    """(P,) bool: patches in scope, see `planner_core.coverage.scope`."""
+    return np.ones(survey.patches.n_patches, dtype=np.bool_) if survey.scope is None else survey.scope.in_scope
+
+
+def obstacles_of(survey: Survey, settings: PlanSettings) -> dict[str, BoolArray]:
+    """Patches (P,) bool of each part of which nothing is required, by its name; none where the building lacks them.
+
+    Raises
+    ------
+    RequirementError
+        Floors that are not there; zones beside the building.
+    """
+    of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
+    planned = planned_floors(survey.floors, settings.requirements.floors)
+    out = {}
+    for part in settings.requirements.parts:
+        if part.coverage > 0:
+            continue
+        floors = _floors_of(survey, part, planned)
+        patches = _of_classes(survey, part, needed=False) & _in_zone(survey.scene, part, _centroids_of(survey, part))
+        out[part.name] = patches & np.isin(of_patch, np.array(floors, dtype=np.int32)) if floors else patches
+    return out
+
+
+def nothing_to_spare(survey: Survey, settings: PlanSettings) -> tuple[str, ...]:
+    """A line for each class that need not be covered and of which the building has nothing, as where it is misspelt."""
+    elements = survey.scene.elements
+    return tuple(
+        f"requirement {part.name!r}: the building has nothing of {pattern!r}, which need not be covered, expected "
+        f"{known_classes(elements, pattern)}"
+        for part in settings.requirements.parts
+        if part.coverage == 0
+        for pattern in part.classes
+        if pattern not in NO_COVER and not elements_named(elements, pattern).any()
+    )
+
+
 def goals_of(survey: Survey, settings: PlanSettings) -> tuple[Goal, ...]:
     """Goals of a plan: one a planned floor, one for all that is planned, then the parts in their order.
 
-    A part that is one whole floor stands in that floor's place.
+    A part that is one whole floor stands in that floor's place. Patches out of scope, and those of parts of which
+    nothing is required, are in none.
 
     Raises
     ------
@@ -47,19 +105,24 @@ def goals_of(survey: Survey, settings: PlanSettings) -> tuple[Goal, ...]:
         Floors that are not there or not planned; classes, zones or heights of which the building has nothing.
     """
     wanted = settings.requirements
-    of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
     planned = planned_floors(survey.floors, wanted.floors)
-    scope = scope_of(of_patch, planned, len(survey.floors))
-    centroids = _centroids_m(survey) if any(part.zone or part.heights_m for part in wanted.parts) else None
+    required = required_of(survey, settings)
+    of_patch = np.where(required, floor_of_patch(survey.patches, survey.floor_of_triangle), -1).astype(np.int32)
+    scope = scope_of(of_patch, planned, len(survey.floors)) & required
+    if not scope.any():
+        raise RequirementError(
+            "requirements: got no surface of which anything is required, expected some; see scope, floors, and classes "
+            "with coverage none"
+        )
     by_floor: dict[int, Goal] = {}
     others: list[Goal] = []
-    for part in wanted.parts:
+    for part in (each for each in wanted.parts if each.coverage > 0):
         floors = _floors_of(survey, part, planned)
         patches = scope if not floors else np.isin(of_patch, np.array(floors, dtype=np.int32))
-        patches = patches & _of_classes(survey, part) & _in_zone(survey.scene, part, centroids)
+        patches = patches & _of_classes(survey, part) & _in_zone(survey.scene, part, _centroids_of(survey, part))
         if not patches.any():
             raise RequirementError(
-                f"requirement {part.name!r}: got no surface, expected some; its floors, classes, zone "
+                f"requirement {part.name!r}: got no surface{_where(survey)}, expected some; its floors, classes, zone "
                 "and heights have nothing in common"
             )
         goal = Goal(part.name, part.coverage, part.asked, part.seen_from, patches, stated=True)
@@ -87,6 +150,10 @@ def goals_of(survey: Survey, settings: PlanSettings) -> tuple[Goal, ...]:
     return goals
 
 
+def _where(survey: Survey) -> str:
+    return "" if survey.scope is None or survey.scope.kind == Scope.ALL else f" in scope {survey.scope.kind}"
+
+
 def _floor_name(floors: tuple[Floor, ...], index: int) -> str:
     """Name of a floor, with its id where another one has it too."""
     name = floors[index].name
@@ -109,35 +176,31 @@ def _floors_of(survey: Survey, part: PartRequirement, planned: tuple[int, ...]) 
     return floors
 
 
-def _of_classes(survey: Survey, part: PartRequirement) -> BoolArray:
-    """(P,) bool, patches of elements whose class or name fits one of the part's patterns; all where it has none."""
+def _of_classes(survey: Survey, part: PartRequirement, *, needed: bool = True) -> BoolArray:
+    """(P,) bool, patches of elements whose class or name fits one of the part's patterns; all where it has none.
+
+    needed : refuse patterns that nothing fits.
+    """
     scene, patches = survey.scene, survey.patches
     if not part.classes:
         return np.ones(patches.n_patches, dtype=np.bool_)
     wanted = np.zeros(len(scene.elements), dtype=np.bool_)
-    names = [(element.kind.casefold(), element.name.casefold()) for element in scene.elements]
-    different = {name for both in names for name in both}
     for pattern in part.classes:
-        fitting = {name for name in different if fits(pattern.casefold(), name)}
-        if not fitting:
+        fitting = elements_named(scene.elements, pattern)
+        if needed and not fitting.any():
             raise RequirementError(
                 f"requirement {part.name!r}: got class {pattern!r}, of which the building has nothing, expected "
-                f"{_known_classes(scene, pattern)}; * stands for any letters"
+                f"{known_classes(scene.elements, pattern)}; * stands for any letters"
             )
-        wanted |= np.array([not fitting.isdisjoint(both) for both in names], dtype=np.bool_)
+        wanted |= fitting
     on_element: BoolArray = np.repeat(wanted[scene.element_of_triangle], np.diff(patches.first_patch))
     return on_element
 
 
-def _known_classes(scene: Scene, pattern: str) -> str:
-    """Classes that a user may have meant, the nearest alone where one is near."""
-    kinds = sorted({element.kind for element in scene.elements})
-    near = get_close_matches(pattern, kinds, n=1, cutoff=0.75)
-    return near[0] if near else "one of " + ", ".join(kinds[:_MOST_TOLD]) + (" ..." if len(kinds) > _MOST_TOLD else "")
-
-
-def _centroids_m(survey: Survey) -> FloatArray:
-    """(P, 3), scene frame."""
+def _centroids_of(survey: Survey, part: PartRequirement) -> FloatArray | None:
+    """(P, 3), scene frame; None where the part needs none."""
+    if not (part.zone or part.heights_m):
+        return None
     middle: FloatArray = patch_triangles(survey.scene, survey.patches).mean(axis=1) + survey.scene.offset_m
     return middle
 

@@ -6,14 +6,14 @@ Entries and units: `planner_core.requirements.entries`; rules: docs/formats/requ
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar
 
 from planner_core.documents import key_of, read_as
 from planner_core.errors import RequirementError
-from planner_core.model import PartRequirement, PointLimits, Requirements, Site
+from planner_core.model import PartRequirement, PointLimits, Requirements, Scope, Site
 from planner_core.requirements.deliverables import NO_DELIVERABLE, Deliverable, deliverable_named
 from planner_core.requirements.entries import ClassEntries, FloorEntries, PartEntries, RequirementsFile, ZoneEntries
 from planner_core.requirements.yaml_or_json import read_document
@@ -23,7 +23,12 @@ _MOST_PARTS = 200
 
 
 def read_requirements(
-    path: Path | str, *, instead: Mapping[str, object] | None = None, deliverable: str = NO_DELIVERABLE
+    path: Path | str,
+    *,
+    instead: Mapping[str, object] | None = None,
+    deliverable: str = NO_DELIVERABLE,
+    scope: Scope = Scope.ALL,
+    no_cover: Sequence[str] = (),
 ) -> tuple[Requirements, Site]:
     """Read a file of requirements, with the site that it tells.
 
@@ -36,6 +41,10 @@ def read_requirements(
         not say otherwise follow them.
     deliverable
         Name of the one whose limits hold if neither names another, see `planner_core.requirements.deliverables`.
+    scope
+        What counts if neither says.
+    no_cover
+        Classes of which nothing is required, where the file says nothing of them.
 
     Raises
     ------
@@ -49,11 +58,18 @@ def read_requirements(
         {**{key: value for key, value in entries.items() if key_of(key) not in own}, **own},
         where=str(at),
         deliverable=deliverable,
+        scope=scope,
+        no_cover=no_cover,
     )
 
 
 def requirements_from(
-    entries: Mapping[str, object], *, where: str = "requirements", deliverable: str = NO_DELIVERABLE
+    entries: Mapping[str, object],
+    *,
+    where: str = "requirements",
+    deliverable: str = NO_DELIVERABLE,
+    scope: Scope = Scope.ALL,
+    no_cover: Sequence[str] = (),
 ) -> tuple[Requirements, Site]:
     """Read the entries of a file of requirements; raises as `read_requirements` does."""
     file = read_as(RequirementsFile, entries, f"{where}: ", remedy="see docs/formats/requirements.md")
@@ -64,13 +80,15 @@ def requirements_from(
     told: dict[str, Any] = {"overlap": preset.overlap if file.overlap is None else file.overlap}
     told |= {"reflectivity": file.reflectivity, "network": file.network}
     told |= {"min_strength": file.link_strength, "floors": file.planned_floors}
+    parts = tuple(_parts(file, where, follow))
     requirements = _in_file(
         where,
         Requirements,
         **of_all,
+        scope=file.scope or scope,
         deliverable=None if preset.name == NO_DELIVERABLE else preset.name,
         **{name: value for name, value in told.items() if value is not None},
-        parts=tuple(_parts(file, where, follow)),
+        parts=(*parts, *_obstacles(parts, no_cover)),
     )
     return requirements, Site() if file.site is None else file.site.site()
 
@@ -99,6 +117,14 @@ def _parts(file: RequirementsFile, where: str, follow: PartRequirement) -> Itera
             )
         extent = {"zone": zone.outline or (), "heights_m": zone.heights}
         yield _part(zone, at, follow, f"zone {number + 1}", **extent)
+
+
+def _obstacles(parts: tuple[PartRequirement, ...], no_cover: Sequence[str]) -> Iterator[PartRequirement]:
+    """Parts of which nothing is required, but of classes that other parts name."""
+    named = {pattern.casefold() for part in parts for pattern in (part.name, *part.classes)}
+    for pattern in dict.fromkeys(no_cover):
+        if pattern.casefold() not in named:
+            yield PartRequirement(pattern, 0.0, classes=(pattern,))
 
 
 def _part(

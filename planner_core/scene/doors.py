@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Scene
+from planner_core.scene.leave_out import with_triangles
 from planner_core.scene.rooms import room_of_points
 
 #: What elements that are doors are called.
@@ -49,15 +50,7 @@ def without_door_leaves(scene: Scene, *, outer_too: bool = False) -> Scene:
     if not leaf.any() or leaf.all():
         return scene
     n_open = int(np.unique(scene.element_of_triangle[leaf]).size)
-    used, number = np.unique(scene.triangles[~leaf], return_inverse=True)
-    return replace(
-        scene,
-        vertices_m=np.ascontiguousarray(scene.vertices_m[used]),
-        triangles=np.ascontiguousarray(number.reshape(-1, 3).astype(np.int32)),
-        element_of_triangle=scene.element_of_triangle[~leaf],
-        optics_of_triangle=None if scene.optics_of_triangle is None else scene.optics_of_triangle[~leaf],
-        report=replace(scene.report, n_doors_open=n_open),
-    )
+    return replace(with_triangles(scene, ~leaf), report=replace(scene.report, n_doors_open=n_open))
 
 
 def is_outer(scene: Scene, door: int, triangles: Int64Array) -> bool:

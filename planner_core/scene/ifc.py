@@ -13,6 +13,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -453,7 +454,26 @@ def _element(product: Any, storey_of_id: dict[int, int]) -> Element:
     name = product.Name or f"{product.is_a()} #{product.id()}"
     storey = storey_of(product, storey_of_id)
     kind, source_id = str(product.is_a()), str(product.GlobalId)
-    return Element(str(name), kind, source_id, storey, _is_external(product), _predefined_type(product))
+    return Element(
+        str(name), kind, source_id, storey, _is_external(product), _predefined_type(product), _parents(product)
+    )
+
+
+def _parents(product: Any) -> tuple[str, ...]:
+    """Classes above the product's own, as its schema has them, the nearest first."""
+    schema, _, kind = str(product.is_a(True)).rpartition(".")
+    return _classes_above(schema, kind)
+
+
+@cache
+def _classes_above(schema: str, kind: str) -> tuple[str, ...]:
+    import ifcopenshell
+
+    declared = ifcopenshell.schema_by_name(schema).declaration_by_name(kind).as_entity()
+    above = []
+    while (declared := declared.supertype()) is not None:
+        above.append(str(declared.name()))
+    return tuple(above)
 
 
 def _predefined_type(product: Any) -> str:

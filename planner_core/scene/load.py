@@ -24,6 +24,7 @@ from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import without_door_leaves
 from planner_core.scene.extent import LONGEST_M, SHORTEST_M, extent_m, likely_unit
 from planner_core.scene.federation import federated
+from planner_core.scene.leave_out import without_elements
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
 
@@ -59,6 +60,8 @@ class LoadOptions:
     """What glass does to beams."""
     doors: Doors = Doors.SHUT
     """Which doors (`IfcDoor`) have their leaves left out."""
+    leave_out: tuple[str, ...] = ()
+    """Classes and patterns of names (`IfcFurnishingElement`, `name=*tree*`) whose elements are left out."""
 
     def __post_init__(self) -> None:
         unit = self.metres_per_unit
@@ -109,7 +112,9 @@ def load_scene(
     else:
         progress(ProgressEvent("load", 0, 0, "putting the files together"))
         scene = federated(scenes)
-    glass, doors = each_options[0].glass, each_options[0].doors
+    glass, doors, leave_out = each_options[0].glass, each_options[0].doors, each_options[0].leave_out
+    if leave_out:
+        scene = without_elements(scene, leave_out)
     if doors != Doors.SHUT:
         scene = without_door_leaves(scene, outer_too=doors == Doors.ALL)
     progress(ProgressEvent("load", 1, 1, "loaded"))
@@ -138,8 +143,11 @@ def _check_options(paths: list[Path], options: list[LoadOptions]) -> None:
         raise SceneError(
             f"got options for {len(options)} files, expected {len(paths)}; pass one of each, or one for all."
         )
-    if len({(each.glass, each.doors) for each in options}) > 1:
-        raise SceneError("got files with different glass or doors, expected one word for all; they are one building.")
+    if len({(each.glass, each.doors, each.leave_out) for each in options}) > 1:
+        raise SceneError(
+            "got files with different glass, doors or classes to leave out, expected the same for all; they are one "
+            "building."
+        )
 
 
 def _once_each(files: list[_File]) -> tuple[list[_File], list[str]]:
@@ -175,6 +183,7 @@ def _load_file(file: _File, *, several: bool, progress: Progress) -> Scene:
         schema=raw.schema,
         glass=options.glass,
         doors=options.doors,
+        leave_out=options.leave_out,
         told_metres_per_unit=options.metres_per_unit,
         told_up_axis=options.up_axis,
         skip_bad_faces=options.skip_bad_faces,

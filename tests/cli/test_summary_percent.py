@@ -44,6 +44,7 @@ def document(reached: float) -> dict[str, Any]:
             **figures, "fraction_of_total": 0.1, "total_area_m2": 100.0, "floors": [{"floor": "F0", **figures}],
         },
         "floors": [{"id": "F0", "name": "Ground"}],
+        "scope": {"kind": "all", "obstacles": [], "left_out": []},
         "scene": {"glass_area_m2": 0.0, "mirror_area_m2": 0.0, "glass": "stop", "n_doors_open": 0},
         "requirements": {
             "coverage": 0.95,

@@ -8,7 +8,7 @@ import pytest
 
 from planner_core.errors import RequirementError
 from planner_core.model import PartRequirement, PointLimits, Requirements
-from planner_core.requirements.goals import OVERALL, goals_of
+from planner_core.requirements.goals import OVERALL, goals_of, nothing_to_spare, obstacles_of
 from planner_core.scene.patches import patch_triangles
 
 
@@ -114,7 +114,7 @@ def test_parts_that_are_not_there_are_refused_by_name(
     ("make", "message"),
     [
         (lambda: PartRequirement(" "), "without a name"),
-        (lambda: PartRequirement("p", coverage=0.0), "'p': coverage: got 0.0"),
+        (lambda: PartRequirement("p", coverage=-0.1), "'p': coverage: got -0.1"),
         (lambda: PartRequirement("p", coverage=float("nan")), "'p': coverage"),
         (lambda: PartRequirement("p", seen_from=0), "'p': seen from: got 0"),
         (lambda: PartRequirement("p", zone=((0, 0), (1, 1))), "'p': zone: got 2 corners"),
@@ -130,3 +130,37 @@ def test_parts_that_are_not_there_are_refused_by_name(
 def test_requirements_without_sense_are_refused_when_made(make, message: str) -> None:
     with pytest.raises(RequirementError, match=message):
         make()
+
+
+def test_of_parts_with_coverage_none_nothing_is_required(box, settings_of) -> None:
+    parts = (
+        PartRequirement("no standard walls", 0.0, classes=("IfcWallStandardCase",)),
+        PartRequirement("not there", 0.0, classes=("IfcFurnishingElement",)),
+        PartRequirement("walls", 0.9, classes=("IfcWall*",)),
+    )
+    settings = settings_of(parts=parts)
+    goals = {goal.name: goal.patches for goal in goals_of(box.survey, settings)}
+    assert set(goals) == {"West", "East", "overall", "walls"}
+    area_m2 = box.survey.patches.area_m2
+    east = box.element_of_patch == 2
+    assert area_m2[east].sum() == pytest.approx(4.0 * 2.5)
+    for patches in goals.values():
+        assert not (patches & east).any()
+    assert area_m2[goals["overall"]].sum() == pytest.approx(2 * (8 * 4 + 8 * 2.5 + 4 * 2.5) - 4.0 * 2.5)
+    obstacles = obstacles_of(box.survey, settings)
+    assert list(obstacles) == ["no standard walls", "not there"]
+    assert (obstacles["no standard walls"] == east).all()
+    assert not obstacles["not there"].any()
+
+
+def test_a_misspelt_class_that_need_not_be_covered_is_told(box, settings_of) -> None:
+    parts = tuple(PartRequirement(name, 0.0, classes=(name,)) for name in ("IfcWal", "IfcFurnishingElement", "IfcSlab"))
+    (line,) = nothing_to_spare(box.survey, settings_of(parts=parts))
+    assert line == (
+        "requirement 'IfcWal': the building has nothing of 'IfcWal', which need not be covered, expected IfcWall"
+    )
+
+
+def test_nothing_left_to_require_is_refused(box, settings_of) -> None:
+    with pytest.raises(RequirementError, match="got no surface of which anything is required"):
+        goals_of(box.survey, settings_of(parts=(PartRequirement("all", 0.0, classes=("*",)),)))

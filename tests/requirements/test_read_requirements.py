@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner_core.errors import RequirementError
-from planner_core.model import PartRequirement, PointLimits, Requirements, Site
+from planner_core.model import PartRequirement, PointLimits, Requirements, Scope, Site
 from planner_core.requirements.read import read_requirements, requirements_from
 from planner_core.requirements.yaml_or_json import MOST_BYTES
 
@@ -306,3 +306,20 @@ def test_the_schema_refuses_what_reading_refuses(entries: dict[str, object]) -> 
 
 def test_the_schema_is_one() -> None:
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
+
+
+def test_scope_and_classes_that_need_not_be_covered() -> None:
+    entries = {"scope": "Exterior", "classes": {"IfcSite": "none", "IfcWall*": {"coverage": "none"}}}
+    requirements, _ = requirements_from(entries, scope=Scope.AUTO, no_cover=("IfcFurnishingElement", "ifcsite"))
+    assert requirements.scope == Scope.EXTERIOR
+    assert [(part.name, part.coverage, part.classes) for part in requirements.parts] == [
+        ("IfcSite", 0.0, ("IfcSite",)),
+        ("IfcWall*", 0.0, ("IfcWall*",)),
+        ("IfcFurnishingElement", 0.0, ("IfcFurnishingElement",)),
+    ]
+    assert requirements_from({}, scope=Scope.AUTO)[0].scope == Scope.AUTO
+    assert requirements_from({})[0].scope == Scope.ALL
+    with pytest.raises(RequirementError, match=r"scope: got 'inside', expected one of auto, interior, exterior, all"):
+        requirements_from({"scope": "inside"})
+    with pytest.raises(RequirementError, match="coverage: got 0, expected a fraction above 0"):
+        requirements_from({"coverage": "none"})

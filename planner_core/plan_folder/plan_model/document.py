@@ -27,6 +27,7 @@ from planner_core.plan_folder.plan_model.results import (
     OptimalitySection,
     RegistrationSection,
     RouteSection,
+    ScopeSection,
     SealedSection,
     StationSection,
     UnseenSection,
@@ -72,6 +73,8 @@ class PlanDocument(Document):
     """Lowest first."""
     stations: Annotated[tuple[StationSection, ...], AfterValidator(_own_ids)]
     """In the order to visit."""
+    scope: ScopeSection | None = None
+    """null in plans of older versions, which are about all of the building."""
     coverage: CoverageSection
     coverage_curve: tuple[Share | None, ...]
     """Covered share of the scannable area after 1, 2, ... stations in the order of choice."""

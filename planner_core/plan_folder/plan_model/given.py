@@ -24,6 +24,7 @@ from planner_core.model import (
     Role,
     ScanBy,
     Scanner,
+    Scope,
     Site,
 )
 from planner_core.plan_folder.plan_model.values import (
@@ -71,6 +72,8 @@ class LoadOptionsSection(Mirror):
     """Faces of vertices that do not exist were to be dropped."""
     glass: GlassWord
     doors: DoorsWord = Doors.SHUT
+    leave_out: tuple[str, ...] = ()
+    """Classes, and patterns of names, whose elements were left out."""
 
 
 _Format = Literal["ifc", "obj", "ply", "stl", "gltf", "usd", "memory"]
@@ -257,6 +260,8 @@ class RequirementsSection(Mirror):
     """How links must connect the stations, as far as candidates can be linked at all."""
     min_strength: Number = 0.0
     """Least strength of a link that counts."""
+    scope: Annotated[Scope, words_of(Scope)] = Scope.ALL
+    """What of the building was to count, and where stations were to stand."""
     deliverable: Text | None = None
     """Deliverable from which limits and overlap were taken where none were given, such as survey; null: none."""
     parts: tuple[PartSection, ...] = ()

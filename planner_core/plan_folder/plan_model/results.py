@@ -105,6 +105,35 @@ class StationSection(Document):
     """By requirement, of those that would lose something."""
 
 
+class ObstacleSection(Document):
+    """Surface of which nothing is required: it hides what lies behind it, and counts nowhere."""
+
+    name: str
+    """Of the part of `requirements.parts` that says so."""
+    area_m2: Area
+    """In scope."""
+
+
+class LeftOutSection(Document):
+    """Elements that were left out of the scene."""
+
+    name: str
+    """Class or pattern, as given."""
+    area_m2: Area
+
+
+class ScopeSection(Document):
+    """What the figures are about."""
+
+    kind: Literal["interior", "exterior", "all"]
+    """What was planned; `auto` of the requirements is interior where the building has an inside, else all."""
+    in_scope_area_m2: Area
+    """Obstacles among it."""
+    out_of_scope_area_m2: Area
+    obstacles: tuple[ObstacleSection, ...] = ()
+    left_out: tuple[LeftOutSection, ...] = ()
+
+
 class CoverageFigures(Mirror):
     """Coverage of surface."""
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from planner_core.coverage.scope import with_scope
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import PlanFolderError
@@ -72,6 +73,7 @@ def open_live(
     _check_same(plan_folder, document, survey)
     progress(ProgressEvent(STAGE, 1, _N_STEPS, "preparing the scanner"))
     scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
+    survey = with_scope(survey, settings, scan_engine, progress=progress)
     progress(ProgressEvent(STAGE, 2, _N_STEPS, "finding walkable floor"))
     site = local_site(survey, settings.site)
     space = free_space(survey, site.mover, zones=site.zones, progress=progress)

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner_core.coverage.coverage import floor_of_patch
-from planner_core.coverage.survey import planned_floors, scope_of
 from planner_core.model import BoolArray, Coverage, FloatArray, Int32Array, PlanSettings, Survey
 from planner_core.planning.live.looks import Look
 from planner_core.requirements.demand import Demand
+from planner_core.requirements.goals import required_of
 
 #: What figures of a layer are worked out from: float32 as in `Observations`, or float64 where they are sums.
 _Figures: TypeAlias = NDArray[np.floating[Any]]
@@ -61,8 +61,9 @@ class Parts:
 def parts_of(survey: Survey, settings: PlanSettings, demand: Demand) -> Parts:
     """Cut the building up as the figures of a plan are: the sums are those of `planner_core.planning.results`."""
     asked, area_m2 = settings.requirements, demand.area_m2[: demand.n_patches]
-    floor = floor_of_patch(survey.patches, survey.floor_of_triangle)
-    scope = scope_of(floor, planned_floors(survey.floors, asked.floors), len(survey.floors))
+    counted = required_of(survey, settings)
+    floor = np.where(counted, floor_of_patch(survey.patches, survey.floor_of_triangle), -1)
+    scope = demand.overall.patches
     achievable = demand.times_met[0] >= asked.seen_from
 
     def part(patches: BoolArray, counted: BoolArray, quality: int, seen_from: int) -> Part:

@@ -10,14 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner_core.errors import PlannerError, RequirementError
-from planner_core.model import PlanSettings, Proven
+from planner_core.model import PartRequirement, PlanSettings, Proven, Requirements, Scope
 from planner_core.model.review import Zone
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import settings_of
+from planner_core.requirements.read import requirements_from
 from planner_core.review.changes import AddZone, LockStation
 from planner_core.review.store import ReviewStore
 from viewer_web.server.jobs.documents import RunRequest
-from viewer_web.server.jobs.settings import run_settings
+from viewer_web.server.jobs.settings import _following, run_settings
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +46,18 @@ def test_what_is_said_replaces_the_plans_and_what_has_no_zero_stays(hall: Path, 
     assert again.requirements.floors == ("F0",)
     assert (again.requirements.network, again.requirements.parts) == ("none", planned.requirements.parts)
     assert asked(hall / "plan", {"zones": [{"name": "z", "heights": [0, 1]}]}).requirements.parts[0].name == "z"
+
+
+def test_scope_and_obstacles_stay_where_nothing_is_said_of_them() -> None:
+    sofa, walls = PartRequirement("sofa", 0.0, classes=("IfcFurniture",)), PartRequirement("walls", 0.9)
+    planned = Requirements(scope=Scope.INTERIOR, parts=(sofa, walls))
+    for entries, scope, names in (
+        ({}, "interior", ["sofa", "walls"]),
+        ({"scope": "all", "classes": {"IfcDoor": "90 %"}}, "all", ["IfcDoor", "sofa"]),
+        ({"classes": {"IfcFurniture": {"name": "sofa", "coverage": "50 %"}}}, "interior", ["sofa"]),
+    ):
+        found = _following(requirements_from(entries)[0], entries, planned)
+        assert (found.scope, [part.name for part in found.parts]) == (scope, names)
 
 
 def test_a_limit_of_time_is_an_option_of_the_search(hall: Path) -> None:

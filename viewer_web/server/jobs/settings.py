@@ -23,6 +23,7 @@ _STAYING = {
     "network": "network",
     "reflectivity": "reflectivity",
     "link_strength": "min_strength",
+    "scope": "scope",
 }
 _PARTS = frozenset({"floors", "classes", "zones"})
 
@@ -68,7 +69,12 @@ def _following(asked: Requirements, entries: Mapping[str, Any], planned: Require
     """What is asked, with what is not said as in the plan."""
     said = _named(entries)
     staying = {field: getattr(planned, field) for entry, field in _STAYING.items() if entry not in said}
-    return replace(asked, **staying, parts=asked.parts if said & _PARTS else planned.parts)
+    if not said & _PARTS:
+        return replace(asked, **staying, parts=planned.parts)
+    # Obstacles stay what they are unless the request says otherwise: its form is about what is to be covered.
+    named = {part.name for part in asked.parts}
+    obstacles = (part for part in planned.parts if part.coverage == 0 and part.name not in named)
+    return replace(asked, **staying, parts=(*asked.parts, *obstacles))
 
 
 def _named(entries: Mapping[str, Any]) -> set[str]:

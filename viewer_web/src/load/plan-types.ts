@@ -10,11 +10,13 @@ export interface Documents {
   GapSection: GapSection;
   GeoreferenceSection: GeoreferenceSection;
   KeepOutSection: KeepOutSection;
+  LeftOutSection: LeftOutSection;
   LegSection: LegSection;
   LinkSection: LinkSection;
   LoadOptionsSection: LoadOptionsSection;
   LossSection: LossSection;
   NetworkSection: NetworkSection;
+  ObstacleSection: ObstacleSection;
   OptimalitySection: OptimalitySection;
   OwnPartSection: OwnPartSection;
   PartSection: PartSection;
@@ -30,6 +32,7 @@ export interface Documents {
   ScannerSection: ScannerSection;
   SceneFileSection: SceneFileSection;
   SceneSection: SceneSection;
+  ScopeSection: ScopeSection;
   SealedSection: SealedSection;
   SettingsSection: SettingsSection;
   SiteSection: SiteSection;
@@ -301,6 +304,16 @@ export interface KeepOutSection {
   outline: [number, number][];
 }
 /**
+ * Elements that were left out of the scene.
+ */
+export interface LeftOutSection {
+  /**
+   * Class or pattern, as given.
+   */
+  name: string;
+  area_m2: number;
+}
+/**
  * The way between two stops.
  */
 export interface LegSection {
@@ -343,6 +356,10 @@ export interface LoadOptionsSection {
   skip_bad_faces: boolean;
   glass: 'pass' | 'stop' | 'return';
   doors: 'shut' | 'open' | 'all';
+  /**
+   * Classes, and patterns of names, whose elements were left out.
+   */
+  leave_out: string[];
 }
 /**
  * What a requirement would lose without a station.
@@ -385,6 +402,19 @@ export interface NetworkSection {
    */
   bottleneck: LinkSection | null;
   two_connected: boolean;
+}
+/**
+ * Surface of which nothing is required: it hides what lies behind it, and counts nowhere.
+ */
+export interface ObstacleSection {
+  /**
+   * Of the part of `requirements.parts` that says so.
+   */
+  name: string;
+  /**
+   * In scope.
+   */
+  area_m2: number;
 }
 /**
  * How good the plan is proven to be.
@@ -611,6 +641,10 @@ export interface RequirementsSection {
    * Least strength of a link that counts.
    */
   min_strength: number;
+  /**
+   * What of the building was to count, and where stations were to stand.
+   */
+  scope: 'auto' | 'interior' | 'exterior' | 'all';
   /**
    * Deliverable from which limits and overlap were taken where none were given, such as survey; null: none.
    */
@@ -839,6 +873,22 @@ export interface SceneSection {
    */
   n_triangles_stopping: number;
   repairs: Repairs;
+}
+/**
+ * What the figures are about.
+ */
+export interface ScopeSection {
+  /**
+   * What was planned; `auto` of the requirements is interior where the building has an inside, else all.
+   */
+  kind: 'interior' | 'exterior' | 'all';
+  /**
+   * Obstacles among it.
+   */
+  in_scope_area_m2: number;
+  out_of_scope_area_m2: number;
+  obstacles: ObstacleSection[];
+  left_out: LeftOutSection[];
 }
 /**
  * A room that no entrance leads to; nothing is planned in it.
@@ -1126,6 +1176,10 @@ export interface PlanDocument {
    * In the order to visit.
    */
   stations: StationSection[];
+  /**
+   * null in plans of older versions, which are about all of the building.
+   */
+  scope: ScopeSection | null;
   coverage: CoverageSection;
   /**
    * Covered share of the scannable area after 1, 2, ... stations in the order of choice.

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.requirements.patterns import fits
+from planner_core.scene.patterns import fits
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,89 @@
+"""Elements left out by class or name, and IFC's classes above a class."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner_core.errors import SceneError
+from planner_core.model import Element
+from planner_core.scene.build import scene_from_arrays
+from planner_core.scene.leave_out import without_elements
+from planner_core.scene.load import LoadOptions, load_scene
+from planner_core.scene.patterns import elements_named
+from planner_core.scene.raw import placed
+from tests.coverage.conftest import BOX_FACES, box_corners
+
+ELEMENTS = (
+    Element("Basic Wall", "IfcWallStandardCase", "1", parents=("IfcWall", "IfcElement")),
+    Element("Oak chair", "IfcFurniture", "2", parents=("IfcFurnishingElement", "IfcElement")),
+    Element("IfcWall mark", "IfcBuildingElementProxy", "3", parents=("IfcElement",)),
+)
+
+
+@pytest.fixture
+def scene():
+    corners = np.concatenate([box_corners((4.0 * k, 0, 0), (4.0 * k + 1, 2, 3)) for k in range(3)])
+    faces = np.concatenate([BOX_FACES + 8 * k for k in range(3)])
+    return scene_from_arrays(corners, faces, element_of_triangle=np.repeat(np.arange(3), 12), elements=ELEMENTS)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "meant"),
+    [
+        ("IfcWall", [True, False, False]),
+        ("ifcwall*", [True, False, True]),  # a name may fit, too
+        ("IfcFurnishingElement", [False, True, False]),
+        ("IfcFurnishing*", [False, False, False]),  # patterns are of the class itself
+        ("IfcElement", [True, True, True]),
+        ("name=*mark", [False, False, True]),
+        ("name=IfcFurniture", [False, False, False]),
+        ("*chair*", [False, True, False]),
+    ],
+)
+def test_elements_are_meant_by_class_by_the_classes_above_and_by_name(pattern: str, meant: list[bool]) -> None:
+    assert elements_named(ELEMENTS, pattern).tolist() == meant
+
+
+def test_what_is_left_out_is_gone_and_its_area_told(scene) -> None:
+    left = without_elements(scene, ("IfcFurnishingElement", "name=*chair", "name=*mark"))
+    assert np.unique(left.element_of_triangle).tolist() == [0]
+    assert left.elements == scene.elements
+    box_m2 = 2 * (1 * 2 + 2 * 3 + 1 * 3)
+    assert left.report.left_out_m2 == pytest.approx((box_m2, 0.0, box_m2))  # nothing counts twice
+    expected = placed(box_corners((0, 0, 0), (1, 2, 3)), np.eye(4))
+    assert {tuple(row) for row in left.vertices_m} == {tuple(row) for row in expected}
+
+
+def test_what_is_not_there_and_leaving_all_out_are_refused_in_one_line(scene) -> None:
+    with pytest.raises(SceneError, match=r"leave out: got 'IfcFurnitur', of which .* expected IfcFurniture;"):
+        without_elements(scene, ("IfcFurnitur",))
+    with pytest.raises(SceneError, match="which is all there is"):
+        without_elements(scene, ("IfcElement",))
+
+
+def test_a_file_is_loaded_without_them(tmp_path: Path) -> None:
+    path = tmp_path / "two.obj"
+    path.write_text(
+        "o floor\nv 0 0 0\nv 4 0 0\nv 4 4 0\nf 1 2 3\no tree\nv 9 9 0\nv 9 9 2\nv 9 8 0\nf 4 5 6\n", encoding="utf-8"
+    )
+    scene = load_scene(path, options=LoadOptions(leave_out=("name=tree",)))
+    assert scene.n_triangles == 1
+    assert scene.source.leave_out == ("name=tree",)
+    assert scene.report.left_out_m2 == (1.0,)
+
+
+def test_ifc_tells_the_classes_above(tmp_path: Path) -> None:
+    pytest.importorskip("ifcopenshell")
+    import scenes_synthetic
+
+    path = scenes_synthetic.write(scenes_synthetic.build("l-room"), tmp_path / "room.ifc")
+    scene = load_scene(path)
+    walls = [element for element in scene.elements if element.kind.startswith("IfcWall")]
+    assert walls
+    for element in scene.elements:
+        assert "IfcProduct" in element.parents
+    whole = load_scene(path, options=LoadOptions(leave_out=(walls[0].kind,)))
+    assert whole.n_triangles < scene.n_triangles
+    assert replace(whole.elements[0]) == scene.elements[0]
