@@ -455,7 +455,7 @@ def _element(product: Any, storey_of_id: dict[int, int]) -> Element:
     storey = storey_of(product, storey_of_id)
     kind, source_id = str(product.is_a()), str(product.GlobalId)
     return Element(
-        str(name), kind, source_id, storey, _is_external(product), _predefined_type(product), _parents(product)
+        str(name), kind, source_id, storey, _is_external(product), _predefined_type(product), parents=_parents(product)
     )
 
 

@@ -342,7 +342,7 @@ def test_storeys_all_at_one_height_are_no_storeys():
 def test_options_must_fit_the_files(trades):
     with pytest.raises(SceneError, match="got options for 2 files, expected 3"):
         load_scene(trades, options=[LoadOptions(), LoadOptions()])
-    with pytest.raises(SceneError, match="different glass or doors"):
+    with pytest.raises(SceneError, match="different glass, doors or classes"):
         load_scene(trades[:2], options=[LoadOptions(), LoadOptions(glass="stop")])
     with pytest.raises(SceneError, match="no scene file"):
         load_scene([])
