@@ -68,12 +68,13 @@ def obstacles_of(survey: Survey, settings: PlanSettings) -> dict[str, BoolArray]
     RequirementError
         Floors that are not there; zones beside the building.
     """
+    spared = [part for part in settings.requirements.parts if part.coverage == 0]
+    if not spared:
+        return {}
     of_patch = floor_of_patch(survey.patches, survey.floor_of_triangle)
     planned = planned_floors(survey.floors, settings.requirements.floors)
     out = {}
-    for part in settings.requirements.parts:
-        if part.coverage > 0:
-            continue
+    for part in spared:
         floors = _floors_of(survey, part, planned)
         patches = _of_classes(survey, part, needed=False) & _in_zone(survey.scene, part, _centroids_of(survey, part))
         out[part.name] = patches & np.isin(of_patch, np.array(floors, dtype=np.int32)) if floors else patches

@@ -27,6 +27,7 @@ from planner_core.model import (
     Requirements,
     Role,
     Scanner,
+    Scope,
     Site,
 )
 from planner_core.model.spatial_search import SearchSettings
@@ -46,7 +47,7 @@ corner = st.tuples(anywhere, anywhere)
 asked = st.builds(PointLimits, *(st.none() | at_least_0 for _ in range(4)))
 PART = {
     "name": word.map(lambda name: f"part {name}"),
-    "coverage": fraction,
+    "coverage": fraction.filter(bool),
     "asked": asked,
     "seen_from": st.integers(1, 9),
     "floors": st.lists(word, max_size=2).map(tuple),
@@ -66,6 +67,7 @@ REQUIREMENTS = {
     "network": st.sampled_from(list(NetworkKind)),
     "min_strength": fraction,
     "deliverable": st.sampled_from(["none", "survey"]),
+    "scope": st.sampled_from(list(Scope)),
 }
 requirements = st.builds(Requirements, **REQUIREMENTS)
 prior = st.builds(

@@ -13,7 +13,7 @@ from tlsplan.options import Asking
 import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import FloatArray, PartRequirement, Plan, PlanSettings, PointLimits, Proven, Requirements
+from planner_core.model import FloatArray, PartRequirement, Plan, PlanSettings, PointLimits, Proven, Requirements, Scope
 from planner_core.planning.plan import make_plan
 from planner_core.positions.allowed_positions import find_positions
 from planner_core.scene.patches import patch_triangles
@@ -151,7 +151,7 @@ def asked_for(tmp_path: Path) -> Path:
 
 def test_options_take_the_place_of_entries_of_the_file(asked_for: Path) -> None:
     requirements, site = inputs.asked(
-        Asking(file=asked_for, coverage=80.0, range_="5 m", entrances=("2,1,0",)), deliverable="none"
+        Asking(file=asked_for, coverage=80.0, range_="5 m", entrances=("2,1,0",)), deliverable="none", scope=Scope.ALL
     )
     assert requirements.coverage == 0.8
     assert requirements.network == "none"

@@ -16,7 +16,7 @@ from tlsplan.group import cli
 from tlsplan.options import Asking, problem_options
 
 from planner_core.errors import RequirementError
-from planner_core.model import Paper, PlanSettings, PointLimits, Requirements
+from planner_core.model import Paper, PlanSettings, PointLimits, Requirements, Scope
 from planner_core.plan_folder.plan_model.given import RequirementsSection
 from planner_core.requirements.deliverables import DELIVERABLES, Deliverable, deliverable_named
 from planner_core.requirements.read import read_requirements, requirements_from
@@ -111,9 +111,11 @@ def asked_for(tmp_path: Path) -> Path:
 
 
 def test_options_win_over_the_file_and_the_file_over_the_deliverable(asked_for: Path) -> None:
-    of_file, _ = inputs.asked(Asking(file=asked_for), deliverable="none")
+    of_file, _ = inputs.asked(Asking(file=asked_for), deliverable="none", scope=Scope.ALL)
     assert (of_file.asked.spacing_m, of_file.asked.range_m, of_file.deliverable) == (0.010, 8.0, "survey")
-    found, _ = inputs.asked(Asking(file=asked_for, deliverable="loa30", spacing="5 mm"), deliverable="none")
+    found, _ = inputs.asked(
+        Asking(file=asked_for, deliverable="loa30", spacing="5 mm"), deliverable="none", scope=Scope.ALL
+    )
     assert found.asked == PointLimits(0.005, 8.0, math.radians(75))
     assert found.deliverable == "loa30"
 
