@@ -18,7 +18,7 @@ HERE = Path(__file__).parent
 NO_DRIVER, NO_PYOPENCL = HERE / "no_driver", HERE / "no_pyopencl"
 #: Begins the one line that says so, whatever is wrong with OpenCL.
 FALLBACK = "no OpenCL device is usable"
-TINY = ("--scanner", HERE / "tiny.json", "--grid", "1.0", "--height", "1.5", "--patch-area", "0.3")
+TINY = ("--scanner", HERE / "tiny.json", "--grid", "1.0", "--height", "1.5", "--patch-area", "0.3", "--preset", "paper")
 QUICK = ("--set", "work_limit=0.3")
 
 
