@@ -2,29 +2,26 @@
 
 A reader of our own because the installed library (trimesh 5) ends in whatever exception the damage happens to cause (a
 JSON error for half a GLB), and because nodes must keep their names and order. Read are triangles, strips and fans,
-indexed or not, sparse and quantised positions, embedded and separate buffers, Draco
-compression. Other compressed geometry is refused by name.
-Materials are read for what they do to beams (`planner_core.scene.materials`), a primitive at a time.
+indexed or not, sparse and quantised positions, embedded and separate buffers, Draco compression. Other compressed
+geometry is refused by name. Materials are read for what they do to beams (`planner_core.scene.materials`), a primitive
+at a time.
 Source: Khronos Group, glTF 2.0 Specification, 2021, and its extension KHR_materials_transmission.
 """
 
 from __future__ import annotations
 
-import base64
-import binascii
 import json
-import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
-from urllib.parse import unquote
 
 import numpy as np
 
 from planner_core.errors import SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Optics
+from planner_core.scene.gltf_bytes import embedded, file_beside, glb_chunks
 from planner_core.scene.gltf_draco import decoded
 from planner_core.scene.gltf_json import JsonObject
 from planner_core.scene.materials import optics_of_material, optics_of_name
@@ -46,9 +43,6 @@ _REMEDY_OF_EXTENSION = {
     "EXT_mesh_gpu_instancing": "export it without instancing, or run gltf-transform uninstance on it",
 }
 """What to do about extensions without which the geometry would be wrong or missing, and which are not read."""
-_GLB_HEADER = struct.Struct("<4sII")
-_CHUNK_HEADER = struct.Struct("<II")
-_JSON_CHUNK, _BIN_CHUNK = 0x4E4F534A, 0x004E4942
 
 
 _Read = TypeVar("_Read")
@@ -128,7 +122,7 @@ def _open(path: Path) -> _Document:
     glb_buffer: bytes | None = None
     text = contents
     if contents[:4] == b"glTF":
-        text, glb_buffer = _glb_chunks(path, contents)
+        text, glb_buffer = glb_chunks(path, contents)
     elif not contents.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"{"):
         raise SceneError(
             f"{path.name}: not a glTF file: {what_it_looks_like(contents[:64])}, expected glTF 2.0 (text or binary); "
@@ -152,32 +146,6 @@ def _open(path: Path) -> _Document:
     return _Document(path, root, glb_buffer)
 
 
-def _glb_chunks(path: Path, contents: bytes) -> tuple[bytes, bytes | None]:
-    """JSON and binary chunk of a GLB."""
-    if len(contents) < _GLB_HEADER.size:
-        raise SceneError(f"{path.name}: it ends inside its header: it is cut off; export it again.")
-    _, version, length = _GLB_HEADER.unpack_from(contents)
-    if version != 2:
-        raise SceneError(f"{path.name}: it is binary glTF {version}, expected version 2; export it as glTF 2.0.")
-    if length > len(contents):
-        raise SceneError(
-            f"{path.name}: it declares {grouped(length)} bytes and has {grouped(len(contents))}: it is cut off; "
-            "copy or export it again."
-        )
-    chunks: dict[int, bytes] = {}
-    at = _GLB_HEADER.size
-    while at + _CHUNK_HEADER.size <= length:
-        size, kind = _CHUNK_HEADER.unpack_from(contents, at)
-        at += _CHUNK_HEADER.size
-        if at + size > length:
-            raise SceneError(f"{path.name}: a chunk of {grouped(size)} bytes runs past its end; export it again.")
-        chunks.setdefault(kind, contents[at : at + size])
-        at += size
-    if _JSON_CHUNK not in chunks:
-        raise SceneError(f"{path.name}: it has no JSON chunk, expected one; export it again.")
-    return chunks[_JSON_CHUNK], chunks.get(_BIN_CHUNK)
-
-
 def _buffer(document: _Document, number: int) -> bytes:
     """Bytes of a buffer: the GLB's own, embedded as base64, or a file beside."""
     if number in document.contents:
@@ -192,9 +160,9 @@ def _buffer(document: _Document, number: int) -> bytes:
             raise SceneError(f"{name}: buffer {number} has no contents; export it again.")
         contents = document.glb_buffer
     elif uri.startswith("data:"):
-        contents = _decoded(name, number, uri)
+        contents = embedded(name, number, uri)
     else:
-        contents = _file_beside(document.path, uri)
+        contents = file_beside(document.path, uri)
     if len(contents) < n_declared:
         raise SceneError(
             f"{name}: buffer {number} declares {grouped(n_declared)} bytes and has {grouped(len(contents))}: "
@@ -202,32 +170,6 @@ def _buffer(document: _Document, number: int) -> bytes:
         )
     document.contents[number] = contents
     return contents
-
-
-def _decoded(name: str, number: int, uri: str) -> bytes:
-    head, comma, body = uri.partition(",")
-    if not comma or not head.endswith(";base64"):
-        raise SceneError(f"{name}: buffer {number} is embedded as {head[:40]!r}, expected base64; export it again.")
-    try:
-        return base64.b64decode(body, validate=True)
-    except (binascii.Error, ValueError) as error:  # the latter where it is not ASCII
-        raise SceneError(f"{name}: buffer {number} is not valid base64 ({error}); export it again.") from error
-
-
-def _file_beside(path: Path, uri: str) -> bytes:
-    relative, shown = Path(unquote(uri)), one_line(uri[:200])
-    if "://" in uri or relative.is_absolute():
-        raise SceneError(
-            f"{path.name}: it refers to {shown}, expected a file beside it; export it with embedded buffers."
-        )
-    try:
-        return (path.parent / relative).read_bytes()
-    except (OSError, ValueError) as error:  # the latter where no file can have such a name
-        reason = getattr(error, "strerror", None) or error
-        raise SceneError(
-            f"{path.name}: it refers to {shown}, which can't be read ({reason}); put that file beside it, "
-            "or export the model as GLB."
-        ) from error
 
 
 # ------------------------------------------------------------------------------------------------ scene
