@@ -1,5 +1,6 @@
 """Scans as files, read back by OpenImageIO."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,11 @@ from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import PlanFolderError, RequirementError
 from planner_core.model import Plan
 from planner_core.plan_folder.scans import write_scan
+from planner_core.plan_folder.usd_clouds import cloud_layer
+from planner_core.plan_folder.usd_stage import write_layer
+from planner_core.plan_folder.viewer_files import cloud_bytes
+from planner_core.scanner.load_scanner import load_scanner
+from planner_core.scanner.template import make_template, preview_template
 
 
 def write_all(plan: Plan, engine: ScanEngine, folder: Path) -> list[Path]:
@@ -101,3 +107,21 @@ def test_interrupted_scan_file_leaves_nothing(
         write_scan(plan.survey, station, scan, tmp_path / "S001.exr")
     assert any(name.startswith(".S001.partial-") for name in begun)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["hdl-64e", "pandar64", "blk360-g2:dense-plus", "rtc360:high", "vz-400i", "p50", "x7"])
+def test_previews_of_a_station_stay_below_three_megabytes(
+    plan: Plan, engine: ScanEngine, tmp_path: Path, name: str
+) -> None:
+    scanner = load_scanner(name)
+    template = preview_template(make_template(scanner))
+    survey = replace(plan.survey, template=template)
+    station = plan.stations[0]
+    scan = engine.scan(template, station.position_m[None])
+    for suffix in ("exr", "png"):
+        write_scan(survey, station, scan, tmp_path / f"scan.{suffix}")
+    write_layer(cloud_layer(scan.range_m[0], template), tmp_path / "cloud.usdc")
+    (tmp_path / "cloud.u16").write_bytes(cloud_bytes(scan.range_m[0], scan.cos_incidence[0], template))
+    sizes = {path.name: path.stat().st_size for path in tmp_path.iterdir()}
+    assert np.isfinite(scan.range_m).mean() > 0.3
+    assert sum(sizes.values()) < 3e6, sizes
