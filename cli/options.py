@@ -129,7 +129,7 @@ grid_option = click.option(
 height_option = click.option(
     "--height", "heights_m", type=Length(least=0.1), multiple=True, metavar="LENGTH",
     help="Instrument height above the floor, such as 1.6 (metres) or 5ft 3in; may be repeated, then the best is chosen "
-    "per station. [default: the usual height of the scanner's tripod, 1.7 m; a robot's range in steps of 0.4 m]",
+    "per station. [default: what crews set the scanner's tripod to; a robot's range in steps of 0.4 m]",
 )  # fmt: skip
 clearance_option = click.option(
     "--clearance", "clearance_m", type=Length(least=0.0), default=0.4, show_default=True, metavar="LENGTH",
