@@ -11,6 +11,7 @@ López et al. 2023, Eq. 1 (F1: number of distinct patches reached by any positio
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -29,6 +30,16 @@ from planner_core.model import (
 
 #: Unseen parts of elements smaller than this are slivers, not something to go back for.
 MIN_UNSEEN_M2 = 0.01
+_ENTRIES_A_PIECE = 4_000_000
+
+
+def stacked_rows(first: Visibility, second: Visibility) -> Visibility:
+    """Rows of both, those of the second behind those of the first."""
+    return Visibility(
+        starts=np.concatenate([first.starts, first.starts[-1] + second.starts[1:]]),
+        patch=np.concatenate([first.patch, second.patch]),
+        n_patches=first.n_patches,
+    )
 
 
 def take_rows(visibility: Visibility, rows: Sequence[int] | Int64Array) -> Visibility:
@@ -36,8 +47,13 @@ def take_rows(visibility: Visibility, rows: Sequence[int] | Int64Array) -> Visib
     chosen = np.asarray(rows, dtype=np.int64)
     size = np.diff(visibility.starts)[chosen]
     starts = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
-    at = np.repeat(visibility.starts[chosen] - starts[:-1], size) + np.arange(starts[-1])
-    return Visibility(starts=starts, patch=visibility.patch[at], n_patches=visibility.n_patches)
+    patch = np.empty(starts[-1], dtype=visibility.patch.dtype)
+    # Piece by piece: places of all entries would take four times the memory of the rows.
+    piece = np.unique(np.searchsorted(starts, np.arange(0, starts[-1] + _ENTRIES_A_PIECE, _ENTRIES_A_PIECE)))
+    for first, end in pairwise(np.minimum(piece, size.size).tolist()):
+        shift = np.repeat(visibility.starts[chosen[first:end]] - starts[first:end], size[first:end])
+        patch[starts[first] : starts[end]] = visibility.patch[shift + np.arange(starts[first], starts[end])]
+    return Visibility(starts=starts, patch=patch, n_patches=visibility.n_patches)
 
 
 def times_seen(visibility: Visibility) -> Int32Array:

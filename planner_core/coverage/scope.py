@@ -56,6 +56,8 @@ _LEAST_M2 = 4.0
 _BATCH_RAYS = 500_000
 #: Side of the cubes of which one eye each looks across halls.
 _APART_M = 3.0
+#: Side of the cubes of which one patch stands for those that no eye near by sees, see `_seen_from_rooms`.
+_BLOCK_M = 1.0
 #: Least cosine of incidence of a look, and where it begins off its surface.
 _GRAZING, _OFF_SURFACE_M = 0.02, 1e-3
 
@@ -294,18 +296,45 @@ def _seen_from_rooms(survey: Survey, engine: ScanEngine, surfaces: Surfaces, eye
     corner_m = [0.8 * surfaces.corners_m[:, k] + 0.2 * middle_m for k in range(3)]
     rounds = [(near_m, 0, 8, middle_m), (near_m, 8, 48, middle_m), (apart_m, 0, 16, middle_m)]
     rounds += [(near_m, 0, 12, at_m) for at_m in corner_m]
-    for some_m, first, end, at_m in rounds:
-        tree, most = cKDTree(some_m), min(end, some_m.shape[0])
-        left = np.flatnonzero(~(out[0] | out[1]))
-        ranks = list(range(first + 1, most + 1))
+    block = _blocks(surfaces)
+    for number, (some_m, first, end, at_m) in enumerate(rounds):
+        tree, ranks = cKDTree(some_m), list(range(first + 1, min(end, some_m.shape[0]) + 1))
         step = _BATCH_RAYS // max(1, len(ranks))
-        for start in range(0, left.size if ranks else 0, step):
-            rows = left[start : start + step]
-            _, eye = tree.query(at_m[rows], k=ranks)
-            row = np.repeat(rows, len(ranks))
-            for side, seen in zip((1.0, -1.0), out, strict=True):
-                seen[_in_view(engine, row, at_m, surfaces.normal, some_m[eye.ravel()], side)] = True
+        looked = np.zeros(block.size, dtype=np.bool_)
+        for of_blocks in (True, False) if number else (False,):
+            hidden = ~(out[0] | out[1])
+            if number:  # most of what is hidden is so by blocks: inside walls, above ceilings
+                promising = np.bincount(block[~hidden], minlength=block.max() + 1) > 0
+                hidden &= promising[block] != of_blocks
+            left = np.flatnonzero(hidden & ~looked)
+            if of_blocks:
+                left = _middle_of_each(left, block)
+            looked[left] = True
+            for start in range(0, left.size if ranks else 0, step):
+                rows = left[start : start + step]
+                _, eye = tree.query(at_m[rows], k=ranks)
+                row = np.repeat(rows, len(ranks))
+                for side, seen in zip((1.0, -1.0), out, strict=True):
+                    seen[_in_view(engine, row, at_m, surfaces.normal, some_m[eye.ravel()], side)] = True
     return out
+
+
+def _blocks(surfaces: Surfaces) -> Int64Array:
+    """(P,) number of the block that each patch is in: faces of an element that look the same way, in a cube."""
+    facing = np.abs(surfaces.normal).argmax(axis=1)
+    facing = 2 * facing + (surfaces.normal[np.arange(facing.size), facing] > 0)
+    cube = np.floor(surfaces.centroid_m / _BLOCK_M).astype(np.int64)
+    _, block = np.unique(np.column_stack([surfaces.element, facing, cube]), axis=0, return_inverse=True)
+    numbered: Int64Array = block.ravel()
+    return numbered
+
+
+def _middle_of_each(rows: Int64Array, block: Int64Array) -> Int64Array:
+    """Of rows, one of each block: the middle one in their order, which is along triangles."""
+    order = rows[np.argsort(block[rows], kind="stable")]
+    _, first, count = np.unique(block[order], return_index=True, return_counts=True)
+    middle: Int64Array = order[first + count // 2]
+    return middle
 
 
 def _apart(eyes_m: FloatArray) -> FloatArray:

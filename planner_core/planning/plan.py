@@ -33,6 +33,7 @@ from planner_core.model import (
 )
 from planner_core.paper.pipeline import find_pool, paper_settings
 from planner_core.planning.choose import choose, choose_by_paper, choose_greedily
+from planner_core.planning.first_plan import tell_first_plan
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions, places_as_they_are
@@ -87,11 +88,15 @@ def plan_survey(
     with clock.stage("candidates"):
         places = _places(survey, settings, scan_engine, floors, progress)
         bare = _bare_floors(survey, places.candidates, floors)
+    with clock.stage("first plan"):
+        known = tell_first_plan(survey, settings, scan_engine, places, progress)
     # 4. What each spot sees, what of that meets what is asked, and which two could be registered with each other.
     with clock.stage("scan"):
         given = places.rows_of(Role.SCANNED, Role.LOCKED)
         kept = places.rows_of(Role.KEPT)
-        pool = make_pool(survey, settings, scan_engine, places.candidates, given=given, kept=kept, progress=progress)
+        pool = make_pool(
+            survey, settings, scan_engine, places.candidates, given=given, kept=kept, known=known, progress=progress
+        )
         _check_something_is_seen(pool, survey, settings)
     # 5. Few spots that see enough, and how few are possible.
     with clock.stage("select"):

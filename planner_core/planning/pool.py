@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planner_core.coverage.coverage import times_seen
+from planner_core.coverage.coverage import stacked_rows, times_seen
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
     BoolArray,
@@ -26,7 +26,7 @@ from planner_core.model import (
 from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of, parts_of
 from planner_core.network.links import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.requirements.demand import Demand, Rows, demand_of, rows_from
+from planner_core.requirements.demand import Demand, Known, Rows, demand_of, rows_from
 from planner_core.select.network import Network
 from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 
@@ -121,16 +121,17 @@ def make_pool(
     *,
     given: Int64Array,
     kept: Int64Array,
+    known: Known | None = None,
     progress: Progress = silent,
 ) -> Pool:
-    """Look around from all candidates.
+    """Look around from all candidates but the `known` ones.
 
     Raises
     ------
     RequirementError, DeviceError
         See `planner_core.requirements.demand.demand_of`.
     """
-    demand = demand_of(survey, settings, engine, candidates.position_m, progress=progress)
+    demand = demand_of(survey, settings, engine, candidates.position_m, known=known, progress=progress)
     n_met = times_seen(demand.rows.met)
     constraints = tuple(replace(t, part=t.part & (n_met >= t.seen_from)) for t in demand.constraints)
     pool = Pool(
@@ -200,8 +201,8 @@ def extended(
 ) -> Pool:
     """Add candidates behind those of the pool; nothing else that is asked changes."""
     looked = rows_from(survey, settings, engine, more.position_m, pool.demand, progress=progress)
-    seen = _joined(pool.rows.seen, looked.seen)
-    met = seen if pool.rows.met is pool.rows.seen else _joined(pool.rows.met, looked.met)
+    seen = stacked_rows(pool.rows.seen, looked.seen)
+    met = seen if pool.rows.met is pool.rows.seen else stacked_rows(pool.rows.met, looked.met)
     links = None
     if pool.links is not None:
         found = _links(survey, settings, seen, progress)
@@ -288,14 +289,6 @@ def _kept(links: CandidateLinks, keep: BoolArray, owner: Int64Array, part: Int32
         overlap=links.overlap[keep],
         strength=links.strength[keep],
         part=part,
-    )
-
-
-def _joined(first: Visibility, second: Visibility) -> Visibility:
-    return Visibility(
-        starts=np.concatenate([first.starts, first.starts[-1] + second.starts[1:]]),
-        patch=np.concatenate([first.patch, second.patch]),
-        n_patches=first.n_patches,
     )
 
 

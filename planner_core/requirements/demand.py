@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from planner_core.coverage.coverage import take_rows, times_seen
+from planner_core.coverage.coverage import stacked_rows, take_rows, times_seen
 from planner_core.coverage.levels import Observations, observations_meeting
 from planner_core.coverage.survey import visible_from
 from planner_core.engine.scan_engine import ScanEngine
@@ -82,13 +82,27 @@ class Demand:
         return next(goal for goal in self.goals if goal.name == OVERALL and not goal.stated)
 
 
+@dataclass(frozen=True)
+class Known:
+    """Positions that were looked around from before. row : (K,) int64 distinct, among all. demand : of these alone."""
+
+    row: Int64Array
+    demand: Demand
+
+
 def demand_of(
-    survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    positions_m: FloatArray,
+    *,
+    known: Known | None = None,
+    progress: Progress = silent,
 ) -> Demand:
     """Look from each of positions (N, 3), local frame, and say which patches meet what is asked.
 
     Without any limit, rows are those of `visible_from`, areas the patches' own, and constraints one per floor and one
-    over all.
+    over all. `known` positions, of the same survey and settings, are not looked around from again.
 
     Raises
     ------
@@ -104,7 +118,16 @@ def demand_of(
     needed = tuple(
         {name: np.full(n_patches, np.nan, dtype=np.float32) for name in limits_of(asked)} for asked in qualities
     )
-    rows = _look(survey, settings, engine, positions_m, _Looks.over(goals, qualities, needed), progress)
+    looks = _Looks.over(goals, qualities, needed)
+    if known is None:
+        rows = _look(survey, settings, engine, positions_m, looks, progress)
+    else:
+        new = np.setdiff1d(np.arange(positions_m.shape[0]), known.row)
+        found = _look(survey, settings, engine, positions_m[new], looks, progress)
+        rows = _merged(known.demand.rows, found, np.argsort(np.concatenate([known.row, new])))
+        for least, before in zip(needed, known.demand.needed, strict=True):
+            for limit, figures in least.items():
+                np.fmin(figures, before[limit], out=figures)
     times_met = times_seen(rows.met).reshape(len(qualities), n_patches)
     demand = Demand(
         n_patches=n_patches,
@@ -274,6 +297,13 @@ def _look(
         Visibility(_starts(seen_sizes), _joined(seen_patch), n_patches),
         Visibility(_starts(met_sizes), _joined(met_patch), n_patches * n_qualities),
     )
+
+
+def _merged(first: Rows, second: Rows, order: Int64Array) -> Rows:
+    """Rows of both, one behind the other, in `order`."""
+    seen = take_rows(stacked_rows(first.seen, second.seen), order)
+    same = first.met is first.seen and second.met is second.seen
+    return Rows(seen, seen if same else take_rows(stacked_rows(first.met, second.met), order))
 
 
 def _stacked(observations: Observations, looks: _Looks) -> tuple[Int64Array, Int32Array]:

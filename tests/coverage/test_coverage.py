@@ -46,11 +46,14 @@ def test_own_area_is_what_of_the_asked_coverage_goes_with_a_position(seed, seen_
         assert own[i] == pytest.approx(lost_m2, abs=1e-9), seed
 
 
-def test_rows_are_taken_in_the_order_given():
+def test_rows_are_taken_in_the_order_given(monkeypatch):
     visibility, sets, _ = rows_of(1)
     taken = c.take_rows(visibility, [4, 0, 4])
     assert [set(taken.row(i).tolist()) for i in range(3)] == [sets[4], sets[0], sets[4]]
     assert c.take_rows(visibility, []).n_positions == 0
+    monkeypatch.setattr(c, "_ENTRIES_A_PIECE", 2)
+    in_pieces = c.take_rows(visibility, [4, 0, 4])
+    assert (in_pieces.starts.tolist(), in_pieces.patch.tolist()) == (taken.starts.tolist(), taken.patch.tolist())
 
 
 def test_coverage_of_a_part_leaves_the_unachievable_out():

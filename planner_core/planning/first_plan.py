@@ -1,0 +1,97 @@
+"""A plan within seconds, while the real one is looked for: few candidates, far apart, taken greedily and joined.
+
+Input as for `planner_core.planning.pool.make_pool`, output progress, and what these candidates see: the plan that
+follows is the same without.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from planner_core.engine.scan_engine import ScanEngine, device_of
+from planner_core.errors import RequirementError
+from planner_core.model import Candidates, Int64Array, Objective, PlanSettings, Proven, Role, Survey
+from planner_core.planning.choose import selection_settings
+from planner_core.planning.pool import make_pool
+from planner_core.positions.allowed_positions import AllowedPositions
+from planner_core.progress import BestSoFar, Progress, ProgressEvent
+from planner_core.requirements.demand import Known
+from planner_core.select.large import select_by_size
+from planner_core.select.proven import INTERRUPTED
+
+STAGE = "first plan"
+#: Crews stand further apart than this, and rooms are larger.
+_APART_M = 1.25
+#: Of large sites, candidates that are looked around from in seconds; others are further apart.
+_MOST = 400
+#: A pool that is not much larger, or of so few, is looked at as soon.
+_WORTH, _FEW = 3, 100
+
+
+def tell_first_plan(
+    survey: Survey, settings: PlanSettings, engine: ScanEngine, places: AllowedPositions, progress: Progress
+) -> Known | None:
+    """Tell `progress` of stations that meet what is asked, as far as few of the candidates see it.
+
+    Returns what these few see. Nothing is told, and None returned, where the real plan is about as near, or begins with
+    stations of an earlier one.
+    """
+    earlier = places.rows_of(Role.KEPT, Role.BEGUN)
+    if not isinstance(settings.method, Proven) or settings.objective == Objective.COVERAGE or earlier.size:
+        return None
+    n_candidates = places.candidates.floor.size
+    if n_candidates <= _FEW:
+        return None
+    rows = np.union1d(_far_apart(places.candidates), np.flatnonzero(places.kind > 0))
+    if _WORTH * rows.size > n_candidates:
+        return None
+    given = places.rows_of(Role.SCANNED, Role.LOCKED)
+    rows = np.concatenate([given, np.setdiff1d(rows, given)])
+    few = places.candidates.take(rows)
+    told = _as_one_stage(progress)
+    first, none = np.arange(given.size), np.empty(0, dtype=np.int64)
+    try:
+        pool = make_pool(survey, settings, engine, few, given=first, kept=none, progress=told)
+    except RequirementError:
+        return None  # what few candidates can't meet, all of them may; if they can't either, that is said then
+    if pool.rows.met.patch.size:
+        found = select_by_size(
+            pool.problem,
+            replace(selection_settings(settings), work_limit=0.0, time_limit_s=None),
+            network=pool.network,
+            given=pool.given,
+            device=device_of(engine),
+        )
+        if found.why_stopped == INTERRUPTED:
+            raise KeyboardInterrupt  # there is no plan to keep yet
+        stations_m = tuple((x, y, z) for x, y, z in few.position_m[list(found.chosen)].tolist())
+        best = BestSoFar(len(found.chosen), positions_m=stations_m)
+        progress(ProgressEvent(STAGE, rows.size + 1, rows.size + 1, f"{len(found.chosen)} stations", best=best))
+    return Known(rows, pool.demand)
+
+
+def _far_apart(candidates: Candidates) -> Int64Array:
+    """(K,) rows, sorted: of each cube of some metres on a floor the candidate nearest to its middle."""
+    apart_m = _APART_M
+    while True:
+        cube = np.floor(candidates.position_m / apart_m)
+        away_m = candidates.position_m - apart_m * (cube + 0.5)
+        order = np.lexsort(((away_m * away_m).sum(axis=1), *cube.T, candidates.floor))
+        of_cube = np.column_stack([candidates.floor, cube])[order]
+        first = np.ones(order.size, dtype=np.bool_)
+        first[1:] = (of_cube[1:] != of_cube[:-1]).any(axis=1)
+        if np.count_nonzero(first) <= _MOST:
+            return np.sort(order[first])
+        apart_m *= 1.25
+
+
+def _as_one_stage(progress: Progress) -> Progress:
+    """Progress of looking around, under this stage's name; of what is quick, nothing."""
+
+    def told(event: ProgressEvent) -> None:
+        if event.stage == "scan":
+            progress(ProgressEvent(STAGE, event.done, event.total + 1))
+
+    return told

@@ -1,0 +1,92 @@
+"""The first plan: told before all candidates are looked around from, nearly as good, and of no consequence."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import scenes_synthetic
+from planner_core.model import Greedy, Plan, PlanSettings, PriorStation, Requirements, Role, Site
+from planner_core.plan_folder.stations_csv import GivenStation
+from planner_core.planning.evaluate import evaluate_stations
+from planner_core.planning.first_plan import STAGE
+from planner_core.planning.plan import make_plan
+from planner_core.progress import ProgressEvent
+
+Planned = Callable[[str, PlanSettings], Plan]
+
+
+@pytest.fixture(scope="module")
+def comb(small: PlanSettings) -> PlanSettings:
+    """Of `corridor-comb`: 192 candidates, 18 of them far apart."""
+    return replace(small, grid_step_m=0.5)
+
+
+@pytest.fixture(scope="module")
+def told(comb: PlanSettings) -> tuple[Plan, list[ProgressEvent]]:
+    events: list[ProgressEvent] = []
+    return make_plan(scenes_synthetic.build("corridor-comb").scene, comb, progress=events.append), events
+
+
+def test_it_is_told_before_all_candidates_are_scanned(told: tuple[Plan, list[ProgressEvent]]) -> None:
+    _, events = told
+    stages = list(dict.fromkeys(event.stage for event in events))
+    assert stages.index(STAGE) < stages.index("scan")
+    first = [event for event in events if event.stage == STAGE]
+    n_left = max(event.total for event in events if event.stage == "scan")
+    n_first = first[-1].total - 1
+    assert first[-1].best is not None
+    assert first[-1].done == first[-1].total
+    # Nobody looks around from a candidate twice.
+    assert (n_first, n_first + n_left) == (56, 192)
+    assert [event.best for event in first[:-1]] == [None] * (len(first) - 1)
+    assert first[-1].note == f"{first[-1].best.n_stations} stations"
+
+
+def test_its_stations_cover_what_is_asked_but_for_little_and_hang_together(
+    told: tuple[Plan, list[ProgressEvent]], comb: PlanSettings
+) -> None:
+    plan, events = told
+    best = next(event.best for event in events if event.stage == STAGE and event.best is not None)
+    assert 1 < best.n_stations == len(best.positions_m) <= len(plan.stations) + 3
+    scene = scenes_synthetic.build("corridor-comb").scene
+    given = [GivenStation(f"T{i}", np.array(at) + scene.offset_m, None, None) for i, at in enumerate(best.positions_m)]
+    judged = evaluate_stations(scene, comb, given)
+    # What it meets is what is asked of what few candidates see, which all see more of.
+    assert judged.coverage.fraction_of_achievable >= comb.requirements.coverage - 0.05
+    assert judged.registration is not None
+    assert len(judged.registration.networks) == 1
+
+
+def test_the_plan_is_the_same_without_it(
+    told: tuple[Plan, list[ProgressEvent]], comb: PlanSettings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("planner_core.planning.plan.tell_first_plan", lambda *_: None)
+    events: list[ProgressEvent] = []
+    plan = make_plan(scenes_synthetic.build("corridor-comb").scene, comb, progress=events.append)
+    assert STAGE not in {event.stage for event in events}
+    assert [s.position_m.tolist() for s in plan.stations] == [s.position_m.tolist() for s in told[0].stations]
+    assert plan.warnings == told[0].warnings
+
+
+def test_stations_that_are_locked_are_in_it(comb: PlanSettings) -> None:
+    scene = scenes_synthetic.build("corridor-comb").scene
+    # A corner that no plan would take.
+    x, y, z = (np.array([0.8, 0.8, 1.5]) + scene.offset_m).tolist()
+    prior = PriorStation("L1", (x, y, z), Role.LOCKED)
+    events: list[ProgressEvent] = []
+    make_plan(scene, replace(comb, site=Site(prior=(prior,))), progress=events.append)
+    best = next(event.best for event in events if event.stage == STAGE and event.best is not None)
+    away_m = np.linalg.norm(np.array(best.positions_m) - [0.8, 0.8, 1.5], axis=1)
+    assert away_m.min() < 1e-6
+
+
+@pytest.mark.parametrize("method", ["greedy", "impossible"])
+def test_nothing_is_told_where_it_would_come_too_late_or_is_not_to_be_had(method: str, comb: PlanSettings) -> None:
+    settings = replace(comb, method=Greedy()) if method == "greedy" else comb
+    if method == "impossible":  # so many of all candidates see a patch, but of the few there are not as many
+        settings = replace(comb, requirements=Requirements(coverage=0.3, seen_from=40, overlap=0.0))
+    events: list[ProgressEvent] = []
+    make_plan(scenes_synthetic.build("corridor-comb").scene, settings, progress=events.append)
+    assert [event.best for event in events if event.stage == STAGE and event.best] == []
