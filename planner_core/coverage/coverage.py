@@ -56,6 +56,13 @@ def take_rows(visibility: Visibility, rows: Sequence[int] | Int64Array) -> Visib
     return Visibility(starts=starts, patch=patch, n_patches=visibility.n_patches)
 
 
+def rows_within(visibility: Visibility, only: BoolArray) -> Visibility:
+    """Rows of the patches (P,) bool alone."""
+    kept = only[visibility.patch]
+    starts = np.concatenate([[0], np.cumsum(kept)])[visibility.starts].astype(np.int64)
+    return Visibility(starts=starts, patch=visibility.patch[kept], n_patches=visibility.n_patches)
+
+
 def times_seen(visibility: Visibility) -> Int32Array:
     """(P,) int32: number of positions that see each patch."""
     return np.bincount(visibility.patch, minlength=visibility.n_patches).astype(np.int32)

@@ -59,13 +59,15 @@ def observations_of_views(views: PatchViews) -> Observations:
     )
 
 
-def observations_of_returns(returns: PatchReturns, patch_area_m2: FloatArray) -> Observations:
+def observations_of_returns(
+    returns: PatchReturns, patch_area_m2: FloatArray, *, only: BoolArray | None = None
+) -> Observations:
     """Observations by beams: sqrt(area / returns) for spacing, means of range and of the cosine of incidence.
 
     Parameters
     ----------
     returns
-        With moments. patch_area_m2 : (P,).
+        With moments. patch_area_m2 : (P,). only : (P,) bool, patches to be observed; None: all.
 
     Notes
     -----
@@ -75,13 +77,14 @@ def observations_of_returns(returns: PatchReturns, patch_area_m2: FloatArray) ->
         raise ValueError("levels: got returns without moments, expected them; ask the engine for `moments=True`")
     n = returns.n_returns.astype(np.float64)
     mean_cosine = 2.0 - returns.moments.weight_sum / n
+    kept = np.ones(n.size, dtype=np.bool_) if only is None else only[returns.patch]
     return Observations(
-        starts=returns.starts,
-        patch=returns.patch,
+        starts=np.concatenate([[0], np.cumsum(kept)])[returns.starts],
+        patch=returns.patch[kept],
         n_patches=returns.n_patches,
-        spacing_m=np.sqrt(patch_area_m2[returns.patch] / n).astype(np.float32),
-        range_m=returns.mean_range_m.astype(np.float32),
-        incidence_rad=np.arccos(np.clip(mean_cosine, 0.0, 1.0)).astype(np.float32),
+        spacing_m=np.sqrt(patch_area_m2[returns.patch] / n).astype(np.float32)[kept],
+        range_m=returns.mean_range_m.astype(np.float32)[kept],
+        incidence_rad=np.arccos(np.clip(mean_cosine, 0.0, 1.0)).astype(np.float32)[kept],
     )
 
 

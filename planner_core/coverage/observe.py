@@ -38,7 +38,7 @@ def looks_in_batches(
     RequirementError, DeviceError
         See `ScanEngine.patch_returns`, `PatchMode.see`.
     """
-    look = _looking(survey, scan_mode, engine)
+    look = observing(survey, scan_mode, engine)
     positions = np.asarray(positions_m, dtype=np.float64)
     first, size = 0, _FIRST_BATCH
     while first < len(positions):
@@ -49,15 +49,15 @@ def looks_in_batches(
         first = end
 
 
-def _looking(survey: Survey, scan_mode: ScanBy, engine: ScanEngine) -> Callable[[FloatArray, Progress], Observations]:
-    """Turn positions into observations."""
-    template = survey.template
+def observing(survey: Survey, scan_mode: ScanBy, engine: ScanEngine) -> Callable[[FloatArray, Progress], Observations]:
+    """Turn positions into observations; patch mode sends its groups to the device here."""
+    template, only = survey.template, survey.looked_at
     if scan_mode_of(scan_mode, template) == ScanBy.BEAMS:
         area_m2 = survey.patches.area_m2
         return lambda at, progress: observations_of_returns(
-            engine.patch_returns(template, at, moments=True, progress=progress), area_m2
+            engine.patch_returns(template, at, moments=True, progress=progress), area_m2, only=only
         )
-    mode = PatchMode(engine, survey.scene, survey.patches)
+    mode = PatchMode(engine, survey.scene, survey.patches, only=only)
     return lambda at, progress: observations_of_views(mode.see(template, at, progress=progress))
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from planner_core.coverage.coverage import rows_within
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
@@ -56,9 +57,11 @@ def visible_from(
     RequirementError, DeviceError
         See `ScanEngine.visible_patches` and `PatchMode.visible_patches`.
     """
+    only = survey.looked_at
     if scan_mode_of(settings.scan_mode, survey.template) == ScanBy.BEAMS:
-        return engine.visible_patches(survey.template, positions_m, progress=progress)
-    mode = PatchMode(engine, survey.scene, survey.patches)
+        seen = engine.visible_patches(survey.template, positions_m, progress=progress)
+        return seen if only is None else rows_within(seen, only)
+    mode = PatchMode(engine, survey.scene, survey.patches, only=only)
     return mode.visible_patches(survey.template, positions_m, progress=progress)
 
 

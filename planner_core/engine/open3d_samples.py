@@ -43,9 +43,9 @@ _LEAST_DISTANCE = 1e-5
 
 
 class Open3DSamples:
-    """Casts the samples of all patches, see `planner_core.engine.patch_mode`."""
+    """Casts the samples of patches, of all or `only` some (P,) bool, see `planner_core.engine.patch_mode`."""
 
-    def __init__(self, engine: Open3DEngine, scene: Scene, patches: Patches) -> None:
+    def __init__(self, engine: Open3DEngine, scene: Scene, patches: Patches, *, only: BoolArray | None = None) -> None:
         self._engine = engine
         places = places_of(scene, patches, np.arange(patches.n_patches, dtype=np.int32))
         self._corners, self._normal, self._area_m2 = places.corners_m, places.normal, places.area_m2
@@ -54,7 +54,8 @@ class Open3DSamples:
         self._weights = np.ascontiguousarray(sample_pattern()[:, :2])
         optics = scene.optics_of_triangle
         returning = np.ones(scene.n_triangles, dtype=np.bool_) if optics is None else optics == Optics.RETURNS
-        self._returning = np.flatnonzero(returning[patches.triangle_of_patch]).astype(np.int32)
+        asked = returning[patches.triangle_of_patch]
+        self._returning = np.flatnonzero(asked if only is None else asked & only).astype(np.int32)
 
     def marks(self, view: View, positions_m: Float32Array, least_returns: float) -> UInt32Array:
         """(S, P) uint32: bit s, sample s of the patch is seen; the second pattern's only where not all of the first."""

@@ -103,12 +103,23 @@ class _PatchEngine(Protocol):
 
 
 class PatchMode:
-    """Patch mode of one engine: the patches are grouped and sent to the device once."""
+    """Patch mode of one engine: the patches are grouped and sent to the device once.
 
-    def __init__(self, engine: ScanEngine, scene: Scene, patches: Patches, *, mark_bytes: int = _MARK_BYTES) -> None:
-        self._scene, self._patches = scene, patches
+    only : (P,) bool, patches that are asked about; the others hide, and nothing more. None: all.
+    """
+
+    def __init__(
+        self,
+        engine: ScanEngine,
+        scene: Scene,
+        patches: Patches,
+        *,
+        only: BoolArray | None = None,
+        mark_bytes: int = _MARK_BYTES,
+    ) -> None:
+        self._scene, self._patches, self._only = scene, patches, only
         self._mark_bytes = mark_bytes
-        self._engine, self._patch_engine = engine, _patch_engine_of(engine, scene, patches)
+        self._engine, self._patch_engine = engine, _patch_engine_of(engine, scene, patches, only)
 
     def visible_patches(
         self,
@@ -139,7 +150,7 @@ class PatchMode:
         rows: list[Int32Array] = []
 
         def keep(marks: UInt32Array) -> None:
-            rows.extend(np.flatnonzero(row).astype(np.int32) for row in marks)
+            rows.extend(self._asked_of(row) for row in marks)
 
         self._cast(view, check_positions(positions_m), least_returns, progress, keep)
         return Visibility(starts=_starts(rows), patch=_joined(rows), n_patches=self._patches.n_patches)
@@ -169,7 +180,7 @@ class PatchMode:
 
         def keep(marks: UInt32Array) -> None:
             for row in marks:
-                rows.append(np.flatnonzero(row).astype(np.int32))
+                rows.append(self._asked_of(row))
                 masks.append(row[rows[-1]])
 
         self._cast(view, positions, least_returns, progress, keep)
@@ -207,6 +218,11 @@ class PatchMode:
             progress(ProgressEvent("scan", end, len(positions)))
 
         in_batches(len(positions), n_batch, work, on_smaller=self._warn)
+
+    def _asked_of(self, marks: UInt32Array) -> Int32Array:
+        """Patches with marks (P,) that are asked about: groups hold some that are not."""
+        found = np.flatnonzero(marks).astype(np.int32)
+        return found if self._only is None else found[self._only[found]]
 
     def _warn(self, line: str) -> None:
         self._engine.warnings = (*self._engine.warnings, line)
@@ -248,13 +264,13 @@ class PatchMode:
 class _DevicePatchEngine:
     """`kernels/sample_patches.cl` on the device of an `OpenCLEngine`."""
 
-    def __init__(self, engine: OpenCLEngine, scene: Scene, patches: Patches) -> None:
+    def __init__(self, engine: OpenCLEngine, scene: Scene, patches: Patches, only: BoolArray | None) -> None:
         self._on, self._tree, stack = engine.on_device
         order = engine.tree.triangle[engine.tree.triangle >= 0]
         order = order[engine.traced.returns[order]]
         self._n_patches = patches.n_patches
         self._rounding_m = rounding_of(scene)
-        grouped = make_groups(engine.traced.scene, engine.traced.patches, order)
+        grouped = make_groups(engine.traced.scene, engine.traced.patches, order, only=only)
         self._n_groups = grouped.groups.shape[0]
         self._groups = self._on.upload(
             "groups of patches",
@@ -336,17 +352,17 @@ def in_view(view: View, at_m: FloatArray, normal: FloatArray) -> BoolArray:
     return inside
 
 
-def _patch_engine_of(engine: ScanEngine, scene: Scene, patches: Patches) -> _PatchEngine:
+def _patch_engine_of(engine: ScanEngine, scene: Scene, patches: Patches, only: BoolArray | None) -> _PatchEngine:
     from planner_core.engine.opencl import OpenCLEngine
 
     if isinstance(engine, OpenCLEngine):
-        return _DevicePatchEngine(engine, scene, patches)
+        return _DevicePatchEngine(engine, scene, patches, only)
     if engine.name == "open3d":
         from planner_core.engine.open3d import Open3DEngine
         from planner_core.engine.open3d_samples import Open3DSamples
 
         if isinstance(engine, Open3DEngine):
-            return Open3DSamples(engine, scene, patches)
+            return Open3DSamples(engine, scene, patches, only=only)
     raise RequirementError(f"scan mode patches: got engine {engine.name!r}, expected opencl or open3d; use mode beams")
 
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from planner_core.errors import RequirementError
 from planner_core.model import (
     BeamTemplate,
+    BoolArray,
     Float32Array,
     FloatArray,
     Int32Array,
@@ -216,8 +217,13 @@ class PatchGroups:
     box: Float32Array
 
 
-def make_groups(scene: Scene, patches: Patches, order: Int32Array) -> PatchGroups:
-    """Group all patches: 16 of a large triangle, or small triangles that follow each other in `order` (T,)."""
+def make_groups(scene: Scene, patches: Patches, order: Int32Array, *, only: BoolArray | None = None) -> PatchGroups:
+    """Group all patches: 16 of a large triangle, or small triangles that follow each other in `order` (T,).
+
+    Of `only` some (P,) bool, groups and small triangles that have none of them are left out.
+    """
+    n_asked = np.concatenate([[0], np.cumsum(np.ones(patches.n_patches, dtype=np.bool_) if only is None else only)])
+    order = order[n_asked[patches.first_patch[order + 1]] > n_asked[patches.first_patch[order]]]
     coarse_depth = np.maximum(patches.depth.astype(np.int32) - GROUP_BITS, 0).astype(np.uint8)
     rounded = replace(scene, vertices_m=scene.vertices_m.astype(np.float32).astype(np.float64))
     parts = patch_triangles(rounded, replace(patches, depth=coarse_depth)).astype(np.float32)
@@ -232,10 +238,13 @@ def make_groups(scene: Scene, patches: Patches, order: Int32Array) -> PatchGroup
     rank = np.repeat(np.arange(n_small, order.size), count)
     part = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
     full = np.stack([rank, part << GROUP_BITS, np.full(rank.size, 1 << GROUP_BITS)], axis=1)
+    full_box = box[np.repeat(first_part[big], count) + part]
+    first = patches.first_patch[small_first[rank]] + full[:, 1]
+    asked = n_asked[first + full[:, 2]] > n_asked[first]
     return PatchGroups(
         order=np.ascontiguousarray(small_first, dtype=np.int32),
-        groups=np.ascontiguousarray(np.concatenate([few, full]), dtype=np.int32),
-        box=np.ascontiguousarray(np.concatenate([few_box, box[np.repeat(first_part[big], count) + part]])),
+        groups=np.ascontiguousarray(np.concatenate([few, full[asked]]), dtype=np.int32),
+        box=np.ascontiguousarray(np.concatenate([few_box, full_box[asked]])),
     )
 
 

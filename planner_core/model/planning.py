@@ -200,4 +200,9 @@ class Survey:
     warnings: tuple[str, ...] = ()
     """One line each, for the user: warnings of finding the floors."""
     scope: SurveyScope | None = None
-    """None: all of the building, see `planner_core.coverage.scope`."""
+    """None: all of the building, see `planner_core.requirements.scope`."""
+
+    @property
+    def looked_at(self) -> BoolArray | None:
+        """(P,) bool: patches that positions are asked about; the others hide, and nothing more. None: all are."""
+        return None if self.scope is None or self.scope.in_scope.all() else self.scope.in_scope

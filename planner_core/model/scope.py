@@ -19,7 +19,8 @@ _HEIGHT_WEIGHT = 2.0
 class SurveyScope:
     """Which patches may count, and where stations may stand.
 
-    kind : what was found, never `auto`. in_scope : (P,) bool, patches of that kind. ground_m : (K, 3) float64, local,
+    kind : what was found, never `auto`. in_scope : (P,) bool, patches of that kind, but for those of which nothing is
+    required: nobody looks at others. ground_m : (K, 3) float64, local,
     walkable places; indoors : (K,) bool, whether each is indoors; both empty where all is in scope.
     """
 

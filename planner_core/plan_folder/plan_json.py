@@ -57,7 +57,7 @@ from planner_core.plan_folder.plan_model.results import (
 )
 from planner_core.plan_folder.route_json import route_document, sealed_document
 from planner_core.plan_folder.why_json import why_document
-from planner_core.requirements.goals import in_scope, obstacles_of
+from planner_core.requirements.goals import obstacles_of, required_of
 from planner_core.scene.load import LoadOptions
 
 DROPPABLE_KEYS = ("device", "source", "timings_s", "versions")
@@ -318,14 +318,15 @@ def _losses(losses: tuple[Loss, ...], plan: Plan) -> dict[str, Any]:
 def _scope(plan: Plan) -> dict[str, Any]:
     """Areas in and out of scope, and of parts of which nothing is required."""
     survey, area_m2 = plan.survey, plan.survey.patches.area_m2
-    inside = in_scope(survey)
+    inside = required_of(survey, plan.settings)
+    obstacles = obstacles_of(survey, plan.settings)
+    outside = ~np.any([inside, *obstacles.values()], axis=0)
     return {
         "kind": Scope.ALL if survey.scope is None else survey.scope.kind,
         "in_scope_area_m2": _number(float(area_m2[inside].sum())),
-        "out_of_scope_area_m2": _number(float(area_m2[~inside].sum())),
+        "out_of_scope_area_m2": _number(float(area_m2[outside].sum())),
         "obstacles": [
-            {"name": name, "area_m2": _number(float(area_m2[patches & inside].sum()))}
-            for name, patches in obstacles_of(survey, plan.settings).items()
+            {"name": name, "area_m2": _number(float(area_m2[patches].sum()))} for name, patches in obstacles.items()
         ],
         "left_out": [
             {"name": name, "area_m2": _number(area)}

@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner_core.coverage.scope import with_scope
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import StationListError
@@ -26,6 +25,7 @@ from planner_core.requirements.demand import demand_of
 from planner_core.requirements.explain import explain
 from planner_core.requirements.figures import missed_in_words
 from planner_core.requirements.goals import nothing_to_spare
+from planner_core.requirements.scope import with_scope
 from planner_core.route.route import Ends, ends_of, plan_route
 from planner_core.select.greedy import select_greedy
 from planner_core.select.problem import cover_problem

@@ -11,7 +11,6 @@ from itertools import count
 
 import numpy as np
 
-from planner_core.coverage.scope import with_scope
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import RequirementError
@@ -39,8 +38,8 @@ from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions, places_as_they_are
 from planner_core.progress import Progress, silent
 from planner_core.requirements.explain import explain
-from planner_core.requirements.goals import in_scope as in_scope_of
-from planner_core.requirements.goals import nothing_to_spare
+from planner_core.requirements.goals import nothing_to_spare, required_of
+from planner_core.requirements.scope import with_scope
 from planner_core.route.route import ends_of, in_visiting_order, plan_route
 from planner_core.select.check import check_coverage
 
@@ -87,7 +86,7 @@ def plan_survey(
     # 3. Where a tripod can stand, and be carried to.
     with clock.stage("candidates"):
         places = _places(survey, settings, scan_engine, floors, progress)
-        bare = _bare_floors(survey, places.candidates, floors)
+        bare = _bare_floors(survey, settings, places.candidates, floors)
     with clock.stage("first plan"):
         known = tell_first_plan(survey, settings, scan_engine, places, progress)
     # 4. What each spot sees, what of that meets what is asked, and which two could be registered with each other.
@@ -228,10 +227,12 @@ def _check_something_is_seen(pool: Pool, survey: Survey, settings: PlanSettings)
         )
 
 
-def _bare_floors(survey: Survey, candidates: Candidates, floors: tuple[int, ...]) -> tuple[str, ...]:
+def _bare_floors(
+    survey: Survey, settings: PlanSettings, candidates: Candidates, floors: tuple[int, ...]
+) -> tuple[str, ...]:
     """Warnings about planned floors without candidates; where no floor has any, there is nothing to plan."""
-    in_scope = survey.floor_of_triangle[survey.patches.triangle_of_patch[in_scope_of(survey)]]
-    bare = [survey.floors[i].name for i in floors if not (candidates.floor == i).any() and (in_scope == i).any()]
+    required = survey.floor_of_triangle[survey.patches.triangle_of_patch[required_of(survey, settings)]]
+    bare = [survey.floors[i].name for i in floors if not (candidates.floor == i).any() and (required == i).any()]
     if not bare and candidates.floor.size:
         return ()
     reasons = ", ".join(f"{reason}: {n}" for reason, n in sorted(candidates.rejected.items(), key=lambda r: -r[1]))

@@ -49,15 +49,15 @@ class Goal:
 
 def required_of(survey: Survey, settings: PlanSettings) -> BoolArray:
     """(P,) bool: patches that something may be required of: those in scope that are more than obstacles."""
-    required = in_scope(survey)
+    return wanted_of(survey, settings) if survey.scope is None else survey.scope.in_scope
+
+
+def wanted_of(survey: Survey, settings: PlanSettings) -> BoolArray:
+    """(P,) bool: patches that are more than obstacles, in scope or not."""
+    wanted = np.ones(survey.patches.n_patches, dtype=np.bool_)
     for patches in obstacles_of(survey, settings).values():
-        required = required & ~patches
-    return required
-
-
-def in_scope(survey: Survey) -> BoolArray:
-    """(P,) bool: patches in scope, see `planner_core.coverage.scope`."""
-    return np.ones(survey.patches.n_patches, dtype=np.bool_) if survey.scope is None else survey.scope.in_scope
+        wanted &= ~patches
+    return wanted
 
 
 def obstacles_of(survey: Survey, settings: PlanSettings) -> dict[str, BoolArray]:

@@ -7,7 +7,6 @@ A `Survey`, settings, an open engine and a position in the local frame, metres -
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,13 +14,12 @@ import numpy as np
 from planner_core.coverage.levels import (
     Observations,
     observations_meeting,
-    observations_of_returns,
-    observations_of_views,
     with_noise,
 )
-from planner_core.engine.patch_mode import PatchMode, scan_mode_of
+from planner_core.coverage.observe import observing
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import FloatArray, Int32Array, PlanSettings, PointLimits, ScanBy, Survey, Visibility
+from planner_core.model import Int32Array, PlanSettings, PointLimits, Survey, Visibility
+from planner_core.progress import silent
 from planner_core.requirements.demand import Rows
 
 #: Looks are kept up to this size, those used last; a dragged station makes some twenty a second.
@@ -66,7 +64,7 @@ class Looker:
         kept_bytes: int = KEPT_BYTES,
     ) -> None:
         self._settings, self._qualities = settings, qualities
-        self._observations_at = _observations_by(survey, settings, engine)
+        self._observations_at = observing(survey, settings.scan_mode, engine)
         self._kept: OrderedDict[tuple[float, float, float], Look] = OrderedDict()
         self._kept_bytes, self._n_bytes = kept_bytes, 0
         self.n_scans = 0
@@ -88,7 +86,7 @@ class Looker:
 
     def _scan(self, position_m: tuple[float, float, float]) -> Look:
         self.n_scans += 1
-        observations = self._observations_at(np.array([position_m], dtype=np.float64))
+        observations = self._observations_at(np.array([position_m], dtype=np.float64), silent)
         if self._settings.scanner.range_noise:
             observations = with_noise(
                 observations, self._settings.scanner, reflectivity=self._settings.requirements.reflectivity
@@ -117,14 +115,3 @@ def _visibility(rows: list[Int32Array], n_patches: int) -> Visibility:
     sizes = np.array([0, *(row.size for row in rows)], dtype=np.int64)
     patch = np.concatenate([np.zeros(0, dtype=np.int32), *rows])
     return Visibility(np.cumsum(sizes, dtype=np.int64), patch, n_patches)
-
-
-def _observations_by(
-    survey: Survey, settings: PlanSettings, engine: ScanEngine
-) -> Callable[[FloatArray], Observations]:
-    """Turn positions into observations by the plan's scan mode; patch mode sends its groups to the device here."""
-    template, area_m2 = survey.template, survey.patches.area_m2
-    if scan_mode_of(settings.scan_mode, template) == ScanBy.BEAMS:
-        return lambda at: observations_of_returns(engine.patch_returns(template, at, moments=True), area_m2)
-    mode = PatchMode(engine, survey.scene, survey.patches)
-    return lambda at: observations_of_views(mode.see(template, at))

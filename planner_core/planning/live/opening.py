@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.coverage.scope import with_scope
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import PlanFolderError
@@ -28,6 +27,7 @@ from planner_core.positions.reach import reachability
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.demand import Demand, Rows, demand_of, qualities_of
 from planner_core.requirements.goals import goals_of
+from planner_core.requirements.scope import with_scope
 from planner_core.scene.load import load_scene
 
 #: Name of the stage in progress events of this module.

@@ -9,7 +9,6 @@ import numpy as np
 import open3d as o3d
 import pytest
 
-from planner_core.coverage.scope import with_scope
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.scan_engine import open_engine
@@ -22,6 +21,7 @@ from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.plan import make_plan
 from planner_core.requirements.goals import required_of
+from planner_core.requirements.scope import with_scope
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.patches import patch_triangles
@@ -211,11 +211,11 @@ def test_plan_json_says_the_scope_and_planning_or_evaluating_again_agrees() -> N
     told, area = document["scope"], plan.survey.patches.area_m2
     assert told["kind"] == "interior"
     assert document["requirements"]["scope"] == "auto"
-    assert told["in_scope_area_m2"] + told["out_of_scope_area_m2"] == pytest.approx(area.sum())
     (obstacle,) = told["obstacles"]
-    # Top and sides, not the underside; the top's 0.64 m2 may reach under nothing else.
-    assert obstacle["area_m2"] == pytest.approx(0.64 + 4 * 0.8 * 0.7, rel=0.03)
-    assert document["coverage"]["total_area_m2"] == pytest.approx(told["in_scope_area_m2"] - obstacle["area_m2"])
+    assert obstacle["area_m2"] == pytest.approx(2 * 0.64 + 4 * 0.8 * 0.7)
+    assert told["in_scope_area_m2"] + told["out_of_scope_area_m2"] + obstacle["area_m2"] == pytest.approx(area.sum())
+    assert document["coverage"]["total_area_m2"] == pytest.approx(told["in_scope_area_m2"])
+    assert (plan.times_seen[~required_of(plan.survey, asked)] == 0).all()
     assert (plan.why.reason_of_patch == OUT_OF_SCOPE).sum() == (~required_of(plan.survey, asked)).sum()
     document["scene"]["file"] = "house.ifc"  # a scene from memory has no name
     again = settings_of(document)

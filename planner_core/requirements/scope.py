@@ -28,6 +28,7 @@ from planner_core.model import (
 from planner_core.positions.free_space import free_space
 from planner_core.positions.reach import MIN_REGION_M2, reachability
 from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.requirements.goals import wanted_of
 from planner_core.scene.patches import patch_triangles
 
 #: Places on the ground are looked around from, one of each square of this side: less than a wall and a person on both
@@ -90,10 +91,9 @@ def with_scope(survey: Survey, settings: PlanSettings, engine: ScanEngine, *, pr
         Interior or exterior was asked for, and there is none.
     """
     asked = settings.requirements.scope
-    n_patches = survey.patches.n_patches
-    everything = np.ones(n_patches, dtype=np.bool_)
+    wanted = wanted_of(survey, settings)
     if asked == Scope.ALL:
-        return _scoped(survey, asked, everything, None)
+        return _scoped(survey, asked, wanted, None)
     progress(ProgressEvent("scope", 0, 2, "indoors and outdoors"))
     places = find_places(survey, engine)
     lost = _not_a_building(survey, places)
@@ -101,9 +101,9 @@ def with_scope(survey: Survey, settings: PlanSettings, engine: ScanEngine, *, pr
     if asked == Scope.INTERIOR and places.indoors_m2 < _LEAST_M2:
         raise RequirementError(f"scope interior: got a building without any, {lost}; use scope all")
     progress(ProgressEvent("scope", 1, 2, "surfaces"))
-    in_scope = everything
+    in_scope = wanted
     if kind != Scope.ALL:
-        inner, outer = patches_by_side(survey, engine, places, outside=kind == Scope.EXTERIOR)
+        inner, outer = patches_by_side(survey, engine, places, np.flatnonzero(wanted), outside=kind == Scope.EXTERIOR)
         in_scope = inner if kind == Scope.INTERIOR else outer
         if not in_scope.any():
             raise RequirementError(
@@ -243,34 +243,34 @@ def _walled(engine: ScanEngine, points_m: FloatArray) -> BoolArray:
 
 # --------------------------------------------------------------------------------------------- surfaces
 def patches_by_side(
-    survey: Survey, engine: ScanEngine, places: Places, *, outside: bool
+    survey: Survey, engine: ScanEngine, places: Places, patch: Int64Array, *, outside: bool
 ) -> tuple[BoolArray, BoolArray]:
-    """Patches (P,) bool that are indoors, and those that are outdoors (none looked for without `outside`).
+    """Of patches (K,), those that are indoors, (P,) bool, and those outdoors (none looked for without `outside`).
 
     A sheet with a room on one side and the garden on the other is both.
     """
-    surfaces = _surfaces(survey)
+    surfaces = _surfaces(survey, patch)
     seen = _seen_from_rooms(survey, engine, surfaces, _eyes_over(places.ground_m[places.indoors]))
     inner, outer = (np.zeros(survey.patches.n_patches, dtype=np.bool_) for _ in range(2))
     for side, seen_here in zip((1.0, -1.0), seen, strict=True):
         rows = np.arange(seen_here.size) if outside else np.flatnonzero(seen_here)
         is_open = _openness(engine, surfaces, rows, side)
         is_inner = seen_here[rows] & (is_open < _SURFACE_INDOORS)
-        inner[rows] |= is_inner
+        inner[patch[rows]] |= is_inner
         if outside:
-            outer[rows] |= ~is_inner & (is_open >= _SURFACE_OUTDOORS)
+            outer[patch[rows]] |= ~is_inner & (is_open >= _SURFACE_OUTDOORS)
     return inner, outer
 
 
-def _surfaces(survey: Survey) -> Surfaces:
-    """All patches; rooms of the source play no part."""
-    corners_m = patch_triangles(survey.scene, survey.patches)
+def _surfaces(survey: Survey, patch: Int64Array) -> Surfaces:
+    """Patches (K,); rooms of the source play no part."""
+    corners_m = patch_triangles(survey.scene, survey.patches)[patch]
     normal = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
     length = np.sqrt((normal * normal).sum(axis=1))
     normal = np.where(length[:, None] > 0, normal / np.maximum(length, 1e-300)[:, None], [0.0, 0.0, 1.0])
-    triangle = survey.patches.triangle_of_patch.astype(np.int64)
+    triangle = survey.patches.triangle_of_patch[patch].astype(np.int64)
     return Surfaces(
-        patch=np.arange(triangle.size, dtype=np.int32),
+        patch=patch.astype(np.int32),
         triangle=triangle,
         element=survey.scene.element_of_triangle[triangle].astype(np.int64),
         room=np.full(triangle.size, -1, dtype=np.int64),
@@ -278,12 +278,12 @@ def _surfaces(survey: Survey) -> Surfaces:
         corners_m=corners_m,
         centroid_m=corners_m.mean(axis=1),
         normal=normal,
-        area_m2=survey.patches.area_m2,
+        area_m2=survey.patches.area_m2[patch],
     )
 
 
 def _seen_from_rooms(survey: Survey, engine: ScanEngine, surfaces: Surfaces, eyes_m: FloatArray) -> list[BoolArray]:
-    """Two (P,) bool: patches in plain view of eyes (N, 3), on the side of their normal and the other.
+    """Two (K,) bool: surfaces in plain view of eyes (N, 3), on the side of their normal and the other.
 
     The nearest eyes look at their middles first; more of them where these see nothing, then some far apart, across
     halls; in the end the nearest look at the corners of the rest, which may be hidden in part.
@@ -320,7 +320,7 @@ def _seen_from_rooms(survey: Survey, engine: ScanEngine, surfaces: Surfaces, eye
 
 
 def _blocks(surfaces: Surfaces) -> Int64Array:
-    """(P,) number of the block that each patch is in: faces of an element that look the same way, in a cube."""
+    """(K,) number of the block that each patch is in: faces of an element that look the same way, in a cube."""
     facing = np.abs(surfaces.normal).argmax(axis=1)
     facing = 2 * facing + (surfaces.normal[np.arange(facing.size), facing] > 0)
     cube = np.floor(surfaces.centroid_m / _BLOCK_M).astype(np.int64)
