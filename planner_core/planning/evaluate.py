@@ -17,7 +17,7 @@ from planner_core.model import Plan, PlanSettings, PriorStation, Role, Route, Sc
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.allowed_positions import find_positions
-from planner_core.positions.free_space import FreeSpace
+from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.prior_stations import place_prior
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
@@ -72,9 +72,10 @@ def evaluate_survey(
     clock = Stopwatch()
     floors = planned_floors(survey.floors, settings.requirements.floors)
     with clock.stage("scope"):
-        survey = with_scope(survey, settings, scan_engine, progress=progress)
+        space = free_space(survey, progress=progress)
+        survey = with_scope(survey, settings, scan_engine, space=space, progress=progress)
     with clock.stage("candidates"):
-        places = find_positions(survey, settings, scan_engine, floors=floors, progress=progress)
+        places = find_positions(survey, settings, scan_engine, floors=floors, space=space, progress=progress)
         listed, remarks = place_stations(survey, settings, scan_engine, stations, places.reach.space)
     with clock.stage("scan"):
         at = np.stack([station.position_m for station in listed])

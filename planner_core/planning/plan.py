@@ -36,6 +36,7 @@ from planner_core.planning.first_plan import tell_first_plan
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions, places_as_they_are
+from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.progress import Progress, silent
 from planner_core.requirements.explain import explain
 from planner_core.requirements.goals import nothing_to_spare, required_of
@@ -82,10 +83,11 @@ def plan_survey(
     clock = Stopwatch()
     floors = planned_floors(survey.floors, settings.requirements.floors)
     with clock.stage("scope"):
-        survey = with_scope(survey, settings, scan_engine, progress=progress)
+        space = free_space(survey, progress=progress)
+        survey = with_scope(survey, settings, scan_engine, space=space, progress=progress)
     # 3. Where a tripod can stand, and be carried to.
     with clock.stage("candidates"):
-        places = _places(survey, settings, scan_engine, floors, progress)
+        places = _places(survey, settings, scan_engine, floors, space, progress)
         bare = _bare_floors(survey, settings, places.candidates, floors)
     with clock.stage("first plan"):
         known = tell_first_plan(survey, settings, scan_engine, places, progress)
@@ -117,12 +119,17 @@ def plan_survey(
 
 
 def _places(
-    survey: Survey, settings: PlanSettings, scan_engine: ScanEngine, floors: tuple[int, ...], progress: Progress
+    survey: Survey,
+    settings: PlanSettings,
+    scan_engine: ScanEngine,
+    floors: tuple[int, ...],
+    space: FreeSpace,
+    progress: Progress,
 ) -> AllowedPositions:
     if not isinstance(settings.method, Paper):
-        return find_positions(survey, settings, scan_engine, floors=floors, progress=progress)
+        return find_positions(survey, settings, scan_engine, floors=floors, space=space, progress=progress)
     pool = find_pool(survey, settings, paper_settings(settings), scan_engine, floors=floors, progress=progress)
-    return places_as_they_are(survey, settings, pool, progress=progress)
+    return places_as_they_are(survey, settings, pool, space=space, progress=progress)
 
 
 def _choose(

@@ -137,9 +137,12 @@ def find_positions(
     engine: ScanEngine,
     *,
     floors: tuple[int, ...],
+    space: FreeSpace | None = None,
     progress: Progress = silent,
 ) -> AllowedPositions:
     """Find candidates on `floors` (indices into survey.floors), and give the site's prior stations their rows.
+
+    `space` is the survey's free space without zones, where somebody has it.
 
     Raises
     ------
@@ -148,7 +151,7 @@ def find_positions(
         `reachability`.
     """
     site = local_site(survey, settings.site)
-    space = free_space(survey, site.mover, zones=site.zones, progress=progress)
+    space = free_space(survey, site.mover, zones=site.zones, known=space, progress=progress)
     reach = reachability(survey, space, site.entrances_m)
     tally = Tally()
     grid = find_candidates(survey, settings, engine, floors=floors, progress=progress)
@@ -175,11 +178,17 @@ def find_positions(
 
 
 def places_as_they_are(
-    survey: Survey, settings: PlanSettings, candidates: Candidates, *, progress: Progress = silent
+    survey: Survey,
+    settings: PlanSettings,
+    candidates: Candidates,
+    *,
+    space: FreeSpace | None = None,
+    progress: Progress = silent,
 ) -> AllowedPositions:
     """Take candidates that somebody else found, but those that the site or the walk to them rules out.
 
-    These are counted in `Candidates.rejected`, as `find_positions` does; what is left stays in its order.
+    `space` is as in `find_positions`. Those ruled out are counted in `Candidates.rejected`, as it does; what is left
+    stays in its order.
 
     Raises
     ------
@@ -187,7 +196,7 @@ def places_as_they_are(
         As `find_positions`.
     """
     site = local_site(survey, settings.site)
-    space = free_space(survey, site.mover, zones=site.zones, progress=progress)
+    space = free_space(survey, site.mover, zones=site.zones, known=space, progress=progress)
     reach = reachability(survey, space, site.entrances_m)
     tally = Tally()
     tally.n_tried, tally.rejected = candidates.n_tried, dict(candidates.rejected)

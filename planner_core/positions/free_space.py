@@ -13,7 +13,7 @@ linked where the step between them can be climbed: so stairs join floors without
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -131,13 +131,14 @@ def free_space(
     *,
     zones: tuple[Zone, ...] = (),
     cell_m: float = CELL_M,
+    known: FreeSpace | None = None,
     progress: Progress = silent,
 ) -> FreeSpace:
     """Find where `mover` can walk, on all floors and the stairs between them.
 
     Surfaces that no ground of a floor is linked to (table tops, roofs) have no nodes. Where a floor has no slab, the
     plane at its elevation is ground: under cover, if most of it is covered. `cell_m` grows on sites of more than
-    `MAX_CELLS` cells; `FreeSpace.grid` tells.
+    `MAX_CELLS` cells; `FreeSpace.grid` tells. `known` is a space of this survey without zones, of whichever mover.
 
     Raises
     ------
@@ -145,6 +146,9 @@ def free_space(
         A cell size that is no length, a zone on a floor that is not there, or no floors at all.
     """
     _check(survey, zones, cell_m)
+    if known is not None and known.mover == mover:
+        barred = blocked_by_zones(zones, known.grid.centre_m(known.column), known.floor)
+        return replace(known, can_stand=known.can_stand & ~barred)
     grid = _grid_over(survey.floors, cell_m)
     progress(ProgressEvent("free space", 0, 3, "solids"))
     corners_m, level, ground_floor = _obstacles(survey, mover)

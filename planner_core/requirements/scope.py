@@ -25,7 +25,7 @@ from planner_core.model import (
     Survey,
     SurveyScope,
 )
-from planner_core.positions.free_space import free_space
+from planner_core.positions.free_space import FreeSpace, free_space
 from planner_core.positions.reach import MIN_REGION_M2, reachability
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.goals import wanted_of
@@ -82,8 +82,17 @@ class Places:
         return float(self.area_m2[self.indoors].sum())
 
 
-def with_scope(survey: Survey, settings: PlanSettings, engine: ScanEngine, *, progress: Progress = silent) -> Survey:
+def with_scope(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    *,
+    space: FreeSpace | None = None,
+    progress: Progress = silent,
+) -> Survey:
     """Find what of the survey is in scope; its warnings get a line where `auto` found no rooms.
+
+    `space` is a person's free space without zones, where somebody has it.
 
     Raises
     ------
@@ -95,7 +104,7 @@ def with_scope(survey: Survey, settings: PlanSettings, engine: ScanEngine, *, pr
     if asked == Scope.ALL:
         return _scoped(survey, asked, wanted, None)
     progress(ProgressEvent("scope", 0, 2, "indoors and outdoors"))
-    places = find_places(survey, engine)
+    places = find_places(survey, engine, free_space(survey) if space is None else space)
     lost = _not_a_building(survey, places)
     kind = (Scope.ALL if lost else Scope.INTERIOR) if asked == Scope.AUTO else asked
     if asked == Scope.INTERIOR and places.indoors_m2 < _LEAST_M2:
@@ -154,9 +163,8 @@ def _yards(survey: Survey, places: Places) -> tuple[str, ...]:
 
 
 # ---------------------------------------------------------------------------------------------- places
-def find_places(survey: Survey, engine: ScanEngine) -> Places:
+def find_places(survey: Survey, engine: ScanEngine, space: FreeSpace) -> Places:
     """Tell indoors from outdoors wherever a person can stand, sealed rooms among it."""
-    space = free_space(survey)
     reach = reachability(survey, space)
     rooms = [not each.in_solid and (each.reached or each.area_m2 >= MIN_REGION_M2) for each in reach.regions]
     room = np.array([*rooms, False])

@@ -294,6 +294,27 @@ def test_results_do_not_depend_on_the_batch_and_progress_tells_every_position(
     assert [rows.row(6 - i).tolist() for i in range(7)] == [whole.visibility.row(i).tolist() for i in range(7)]
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_patches_that_are_not_asked_about_hide_and_change_nothing_else(engine: str, shapes: SimpleNamespace) -> None:
+    scene = shapes.scene_of(*shapes.clutter_of(80, seed=13))
+    patches = make_patches(scene, max_area_m2=0.04)
+    opened = open_engine(scene, patches, engine=engine)
+    template = shapes.template_of(901, 1800)
+    rng = np.random.default_rng(14)
+    positions = rng.uniform((-0.4, -0.4, 0.3), (0.4, 0.4, 2.6), (5, 3))
+    only = rng.random(patches.n_patches) < 0.3
+    only[np.repeat(rng.random(scene.n_triangles) < 0.4, np.diff(patches.first_patch))] = False
+    whole = PatchMode(opened, scene, patches).see(template, positions)
+    some = PatchMode(opened, scene, patches, only=only).see(template, positions)
+    kept = only[whole.patch]
+    assert 0 < kept.sum() < kept.size
+    for field in ("patch", "n_visible", "n_samples", "share", "range_m", "cos_incidence", "spacing_m"):
+        assert getattr(some, field).tobytes() == getattr(whole, field)[kept].tobytes(), field
+    assert np.diff(some.starts).tolist() == [int(only[whole.visibility.row(i)].sum()) for i in range(5)]
+    rows = PatchMode(opened, scene, patches, only=only).visible_patches(template, positions)
+    assert rows.patch.tobytes() == some.patch.tobytes()
+
+
 def test_raising_from_progress_cancels_and_the_next_call_works(open_both: Callable, shapes: SimpleNamespace) -> None:
     scene = shapes.scene_of(*shapes.clutter_of(20, seed=15))
     ours, _, patches = open_both(scene, 0.1)

@@ -11,12 +11,13 @@ from planner_core.engine.patch_samples import (
     GROUP_BITS,
     N_FINE,
     N_RIM,
+    PatchGroups,
     make_groups,
     patch_corner_weights,
     places_of,
     sample_pattern,
 )
-from planner_core.model import Scene
+from planner_core.model import Patches, Scene
 from planner_core.scene.patches import make_patches, patch_code, patch_triangles, squared_edges
 
 
@@ -72,9 +73,18 @@ def test_groups_hold_every_patch_once_and_bound_it(shapes: SimpleNamespace, seed
     scene = random_scene(shapes, rng, n)
     patches = make_patches(scene, max_area_m2=area)
     order = rng.permutation(n).astype(np.int32)
-    grouped = make_groups(scene, patches, order)
     corners = patch_triangles(scene, patches)
-    found, group_of = [], np.full(patches.n_patches, -1)
+    check_groups(make_groups(scene, patches, order), patches, corners, np.ones(patches.n_patches, dtype=bool))
+    only = rng.random(patches.n_patches) < rng.random()
+    few = make_groups(scene, patches, order, only=only)
+    check_groups(few, patches, corners, only)
+    if not only.any():
+        assert len(few.groups) == 0
+
+
+def check_groups(grouped: PatchGroups, patches: Patches, corners: np.ndarray, only: np.ndarray) -> None:
+    """Every patch of `only` is in a group, none is in two, and no group nor small triangle has none of them."""
+    found: list[int] = []
     for number, (rank, code, count) in enumerate(grouped.groups):
         members = []
         while len(members) < count:
@@ -87,11 +97,13 @@ def test_groups_hold_every_patch_once_and_bound_it(shapes: SimpleNamespace, seed
         box = grouped.box[number].astype(np.float64)
         assert (corners[members] >= box[:3] - 1e-5).all()
         assert (corners[members] <= box[3:] + 1e-5).all()
+        assert only[members].any()
         found += members
-        group_of[members] = number
-    assert sorted(found) == list(range(patches.n_patches))
-    assert (group_of >= 0).all()
-    np.testing.assert_array_equal(np.sort(grouped.order), np.arange(n))
+    assert len(set(found)) == len(found)
+    assert set(np.flatnonzero(only)) <= set(found)
+    if only.all():
+        assert len(found) == patches.n_patches
+        np.testing.assert_array_equal(np.sort(grouped.order), np.arange(patches.depth.size))
 
 
 def test_patch_places_are_those_of_the_bisection(shapes: SimpleNamespace) -> None:
