@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+from dataclasses import asdict
 from decimal import ROUND_CEILING, Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from . import output
 
 if TYPE_CHECKING:
     from planner_core.model import Plan
+    from planner_core.planning.judge import Judgement
 
 
 #: Less area is nothing to tell of.
@@ -126,17 +128,43 @@ def _hours(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{minutes} min"
 
 
-def finish(plan: Plan, folder: Path | None, *, as_json: bool, quiet: bool) -> None:
-    """Print what a plan is worth: plan.json's document, or the summary and where the folder is, or nothing."""
+def finish(
+    plan: Plan, folder: Path | None, *, judged: Judgement | None = None, as_json: bool, quiet: bool
+) -> None:
+    """Print what a plan is worth: plan.json's document, or the summary and where the folder is, or nothing.
+
+    What a judge says comes behind the summary, and into the document as `judge`.
+    """
     from planner_core.plan_folder.plan_json import plan_document
 
     document = plan_document(plan, folder)
     if as_json:
-        output.as_json(document)
+        output.as_json(document if judged is None else {**document, "judge": asdict(judged)})
     elif not quiet:
         show(document)
+        if judged is not None:
+            _show_judged(judged)
         if folder is not None:
             where_to_look(folder)
+
+
+def _show_judged(judged: Judgement) -> None:
+    """Print the judge's figures beside the plan's, and the link that differs most."""
+    output.say(f"judge         {judged.n_points} random points, cast by {judged.engine}")
+    for name, figure in (("covered", judged.covered_m2), ("scannable", judged.achievable_m2)):
+        off = f", {100 * (figure.told / figure.judged - 1):+.1f} %" if figure.judged else ""
+        output.say(
+            f"  {name:<11} {figure.judged:.1f} m2 +- {figure.error:.1f}, the plan says {figure.told:.1f}{off}"
+        )
+    lines = [("share", judged.share)]
+    if judged.links:
+        worst = max(judged.links, key=lambda link: abs(link.overlap.told - link.overlap.judged))
+        lines.append((f"overlap of {worst.a} and {worst.b}, which differs most:", worst.overlap))
+    for name, figure in lines:
+        output.say(
+            f"  {name:<11} {100 * figure.judged:.2f} % +- {100 * figure.error:.2f}, the plan says "
+            f"{100 * figure.told:.2f} %"
+        )
 
 
 def where_to_look(folder: Path) -> None:

@@ -164,15 +164,7 @@ class PatchMode:
         least_returns: float = LEAST_RETURNS,
         progress: Progress = silent,
     ) -> PatchViews:
-        """Return what `visible_patches` does, with range, incidence and point spacing of every patch seen.
-
-        Notes
-        -----
-        With d the direction to the middle of the visible samples, n the normal, r the range: a step of angle a along t,
-        a unit vector across d, moves the point on the surface by r a sqrt(1 + (n . t / n . d)^2). For t along the slope
-        that is r a / cos(incidence). t is level for columns, where a is the azimuth step times cos(elevation), and
-        upright for rows.
-        """
+        """Return what `visible_patches` does, with range, incidence and spacing at the middle of what is seen."""
         view = view_of(template, max_incidence_rad=max_incidence_rad)
         positions = check_positions(positions_m)
         rows: list[Int32Array] = []
@@ -242,23 +234,39 @@ class PatchMode:
         range_m = np.sqrt((at * at).sum(axis=1))
         along = at / range_m[:, None]
         cosine = np.abs((along * normal).sum(axis=1))
-        level = np.hypot(along[:, 0], along[:, 1])
-        # Straight up or down, where no direction is level, any will do.
-        across = np.where(level > 0, level, 1.0)
-        azimuthal = np.stack([-along[:, 1] / across, along[:, 0] / across, np.zeros_like(level)], axis=1)
-        azimuthal[level == 0] = (0.0, 1.0, 0.0)
-        upright = np.cross(along, azimuthal)
-        steps = (view.azimuth_step_rad * level, np.full_like(level, view.elevation_step_rad))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            spacing = [
-                range_m * step * np.hypot(1.0, (normal * t).sum(axis=1) / cosine)
-                for step, t in zip(steps, (azimuthal, upright), strict=True)
-            ]
         return (
             range_m.astype(np.float32),
             np.minimum(cosine, 1.0).astype(np.float32),
-            np.stack(spacing, axis=1).astype(np.float32).reshape(-1, 2),
+            spacing_at(view, along, normal, range_m, cosine),
         )
+
+
+def spacing_at(
+    view: View, along: FloatArray, normal: FloatArray, range_m: FloatArray, cosine: FloatArray
+) -> Float32Array:
+    """(M, 2) metres between the points of neighbouring columns, and of neighbouring rows, on surfaces (M,).
+
+    along : (M, 3) unit directions of the beams. normal : (M, 3). cosine : of the incidence.
+
+    Notes
+    -----
+    With d the direction, n the normal, r the range: a step of angle a along t, a unit vector across d, moves the point
+    on the surface by r a sqrt(1 + (n . t / n . d)^2). For t along the slope that is r a / cos(incidence). t is level
+    for columns, where a is the azimuth step times cos(elevation), and upright for rows.
+    """
+    level = np.hypot(along[:, 0], along[:, 1])
+    # Straight up or down, where no direction is level, any will do.
+    across = np.where(level > 0, level, 1.0)
+    azimuthal = np.stack([-along[:, 1] / across, along[:, 0] / across, np.zeros_like(level)], axis=1)
+    azimuthal[level == 0] = (0.0, 1.0, 0.0)
+    upright = np.cross(along, azimuthal)
+    steps = (view.azimuth_step_rad * level, np.full_like(level, view.elevation_step_rad))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        spacing = [
+            range_m * step * np.hypot(1.0, (normal * t).sum(axis=1) / cosine)
+            for step, t in zip(steps, (azimuthal, upright), strict=True)
+        ]
+    return np.stack(spacing, axis=1).astype(np.float32).reshape(-1, 2)
 
 
 class _DevicePatchEngine:

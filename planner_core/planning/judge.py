@@ -1,0 +1,227 @@
+"""The judge: what a plan's figures are on random points, each looked at by itself, by Open3D's own rays.
+
+Input a `Plan`, output a `Judgement`. Nothing is shared with the counting of patches but the surfaces, the scanner's
+field of view and the wording of the limits: a point is seen where nothing lies between it and the scanner, within range
+and field of view, and counts where range, incidence, spacing and noise at that very point meet what is asked.
+docs/method/judge.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner_core.coverage.levels import Observations, observations_meeting, with_noise
+from planner_core.coverage.survey import planned_floors
+from planner_core.engine.open3d import Open3DEngine
+from planner_core.engine.patch_mode import in_view, spacing_at
+from planner_core.engine.patch_samples import View, view_of
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.errors import RequirementError
+from planner_core.model import BoolArray, FloatArray, Int64Array, Link, Optics, Plan, PlanSettings, PointLimits, Survey
+from planner_core.positions.allowed_positions import find_positions
+from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.requirements.goals import OVERALL, goals_of, required_of
+from planner_core.scene.patches import patch_triangles
+
+#: A surface this much before a point, and this share of the range, does not hide it: Open3D's rays are float32.
+_BEFORE_M, _BEFORE_SHARE = 5e-4, 1e-5
+_BATCH_POINTS = 100_000
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a plan beside the judge's. error : one standard error of `judged`."""
+
+    told: float
+    judged: float
+    error: float
+
+
+@dataclass(frozen=True)
+class JudgedLink:
+    """Overlap of two stations, as fractions."""
+
+    a: str
+    b: str
+    overlap: Figure
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """covered_m2, achievable_m2 : of all that is planned. share : covered of achievable, a fraction.
+
+    Achievable is what as many candidates of the grid meet as are asked for; what else is covered does not count.
+    """
+
+    n_points: int
+    engine: str
+    covered_m2: Figure
+    achievable_m2: Figure
+    share: Figure
+    links: tuple[JudgedLink, ...]
+
+
+@dataclass(frozen=True)
+class _Points:
+    """at_m, normal : (N, 3). returns, overall : (N,) bool, on surface that gives a return, that the plan is about."""
+
+    at_m: FloatArray
+    normal: FloatArray
+    returns: BoolArray
+    overall: BoolArray
+    area_m2: float
+
+
+def judge(
+    plan: Plan, engine: ScanEngine, *, n_points: int = 200_000, seed: int = 0, progress: Progress = silent
+) -> Judgement:
+    """Look at random points from the plan's stations and from all candidates.
+
+    Parameters
+    ----------
+    engine
+        Of the plan; it finds the candidates again and casts none of the judge's rays.
+    n_points
+        Spread evenly over the area of which something may be required.
+
+    Raises
+    ------
+    RequirementError
+        Fewer than 100 points, or a scanner of one row or column.
+    """
+    if n_points < 100:
+        raise RequirementError(f"judge: got {n_points} points, expected at least 100; 200000 say it to 0.1 %")
+    survey, settings = plan.survey, plan.settings
+    points = _points(survey, settings, n_points, np.random.default_rng(seed))
+    look = _Look(survey, settings, points)
+    seen, met = look.from_all(np.stack([station.position_m for station in plan.stations]), progress)
+    asked = settings.requirements
+    covered = met >= asked.seen_from
+    floors = planned_floors(survey.floors, asked.floors)
+    candidates_m = find_positions(survey, settings, engine, floors=floors).candidates.position_m
+    achievable = look.count(candidates_m, asked.seen_from, progress) >= asked.seen_from
+    covered &= achievable
+    n_achievable = max(int((achievable & points.overall).sum()), 1)
+    share = float((covered & points.overall).sum()) / n_achievable
+    return Judgement(
+        n_points=n_points,
+        engine=look.engine.device,
+        covered_m2=_area(plan.coverage.covered_area_m2, covered & points.overall, points.area_m2),
+        achievable_m2=_area(plan.coverage.achievable_area_m2, achievable & points.overall, points.area_m2),
+        share=Figure(plan.coverage.fraction_of_achievable, share, float(np.sqrt(share * (1.0 - share) / n_achievable))),
+        links=tuple(_link(link, plan, seen) for link in plan.links),
+    )
+
+
+def _area(told_m2: float, which: BoolArray, area_m2: float) -> Figure:
+    share = float(which.mean())
+    return Figure(told_m2, area_m2 * share, area_m2 * float(np.sqrt(share * (1.0 - share) / which.size)))
+
+
+def _link(link: Link, plan: Plan, seen: BoolArray) -> JudgedLink:
+    ids = [station.id for station in plan.stations]
+    a, b = seen[ids.index(link.a)], seen[ids.index(link.b)]
+    most = max(int(a.sum()), int(b.sum()), 1)
+    overlap = float((a & b).sum()) / most
+    error = float(np.sqrt(overlap * (1.0 - overlap) / most))
+    return JudgedLink(link.a, link.b, Figure(link.overlap, overlap, error))
+
+
+def _points(survey: Survey, settings: PlanSettings, n_points: int, rng: np.random.Generator) -> _Points:
+    """Points at even steps of area through all patches of which something may be required, at random places in each."""
+    wanted = np.flatnonzero(required_of(survey, settings))
+    sum_m2 = np.cumsum(survey.patches.area_m2[wanted])
+    step = (np.arange(n_points) + rng.random(n_points)) * (sum_m2[-1] / n_points)
+    patch = wanted[np.minimum(np.searchsorted(sum_m2, step, side="right"), wanted.size - 1)]
+    corners_m = patch_triangles(survey.scene, survey.patches)[patch]
+    u, v = rng.random(n_points), rng.random(n_points)
+    u, v = np.where(u + v > 1.0, 1.0 - u, u), np.where(u + v > 1.0, 1.0 - v, v)
+    edges = corners_m[:, 1:] - corners_m[:, :1]
+    normal = np.cross(edges[:, 0], edges[:, 1])
+    length = np.sqrt((normal * normal).sum(axis=1))
+    overall = next(goal for goal in goals_of(survey, settings) if goal.name == OVERALL and not goal.stated)
+    return _Points(
+        at_m=corners_m[:, 0] + u[:, None] * edges[:, 0] + v[:, None] * edges[:, 1],
+        normal=normal / np.maximum(length, 1e-300)[:, None],
+        returns=_returns(survey, patch),
+        overall=overall.patches[patch],
+        area_m2=float(sum_m2[-1]),
+    )
+
+
+def _returns(survey: Survey, patch: Int64Array) -> BoolArray:
+    """(N,) bool: patches whose surface gives a return: neither glass that beams pass, nor a mirror."""
+    optics = survey.scene.optics_of_triangle
+    if optics is None:
+        return np.ones(patch.size, dtype=np.bool_)
+    found: BoolArray = optics[survey.patches.triangle_of_patch[patch]] == Optics.RETURNS
+    return found
+
+
+class _Look:
+    """Looks at points from positions, with limits as the overall requirement has them."""
+
+    def __init__(self, survey: Survey, settings: PlanSettings, points: _Points) -> None:
+        self.engine = Open3DEngine(survey.scene, survey.patches)
+        self._view: View = view_of(survey.template)
+        self._settings, self._points = settings, points
+
+    def from_all(self, positions_m: FloatArray, progress: Progress) -> tuple[BoolArray, Int64Array]:
+        """(S, N) bool, points seen from each position; (N,) number of positions that meet what is asked."""
+        n_points = self._points.at_m.shape[0]
+        seen = np.zeros((positions_m.shape[0], n_points), dtype=np.bool_)
+        met = np.zeros(n_points, dtype=np.int64)
+        for row, position_m in enumerate(positions_m):
+            rows = self._seen(position_m, np.arange(n_points))
+            seen[row, rows] = True
+            met[rows[self._meets(position_m, rows)]] += 1
+            progress(ProgressEvent("judge", row + 1, positions_m.shape[0], "stations"))
+        return seen, met
+
+    def count(self, positions_m: FloatArray, enough: int, progress: Progress) -> Int64Array:
+        """(N,) number of positions that meet what is asked, up to `enough`: nobody looks at a point again then."""
+        met = np.zeros(self._points.at_m.shape[0], dtype=np.int64)
+        for number, position_m in enumerate(positions_m):
+            left = np.flatnonzero(met < enough)
+            # What can't meet the limits need not be cast.
+            left = left[self._meets(position_m, left)]
+            met[self._seen(position_m, left)] += 1
+            progress(ProgressEvent("judge", number + 1, positions_m.shape[0], "scannable"))
+        return met
+
+    def _seen(self, position_m: FloatArray, rows: Int64Array) -> Int64Array:
+        """Those of rows (K,) that a position sees."""
+        found = []
+        for first in range(0, rows.size, _BATCH_POINTS):
+            some = rows[first : first + _BATCH_POINTS]
+            away_m = self._points.at_m[some] - position_m
+            inside = in_view(self._view, away_m[:, None], self._points.normal[some])[:, 0]
+            inside &= self._points.returns[some]
+            some, away_m = some[inside], away_m[inside]
+            range_m = np.sqrt((away_m * away_m).sum(axis=1))
+            before = 1.0 - np.minimum(_BEFORE_M / range_m + _BEFORE_SHARE, 1.0)
+            hidden = self.engine.are_hidden(position_m, away_m * before[:, None])
+            found.append(some[~hidden])
+        return np.concatenate([np.empty(0, dtype=np.int64), *found])
+
+    def _meets(self, position_m: FloatArray, rows: Int64Array) -> BoolArray:
+        """(K,) bool: whether figures at points of rows (K,) meet the limits."""
+        asked: PointLimits = self._settings.requirements.asked
+        away_m, normal = self._points.at_m[rows] - position_m, self._points.normal[rows]
+        range_m = np.maximum(np.sqrt((away_m * away_m).sum(axis=1)), 1e-9)
+        along = away_m / range_m[:, None]
+        cosine = np.abs((along * normal).sum(axis=1))
+        observed = Observations(
+            starts=np.array([0, rows.size]),
+            patch=rows.astype(np.int32),
+            n_patches=self._points.at_m.shape[0],
+            spacing_m=spacing_at(self._view, along, normal, range_m, cosine).max(axis=1, initial=0.0),
+            range_m=range_m.astype(np.float32),
+            incidence_rad=np.arccos(np.clip(cosine, 0.0, 1.0)).astype(np.float32),
+        )
+        if asked.noise_m is not None:
+            requirements = self._settings.requirements
+            observed = with_noise(observed, self._settings.scanner, reflectivity=requirements.reflectivity)
+        return observations_meeting(observed, asked)

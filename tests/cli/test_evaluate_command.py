@@ -1,0 +1,29 @@
+"""`tlsplan evaluate` as it is typed."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import scenes_synthetic
+
+
+def test_the_judge_is_printed_beside_the_plan(tmp_path: Path, tlsplan: Callable[..., Any]) -> None:
+    building, stations = tmp_path / "box.ifc", tmp_path / "mine.csv"
+    scenes_synthetic.write(scenes_synthetic.build("box"), building)
+    stations.write_text("id,x_m,y_m,z_m\nA,2,2,1.5\nB,3,2,1.5\n")
+    asked = ("evaluate", building, "--stations", stations, "--preset", "paper", "--grid", 1, "--judge", 2000)
+    run = tlsplan(*asked)
+    assert run.returncode == 0, run.stderr
+    assert "judge         2000 random points, cast by Open3D" in run.stdout
+    assert re.search(r"covered +[\d.]+ m2 \+- [\d.]+, the plan says [\d.]+, \+\d", run.stdout)
+    assert "overlap of A and B, which differs most:" in run.stdout
+    document = json.loads(tlsplan(*asked, "--json").stdout)
+    told = document["judge"]["share"]
+    assert told["told"] == pytest.approx(document["coverage"]["fraction_of_achievable"])
+    assert 0.5 < told["judged"] <= told["told"]

@@ -1,0 +1,151 @@
+"""The judge against areas that follow from drawings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import scenes_synthetic
+from planner_core.engine.scan_engine import open_engine
+from planner_core.errors import RequirementError
+from planner_core.model import PlanSettings, PointLimits, Requirements, Scanner, Scene
+from planner_core.plan_folder.stations_csv import GivenStation
+from planner_core.planning.evaluate import evaluate_stations
+from planner_core.planning.judge import Judgement, judge
+from planner_core.scanner.load_scanner import load_scanner
+from planner_core.scene.build import scene_from_arrays
+from tests.coverage.conftest import BOX_FACES, box_corners
+
+N_POINTS = 40_000
+#: Clear space of 6 x 4 x 3 m, in walls that meet at the corners: outside faces and wall ends are seen by nobody.
+LOW, HIGH, THICK = np.array([0.0, 0.0, 0.0]), np.array([6.0, 4.0, 3.0]), 0.3
+
+
+def scene_of(*boxes: tuple[tuple[float, ...], tuple[float, ...]]) -> Scene:
+    corners = np.concatenate([box_corners(low, high) for low, high in boxes])
+    faces = np.concatenate([BOX_FACES + 8 * number for number in range(len(boxes))])
+    return scene_from_arrays(corners, faces)
+
+
+def shell() -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
+    """Six slabs around the clear space, which touch."""
+    out = []
+    for axis in range(3):
+        for side in (0, 1):
+            low, high = LOW - THICK, HIGH + THICK
+            low[axis], high[axis] = (HIGH[axis], HIGH[axis] + THICK) if side else (LOW[axis] - THICK, LOW[axis])
+            out.append((tuple(low.tolist()), tuple(high.tolist())))
+    return out
+
+
+ROOM = scene_of(*shell())
+ROOM_M2 = 2 * (6 * 4 + 6 * 3 + 4 * 3)
+
+
+def all_round() -> Scanner:
+    """A scanner that looks everywhere but straight down, with fine steps."""
+    return replace(
+        load_scanner("hdl-64e"), elevation_rad=tuple(np.linspace(np.pi / 2, -np.pi / 2, 721).tolist()), n_azimuths=1440,
+        range_min_m=0.0, range_max_m=50.0, instrument_height_usual_m=None,
+    )  # fmt: skip
+
+
+def judged(scene: Scene, at_m: list[tuple[float, float, float]], scanner: Scanner, **asked: object) -> Judgement:
+    requirements = Requirements(network="none", scope="all", **asked)  # type: ignore[arg-type]
+    settings = PlanSettings(
+        scanner=scanner, requirements=requirements, grid_step_m=1.0, instrument_heights_m=(1.5,), special_places=False
+    )
+    stations = [GivenStation(f"T{i}", np.array(at) + scene.offset_m, None, None) for i, at in enumerate(at_m)]
+    plan = evaluate_stations(scene, settings, stations)
+    return judge(plan, open_engine(scene, plan.survey.patches), n_points=N_POINTS)
+
+
+def is_within(figure_judged: float, truth: float, error: float) -> bool:
+    """Of a judge that is right, four errors are exceeded once in 16 000."""
+    return abs(figure_judged - truth) <= 4 * error
+
+
+def test_a_closed_room_is_seen_whole_and_nothing_else_is() -> None:
+    found = judged(ROOM, [(2.0, 1.5, 1.5)], all_round())
+    assert is_within(found.covered_m2.judged, ROOM_M2, found.covered_m2.error)
+    assert found.covered_m2.error < 0.01 * ROOM_M2
+    # Within half a millimetre of an edge, which of two faces hides the other is Open3D's to say.
+    assert found.share.judged > 0.999
+    # What the plan counts reaches into the walls.
+    assert found.covered_m2.told > ROOM_M2
+
+
+def test_a_cone_below_the_scanner_is_not_seen() -> None:
+    elevations = tuple(np.linspace(np.pi / 2, -np.pi / 4, 541).tolist())
+    found = judged(ROOM, [(3.0, 2.0, 1.5)], replace(all_round(), elevation_rad=elevations))
+    # 45 degrees down from 1.5 m: a disc of that radius on the floor; other candidates see it.
+    assert is_within(found.covered_m2.judged, ROOM_M2 - np.pi * 1.5**2, found.covered_m2.error)
+    assert is_within(found.achievable_m2.judged, ROOM_M2, found.achievable_m2.error)
+
+
+def test_range_and_incidence_count_at_the_point() -> None:
+    at = np.array([3.0, 2.0, 1.5])
+    found = judged(ROOM, [tuple(at)], all_round(), asked=PointLimits(range_m=2.5, incidence_rad=np.deg2rad(40.0)))
+    # Discs around the feet of the perpendiculars, cut by the walls' edges, on a fine grid of each wall.
+    truth_m2 = 0.0
+    for axis in range(3):
+        u, v = (k for k in range(3) if k != axis)
+        grid = np.stack(np.meshgrid(*(np.linspace(LOW[k], HIGH[k], 1201) for k in (u, v)), indexing="ij"))
+        across = np.hypot(grid[0] - at[u], grid[1] - at[v])
+        for wall in (LOW[axis], HIGH[axis]):
+            away = abs(wall - at[axis])
+            counts = (np.hypot(across, away) <= 2.5) & (np.arctan2(across, away) <= np.deg2rad(40.0))
+            truth_m2 += counts.mean() * (HIGH[u] - LOW[u]) * (HIGH[v] - LOW[v])
+    assert is_within(found.covered_m2.judged, truth_m2, found.covered_m2.error)
+
+
+def test_a_pillar_hides_what_lies_behind_it() -> None:
+    pillar = ((2.8, 1.8, 0.0), (3.2, 2.2, 3.0))
+    scene = scene_of(*shell(), pillar)
+    at = (1.0, 2.0, 1.5)
+    found = judged(scene, [at], all_round())
+    # In plan, the shadow between the pillar's near corners, as seen from the station, up to the walls: a trapezoid.
+    slope = 0.2 / (2.8 - at[0])
+    half = [slope * (x - at[0]) for x in (2.8, 6.0)]
+    shadow_m2 = (half[0] + half[1]) * (6.0 - 2.8)
+    footprint_m2 = 0.4 * 0.4
+    # Floor and ceiling lose it, the east wall its end; the pillar shows its west face and stands on its footprint.
+    truth_m2 = ROOM_M2 - 2 * shadow_m2 - 2 * half[1] * 3.0 + 0.4 * 3.0
+    assert footprint_m2 < shadow_m2
+    assert is_within(found.covered_m2.judged, truth_m2, found.covered_m2.error)
+
+
+def test_overlap_is_the_share_that_both_see_of_what_the_one_with_more_sees() -> None:
+    low_only = replace(all_round(), elevation_rad=tuple(np.linspace(np.pi / 2, -np.pi / 4, 541).tolist()))
+    found = judged(ROOM, [(1.5, 2.0, 1.4), (4.5, 2.0, 0.9)], low_only)
+    (link,) = found.links
+    discs_m2 = [np.pi * 1.4**2, np.pi * 0.9**2]
+    # The discs lie apart: each sees the other's.
+    both, most = ROOM_M2 - sum(discs_m2), ROOM_M2 - min(discs_m2)
+    assert (link.a, link.b) == ("T0", "T1")
+    assert is_within(link.overlap.judged, both / most, link.overlap.error)
+
+
+def test_points_meet_what_is_asked_from_so_many_stations() -> None:
+    pillar = ((2.8, 1.8, 0.0), (3.2, 2.2, 3.0))
+    scene = scene_of(*shell(), pillar)
+    both = [(1.0, 2.0, 1.5), (5.0, 2.0, 1.5)]
+    once = judged(scene, both, all_round())
+    twice = judged(scene, both, all_round(), seen_from=2)
+    single = [judged(scene, [at], all_round()).covered_m2.judged for at in both]
+    # Inclusion and exclusion.
+    tolerance_m2 = 4 * 3 * once.covered_m2.error
+    assert twice.covered_m2.judged == pytest.approx(sum(single) - once.covered_m2.judged, abs=tolerance_m2)
+    assert twice.covered_m2.judged < min(single)
+
+
+def test_too_few_points_are_refused() -> None:
+    scene = scenes_synthetic.build("box").scene
+    settings = PlanSettings(scanner=all_round(), requirements=Requirements(network="none"), grid_step_m=1.0)
+    plan = evaluate_stations(
+        scene, settings, [GivenStation("T", np.array([2.0, 2.0, 1.5]) + scene.offset_m, None, None)]
+    )
+    with pytest.raises(RequirementError, match="got 10 points, expected at least 100"):
+        judge(plan, open_engine(scene, plan.survey.patches), n_points=10)
