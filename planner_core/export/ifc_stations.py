@@ -80,6 +80,8 @@ def write_ifc(plan: PlanSource, path: Path, options: Options, progress: Progress
 def write_ifc_model(plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
     """Write a copy of the plan's IFC file, in its schema and units, with the stations in its storeys. Returns remarks.
 
+    Of several files it is the first, whose frame is the plan's.
+
     Raises
     ------
     HandoverError
@@ -93,6 +95,10 @@ def write_ifc_model(plan: PlanSource, path: Path, options: Options, progress: Pr
     if body is None:
         raise ExportError(f"{plan.title}: has no geometric context, expected one for 3D models; use format ifc")
     remarks = []
+    n_others = len(plan.document["scene"].get("other_files", ()))
+    if n_others:
+        first = plan.scene_paths()[0].name
+        remarks.append(f"{first}, the first of {n_others + 1} files, is what the stations are written into")
     storeys = {}
     for floor in chosen_floors(plan, options):
         storey = _storey_of(source, target, floor.name, floor.elevation_m)

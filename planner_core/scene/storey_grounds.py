@@ -26,6 +26,7 @@ from planner_core.scene.level_surfaces import (
     mostly,
     once_a_surface,
 )
+from planner_core.scene.lower_roofs import lower_roofs
 
 #: IFC classes whose top sides are ground. IfcRoof is not: its slabs are classed IfcSlab only where flat roofs carry a
 #: storey, and those are told apart by what is above them.
@@ -35,6 +36,8 @@ FLOOR_KINDS = frozenset({"IfcSlab", "IfcSlabStandardCase", "IfcSlabElementedCase
 WALL_KINDS = frozenset(
     {"IfcWall", "IfcWallStandardCase", "IfcWallElementedCase", "IfcCurtainWall", "IfcPlate", "IfcBuildingElementPart"}
 )
+#: Of them, those that doors and windows may be among, unclassed.
+_PANES = frozenset({"IfcCurtainWall", "IfcPlate"})
 #: What walls are called where a file knows no classes, or its program writes none.
 _UNCLASSED = frozenset({"IfcBuildingElementProxy", "IfcProxy", "Mesh"})
 #: Predefined types of coverings and slabs that are no floor. `FLOORING`, `TOPPING` and what says nothing are left.
@@ -85,6 +88,7 @@ def grounds_of_storeys(survey: LevelSurvey, warnings: list[str]) -> list[Ground]
                 continue
         if ground is not None:
             grounds.append(ground)
+            warnings += [reason] if reason else []
         else:
             warnings.append(f"storey {named.name!r} is left out: {reason}")
     # Of two levels at one height the one with more walls is the storey.
@@ -134,7 +138,7 @@ def _storey_of_samples(survey: LevelSurvey, source_storey: Int64Array) -> Int64A
 
 
 def _storey_ground(survey: LevelSurvey, name: str, top: BoolArray, clear: BoolArray) -> tuple[Ground | None, str]:
-    """Ground of one storey from its slabs; or None and why not; or None and nothing where there are no slabs."""
+    """Ground of a storey from its slabs and what was left out; or None and why not; or None and nothing: no slabs."""
     columns = survey.columns
     if clear.sum() * survey.cell_m2 < MIN_AREA_M2:
         return None, ""
@@ -150,8 +154,17 @@ def _storey_ground(survey: LevelSurvey, name: str, top: BoolArray, clear: BoolAr
     # Open-air parts stay where they continue the floor (balcony, terrace), not where they are another roof.
     far = np.abs(columns.z_m - main_m) > 0.6
     clear = clear & ~(far & ~np.isfinite(survey.clear_m))
+    walls = np.array([e.kind in WALL_KINDS - _PANES for e in survey.scene.elements], dtype=bool)
+    roofs = lower_roofs(survey, clear & ~far, main_m, walls)
+    clear = clear & ~roofs
     triangles = mostly(survey, clear, _is_ground_kind(survey)[survey.scene.element_of_triangle])
-    return ground_of(survey, name, "slab", triangles, top & np.isin(columns.triangle, triangles), clear), ""
+    shown = np.isin(columns.triangle, triangles)
+    left_m2 = np.unique(columns.column[roofs & ~shown]).size * survey.cell_m2
+    told = (
+        f"storey {name!r}: {left_m2:.0f} m2 in the open are left out, the roof of a lower wing: no door leads there; "
+        "if people walk on it, mark it as ground"
+    )
+    return ground_of(survey, name, "slab", triangles, top & shown, clear), told if left_m2 >= MIN_AREA_M2 else ""
 
 
 def _decks_above(survey: LevelSurvey, clear: BoolArray, main: BoolArray, main_m: float) -> BoolArray:

@@ -3,6 +3,7 @@
 The table is the one of docs/benchmarks/real-buildings.md.
 """
 
+import numpy as np
 import pytest
 
 from planner_core.scene.floors import find_floors
@@ -15,10 +16,14 @@ NAMES = [pytest.param(name, marks=pytest.mark.slow) if each.is_slow else name fo
 @pytest.mark.parametrize("name", NAMES)
 def test_floors_are_what_people_stand_on(name, corpus_file):
     expected = EXPECTED[name]
-    scene = load_scene(corpus_file(name), options=LoadOptions(up_axis=expected.up))
+    files = [corpus_file(file) for file in expected.files or (name,)]
+    scene = load_scene(files, options=LoadOptions(up_axis=expected.up))
     report = find_floors(scene)
     found = [(f.name, f.elevation_m + scene.offset_m[2]) for f in report.floors]
     assert [n for n, _ in found] == [n for n, _ in expected.floors]
     assert [z for _, z in found] == pytest.approx([z for _, z in expected.floors], abs=0.1)
+    if expected.bounds_m:
+        bounds_m = [(f.bounds_m + scene.offset_m[:2]).ravel() for f in report.floors]
+        assert np.array(bounds_m) == pytest.approx(np.array(expected.bounds_m), abs=0.1)
     if not expected.floors:
         assert any("no floor found" in line and "trade" in line for line in report.warnings)

@@ -229,6 +229,23 @@ def test_stations_without_a_storey_near_are_in_the_building_and_it_is_said(house
     assert {name for name, kind in containers.items() if kind == "IfcBuilding"} == upper
 
 
+def test_stations_of_a_building_of_several_files_are_in_the_first_and_it_is_said(house, tmp_path):
+    heights_m = [floor.elevation_m for floor in house.floors]
+    for name, schema in (("first.ifc", "IFC2X3"), ("second.ifc", "IFC4")):
+        _write_old_file(tmp_path / name, heights_m, schema)
+    plan = _planned_on(house, tmp_path / "first.ifc", metres_per_unit=0.001)
+    second = _planned_on(house, tmp_path / "second.ifc", metres_per_unit=0.001)
+    scene = {**plan.document["scene"], "other_files": [second.document["scene"]]}
+    source = {"path": "first.ifc", "other_paths": ["second.ifc"]}
+    both = (tmp_path / "first.ifc", tmp_path / "second.ifc")
+    plan = replace(plan, document={**plan.document, "scene": scene, "source": source}, told_scene=both)
+    remarks = write_ifc_model(plan, tmp_path / "with.ifc", Options(), silent)
+    assert remarks == ("first.ifc, the first of 2 files, is what the stations are written into",)
+    model = ifcopenshell.open(str(tmp_path / "with.ifc"))
+    assert model.schema == "IFC2X3"
+    assert {proxy.Name for proxy in _proxies(model)} == {station.id for station in house.stations}
+
+
 def test_copy_of_a_packed_file_in_an_old_code_page_keeps_its_names(house, tmp_path):
     """IfcOpenShell alone can't parse it: the second byte of the name's first character is a backslash."""
     _write_old_file(tmp_path / "old.ifc", [0.0, 3.0])
