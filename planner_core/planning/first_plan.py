@@ -17,7 +17,7 @@ from planner_core.planning.choose import selection_settings
 from planner_core.planning.pool import make_pool
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.progress import BestSoFar, Progress, ProgressEvent
-from planner_core.requirements.demand import Known
+from planner_core.requirements.demand import Known, looked_from
 from planner_core.select.large import select_by_size
 from planner_core.select.proven import INTERRUPTED
 
@@ -50,12 +50,15 @@ def tell_first_plan(
     given = places.rows_of(Role.SCANNED, Role.LOCKED)
     rows = np.concatenate([given, np.setdiff1d(rows, given)])
     few = places.candidates.take(rows)
-    told = _as_one_stage(progress)
+    looked = looked_from(survey, settings, engine, few.position_m, progress=_as_one_stage(progress))
+    known = Known(np.arange(rows.size), looked)
     first, none = np.arange(given.size), np.empty(0, dtype=np.int64)
     try:
-        pool = make_pool(survey, settings, engine, few, given=first, kept=none, progress=told)
+        pool = make_pool(survey, settings, engine, few, given=first, kept=none, known=known)
     except RequirementError:
-        return None  # what few candidates can't meet, all of them may; if they can't either, that is said then
+        return Known(
+            rows, looked
+        )  # what few candidates can't meet, all of them may; if they can't either, that is said then
     if pool.rows.met.patch.size:
         found = select_by_size(
             pool.problem,
@@ -69,7 +72,7 @@ def tell_first_plan(
         stations_m = tuple((x, y, z) for x, y, z in few.position_m[list(found.chosen)].tolist())
         best = BestSoFar(len(found.chosen), positions_m=stations_m)
         progress(ProgressEvent(STAGE, rows.size + 1, rows.size + 1, f"{len(found.chosen)} stations", best=best))
-    return Known(rows, pool.demand)
+    return Known(rows, looked)
 
 
 def _far_apart(candidates: Candidates) -> Int64Array:

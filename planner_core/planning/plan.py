@@ -99,6 +99,7 @@ def plan_survey(
             survey, settings, scan_engine, places.candidates, given=given, kept=kept, known=known, progress=progress
         )
         _check_something_is_seen(pool, survey, settings)
+        survey = pool.demand.surveyed(survey)
     # 5. Few spots that see enough, and how few are possible.
     with clock.stage("select"):
         choice = _choose(pool, places, survey, settings, scan_engine, progress)
