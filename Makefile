@@ -25,7 +25,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-kernel-check lint typecheck \
   imports pytest pytest-slow web web-check web-main e2e e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-drivers bench-planning bench-live bench-clouds plan-scenes soak soak-short kernel-check wheel test-wheel docs api-types lock test-bare clean
+  bench-drivers bench-planning bench-truth bench-live bench-clouds plan-scenes soak soak-short kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -123,6 +123,9 @@ bench-genetic: $(DEV) ## genetic selection against its host version and DEAP; wr
 
 bench-real-buildings: $(DEV) ## floors and plans of models that nobody here made; writes docs/benchmarks; keeps plans in build/
 	$(BIN)/python -m tests.benchmarks.bench_real_buildings --write docs/benchmarks/real-buildings.md
+
+bench-truth: $(DEV) ## plans' figures beside those of random points; writes docs/benchmarks
+	$(BIN)/python -m tests.benchmarks.bench_truth --write docs/benchmarks/truth.md
 
 bench-selection: $(DEV) ## proven selection against greedy and genetic selection; writes docs/benchmarks
 	$(BIN)/python tests/benchmarks/bench_selection.py --write docs/benchmarks/selection.md

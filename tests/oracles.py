@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from planner_core.coverage.levels import Observations, observations_meeting
+from planner_core.engine.patch_samples import sample_pattern
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import (
     BeamTemplate,
     BoolArray,
     FloatArray,
     Int32Array,
+    Int64Array,
     PlanSettings,
     PointLimits,
     Survey,
@@ -51,6 +55,7 @@ def observations_from(
     sizes = np.concatenate([np.zeros(1, dtype=np.int64), *(np.diff(batch.starts) for batch in batches)])
     none = np.zeros(0, dtype=np.float32)
     noise = [batch.noise_m for batch in batches if batch.noise_m is not None]
+    parts = [batch.part for batch in batches if batch.part is not None]
     return Observations(
         starts=np.cumsum(sizes, dtype=np.int64),
         patch=np.concatenate([none.astype(np.int32), *(batch.patch for batch in batches)]),
@@ -59,7 +64,47 @@ def observations_from(
         range_m=np.concatenate([none, *(batch.range_m for batch in batches)]),
         incidence_rad=np.concatenate([none, *(batch.incidence_rad for batch in batches)]),
         noise_m=np.concatenate([none, *noise]) if settings.requirements.limits_noise else None,
+        part=np.concatenate(parts) if parts else None,
     )
+
+
+@dataclass(frozen=True)
+class Enough:
+    """What counts of patches, by plain loops. counted : (P,) int, 255ths. seen : (M,) bool, observations of at least
+    half of that. met : the same for each quality."""
+
+    counted: Int64Array
+    seen: BoolArray
+    met: list[BoolArray]
+
+
+def enough_of(
+    observations: Observations, qualities: tuple[PointLimits, ...], wanted: list[BoolArray] | None = None
+) -> Enough:
+    """Of a patch counts what positions together meet any quality on, or else see."""
+    weight = sample_pattern()[:, 2]
+    meets = [observations_meeting(observations, asked) for asked in qualities]
+    if wanted is not None:
+        meets = [found & part[observations.patch] for found, part in zip(meets, wanted, strict=True)]
+    if observations.part is None:
+        return Enough(np.full(observations.n_patches, 255), np.ones(observations.patch.size, dtype=bool), meets)
+
+    def in_255ths(samples: set[int]) -> int:
+        return max(1, round(255 * sum(weight[sample] for sample in samples))) if samples else 0
+
+    own = [{sample for sample in range(weight.size) if int(part) >> sample & 1} for part in observations.part]
+    counted = np.full(observations.n_patches, 255)
+    for patch in range(observations.n_patches):
+        here = np.flatnonzero(observations.patch == patch)
+        met = set().union(*(own[entry] for entry in here if any(found[entry] for found in meets)))
+        seen = set().union(*(own[entry] for entry in here))
+        if seen:
+            counted[patch] = in_255ths(met or seen)
+    enough = np.array(
+        [2 * in_255ths(samples) >= counted[patch] for samples, patch in zip(own, observations.patch, strict=True)],
+        dtype=bool,
+    )
+    return Enough(counted, enough, [found & enough for found in meets])
 
 
 def read_cloud(content: bytes, template: BeamTemplate) -> tuple[FloatArray, UInt8Array]:

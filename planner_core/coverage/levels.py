@@ -16,6 +16,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from planner_core.engine.patch_mode import PatchViews
+from planner_core.engine.patch_samples import UInt32Array
 from planner_core.errors import RequirementError
 from planner_core.model import (
     BoolArray,
@@ -36,6 +37,7 @@ class Observations:
 
     starts : (N + 1,) int64. patch : (M,) int32. spacing_m, range_m, incidence_rad : (M,) float32. noise_m : (M,)
     float32, one sigma, NaN where the scanner's figures do not say; None where nobody worked it out, see `with_noise`.
+    part : (M,) uint32, samples of the patch that are seen, see `PatchViews`; None: by beams, which say only whether.
     """
 
     starts: Int64Array
@@ -45,6 +47,20 @@ class Observations:
     range_m: Float32Array
     incidence_rad: Float32Array
     noise_m: Float32Array | None = None
+    part: UInt32Array | None = None
+
+    def take(self, kept: BoolArray) -> Observations:
+        """Those of a mask (M,)."""
+        return Observations(
+            starts=np.concatenate([[0], np.cumsum(kept)])[self.starts],
+            patch=self.patch[kept],
+            n_patches=self.n_patches,
+            spacing_m=self.spacing_m[kept],
+            range_m=self.range_m[kept],
+            incidence_rad=self.incidence_rad[kept],
+            noise_m=None if self.noise_m is None else self.noise_m[kept],
+            part=None if self.part is None else self.part[kept],
+        )
 
 
 def observations_of_views(views: PatchViews) -> Observations:
@@ -56,6 +72,7 @@ def observations_of_views(views: PatchViews) -> Observations:
         spacing_m=views.spacing_m.max(axis=1, initial=0.0),
         range_m=views.range_m,
         incidence_rad=np.arccos(np.clip(views.cos_incidence.astype(np.float64), 0.0, 1.0)).astype(np.float32),
+        part=views.part,
     )
 
 
@@ -77,15 +94,15 @@ def observations_of_returns(
         raise ValueError("levels: got returns without moments, expected them; ask the engine for `moments=True`")
     n = returns.n_returns.astype(np.float64)
     mean_cosine = 2.0 - returns.moments.weight_sum / n
-    kept = np.ones(n.size, dtype=np.bool_) if only is None else only[returns.patch]
-    return Observations(
-        starts=np.concatenate([[0], np.cumsum(kept)])[returns.starts],
-        patch=returns.patch[kept],
+    observations = Observations(
+        starts=returns.starts,
+        patch=returns.patch,
         n_patches=returns.n_patches,
-        spacing_m=np.sqrt(patch_area_m2[returns.patch] / n).astype(np.float32)[kept],
-        range_m=returns.mean_range_m.astype(np.float32)[kept],
-        incidence_rad=np.arccos(np.clip(mean_cosine, 0.0, 1.0)).astype(np.float32)[kept],
+        spacing_m=np.sqrt(patch_area_m2[returns.patch] / n).astype(np.float32),
+        range_m=returns.mean_range_m.astype(np.float32),
+        incidence_rad=np.arccos(np.clip(mean_cosine, 0.0, 1.0)).astype(np.float32),
     )
+    return observations if only is None else observations.take(only[returns.patch])
 
 
 def with_noise(observations: Observations, scanner: Scanner, *, reflectivity: float) -> Observations:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from planner_core.coverage.counted import observed_enough
 from planner_core.coverage.levels import Observations, observations_of_returns, observations_of_views
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
@@ -57,8 +58,10 @@ def observing(survey: Survey, scan_mode: ScanBy, engine: ScanEngine) -> Callable
         return lambda at, progress: observations_of_returns(
             engine.patch_returns(template, at, moments=True, progress=progress), area_m2, only=only
         )
-    mode = PatchMode(engine, survey.scene, survey.patches, only=only)
-    return lambda at, progress: observations_of_views(mode.see(template, at, progress=progress))
+    mode, counted = PatchMode(engine, survey.scene, survey.patches, only=only), survey.patches.counted
+    return lambda at, progress: observed_enough(
+        observations_of_views(mode.see(template, at, progress=progress)), counted
+    )
 
 
 def _counted_from(progress: Progress, first: int, total: int) -> Progress:

@@ -37,6 +37,14 @@ class Traced:
             return triangle
         return np.append(self.triangle, np.int32(-1))[triangle]
 
+    def of_traced(self, by_patch: BoolArray, patches: Patches) -> BoolArray:
+        """Values of all `patches` (P,) of the whole scene, for those of traced triangles alone."""
+        if self.triangle is None:
+            return by_patch
+        is_traced = np.zeros(patches.depth.size, dtype=np.bool_)
+        is_traced[self.triangle] = True
+        return by_patch[np.repeat(is_traced, np.diff(patches.first_patch))]
+
 
 def traced_surfaces(scene: Scene, patches: Patches) -> Traced:
     """Leave out what lets beams pass, and mark what swallows them."""

@@ -56,6 +56,8 @@ _MARK_BYTES = 256 * 2**20
 _MAX_BATCH = 64
 #: Groups of patches a work-item: enough that most start with a blocker, few enough to spread over the cores.
 _GROUPS_A_RUN = 64
+#: All samples of a patch.
+_WHOLE = np.uint32((1 << (N_RIM + N_FINE)) - 1)
 #: A patch counts as seen where at least this many beams are to be expected on what is seen of it.
 LEAST_RETURNS = 1.0
 
@@ -72,7 +74,8 @@ def scan_mode_of(asked: ScanBy, template: BeamTemplate) -> ScanBy:
 class PatchViews:
     """Patches that each of N positions sees, as compressed sparse rows, and how it sees them.
 
-    starts : (N + 1,) int64. patch : (M,) int32, sorted and unique inside each row. n_visible, n_samples : (M,) uint8,
+    starts : (N + 1,) int64. patch : (M,) int32, sorted and unique inside each row. part : (M,) uint32, a bit for each
+    sample that is seen; of a patch whose first pattern is seen whole, all bits. n_visible, n_samples : (M,) uint8,
     samples of the patch that are seen, of those cast. share : (M,) float32, the part of the patch that they stand for,
     0 to 1. range_m, cos_incidence : (M,) float32, at the middle of the samples that are seen. spacing_m : (M, 2)
     float32, distance on the surface between the points of neighbouring columns, and of neighbouring rows.
@@ -81,6 +84,7 @@ class PatchViews:
     starts: Int64Array
     patch: Int32Array
     n_patches: int
+    part: UInt32Array
     n_visible: UInt8Array
     n_samples: UInt8Array
     share: Float32Array
@@ -183,6 +187,7 @@ class PatchMode:
             starts=starts,
             patch=patch,
             n_patches=self._patches.n_patches,
+            part=np.where(mask == ALL_RIM, _WHOLE, mask),
             n_visible=_bits(mask).sum(axis=1, dtype=np.uint8),
             n_samples=np.where(mask == ALL_RIM, N_RIM, N_RIM + N_FINE).astype(np.uint8),
             share=share_of(mask).astype(np.float32),
@@ -278,7 +283,9 @@ class _DevicePatchEngine:
         order = order[engine.traced.returns[order]]
         self._n_patches = patches.n_patches
         self._rounding_m = rounding_of(scene)
-        grouped = make_groups(engine.traced.scene, engine.traced.patches, order, only=only)
+        traced = engine.traced
+        asked = None if only is None else traced.of_traced(only, patches)
+        grouped = make_groups(traced.scene, traced.patches, order, only=asked)
         self._n_groups = grouped.groups.shape[0]
         self._groups = self._on.upload(
             "groups of patches",

@@ -29,6 +29,7 @@ _FILES = frozenset(
         "viewer/reason.u8",
         "viewer/pieces.i32",
         "viewer/achievable.u8",
+        "viewer/counted.u8",
         *(f"viewer/layers/{name}.u16" for name in ("range", "incidence", "spacing", "noise")),
         "report/index.html",
         "report/overview.png",

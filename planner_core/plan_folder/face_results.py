@@ -35,10 +35,11 @@ def face_results(plan: Plan, best_range_m: FloatArray) -> FaceResults:
         (P,) float64, shortest range of each patch over all stations, inf where no station sees it.
     """
     first = plan.survey.patches.first_patch[:-1]
-    n_achievable = np.add.reduceat(plan.achievable.astype(np.int64), first)
-    n_seen = np.add.reduceat((plan.achievable & (plan.times_seen > 0)).astype(np.int64), first)
+    area_m2 = plan.survey.patches.area_m2
+    achievable_m2 = np.add.reduceat(plan.achievable * area_m2, first)
+    seen_m2 = np.add.reduceat((plan.achievable & (plan.times_seen > 0)) * area_m2, first)
     nearest_m = np.minimum.reduceat(best_range_m, first)
-    coverage = np.where(n_achievable > 0, n_seen / np.maximum(n_achievable, 1), -1.0)
+    coverage = np.where(achievable_m2 > 0, seen_m2 / np.where(achievable_m2 > 0, achievable_m2, 1.0), -1.0)
     return FaceResults(
         coverage=coverage.astype(np.float32),
         times_seen=np.maximum.reduceat(plan.times_seen, first).astype(np.int32),

@@ -203,6 +203,8 @@ def _by_patch(plan: Plan) -> dict[str, bytes]:
             files[_PIECES] = plan.why.piece_of_patch.astype("<i4").tobytes()
     if plan.times_met is not None:
         files["achievable.u8"] = plan.times_met.tobytes()
+    if plan.survey.patches.counted is not None:
+        files["counted.u8"] = plan.survey.patches.counted.tobytes()
     return files
 
 

@@ -82,6 +82,7 @@ def evaluate_survey(
         demand = demand_of(
             survey, settings, scan_engine, np.concatenate([places.candidates.position_m, at]), progress=progress
         )
+        survey = demand.surveyed(survey)
         n_candidates = int(places.candidates.floor.size)
         of_candidates = demand.rows.take(list(range(n_candidates)))
         rows = demand.rows.take(list(range(n_candidates, n_candidates + len(listed))))

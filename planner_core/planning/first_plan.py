@@ -17,7 +17,7 @@ from planner_core.planning.choose import selection_settings
 from planner_core.planning.pool import make_pool
 from planner_core.positions.allowed_positions import AllowedPositions
 from planner_core.progress import BestSoFar, Progress, ProgressEvent
-from planner_core.requirements.demand import Known
+from planner_core.requirements.demand import Known, looked_from
 from planner_core.select.large import select_by_size
 from planner_core.select.proven import INTERRUPTED
 
@@ -26,6 +26,8 @@ STAGE = "first plan"
 _APART_M = 1.25
 #: Of large sites, candidates that are looked around from in seconds; others are further apart.
 _MOST = 400
+#: Patches that all candidates see, each by itself: about 40 bytes of memory each where it is highest.
+_MOST_ENTRIES = 60_000_000
 #: A pool that is not much larger, or of so few, is looked at as soon.
 _WORTH, _FEW = 3, 100
 
@@ -44,18 +46,20 @@ def tell_first_plan(
     n_candidates = places.candidates.floor.size
     if n_candidates <= _FEW:
         return None
-    rows = np.union1d(_far_apart(places.candidates), np.flatnonzero(places.kind > 0))
+    rows = np.union1d(_far_apart(places.candidates, _APART_M, most=_MOST), np.flatnonzero(places.kind > 0))
     if _WORTH * rows.size > n_candidates:
         return None
     given = places.rows_of(Role.SCANNED, Role.LOCKED)
     rows = np.concatenate([given, np.setdiff1d(rows, given)])
     few = places.candidates.take(rows)
-    told = _as_one_stage(progress)
+    looked = looked_from(survey, settings, engine, few.position_m, progress=_as_one_stage(progress))
+    known = Known(np.arange(rows.size), looked)
     first, none = np.arange(given.size), np.empty(0, dtype=np.int64)
     try:
-        pool = make_pool(survey, settings, engine, few, given=first, kept=none, progress=told)
+        pool = make_pool(survey, settings, engine, few, given=first, kept=none, known=known)
     except RequirementError:
-        return None  # what few candidates can't meet, all of them may; if they can't either, that is said then
+        # What few candidates can't meet, all of them may; if they can't either, that is said then.
+        return Known(rows, looked)
     if pool.rows.met.patch.size:
         found = select_by_size(
             pool.problem,
@@ -69,12 +73,35 @@ def tell_first_plan(
         stations_m = tuple((x, y, z) for x, y, z in few.position_m[list(found.chosen)].tolist())
         best = BestSoFar(len(found.chosen), positions_m=stations_m)
         progress(ProgressEvent(STAGE, rows.size + 1, rows.size + 1, f"{len(found.chosen)} stations", best=best))
-    return Known(rows, pool.demand)
+    return Known(rows, looked)
 
 
-def _far_apart(candidates: Candidates) -> Int64Array:
-    """(K,) rows, sorted: of each cube of some metres on a floor the candidate nearest to its middle."""
-    apart_m = _APART_M
+def as_memory_holds(
+    places: AllowedPositions, known: Known | None
+) -> tuple[AllowedPositions, Known | None, tuple[str, ...]]:
+    """Leave out candidates that memory would not hold, evenly, by what the first few see; and a line if so.
+
+    Doorways, middles of rooms, landings, prior stations and what is known stay.
+    """
+    n_candidates = places.candidates.floor.size
+    if known is None:
+        return places, known, ()
+    each = known.looked.rows.seen.patch.size / known.row.size
+    most = int(_MOST_ENTRIES / max(each, 1.0))
+    if n_candidates <= most:
+        return places, known, ()
+    stay = np.union1d(np.flatnonzero(places.kind > 0), known.row)
+    rows = np.union1d(stay, _far_apart(places.candidates, _APART_M / 4, most=max(most - stay.size, 1)))
+    line = (
+        f"candidates: {rows.size} of {n_candidates} valid positions are planned with, evenly spread, for what all of "
+        f"them see, {n_candidates * each / 1e6:.0f} million patches, is too much for memory; plan floor by floor "
+        "(--floor) for all of them"
+    )
+    return places.keeping(rows), Known(np.searchsorted(rows, known.row), known.looked), (line,)
+
+
+def _far_apart(candidates: Candidates, apart_m: float, *, most: int) -> Int64Array:
+    """(K,) rows, sorted, at most so many: of each cube on a floor the candidate nearest to its middle."""
     while True:
         cube = np.floor(candidates.position_m / apart_m)
         away_m = candidates.position_m - apart_m * (cube + 0.5)
@@ -82,7 +109,7 @@ def _far_apart(candidates: Candidates) -> Int64Array:
         of_cube = np.column_stack([candidates.floor, cube])[order]
         first = np.ones(order.size, dtype=np.bool_)
         first[1:] = (of_cube[1:] != of_cube[:-1]).any(axis=1)
-        if np.count_nonzero(first) <= _MOST:
+        if np.count_nonzero(first) <= most:
             return np.sort(order[first])
         apart_m *= 1.25
 

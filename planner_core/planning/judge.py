@@ -8,7 +8,7 @@ docs/method/judge.md.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -132,7 +132,7 @@ def _link(link: Link, plan: Plan, seen: BoolArray) -> JudgedLink:
 def _points(survey: Survey, settings: PlanSettings, n_points: int, rng: np.random.Generator) -> _Points:
     """Points at even steps of area through all patches of which something may be required, at random places in each."""
     wanted = np.flatnonzero(required_of(survey, settings))
-    sum_m2 = np.cumsum(survey.patches.area_m2[wanted])
+    sum_m2 = np.cumsum(replace(survey.patches, counted=None).area_m2[wanted])
     step = (np.arange(n_points) + rng.random(n_points)) * (sum_m2[-1] / n_points)
     patch = wanted[np.minimum(np.searchsorted(sum_m2, step, side="right"), wanted.size - 1)]
     corners_m = patch_triangles(survey.scene, survey.patches)[patch]

@@ -32,7 +32,7 @@ from planner_core.model import (
 )
 from planner_core.paper.pipeline import find_pool, paper_settings
 from planner_core.planning.choose import choose, choose_by_paper, choose_greedily
-from planner_core.planning.first_plan import tell_first_plan
+from planner_core.planning.first_plan import as_memory_holds, tell_first_plan
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions, places_as_they_are
@@ -91,6 +91,7 @@ def plan_survey(
         bare = _bare_floors(survey, settings, places.candidates, floors)
     with clock.stage("first plan"):
         known = tell_first_plan(survey, settings, scan_engine, places, progress)
+        places, known, thinned = as_memory_holds(places, known)
     # 4. What each spot sees, what of that meets what is asked, and which two could be registered with each other.
     with clock.stage("scan"):
         given = places.rows_of(Role.SCANNED, Role.LOCKED)
@@ -99,6 +100,7 @@ def plan_survey(
             survey, settings, scan_engine, places.candidates, given=given, kept=kept, known=known, progress=progress
         )
         _check_something_is_seen(pool, survey, settings)
+        survey = pool.demand.surveyed(survey)
     # 5. Few spots that see enough, and how few are possible.
     with clock.stage("select"):
         choice = _choose(pool, places, survey, settings, scan_engine, progress)
@@ -112,7 +114,7 @@ def plan_survey(
             scan_engine,
             places,
             choice,
-            (*bare, *places.warnings, *nothing_to_spare(survey, settings)),
+            (*bare, *thinned, *places.warnings, *nothing_to_spare(survey, settings)),
             progress,
         )
     return replace(plan, timings_s=clock.seconds)

@@ -26,7 +26,8 @@ from planner_core.model import (
 from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of, parts_of
 from planner_core.network.links import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.requirements.demand import Demand, Known, Rows, demand_of, rows_from
+from planner_core.requirements.demand import Demand, Known, demand_of, rows_from
+from planner_core.requirements.look_around import Rows
 from planner_core.select.network import Network
 from planner_core.select.problem import Constraint, CoverProblem, cover_problem
 
@@ -132,6 +133,7 @@ def make_pool(
         See `planner_core.requirements.demand.demand_of`.
     """
     demand = demand_of(survey, settings, engine, candidates.position_m, known=known, progress=progress)
+    survey = demand.surveyed(survey)
     n_met = times_seen(demand.rows.met)
     constraints = tuple(replace(t, part=t.part & (n_met >= t.seen_from)) for t in demand.constraints)
     pool = Pool(

@@ -39,9 +39,10 @@ from planner_core.network.links import MIN_LISTED_OVERLAP, overlap_links, surfac
 from planner_core.network.network_report import registration_report, registration_warnings
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
-from planner_core.requirements.demand import Demand, Rows
+from planner_core.requirements.demand import Demand
 from planner_core.requirements.figures import coverage_curve, losses_of, part_results, rows_of_quality, times_met
 from planner_core.requirements.goals import required_of
+from planner_core.requirements.look_around import Rows
 from planner_core.route.field_time import field_time
 from planner_core.route.route import route_warnings
 from planner_core.route.sealed import sealed_areas

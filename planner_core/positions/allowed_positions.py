@@ -10,7 +10,7 @@ landings of stairs. They pass the same tests, see `planner_core.positions.admiss
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,6 +67,11 @@ class AllowedPositions:
         for why in _RULED_OUT_AS.values():
             good &= ~why(self.site, self.reach, found)
         return good
+
+    def keeping(self, rows: Int64Array) -> AllowedPositions:
+        """Keep candidates (K,), sorted rows with those of all prior stations among them."""
+        prior = tuple(replace(each, row=int(np.searchsorted(rows, each.row))) for each in self.prior)
+        return replace(self, candidates=self.candidates.take(rows), kind=self.kind[rows], prior=prior)
 
     def rows_of(self, *roles: Role) -> Int64Array:
         """(K,) int64 rows of prior stations that have one of `roles`."""

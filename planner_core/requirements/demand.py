@@ -7,13 +7,11 @@ itself.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner_core.coverage.coverage import stacked_rows, take_rows, times_seen
-from planner_core.coverage.levels import Observations, observations_meeting
-from planner_core.coverage.survey import visible_from
+from planner_core.coverage.coverage import times_seen
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
 from planner_core.model import (
@@ -25,11 +23,11 @@ from planner_core.model import (
     PlanSettings,
     PointLimits,
     Survey,
-    Visibility,
+    UInt8Array,
 )
 from planner_core.progress import Progress, silent
 from planner_core.requirements.goals import OVERALL, Goal, goals_of
-from planner_core.requirements.observations import observations_in_batches
+from planner_core.requirements.look_around import Asked, Looked, Rows, look_around, merged
 from planner_core.requirements.wording import area_in_words, figure_in_words, limits_in_words, name_of
 from planner_core.select.problem import Constraint
 
@@ -40,26 +38,13 @@ _MOST_TARGET_BYTES = 2**32
 
 
 @dataclass(frozen=True)
-class Rows:
-    """What positions see. seen : patches seen at all, for overlap. met : patches by quality, stacked, for coverage."""
-
-    seen: Visibility
-    met: Visibility
-
-    def take(self, rows: list[int] | Int64Array) -> Rows:
-        """Rows of some positions, in the order given."""
-        seen = take_rows(self.seen, rows)
-        return Rows(seen, seen if self.met is self.seen else take_rows(self.met, rows))
-
-
-@dataclass(frozen=True)
 class Demand:
     """All that is asked, and how far positions can meet it.
 
     qualities : what is asked of all comes first. targets : one a goal, over the stacked patches. area_m2 : (Q P,).
     times_met : (Q, P) int32, positions that meet each quality. needed : for each quality, by the name of each limit,
     (P,) float32: the least figure at positions that meet all its other limits; inf where they have none that is known,
-    NaN where there are no such positions.
+    NaN where there are no such positions. counted : (P,) uint8, see `Patches`.
     """
 
     n_patches: int
@@ -70,6 +55,11 @@ class Demand:
     area_m2: FloatArray
     times_met: Int32Array
     needed: tuple[dict[str, Float32Array], ...]
+    counted: UInt8Array | None = None
+
+    def surveyed(self, survey: Survey) -> Survey:
+        """The survey, with patches that count as far as positions see them."""
+        return replace(survey, patches=replace(survey.patches, counted=self.counted))
 
     def achievable(self, goal: Goal) -> BoolArray:
         """(P,) bool, patches of the goal that as many positions as it asks for can meet."""
@@ -84,10 +74,10 @@ class Demand:
 
 @dataclass(frozen=True)
 class Known:
-    """Positions that were looked around from before. row : (K,) int64 distinct, among all. demand : of these alone."""
+    """Positions that were looked around from before. row : (K,) int64 distinct, among all. looked : what they see."""
 
     row: Int64Array
-    demand: Demand
+    looked: Looked
 
 
 def demand_of(
@@ -111,36 +101,45 @@ def demand_of(
     DeviceError
         The device fails.
     """
-    goals = goals_of(survey, settings)
-    qualities = qualities_of(goals)
-    n_patches = survey.patches.n_patches
-    _check_size(len(goals), len(qualities), n_patches)
-    needed = tuple(
-        {name: np.full(n_patches, np.nan, dtype=np.float32) for name in limits_of(asked)} for asked in qualities
-    )
-    looks = _Looks.over(goals, qualities, needed)
+    goals, qualities, asked = _asked(survey, settings)
     if known is None:
-        rows = _look(survey, settings, engine, positions_m, looks, progress)
+        looked = look_around(survey, settings, engine, positions_m, asked, progress)
     else:
-        new = np.setdiff1d(np.arange(positions_m.shape[0]), known.row)
-        found = _look(survey, settings, engine, positions_m[new], looks, progress)
-        rows = _merged(known.demand.rows, found, np.argsort(np.concatenate([known.row, new])))
-        for least, before in zip(needed, known.demand.needed, strict=True):
-            for limit, figures in least.items():
-                np.fmin(figures, before[limit], out=figures)
-    times_met = times_seen(rows.met).reshape(len(qualities), n_patches)
+        looked, new = known.looked, np.setdiff1d(np.arange(positions_m.shape[0]), known.row)
+        if new.size:
+            found = look_around(survey, settings, engine, positions_m[new], asked, progress)
+            looked = merged(looked, found, np.argsort(np.concatenate([known.row, new])))
+    counted = looked.counted()
+    rows = looked.rows_of(counted)
+    n_patches = survey.patches.n_patches
     demand = Demand(
         n_patches=n_patches,
         goals=goals,
         qualities=qualities,
         rows=rows,
         constraints=tuple(_constraint(goal, qualities) for goal in goals),
-        area_m2=np.tile(survey.patches.area_m2, len(qualities)),
-        times_met=times_met,
-        needed=needed,
+        area_m2=np.tile(replace(survey.patches, counted=counted).area_m2, len(qualities)),
+        times_met=times_seen(rows.met).reshape(len(qualities), n_patches),
+        needed=looked.needed,
+        counted=counted,
     )
     check_possible(demand)
     return demand
+
+
+def looked_from(
+    survey: Survey, settings: PlanSettings, engine: ScanEngine, positions_m: FloatArray, *, progress: Progress = silent
+) -> Looked:
+    """What positions (N, 3) see of what is asked, for `Known`."""
+    _, _, asked = _asked(survey, settings)
+    return look_around(survey, settings, engine, positions_m, asked, progress)
+
+
+def _asked(survey: Survey, settings: PlanSettings) -> tuple[tuple[Goal, ...], tuple[PointLimits, ...], Asked]:
+    goals = goals_of(survey, settings)
+    qualities = qualities_of(goals)
+    _check_size(len(goals), len(qualities), survey.patches.n_patches)
+    return goals, qualities, Asked.over(goals, qualities)
 
 
 def rows_from(
@@ -153,7 +152,8 @@ def rows_from(
     progress: Progress = silent,
 ) -> Rows:
     """What further positions (N, 3) see, by the qualities of `demand`: for places that are not among its own."""
-    return _look(survey, settings, engine, positions_m, _Looks.over(demand.goals, demand.qualities), progress)
+    asked = Asked.over(demand.goals, demand.qualities)
+    return look_around(survey, settings, engine, positions_m, asked, progress).rows_of(demand.counted)
 
 
 def _check_size(n_goals: int, n_qualities: int, n_patches: int) -> None:
@@ -232,117 +232,3 @@ def _constraint(goal: Goal, qualities: tuple[PointLimits, ...]) -> Constraint:
     part = np.zeros((len(qualities), goal.patches.size), dtype=np.bool_)
     part[qualities.index(goal.asked)] = goal.patches
     return Constraint(part.reshape(-1), goal.coverage, goal.seen_from)
-
-
-@dataclass(frozen=True)
-class _Looks:
-    """What to keep of observations. counted : for each quality, (P,) bool, patches that a goal asks it of; None: all.
-
-    needed : as in `Demand`, filled while looking; empty: not wanted.
-    """
-
-    qualities: tuple[PointLimits, ...]
-    counted: tuple[BoolArray | None, ...]
-    needed: tuple[dict[str, Float32Array], ...] = ()
-
-    @classmethod
-    def over(
-        cls,
-        goals: tuple[Goal, ...],
-        qualities: tuple[PointLimits, ...],
-        needed: tuple[dict[str, Float32Array], ...] = (),
-    ) -> _Looks:
-        """Keep all of what is asked of all, and of other qualities what their goals count."""
-        counted: list[BoolArray | None] = [None]
-        for asked in qualities[1:]:
-            counted.append(np.any([goal.patches for goal in goals if goal.asked == asked], axis=0))
-        return cls(qualities, tuple(counted), needed)
-
-    @property
-    def plain(self) -> bool:
-        """Whether seeing a patch is all that is asked."""
-        return self.qualities == (PointLimits(),)
-
-
-def limits_of(asked: PointLimits) -> tuple[str, ...]:
-    """Names of the limits that are asked."""
-    return tuple(field.name for field in fields(asked) if getattr(asked, field.name) is not None)
-
-
-def _look(
-    survey: Survey,
-    settings: PlanSettings,
-    engine: ScanEngine,
-    positions_m: FloatArray,
-    looks: _Looks,
-    progress: Progress,
-) -> Rows:
-    n_patches, n_qualities = survey.patches.n_patches, len(looks.qualities)
-    if looks.plain:
-        seen = visible_from(survey, settings, engine, positions_m, progress=progress)
-        return Rows(seen, seen)
-    seen_sizes: list[Int64Array] = []
-    met_sizes: list[Int64Array] = []
-    seen_patch: list[Int32Array] = []
-    met_patch: list[Int32Array] = []
-    for observations in observations_in_batches(survey, settings, engine, positions_m, progress=progress):
-        seen_sizes.append(np.diff(observations.starts))
-        seen_patch.append(observations.patch)
-        sizes, patch = _stacked(observations, looks)
-        met_sizes.append(sizes)
-        met_patch.append(patch)
-        for asked, least in zip(looks.qualities, looks.needed, strict=False):
-            _note_needed(observations, asked, least)
-    return Rows(
-        Visibility(_starts(seen_sizes), _joined(seen_patch), n_patches),
-        Visibility(_starts(met_sizes), _joined(met_patch), n_patches * n_qualities),
-    )
-
-
-def _merged(first: Rows, second: Rows, order: Int64Array) -> Rows:
-    """Rows of both, one behind the other, in `order`."""
-    seen = take_rows(stacked_rows(first.seen, second.seen), order)
-    same = first.met is first.seen and second.met is second.seen
-    return Rows(seen, seen if same else take_rows(stacked_rows(first.met, second.met), order))
-
-
-def _stacked(observations: Observations, looks: _Looks) -> tuple[Int64Array, Int32Array]:
-    """Sizes (S,) of stacked rows, and their patches."""
-    n_rows = observations.starts.size - 1
-    row_of_sight = np.repeat(np.arange(n_rows), np.diff(observations.starts))
-    rows, patches = [], []
-    for quality, (asked, counted) in enumerate(zip(looks.qualities, looks.counted, strict=True)):
-        kept = observations_meeting(observations, asked)
-        if counted is not None:
-            kept &= counted[observations.patch]
-        rows.append(row_of_sight[kept])
-        patches.append(observations.patch[kept] + np.int32(quality * observations.n_patches))
-    row = np.concatenate(rows)
-    # Stable: qualities stay in their order within a row, and so do the patches of each.
-    order = np.argsort(row, kind="stable")
-    return np.bincount(row, minlength=n_rows).astype(np.int64), np.concatenate(patches)[order].astype(np.int32)
-
-
-def _note_needed(observations: Observations, asked: PointLimits, least: dict[str, Float32Array]) -> None:
-    """Lower `least`, (P,) by limit, to the figures of observations that meet all other limits."""
-    for limit, figures in least.items():
-        rest = observations_meeting(observations, replace(asked, **{limit: None}))
-        found = getattr(observations, limit)[rest]
-        np.fmin.at(figures, observations.patch[rest], np.where(np.isnan(found), np.float32(np.inf), found))
-
-
-def _joined(blocks: list[Int32Array]) -> Int32Array:
-    """All blocks in their order. The list is emptied on the way, so that what is joined is not held twice."""
-    out = np.empty(sum(block.size for block in blocks), dtype=np.int32)
-    at = 0
-    blocks.reverse()
-    while blocks:
-        block = blocks.pop()
-        out[at : at + block.size] = block
-        at += block.size
-    return out
-
-
-def _starts(sizes: list[Int64Array]) -> Int64Array:
-    """Starts (N + 1,) of rows whose sizes come in pieces."""
-    return np.cumsum(np.concatenate([np.zeros(1, dtype=np.int64), *sizes]), dtype=np.int64)

@@ -11,7 +11,8 @@ import numpy as np
 
 from planner_core.coverage.coverage import times_seen
 from planner_core.model import Int32Array, Loss, PartResult, Visibility
-from planner_core.requirements.demand import Demand, Rows
+from planner_core.requirements.demand import Demand
+from planner_core.requirements.look_around import Rows
 from planner_core.requirements.wording import area_in_words, limits_in_words
 
 

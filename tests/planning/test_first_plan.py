@@ -90,3 +90,23 @@ def test_nothing_is_told_where_it_would_come_too_late_or_is_not_to_be_had(method
     events: list[ProgressEvent] = []
     make_plan(scenes_synthetic.build("corridor-comb").scene, settings, progress=events.append)
     assert [event.best for event in events if event.stage == STAGE and event.best] == []
+
+
+def test_candidates_that_memory_would_not_hold_are_left_out_evenly_and_that_is_told(
+    told: tuple[Plan, list[ProgressEvent]], comb: PlanSettings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scenes_synthetic.build("corridor-comb").scene
+    assert not any("memory" in line for line in told[0].warnings)
+    monkeypatch.setattr("planner_core.planning.first_plan._MOST_ENTRIES", 12_000)
+    prior = PriorStation("L1", tuple((np.array([0.8, 0.8, 1.5]) + scene.offset_m).tolist()), Role.LOCKED)
+    events: list[ProgressEvent] = []
+    plan = make_plan(scene, replace(comb, site=Site(prior=(prior,))), progress=events.append)
+    (line,) = (line for line in plan.warnings if "too much for memory" in line)
+    used = int(line.split()[1])
+    assert 57 <= used < 150
+    assert plan.n_candidates == used
+    assert max(event.total for event in events if event.stage == "scan") == used - 57
+    (locked,) = (station for station in plan.stations if station.id == "L1")
+    assert np.allclose(locked.position_m, [0.8, 0.8, 1.5], atol=1e-6)
+    assert all(result.met for result in plan.requirements)
+    assert len(plan.stations) <= len(told[0].stations) + 3

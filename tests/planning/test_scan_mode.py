@@ -18,6 +18,7 @@ from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_survey
 from planner_core.planning.plan import plan_survey
+from planner_core.requirements.observations import observations_in_batches
 from planner_core.scanner.template import make_template
 from planner_core.scene.load import load_scene
 
@@ -73,7 +74,7 @@ def test_settings_refuse_an_unknown_scan_mode() -> None:
         settings_of(1.0, "rays")
 
 
-def test_plans_by_patches_and_by_beams_agree_and_say_which_they_are(
+def test_plans_by_patches_and_by_beams_take_about_as_many_stations_and_say_which_they_are(
     scene: Scene, capsys: pytest.CaptureFixture[str]
 ) -> None:
     settings = settings_of(0.2, "patches")
@@ -91,11 +92,13 @@ def test_plans_by_patches_and_by_beams_agree_and_say_which_they_are(
         assert "1,351,800 beams per scan" in said
     by_patches, by_beams = plans["patches"], plans["beams"]
     assert abs(len(by_patches.stations) - len(by_beams.stations)) <= 1
-    assert by_patches.coverage.achievable_area_m2 == pytest.approx(by_beams.coverage.achievable_area_m2, rel=0.01)
+    # Beams count every patch whole that they meet.
+    told = by_patches.coverage.achievable_area_m2 / by_beams.coverage.achievable_area_m2
+    assert 0.85 < told < 1.0
     assert by_patches.coverage.fraction_of_achievable >= 0.9
 
 
-def test_a_given_list_is_worth_the_same_by_patches_and_by_beams(scene: Scene) -> None:
+def test_a_given_list_is_worth_less_by_parts_of_patches_than_by_beams(scene: Scene) -> None:
     settings = settings_of(0.2, "patches")
     survey = make_survey(scene, settings)
     engine = open_engine(scene, survey.patches)
@@ -105,8 +108,13 @@ def test_a_given_list_is_worth_the_same_by_patches_and_by_beams(scene: Scene) ->
         mode: evaluate_survey(survey, replace(settings, scan_mode=mode), given, engine) for mode in ("patches", "beams")
     }
     a, b = (worth[mode].coverage for mode in ("patches", "beams"))
-    assert a.covered_area_m2 == pytest.approx(b.covered_area_m2, rel=0.02)
-    assert a.achievable_area_m2 == pytest.approx(b.achievable_area_m2, rel=0.01)
+    # Beams count every patch whole that they meet.
+    assert 0.85 * b.covered_area_m2 < a.covered_area_m2 < b.covered_area_m2
+    assert a.fraction_of_achievable == pytest.approx(b.fraction_of_achievable, abs=0.03)
     at = worth["patches"].stations[0].position_m[None]
-    own = visible_from(survey, settings, engine, at)
-    assert survey.patches.area_m2[own.patch].sum() == pytest.approx(worth["patches"].stations[0].covered_area_m2)
+    counting = worth["patches"].survey
+    own = visible_from(counting, settings, engine, at)
+    assert own.patch.size > 0
+    assert counting.patches.counted is not None
+    (seen,) = observations_in_batches(counting, settings, engine, at)
+    assert counting.patches.area_m2[seen.patch].sum() == pytest.approx(worth["patches"].stations[0].covered_area_m2)

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from oracles import floor_constraints, observations_from
+from oracles import enough_of, floor_constraints, observations_from
 
 from planner_core.coverage.coverage import floor_of_patch, times_seen
 from planner_core.coverage.levels import Observations
 from planner_core.coverage.survey import scope_of, visible_from
 from planner_core.errors import RequirementError
-from planner_core.model import PartRequirement, PartResult, PointLimits, Requirements, Visibility
+from planner_core.model import Paper, PartRequirement, PartResult, PointLimits, Requirements, Visibility
 from planner_core.requirements import demand as demands
 from planner_core.requirements.demand import demand_of, rows_from
 from planner_core.requirements.figures import (
@@ -24,6 +24,7 @@ from planner_core.requirements.figures import (
     rows_of_quality,
     times_met,
 )
+from planner_core.requirements.look_around import Asked, Rows, _Found, limits_of
 from planner_core.requirements.observations import observations_in_batches
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.patches import patch_triangles
@@ -63,9 +64,11 @@ def meets(observations: Observations, entry: int, asked: PointLimits) -> bool:
 def test_a_demand_without_limits_is_the_problem_of_floors_and_visibility(
     box: SimpleNamespace, settings_of, which: str, scan_mode: str, floors: tuple[str, ...]
 ) -> None:
-    plain = settings_of(scan_mode=scan_mode, coverage=0.9, floors=floors)
+    """As the method paper counts: whole patches."""
+    plain = replace(settings_of(scan_mode=scan_mode, coverage=0.9, floors=floors), method=Paper())
     scan_engine = getattr(box, which)
     demand = demand_of(box.survey, plain, scan_engine, box.positions_m)
+    assert demand.counted is None
     visibility = visible_from(box.survey, plain, scan_engine, box.positions_m)
     of_patch = floor_of_patch(box.survey.patches, box.survey.floor_of_triangle)
     indices = (0,) if floors else (0, 1)
@@ -83,10 +86,43 @@ def test_a_demand_without_limits_is_the_problem_of_floors_and_visibility(
 def test_a_limit_that_all_sights_meet_changes_no_row(box: SimpleNamespace, settings_of, scan_mode: str) -> None:
     wanted = settings_of(scan_mode=scan_mode, asked=PointLimits(range_m=100.0))
     demand = demand_of(box.survey, wanted, box.engine, box.positions_m)
-    visibility = visible_from(box.survey, wanted, box.engine, box.positions_m)
+    plain = demand_of(box.survey, settings_of(scan_mode=scan_mode), box.engine, box.positions_m).rows
+    assert plain.met is plain.seen
     for rows in (demand.rows.seen, demand.rows.met):
-        np.testing.assert_array_equal(rows.starts, visibility.starts)
-        np.testing.assert_array_equal(rows.patch, visibility.patch)
+        np.testing.assert_array_equal(rows.starts, plain.seen.starts)
+        np.testing.assert_array_equal(rows.patch, plain.seen.patch)
+
+
+def test_known_positions_are_not_looked_around_from_again(
+    box: SimpleNamespace, settings_of, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wanted = settings_of(scan_mode="patches", **MIXED)
+    whole = demand_of(box.survey, wanted, box.engine, box.positions_m)
+    row = np.array([6, 0, 3])
+    known = demands.Known(row, demands.looked_from(box.survey, wanted, box.engine, box.positions_m[row]))
+    looked: list[int] = []
+    look = demands.look_around
+
+    def noting(survey, settings, engine, positions_m, *rest):
+        looked.append(len(positions_m))
+        return look(survey, settings, engine, positions_m, *rest)
+
+    monkeypatch.setattr(demands, "look_around", noting)
+    again = demand_of(box.survey, wanted, box.engine, box.positions_m, known=known)
+    assert looked == [len(box.positions_m) - 3]
+    for one, other in ((whole.rows.seen, again.rows.seen), (whole.rows.met, again.rows.met)):
+        assert (one.starts.tolist(), one.patch.tolist()) == (other.starts.tolist(), other.patch.tolist())
+    np.testing.assert_array_equal(whole.counted, again.counted)
+    np.testing.assert_array_equal(whole.times_met, again.times_met)
+    for least, other in zip(whole.needed, again.needed, strict=True):
+        for limit, figures in least.items():
+            np.testing.assert_array_equal(figures, other[limit])
+
+
+def wanted_of_mixed(box: SimpleNamespace) -> list[np.ndarray]:
+    """Patches that each quality of `MIXED` is asked of."""
+    of = ([0, 1, 2, 3, 4, 5], [0, 1, 2], [0, 1, 2, 3], [0, 4])
+    return [np.isin(box.element_of_patch, elements) for elements in of]
 
 
 def test_spacing_on_the_walls_of_a_box_is_range_times_step_over_cosine(box: SimpleNamespace, settings_of) -> None:
@@ -120,23 +156,18 @@ def test_stacked_rows_hold_what_meets_each_quality(mixed: SimpleNamespace, box: 
         PointLimits(incidence_rad=0.9),
         PointLimits(range_m=4.0),
     )
-    wall = np.isin(box.element_of_patch, [0, 1, 2, 3])
-    counted = [
-        np.ones(n_patches, dtype=bool),
-        np.isin(box.element_of_patch, [0, 1, 2]),
-        wall,
-        np.isin(box.element_of_patch, [0, 4]),
-    ]
+    enough = enough_of(observations, demand.qualities, wanted_of_mixed(box))
     for position in range(len(box.positions_m)):
         entries = range(int(observations.starts[position]), int(observations.starts[position + 1]))
         expected = [
             quality * n_patches + observations.patch[entry]
-            for quality, asked in enumerate(demand.qualities)
+            for quality in range(len(demand.qualities))
             for entry in entries
-            if meets(observations, entry, asked) and counted[quality][observations.patch[entry]]
+            if enough.met[quality][entry]
         ]
         assert demand.rows.met.row(position).tolist() == expected
-        assert demand.rows.seen.row(position).tolist() == observations.patch[entries.start : entries.stop].tolist()
+        here = slice(entries.start, entries.stop)
+        assert demand.rows.seen.row(position).tolist() == observations.patch[here][enough.seen[here]].tolist()
     assert (np.diff(demand.rows.met.starts) < 4 * np.diff(demand.rows.seen.starts)).all()
 
 
@@ -153,7 +184,8 @@ def test_targets_are_the_goals_in_their_quality(mixed: SimpleNamespace, box: Sim
         expected = np.isin(box.element_of_patch, list(elements[goal.name]))
         np.testing.assert_array_equal(part[quality[goal.name]], expected, err_msg=goal.name)
         assert not np.delete(part, quality[goal.name], axis=0).any(), goal.name
-    np.testing.assert_array_equal(demand.area_m2.reshape(4, -1), np.tile(box.survey.patches.area_m2, (4, 1)))
+    area_m2 = demand.surveyed(box.survey).patches.area_m2
+    np.testing.assert_array_equal(demand.area_m2.reshape(4, -1), np.tile(area_m2, (4, 1)))
 
 
 @pytest.mark.parametrize("chosen", [[], [4], [0, 8], [8, 0, 3, 5], list(range(9))])
@@ -162,12 +194,13 @@ def test_results_are_those_of_a_recount_over_sights(
 ) -> None:
     demand, observations = mixed.demand, mixed.observations
     results = part_results(demand, demand.rows.take(chosen))
-    area = box.survey.patches.area_m2
+    area = demand.surveyed(box.survey).patches.area_m2
+    enough = enough_of(observations, demand.qualities, wanted_of_mixed(box)).seen
     for goal, result in zip(demand.goals, results, strict=True):
         by_all, by_chosen = np.zeros(len(area), dtype=int), np.zeros(len(area), dtype=int)
         for position in range(len(box.positions_m)):
             for entry in range(int(observations.starts[position]), int(observations.starts[position + 1])):
-                if meets(observations, entry, goal.asked):
+                if enough[entry] and meets(observations, entry, goal.asked):
                     by_all[observations.patch[entry]] += 1
                     by_chosen[observations.patch[entry]] += position in chosen
         achievable = goal.patches & (by_all >= goal.seen_from)
@@ -355,11 +388,13 @@ def test_needed_figures_and_stacked_rows_are_those_of_plain_loops(seed: int) -> 
     qualities = (PointLimits(**limits), PointLimits(incidence_rad=0.2))
     counted = rng.random(n_patches) < 0.6
     needed = tuple(
-        {name: np.full(n_patches, np.nan, dtype=np.float32) for name in demands.limits_of(asked)} for asked in qualities
+        {name: np.full(n_patches, np.nan, dtype=np.float32) for name in limits_of(asked)} for asked in qualities
     )
-    sizes, stacked = demands._stacked(observations, demands._Looks(qualities, (None, counted), needed))
-    for asked, least in zip(qualities, needed, strict=True):
-        demands._note_needed(observations, asked, least)
+    found = _Found(Asked(qualities, (None, counted)), n_patches, needed, keeps_parts=False)
+    found.add(observations)
+    rows_found = found.looked().rows
+    assert rows_found.seen.patch.tolist() == observations.patch.tolist()
+    sizes, stacked = np.diff(rows_found.met.starts), rows_found.met.patch
 
     def ok(entry: int, asked: PointLimits, but: str = "") -> bool:
         return all(
@@ -392,5 +427,5 @@ def test_needed_figures_and_stacked_rows_are_those_of_plain_loops(seed: int) -> 
 
 def test_rows_without_limits_are_held_once() -> None:
     seen = Visibility(np.array([0, 1]), np.array([0], dtype=np.int32), 2)
-    taken = demands.Rows(seen, seen).take([0, 0])
+    taken = Rows(seen, seen).take([0, 0])
     assert taken.met is taken.seen

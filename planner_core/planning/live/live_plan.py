@@ -32,9 +32,10 @@ from planner_core.planning.live.unseen import LeftSurface, left_surfaces
 from planner_core.positions.local_site import floor_named
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
-from planner_core.requirements.demand import Demand, Rows
+from planner_core.requirements.demand import Demand
 from planner_core.requirements.figures import losses_of, rows_of_quality
 from planner_core.requirements.goals import Goal
+from planner_core.requirements.look_around import Rows
 from planner_core.route.field_time import field_time
 from planner_core.route.route import ends_of, plan_route
 from planner_core.scanner.template import preview_template

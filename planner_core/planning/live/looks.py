@@ -20,7 +20,7 @@ from planner_core.coverage.observe import observing
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.model import Int32Array, PlanSettings, PointLimits, Survey, Visibility
 from planner_core.progress import silent
-from planner_core.requirements.demand import Rows
+from planner_core.requirements.look_around import Rows
 
 #: Looks are kept up to this size, those used last; a dragged station makes some twenty a second.
 KEPT_BYTES = 256 * 2**20

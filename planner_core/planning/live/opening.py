@@ -7,6 +7,8 @@ not have it, they are looked for and scanned again.
 from __future__ import annotations
 
 import hashlib
+import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,7 @@ import numpy as np
 from planner_core.coverage.survey import make_survey, planned_floors
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import PlanFolderError
-from planner_core.model import Int32Array, PlanSettings, Survey, Visibility
+from planner_core.model import PlanSettings, Survey, UInt8Array, Visibility
 from planner_core.plan_folder.plan_json import read_plan_json
 from planner_core.plan_folder.plan_settings import ScenePaths, find_scene, load_options_of, settings_of
 from planner_core.planning.live.draft import local_place
@@ -25,8 +27,9 @@ from planner_core.positions.free_space import free_space
 from planner_core.positions.local_site import local_site
 from planner_core.positions.reach import reachability
 from planner_core.progress import Progress, ProgressEvent, silent
-from planner_core.requirements.demand import Demand, Rows, demand_of, qualities_of
+from planner_core.requirements.demand import Demand, demand_of, qualities_of
 from planner_core.requirements.goals import goals_of
+from planner_core.requirements.look_around import Rows
 from planner_core.requirements.scope import with_scope
 from planner_core.scene.load import load_scene
 
@@ -81,6 +84,7 @@ def open_live(
     reach = reachability(survey, space, site.entrances_m)
     progress(ProgressEvent(STAGE, 3, _N_STEPS, "reading what can be seen"))
     demand = _demand(plan_folder, document, survey, settings, scan_engine, progress)
+    survey = demand.surveyed(survey)
     live = LivePlan(document, sha256, survey, settings, scan_engine, demand, reach)
     progress(ProgressEvent(STAGE, 4, _N_STEPS, "computing what the stations see"))
     live.figures(live.draft)
@@ -116,9 +120,12 @@ def _demand(
     n_patches = survey.patches.n_patches
     path = plan_folder / "viewer" / "achievable.u8"
     if path.is_file():
-        times_met = _read_achievable(path, len(qualities), n_patches)
+        times_met = _read_bytes(path, (len(qualities), n_patches), "one each quality and patch").astype(np.int32)
+        counting = path.with_name("counted.u8")
+        counted = _read_bytes(counting, (n_patches,), "one each patch") if counting.is_file() else None
     else:
-        times_met = _scanned(document, survey, settings, engine, progress)
+        found = _scanned(document, survey, settings, engine, progress)
+        times_met, counted = found.times_met, found.counted
     none = Visibility(np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32), n_patches)
     return Demand(
         n_patches=n_patches,
@@ -126,26 +133,25 @@ def _demand(
         qualities=qualities,
         rows=Rows(none, none),
         constraints=(),
-        area_m2=np.tile(survey.patches.area_m2, len(qualities)),
+        area_m2=np.tile(replace(survey.patches, counted=counted).area_m2, len(qualities)),
         times_met=times_met,
         needed=(),
+        counted=counted,
     )
 
 
-def _read_achievable(path: Path, n_qualities: int, n_patches: int) -> Int32Array:
-    """(Q, P) how many positions meet each quality, 255 for that many or more."""
+def _read_bytes(path: Path, shape: tuple[int, ...], what: str) -> UInt8Array:
+    """Array of bytes of a file that has as many as `what` says."""
     content = path.read_bytes()
-    if len(content) != n_qualities * n_patches:
-        raise PlanFolderError(
-            f"{path}: has {len(content)} bytes, expected {n_qualities} x {n_patches}, one each quality and patch; "
-            "plan again"
-        )
-    return np.frombuffer(content, dtype=np.uint8).reshape(n_qualities, n_patches).astype(np.int32)
+    if len(content) != math.prod(shape):
+        expected = " x ".join(str(n) for n in shape)
+        raise PlanFolderError(f"{path}: has {len(content)} bytes, expected {expected}, {what}; plan again")
+    return np.frombuffer(content, dtype=np.uint8).reshape(shape)
 
 
 def _scanned(
     document: dict[str, Any], survey: Survey, settings: PlanSettings, engine: ScanEngine, progress: Progress
-) -> Int32Array:
+) -> Demand:
     """Look from all candidates and the plan's stations, as `planner_core.planning.evaluate` does."""
     floors = planned_floors(survey.floors, settings.requirements.floors)
     candidates = find_positions(survey, settings, engine, floors=floors, progress=progress).candidates
@@ -153,4 +159,4 @@ def _scanned(
     # Those that are candidates themselves must not count twice.
     others = [at for at in stations if not (np.abs(candidates.position_m - at).max(axis=1) < _SAME_PLACE_M).any()]
     at_m = np.concatenate([candidates.position_m, np.array(others).reshape(-1, 3)])
-    return demand_of(survey, settings, engine, at_m, progress=progress).times_met
+    return demand_of(survey, settings, engine, at_m, progress=progress)

@@ -11,13 +11,20 @@ from typing import Any
 import numpy as np
 import pytest
 
+import scenes_synthetic
+from planner_core.coverage.survey import make_survey
+from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import PlanFolderError
-from planner_core.model import REASONS, Plan, PlanSettings
+from planner_core.model import REASONS, Plan, PlanSettings, Proven
 from planner_core.model.unseen import NOT_WORTH
+from planner_core.plan_folder.folder import write_plan_folder
 from planner_core.plan_folder.plan_json import plan_document
 from planner_core.planning.live.live_plan import LivePlan
 from planner_core.planning.live.opening import open_live
 from planner_core.planning.live.unseen import MIN_LISTED_M2
+from planner_core.planning.plan import plan_survey
+from planner_core.scanner.load_scanner import load_scanner
+from planner_core.scene.load import load_scene
 
 Planned = Callable[[str, PlanSettings], tuple[Path, Plan]]
 
@@ -51,6 +58,31 @@ def assert_figures_are_of(live: LivePlan, document: dict[str, Any]) -> None:
         [step["covered_area_m2"] for step in document["why"]["curve"]],
         where="curve",
     )
+
+
+def test_parts_of_patches_count_as_in_the_plan(tmp_path: Path) -> None:
+    """By samples, a patch counts as far as candidates see it, which the folder keeps."""
+    scene = tmp_path / "two-rooms.ifc"
+    scenes_synthetic.write(scenes_synthetic.build("two-rooms"), scene)
+    settings = PlanSettings(
+        scanner=load_scanner("rtc360"), grid_step_m=1.0, max_patch_area_m2=0.16, method=Proven(work_limit=0.1)
+    )
+    survey = make_survey(load_scene(scene), settings)
+    engine = open_engine(survey.scene, survey.patches)
+    plan = plan_survey(survey, settings, engine)
+    counted = plan.survey.patches.counted
+    assert counted is not None
+    assert 0 < (counted < 255).mean() < 0.5
+    folder = tmp_path / "plan"
+    write_plan_folder(plan, folder, engine=engine)
+    assert (folder / "viewer" / "counted.u8").read_bytes() == counted.tobytes()
+    live = open_live(folder)
+    assert_figures_are_of(live, live.document)
+    (folder / "viewer" / "achievable.u8").unlink()  # then positions are looked around from again
+    assert_figures_are_of(open_live(folder), live.document)
+    (folder / "viewer" / "counted.u8").unlink()
+    live = open_live(folder)
+    assert live.figures(live.draft).plan.coverage.covered_area_m2 == pytest.approx(plan.coverage.covered_area_m2)
 
 
 @pytest.mark.parametrize("name", ["house", "far_house", "asking_house"])

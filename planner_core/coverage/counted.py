@@ -1,0 +1,37 @@
+"""What of a patch counts, and when it counts as seen: docs/method/coverage.md.
+
+Patches end inside walls, below floors and behind furniture. Of each, what candidates together can see counts, and a
+position sees the patch where it sees at least half of that: with edges of shadows anywhere on a patch, as much is
+rounded up as down.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner_core.coverage.levels import Observations
+from planner_core.engine.patch_mode import share_of
+from planner_core.engine.patch_samples import UInt32Array
+from planner_core.model import BoolArray, UInt8Array
+
+#: `Patches.counted` of a patch that counts whole.
+WHOLE = 255
+
+
+def shares_of(part: UInt32Array) -> UInt8Array:
+    """(M,) uint8: how much of its patch each part is, in 255ths; of any part at least one."""
+    share = np.rint(WHOLE * share_of(part))
+    return np.where(part > 0, np.maximum(share, 1), 0).astype(np.uint8)
+
+
+def sees_enough(share: UInt8Array, counted: UInt8Array) -> BoolArray:
+    """(M,) bool: whether shares (M,) are at least half of what counts of their patches, (M,)."""
+    enough: BoolArray = 2 * share.astype(np.int32) >= counted
+    return enough
+
+
+def observed_enough(observations: Observations, counted: UInt8Array | None) -> Observations:
+    """Observations of at least half of what counts, (P,) uint8; by beams, and where nobody knows what counts, all."""
+    if counted is None or observations.part is None:
+        return observations
+    return observations.take(sees_enough(shares_of(observations.part), counted[observations.patch]))

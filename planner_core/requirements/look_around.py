@@ -1,0 +1,279 @@
+"""Looking around from positions: which patches each sees, which it meets the limits on, and how much of each.
+
+A `Survey`, settings, an open engine, positions (N, 3) in the local frame, metres -> `Looked`, and from it `Rows` once
+it is known how much of each patch counts, see `planner_core.coverage.counted`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from planner_core.coverage.counted import WHOLE, sees_enough, shares_of
+from planner_core.coverage.coverage import stacked_rows, take_rows
+from planner_core.coverage.levels import Observations, observations_meeting
+from planner_core.coverage.survey import visible_from
+from planner_core.engine.patch_mode import scan_mode_of
+from planner_core.engine.patch_samples import UInt32Array
+from planner_core.engine.scan_engine import ScanEngine
+from planner_core.model import (
+    BoolArray,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    Int64Array,
+    Paper,
+    PlanSettings,
+    PointLimits,
+    ScanBy,
+    Survey,
+    UInt8Array,
+    Visibility,
+)
+from planner_core.progress import Progress
+from planner_core.requirements.goals import Goal
+from planner_core.requirements.observations import observations_in_batches
+
+#: What no position sees has no part.
+_NOTHING = np.uint32(0)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """What positions see. seen : patches seen at all, for overlap. met : patches by quality, stacked, for coverage."""
+
+    seen: Visibility
+    met: Visibility
+
+    def take(self, rows: list[int] | Int64Array) -> Rows:
+        """Rows of some positions, in the order given."""
+        seen = take_rows(self.seen, rows)
+        return Rows(seen, seen if self.met is self.seen else take_rows(self.met, rows))
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is looked for. wanted : for each quality, (P,) bool, patches that a goal asks it of; None: all."""
+
+    qualities: tuple[PointLimits, ...]
+    wanted: tuple[BoolArray | None, ...]
+
+    @classmethod
+    def over(cls, goals: tuple[Goal, ...], qualities: tuple[PointLimits, ...]) -> Asked:
+        """Look for all of what is asked of all, and of other qualities for what their goals are about."""
+        wanted: list[BoolArray | None] = [None]
+        for asked in qualities[1:]:
+            wanted.append(np.any([goal.patches for goal in goals if goal.asked == asked], axis=0))
+        return cls(qualities, tuple(wanted))
+
+    @property
+    def plain(self) -> bool:
+        """Whether seeing a patch is all that is asked."""
+        return self.qualities == (PointLimits(),)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """How much of patches is seen. seen, met : uint8 along the rows' patches. any_seen, any_met : (P,) uint32, samples
+    that some position sees, and sees as a goal asks.
+    """
+
+    seen: UInt8Array
+    met: UInt8Array
+    any_seen: UInt32Array
+    any_met: UInt32Array
+
+
+@dataclass(frozen=True)
+class Looked:
+    """What positions see. parts : None where patches are seen or not, and nothing between: by beams.
+
+    needed : as in `planner_core.requirements.demand.Demand`.
+    """
+
+    rows: Rows
+    parts: Parts | None
+    needed: tuple[dict[str, Float32Array], ...]
+
+    def counted(self) -> UInt8Array | None:
+        """(P,) uint8, how much of each patch these positions meet together, or else see; of what none sees, all."""
+        if self.parts is None:
+            return None
+        some = np.where(self.parts.any_met > 0, self.parts.any_met, self.parts.any_seen)
+        share = shares_of(some)
+        return np.where(some > 0, share, WHOLE).astype(np.uint8)
+
+    def rows_of(self, counted: UInt8Array | None) -> Rows:
+        """Rows of patches of which enough is seen, with (P,) uint8 of them counting."""
+        if self.parts is None or counted is None:
+            return self.rows
+        seen = _enough(self.rows.seen, self.parts.seen, counted)
+        return Rows(seen, seen if self.rows.met is self.rows.seen else _enough(self.rows.met, self.parts.met, counted))
+
+
+def look_around(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    positions_m: FloatArray,
+    asked: Asked,
+    progress: Progress,
+) -> Looked:
+    """Look from each of positions (N, 3)."""
+    n_patches = survey.patches.n_patches
+    needed = tuple(
+        {name: np.full(n_patches, np.nan, dtype=np.float32) for name in limits_of(each)} for each in asked.qualities
+    )
+    if not counts_parts(survey, settings) and asked.plain:
+        seen = visible_from(survey, settings, engine, positions_m, progress=progress)
+        return Looked(Rows(seen, seen), None, needed)
+    found = _Found(asked, n_patches, needed, keeps_parts=counts_parts(survey, settings))
+    for observations in observations_in_batches(survey, settings, engine, positions_m, progress=progress):
+        found.add(observations)
+    return found.looked()
+
+
+def counts_parts(survey: Survey, settings: PlanSettings) -> bool:
+    """Whether it is counted how much of a patch is seen: by samples, but for the method paper, which counts patches."""
+    by_samples = scan_mode_of(settings.scan_mode, survey.template) == ScanBy.PATCHES
+    return by_samples and not isinstance(settings.method, Paper)
+
+
+def limits_of(asked: PointLimits) -> tuple[str, ...]:
+    """Names of the limits that are asked."""
+    return tuple(field.name for field in fields(asked) if getattr(asked, field.name) is not None)
+
+
+def merged(first: Looked, second: Looked, order: Int64Array) -> Looked:
+    """Looks of the same survey and settings, one behind the other, in `order`."""
+    for least, before in zip(second.needed, first.needed, strict=True):
+        for limit, figures in least.items():
+            np.fmin(figures, before[limit], out=figures)
+    one = first.rows.met is first.rows.seen and second.rows.met is second.rows.seen
+    seen = stacked_rows(first.rows.seen, second.rows.seen)
+    met = seen if one else stacked_rows(first.rows.met, second.rows.met)
+    parts = None
+    if first.parts is not None and second.parts is not None:
+        share = _taken(seen, np.concatenate([first.parts.seen, second.parts.seen]), order)
+        parts = Parts(
+            seen=share,
+            met=share if one else _taken(met, np.concatenate([first.parts.met, second.parts.met]), order),
+            any_seen=first.parts.any_seen | second.parts.any_seen,
+            any_met=first.parts.any_met | second.parts.any_met,
+        )
+    rows = Rows(seen, met).take(order)
+    return Looked(rows, parts, second.needed)
+
+
+class _Found:
+    """What was seen until now."""
+
+    def __init__(
+        self, asked: Asked, n_patches: int, needed: tuple[dict[str, Float32Array], ...], *, keeps_parts: bool
+    ) -> None:
+        self._asked, self._needed, self._n_patches = asked, needed, n_patches
+        self._seen, self._met = _Pieces(), _Pieces()
+        self._any = [np.zeros(n_patches, dtype=np.uint32) for _ in range(2)] if keeps_parts else []
+
+    def add(self, observations: Observations) -> None:
+        """Take the next positions'."""
+        part = observations.part if self._any else None
+        share = np.empty(0, dtype=np.uint8) if part is None else shares_of(part)
+        self._seen.add(np.diff(observations.starts), observations.patch, share)
+        if part is not None:
+            _unite(self._any[0], observations.patch, part)
+        if self._asked.plain:
+            return
+        kept, quality = self._stacked(observations)
+        row_of_sight = np.repeat(np.arange(observations.starts.size - 1), np.diff(observations.starts))
+        sizes = np.bincount(row_of_sight[kept], minlength=observations.starts.size - 1).astype(np.int64)
+        patch = observations.patch[kept] + (quality * self._n_patches).astype(np.int32)
+        self._met.add(sizes, patch, share if part is None else share[kept])
+        if part is not None:
+            _unite(self._any[1], observations.patch[kept], part[kept])
+        for asked, least in zip(self._asked.qualities, self._needed, strict=True):
+            _note_needed(observations, asked, least)
+
+    def looked(self) -> Looked:
+        """All of it; the pieces are gone then."""
+        seen, share = self._seen.joined(self._n_patches)
+        if self._asked.plain:
+            met, met_share = seen, share
+        else:
+            met, met_share = self._met.joined(self._n_patches * len(self._asked.qualities))
+        parts = None
+        if self._any:
+            parts = Parts(share, met_share, self._any[0], self._any[0] if self._asked.plain else self._any[1])
+        return Looked(Rows(seen, met), parts, self._needed)
+
+    def _stacked(self, observations: Observations) -> tuple[Int64Array, Int64Array]:
+        """Numbers of observations that meet a quality, row by row, and of the quality."""
+        numbers, qualities = [], []
+        for quality, (asked, wanted) in enumerate(zip(self._asked.qualities, self._asked.wanted, strict=True)):
+            kept = observations_meeting(observations, asked)
+            if wanted is not None:
+                kept &= wanted[observations.patch]
+            numbers.append(np.flatnonzero(kept))
+            qualities.append(np.full(numbers[-1].size, quality, dtype=np.int64))
+        number, quality_of = np.concatenate(numbers), np.concatenate(qualities)
+        row = np.searchsorted(observations.starts, number, side="right")
+        # Stable: qualities stay in their order within a row, and so do the patches of each.
+        order = np.argsort(row, kind="stable")
+        return number[order], quality_of[order]
+
+
+class _Pieces:
+    """Rows that come in pieces."""
+
+    def __init__(self) -> None:
+        self._sizes: list[Int64Array] = []
+        self._patch: list[Int32Array] = []
+        self._share: list[UInt8Array] = []
+
+    def add(self, sizes: Int64Array, patch: Int32Array, share: UInt8Array) -> None:
+        """Take the next rows."""
+        self._sizes.append(sizes)
+        self._patch.append(patch)
+        self._share.append(share)
+
+    def joined(self, n_patches: int) -> tuple[Visibility, UInt8Array]:
+        """All rows, and the shares along them. The pieces go on the way, so that nothing is held twice."""
+        starts = np.cumsum(np.concatenate([np.zeros(1, dtype=np.int64), *self._sizes]), dtype=np.int64)
+        patch = np.empty(starts[-1], dtype=np.int32)
+        share = np.empty(sum(each.size for each in self._share), dtype=np.uint8)
+        for out, pieces in ((patch, self._patch), (share, self._share)):
+            at = 0
+            pieces.reverse()
+            while pieces:
+                piece = pieces.pop()
+                out[at : at + piece.size] = piece
+                at += piece.size
+        return Visibility(starts, patch, n_patches), share
+
+
+def _unite(whole: UInt32Array, patch: Int32Array, part: UInt32Array) -> None:
+    """Add parts (M,) of patches (M,) to (P,)."""
+    np.bitwise_or.at(whole, patch, part)
+
+
+def _note_needed(observations: Observations, asked: PointLimits, least: dict[str, Float32Array]) -> None:
+    """Lower `least`, (P,) by limit, to the figures of observations that meet all other limits."""
+    for limit, figures in least.items():
+        rest = observations_meeting(observations, replace(asked, **{limit: None}))
+        found = getattr(observations, limit)[rest]
+        np.fmin.at(figures, observations.patch[rest], np.where(np.isnan(found), np.float32(np.inf), found))
+
+
+def _enough(rows: Visibility, share: UInt8Array, counted: UInt8Array) -> Visibility:
+    """Rows without patches of which too little is seen; patches may be stacked."""
+    kept = sees_enough(share, counted[rows.patch % counted.size])
+    starts = np.concatenate([[0], np.cumsum(kept)])[rows.starts].astype(np.int64)
+    return Visibility(starts=starts, patch=rows.patch[kept], n_patches=rows.n_patches)
+
+
+def _taken(rows: Visibility, share: UInt8Array, order: Int64Array) -> UInt8Array:
+    """Shares along `rows`, as `take_rows` orders them."""
+    along = Visibility(rows.starts, share, rows.n_patches)  # type: ignore[arg-type]
+    taken: UInt8Array = take_rows(along, order).patch  # type: ignore[assignment]
+    return taken

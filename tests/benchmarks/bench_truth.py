@@ -1,0 +1,98 @@
+"""A plan's figures beside the judge's, on rooms, synthetic buildings and real ones; writes docs/benchmarks/truth.md.
+
+    python tests/benchmarks/bench_truth.py [--write docs/benchmarks/truth.md] [--points N] [SCENE ...]
+
+Real models lie in ../shared/data. Not a test: nothing here fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+import scenes_synthetic
+from planner_core.coverage.survey import make_survey
+from planner_core.engine.scan_engine import open_engine
+from planner_core.model import PartRequirement, PlanSettings, PointLimits, Proven, Requirements, Scene
+from planner_core.planning.judge import Figure, Judgement, judge
+from planner_core.planning.plan import plan_survey
+from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, deliverable_named
+from planner_core.requirements.goals import NO_COVER
+from planner_core.scanner.load_scanner import load_scanner
+from planner_core.scene.load import load_scene
+from tests.benchmarks.bench_real_buildings import put
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+SCENES = {
+    **dict.fromkeys(("box", "two-rooms", "corridor-comb", "l-room", "doors-open", "column-hall", "house")),
+    "duplex": DATA / "ifc" / "duplex.ifc",
+    "fzk-haus": DATA / "ifc" / "fzk-haus.ifc",
+    "sample house": DATA / "corpus" / "ifc-samplehouse-revit2015-ifc4.ifc",
+    "renga house": DATA / "corpus" / "ifc-house-renga.ifc",
+    "openhouse": DATA / "corpus" / "ifc-openhouse-ifc4.ifc",
+}
+
+
+def scene_of(name: str) -> Scene:
+    path = SCENES[name]
+    return scenes_synthetic.build(name).scene if path is None else load_scene(path)
+
+
+def plan_and_judge(name: str, n_points: int) -> tuple[int, Judgement]:
+    """Stations of a quick plan of the usual settings, and what the judge says of it."""
+    survey_grade = deliverable_named(DEFAULT_DELIVERABLE)
+    settings = PlanSettings(
+        scanner=load_scanner("rtc360"),
+        requirements=Requirements(
+            asked=PointLimits(
+                spacing_m=survey_grade.spacing_m,
+                range_m=survey_grade.range_m,
+                incidence_rad=np.deg2rad(survey_grade.incidence_deg or 90.0),
+            ),
+            parts=tuple(PartRequirement(each, 0.0, classes=(each,)) for each in NO_COVER),
+        ),
+        method=Proven(work_limit=0.2),
+        refine=False,
+    )
+    survey = make_survey(scene_of(name), settings)
+    engine = open_engine(survey.scene, survey.patches)
+    plan = plan_survey(survey, settings, engine)
+    return len(plan.stations), judge(plan, engine, n_points=n_points)
+
+
+def row(name: str, n_stations: int, found: Judgement) -> str:
+    def areas(figure: Figure) -> str:
+        off = 100 * (figure.told / figure.judged - 1)
+        return f"{figure.told:.1f} | {figure.judged:.1f} ± {figure.error:.1f} | {off:+.2f}"
+
+    ours, judged = 100 * found.share.told, 100 * found.share.judged
+    gaps = [100 * abs(link.overlap.told - link.overlap.judged) for link in found.links] or [0.0]
+    return (
+        f"| {name} | {n_stations} | {areas(found.covered_m2)} | {areas(found.achievable_m2)} | {ours:.2f} | "
+        f"{judged:.2f} ± {100 * found.share.error:.2f} | {ours - judged:+.2f} | "
+        f"{np.median(gaps):.1f}, {max(gaps):.1f} |"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", default=list(SCENES))
+    parser.add_argument("--points", type=int, default=200_000)
+    parser.add_argument("--write", type=Path)
+    asked = parser.parse_args()
+    rows = [
+        "| scene | stations | covered m² | judge | % | scannable m² | judge | % | share % | judge | points | "
+        "overlap off by, points: median, most |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for name in asked.scenes:
+        rows.append(row(name, *plan_and_judge(name, asked.points)))
+        print(rows[-1], flush=True)
+    if asked.write:
+        put(asked.write, "truth", rows)
+
+
+if __name__ == "__main__":
+    main()
