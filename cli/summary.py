@@ -128,9 +128,7 @@ def _hours(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{minutes} min"
 
 
-def finish(
-    plan: Plan, folder: Path | None, *, judged: Judgement | None = None, as_json: bool, quiet: bool
-) -> None:
+def finish(plan: Plan, folder: Path | None, *, judged: Judgement | None = None, as_json: bool, quiet: bool) -> None:
     """Print what a plan is worth: plan.json's document, or the summary and where the folder is, or nothing.
 
     What a judge says comes behind the summary, and into the document as `judge`.
@@ -153,9 +151,7 @@ def _show_judged(judged: Judgement) -> None:
     output.say(f"judge         {judged.n_points} random points, cast by {judged.engine}")
     for name, figure in (("covered", judged.covered_m2), ("scannable", judged.achievable_m2)):
         off = f", {100 * (figure.told / figure.judged - 1):+.1f} %" if figure.judged else ""
-        output.say(
-            f"  {name:<11} {figure.judged:.1f} m2 +- {figure.error:.1f}, the plan says {figure.told:.1f}{off}"
-        )
+        output.say(f"  {name:<11} {figure.judged:.1f} m2 +- {figure.error:.1f}, the plan says {figure.told:.1f}{off}")
     lines = [("share", judged.share)]
     if judged.links:
         worst = max(judged.links, key=lambda link: abs(link.overlap.told - link.overlap.judged))
