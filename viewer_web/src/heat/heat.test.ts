@@ -176,7 +176,7 @@ test('a piece is the patches that bear its name, and none that have none', () =>
 
 test('the coverage of an element is that of its own patches', () => {
   const areas = patchAreas(TRIANGLES, 5);
-  const element = { sceneIndex: 0, name: '', kind: '', floorId: '', firstTriangle: 0, nTriangles: 1 };
+  const element = { sceneIndex: 0, name: '', kind: '', floorId: '', file: 0, firstTriangle: 0, nTriangles: 1 };
   const coverage = coverageOf(element, TRIANGLES, Uint8Array.of(9, 0, 1, 2, NOT_ACHIEVABLE), areas);
   expect(coverage.areaM2).toBeCloseTo(6);
   expect(coverage.achievableM2).toBeCloseTo(4.5);
