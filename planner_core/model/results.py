@@ -114,6 +114,8 @@ class Plan:
     """What became of each thing that was asked."""
     qualities: tuple[PointLimits, ...] = ()
     """Distinct limits that were asked, those of all first."""
+    required: BoolArray | None = None
+    """(P,) bool, patches that something is required of: in scope, planned, no mere obstacle; None: all."""
     times_met: UInt8Array | None = None
     """(Q, P) uint8, candidates that meet each quality on each patch, 255 for more; None: not known."""
     registration: Registration | None = None

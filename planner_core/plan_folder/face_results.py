@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner_core.model import Float32Array, FloatArray, Int32Array, Plan
+from planner_core.model import BoolArray, Float32Array, FloatArray, Int32Array, Plan
 
 
 @dataclass(frozen=True)
@@ -16,11 +16,13 @@ class FaceResults:
     coverage : float32, seen share of the face's achievable area in [0, 1]; -1 where nothing of it is achievable.
     times_seen : int32, most stations that see one patch of the face.
     best_range_m : float32, shortest range at which a station sees the face; -1 where none does.
+    required : bool, False where nothing of the face need be covered; None: all of the building is to be.
     """
 
     coverage: Float32Array
     times_seen: Int32Array
     best_range_m: Float32Array
+    required: BoolArray | None = None
 
 
 def face_results(plan: Plan, best_range_m: FloatArray) -> FaceResults:
@@ -44,4 +46,12 @@ def face_results(plan: Plan, best_range_m: FloatArray) -> FaceResults:
         coverage=coverage.astype(np.float32),
         times_seen=np.maximum.reduceat(plan.times_seen, first).astype(np.int32),
         best_range_m=np.where(np.isfinite(nearest_m), nearest_m, -1.0).astype(np.float32),
+        required=required_faces(plan),
     )
+
+
+def required_faces(plan: Plan) -> BoolArray | None:
+    """(T,) bool, something of the face is to be covered; None: all of the building is."""
+    if plan.required is None:
+        return None
+    return np.logical_or.reduceat(plan.required, plan.survey.patches.first_patch[:-1])

@@ -53,6 +53,7 @@ from planner_core.plan_folder.sheet import (
     MARGIN_MM,
     WIDTH_MM,
     LegendLine,
+    coverage_legend,
     draw_footer,
     draw_header,
     floor_figures,
@@ -129,7 +130,7 @@ def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionVi
         sealed=at.marks(sealed_on(plan, floor_index)),
     )
     draw_header(ink, floor.name, floor_subtitle(plan, floor), _map_figures(plan, floor_index))
-    draw_footer(ink, mm_per_m=at.mm_per_m, lines=_route_legend(plan))
+    draw_footer(ink, mm_per_m=at.mm_per_m, legend=coverage_legend(plan), lines=_route_legend(plan))
     ink.save(path)
 
 
@@ -197,7 +198,7 @@ def write_overview(plan: Plan, path: Path, *, engine: ScanEngine) -> None:
         box = Box(*at_mm, whole_pixels_mm(width_mm), height_mm)
         _draw_overview_cell(ink, plan, index, engine, window, box)
     draw_header(ink, plan.survey.scene.title, _plan_subtitle(plan), _plan_figures(plan))
-    draw_footer(ink, lines=_route_legend(plan))
+    draw_footer(ink, legend=coverage_legend(plan), lines=_route_legend(plan))
     ink.save(path)
 
 
@@ -243,10 +244,9 @@ def _draw_view(ink: PngInk, plan: Plan, floor: Floor, at: Placed, *, coloured: b
 
 def view_rgb(plan: Plan, floor: Floor, view: SectionView, *, coloured: bool = True) -> FloatArray:
     """(H, W, 3) sRGB: patches in the colours of coverage, or all pale; cut walls dark, edges drawn, nothing white."""
-    seen = palette.patch_colour_index(plan.times_seen, plan.achievable)
     there = view.triangle >= 0
     rgb = np.ones((*view.triangle.shape, 3))
-    rgb[there] = palette.PATCH_COLOURS_SRGB[seen[view.patch[there]]] if coloured else PALE
+    rgb[there] = palette.colours_of_patches(plan, view.patch[there]) if coloured else PALE
     ground = marked(floor.ground_triangles, plan.survey.scene.n_triangles)[view.triangle]
     rgb[there & ~ground] = 0.25 + 0.75 * rgb[there & ~ground]
     shade = 0.62 + 0.38 * np.abs(np.where(there, view.facing, 1.0))

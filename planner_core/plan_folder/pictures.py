@@ -33,6 +33,7 @@ from planner_core.plan_folder.section_view import (
     solid_cells,
 )
 from planner_core.plan_folder.sheet import (
+    coverage_legend,
     draw_footer,
     draw_header,
     floor_figures,
@@ -154,7 +155,7 @@ def write_floor_picture(plan: Plan, floor_index: int, path: Path, *, engine: Sca
         _draw_marks(ink, stations, strong_links(plan, stations), eye, box)
     draw_header(ink, floor.name, floor_subtitle(plan, floor), floor_figures(plan, floor_index))
     overlap = f"overlap of {100 * plan.settings.requirements.overlap:g} % or more"
-    draw_footer(ink, lines=((overlap, Pen(0.5, palette.LINK)),))
+    draw_footer(ink, legend=coverage_legend(plan), lines=((overlap, Pen(0.5, palette.LINK)),))
     ink.save(path)
 
 
@@ -247,7 +248,7 @@ def coloured_patches(plan: Plan, floor: Floor, used: BoolArray) -> Any:
     triangle_of_patch = plan.survey.patches.triangle_of_patch
     at = used[triangle_of_patch]
     corners = _patch_corners(plan.survey, used)
-    rgb = palette.PATCH_COLOURS_SRGB[palette.patch_colour_index(plan.times_seen[at], plan.achievable[at])]
+    rgb = palette.colours_of_patches(plan, at)
     ground = np.isin(triangle_of_patch[at], floor.ground_triangles)
     rgb[~ground] = WHITE_SHARE + (1 - WHITE_SHARE) * rgb[~ground]
     rgb *= _shade(corners)[:, None]

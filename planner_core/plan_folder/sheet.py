@@ -22,13 +22,20 @@ MAX_HEIGHT_MM = 247.0
 LegendLine = tuple[str, Pen]
 """What a line is, and how it looks."""
 
-LEGEND: tuple[tuple[str, Colour], ...] = (
+_COVERAGE: tuple[tuple[str, Colour], ...] = (
     ("seen by 3 or more stations", palette.SEEN_OFTEN),
     ("by 2", palette.SEEN_TWICE),
     ("by 1", palette.SEEN_ONCE),
     ("not seen by this plan", palette.UNSEEN),
-    ("not visible from any candidate", palette.NOT_ACHIEVABLE),
+    ("not scannable", palette.NOT_ACHIEVABLE),
 )
+
+
+def coverage_legend(plan: Plan) -> tuple[tuple[str, Colour], ...]:
+    """Return the colours of coverage in words; what need not be covered only where the plan has such surface."""
+    if plan.required is None or plan.required.all():
+        return _COVERAGE
+    return (*_COVERAGE, ("not to be covered", palette.NOT_REQUIRED))
 
 
 def new_sheet(height_mm: float) -> PngInk:
@@ -80,7 +87,7 @@ def draw_footer(
     ink: Ink,
     *,
     mm_per_m: float | None = None,
-    legend: tuple[tuple[str, Colour], ...] = LEGEND,
+    legend: tuple[tuple[str, Colour], ...],
     lines: Sequence[LegendLine] = (),
 ) -> None:
     """Draw the legend and, where `mm_per_m` says how long a metre is, scale bar and axes.

@@ -12,8 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from planner_core.model import BoolArray, FloatArray, Int32Array, Plan
+from planner_core.plan_folder.face_results import required_faces
 from planner_core.plan_folder.palette import (
     NOT_ACHIEVABLE,
+    NOT_REQUIRED,
     PATCH_COLOURS_SRGB,
     UNSEEN,
     linear_from_srgb,
@@ -57,14 +59,17 @@ def heat_maps(plan: Plan, folder: Path) -> tuple[HeatMap, ...]:
     """Make the maps of a plan from the layers in its folder's `viewer/`; of a figure a face has its patches' mean."""
     first = plan.survey.patches.first_patch[:-1]
     achievable = np.logical_or.reduceat(plan.achievable, first)
+    required = required_faces(plan)
     times = np.maximum.reduceat(plan.times_seen, first).astype(np.int32)
-    maps = [HeatMap("times_seen", patch_colour_index(times, achievable), PATCH_COLOURS_SRGB)]
+    maps = [HeatMap("times_seen", patch_colour_index(times, achievable, required), PATCH_COLOURS_SRGB)]
     for layer in layers_of(plan.settings.scanner):
         if layer.id in VARIANTS:
             steps = np.fromfile(folder / "viewer" / layer.file, dtype="<u2")
             mean = _mean(np.where(steps == NONE, np.nan, steps * layer.step), first)
             high = 90.0 if layer.unit == "deg" else _round_end(mean)
-            maps.append(HeatMap(layer.id, _ramp_index(mean, high, achievable), _ramp_colours(), layer.unit, high))
+            maps.append(
+                HeatMap(layer.id, _ramp_index(mean, high, achievable, required), _ramp_colours(), layer.unit, high)
+            )
     return tuple(maps)
 
 
@@ -86,13 +91,16 @@ def _round_end(values: FloatArray) -> float:
 
 def _ramp_colours() -> FloatArray:
     ramp = range_ramp_srgb()
-    return np.vstack([NOT_ACHIEVABLE, UNSEEN, ramp[np.linspace(0, len(ramp) - 1, _N_STEPS).astype(int)]])
+    return np.vstack([NOT_ACHIEVABLE, UNSEEN, ramp[np.linspace(0, len(ramp) - 1, _N_STEPS).astype(int)], NOT_REQUIRED])
 
 
-def _ramp_index(values: FloatArray, high: float, achievable: BoolArray) -> Int32Array:
+def _ramp_index(values: FloatArray, high: float, achievable: BoolArray, required: BoolArray | None) -> Int32Array:
     known = np.isfinite(values)
     step = np.clip(np.where(known, values, 0.0) / high * _N_STEPS, 0, _N_STEPS - 1).astype(np.int32)
-    return np.where(known, step + 2, np.where(achievable, 1, 0)).astype(np.int32)
+    index = np.where(known, step + 2, np.where(achievable, 1, 0))
+    if required is not None:
+        index[~required] = _N_STEPS + 2
+    return index.astype(np.int32)
 
 
 def heatmaps_layer(plan: Plan, folder: Path) -> Layer:

@@ -22,7 +22,7 @@ from planner_core.plan_folder.usd_names import MeshPlace
 def author_results(layer: Layer, results: FaceResults, places: tuple[MeshPlace, ...]) -> None:
     """Write coverage, number of stations, best range and the coverage colour of every face of every mesh."""
     set_stage_metadata(layer, "Plan")
-    colour = face_colour_index(results.coverage)
+    colour = face_colour_index(results.coverage, results.required)
     for place in places:
         mesh = over(layer, place.path)
         faces = place.triangles

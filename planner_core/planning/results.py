@@ -133,6 +133,7 @@ def describe_plan(
         stations=stations,
         times_seen=n_met,
         achievable=achievable,
+        required=scope,
         coverage=coverage_of(area_m2, achievable, seen, scope),
         coverage_by_floor=coverage_by_floor(area_m2, achievable, seen, floor, len(survey.floors)),
         coverage_curve=coverage_curve(demand, rows.take(list(order_of_choice))),

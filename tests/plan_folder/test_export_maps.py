@@ -26,6 +26,7 @@ from planner_core.plan_folder.section_view import (
     solid_cells,
     view_section,
 )
+from planner_core.plan_folder.sheet import coverage_legend
 
 WINDOW_M = np.array([[-0.5, -0.5], [8.5, 4.5]])
 
@@ -108,6 +109,33 @@ def test_pixels_have_the_colour_of_their_patch(plan: Plan, view: SectionView) ->
     expected = palette.PATCH_COLOURS_SRGB[palette.patch_colour_index(plan.times_seen[patch], plan.achievable[patch])]
     shown = rgb[rows, columns][inner]
     assert np.isclose(shown, expected, atol=1e-6).all(axis=1).mean() > 0.95  # the rest are edges, drawn darker
+
+
+def test_surface_that_need_not_be_covered_has_a_colour_of_its_own_seen_or_not(plan: Plan, view: SectionView) -> None:
+    floor, number = plan.survey.floors[0], np.arange(plan.survey.patches.n_patches)
+    required, times_seen = number % 2 == 1, (number // 2 % 3).astype(np.int32)
+    plan = dataclasses.replace(plan, times_seen=times_seen, achievable=number % 7 > 0)
+    before, after = (view_rgb(dataclasses.replace(plan, required=each), floor, view) for each in (None, required))
+    changed = (before != after).any(axis=2)
+    there = view.triangle >= 0
+    solid = inside_solid(plan.survey, view, floor.ground_triangles)
+    np.testing.assert_array_equal(changed, there & ~required[view.patch] & ~solid)
+    level = changed & np.isin(view.triangle, floor.ground_triangles) & (np.abs(view.depth_m - 1.2) < 1e-4)
+    assert set(times_seen[view.patch[changed]].tolist()) == {0, 1, 2}
+    assert np.isclose(after[level], palette.NOT_REQUIRED, atol=1e-6).all(axis=1).mean() > 0.95  # the rest are edges
+
+
+def test_legend_names_what_need_not_be_covered_where_there_is_such_surface(plan: Plan) -> None:
+    def words(required: np.ndarray | None) -> list[str]:
+        return [label for label, _ in coverage_legend(dataclasses.replace(plan, required=required))]
+
+    everything = np.ones(plan.survey.patches.n_patches, dtype=np.bool_)
+    assert words(None) == words(everything)
+    but_one = everything.copy()
+    but_one[7] = False
+    assert words(but_one) == [*words(None), "not to be covered"]
+    colours = [colour for _, colour in coverage_legend(dataclasses.replace(plan, required=but_one))]
+    assert sorted(colours) == sorted(map(tuple, palette.PATCH_COLOURS_SRGB.tolist()))
 
 
 def test_upper_floor_is_cut_above_its_own_ground(plan: Plan) -> None:

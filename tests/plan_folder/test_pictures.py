@@ -118,6 +118,12 @@ def test_every_patch_is_a_cell_and_level_ground_has_the_palettes_colour(plan: Pl
     ground = np.isin(plan.survey.patches.triangle_of_patch, floor.ground_triangles)
     index = palette.patch_colour_index(plan.times_seen[ground], plan.achievable[ground])
     np.testing.assert_array_equal(surface.cell_data["rgb"][ground], np.rint(255 * palette.PATCH_COLOURS_SRGB[index]))
+    spared = dataclasses.replace(plan, required=~ground)
+    pale = pictures.coloured_patches(spared, floor, everything).cell_data["rgb"]
+    np.testing.assert_array_equal(
+        pale[ground], np.broadcast_to(np.rint(255 * np.array(palette.NOT_REQUIRED)), (ground.sum(), 3))
+    )
+    np.testing.assert_array_equal(pale[~ground], surface.cell_data["rgb"][~ground])
     areas = surface.compute_cell_sizes(length=False, volume=False)["Area"]
     np.testing.assert_allclose(areas, plan.survey.patches.area_m2, rtol=1e-4)  # VTK keeps points as float32
 

@@ -16,6 +16,7 @@ from planner_core.plan_folder.face_results import face_results
 from planner_core.plan_folder.palette import (
     NEUTRAL,
     NOT_ACHIEVABLE,
+    NOT_REQUIRED,
     SEEN_OFTEN,
     SEEN_ONCE,
     SEEN_TWICE,
@@ -135,6 +136,30 @@ def test_times_seen_heat_map_counts_stations(plan: Plan, plan_folder: Path) -> N
             shown[faces], np.broadcast_to(linear_from_srgb(np.array(colour)), (faces.sum(), 3)), rtol=1e-6
         )
     assert np.unique(shown, axis=0).shape[0] > 2
+
+
+def test_faces_that_need_not_be_covered_have_a_colour_of_their_own_in_every_heat_map(
+    plan: Plan, plan_folder: Path, tmp_path: Path
+) -> None:
+    n_triangles, patches = plan.survey.scene.n_triangles, plan.survey.patches
+    spared_faces = np.arange(n_triangles) % 2 == 0
+    # Of one face a single patch is to be covered: that makes it a face that is.
+    partly = int(np.flatnonzero(spared_faces & (patches.depth > 0))[0])
+    required = ~spared_faces[patches.triangle_of_patch]
+    required[patches.first_patch[partly]] = True
+    spared_faces[partly] = False
+    spared = dataclasses.replace(plan, required=required)
+    folder = Path(shutil.copytree(plan_folder, tmp_path / "spared"))
+    write_stage(spared, face_results(spared, np.full(patches.n_patches, np.inf)), folder)
+    write_heatmaps(spared, folder)
+    before, after = to_switch(plan_folder), to_switch(folder)
+    for name in set(VARIANTS) - {"plain"}:
+        shown = shown_colours(after, name, n_triangles)
+        pale = linear_from_srgb(np.array(NOT_REQUIRED))
+        np.testing.assert_allclose(shown[spared_faces], np.broadcast_to(pale, (spared_faces.sum(), 3)), rtol=1e-6)
+        others = shown_colours(before, name, n_triangles)
+        np.testing.assert_array_equal(shown[~spared_faces], others[~spared_faces])
+        assert not np.isclose(others, pale, rtol=1e-6).all(axis=1).any()
 
 
 def test_plan_says_what_it_is_and_links_are_drawn_when_asked_for(plan_folder: Path) -> None:

@@ -217,6 +217,7 @@ def test_plan_json_says_the_scope_and_planning_or_evaluating_again_agrees() -> N
     assert document["coverage"]["total_area_m2"] == pytest.approx(told["in_scope_area_m2"])
     assert (plan.times_seen[~required_of(plan.survey, asked)] == 0).all()
     assert (plan.why.reason_of_patch == OUT_OF_SCOPE).sum() == (~required_of(plan.survey, asked)).sum()
+    np.testing.assert_array_equal(plan.required, plan.why.reason_of_patch != OUT_OF_SCOPE)
     document["scene"]["file"] = "house.ifc"  # a scene from memory has no name
     again = settings_of(document)
     assert again.requirements == plan.settings.requirements

@@ -134,7 +134,7 @@ test('floors that nobody asked for are neither seen nor unseen, and comparisons 
   await viewer.open(`#floor=${upper.id}&layer=seen`);
   const before = await viewer.canvasPixels();
   expect(before.share(isOrange)).toBeGreaterThan(0.002);
-  expect(await legend().textContent()).not.toContain('out of scope');
+  expect(await legend().textContent()).not.toContain('not to be covered');
 
   const serve = async (folder: string): Promise<void> => {
     await page.route(`**/plan/${folder}plan.json`, (route) => route.fulfill({ json: some }));
@@ -143,7 +143,7 @@ test('floors that nobody asked for are neither seen nor unseen, and comparisons 
   await serve('');
   await page.goto('about:blank');
   await viewer.open(`#floor=${ground.id}&layer=seen`);
-  expect(await legend().textContent()).toContain('out of scope');
+  expect(await legend().textContent()).toContain('not to be covered');
   await page.locator(`[data-floor=${upper.id}]`).click();
   await viewer.settle();
   const after = await viewer.canvasPixels();
@@ -160,7 +160,7 @@ test('floors that nobody asked for are neither seen nor unseen, and comparisons 
   await viewer.open('#tab=runs&layer=difference&compare=runs/R009/plan');
   await page.getByTestId('comparison').waitFor();
   await page.locator('[data-testid=legend][data-state=shown]').waitFor();
-  expect(await legend().textContent()).toContain('not in both plans');
+  expect(await legend().textContent()).toContain('not to be covered, or in one plan only');
   const said = page.getByText(/^The plan includes /);
   expect(await said.textContent()).toBe(
     `The plan includes ${floors.map(({ name }) => name).join(' and ')}; Run R009 includes ${ground.name}. ` +

@@ -1,5 +1,6 @@
 /** Choosing: one thing is chosen at a time (a station, a pair of them, an unseen piece, or a surface), and its floor with it. */
 import { batch } from '@preact/signals';
+import type { FileState } from './files/state.ts';
 import { floorBeside, highestCutM } from './floors/cut.ts';
 import type { FloorState } from './floors/state.ts';
 import type { LoadState } from './load/state.ts';
@@ -17,16 +18,19 @@ export interface Choices {
   choosePair(pair: Pair | null): void;
   lookAtUnseen(focus: UnseenFocus | null): void;
   pick(picked: Picked | null): void;
+  /** Switch a file of a scene of several on or off. */
+  showFile(file: number, isShown: boolean): void;
   clear(): void;
 }
 
-type Chosen = LoadState & FloorState & StationState & NetworkState & UnseenState & SceneState & PanelState;
+type Chosen = LoadState & FloorState & FileState & StationState & NetworkState & UnseenState & SceneState & PanelState;
 
 /** So much above a piece that is looked at the floor is cut. */
 const CUT_ABOVE_M = 0.1;
 
 export function createChoices(state: Chosen): Choices {
-  const { loaded, floorId, isSpread, cutM, stationId, shownStations, pair, unseenFocus, picked, sheet } = state;
+  const { loaded, floorId, isSpread, cutM, stationId, shownStations, pair, unseenFocus, picked, sheet, hiddenFiles } =
+    state;
 
   /** The cut as it was before a piece above it was looked at, and as it was raised for that. */
   let cutBefore: { readonly chosenM: number; readonly raisedM: number } | null = null;
@@ -74,11 +78,22 @@ export function createChoices(state: Chosen): Choices {
       const [first] = floors;
       if (first !== undefined) floorId.value = floors.size === 1 ? first : null;
     });
+  const showFile = (file: number, isShown: boolean): void =>
+    batch(() => {
+      if (hiddenFiles.value.has(file) !== isShown) return;
+      const hidden = new Set(hiddenFiles.value);
+      if (isShown) hidden.delete(file);
+      else hidden.add(file);
+      hiddenFiles.value = hidden;
+      if (picked.value !== null && hidden.has(picked.value.element.file)) picked.value = null;
+    });
   const lookAtUnseen = (focus: UnseenFocus | null): void =>
     batch(() => {
       letGo();
       unseenFocus.value = focus;
       if (focus === null) return;
+      const element = loaded.value?.stage.elements.find(({ sceneIndex }) => sceneIndex === focus.surface.element);
+      if (element !== undefined) showFile(element.file, true);
       const piece = focus.surface.pieces[focus.piece];
       const floor = loaded.value?.stage.floors.find(({ id }) => id === focus.surface.floor);
       floorId.value = floor?.id ?? null;
@@ -105,6 +120,7 @@ export function createChoices(state: Chosen): Choices {
     stepStation,
     choosePair,
     lookAtUnseen,
+    showFile,
     pick: (surface) => {
       picked.value = surface;
     },

@@ -52,6 +52,7 @@ async function start(): Promise<void> {
 function applyAddress(store: Store): void {
   const state = parseUrlState(window.location.hash);
   const plan = store.loaded.value?.plan;
+  const nFiles = store.loaded.value?.stage.files.length ?? 0;
   const isStation = (id: string | null): boolean => plan?.stations.some((station) => station.id === id) ?? false;
   batch(() => {
     const floorId = plan?.floors.find(({ id }) => id === state.floorId)?.id ?? null;
@@ -67,6 +68,7 @@ function applyAddress(store: Store): void {
     store.tab.value = TABS.find(({ id }) => id === state.tab)?.id ?? 'plan';
     store.cutM.value = state.cutM ?? DEFAULT_CUT_M;
     for (const one of SHOWN) showing(store)[one].value = state.shows.includes(one) === SHOWN_AT[one];
+    store.hiddenFiles.value = new Set(state.hiddenFiles.filter((file) => file < nFiles));
     store.compareBase.value = state.compareBase === null ? null : planBaseOf(state.compareBase);
   });
   // After the choices: each sends the camera to a place of its own.
@@ -101,6 +103,7 @@ function stateOf(store: Store): UrlState {
     isWalking: store.isWalking.value,
     cutM: store.cutM.value === DEFAULT_CUT_M ? null : store.cutM.value,
     shows: SHOWN.filter((one) => showing(store)[one].value === SHOWN_AT[one]),
+    hiddenFiles: [...store.hiddenFiles.value].sort((a, b) => a - b),
   };
 }
 

@@ -2,8 +2,13 @@ import { expect, test } from 'vitest';
 import { DEFAULT_CUT_M } from './floors/cut.ts';
 import type { LoadedPlan } from './load/fetch-plan.ts';
 import type { UnseenSurface } from './load/plan-json.ts';
+import type { StageElement } from './load/stage.ts';
+import type { Picked } from './scene/state.ts';
 import { createStore, type Store } from './store.ts';
 import { smallPlan } from './testing/small-plan.ts';
+
+/** Of two files. */
+const ELEMENTS = [3, 4].map((sceneIndex, file) => ({ sceneIndex, file })) as unknown as StageElement[];
 
 function storeWithPlan(): Store {
   const store = createStore();
@@ -24,7 +29,7 @@ function storeWithPlan(): Store {
   }));
   store.loaded.value = {
     plan,
-    stage: { floors, stations: stageStations, offsetM: [0, 0, 0] },
+    stage: { floors, stations: stageStations, elements: ELEMENTS, offsetM: [0, 0, 0] },
   } as unknown as LoadedPlan;
   const whole = { minM: [0, 0, 0] as [number, number, number], maxM: [10, 8, 5.6] as [number, number, number] };
   store.extents.value = { whole, grounds: new Map() };
@@ -78,6 +83,7 @@ test('slices follow the chosen floor', () => {
 });
 
 const SURFACE = {
+  element: 4,
   floor: 'F1',
   pieces: [
     {
@@ -125,6 +131,23 @@ test('looking at an unseen piece opens its floor and raises the cut above the pi
   store.cutM.value = 2;
   store.chooseStation('S001');
   expect(store.cutM.value).toBe(2);
+});
+
+test('hiding a file lets go of a surface of it, and looking at an unseen piece shows its file', () => {
+  const store = storeWithPlan();
+  const [ofFirst, ofSecond] = ELEMENTS.map((element) => ({ element }) as unknown as Picked);
+  store.pick(ofFirst);
+  store.showFile(1, false);
+  expect([store.picked.value, [...store.hiddenFiles.value]]).toEqual([ofFirst, [1]]);
+  store.showFile(1, true);
+  store.pick(ofSecond);
+  store.showFile(1, false);
+  store.showFile(0, false);
+  expect([store.picked.value, [...store.hiddenFiles.value]]).toEqual([null, [1, 0]]);
+  store.lookAtUnseen({ surface: SURFACE, piece: 0 });
+  expect([...store.hiddenFiles.value]).toEqual([0]);
+  store.clear();
+  expect([...store.hiddenFiles.value]).toEqual([0]);
 });
 
 test('stations and links of a draft go before those of the plan', () => {

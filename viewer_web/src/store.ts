@@ -3,6 +3,7 @@ import type { ReviewClient } from './api/review-client.ts';
 import { type Choices, createChoices } from './choices.ts';
 import { type CompareState, createCompareState } from './compare/state.ts';
 import { createEditing, type Editing } from './edit/state.ts';
+import { createFileState, type FileState } from './files/state.ts';
 import { createFloorState, type FloorState } from './floors/state.ts';
 import { createHeatState, type HeatState } from './heat/state.ts';
 import { createLoadState, type LoadState } from './load/state.ts';
@@ -18,6 +19,7 @@ export interface Store
   extends LoadState,
     PanelState,
     FloorState,
+    FileState,
     HeatState,
     StationState,
     NetworkState,
@@ -49,6 +51,7 @@ export function createStore({ isStatic = false, reviewClient = null }: StoreOpti
     ...walk,
     ...stations,
     ...createFloorState(load, walk),
+    ...createFileState(),
     ...createHeatState(load),
     ...createNetworkState(load, stations),
     ...createRouteState(load),

@@ -10,6 +10,7 @@ test.each([
   { planBase: 'runs/R001/plan', compareBase: 'runs/R002/plan' },
   { camera: [1.25, -2, 3, 0, 0.5, 1e4] },
   { camera: [1, 2, 3, 2, 2, 3], isWalking: true },
+  { hiddenFiles: [0, 12] },
   { cutM: 2.35, shows: ['links', 'route', 'open'] as const },
 ])('a view written to the address is read back: %o', (part) => {
   const state = { ...NO_STATE, ...part };
@@ -29,6 +30,7 @@ test('an address that says nothing or nonsense is the default view', () => {
     '#cut=x',
     '#cut=-1',
     '#show=all',
+    '#without=x,-1',
   ]) {
     expect(parseUrlState(hash), hash).toEqual(NO_STATE);
   }

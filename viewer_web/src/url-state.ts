@@ -20,6 +20,8 @@ export interface UrlState {
   readonly cutM: number | null;
   /** What is drawn besides, or differently from what is usual. */
   readonly shows: readonly Shown[];
+  /** Numbers of the files that are not drawn, of a scene of several. */
+  readonly hiddenFiles: readonly number[];
 }
 
 /** `whole`: floors are not lifted apart; `open`: without ceilings. */
@@ -39,6 +41,7 @@ export const NO_STATE: UrlState = {
   isWalking: false,
   cutM: null,
   shows: [],
+  hiddenFiles: [],
 };
 
 export function parseUrlState(hash: string): UrlState {
@@ -59,6 +62,10 @@ export function parseUrlState(hash: string): UrlState {
     isWalking: params.get('walk') === '1',
     cutM: Number(params.get('cut')) > 0 ? Number(params.get('cut')) : null,
     shows: SHOWN.filter((one) => (params.get('show') ?? '').split(',').includes(one)),
+    hiddenFiles: (params.get('without') ?? '')
+      .split(',')
+      .filter((number) => /^\d+$/.test(number))
+      .map(Number),
   };
 }
 
@@ -78,6 +85,7 @@ export function formatUrlState(state: UrlState): string {
   set('camera', state.camera === null ? null : state.camera.map((x) => +x.toFixed(3)).join(','));
   set('cut', state.cutM === null ? null : String(+state.cutM.toFixed(2)));
   set('show', state.shows.length === 0 ? null : state.shows.join(','));
+  set('without', state.hiddenFiles.length === 0 ? null : state.hiddenFiles.join(','));
   set('walk', state.isWalking ? '1' : null);
   const text = params.toString().replaceAll('%2F', '/').replaceAll('%2C', ',');
   return text === '' ? '' : `#${text}`;

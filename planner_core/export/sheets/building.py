@@ -26,6 +26,7 @@ from planner_core.model import (
     SceneSource,
     UInt8Array,
 )
+from planner_core.model.unseen import OUT_OF_SCOPE
 from planner_core.plan_folder.viewer_files import NOT_ACHIEVABLE
 from planner_core.plan_folder.viewer_layers import NONE
 
@@ -38,6 +39,7 @@ class Building:
 
     ground_of_triangle : (T,) int32, number of the floor whose ground a triangle is, from 0; -1 where it is none.
     times_seen : (P,) int32, stations that see each patch, 254 for more. achievable : (P,) bool, some candidate sees it.
+    required : (P,) bool, it is to be covered; of plans that do not say, all.
     """
 
     scene: Scene
@@ -45,6 +47,7 @@ class Building:
     ground_of_triangle: Int32Array
     times_seen: Int32Array
     achievable: BoolArray
+    required: BoolArray
 
 
 def read_building(folder: Path) -> Building | str:
@@ -60,14 +63,18 @@ def read_building(folder: Path) -> Building | str:
         if not path.is_file():
             return f"{path.relative_to(folder)} is not in the plan folder: walls and unseen surface are not drawn"
     scene, patches, ground = _read_stage(stage)
+    reason = folder / "viewer" / "reason.u8"
     seen_bytes = np.fromfile(seen, dtype=np.uint8)
-    if seen_bytes.size != patches.n_patches:
-        return (
-            f"{seen.relative_to(folder)} has {seen_bytes.size} patches, {STAGE_FILE} {patches.n_patches}: walls and "
-            "unseen surface are not drawn; plan again"
-        )
+    reasons = np.fromfile(reason, dtype=np.uint8) if reason.is_file() else np.zeros_like(seen_bytes)
+    for path, values in ((seen, seen_bytes), (reason, reasons)):
+        if values.size != patches.n_patches:
+            return (
+                f"{path.relative_to(folder)} has {values.size} patches, {STAGE_FILE} {patches.n_patches}: walls and "
+                "unseen surface are not drawn; plan again"
+            )
     achievable = seen_bytes != NOT_ACHIEVABLE
-    return Building(scene, patches, ground, np.where(achievable, seen_bytes, 0).astype(np.int32), achievable)
+    times_seen = np.where(achievable, seen_bytes, 0).astype(np.int32)
+    return Building(scene, patches, ground, times_seen, achievable, reasons != OUT_OF_SCOPE)
 
 
 def read_figures(folder: Path, names: tuple[str, ...]) -> dict[str, FloatArray]:

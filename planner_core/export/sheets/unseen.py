@@ -40,6 +40,7 @@ class UnseenSurface:
     A place may still be in several of them, where one lies on a part of the other: the first of the three is seen.
     missed : some allowed position sees it, no station does. out_of_reach : no allowed position sees it.
     walls : (K, 2, 2) ends of strips of wall of which at least half could be seen and is not.
+    Nothing of it but `seen` is surface that need not be covered.
     """
 
     seen: FloatArray
@@ -68,17 +69,17 @@ def unseen_surface(building: Building, floor: int, *, height_m: FloatArray, wind
     normal = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
     twice_m2 = np.linalg.norm(normal, axis=1)
     middle_m = corners_m.mean(axis=1)
-    seen, achievable = building.times_seen[patch] > 0, building.achievable[patch]
+    seen, achievable, required = (of[patch] for of in (building.times_seen > 0, building.achievable, building.required))
     level = np.abs(normal[:, 2]) > _LEVEL * twice_m2
     level &= (middle_m[:, 2] > low_m - _BELOW_M) & (middle_m[:, 2] < low_m + _ABOVE_M)
     level[level] = ~_lies_under(middle_m[level], corners_m[level])
     plan_m = corners_m[:, :, :2]
-    upright = achievable & (np.abs(normal[:, 2]) < _UPRIGHT * twice_m2)
+    upright = achievable & required & (np.abs(normal[:, 2]) < _UPRIGHT * twice_m2)
     upright &= (middle_m[:, 2] >= low_m) & (middle_m[:, 2] < high_m) & of_wall
     return UnseenSurface(
         seen=plan_m[(level | ground) & seen],
-        missed=plan_m[(level | ground) & achievable & ~seen],
-        out_of_reach=plan_m[ground & ~achievable],
+        missed=plan_m[(level | ground) & achievable & required & ~seen],
+        out_of_reach=plan_m[ground & ~achievable & required],
         walls=_strips(middle_m[upright, :2], normal[upright, :2], 0.5 * twice_m2[upright], ~seen[upright]),
     )
 

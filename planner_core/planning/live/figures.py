@@ -64,6 +64,7 @@ def plan_of(
         ),
         times_seen=n_met,
         achievable=achievable,
+        required=parts.overall.patches,
         coverage=coverage_of(area_m2, achievable, seen, parts.overall.patches),
         coverage_by_floor=tuple(coverage_of(area_m2, achievable, seen, part.patches) for part in parts.floors),
         coverage_curve=coverage_curve(demand, rows),

@@ -2,15 +2,18 @@
 
 import math
 import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from planner_core.errors import ExportError, RequirementError
 from planner_core.export.formats import export_plan
 from planner_core.export.options import Options
+from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.pdf import write_pdf
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.progress import silent
@@ -40,13 +43,33 @@ def test_stage_that_is_none_is_refused(
         pdf_of(open_plan(tmp_path / "bare"))
 
 
-def test_patches_of_another_plan_are_told(sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any]) -> None:
+@pytest.mark.parametrize("other", ["viewer/patches.u8", "viewer/reason.u8"])
+def test_patches_of_another_plan_are_told(
+    sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any], other: str
+) -> None:
     (tmp_path / "bare" / "viewer").mkdir(parents=True)
-    for name in ("plan.json", "viewer/stage.usdc"):
+    for name in ("plan.json", "viewer/stage.usdc", "viewer/patches.u8"):
         (tmp_path / "bare" / name).write_bytes((sheet_folder / name).read_bytes())
-    (tmp_path / "bare" / "viewer" / "patches.u8").write_bytes(b"\1\2\3")
+    (tmp_path / "bare" / other).write_bytes(b"\1\2\3")
     sheets = pdf_of(open_plan(tmp_path / "bare"))
-    assert any("has 3 patches" in remark for remark in sheets.remarks)
+    assert any(f"{other} has 3 patches" in remark for remark in sheets.remarks)
+
+
+def test_surface_without_a_requirement_is_known_by_its_reason(sheet_folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(sheet_folder / "viewer", tmp_path / "viewer")
+    whole = read_building(tmp_path)
+    assert isinstance(whole, Building)
+    assert whole.required.all()
+    reasons = np.fromfile(tmp_path / "viewer" / "reason.u8", dtype=np.uint8)
+    reasons[5:9] = 255
+    reasons.tofile(tmp_path / "viewer" / "reason.u8")
+    some = read_building(tmp_path)
+    assert isinstance(some, Building)
+    assert np.flatnonzero(~some.required).tolist() == [5, 6, 7, 8]
+    (tmp_path / "viewer" / "reason.u8").unlink()
+    older = read_building(tmp_path)
+    assert isinstance(older, Building)
+    assert older.required.all()
 
 
 def test_layers_that_are_not_there_are_told(sheet_folder: Path, tmp_path: Path, pdf_of: Callable[..., Any]) -> None:

@@ -41,13 +41,16 @@ class Floor:
     def at(self, z_m: float) -> BoolArray:
         return np.asarray(self.z_m == z_m)
 
-    def unseen(self, seen: BoolArray, achievable: BoolArray) -> UnseenSurface:
+    def unseen(
+        self, seen: BoolArray, achievable: BoolArray, required: BoolArray | None = None, *, low_m: float = 0.0
+    ) -> UnseenSurface:
         scene = self.scene
         top = (np.abs(scene.vertices_m[scene.triangles][:, :, 2] + scene.offset_m[2]) < 1e-6).all(axis=1)
         ground = np.where(top, 0, -1).astype(np.int32)
-        building = Building(scene, self.patches, ground, seen.astype(np.int32), achievable)
+        required = np.ones_like(seen) if required is None else required
+        building = Building(scene, self.patches, ground, seen.astype(np.int32), achievable, required)
         window_m = np.array([[-1.0, -1.0], [5.0, 5.0]]) - scene.offset_m[:2]
-        height_m = np.array([0.0, 2.5]) - scene.offset_m[2]
+        height_m = np.array([low_m, 2.5]) - scene.offset_m[2]
         return unseen_surface(building, 0, height_m=height_m, window_m=window_m)
 
 
@@ -83,3 +86,29 @@ def test_a_covering_that_is_seen_hides_the_slab_below_it(floor: Floor) -> None:
     assert area_m2(found.seen) == pytest.approx(8.0, rel=1e-4)
     assert area_m2(found.missed) == pytest.approx(8.0, rel=0.1)  # patches lie across the carpet's edge
     assert found.missed[:, :, 0].mean(axis=1).min() + floor.scene.offset_m[0] > 2.0
+
+
+def test_what_need_not_be_covered_is_neither_missed_nor_out_of_reach(floor: Floor) -> None:
+    slab, carpet = floor.at(0.0), floor.at(0.015)
+    west = floor.x_m < 2.0
+    nothing = np.zeros_like(slab)
+    # In the east the slab can't be seen; of the west only the slab below the carpet need be covered.
+    found = floor.unseen(nothing, carpet | (slab & west), ~carpet)
+    assert area_m2(found.missed) == pytest.approx(8.0, rel=0.1)
+    assert area_m2(found.out_of_reach) == pytest.approx(8.0, rel=0.1)
+    found = floor.unseen(nothing, carpet | (slab & west), carpet)
+    assert area_m2(found.missed) == pytest.approx(8.0, rel=1e-4)
+    assert area_m2(found.out_of_reach) == 0.0
+
+
+def test_upright_surface_that_need_not_be_covered_marks_no_wall(floor: Floor) -> None:
+    everything = np.ones_like(floor.at(0.0))
+
+    def walls_m(required: BoolArray) -> FloatArray:
+        return floor.unseen(~everything, everything, required, low_m=-0.3).walls + floor.scene.offset_m[:2]
+
+    # The slab's sides stand for walls.
+    walls = walls_m(everything)
+    west = (np.abs(walls[:, :, 0]) < 0.05).all(axis=1)
+    assert 0 < west.sum() < len(walls)
+    np.testing.assert_array_equal(walls_m(floor.x_m > 1e-3), walls[~west])

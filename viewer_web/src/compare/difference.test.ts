@@ -15,8 +15,8 @@ test('what either plan was not asked for is not compared', () => {
   expect([...differenceOf(shown, other)]).toEqual([NOT_ASKED, NOT_ASKED, NOT_ASKED, DIFFERENCE.both]);
   const labels = (isOfSomeFloors: boolean) =>
     differenceLayer('Run R001', false, isOfSomeFloors).classes.map(({ label }) => label);
-  expect(labels(true)).toContain('not in both plans');
-  expect(labels(false)).not.toContain('not in both plans');
+  expect(labels(true)).toContain('not to be covered, or in one plan only');
+  expect(labels(false)).not.toContain('not to be covered, or in one plan only');
 });
 
 test('plans of different surfaces are not compared', () => {

@@ -10,7 +10,7 @@ export const DIFFERENCE_ID = 'difference';
  * `isOfSomeFloors`: one of them is not of all that the other is of.
  */
 export function differenceLayer(other: string, isAsMade: boolean, isOfSomeFloors: boolean): ClassLayer {
-  const notCompared = { ...NOT_ASKED_CLASS, label: 'not in both plans' };
+  const notCompared = { ...NOT_ASKED_CLASS, label: 'not to be covered, or in one plan only' };
   return {
     kind: 'classes',
     id: DIFFERENCE_ID,

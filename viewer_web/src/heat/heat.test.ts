@@ -52,11 +52,11 @@ test('what nobody asked for is neither seen nor unseen, whatever is known of it'
   expect(others).not.toContain(rgb(colors, NOT_ASKED).join());
 });
 
-test('legends tell of what nobody asked for only where a plan is of some floors', () => {
+test('legends tell of what need not be covered only where there is such surface', () => {
   for (const layer of [TIMES_SEEN_LAYER, layersOf([], ['covered'], []).at(-1) as ClassLayer]) {
-    const labels = (isOfSomeFloors: boolean) => legendClasses(layer, isOfSomeFloors).map(({ label }) => label);
-    expect(labels(true)).toContain('out of scope');
-    expect(labels(true).filter((label) => label !== 'out of scope')).toEqual(labels(false));
+    const labels = (hasNotAsked: boolean) => legendClasses(layer, hasNotAsked).map(({ label }) => label);
+    expect(labels(true)).toContain('not to be covered');
+    expect(labels(true).filter((label) => label !== 'not to be covered')).toEqual(labels(false));
   }
 });
 
@@ -176,13 +176,14 @@ test('a piece is the patches that bear its name, and none that have none', () =>
 
 test('the coverage of an element is that of its own patches', () => {
   const areas = patchAreas(TRIANGLES, 5);
-  const element = { sceneIndex: 0, name: '', kind: '', floorId: '', firstTriangle: 0, nTriangles: 1 };
+  const element = { sceneIndex: 0, name: '', kind: '', floorId: '', file: 0, firstTriangle: 0, nTriangles: 1 };
   const coverage = coverageOf(element, TRIANGLES, Uint8Array.of(9, 0, 1, 2, NOT_ACHIEVABLE), areas);
-  expect(coverage.areaM2).toBeCloseTo(6);
+  expect([coverage.areaM2, coverage.askedM2]).toEqual([6, 6].map((area) => expect.closeTo(area)));
   expect(coverage.achievableM2).toBeCloseTo(4.5);
   expect(coverage.seenM2).toBeCloseTo(3);
   const some = coverageOf(element, TRIANGLES, Uint8Array.of(9, 0, 1, 2, NOT_ASKED), areas);
   expect([some.achievableM2, some.seenM2]).toEqual([coverage.achievableM2, coverage.seenM2]);
+  expect([some.areaM2, some.askedM2]).toEqual([6, 4.5].map((area) => expect.closeTo(area)));
 });
 
 test('reasons that the viewer words otherwise are reasons of the planner', () => {

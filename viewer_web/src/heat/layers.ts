@@ -40,7 +40,7 @@ export const TIMES_SEEN = 'times_seen';
 export const PLAIN = 'plain';
 /** Value of `times_seen` where no candidate sees the patch. */
 export const NOT_ACHIEVABLE = 255;
-/** Value of `times_seen`, in the viewer alone, of patches out of scope, see heat/scope.ts. */
+/** Value of `times_seen`, in the viewer alone, of patches that need not be covered, see heat/scope.ts. */
 export const NOT_ASKED = 254;
 
 const UNSEEN = '#e8833a';
@@ -48,7 +48,7 @@ const SEEN = ['#a9d9d3', '#62b6b7', '#2b8a9b', '#17607a'] as const;
 const GREY: ThemedColor = { light: '#c6cacc', dark: '#6d757a' };
 /** Paler than what can't be seen: nothing was tried there. */
 export const PALE: ThemedColor = { light: '#eef0f1', dark: '#42494e' };
-export const NOT_ASKED_CLASS: HeatClass = { value: NOT_ASKED, label: 'out of scope', color: PALE };
+export const NOT_ASKED_CLASS: HeatClass = { value: NOT_ASKED, label: 'not to be covered', color: PALE };
 
 /** Of viewer/patches.u8: how many stations see it. */
 export const TIMES_SEEN_LAYER: ClassLayer = {
@@ -80,7 +80,7 @@ const SEEN_LAYER: ClassLayer = {
 };
 
 export const REASON = 'reason';
-/** Value of `reason` of patches out of scope. */
+/** Value of `reason` of patches without a requirement: out of scope, of other floors, or of obstacles. */
 export const OUT_OF_SCOPE = 255;
 /** By reason: what a further station would mend is warm, what the scanner can't do is cool, what nobody can is grey. */
 /** Not in files: what stations would see, and those of the edited plan do not. */
@@ -141,9 +141,9 @@ export function layersOf(
   return [TIMES_SEEN_LAYER, SEEN_LAYER, ...ramps, ...why, ...extra];
 }
 
-/** The classes that a legend tells of: what is out of scope only where the plan is of some floors. */
-export function legendClasses({ classes }: ClassLayer, isOfSomeFloors: boolean): readonly HeatClass[] {
-  return isOfSomeFloors ? classes : classes.filter(({ label }) => label !== NOT_ASKED_CLASS.label);
+/** The classes that a legend tells of: what need not be covered only where there is such surface. */
+export function legendClasses({ classes }: ClassLayer, hasNotAsked: boolean): readonly HeatClass[] {
+  return hasNotAsked ? classes : classes.filter(({ label }) => label !== NOT_ASKED_CLASS.label);
 }
 
 /** Id of the values that a layer shows. */

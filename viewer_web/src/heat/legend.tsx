@@ -61,13 +61,13 @@ interface ColorsProps {
   readonly layer: HeatLayer;
   readonly spread: Spread | null;
   readonly isDark: boolean;
-  /** The plan is not of all floors. */
-  readonly isOfSomeFloors: boolean;
+  /** Something need not be covered. */
+  readonly hasNotAsked: boolean;
 }
 
 function LayerLegend({ store, state, isDark }: { store: Store; state: LayerState; isDark: boolean }) {
   if (state.kind === 'none') return null;
-  const isOfSomeFloors = store.loaded.value !== null && store.loaded.value.scope !== null;
+  const hasNotAsked = store.loaded.value !== null && store.loaded.value.scope !== null;
   return (
     <figure class="legend" aria-label="Legend" data-testid="legend" data-state={state.kind}>
       {state.kind === 'failed' ? (
@@ -76,7 +76,7 @@ function LayerLegend({ store, state, isDark }: { store: Store; state: LayerState
         <>
           <figcaption>{state.layer.title}</figcaption>
           {state.kind === 'loading' && <p class="muted">Loading …</p>}
-          {state.kind === 'shown' && <Colors {...state} isDark={isDark} isOfSomeFloors={isOfSomeFloors} />}
+          {state.kind === 'shown' && <Colors {...state} isDark={isDark} hasNotAsked={hasNotAsked} />}
           {state.kind === 'shown' && state.layer.id === DIFFERENCE_ID && <ChangesLegend store={store} />}
         </>
       )}
@@ -92,11 +92,11 @@ function Colors({ layer, spread, ...how }: ColorsProps) {
 interface ClassesProps {
   readonly layer: ClassLayer;
   readonly isDark: boolean;
-  readonly isOfSomeFloors: boolean;
+  readonly hasNotAsked: boolean;
 }
 
-function Classes({ layer, isDark, isOfSomeFloors }: ClassesProps) {
-  const classes = legendClasses(layer, isOfSomeFloors);
+function Classes({ layer, isDark, hasNotAsked }: ClassesProps) {
+  const classes = legendClasses(layer, hasNotAsked);
   return (
     <ul class={classes.length > 7 ? 'legend-classes legend-columns' : 'legend-classes'}>
       {classes.map(({ value, label, color }) => (
@@ -115,10 +115,10 @@ interface RampProps {
   readonly layer: RampLayer;
   readonly spread: Spread;
   readonly isDark: boolean;
-  readonly isOfSomeFloors: boolean;
+  readonly hasNotAsked: boolean;
 }
 
-function Ramp({ layer, spread, isDark, isOfSomeFloors }: RampProps) {
+function Ramp({ layer, spread, isDark, hasNotAsked }: RampProps) {
   const { low, high, median, mostly } = spread;
   return (
     <>
@@ -144,7 +144,7 @@ function Ramp({ layer, spread, isDark, isOfSomeFloors }: RampProps) {
           <i class="swatch swatch-none" />
           not scannable, or unknown
         </li>
-        {isOfSomeFloors && (
+        {hasNotAsked && (
           <li>
             <Swatch color={themed(NOT_ASKED_CLASS.color, isDark)} />
             {NOT_ASKED_CLASS.label}

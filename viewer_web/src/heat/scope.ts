@@ -1,10 +1,10 @@
-/** Which patches a plan was asked for. A plan of some floors says nothing of the others: they are neither seen nor unseen. */
+/** Which patches are to be covered. The others (out of scope, furniture, other floors) are neither seen nor unseen. */
 import { NOT_ASKED, OUT_OF_SCOPE } from './layers.ts';
 
 /** Values of `times_seen` are numbers of stations up to this one. */
 const MOST_STATIONS = NOT_ASKED - 1;
 
-/** How many stations see each patch, and `NOT_ASKED` out of scope; `reasons` null: the plan is of everything. */
+/** How many stations see each patch, and `NOT_ASKED` where it need not be; `reasons` null: all is to be covered. */
 export function withinScope(timesSeen: Uint8Array, reasons: ArrayLike<number> | null): Uint8Array {
   if (reasons === null) return timesSeen;
   return timesSeen.map((value, patch) => scoped(value, reasons[patch]));

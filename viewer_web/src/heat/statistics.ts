@@ -31,7 +31,7 @@ export function triangleArea(squaredEdges: ArrayLike<number>, at: number): numbe
   return Math.sqrt(Math.max(0, 2 * (a * b + b * c + c * a) - (a * a + b * b + c * c))) / 4;
 }
 
-/** Colours run from 0 to the round number above what most of the surface keeps; what is out of scope does not count. */
+/** Colours run from 0 to the round number above what most of the surface keeps; what need not be covered does not count. */
 export function spreadOf(values: PatchValues, layer: RampLayer, areas: Float32Array, timesSeen: Uint8Array): Spread {
   const areaOfValue = new Float64Array(65536);
   let total = 0;

@@ -34,7 +34,7 @@ function cube({ isInsideOut = false, nFaces = 6 } = {}): StageTriangles {
 }
 
 const whole = (triangles: StageTriangles): StageElement[] => [
-  { sceneIndex: 0, name: 'cube', kind: 'Mesh', floorId: '', firstTriangle: 0, nTriangles: triangles.count },
+  { sceneIndex: 0, name: 'cube', kind: 'Mesh', floorId: '', file: 0, firstTriangle: 0, nTriangles: triangles.count },
 ];
 
 test('a cube has twelve lines and none along the diagonals of its faces', () => {
@@ -44,6 +44,17 @@ test('a cube has twelve lines and none along the diagonals of its faces', () => 
     const length = Math.hypot(...[0, 1, 2].map((k) => linesM[i + k] - linesM[i + 3 + k]));
     expect(length).toBeCloseTo(1);
   }
+});
+
+test('lines tell which element they are of', () => {
+  const one = cube();
+  const open = cube({ nFaces: 5 });
+  const count = one.count + open.count;
+  const cornersM = Float32Array.of(...one.cornersM, ...open.cornersM);
+  const [first] = whole(one);
+  const second = { ...first, firstTriangle: one.count, nTriangles: open.count };
+  const { firstLine } = findEdges({ ...one, count, cornersM }, [first, { ...second, nTriangles: 0 }, second]);
+  expect([...firstLine]).toEqual([0, 12, 12, 24]);
 });
 
 test('closed bodies tell which way their faces look', () => {

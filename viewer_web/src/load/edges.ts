@@ -13,6 +13,8 @@ const SMALLEST_BEND_RAD = (25 * Math.PI) / 180;
 export interface StageEdges {
   /** (L, 2, 3) flat: both ends of each line, metres. */
   readonly linesM: Float32Array;
+  /** (E + 1,): lines of element e are firstLine[e] ... firstLine[e + 1] - 1. */
+  readonly firstLine: Int32Array;
   /** Per triangle: 1 closed body with outward faces, -1 closed body turned inside out, 0 open surface. */
   readonly bodySide: Int8Array;
 }
@@ -22,11 +24,13 @@ export function findEdges(triangles: StageTriangles, elements: readonly StageEle
   const bodySide = new Int8Array(triangles.count);
   const largest = elements.reduce((most, { nTriangles }) => Math.max(most, nTriangles), 0);
   const scratch = new Scratch(3 * largest);
-  for (const { firstTriangle, nTriangles } of elements) {
+  const firstLine = new Int32Array(elements.length + 1);
+  for (const [i, { firstTriangle, nTriangles }] of elements.entries()) {
     const side = findElementEdges(triangles.cornersM, firstTriangle, nTriangles, scratch, lines);
     bodySide.fill(side, firstTriangle, firstTriangle + nTriangles);
+    firstLine[i + 1] = lines.length / 6;
   }
-  return { linesM: lines.taken(), bodySide };
+  return { linesM: lines.taken(), firstLine, bodySide };
 }
 
 /**
@@ -164,6 +168,10 @@ class GrowingFloats {
       this.values = larger;
     }
     for (let k = 0; k < 3; k++) this.values[this.n++] = from[at + k];
+  }
+
+  get length(): number {
+    return this.n;
   }
 
   taken(): Float32Array<ArrayBuffer> {

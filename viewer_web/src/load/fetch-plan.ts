@@ -23,7 +23,7 @@ export interface LoadedPlan {
   readonly tree: SerializedBVH;
   /** One byte a patch: stations that see it; 255: not achievable; 254: not asked for. */
   readonly patchSeen: Uint8Array;
-  /** Reason of each patch, where it tells what was asked for; null: all of the building was. See heat/scope.ts. */
+  /** Reason of each patch, where it tells what need not be covered; null: all is to be. See heat/scope.ts. */
   readonly scope: Uint8Array | null;
   /** Null: an older version made the plan, and it says nothing of ranges, incidences and reasons by patch. */
   readonly layers: LayersJson | null;
@@ -46,14 +46,16 @@ export async function fetchPlan(base: string, onStep: OnStep): Promise<LoadedPla
   return { base, plan, patchSeen, scope, layers, ...prepared };
 }
 
-/** The reasons of patches, where the plan is of some floors; null: it is of all, or too old to tell. */
+/** The reasons of patches, where some need not be covered; null: all are to be, or the plan is too old to tell. */
 export async function fetchScope(
   base: string,
-  { requirements: { floors } }: PlanJson,
+  { requirements: { floors }, scope }: PlanJson,
   nPatches: number,
   signal?: AbortSignal,
 ): Promise<Uint8Array | null> {
-  if (!floors?.length) return null;
+  const outsideM2 =
+    (scope?.out_of_scope_area_m2 ?? 0) + (scope?.obstacles ?? []).reduce((sum, { area_m2 }) => sum + area_m2, 0);
+  if (!floors?.length && outsideM2 === 0) return null;
   try {
     const bytes = await fetchBytes(base, 'viewer/reason.u8', undefined, signal);
     const reasons = decodeValues('reason.u8', bytes, nPatches, 1) as Uint8Array;

@@ -33,6 +33,7 @@ export function buffersOf({ stage: { triangles }, edges, tree }: PreparedStage):
     triangles.patchDepth,
     triangles.groundOf,
     edges.linesM,
+    edges.firstLine,
     edges.bodySide,
     ...(tree.indirectBuffer === null ? [] : [tree.indirectBuffer]),
   ];

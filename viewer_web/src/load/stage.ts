@@ -14,6 +14,8 @@ export interface StageElement {
   readonly name: string;
   readonly kind: string;
   readonly floorId: string;
+  /** Number of its file in `Stage.files`; 0 of a scene of one file. */
+  readonly file: number;
   /** Its triangles are firstTriangle ... firstTriangle + nTriangles - 1 of the merged list. */
   readonly firstTriangle: number;
   readonly nTriangles: number;
@@ -59,6 +61,8 @@ export interface StageTriangles {
 export interface Stage {
   readonly triangles: StageTriangles;
   readonly elements: readonly StageElement[];
+  /** Names of the files, in the order given; empty: the scene is one file. */
+  readonly files: readonly string[];
   /** Lowest first. */
   readonly floors: readonly StageFloor[];
   readonly stations: readonly StageStation[];
@@ -75,8 +79,13 @@ export function readStage(buffer: ArrayBuffer): Stage {
   if (meshes.length === 0) throw damaged('it has no meshes under /Plan/Building');
   const children = (folder: string): CratePrim[] =>
     prims.filter((prim) => prim.path.startsWith(folder) && !prim.path.slice(folder.length).includes('/'));
+  const files = children('/Plan/Building/').filter((prim) => prim.get('tlsplan:file') !== undefined);
   return {
-    ...mergeMeshes(meshes),
+    ...mergeMeshes(
+      meshes,
+      files.map(({ path }) => `${path}/`),
+    ),
+    files: files.map((prim) => string(prim, 'tlsplan:file')),
     floors: children('/Plan/Floors/')
       .map(readFloor)
       .sort((a, b) => a.index - b.index),
@@ -87,7 +96,11 @@ export function readStage(buffer: ArrayBuffer): Stage {
   };
 }
 
-function mergeMeshes(meshes: readonly CratePrim[]): { triangles: StageTriangles; elements: StageElement[] } {
+/** `folders`: paths that the meshes of each file are below. */
+function mergeMeshes(
+  meshes: readonly CratePrim[],
+  folders: readonly string[],
+): { triangles: StageTriangles; elements: StageElement[] } {
   const indices = meshes.map((mesh) => integers(mesh, 'faceVertexIndices'));
   const count = indices.reduce((sum, list) => sum + list.length / 3, 0);
   const triangles = {
@@ -119,6 +132,10 @@ function mergeMeshes(meshes: readonly CratePrim[]): { triangles: StageTriangles;
       name: string(mesh, 'tlsplan:name'),
       kind: string(mesh, 'tlsplan:kind'),
       floorId: string(mesh, 'tlsplan:floor'),
+      file: Math.max(
+        0,
+        folders.findIndex((folder) => mesh.path.startsWith(folder)),
+      ),
       firstTriangle: first,
       nTriangles: n,
     });

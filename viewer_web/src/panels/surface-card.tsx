@@ -1,5 +1,6 @@
 /** What was clicked in the building. */
 import type { ElementCoverage } from '../heat/element-coverage.ts';
+import { NOT_ASKED_CLASS } from '../heat/layers.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Picked } from '../scene/state.ts';
 import type { Store } from '../store.ts';
@@ -44,12 +45,13 @@ export function SurfaceCard({ store, view }: { store: Store; view: PlanView | nu
 }
 
 /** Of the whole element. */
-function Coverage({ coverage: { areaM2, achievableM2, seenM2 } }: { coverage: ElementCoverage }) {
+function Coverage({ coverage: { areaM2, askedM2, achievableM2, seenM2 } }: { coverage: ElementCoverage }) {
+  const none = askedM2 > 0 ? 'not scannable' : NOT_ASKED_CLASS.label;
   return (
     <>
       <Figure
         name="Coverage"
-        value={achievableM2 > 0 ? `${percent(seenM2 / achievableM2)} of ${areaWords(achievableM2)}` : 'not scannable'}
+        value={achievableM2 > 0 ? `${percent(seenM2 / achievableM2)} of ${areaWords(achievableM2)}` : none}
         hint="Of the element’s surface that at least one candidate position sees"
       />
       <Figure name="Total surface" value={areaWords(areaM2)} hint="Insides and undersides included" />
@@ -59,7 +61,7 @@ function Coverage({ coverage: { areaM2, achievableM2, seenM2 } }: { coverage: El
 
 function seenInWords({ isSection, isAsked, timesSeen }: Picked): string {
   if (isSection) return 'cut section';
-  if (!isAsked) return 'out of scope';
+  if (!isAsked) return NOT_ASKED_CLASS.label;
   if (timesSeen === null) return 'not scannable';
   return timesSeen === 0 ? 'no station' : counted(timesSeen, 'station');
 }

@@ -1,6 +1,7 @@
 /** The tabs of the sidebar: which of its pages is shown. */
 import type { ComponentChildren } from 'preact';
 import { EditTab } from '../edit/edit-tab.tsx';
+import { FileList } from '../files/file-list.tsx';
 import { FloorSelector } from '../floors/floor-selector.tsx';
 import { NetworkTab } from '../network/network-tab.tsx';
 import { ReviewTab } from '../review/review-tab.tsx';
@@ -89,6 +90,7 @@ function pageOf(id: TabId, { store, view }: TabsProps): ComponentChildren {
     <>
       <Summary store={store} />
       <FloorSelector store={store} />
+      <FileList store={store} />
       <RouteSection store={store} />
       <StationList store={store} />
     </>

@@ -64,7 +64,7 @@ export class Building {
   constructor({ stage, edges, patchSeen }: LoadedPlan) {
     const { triangles } = stage;
     this.surfaces = surfaceChunks(triangles.cornersM, stage.elements);
-    this.lines = lineChunks(edges.linesM);
+    this.lines = lineChunks(edges, stage.elements);
     const shape = new Float32Array(4 * triangles.count);
     const numbers = new Int32Array(2 * triangles.count);
     for (let t = 0; t < triangles.count; t++) {
@@ -175,29 +175,31 @@ export class Building {
     this.bindPatches();
   }
 
-  setSlices(slices: readonly Slice[]): void {
+  /** `hiddenFiles`: numbers of files of which nothing is drawn. */
+  setSlices(slices: readonly Slice[], hiddenFiles: ReadonlySet<number> = new Set()): void {
     this.disposeSlices();
+    const isDrawn = (chunk: Chunk, slice: Slice): boolean => !hiddenFiles.has(chunk.file) && reaches(chunk, slice);
     for (const slice of slices) {
       const { surfaces, line, ghost } = sliceMaterials(slice, this.uniforms, this.lineUniforms);
       this.materials.push(...surfaces, line, ghost);
       const meshes = this.surfaces
-        .filter((chunk) => reaches(chunk, slice))
+        .filter((chunk) => isDrawn(chunk, slice))
         .flatMap((chunk) => [...surfaces, ghost].map((material) => pieceOf(chunk, material)));
       for (const mesh of meshes.filter(({ material }) => material === ghost)) {
         mesh.visible = this.uniforms.hasMarks.value;
         this.ghosts.push(mesh);
       }
       const lines = this.lines
-        .filter((chunk) => reaches(chunk, slice))
+        .filter((chunk) => isDrawn(chunk, slice))
         .map(({ geometry }) => new LineSegments(geometry, line));
       for (const object of [...meshes, ...lines]) {
         object.position.z = slice.liftM;
         this.group.add(object);
       }
     }
-    // What no slice reaches gives its graphics memory back; it is filled again when a slice does.
+    // What is not drawn gives its graphics memory back; it is filled again when it is.
     for (const chunk of [...this.surfaces, ...this.lines]) {
-      if (!slices.some((slice) => reaches(chunk, slice))) chunk.geometry.dispose();
+      if (!slices.some((slice) => isDrawn(chunk, slice))) chunk.geometry.dispose();
     }
   }
 

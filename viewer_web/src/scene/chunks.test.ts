@@ -10,7 +10,7 @@ function storeys(sizes: readonly number[]): { cornersM: Float32Array; elements: 
   let first = 0;
   const elements = sizes.map((nTriangles, storey) => {
     for (let i = 9 * first + 2; i < 9 * (first + nTriangles); i += 3) cornersM[i] = 3 * storey + (i % 2);
-    const element = { sceneIndex: storey, name: '', kind: '', floorId: '', firstTriangle: first, nTriangles };
+    const element = { sceneIndex: storey, name: '', kind: '', floorId: '', file: 0, firstTriangle: first, nTriangles };
     first += nTriangles;
     return element;
   });
@@ -55,10 +55,34 @@ test('a slice draws the pieces it reaches', () => {
   expect(chunks.every((chunk) => reaches(chunk, WHOLE_BUILDING))).toBe(true);
 });
 
-test('lines come in pieces of whole lines, and none of no lines', () => {
-  const chunks = lineChunks(new Float32Array(6 * 150_000));
+test('a file begins a piece of its own, however little is left of the one before', () => {
+  const { cornersM, elements } = storeys([3000, 20, 5000, 1]);
+  const chunks = surfaceChunks(
+    cornersM,
+    elements.map((element, i) => ({ ...element, file: [0, 1, 1, 2][i] })),
+  );
+  expect(chunks.map(({ file, firstTriangle }) => [file, firstTriangle])).toEqual([
+    [0, 0],
+    [1, 3000],
+    [2, 8020],
+  ]);
+});
+
+test('lines come in pieces of whole lines of one file, and none of no lines', () => {
+  const { elements } = storeys([1, 1, 1]);
+  const firstLine = Int32Array.of(0, 100_000, 100_010, 150_000);
+  const edges = { linesM: new Float32Array(6 * 150_000), firstLine, bodySide: new Int8Array(3) };
+  const chunks = lineChunks(
+    edges,
+    elements.map((element, i) => ({ ...element, file: i === 0 ? 0 : 1 })),
+  );
+  const linesOf = (file: number) =>
+    chunks
+      .filter((chunk) => chunk.file === file)
+      .reduce((sum, { geometry }) => sum + geometry.getAttribute('position').array.length / 6, 0);
+  expect([linesOf(0), linesOf(1)]).toEqual([100_000, 50_000]);
   const lengths = chunks.map(({ geometry }) => geometry.getAttribute('position').array.length);
   expect(lengths.every((n) => n % 6 === 0)).toBe(true);
   expect(lengths.reduce((a, b) => a + b)).toBe(6 * 150_000);
-  expect(lineChunks(new Float32Array(0))).toEqual([]);
+  expect(lineChunks({ ...edges, linesM: new Float32Array(0), firstLine: new Int32Array(4) }, elements)).toEqual([]);
 });

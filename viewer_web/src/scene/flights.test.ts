@@ -54,6 +54,7 @@ beforeEach(() => {
     loaded,
     viewport: viewport as Viewport,
     picker: { firstHit: () => null } as unknown as SurfacePicker,
+    isHidden: () => false,
     places: () => {
       throw new Error('nothing here asks for patches');
     },

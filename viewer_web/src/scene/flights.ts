@@ -24,6 +24,8 @@ export interface FlightDeck {
   readonly loaded: LoadedPlan;
   readonly viewport: Viewport;
   readonly picker: SurfacePicker;
+  /** Whether a triangle is of a file that is switched off. */
+  readonly isHidden: IsPassed;
   /** Where patches are; made when first asked for. */
   places(): PatchPlaces;
   /** Walk from where the camera is asked to be. */
@@ -178,20 +180,21 @@ export class Flights {
    * front of a surface from its back. Further off only what is drawn hides it.
    */
   private freeLength(ray: Ray, liftM: number, isPassed?: IsPassed): number {
-    const { picker, store } = this.deck;
+    const { picker, store, isHidden } = this.deck;
     const nearM = picker.firstHit(ray, [WHOLE_BUILDING], NEAR_SURFACE_M, isPassed)?.distanceM;
     if (nearM !== undefined) return nearM;
     const drawn = new Ray(ray.origin.clone().setZ(ray.origin.z + liftM), ray.direction);
-    const far = picker.firstHit(drawn, store.slices.peek(), Number.POSITIVE_INFINITY, isPassed);
+    const isBehind: IsPassed = (t) => isHidden(t) || isPassed?.(t) === true;
+    const far = picker.firstHit(drawn, store.slices.peek(), Number.POSITIVE_INFINITY, isBehind);
     return far?.distanceM ?? Number.POSITIVE_INFINITY;
   }
 
   /** Whether nothing that is drawn lies between two places, which are drawn higher by `liftM`. */
   private isOpen(fromM: Vector3, toM: Vector3, liftM: number): boolean {
-    const { picker, store } = this.deck;
+    const { picker, store, isHidden } = this.deck;
     const from = fromM.clone().setZ(fromM.z + liftM);
     const direction = toM.clone().sub(fromM).normalize();
-    return picker.firstHit(new Ray(from, direction), store.slices.peek(), fromM.distanceTo(toM)) === null;
+    return picker.firstHit(new Ray(from, direction), store.slices.peek(), fromM.distanceTo(toM), isHidden) === null;
   }
 }
 

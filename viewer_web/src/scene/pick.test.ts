@@ -1,7 +1,9 @@
 import { BufferAttribute, BufferGeometry, Ray, Vector3 } from 'three';
 import { MeshBVH } from 'three-mesh-bvh';
 import { expect, test } from 'vitest';
+import { createFileState, hiddenTriangles } from '../files/state.ts';
 import { type Slice, WHOLE_BUILDING } from '../floors/cut.ts';
+import type { StageElement, StageTriangles } from '../load/stage.ts';
 import { SurfacePicker } from './pick.ts';
 
 /** A level square of two triangles at a height, and an upright one across x. */
@@ -39,6 +41,22 @@ test('a ray goes on behind what is passed', () => {
   const isFirstWall = (triangle: number): boolean => triangle === 4 || triangle === 5;
   expect(pick.firstHit(ACROSS, [WHOLE_BUILDING], 99, isFirstWall)?.distanceM).toBeCloseTo(4);
   expect(pick.firstHit(ACROSS, [WHOLE_BUILDING], 3, isFirstWall)).toBeNull();
+});
+
+test('of a file that is switched off nothing is hit, however much of it lies in front', () => {
+  const hidden = Array.from({ length: 120 }, (_, i) => upright(0.1 + 0.01 * i)).flat();
+  const corners = Float32Array.from([...hidden, ...upright(4)]);
+  const geometry = new BufferGeometry().setAttribute('position', new BufferAttribute(corners, 3));
+  const pick = new SurfacePicker(corners, MeshBVH.serialize(new MeshBVH(geometry, { indirect: true })));
+  const files = createFileState();
+  const isHidden = hiddenTriangles(files, {
+    triangles: { element: Int32Array.from({ length: 242 }, (_, t) => (t < 240 ? 0 : 1)) } as StageTriangles,
+    elements: [{ file: 1 } as StageElement, { file: 0 } as StageElement],
+  });
+  const distance = () => pick.firstHit(ACROSS, [WHOLE_BUILDING], 99, isHidden)?.distanceM;
+  expect(distance()).toBeCloseTo(0.1);
+  files.hiddenFiles.value = new Set([1]);
+  expect(distance()).toBeCloseTo(4);
 });
 
 test('nothing is hit beyond the far end, nor level with a slice that lies elsewhere', () => {

@@ -6,8 +6,8 @@ import { FLAT_COS, type Slice } from '../floors/cut.ts';
 /** Whether a ray goes on behind a triangle. */
 export type IsPassed = (triangle: number) => boolean;
 
-/** Layers of ceilings, roofs and doors that a ray is followed through. */
-const MOST_PASSED = 50;
+/** Layers of ceilings, roofs, doors and hidden files that a ray is followed through. */
+const MOST_PASSED = 500;
 
 export interface SurfaceHit {
   readonly triangle: number;

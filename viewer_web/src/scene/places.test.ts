@@ -27,6 +27,7 @@ const ELEMENT: StageElement = {
   name: '',
   kind: '',
   floorId: '',
+  file: 0,
   firstTriangle: 0,
   nTriangles: 2,
 };

@@ -1,6 +1,7 @@
 /** The 3D side of the viewer: follows the store's signals, and tells it what was clicked. */
 import { computed, effect, untracked } from '@preact/signals';
 import { type Object3D, Ray, Vector3 } from 'three';
+import { hiddenTriangles } from '../files/state.ts';
 import { sliceOfFloor } from '../floors/cut.ts';
 import { coverageOf, type ElementCoverage } from '../heat/element-coverage.ts';
 import { NOT_ACHIEVABLE, NOT_ASKED, type PatchValues, TIMES_SEEN, valuesOf } from '../heat/layers.ts';
@@ -27,7 +28,7 @@ import { drawnPlace, Flights } from './flights.ts';
 import type { MarkerPlace } from './marker-place.ts';
 import { DARK, LIGHT } from './palette.ts';
 import { PatchPlaces } from './patch-places.ts';
-import { type SurfaceHit, SurfacePicker } from './pick.ts';
+import { type IsPassed, type SurfaceHit, SurfacePicker } from './pick.ts';
 import { Pointer, type PointerConsumer } from './pointer.ts';
 import type { Picked } from './state.ts';
 import { Viewport } from './viewport.ts';
@@ -47,6 +48,7 @@ export class PlanView {
   private readonly patchPaint: PatchPaint;
   private readonly marks: MarkFollower;
   private readonly picker: SurfacePicker;
+  private readonly isHidden: IsPassed;
   private patchPlaces: PatchPlaces | null = null;
   private readonly links: LinkLines;
   private readonly clouds: CloudSet;
@@ -68,6 +70,7 @@ export class PlanView {
     this.building = new Building(loaded);
     this.patchPaint = new PatchPaint(store, loaded, this.building, () => this.requestFrame());
     this.picker = new SurfacePicker(loaded.stage.triangles.cornersM, loaded.tree);
+    this.isHidden = hiddenTriangles(store, loaded.stage);
     this.marks = new MarkFollower(
       store,
       loaded,
@@ -105,6 +108,7 @@ export class PlanView {
       loaded,
       viewport: this.viewport,
       picker: this.picker,
+      isHidden: this.isHidden,
       places: () => this.places,
       walkAt: (pose) => this.walk.enterAt(pose),
     });
@@ -216,7 +220,7 @@ export class PlanView {
   /** The surface under a place of the page; null: none. */
   surfaceAt(clientX: number, clientY: number): Picked | null {
     const ray = this.viewport.rayAt(clientX, clientY);
-    const hit = this.picker.firstHit(ray, this.store.slices.peek());
+    const hit = this.firstDrawn(ray);
     return hit === null ? null : this.describe(hit, ray.direction);
   }
 
@@ -281,7 +285,7 @@ export class PlanView {
   private followFloors(): void {
     this.endings.push(
       effect(() => {
-        this.building.setSlices(this.store.slices.value);
+        this.building.setSlices(this.store.slices.value, this.store.hiddenFiles.value);
         this.viewport.requestFrame();
       }),
     );
@@ -360,7 +364,7 @@ export class PlanView {
 
   /** What one can stand on under a place of the page. */
   private groundAt(clientX: number, clientY: number): [number, number, number] | null {
-    const hit = this.picker.firstHit(this.viewport.rayAt(clientX, clientY), this.store.slices.peek());
+    const hit = this.firstDrawn(this.viewport.rayAt(clientX, clientY));
     if (hit === null) return null;
     const [nx, ny, nz] = normalOf(this.loaded.stage.triangles.cornersM, hit.triangle);
     const isLevel = Math.abs(nz) > 0.8 * Math.hypot(nx, ny, nz);
@@ -392,7 +396,12 @@ export class PlanView {
   private coverOf(at: Vector3): SurfaceHit | null {
     const eye = this.viewport.camera.position;
     const ray = new Ray(eye.clone(), at.clone().sub(eye).normalize());
-    return this.picker.firstHit(ray, this.store.slices.peek(), eye.distanceTo(at) - OCCLUSION_SLACK_M);
+    return this.firstDrawn(ray, eye.distanceTo(at) - OCCLUSION_SLACK_M);
+  }
+
+  /** The first surface that a ray meets of what is drawn. */
+  private firstDrawn(ray: Ray, farM = Number.POSITIVE_INFINITY): SurfaceHit | null {
+    return this.picker.firstHit(ray, this.store.slices.peek(), farM, this.isHidden);
   }
 
   /** A click on ground picks its floor; on anything else it tells what that is; beside the building it lets go. */

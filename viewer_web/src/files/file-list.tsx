@@ -1,0 +1,24 @@
+/** The list of files of a scene of several: which ones are drawn. */
+import { Section } from '../panels/section.tsx';
+import type { Store } from '../store.ts';
+
+export function FileList({ store }: { store: Store }) {
+  const files = store.loaded.value?.stage.files ?? [];
+  if (files.length < 2) return null;
+  return (
+    <Section title="Files">
+      <fieldset class="controls" aria-label="Files">
+        {files.map((name, file) => (
+          <label key={file} class="check" title={name}>
+            <input
+              type="checkbox"
+              checked={!store.hiddenFiles.value.has(file)}
+              onChange={(event) => store.showFile(file, event.currentTarget.checked)}
+            />
+            {name}
+          </label>
+        ))}
+      </fieldset>
+    </Section>
+  );
+}
