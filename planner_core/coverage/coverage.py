@@ -12,8 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner_core.model import (
     BoolArray,
@@ -31,6 +33,7 @@ from planner_core.model import (
 #: Unseen parts of elements smaller than this are slivers, not something to go back for.
 MIN_UNSEEN_M2 = 0.01
 _ENTRIES_A_PIECE = 4_000_000
+_Value = TypeVar("_Value", bound=np.generic)
 
 
 def stacked_rows(first: Visibility, second: Visibility) -> Visibility:
@@ -42,23 +45,30 @@ def stacked_rows(first: Visibility, second: Visibility) -> Visibility:
     )
 
 
+def taken_along(
+    starts: Int64Array, values: NDArray[_Value], rows: Sequence[int] | Int64Array
+) -> tuple[Int64Array, NDArray[_Value]]:
+    """Starts, and values (M,) along compressed rows, of rows in the order given."""
+    chosen = np.asarray(rows, dtype=np.int64)
+    size = np.diff(starts)[chosen]
+    begins = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
+    out = np.empty(begins[-1], dtype=values.dtype)
+    # Piece by piece: places of all entries would take four times the memory of the rows.
+    piece = np.unique(np.searchsorted(begins, np.arange(0, begins[-1] + _ENTRIES_A_PIECE, _ENTRIES_A_PIECE)))
+    for first, end in pairwise(np.minimum(piece, size.size).tolist()):
+        shift = np.repeat(starts[chosen[first:end]] - begins[first:end], size[first:end])
+        out[begins[first] : begins[end]] = values[shift + np.arange(begins[first], begins[end])]
+    return begins, out
+
+
 def take_rows(visibility: Visibility, rows: Sequence[int] | Int64Array) -> Visibility:
     """Rows of `visibility` in the order given."""
-    chosen = np.asarray(rows, dtype=np.int64)
-    size = np.diff(visibility.starts)[chosen]
-    starts = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
-    patch = np.empty(starts[-1], dtype=visibility.patch.dtype)
-    # Piece by piece: places of all entries would take four times the memory of the rows.
-    piece = np.unique(np.searchsorted(starts, np.arange(0, starts[-1] + _ENTRIES_A_PIECE, _ENTRIES_A_PIECE)))
-    for first, end in pairwise(np.minimum(piece, size.size).tolist()):
-        shift = np.repeat(visibility.starts[chosen[first:end]] - starts[first:end], size[first:end])
-        patch[starts[first] : starts[end]] = visibility.patch[shift + np.arange(starts[first], starts[end])]
+    starts, patch = taken_along(visibility.starts, visibility.patch, rows)
     return Visibility(starts=starts, patch=patch, n_patches=visibility.n_patches)
 
 
-def rows_within(visibility: Visibility, only: BoolArray) -> Visibility:
-    """Rows of the patches (P,) bool alone."""
-    kept = only[visibility.patch]
+def kept_rows(visibility: Visibility, kept: BoolArray) -> Visibility:
+    """Rows of the entries (M,) bool alone."""
     starts = np.concatenate([[0], np.cumsum(kept)])[visibility.starts].astype(np.int64)
     return Visibility(starts=starts, patch=visibility.patch[kept], n_patches=visibility.n_patches)
 

@@ -32,7 +32,8 @@ def looks_in_batches(
     Parameters
     ----------
     scan_mode
-        As in `PlanSettings`. The rows are those of `planner_core.coverage.survey.visible_from` in that mode.
+        As in `PlanSettings`. The rows are those of `planner_core.coverage.survey.visible_from` in that mode; once the
+        survey knows how much of each patch counts, those of which enough is seen, see `coverage.counted`.
 
     Raises
     ------

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner_core.coverage.coverage import rows_within
+from planner_core.coverage.coverage import kept_rows
 from planner_core.engine.patch_mode import PatchMode, scan_mode_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
@@ -52,6 +52,8 @@ def visible_from(
 ) -> Visibility:
     """Patches that each of positions (N, 3), local frame, sees: by beams or by samples, as `settings.scan_mode` says.
 
+    Patches count whole, however little is seen of them.
+
     Raises
     ------
     RequirementError, DeviceError
@@ -60,7 +62,7 @@ def visible_from(
     only = survey.looked_at
     if scan_mode_of(settings.scan_mode, survey.template) == ScanBy.BEAMS:
         seen = engine.visible_patches(survey.template, positions_m, progress=progress)
-        return seen if only is None else rows_within(seen, only)
+        return seen if only is None else kept_rows(seen, only[seen.patch])
     mode = PatchMode(engine, survey.scene, survey.patches, only=only)
     return mode.visible_patches(survey.template, positions_m, progress=progress)
 

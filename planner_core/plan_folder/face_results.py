@@ -31,8 +31,7 @@ def face_results(plan: Plan, best_range_m: FloatArray) -> FaceResults:
     Parameters
     ----------
     plan
-        Uses `times_seen`, `achievable` and the survey's patches. All patches of a face have the same area, so shares
-        of area are shares of patches.
+        Uses `times_seen`, `achievable` and the survey's patches, as far as they count.
     best_range_m
         (P,) float64, shortest range of each patch over all stations, inf where no station sees it.
     """

@@ -1,7 +1,7 @@
-"""A plan within seconds, while the real one is looked for: few candidates, far apart, taken greedily and joined.
+"""Few candidates first: a plan of them within seconds, and how much memory all would take.
 
-Input as for `planner_core.planning.pool.make_pool`, output progress, and what these candidates see: the plan that
-follows is the same without.
+Input as for `planner_core.planning.pool.make_pool`, output what these candidates see, progress, and candidates that
+memory holds. The plan that follows is the same without the first one.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from planner_core.engine.scan_engine import ScanEngine, device_of
 from planner_core.errors import RequirementError
-from planner_core.model import Candidates, Int64Array, Objective, PlanSettings, Proven, Role, Survey
+from planner_core.model import Candidates, Int64Array, Objective, Paper, PlanSettings, Proven, Role, Survey
 from planner_core.planning.choose import selection_settings
 from planner_core.planning.pool import make_pool
 from planner_core.positions.allowed_positions import AllowedPositions
@@ -32,48 +32,60 @@ _MOST_ENTRIES = 60_000_000
 _WORTH, _FEW = 3, 100
 
 
-def tell_first_plan(
+def looked_from_few(
     survey: Survey, settings: PlanSettings, engine: ScanEngine, places: AllowedPositions, progress: Progress
 ) -> Known | None:
-    """Tell `progress` of stations that meet what is asked, as far as few of the candidates see it.
+    """Look around from few candidates, far apart, with all special places and prior stations among them.
 
-    Returns what these few see. Nothing is told, and None returned, where the real plan is about as near, or begins with
-    stations of an earlier one.
+    None where there are hardly more anyway. The method paper looks around from its own.
     """
-    earlier = places.rows_of(Role.KEPT, Role.BEGUN)
-    if not isinstance(settings.method, Proven) or settings.objective == Objective.COVERAGE or earlier.size:
-        return None
     n_candidates = places.candidates.floor.size
-    if n_candidates <= _FEW:
+    if isinstance(settings.method, Paper) or n_candidates <= _FEW:
         return None
     rows = np.union1d(_far_apart(places.candidates, _APART_M, most=_MOST), np.flatnonzero(places.kind > 0))
     if _WORTH * rows.size > n_candidates:
         return None
-    given = places.rows_of(Role.SCANNED, Role.LOCKED)
-    rows = np.concatenate([given, np.setdiff1d(rows, given)])
-    few = places.candidates.take(rows)
-    looked = looked_from(survey, settings, engine, few.position_m, progress=_as_one_stage(progress))
-    known = Known(np.arange(rows.size), looked)
-    first, none = np.arange(given.size), np.empty(0, dtype=np.int64)
+    at_m = places.candidates.position_m[rows]
+    return Known(rows, looked_from(survey, settings, engine, at_m, progress=_as_one_stage(progress)))
+
+
+def tell_first_plan(
+    survey: Survey,
+    settings: PlanSettings,
+    engine: ScanEngine,
+    places: AllowedPositions,
+    known: Known,
+    progress: Progress,
+) -> None:
+    """Tell `progress` of stations that meet what is asked, as far as the few candidates of `known` see it.
+
+    Nothing is told where the plan begins with stations of an earlier one, or is not one of fewest stations.
+    """
+    earlier = places.rows_of(Role.KEPT, Role.BEGUN)
+    if not isinstance(settings.method, Proven) or settings.objective == Objective.COVERAGE or earlier.size:
+        return
+    few, all_of_them = places.candidates.take(known.row), np.arange(known.row.size)
+    given = np.searchsorted(known.row, places.rows_of(Role.SCANNED, Role.LOCKED))
+    none = np.empty(0, dtype=np.int64)
     try:
-        pool = make_pool(survey, settings, engine, few, given=first, kept=none, known=known)
+        pool = make_pool(survey, settings, engine, few, given=given, kept=none, known=Known(all_of_them, known.looked))
     except RequirementError:
-        # What few candidates can't meet, all of them may; if they can't either, that is said then.
-        return Known(rows, looked)
-    if pool.rows.met.patch.size:
-        found = select_by_size(
-            pool.problem,
-            replace(selection_settings(settings), work_limit=0.0, time_limit_s=None),
-            network=pool.network,
-            given=pool.given,
-            device=device_of(engine),
-        )
-        if found.why_stopped == INTERRUPTED:
-            raise KeyboardInterrupt  # there is no plan to keep yet
-        stations_m = tuple((x, y, z) for x, y, z in few.position_m[list(found.chosen)].tolist())
-        best = BestSoFar(len(found.chosen), positions_m=stations_m)
-        progress(ProgressEvent(STAGE, rows.size + 1, rows.size + 1, f"{len(found.chosen)} stations", best=best))
-    return Known(rows, looked)
+        return  # what few candidates can't meet, all of them may; if they can't either, that is said then
+    if not pool.rows.met.patch.size:
+        return
+    found = select_by_size(
+        pool.problem,
+        replace(selection_settings(settings), work_limit=0.0, time_limit_s=None),
+        network=pool.network,
+        given=pool.given,
+        device=device_of(engine),
+    )
+    if found.why_stopped == INTERRUPTED:
+        raise KeyboardInterrupt  # there is no plan to keep yet
+    stations_m = tuple((x, y, z) for x, y, z in few.position_m[list(found.chosen)].tolist())
+    best = BestSoFar(len(found.chosen), positions_m=stations_m)
+    n_steps = known.row.size + 1
+    progress(ProgressEvent(STAGE, n_steps, n_steps, f"{len(found.chosen)} stations", best=best))
 
 
 def as_memory_holds(
@@ -101,10 +113,12 @@ def as_memory_holds(
 
 
 def _far_apart(candidates: Candidates, apart_m: float, *, most: int) -> Int64Array:
-    """(K,) rows, sorted, at most so many: of each cube on a floor the candidate nearest to its middle."""
+    """(K,) rows, sorted: of each floor and cube the candidate nearest the middle. At most so many, or one a floor."""
+    from_m = candidates.position_m - candidates.position_m.min(axis=0)
+    most = max(most, np.unique(candidates.floor).size)
     while True:
-        cube = np.floor(candidates.position_m / apart_m)
-        away_m = candidates.position_m - apart_m * (cube + 0.5)
+        cube = np.floor(from_m / apart_m)
+        away_m = from_m - apart_m * (cube + 0.5)
         order = np.lexsort(((away_m * away_m).sum(axis=1), *cube.T, candidates.floor))
         of_cube = np.column_stack([candidates.floor, cube])[order]
         first = np.ones(order.size, dtype=np.bool_)

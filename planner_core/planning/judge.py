@@ -52,7 +52,7 @@ class JudgedLink:
 class Judgement:
     """covered_m2, achievable_m2 : of all that is planned. share : covered of achievable, a fraction.
 
-    Achievable is what as many candidates of the grid meet as are asked for; what else is covered does not count.
+    Achievable is what as many candidates of the grid and stations meet as are asked for.
     """
 
     n_points: int
@@ -77,7 +77,7 @@ class _Points:
 def judge(
     plan: Plan, engine: ScanEngine, *, n_points: int = 200_000, seed: int = 0, progress: Progress = silent
 ) -> Judgement:
-    """Look at random points from the plan's stations and from all candidates.
+    """Look at random points from the plan's stations and from all candidates of the grid.
 
     Parameters
     ----------
@@ -101,8 +101,8 @@ def judge(
     covered = met >= asked.seen_from
     floors = planned_floors(survey.floors, asked.floors)
     candidates_m = find_positions(survey, settings, engine, floors=floors).candidates.position_m
-    achievable = look.count(candidates_m, asked.seen_from, progress) >= asked.seen_from
-    covered &= achievable
+    # As `evaluate` counts: what candidates and stations meet together.
+    achievable = met + look.count(candidates_m, asked.seen_from, progress) >= asked.seen_from
     n_achievable = max(int((achievable & points.overall).sum()), 1)
     share = float((covered & points.overall).sum()) / n_achievable
     return Judgement(

@@ -32,7 +32,7 @@ from planner_core.model import (
 )
 from planner_core.paper.pipeline import find_pool, paper_settings
 from planner_core.planning.choose import choose, choose_by_paper, choose_greedily
-from planner_core.planning.first_plan import as_memory_holds, tell_first_plan
+from planner_core.planning.first_plan import as_memory_holds, looked_from_few, tell_first_plan
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions, places_as_they_are
@@ -90,7 +90,9 @@ def plan_survey(
         places = _places(survey, settings, scan_engine, floors, space, progress)
         bare = _bare_floors(survey, settings, places.candidates, floors)
     with clock.stage("first plan"):
-        known = tell_first_plan(survey, settings, scan_engine, places, progress)
+        known = looked_from_few(survey, settings, scan_engine, places, progress)
+        if known is not None:
+            tell_first_plan(survey, settings, scan_engine, places, known, progress)
         places, known, thinned = as_memory_holds(places, known)
     # 4. What each spot sees, what of that meets what is asked, and which two could be registered with each other.
     with clock.stage("scan"):

@@ -91,8 +91,8 @@ def demand_of(
 ) -> Demand:
     """Look from each of positions (N, 3), local frame, and say which patches meet what is asked.
 
-    Without any limit, rows are those of `visible_from`, areas the patches' own, and constraints one per floor and one
-    over all. `known` positions, of the same survey and settings, are not looked around from again.
+    Without any limit, constraints are one per floor and one over all. `known` positions, of the same survey and
+    settings, are not looked around from again.
 
     Raises
     ------
@@ -103,13 +103,13 @@ def demand_of(
     """
     goals, qualities, asked = _asked(survey, settings)
     if known is None:
-        looked = look_around(survey, settings, engine, positions_m, asked, progress)
+        looked = look_around(survey, settings, engine, positions_m, asked, notes_needed=True, progress=progress)
     else:
         looked, new = known.looked, np.setdiff1d(np.arange(positions_m.shape[0]), known.row)
         if new.size:
-            found = look_around(survey, settings, engine, positions_m[new], asked, progress)
+            found = look_around(survey, settings, engine, positions_m[new], asked, notes_needed=True, progress=progress)
             looked = merged(looked, found, np.argsort(np.concatenate([known.row, new])))
-    counted = looked.counted()
+    counted = looked.counted() if survey.patches.counted is None else survey.patches.counted
     rows = looked.rows_of(counted)
     n_patches = survey.patches.n_patches
     demand = Demand(
@@ -132,7 +132,7 @@ def looked_from(
 ) -> Looked:
     """What positions (N, 3) see of what is asked, for `Known`."""
     _, _, asked = _asked(survey, settings)
-    return look_around(survey, settings, engine, positions_m, asked, progress)
+    return look_around(survey, settings, engine, positions_m, asked, notes_needed=True, progress=progress)
 
 
 def _asked(survey: Survey, settings: PlanSettings) -> tuple[tuple[Goal, ...], tuple[PointLimits, ...], Asked]:
@@ -153,7 +153,8 @@ def rows_from(
 ) -> Rows:
     """What further positions (N, 3) see, by the qualities of `demand`: for places that are not among its own."""
     asked = Asked.over(demand.goals, demand.qualities)
-    return look_around(survey, settings, engine, positions_m, asked, progress).rows_of(demand.counted)
+    looked = look_around(survey, settings, engine, positions_m, asked, notes_needed=False, progress=progress)
+    return looked.rows_of(demand.counted)
 
 
 def _check_size(n_goals: int, n_qualities: int, n_patches: int) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from planner_core.coverage.counted import WHOLE, sees_enough, shares_of
-from planner_core.coverage.coverage import stacked_rows, take_rows
+from planner_core.coverage.coverage import kept_rows, stacked_rows, take_rows, taken_along
 from planner_core.coverage.levels import Observations, observations_meeting
 from planner_core.coverage.survey import visible_from
 from planner_core.engine.patch_mode import scan_mode_of
@@ -34,9 +34,6 @@ from planner_core.model import (
 from planner_core.progress import Progress
 from planner_core.requirements.goals import Goal
 from planner_core.requirements.observations import observations_in_batches
-
-#: What no position sees has no part.
-_NOTHING = np.uint32(0)
 
 
 @dataclass(frozen=True)
@@ -87,7 +84,8 @@ class Parts:
 
 @dataclass(frozen=True)
 class Looked:
-    """What positions see. parts : None where patches are seen or not, and nothing between: by beams.
+    """What positions see. parts : None where patches are seen or not, and nothing between: by beams, and where it is
+    known what counts.
 
     needed : as in `planner_core.requirements.demand.Demand`.
     """
@@ -118,17 +116,21 @@ def look_around(
     engine: ScanEngine,
     positions_m: FloatArray,
     asked: Asked,
+    *,
+    notes_needed: bool,
     progress: Progress,
 ) -> Looked:
-    """Look from each of positions (N, 3)."""
+    """Look from each of positions (N, 3). Where the survey knows what counts, only enough of a patch is seen at all."""
     n_patches = survey.patches.n_patches
     needed = tuple(
-        {name: np.full(n_patches, np.nan, dtype=np.float32) for name in limits_of(each)} for each in asked.qualities
+        {name: np.full(n_patches, np.nan, dtype=np.float32) for name in limits_of(each) if notes_needed}
+        for each in asked.qualities
     )
-    if not counts_parts(survey, settings) and asked.plain:
+    by_parts = counts_parts(survey, settings)
+    if not by_parts and asked.plain:
         seen = visible_from(survey, settings, engine, positions_m, progress=progress)
         return Looked(Rows(seen, seen), None, needed)
-    found = _Found(asked, n_patches, needed, keeps_parts=counts_parts(survey, settings))
+    found = _Found(asked, n_patches, needed, keeps_parts=by_parts and survey.patches.counted is None)
     for observations in observations_in_batches(survey, settings, engine, positions_m, progress=progress):
         found.add(observations)
     return found.looked()
@@ -155,10 +157,13 @@ def merged(first: Looked, second: Looked, order: Int64Array) -> Looked:
     met = seen if one else stacked_rows(first.rows.met, second.rows.met)
     parts = None
     if first.parts is not None and second.parts is not None:
-        share = _taken(seen, np.concatenate([first.parts.seen, second.parts.seen]), order)
+        _, share = taken_along(seen.starts, np.concatenate([first.parts.seen, second.parts.seen]), order)
+        met_share = share
+        if not one:
+            _, met_share = taken_along(met.starts, np.concatenate([first.parts.met, second.parts.met]), order)
         parts = Parts(
             seen=share,
-            met=share if one else _taken(met, np.concatenate([first.parts.met, second.parts.met]), order),
+            met=met_share,
             any_seen=first.parts.any_seen | second.parts.any_seen,
             any_met=first.parts.any_met | second.parts.any_met,
         )
@@ -182,7 +187,7 @@ class _Found:
         share = np.empty(0, dtype=np.uint8) if part is None else shares_of(part)
         self._seen.add(np.diff(observations.starts), observations.patch, share)
         if part is not None:
-            _unite(self._any[0], observations.patch, part)
+            np.bitwise_or.at(self._any[0], observations.patch, part)
         if self._asked.plain:
             return
         kept, quality = self._stacked(observations)
@@ -191,7 +196,7 @@ class _Found:
         patch = observations.patch[kept] + (quality * self._n_patches).astype(np.int32)
         self._met.add(sizes, patch, share if part is None else share[kept])
         if part is not None:
-            _unite(self._any[1], observations.patch[kept], part[kept])
+            np.bitwise_or.at(self._any[1], observations.patch[kept], part[kept])
         for asked, least in zip(self._asked.qualities, self._needed, strict=True):
             _note_needed(observations, asked, least)
 
@@ -252,11 +257,6 @@ class _Pieces:
         return Visibility(starts, patch, n_patches), share
 
 
-def _unite(whole: UInt32Array, patch: Int32Array, part: UInt32Array) -> None:
-    """Add parts (M,) of patches (M,) to (P,)."""
-    np.bitwise_or.at(whole, patch, part)
-
-
 def _note_needed(observations: Observations, asked: PointLimits, least: dict[str, Float32Array]) -> None:
     """Lower `least`, (P,) by limit, to the figures of observations that meet all other limits."""
     for limit, figures in least.items():
@@ -267,13 +267,4 @@ def _note_needed(observations: Observations, asked: PointLimits, least: dict[str
 
 def _enough(rows: Visibility, share: UInt8Array, counted: UInt8Array) -> Visibility:
     """Rows without patches of which too little is seen; patches may be stacked."""
-    kept = sees_enough(share, counted[rows.patch % counted.size])
-    starts = np.concatenate([[0], np.cumsum(kept)])[rows.starts].astype(np.int64)
-    return Visibility(starts=starts, patch=rows.patch[kept], n_patches=rows.n_patches)
-
-
-def _taken(rows: Visibility, share: UInt8Array, order: Int64Array) -> UInt8Array:
-    """Shares along `rows`, as `take_rows` orders them."""
-    along = Visibility(rows.starts, share, rows.n_patches)  # type: ignore[arg-type]
-    taken: UInt8Array = take_rows(along, order).patch  # type: ignore[assignment]
-    return taken
+    return kept_rows(rows, sees_enough(share, counted[rows.patch % counted.size]))

@@ -20,7 +20,7 @@ def observations_in_batches(
     """How each of positions (N, 3), local frame, sees each patch: by beams or by samples, as `settings.scan_mode` says.
 
     Piece by piece, of the first few positions, the next few, and so on: how positions are split depends on how much
-    they see, and no figure depends on it. The rows are those of `coverage.survey.visible_from`; noise is there where
+    they see, and no figure depends on it. The rows are those of `looks_in_batches`; noise is there where
     the requirements ask for it. 20 bytes per observation, 24 with noise.
 
     Raises

@@ -258,7 +258,7 @@ def patches_by_side(
     A sheet with a room on one side and the garden on the other is both.
     """
     surfaces = _surfaces(survey, patch)
-    seen = _seen_from_rooms(survey, engine, surfaces, _eyes_over(places.ground_m[places.indoors]))
+    seen = _seen_from_rooms(engine, surfaces, _eyes_over(places.ground_m[places.indoors]))
     inner, outer = (np.zeros(survey.patches.n_patches, dtype=np.bool_) for _ in range(2))
     for side, seen_here in zip((1.0, -1.0), seen, strict=True):
         rows = np.arange(seen_here.size) if outside else np.flatnonzero(seen_here)
@@ -290,14 +290,12 @@ def _surfaces(survey: Survey, patch: Int64Array) -> Surfaces:
     )
 
 
-def _seen_from_rooms(survey: Survey, engine: ScanEngine, surfaces: Surfaces, eyes_m: FloatArray) -> list[BoolArray]:
+def _seen_from_rooms(engine: ScanEngine, surfaces: Surfaces, eyes_m: FloatArray) -> list[BoolArray]:
     """Two (K,) bool: surfaces in plain view of eyes (N, 3), on the side of their normal and the other.
 
     The nearest eyes look at their middles first; more of them where these see nothing, then some far apart, across
     halls; in the end the nearest look at the corners of the rest, which may be hidden in part.
     """
-    from scipy.spatial import cKDTree
-
     out = [np.zeros(surfaces.patch.size, dtype=np.bool_) for _ in range(2)]
     near_m, apart_m = viewpoints(eyes_m), _apart(eyes_m)
     middle_m = surfaces.centroid_m
@@ -306,25 +304,48 @@ def _seen_from_rooms(survey: Survey, engine: ScanEngine, surfaces: Surfaces, eye
     rounds += [(near_m, 0, 12, at_m) for at_m in corner_m]
     block = _blocks(surfaces)
     for number, (some_m, first, end, at_m) in enumerate(rounds):
-        tree, ranks = cKDTree(some_m), list(range(first + 1, min(end, some_m.shape[0]) + 1))
-        step = _BATCH_RAYS // max(1, len(ranks))
-        looked = np.zeros(block.size, dtype=np.bool_)
-        for of_blocks in (True, False) if number else (False,):
-            hidden = ~(out[0] | out[1])
-            if number:  # most of what is hidden is so by blocks: inside walls, above ceilings
-                promising = np.bincount(block[~hidden], minlength=block.max() + 1) > 0
-                hidden &= promising[block] != of_blocks
-            left = np.flatnonzero(hidden & ~looked)
-            if of_blocks:
-                left = _middle_of_each(left, block)
-            looked[left] = True
-            for start in range(0, left.size if ranks else 0, step):
-                rows = left[start : start + step]
-                _, eye = tree.query(at_m[rows], k=ranks)
-                row = np.repeat(rows, len(ranks))
-                for side, seen in zip((1.0, -1.0), out, strict=True):
-                    seen[_in_view(engine, row, at_m, surfaces.normal, some_m[eye.ravel()], side)] = True
+        look = _Look(engine, surfaces, at_m, some_m, list(range(first + 1, min(end, some_m.shape[0]) + 1)))
+        if number == 0:
+            look(np.arange(block.size), out)
+            continue
+        # Most of what is hidden is so by blocks, inside walls and above ceilings: one patch of each is asked first.
+        hidden, in_view = _hidden_and_in_view(out, block)
+        look(_middle_of_each(np.flatnonzero(hidden & ~in_view), block), out)
+        hidden, in_view = _hidden_and_in_view(out, block)
+        look(np.flatnonzero(hidden & in_view), out)
     return out
+
+
+def _hidden_and_in_view(seen: list[BoolArray], block: Int64Array) -> tuple[BoolArray, BoolArray]:
+    """(K,) whether a patch is hidden until now; (K,) whether something of its block is seen."""
+    hidden = ~(seen[0] | seen[1])
+    n_seen = np.bincount(block[~hidden], minlength=int(block.max(initial=-1)) + 1)
+    return hidden, n_seen[block] > 0
+
+
+@dataclass(frozen=True)
+class _Look:
+    """Looks from eyes (N, 3) at points `at_m` (K, 3) of surfaces, each from its nearest eyes, by their `ranks`."""
+
+    engine: ScanEngine
+    surfaces: Surfaces
+    at_m: FloatArray
+    eyes_m: FloatArray
+    ranks: list[int]
+
+    def __call__(self, rows: Int64Array, seen: list[BoolArray]) -> None:
+        """Mark those of rows (R,) that are seen, on the side of their normal and on the other."""
+        from scipy.spatial import cKDTree
+
+        if not self.ranks:
+            return
+        tree, step = cKDTree(self.eyes_m), _BATCH_RAYS // len(self.ranks)
+        for start in range(0, rows.size, step):
+            some = rows[start : start + step]
+            _, eye = tree.query(self.at_m[some], k=self.ranks)
+            row, eye_m = np.repeat(some, len(self.ranks)), self.eyes_m[eye.ravel()]
+            for side, seen_here in zip((1.0, -1.0), seen, strict=True):
+                seen_here[_in_view(self.engine, row, self.at_m, self.surfaces.normal, eye_m, side)] = True
 
 
 def _blocks(surfaces: Surfaces) -> Int64Array:

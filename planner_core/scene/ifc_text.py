@@ -85,6 +85,7 @@ def _unpacked(path: Path) -> bytes:
                 )
             with archive.open(names[0]) as member:  # what the archive says of its size may be a lie
                 text = member.read(MAX_UNPACKED_BYTES + 1)
+    # NotImplementedError is how `zipfile` says that it does not know an archive's compression.
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError) as error:
         reason = one_line(str(error)) or type(error).__name__
         raise SceneError(

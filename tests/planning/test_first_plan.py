@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
-from planner_core.model import Greedy, Plan, PlanSettings, PriorStation, Requirements, Role, Site
+from planner_core.model import Candidates, Greedy, Plan, PlanSettings, PriorStation, Proven, Requirements, Role, Site
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
-from planner_core.planning.first_plan import STAGE
+from planner_core.planning.first_plan import STAGE, _far_apart
 from planner_core.planning.plan import make_plan
 from planner_core.progress import ProgressEvent
 
@@ -39,12 +39,12 @@ def test_it_is_told_before_all_candidates_are_scanned(told: tuple[Plan, list[Pro
     assert first[-1].best is not None
     assert first[-1].done == first[-1].total
     # Nobody looks around from a candidate twice.
-    assert (n_first, n_first + n_left) == (56, 192)
+    assert (n_first, n_first + n_left) == (48, 192)
     assert [event.best for event in first[:-1]] == [None] * (len(first) - 1)
     assert first[-1].note == f"{first[-1].best.n_stations} stations"
 
 
-def test_its_stations_cover_what_is_asked_but_for_little_and_hang_together(
+def test_its_stations_cover_what_is_asked_but_for_little_and_mostly_hang_together(
     told: tuple[Plan, list[ProgressEvent]], comb: PlanSettings
 ) -> None:
     plan, events = told
@@ -56,13 +56,14 @@ def test_its_stations_cover_what_is_asked_but_for_little_and_hang_together(
     # What it meets is what is asked of what few candidates see, which all see more of.
     assert judged.coverage.fraction_of_achievable >= comb.requirements.coverage - 0.05
     assert judged.registration is not None
-    assert len(judged.registration.networks) == 1
+    # Few candidates may not all be linked, as the many are.
+    assert max(len(network.stations) for network in judged.registration.networks) >= 0.75 * best.n_stations
 
 
 def test_the_plan_is_the_same_without_it(
     told: tuple[Plan, list[ProgressEvent]], comb: PlanSettings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("planner_core.planning.plan.tell_first_plan", lambda *_: None)
+    monkeypatch.setattr("planner_core.planning.plan.looked_from_few", lambda *_: None)
     events: list[ProgressEvent] = []
     plan = make_plan(scenes_synthetic.build("corridor-comb").scene, comb, progress=events.append)
     assert STAGE not in {event.stage for event in events}
@@ -103,10 +104,35 @@ def test_candidates_that_memory_would_not_hold_are_left_out_evenly_and_that_is_t
     plan = make_plan(scene, replace(comb, site=Site(prior=(prior,))), progress=events.append)
     (line,) = (line for line in plan.warnings if "too much for memory" in line)
     used = int(line.split()[1])
-    assert 57 <= used < 150
+    (n_first,) = {event.total - 1 for event in events if event.stage == STAGE}
+    assert n_first <= used < 150
     assert plan.n_candidates == used
-    assert max(event.total for event in events if event.stage == "scan") == used - 57
+    assert max(event.total for event in events if event.stage == "scan") == used - n_first
     (locked,) = (station for station in plan.stations if station.id == "L1")
     assert np.allclose(locked.position_m, [0.8, 0.8, 1.5], atol=1e-6)
     assert all(result.met for result in plan.requirements)
     assert len(plan.stations) <= len(told[0].stations) + 3
+
+
+@pytest.mark.parametrize("method", [Greedy(), Proven(work_limit=0.1)])
+def test_memory_is_kept_to_whatever_the_method_and_however_little_there_is(
+    method: Greedy | Proven, comb: PlanSettings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("planner_core.planning.first_plan._MOST_ENTRIES", 1)
+    plan = make_plan(scenes_synthetic.build("corridor-comb").scene, replace(comb, method=method))
+    assert any("too much for memory" in line for line in plan.warnings)
+    # The few that were looked around from stay, and the one of a floor that is always taken.
+    assert 40 < plan.n_candidates < 70
+    assert plan.stations
+
+
+def test_candidates_on_both_sides_of_the_origin_come_down_to_one_a_floor() -> None:
+    rng = np.random.default_rng(3)
+    at_m = rng.uniform(-20.0, 20.0, (500, 3))
+    candidates = Candidates(at_m, rng.integers(0, 3, 500).astype(np.int32), np.full(500, 1.7), 500)
+    few = _far_apart(candidates, 1.0, most=1)
+    assert sorted(candidates.floor[few].tolist()) == [0, 1, 2]
+    many = _far_apart(candidates, 1.0, most=100)
+    assert 30 < many.size <= 100
+    moved = replace(candidates, position_m=at_m + np.array([1000.0, -250.0, 7.0]))
+    assert _far_apart(moved, 1.0, most=100).tolist() == many.tolist()

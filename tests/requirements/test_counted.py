@@ -13,7 +13,7 @@ from planner_core.coverage.counted import observed_enough
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import PartRequirement, PlanSettings, PointLimits, Requirements, Survey
-from planner_core.requirements.demand import demand_of
+from planner_core.requirements.demand import demand_of, rows_from
 from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(
@@ -69,6 +69,12 @@ def test_rows_areas_and_looks_later_on_are_those_of_plain_loops(
     later = observations_from(counting, settings, engine, at)
     assert later.patch.tolist() == demand.rows.seen.patch.tolist()
     assert observed_enough(observations, demand.counted).starts.tolist() == later.starts.tolist()
+    # Positions of later keep to what counts, whether the survey knows it or the demand alone; so does a demand anew.
+    for known in (counting, survey):
+        rows = rows_from(known, settings, engine, at, demand)
+        assert rows.met.patch.tolist() == demand.rows.met.patch.tolist()
+    again = demand_of(counting, settings, engine, at[:2])
+    np.testing.assert_array_equal(again.counted, demand.counted)
 
 
 @pytest.mark.parametrize("patch_m2", [0.16, 0.04, 0.01])

@@ -103,9 +103,9 @@ def test_known_positions_are_not_looked_around_from_again(
     looked: list[int] = []
     look = demands.look_around
 
-    def noting(survey, settings, engine, positions_m, *rest):
+    def noting(survey, settings, engine, positions_m, *rest, **how):
         looked.append(len(positions_m))
-        return look(survey, settings, engine, positions_m, *rest)
+        return look(survey, settings, engine, positions_m, *rest, **how)
 
     monkeypatch.setattr(demands, "look_around", noting)
     again = demand_of(box.survey, wanted, box.engine, box.positions_m, known=known)

@@ -230,3 +230,13 @@ def test_plan_json_says_the_scope_and_planning_or_evaluating_again_agrees() -> N
     assert "1 station stands out of scope interior: out; --scope all counts all" in told
     assert not any("out of scope interior" in line for line in evaluated.warnings)
     assert evaluated.coverage.covered_area_m2 == pytest.approx(plan.coverage.covered_area_m2)
+
+
+@pytest.mark.parametrize("scope", ["interior", "exterior"])
+def test_a_building_of_obstacles_alone_is_refused_in_words(scope: str) -> None:
+    everything = PartRequirement("all", 0.0, classes=("Mesh",))
+    asked = settings(scope)
+    asked = replace(asked, requirements=replace(asked.requirements, parts=(everything,)))
+    survey = make_survey(scene_of(HOUSE), asked)
+    with pytest.raises(RequirementError, match=f"scope {scope}: got no surface of it, expected some"):
+        with_scope(survey, asked, open_engine(survey.scene, survey.patches))
