@@ -10,7 +10,7 @@ import pytest
 import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import PlanSettings, PointLimits, Requirements, Scanner, Scene
+from planner_core.model import Optics, PlanSettings, PointLimits, Requirements, Scanner, Scene
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
 from planner_core.planning.judge import Judgement, judge
@@ -103,6 +103,22 @@ def test_a_pillar_hides_what_lies_behind_it() -> None:
     # Floor and ceiling lose it, with the pillar's footprint, the east wall its end; the pillar's west face is seen.
     truth_m2 = ROOM_M2 - 2 * shadow_m2 - 2 * half[1] * 3.0 + 0.4 * 3.0
     assert is_within(found.covered_m2.judged, truth_m2, found.covered_m2.error)
+
+
+def test_glass_that_beams_pass_hides_nothing_and_is_not_seen() -> None:
+    scene = scene_of([*ROOM_BOXES, PILLAR])
+    is_pillar = np.arange(scene.n_triangles) >= scene.n_triangles - 12
+    scene = replace(scene, optics_of_triangle=np.where(is_pillar, Optics.PASSES, Optics.RETURNS).astype(np.uint8))
+    found = judged(scene, [(1.0, 2.0, 1.5)], all_round())
+    assert is_within(found.covered_m2.judged, ROOM_M2, found.covered_m2.error)
+
+
+def test_what_only_a_station_sees_is_scannable_as_evaluate_has_it() -> None:
+    found = judged(ROOM, [(3.0, 2.0, 2.5)], all_round(), asked=PointLimits(range_m=1.0))
+    # From 1.5 m nobody is within a metre of the ceiling.
+    disc_m2 = np.pi * (1.0 - 0.5**2)
+    assert is_within(found.covered_m2.judged, disc_m2, found.covered_m2.error)
+    assert found.covered_m2.told == pytest.approx(disc_m2, rel=0.1)
 
 
 def test_overlap_is_the_share_that_both_see_of_what_the_one_with_more_sees() -> None:

@@ -11,6 +11,7 @@ from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.errors import RequirementError
 from planner_core.model import KeepOut, PlanSettings, PriorStation, Scene, Site, Survey
 from planner_core.positions.allowed_positions import KINDS, AllowedPositions, find_positions, places_as_they_are
+from planner_core.positions.free_space import free_space
 from planner_core.positions.grid import find_candidates
 from planner_core.positions.local_site import local_site, mover_of
 from planner_core.positions.rooms import find_rooms
@@ -351,3 +352,15 @@ def test_candidates_of_others_stay_as_they_are_without_a_site(rooms: tuple[Surve
     assert places.candidates.position_m.tobytes() == grid.position_m.tobytes()
     assert places.candidates.rejected == grid.rejected
     assert places.warnings == ()
+
+
+def test_free_space_that_somebody_has_gives_the_same_places(rooms: tuple[Survey, ScanEngine]) -> None:
+    survey, engine = rooms
+    keep_out = KeepOut(((0, 0), (2, 0), (2, 2), (0, 2)))
+    for site in (NO_SITE, Site(keep_out=(keep_out,))):
+        asked = replace(SETTINGS, site=site)
+        alone = find_positions(survey, asked, engine, floors=(0,))
+        shared = find_positions(survey, asked, engine, floors=(0,), space=free_space(survey))
+        assert (alone.reach.space.can_stand == shared.reach.space.can_stand).all()
+        assert alone.candidates.position_m.tolist() == shared.candidates.position_m.tolist()
+    assert alone.reach.space.can_stand.sum() < free_space(survey).can_stand.sum()

@@ -13,7 +13,7 @@ from planner_core.coverage.counted import observed_enough
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import ScanEngine, open_engine
 from planner_core.model import PartRequirement, PlanSettings, PointLimits, Requirements, Survey
-from planner_core.requirements.demand import demand_of, rows_from
+from planner_core.requirements.demand import Known, demand_of, looked_from, rows_from
 from planner_core.scanner.load_scanner import load_scanner
 
 SETTINGS = PlanSettings(
@@ -75,6 +75,22 @@ def test_rows_areas_and_looks_later_on_are_those_of_plain_loops(
         assert rows.met.patch.tolist() == demand.rows.met.patch.tolist()
     again = demand_of(counting, settings, engine, at[:2])
     np.testing.assert_array_equal(again.counted, demand.counted)
+
+
+def test_what_was_looked_at_before_counts_with_the_rest(rooms: tuple[Survey, ScanEngine]) -> None:
+    survey, engine = rooms
+    settings = replace(SETTINGS, requirements=Requirements(network="none", asked=PointLimits(range_m=4.0)))
+    at = positions_of(survey, 6)
+    whole = demand_of(survey, settings, engine, at)
+    row = np.array([4, 1])
+    known = Known(row, looked_from(survey, settings, engine, at[row]))
+    again = demand_of(survey, settings, engine, at, known=known)
+    np.testing.assert_array_equal(again.counted, whole.counted)
+    for one, other in ((again.rows.seen, whole.rows.seen), (again.rows.met, whole.rows.met)):
+        assert (one.starts.tolist(), one.patch.tolist()) == (other.starts.tolist(), other.patch.tolist())
+    some = demand_of(survey, settings, engine, at[row])
+    assert some.counted is not None
+    assert (some.counted != whole.counted).any()
 
 
 @pytest.mark.parametrize("patch_m2", [0.16, 0.04, 0.01])

@@ -9,6 +9,7 @@ import numpy as np
 import open3d as o3d
 import pytest
 
+import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.open3d import Open3DEngine
 from planner_core.engine.scan_engine import open_engine
@@ -240,3 +241,18 @@ def test_a_building_of_obstacles_alone_is_refused_in_words(scope: str) -> None:
     survey = make_survey(scene_of(HOUSE), asked)
     with pytest.raises(RequirementError, match=f"scope {scope}: got no surface of it, expected some"):
         with_scope(survey, asked, open_engine(survey.scene, survey.patches))
+
+
+def test_patches_that_stand_for_their_block_lose_next_to_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = settings("interior")
+    survey = make_survey(scenes_synthetic.build("house").scene, asked)
+    engine = open_engine(survey.scene, survey.patches)
+    by_blocks = with_scope(survey, asked, engine).scope
+    # Of blocks of one patch each, all are asked.
+    monkeypatch.setattr("planner_core.requirements.scope._blocks", lambda surfaces: np.arange(surfaces.patch.size))
+    one_by_one = with_scope(survey, asked, engine).scope
+    assert by_blocks is not None
+    assert one_by_one is not None
+    assert not (by_blocks.in_scope & ~one_by_one.in_scope).any()
+    lost_m2 = area_m2(survey, one_by_one.in_scope & ~by_blocks.in_scope)
+    assert 0 < lost_m2 < 0.005 * area_m2(survey, one_by_one.in_scope)
