@@ -70,41 +70,44 @@ def observations_from(
 
 @dataclass(frozen=True)
 class Enough:
-    """What counts of patches, by plain loops. counted : (P,) int, 255ths. seen : (M,) bool, observations of at least
-    half of that. met : the same for each quality."""
+    """What counts of patches, by plain loops. by_samples : (P,) int, 255ths, what samples say of it. seen : (M,) bool,
+    observations of at least half of what counts. met : the same for each quality."""
 
-    counted: Int64Array
+    by_samples: Int64Array
     seen: BoolArray
     met: list[BoolArray]
 
 
 def enough_of(
-    observations: Observations, qualities: tuple[PointLimits, ...], wanted: list[BoolArray] | None = None
+    observations: Observations,
+    counted: UInt8Array | None,
+    qualities: tuple[PointLimits, ...],
+    wanted: list[BoolArray] | None = None,
 ) -> Enough:
-    """Of a patch counts what positions together meet any quality on, or else see."""
+    """Observations of enough of `counted` (P,). By samples, as much counts as positions together meet any quality on,
+    or else see, and at most twice what one of them does."""
     weight = sample_pattern()[:, 2]
     meets = [observations_meeting(observations, asked) for asked in qualities]
     if wanted is not None:
         meets = [found & part[observations.patch] for found, part in zip(meets, wanted, strict=True)]
-    if observations.part is None:
+    if observations.part is None or counted is None:
         return Enough(np.full(observations.n_patches, 255), np.ones(observations.patch.size, dtype=bool), meets)
 
     def in_255ths(samples: set[int]) -> int:
         return max(1, round(255 * sum(weight[sample] for sample in samples))) if samples else 0
 
     own = [{sample for sample in range(weight.size) if int(part) >> sample & 1} for part in observations.part]
-    counted = np.full(observations.n_patches, 255)
+    by_samples = np.full(observations.n_patches, 255)
     for patch in range(observations.n_patches):
         here = np.flatnonzero(observations.patch == patch)
-        met = set().union(*(own[entry] for entry in here if any(found[entry] for found in meets)))
-        seen = set().union(*(own[entry] for entry in here))
-        if seen:
-            counted[patch] = in_255ths(met or seen)
+        looks = [own[entry] for entry in here if any(found[entry] for found in meets)] or [own[entry] for entry in here]
+        if looks:
+            by_samples[patch] = min(in_255ths(set().union(*looks)), 2 * max(in_255ths(look) for look in looks))
     enough = np.array(
-        [2 * in_255ths(samples) >= counted[patch] for samples, patch in zip(own, observations.patch, strict=True)],
+        [2 * in_255ths(samples) >= int(counted[patch]) for samples, patch in zip(own, observations.patch, strict=True)],
         dtype=bool,
     )
-    return Enough(counted, enough, [found & enough for found in meets])
+    return Enough(by_samples, enough, [found & enough for found in meets])
 
 
 def read_cloud(content: bytes, template: BeamTemplate) -> tuple[FloatArray, UInt8Array]:

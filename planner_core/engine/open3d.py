@@ -55,16 +55,21 @@ class Open3DEngine:
         self._rows = HitRows(self._traced, patches.n_patches)
         self._raycasting = self._prepare(self._traced.scene)
 
-    def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
+    def cast_rays(
+        self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float, through_glass: bool = False
+    ) -> RayHits:
         """See `ScanEngine.cast_rays`."""
         origins, unit = check_rays(origins_m, directions, range_max_m)
         rays = np.concatenate([origins, unit], axis=1).astype(np.float32)
-        hits: dict[str, Any] = self._solid.cast_rays(self._core.Tensor(rays))
+        casting = self._raycasting if through_glass else self._solid
+        hits: dict[str, Any] = casting.cast_rays(self._core.Tensor(rays))
         range_m = np.array(hits["t_hit"].numpy(), dtype=np.float32)
         # Compared as float32, as the kernels do; a miss is infinite and so has to be asked for by itself.
         inside = (range_m <= np.float32(range_max_m)) & np.isfinite(range_m)
         range_m[~inside] = np.nan
         triangle = np.where(inside, hits["primitive_ids"].numpy().astype(np.int64), -1).astype(np.int32)
+        if through_glass:
+            triangle = self._traced.in_whole_scene(triangle)
         return RayHits(range_m=range_m, triangle=triangle)
 
     @cached_property

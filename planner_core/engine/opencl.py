@@ -86,14 +86,22 @@ class OpenCLEngine:
         """The tree that free rays go through: glass is in it. Made when first asked for, where it is another one."""
         return self.tree if self.traced.triangle is None else build_tree(self._whole_scene, self._on)
 
-    def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
+    def cast_rays(
+        self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float, through_glass: bool = False
+    ) -> RayHits:
         """See `ScanEngine.cast_rays`."""
         origins, unit = check_rays(origins_m, directions, range_max_m)
-        return self.cast_prepared(np.concatenate([origins, unit], axis=1).astype(np.float32), range_max_m=range_max_m)
+        rays = np.concatenate([origins, unit], axis=1).astype(np.float32)
+        if not through_glass:
+            return self.cast_prepared(rays, range_max_m=range_max_m)
+        hits = self._cast(self.tree, rays, range_max_m)
+        return replace(hits, triangle=self.traced.in_whole_scene(hits.triangle))
 
     def cast_prepared(self, rays: Float32Array, *, range_max_m: float) -> RayHits:
         """`cast_rays` for rays (N, 6), origin and UNIT direction, that nobody checks."""
-        tree = self._solid
+        return self._cast(self._solid, rays, range_max_m)
+
+    def _cast(self, tree: Tree, rays: Float32Array, range_max_m: float) -> RayHits:
         range_m = np.empty(rays.shape[0], dtype=np.float32)
         triangle = np.empty(rays.shape[0], dtype=np.int32)
         if rays.shape[0] == 0:

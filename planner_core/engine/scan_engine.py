@@ -58,10 +58,12 @@ class ScanEngine(Protocol):
     warnings: tuple[str, ...]
     """One line each, for the user: a fallback, for example."""
 
-    def cast_rays(self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float) -> RayHits:
+    def cast_rays(
+        self, origins_m: FloatArray, directions: FloatArray, *, range_max_m: float, through_glass: bool = False
+    ) -> RayHits:
         """First hits of N free rays: origins (N, 3), directions (N, 3) of any length but zero; ranges are metres.
 
-        Glass and mirrors are hit as all surfaces are.
+        Glass and mirrors are hit as all surfaces are; `through_glass`, glass that beams pass is not.
 
         Raises RequirementError where an origin or direction is not finite, a direction is zero, shapes disagree or the
         range is not positive.

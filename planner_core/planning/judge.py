@@ -19,7 +19,18 @@ from planner_core.engine.patch_mode import in_view, spacing_at
 from planner_core.engine.patch_samples import View, view_of
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Int64Array, Link, Optics, Plan, PlanSettings, PointLimits, Survey
+from planner_core.model import (
+    BoolArray,
+    Float32Array,
+    FloatArray,
+    Int64Array,
+    Link,
+    Optics,
+    Plan,
+    PlanSettings,
+    PointLimits,
+    Survey,
+)
 from planner_core.positions.allowed_positions import find_positions
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.goals import OVERALL, goals_of, required_of
@@ -27,6 +38,8 @@ from planner_core.scene.patches import patch_triangles
 
 #: A surface this much before a point, and this share of the range, does not hide it: Open3D's rays are float32.
 _BEFORE_M, _BEFORE_SHARE = 5e-4, 1e-5
+#: Widths of a patch that points of neighbouring rows or columns may be apart: surface seen edge-on has fewer beams.
+_MOST_WIDTHS = 2.0
 _BATCH_POINTS = 100_000
 
 
@@ -167,6 +180,7 @@ class _Look:
         self.engine = Open3DEngine(survey.scene, survey.patches)
         self._view: View = view_of(survey.template)
         self._settings, self._points = settings, points
+        self._most_spacing_m = _MOST_WIDTHS * np.sqrt(2.0 * survey.patches.max_area_m2)
 
     def from_all(self, positions_m: FloatArray, progress: Progress) -> tuple[BoolArray, Int64Array]:
         """(S, N) bool, points seen from each position; (N,) number of positions that meet what is asked."""
@@ -201,23 +215,31 @@ class _Look:
             inside &= self._points.returns[some]
             some, away_m = some[inside], away_m[inside]
             range_m = np.sqrt((away_m * away_m).sum(axis=1))
+            dense = self._spacing_m(some, away_m, range_m) <= self._most_spacing_m
+            some, away_m, range_m = some[dense], away_m[dense], range_m[dense]
             before = 1.0 - np.minimum(_BEFORE_M / range_m + _BEFORE_SHARE, 1.0)
             hidden = self.engine.are_hidden(position_m, away_m * before[:, None])
             found.append(some[~hidden])
         return np.concatenate([np.empty(0, dtype=np.int64), *found])
 
+    def _spacing_m(self, rows: Int64Array, away_m: FloatArray, range_m: FloatArray) -> Float32Array:
+        """(K,) wider spacing of neighbouring points about points of rows (K,)."""
+        along, normal = away_m / range_m[:, None], self._points.normal[rows]
+        cosine = np.abs((along * normal).sum(axis=1))
+        spacing_m: Float32Array = spacing_at(self._view, along, normal, range_m, cosine).max(axis=1, initial=0.0)
+        return spacing_m
+
     def _meets(self, position_m: FloatArray, rows: Int64Array) -> BoolArray:
         """(K,) bool: whether figures at points of rows (K,) meet the limits."""
         asked: PointLimits = self._settings.requirements.asked
-        away_m, normal = self._points.at_m[rows] - position_m, self._points.normal[rows]
+        away_m = self._points.at_m[rows] - position_m
         range_m = np.maximum(np.sqrt((away_m * away_m).sum(axis=1)), 1e-9)
-        along = away_m / range_m[:, None]
-        cosine = np.abs((along * normal).sum(axis=1))
+        cosine = np.abs((away_m * self._points.normal[rows]).sum(axis=1)) / range_m
         observed = Observations(
             starts=np.array([0, rows.size]),
             patch=rows.astype(np.int32),
             n_patches=self._points.at_m.shape[0],
-            spacing_m=spacing_at(self._view, along, normal, range_m, cosine).max(axis=1, initial=0.0),
+            spacing_m=self._spacing_m(rows, away_m, range_m),
             range_m=range_m.astype(np.float32),
             incidence_rad=np.arccos(np.clip(cosine, 0.0, 1.0)).astype(np.float32),
         )

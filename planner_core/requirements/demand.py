@@ -109,7 +109,9 @@ def demand_of(
         if new.size:
             found = look_around(survey, settings, engine, positions_m[new], asked, notes_needed=True, progress=progress)
             looked = merged(looked, found, np.argsort(np.concatenate([known.row, new])))
-    counted = looked.counted() if survey.patches.counted is None else survey.patches.counted
+    counted = survey.patches.counted
+    if counted is None:
+        counted = looked.counted(survey, engine, positions_m)
     rows = looked.rows_of(counted)
     n_patches = survey.patches.n_patches
     demand = Demand(

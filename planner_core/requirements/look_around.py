@@ -12,6 +12,7 @@ import numpy as np
 
 from planner_core.coverage.counted import WHOLE, sees_enough, shares_of
 from planner_core.coverage.coverage import kept_rows, stacked_rows, take_rows, taken_along
+from planner_core.coverage.cut_patches import shares_of_cut_patches
 from planner_core.coverage.levels import Observations, observations_meeting
 from planner_core.coverage.survey import visible_from
 from planner_core.engine.patch_mode import scan_mode_of
@@ -94,13 +95,26 @@ class Looked:
     parts: Parts | None
     needed: tuple[dict[str, Float32Array], ...]
 
-    def counted(self) -> UInt8Array | None:
-        """(P,) uint8, how much of each patch these positions meet together, or else see; of what none sees, all."""
+    def counted(self, survey: Survey, engine: ScanEngine, positions_m: FloatArray) -> UInt8Array | None:
+        """(P,) uint8, how much of each patch these positions (N, 3) meet together, or else see; of what none sees, all.
+
+        Of patches that are cut the samples say which positions see most, and points of their own how much that is; at
+        most twice as much as one position sees, so that there is one which sees half.
+        """
         if self.parts is None:
             return None
-        some = np.where(self.parts.any_met > 0, self.parts.any_met, self.parts.any_seen)
-        share = shares_of(some)
-        return np.where(some > 0, share, WHOLE).astype(np.uint8)
+        is_met = self.parts.any_met > 0
+        share = shares_of(np.where(is_met, self.parts.any_met, self.parts.any_seen))
+        counted = np.where(share > 0, share, WHOLE).astype(np.uint8)
+        is_cut = counted < WHOLE
+        for which, rows, parts in (
+            (is_met, self.rows.met, self.parts.met),
+            (~is_met, self.rows.seen, self.parts.seen),
+        ):
+            cut = np.flatnonzero(is_cut & which).astype(np.int32)
+            together = shares_of_cut_patches(survey, engine, positions_m, rows, parts, cut)
+            counted[cut] = np.minimum(together, 2 * _best(rows, parts, counted.size)[cut])
+        return counted
 
     def rows_of(self, counted: UInt8Array | None) -> Rows:
         """Rows of patches of which enough is seen, with (P,) uint8 of them counting."""
@@ -263,6 +277,13 @@ def _note_needed(observations: Observations, asked: PointLimits, least: dict[str
         rest = observations_meeting(observations, replace(asked, **{limit: None}))
         found = getattr(observations, limit)[rest]
         np.fmin.at(figures, observations.patch[rest], np.where(np.isnan(found), np.float32(np.inf), found))
+
+
+def _best(rows: Visibility, share: UInt8Array, n_patches: int) -> Int32Array:
+    """(P,) the largest share of each patch that one position sees; patches may be stacked."""
+    best = np.zeros(n_patches, dtype=np.int32)
+    np.maximum.at(best, rows.patch % n_patches, share)
+    return best
 
 
 def _enough(rows: Visibility, share: UInt8Array, counted: UInt8Array) -> Visibility:

@@ -156,7 +156,7 @@ def test_stacked_rows_hold_what_meets_each_quality(mixed: SimpleNamespace, box: 
         PointLimits(incidence_rad=0.9),
         PointLimits(range_m=4.0),
     )
-    enough = enough_of(observations, demand.qualities, wanted_of_mixed(box))
+    enough = enough_of(observations, demand.counted, demand.qualities, wanted_of_mixed(box))
     for position in range(len(box.positions_m)):
         entries = range(int(observations.starts[position]), int(observations.starts[position + 1]))
         expected = [
@@ -195,7 +195,7 @@ def test_results_are_those_of_a_recount_over_sights(
     demand, observations = mixed.demand, mixed.observations
     results = part_results(demand, demand.rows.take(chosen))
     area = demand.surveyed(box.survey).patches.area_m2
-    enough = enough_of(observations, demand.qualities, wanted_of_mixed(box)).seen
+    enough = enough_of(observations, demand.counted, demand.qualities, wanted_of_mixed(box)).seen
     for goal, result in zip(demand.goals, results, strict=True):
         by_all, by_chosen = np.zeros(len(area), dtype=int), np.zeros(len(area), dtype=int)
         for position in range(len(box.positions_m)):
