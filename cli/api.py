@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from planner_core.coordinates.request import FrameRequest
+from planner_core.coverage.survey import make_survey
+from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import PlannerError, StationListError
 from planner_core.export.formats import Written, export_pack
 from planner_core.export.options import Options as ExportOptions
@@ -34,7 +36,8 @@ from planner_core.plan_folder import plan_source
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.stations_csv import GivenStation, read_station_list
 from planner_core.planning.evaluate import evaluate_stations
-from planner_core.planning.plan import make_plan
+from planner_core.planning.judge import QUICK_POINTS, with_judgement
+from planner_core.planning.plan import plan_survey
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, NO_DELIVERABLE
 from planner_core.requirements.goals import NO_COVER
@@ -142,6 +145,7 @@ def plan(
     *,
     engine: str = "auto",
     device: str | None = None,
+    judge_points: int = QUICK_POINTS,
     progress: Progress = silent,
     **more: Any,
 ) -> Plan:
@@ -153,6 +157,8 @@ def plan(
         None: made from `more`, by the function `settings`.
     engine, device
         Scan engine: `auto`, `opencl` or `open3d`; OpenCL device by number or part of its name.
+    judge_points
+        Random points that the plan is judged by; 0: none. The method paper's plans are not.
     progress
         Is called with one `ProgressEvent` after the other; a KeyboardInterrupt that it raises while stations are
         chosen ends the search with the best plan so far.
@@ -162,7 +168,12 @@ def plan(
     PlannerError
         Settings that are not valid or can't be met, no device; one line.
     """
-    return make_plan(scene, _settings(settings, more), engine=engine, device=device, progress=progress)
+    chosen = _settings(settings, more)
+    survey = make_survey(scene, chosen, progress=progress)
+    scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
+    made = plan_survey(survey, chosen, scan_engine, progress=progress)
+    n_points = 0 if isinstance(chosen.method, Paper) else judge_points
+    return with_judgement(made, scan_engine, n_points=n_points, progress=progress)
 
 
 def evaluate(

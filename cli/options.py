@@ -83,6 +83,11 @@ preset_option = click.option(
     help=f"paper: the robot of the method paper, as with --method paper: scanner {PAPER_SCANNER}, deliverable "
     f"{NO_DELIVERABLE}, any height of the scanner, where other options do not say it.",
 )  # fmt: skip
+judge_option = click.option(
+    "--judge", "n_judged", type=click.IntRange(min=0), default=None, metavar="POINTS",
+    help="Look at so many random points with Open3D, each by itself, for coverage and overlap by them beside ours; "
+    "200000 say it to about 0.1 %, 0 leaves it out. [default: 20000; 0 with --preset paper]",
+)  # fmt: skip
 units_option = click.option(
     "--units", type=OfFile(list(METRES_PER_UNIT)), multiple=True,
     help="Length unit of the scene file, for formats without one (OBJ, PLY, STL); ftUS: the US survey foot; of one of "

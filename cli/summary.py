@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from dataclasses import asdict
 from decimal import ROUND_CEILING, Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 from . import output
 
 if TYPE_CHECKING:
-    from planner_core.model import Plan
-    from planner_core.planning.judge import Judgement
+    from planner_core.model import Judgement, Plan
 
 
 #: Less area is nothing to tell of.
@@ -128,26 +126,32 @@ def _hours(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{minutes} min"
 
 
-def finish(plan: Plan, folder: Path | None, *, judged: Judgement | None = None, as_json: bool, quiet: bool) -> None:
+def finish(plan: Plan, folder: Path | None, *, judge_in_full: bool, as_json: bool, quiet: bool) -> None:
     """Print what a plan is worth: plan.json's document, or the summary and where the folder is, or nothing.
 
-    What a judge says comes behind the summary, and into the document as `judge`.
+    judge_in_full : all that a judge says, not his share of coverage alone.
     """
     from planner_core.plan_folder.plan_json import plan_document
 
     document = plan_document(plan, folder)
     if as_json:
-        output.as_json(document if judged is None else {**document, "judge": asdict(judged)})
+        output.as_json(document)
     elif not quiet:
         show(document)
-        if judged is not None:
-            _show_judged(judged)
+        if plan.judgement is not None:
+            _show_judged(plan.judgement, in_full=judge_in_full)
         if folder is not None:
             where_to_look(folder)
 
 
-def _show_judged(judged: Judgement) -> None:
-    """Print the judge's figures beside the plan's, and the link that differs most."""
+def _show_judged(judged: Judgement, *, in_full: bool) -> None:
+    """Print the judge's figures beside the plan's, and the link that differs most; or his share alone."""
+    if not in_full:
+        share = judged.share
+        output.say(
+            f"judge         {100 * share.judged:.1f} % +- {100 * share.error:.1f} by {judged.n_points} random points"
+        )
+        return
     output.say(f"judge         {judged.n_points} random points, cast by {judged.engine}")
     for name, figure in (("covered", judged.covered_m2), ("scannable", judged.achievable_m2)):
         off = f", {100 * (figure.told / figure.judged - 1):+.1f} %" if figure.judged else ""

@@ -11,6 +11,7 @@ from ..options import (
     FileOptions,
     apply,
     engine_options,
+    judge_option,
     output_options,
     overwrite_option,
     problem_options,
@@ -25,9 +26,7 @@ from ..options import (
 @stations_option
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder of these stations to write.")  # fmt: skip
-@click.option("--judge", "n_judged", type=click.IntRange(min=100), default=None, metavar="POINTS",
-              help="Also look at so many random points with Open3D, each by itself, and print coverage and overlap by "
-              "them beside ours; 200000 say it to about 0.1 %.")  # fmt: skip
+@judge_option
 @apply(problem_options, scene_options, engine_options, overwrite_option, output_options)
 def command(
     scenes: tuple[Path, ...],
@@ -46,7 +45,7 @@ def command(
     from planner_core.plan_folder.folder import check_output, write_plan_folder
     from planner_core.plan_folder.stations_csv import read_station_list
     from planner_core.planning.evaluate import evaluate_survey
-    from planner_core.planning.judge import judge
+    from planner_core.planning.judge import with_judgement
 
     from .. import inputs, summary
     from ..progress import ProgressReporter
@@ -60,10 +59,10 @@ def command(
             scenes, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
         )
         plan = evaluate_survey(survey, settings, given, scan_engine, progress=reporter.show)
+        plan = with_judgement(
+            plan, scan_engine, n_points=inputs.points_to_judge(n_judged, **problem), progress=reporter.show
+        )
         reporter.warn(plan.warnings)
-        judged = None
-        if n_judged is not None:
-            judged = judge(plan, scan_engine, n_points=n_judged, seed=settings.seed, progress=reporter.show)
         if folder is not None:
             write_plan_folder(plan, folder, engine=scan_engine, overwrite=overwrite, progress=reporter.show)
-    summary.finish(plan, folder, judged=judged, as_json=as_json, quiet=quiet)
+    summary.finish(plan, folder, judge_in_full=n_judged is not None, as_json=as_json, quiet=quiet)

@@ -17,6 +17,7 @@ from ..options import (
     PriorStations,
     apply,
     engine_options,
+    judge_option,
     method_choice,
     output_options,
     overwrite_option,
@@ -34,6 +35,7 @@ from ..options import (
 @scene_argument
 @click.option("-o", "--output", "folder", type=click.Path(path_type=Path), metavar="FOLDER",
               help="Plan folder to write. [default: <scene>-plan in the current directory]")  # fmt: skip
+@judge_option
 @apply(problem_options, prior_options, method_choice, scene_options, engine_options, overwrite_option, output_options)
 def command(
     scenes: tuple[Path, ...], folder: Path | None, overwrite: bool, as_json: bool, quiet: bool, **values: Any
@@ -56,6 +58,7 @@ def run(
     quiet: bool,
     engine: str,
     device: str | None,
+    n_judged: int | None = None,
     reading: FileOptions = AS_THE_FILE_SAYS,
     choosing: MethodOptions = AS_USUAL,
     prior_stations: PriorStations = NO_PRIOR_STATIONS,
@@ -63,6 +66,7 @@ def run(
 ) -> None:
     """Plan, write the folder and print the summary; `demo` calls this too."""
     from planner_core.plan_folder.folder import check_output, write_plan_folder
+    from planner_core.planning.judge import with_judgement
     from planner_core.planning.plan import plan_survey
 
     from .. import inputs, summary
@@ -77,6 +81,9 @@ def run(
             scenes, settings, reading, reporter, engine=engine, device=device, listed_in="plan.json"
         )
         plan = plan_survey(survey, settings, scan_engine, progress=reporter.show)
+        plan = with_judgement(
+            plan, scan_engine, n_points=inputs.points_to_judge(n_judged, **problem), progress=reporter.show
+        )
         reporter.warn(plan.warnings)
         write_plan_folder(plan, folder, engine=scan_engine, overwrite=overwrite, progress=reporter.show)
-    summary.finish(plan, folder, as_json=as_json, quiet=quiet)
+    summary.finish(plan, folder, judge_in_full=n_judged is not None, as_json=as_json, quiet=quiet)

@@ -24,7 +24,16 @@ from planner_core.model.registration import (
     WeakMotion,
 )
 from planner_core.model.requirements import PartRequirement, PartResult, PointLimits, Requirements
-from planner_core.model.results import Coverage, Loss, Plan, Station, UnseenElement
+from planner_core.model.results import (
+    Coverage,
+    JudgedFigure,
+    JudgedLink,
+    Judgement,
+    Loss,
+    Plan,
+    Station,
+    UnseenElement,
+)
 from planner_core.model.review import (
     Comment,
     ForbiddenPlace,
@@ -81,6 +90,9 @@ __all__ = [
     "GroundPick",
     "Int32Array",
     "Int64Array",
+    "JudgedFigure",
+    "JudgedLink",
+    "Judgement",
     "KeepOut",
     "Leg",
     "LengthUnit",

@@ -79,6 +79,40 @@ class Loss:
 
 
 @dataclass(frozen=True)
+class JudgedFigure:
+    """A figure of a plan beside the judge's. error : one standard error of `judged`."""
+
+    told: float
+    judged: float
+    error: float
+
+
+@dataclass(frozen=True)
+class JudgedLink:
+    """Overlap of two stations, as fractions."""
+
+    a: str
+    b: str
+    overlap: JudgedFigure
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What random points say of a plan, see `planner_core.planning.judge`.
+
+    covered_m2, achievable_m2 : of all that is planned. share : covered of achievable, a fraction. Achievable is what as
+    many candidates and stations meet as are asked for.
+    """
+
+    n_points: int
+    engine: str
+    covered_m2: JudgedFigure
+    achievable_m2: JudgedFigure
+    share: JudgedFigure
+    links: tuple[JudgedLink, ...]
+
+
+@dataclass(frozen=True)
 class Plan:
     """The result: stations and what they are worth. Everything an export needs, apart from the scans themselves.
 
@@ -131,6 +165,10 @@ class Plan:
     """Rooms that nobody can walk into."""
     why: Why | None = None
     """What each station adds, and why the unseen stays unseen; None: not looked for."""
+    candidates_m: FloatArray | None = None
+    """(N, 3) positions that were looked around from, local; None: not kept."""
+    judgement: Judgement | None = None
+    """What random points say of it; None: nobody asked."""
     warnings: tuple[str, ...] = ()
     timings_s: dict[str, float] = field(default_factory=dict)
 

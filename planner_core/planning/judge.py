@@ -24,6 +24,9 @@ from planner_core.model import (
     Float32Array,
     FloatArray,
     Int64Array,
+    JudgedFigure,
+    JudgedLink,
+    Judgement,
     Link,
     Optics,
     Plan,
@@ -41,39 +44,10 @@ _BEFORE_M, _BEFORE_SHARE = 5e-4, 1e-5
 #: Widths of a patch that points of neighbouring rows or columns may be apart: surface seen edge-on has fewer beams.
 _MOST_WIDTHS = 2.0
 _BATCH_POINTS = 100_000
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A figure of a plan beside the judge's. error : one standard error of `judged`."""
-
-    told: float
-    judged: float
-    error: float
-
-
-@dataclass(frozen=True)
-class JudgedLink:
-    """Overlap of two stations, as fractions."""
-
-    a: str
-    b: str
-    overlap: Figure
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """covered_m2, achievable_m2 : of all that is planned. share : covered of achievable, a fraction.
-
-    Achievable is what as many candidates of the grid and stations meet as are asked for.
-    """
-
-    n_points: int
-    engine: str
-    covered_m2: Figure
-    achievable_m2: Figure
-    share: Figure
-    links: tuple[JudgedLink, ...]
+#: Points that every plan is judged by: seconds of work, and a share to about 0.2 points.
+QUICK_POINTS = 20_000
+#: Standard errors from which on a plan's figure and the judge's are told to disagree.
+_DISAGREEING = 3.0
 
 
 @dataclass(frozen=True)
@@ -87,6 +61,44 @@ class _Points:
     area_m2: float
 
 
+def with_judgement(
+    plan: Plan, engine: ScanEngine, *, n_points: int = QUICK_POINTS, progress: Progress = silent
+) -> Plan:
+    """Let the judge look at a plan: his figures, and a warning where one of ours is off by more than three errors.
+
+    Without points, and for scanners of one row or column, which he can't judge, the plan as it is.
+    """
+    if n_points == 0 or min(plan.survey.template.shape) < 2 or not plan.stations:
+        return plan
+    found = judge(plan, engine, n_points=n_points, seed=plan.settings.seed, progress=progress)
+    return replace(plan, judgement=found, warnings=(*plan.warnings, *_disagreements(found)))
+
+
+def _disagreements(found: Judgement) -> tuple[str, ...]:
+    """A line on figures that are off by more than chance explains."""
+    areas = (("covered", found.covered_m2), ("scannable", found.achievable_m2))
+    said = [
+        f"{name} {figure.judged:.0f} ± {figure.error:.0f} m2, the plan says {figure.told:.0f}"
+        for name, figure in areas
+        if _is_off(figure)
+    ]
+    if _is_off(found.share):
+        share = found.share
+        said.append(
+            f"{100 * share.judged:.1f} ± {100 * share.error:.1f} % of it covered, the plan says {100 * share.told:.1f}"
+        )
+    if not said:
+        return ()
+    return (
+        f"judge: {found.n_points} random points have {'; '.join(said)}; smaller patches (--patch-area), or --scan-mode "
+        "patches where beams are counted, come nearer",
+    )
+
+
+def _is_off(figure: JudgedFigure) -> bool:
+    return abs(figure.told - figure.judged) > _DISAGREEING * figure.error
+
+
 def judge(
     plan: Plan, engine: ScanEngine, *, n_points: int = 200_000, seed: int = 0, progress: Progress = silent
 ) -> Judgement:
@@ -95,7 +107,7 @@ def judge(
     Parameters
     ----------
     engine
-        Of the plan; it finds the candidates again and casts none of the judge's rays.
+        Of the plan; it finds the candidates again where the plan does not keep them. The judge's rays are Open3D's.
     n_points
         Spread evenly over the area of which something may be required.
 
@@ -112,25 +124,31 @@ def judge(
     seen, met = look.from_all(np.stack([station.position_m for station in plan.stations]), progress)
     asked = settings.requirements
     covered = met >= asked.seen_from
-    floors = planned_floors(survey.floors, asked.floors)
-    candidates_m = find_positions(survey, settings, engine, floors=floors).candidates.position_m
+    candidates_m = _candidates_of(plan, engine) if plan.candidates_m is None else plan.candidates_m
     # As `evaluate` counts: what candidates and stations meet together.
     achievable = met + look.count(candidates_m, asked.seen_from, progress) >= asked.seen_from
     n_achievable = max(int((achievable & points.overall).sum()), 1)
     share = float((covered & points.overall).sum()) / n_achievable
+    share_error = float(np.sqrt(share * (1.0 - share) / n_achievable))
     return Judgement(
         n_points=n_points,
         engine=look.engine.device,
         covered_m2=_area(plan.coverage.covered_area_m2, covered & points.overall, points.area_m2),
         achievable_m2=_area(plan.coverage.achievable_area_m2, achievable & points.overall, points.area_m2),
-        share=Figure(plan.coverage.fraction_of_achievable, share, float(np.sqrt(share * (1.0 - share) / n_achievable))),
+        share=JudgedFigure(plan.coverage.fraction_of_achievable, share, share_error),
         links=tuple(_link(link, plan, seen) for link in plan.links),
     )
 
 
-def _area(told_m2: float, which: BoolArray, area_m2: float) -> Figure:
+def _candidates_of(plan: Plan, engine: ScanEngine) -> FloatArray:
+    """(N, 3) candidates of the grid, found again."""
+    floors = planned_floors(plan.survey.floors, plan.settings.requirements.floors)
+    return find_positions(plan.survey, plan.settings, engine, floors=floors).candidates.position_m
+
+
+def _area(told_m2: float, which: BoolArray, area_m2: float) -> JudgedFigure:
     share = float(which.mean())
-    return Figure(told_m2, area_m2 * share, area_m2 * float(np.sqrt(share * (1.0 - share) / which.size)))
+    return JudgedFigure(told_m2, area_m2 * share, area_m2 * float(np.sqrt(share * (1.0 - share) / which.size)))
 
 
 def _link(link: Link, plan: Plan, seen: BoolArray) -> JudgedLink:
@@ -139,7 +157,7 @@ def _link(link: Link, plan: Plan, seen: BoolArray) -> JudgedLink:
     most = max(int(a.sum()), int(b.sum()), 1)
     overlap = float((a & b).sum()) / most
     error = float(np.sqrt(overlap * (1.0 - overlap) / most))
-    return JudgedLink(link.a, link.b, Figure(link.overlap, overlap, error))
+    return JudgedLink(link.a, link.b, JudgedFigure(link.overlap, overlap, error))
 
 
 def _points(survey: Survey, settings: PlanSettings, n_points: int, rng: np.random.Generator) -> _Points:

@@ -165,6 +165,7 @@ def describe_plan(
             sealed=sealed,
             progress=progress,
         ),
+        candidates_m=surroundings.candidate_m,
         warnings=(
             *warnings,
             *_registration_warnings(survey, asked, registration),

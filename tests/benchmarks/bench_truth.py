@@ -15,8 +15,17 @@ import numpy as np
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
-from planner_core.model import PartRequirement, PlanSettings, PointLimits, Proven, Requirements, Scene
-from planner_core.planning.judge import Figure, Judgement, judge
+from planner_core.model import (
+    JudgedFigure,
+    Judgement,
+    PartRequirement,
+    PlanSettings,
+    PointLimits,
+    Proven,
+    Requirements,
+    Scene,
+)
+from planner_core.planning.judge import judge
 from planner_core.planning.plan import plan_survey
 from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, deliverable_named
 from planner_core.requirements.goals import NO_COVER
@@ -63,7 +72,7 @@ def plan_and_judge(name: str, n_points: int) -> tuple[int, Judgement]:
 
 
 def row(name: str, n_stations: int, found: Judgement) -> str:
-    def areas(figure: Figure) -> str:
+    def areas(figure: JudgedFigure) -> str:
         off = 100 * (figure.told / figure.judged - 1)
         return f"{figure.told:.1f} | {figure.judged:.1f} ± {figure.error:.1f} | {off:+.2f}"
 

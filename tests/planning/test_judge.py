@@ -10,10 +10,10 @@ import pytest
 import scenes_synthetic
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Optics, PlanSettings, PointLimits, Requirements, Scanner, Scene
+from planner_core.model import Judgement, Optics, PlanSettings, PointLimits, Requirements, Scanner, Scene
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
-from planner_core.planning.judge import Judgement, judge
+from planner_core.planning.judge import judge
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from tests.coverage.conftest import BOX_FACES, box_corners, shell

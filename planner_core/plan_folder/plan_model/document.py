@@ -24,6 +24,7 @@ from planner_core.plan_folder.plan_model.results import (
     CoverageSection,
     FieldTimeSection,
     FloorSection,
+    JudgeSection,
     OptimalitySection,
     RegistrationSection,
     RouteSection,
@@ -88,6 +89,8 @@ class PlanDocument(Document):
     unseen: tuple[UnseenSection, ...]
     """By element and floor."""
     why: WhySection | None = None
+    judge: JudgeSection | None = None
+    """null where nobody asked, and in plans of older versions."""
     warnings: tuple[str, ...]
     """One line each, for the user."""
     device: str

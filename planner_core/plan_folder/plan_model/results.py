@@ -10,6 +10,9 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from planner_core.documents import Document, Mirror, Number, Whole, YesNo
 from planner_core.errors import PlanFolderError
 from planner_core.model import (
+    JudgedFigure,
+    JudgedLink,
+    Judgement,
     Link,
     WeakMotion,
 )
@@ -194,6 +197,44 @@ class OptimalitySection(Document):
     """Of another objective than fewest stations: seconds in the field, or fraction of the scannable area covered."""
     bound: Number | None = None
     """What no plan on these candidates is better than, in the same unit."""
+
+
+class JudgedSection(Mirror):
+    """A figure of this plan beside what random points say."""
+
+    made: ClassVar = JudgedFigure
+
+    told: Number
+    """Of this plan."""
+    judged: Annotated[Number, rounded(9)]
+    """Of the points."""
+    error: Annotated[Number, rounded(9)]
+    """One standard error of it."""
+
+
+class JudgedLinkSection(Mirror):
+    """Overlap of two stations by random points."""
+
+    made: ClassVar = JudgedLink
+
+    a: str
+    b: str
+    overlap: JudgedSection
+
+
+class JudgeSection(Mirror):
+    """What random points say, each looked at by itself by rays of Open3D, of all that is required together."""
+
+    made: ClassVar = Judgement
+
+    n_points: Count
+    engine: str
+    covered_m2: JudgedSection
+    achievable_m2: JudgedSection
+    """Scannable from candidates and stations."""
+    share: JudgedSection
+    """Covered of scannable."""
+    links: tuple[JudgedLinkSection, ...]
 
 
 class WeakMotionSection(Mirror):
