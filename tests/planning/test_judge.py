@@ -132,6 +132,46 @@ def test_overlap_is_the_share_that_both_see_of_what_the_one_with_more_sees() -> 
     assert is_within(link.overlap.judged, both / most, link.overlap.error)
 
 
+def test_jaccard_is_the_share_that_both_see_of_what_either_sees() -> None:
+    low_only = replace(all_round(), elevation_rad=tuple(np.linspace(np.pi / 2, -np.pi / 4, 541).tolist()))
+    at_m = [(1.5, 2.0, 1.4), (4.5, 2.0, 0.9)]
+    (link,) = judged(ROOM, at_m, low_only, overlap_measure="jaccard").links
+    # The discs lie apart: together they see the room.
+    both = ROOM_M2 - np.pi * (1.4**2 + 0.9**2)
+    assert is_within(link.overlap.judged, both / ROOM_M2, link.overlap.error)
+    (share,) = judged(ROOM, at_m, low_only).links
+    assert link.overlap.judged < share.overlap.judged - 4 * link.overlap.error
+    assert link.overlap.told == pytest.approx(link.overlap.judged, abs=0.02)
+
+
+@pytest.mark.parametrize("measure", ["smaller-share", "jaccard"])
+def test_of_what_is_seen_as_required_overlap_counts_points_within_the_limits(measure: str) -> None:
+    at_m, most_m = [(2.0, 2.0, 1.5), (3.5, 2.0, 1.0)], 2.4
+    asked = {"asked": PointLimits(range_m=most_m), "overlap_measure": measure}
+    found = judged(ROOM, at_m, all_round(), overlap_of="seen-as-required", **asked)
+    # Of the room's six faces, on a fine grid: what lies within range of either, and of both.
+    near_m2 = np.zeros(2)
+    both_m2 = 0.0
+    for axis in range(3):
+        u, v = (k for k in range(3) if k != axis)
+        steps = [(np.arange(900) + 0.5) * HIGH[k] / 900 for k in (u, v)]
+        grid = np.stack(np.meshgrid(*steps, indexing="ij"))
+        for wall in (0.0, HIGH[axis]):
+            away_m = [np.hypot(np.hypot(grid[0] - p[u], grid[1] - p[v]), wall - p[axis]) for p in np.array(at_m)]
+            near = [away <= most_m for away in away_m]
+            face_m2 = HIGH[u] * HIGH[v]
+            near_m2 += [each.mean() * face_m2 for each in near]
+            both_m2 += float((near[0] & near[1]).mean()) * face_m2
+    whole_m2 = near_m2.sum() - both_m2 if measure == "jaccard" else near_m2.max()
+    (link,) = found.links
+    assert is_within(link.overlap.judged, both_m2 / whole_m2, link.overlap.error)
+    assert 0.2 < both_m2 / whole_m2 < 0.9
+    assert link.overlap.told == pytest.approx(link.overlap.judged, abs=0.05)
+    # All of the room is seen from both.
+    (all_seen,) = judged(ROOM, at_m, all_round(), **asked).links
+    assert all_seen.overlap.judged > 0.999
+
+
 def test_points_meet_what_is_asked_from_so_many_stations() -> None:
     scene = scene_of([*ROOM_BOXES, PILLAR])
     both = [(1.0, 2.0, 1.5), (5.0, 2.0, 1.5)]
