@@ -142,6 +142,8 @@ def asked(asking: Asking, *, deliverable: str, scope: Scope, no_cover: Sequence[
         "scope": asking.scope,
         "coverage": None if asking.coverage is None else f"{asking.coverage!r} %",
         "overlap": None if asking.overlap is None else f"{asking.overlap!r} %",
+        "overlap_measure": asking.overlap_measure,
+        "overlap_of": asking.overlap_of,
         "network": asking.network,
         "spacing": asking.spacing,
         "range": asking.range_,

@@ -185,6 +185,16 @@ overlap_option = click.option(
     "--overlap", type=click.FloatRange(min=0, max=100), default=None, metavar="PERCENT",
     help="Minimum overlap of a link between two stations. [default: 30]",
 )  # fmt: skip
+overlap_measure_option = click.option(
+    "--overlap-measure", type=click.Choice(["smaller-share", "jaccard"]), default=None,
+    help="Measure of overlap. smaller-share: what both stations see, as a share of what the one sees that sees more; "
+    "jaccard: as a share of what either sees. See docs/method/registration.md. [default: smaller-share]",
+)  # fmt: skip
+overlap_of_option = click.option(
+    "--overlap-of", type=click.Choice(["all-seen", "seen-as-required"]), default=None,
+    help="Surface that overlap is counted on. all-seen: all that a station sees; seen-as-required: where it meets the "
+    "limits required of all (spacing, range, incidence, noise). [default: all-seen]",
+)  # fmt: skip
 
 
 class _NetworkKind(click.Choice[str]):
@@ -345,6 +355,8 @@ class Asking:
     no_cover: tuple[str, ...] = ()
     coverage: float | None = None
     overlap: float | None = None
+    overlap_measure: str | None = None
+    overlap_of: str | None = None
     network: str | None = None
     spacing: str | None = None
     range_: str | None = None
@@ -411,8 +423,8 @@ scene_options = _gathered(
 )
 requirement_options = _gathered(
     "asking", Asking, requirements_option, deliverable_option, scope_option, no_cover_option, coverage_option,
-    overlap_option, network_option, spacing_option, max_range_option, max_incidence_option, max_noise_option,
-    seen_from_option, floor_option, entrance_option,
+    overlap_option, overlap_measure_option, overlap_of_option, network_option, spacing_option, max_range_option,
+    max_incidence_option, max_noise_option, seen_from_option, floor_option, entrance_option,
 )  # fmt: skip
 prior_options = _gathered("prior_stations", PriorStations, scanned_option, locked_option, keep_option, forbid_option)
 method_choice = apply(

@@ -93,8 +93,10 @@ def _scope(scope: dict[str, Any]) -> list[str]:
 def _registration(document: dict[str, Any]) -> str:
     """Return how the stations hang together, in a line."""
     from planner_core.network.weak_motion import overlap_percent
+    from planner_core.requirements.wording import overlap_noun
 
-    registration = document["registration"]
+    registration, asks = document["registration"], document["requirements"]
+    overlap = overlap_noun(asks["overlap_measure"], asks["overlap_of"])
     least = registration["min_strength"]
     counted = [
         link
@@ -109,7 +111,7 @@ def _registration(document: dict[str, Any]) -> str:
     hangs = ""
     if weakest is not None:
         hangs = f"; weakest: {weakest['a']} to {weakest['b']}, {overlap_percent(weakest['overlap'])} %"
-    return f"{len(counted)} {links} of at least {100 * registration['threshold']:g} % overlap; {state}{hangs}"
+    return f"{len(counted)} {links} of at least {100 * registration['threshold']:g} % {overlap}; {state}{hangs}"
 
 
 def _field(document: dict[str, Any]) -> list[str]:

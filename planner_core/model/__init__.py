@@ -11,7 +11,18 @@ Angles are radians; azimuth runs counter-clockwise from +x seen from above, elev
 """
 
 from planner_core.model.arrays import BoolArray, Float32Array, FloatArray, Int32Array, Int64Array, UInt8Array
-from planner_core.model.choices import Doors, Glass, NetworkKind, Objective, Role, ScanBy, Scope, UpAxis
+from planner_core.model.choices import (
+    Doors,
+    Glass,
+    NetworkKind,
+    Objective,
+    OverlapMeasure,
+    OverlapOf,
+    Role,
+    ScanBy,
+    Scope,
+    UpAxis,
+)
 from planner_core.model.length_units import FOOT, LENGTH_UNITS, METRE, US_SURVEY_FOOT, LengthUnit
 from planner_core.model.methods import METHODS, Greedy, Method, Paper, Proven
 from planner_core.model.planning import Candidates, PlanSettings, Survey
@@ -104,6 +115,8 @@ __all__ = [
     "NetworkKind",
     "Objective",
     "Optics",
+    "OverlapMeasure",
+    "OverlapOf",
     "OwnPart",
     "Paper",
     "PartRequirement",

@@ -42,6 +42,22 @@ class NetworkKind(StrEnum):
         return {"joined": cls.CONNECTED, "loops": cls.REDUNDANT}.get(str(value))
 
 
+class OverlapMeasure(StrEnum):
+    """What overlap of two stations is: what both see, as a share of what the one sees that sees more (the smaller of
+    both shares), or of what either sees (Jaccard's index).
+    """
+
+    SMALLER_SHARE = "smaller-share"
+    JACCARD = "jaccard"
+
+
+class OverlapOf(StrEnum):
+    """Which surface overlap is counted on: all that a station sees, or where it meets the limits required of all."""
+
+    ALL_SEEN = "all-seen"
+    SEEN_AS_REQUIRED = "seen-as-required"
+
+
 class Scope(StrEnum):
     """What a survey is about: rooms, what is seen from outside, or all; auto: rooms where there are any, else all."""
 

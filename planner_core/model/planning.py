@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from planner_core.errors import RequirementError
 from planner_core.model.arrays import BoolArray, FloatArray, Int32Array, Int64Array
-from planner_core.model.choices import Objective, Role, ScanBy, one_of
+from planner_core.model.choices import Objective, OverlapMeasure, OverlapOf, Role, ScanBy, one_of
 from planner_core.model.methods import METHODS, Method, Paper, Proven
 from planner_core.model.requirements import Requirements
 from planner_core.model.scans import BeamTemplate, Scanner
@@ -150,6 +150,12 @@ class PlanSettings:
             if max([self.requirements.seen_from, *(part.seen_from for part in self.requirements.parts)]) > 1:
                 raise RequirementError(
                     "seen_from: got more than 1 with method paper, which has no such requirement; use proven"
+                )
+            measured = self.requirements.overlap_measure, self.requirements.overlap_of
+            if measured != (OverlapMeasure.SMALLER_SHARE, OverlapOf.ALL_SEEN):
+                raise RequirementError(
+                    f"overlap: got the measure {measured[0]} of {measured[1]} with method paper, which measures by "
+                    "circles, expected neither; leave both out, or use method proven"
                 )
         is_proven = isinstance(self.method, Proven)
         if objective != Objective.FEWEST and not is_proven:

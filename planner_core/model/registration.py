@@ -19,7 +19,7 @@ class WeakMotion:
 
 @dataclass(frozen=True)
 class Link:
-    """Overlap of two stations. `overlap`: the smaller of both shares of seen area that the other sees too.
+    """Overlap of two stations. `overlap`: as the requirements measure it, see `OverlapMeasure` and `OverlapOf`.
 
     `strength`: smallest eigenvalue of the shared surface's point-to-plane normal matrix, scaled to [0, 1]; NaN where
     it was not computed. `weak_motion`: None where it was not computed.

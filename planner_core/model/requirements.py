@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, fields
 
 from planner_core.errors import RequirementError
-from planner_core.model.choices import NetworkKind, Scope, one_of
+from planner_core.model.choices import NetworkKind, OverlapMeasure, OverlapOf, Scope, one_of
 
 
 @dataclass(frozen=True)
@@ -98,6 +98,9 @@ class Requirements:
     """What of the building counts, and where stations stand."""
     deliverable: str | None = None
     """Where limits and overlap were taken from that the client did not give, by name; they count, not it."""
+    overlap_measure: OverlapMeasure = OverlapMeasure.SMALLER_SHARE
+    overlap_of: OverlapOf = OverlapOf.ALL_SEEN
+    """What `overlap` is a share of. See docs/method/registration.md."""
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.coverage) and 0.0 < self.coverage <= 1.0):
@@ -111,6 +114,9 @@ class Requirements:
         _check_seen_from(self.seen_from)
         object.__setattr__(self, "network", one_of(NetworkKind, self.network, "network"))
         object.__setattr__(self, "scope", one_of(Scope, self.scope, "scope"))
+        measure = one_of(OverlapMeasure, self.overlap_measure, "overlap_measure")
+        object.__setattr__(self, "overlap_measure", measure)
+        object.__setattr__(self, "overlap_of", one_of(OverlapOf, self.overlap_of, "overlap_of"))
         if not 0.0 < self.reflectivity <= 1.0:
             raise RequirementError(
                 f"reflectivity: got {self.reflectivity}, expected above 0 and at most 1; a white wall has 0.8"

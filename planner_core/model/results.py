@@ -89,7 +89,7 @@ class JudgedFigure:
 
 @dataclass(frozen=True)
 class JudgedLink:
-    """Overlap of two stations, as fractions."""
+    """Overlap of two stations, as fractions, measured as the plan's requirements say."""
 
     a: str
     b: str

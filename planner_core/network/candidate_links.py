@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner_core.errors import RequirementError
-from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, Visibility
+from planner_core.model import BoolArray, FloatArray, Int32Array, Int64Array, OverlapMeasure, Visibility
 from planner_core.network.pair_overlap import (
     ROWS_A_BLOCK,
     PairMatrices,
@@ -65,6 +65,7 @@ def candidate_links(
     *,
     min_overlap: float,
     min_strength: float,
+    measure: OverlapMeasure = OverlapMeasure.SMALLER_SHARE,
     rows_a_block: int = ROWS_A_BLOCK,
     progress: Progress = silent,
 ) -> CandidateLinks:
@@ -95,7 +96,9 @@ def candidate_links(
     n = visibility.n_positions
     matrices = PairMatrices(visibility, patch_area_m2, surface)
     linked: list[tuple[Pairs, FloatArray]] = []
-    blocks = overlapping_pairs(visibility, patch_area_m2, min_overlap=min_overlap, rows_a_block=rows_a_block)
+    blocks = overlapping_pairs(
+        visibility, patch_area_m2, min_overlap=min_overlap, measure=measure, rows_a_block=rows_a_block
+    )
     for number, pairs in enumerate(blocks, start=1):
         strength = strengths_of(matrices.of(pairs.first, pairs.second))
         holds = strength >= min_strength

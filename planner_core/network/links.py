@@ -2,7 +2,8 @@
 
 Input the stations' `Visibility`, patch areas (m^2), centroids and normals (local frame); output `Link`s.
 
-Overlap of i and j: area that both see / area that i sees, the smaller of both directions.
+Overlap of i and j: area that both see / area that i sees, the smaller of both directions; or / area that either sees
+(`OverlapMeasure`). Who calls says which surface counts as seen (`OverlapOf`).
 
 Strength: registration minimises distances from points p to planes with normal n. With c the area-weighted centroid of
 the shared surface and L the root mean square distance of its patches from c, a small motion moves a patch along its
@@ -20,7 +21,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Link, Patches, Scene, Visibility, WeakMotion
+from planner_core.model import (
+    BoolArray,
+    FloatArray,
+    Link,
+    OverlapMeasure,
+    Patches,
+    Scene,
+    Visibility,
+    WeakMotion,
+)
 from planner_core.network.pair_overlap import PairMatrices, SharedSurface, overlapping_pairs, strengths_of
 from planner_core.network.weak_axis import weak_motion
 from planner_core.scene.patches import patch_triangles
@@ -36,6 +46,7 @@ def overlap_links(
     surface: SharedSurface | None = None,
     *,
     min_overlap: float = MIN_LISTED_OVERLAP,
+    measure: OverlapMeasure = OverlapMeasure.SMALLER_SHARE,
 ) -> tuple[Link, ...]:
     """List the pairs of stations (rows of `visibility`) whose overlap is at least `min_overlap`, by station number.
 
@@ -43,7 +54,7 @@ def overlap_links(
     """
     matrices = PairMatrices(visibility, patch_area_m2, surface) if surface is not None else None
     links = []
-    for pairs in overlapping_pairs(visibility, patch_area_m2, min_overlap=min_overlap):
+    for pairs in overlapping_pairs(visibility, patch_area_m2, min_overlap=min_overlap, measure=measure):
         strength = np.full(pairs.first.size, np.nan)
         motions: list[WeakMotion | None] = [None] * pairs.first.size
         if matrices is not None:

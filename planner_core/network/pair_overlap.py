@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from planner_core.model import FloatArray, Int32Array, Int64Array, Visibility
+from planner_core.model import FloatArray, Int32Array, Int64Array, OverlapMeasure, Visibility
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -64,7 +64,12 @@ class Pairs:
 
 
 def overlapping_pairs(
-    visibility: Visibility, patch_area_m2: FloatArray, *, min_overlap: float, rows_a_block: int = ROWS_A_BLOCK
+    visibility: Visibility,
+    patch_area_m2: FloatArray,
+    *,
+    min_overlap: float,
+    measure: OverlapMeasure = OverlapMeasure.SMALLER_SHARE,
+    rows_a_block: int = ROWS_A_BLOCK,
 ) -> Iterator[Pairs]:
     """All pairs that overlap, by at least `min_overlap`, for `rows_a_block` first positions after the other.
 
@@ -86,11 +91,24 @@ def overlapping_pairs(
         first, second = common.row + begin, common.col + left_out
         upper = (second > first) & (common.data > 0)
         first, second = first[upper], second[upper]
-        overlap = common.data[upper] / np.maximum(whole[first], whole[second])
+        overlap = overlap_by(measure, common.data[upper], whole[first], whole[second])
         listed = overlap >= min_overlap
         first, second, overlap = first[listed], second[listed], overlap[listed]
         order = np.lexsort((second, first))
         yield Pairs(first[order].astype(np.int32), second[order].astype(np.int32), overlap[order])
+
+
+def overlap_by(measure: OverlapMeasure, common: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
+    """(K,) overlap of pairs, from whole ticks, (K,), that both see, the first sees and the second sees.
+
+    What both see is more than nothing. Whole ticks leave one rounding, that of the division: the smaller share is never
+    less than Jaccard's index, not even in the last bit.
+    """
+    larger = np.maximum(first, second)
+    if measure == OverlapMeasure.JACCARD:
+        larger = larger + (np.minimum(first, second) - common)
+    share: FloatArray = common / larger
+    return share
 
 
 def area_ticks(patch_area_m2: FloatArray) -> FloatArray:

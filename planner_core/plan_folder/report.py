@@ -24,6 +24,7 @@ from planner_core.plan_folder.report_tables import (
     unseen_section,
     unseen_surfaces_csv,
 )
+from planner_core.requirements.wording import overlap_defined, overlap_noun
 
 
 def report_files(plan: Plan) -> tuple[str, ...]:
@@ -133,6 +134,7 @@ def _figures(plan: Plan) -> str:
             f"{100 * coverage.fraction_of_total:.1f} % of all {coverage.total_area_m2:.0f} m² in the model",
         ),
         ("Registration", _registration(plan)),
+        ("Overlap", overlap_defined(asked.overlap_measure, asked.overlap_of)),
         *_field(plan),
         ("Scanner", f"{escape(scanner.title)}, range {scanner.range_max_m:g} m, {scanner.n_beams:,} beams per scan"),
         ("Patches", f"at most {plan.survey.patches.max_area_m2:g} m² each"),
@@ -157,7 +159,8 @@ def _registration(plan: Plan) -> str:
     hangs = "" if weakest is None else f"; weakest link {escape(weakest.a)} to {escape(weakest.b)}, "
     if weakest is not None:
         hangs += f"{overlap_percent(weakest.overlap)} % overlap{_held_least(weakest)}"
-    return f"{counted} links with at least {100 * asked.overlap:g} % overlap; {state}{hangs}"
+    overlap = overlap_noun(asked.overlap_measure, asked.overlap_of)
+    return f"{counted} links with at least {100 * asked.overlap:g} % {overlap}; {state}{hangs}"
 
 
 def _held_least(link: Link) -> str:

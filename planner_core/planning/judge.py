@@ -29,6 +29,8 @@ from planner_core.model import (
     Judgement,
     Link,
     Optics,
+    OverlapMeasure,
+    OverlapOf,
     Plan,
     PlanSettings,
     PointLimits,
@@ -121,7 +123,7 @@ def judge(
     survey, settings = plan.survey, plan.settings
     points = _points(survey, settings, n_points, np.random.default_rng(seed))
     look = _Look(survey, settings, points)
-    seen, met = look.from_all(np.stack([station.position_m for station in plan.stations]), progress)
+    linking, met = look.from_all(np.stack([station.position_m for station in plan.stations]), progress)
     asked = settings.requirements
     covered = met >= asked.seen_from
     candidates_m = _candidates_of(plan, engine) if plan.candidates_m is None else plan.candidates_m
@@ -136,7 +138,7 @@ def judge(
         covered_m2=_area(plan.coverage.covered_area_m2, covered & points.overall, points.area_m2),
         achievable_m2=_area(plan.coverage.achievable_area_m2, achievable & points.overall, points.area_m2),
         share=JudgedFigure(plan.coverage.fraction_of_achievable, share, share_error),
-        links=tuple(_link(link, plan, seen) for link in plan.links),
+        links=tuple(_link(link, plan, linking) for link in plan.links),
     )
 
 
@@ -151,12 +153,13 @@ def _area(told_m2: float, which: BoolArray, area_m2: float) -> JudgedFigure:
     return JudgedFigure(told_m2, area_m2 * share, area_m2 * float(np.sqrt(share * (1.0 - share) / which.size)))
 
 
-def _link(link: Link, plan: Plan, seen: BoolArray) -> JudgedLink:
+def _link(link: Link, plan: Plan, linking: BoolArray) -> JudgedLink:
     ids = [station.id for station in plan.stations]
-    a, b = seen[ids.index(link.a)], seen[ids.index(link.b)]
-    most = max(int(a.sum()), int(b.sum()), 1)
-    overlap = float((a & b).sum()) / most
-    error = float(np.sqrt(overlap * (1.0 - overlap) / most))
+    a, b = linking[ids.index(link.a)], linking[ids.index(link.b)]
+    jaccard = plan.settings.requirements.overlap_measure == OverlapMeasure.JACCARD
+    whole = max(int((a | b).sum()) if jaccard else max(int(a.sum()), int(b.sum())), 1)
+    overlap = float((a & b).sum()) / whole
+    error = float(np.sqrt(overlap * (1.0 - overlap) / whole))
     return JudgedLink(link.a, link.b, JudgedFigure(link.overlap, overlap, error))
 
 
@@ -201,16 +204,18 @@ class _Look:
         self._most_spacing_m = _MOST_WIDTHS * np.sqrt(2.0 * survey.patches.max_area_m2)
 
     def from_all(self, positions_m: FloatArray, progress: Progress) -> tuple[BoolArray, Int64Array]:
-        """(S, N) bool, points seen from each position; (N,) number of positions that meet what is asked."""
+        """(S, N) bool, points that overlap counts for each position; (N,) positions that meet what is asked."""
         n_points = self._points.at_m.shape[0]
-        seen = np.zeros((positions_m.shape[0], n_points), dtype=np.bool_)
+        linking = np.zeros((positions_m.shape[0], n_points), dtype=np.bool_)
+        all_seen = self._settings.requirements.overlap_of == OverlapOf.ALL_SEEN
         met = np.zeros(n_points, dtype=np.int64)
         for row, position_m in enumerate(positions_m):
             rows = self._seen(position_m, np.arange(n_points))
-            seen[row, rows] = True
-            met[rows[self._meets(position_m, rows)]] += 1
+            meeting = rows[self._meets(position_m, rows)]
+            linking[row, rows if all_seen else meeting] = True
+            met[meeting] += 1
             progress(ProgressEvent("judge", row + 1, positions_m.shape[0], "stations"))
-        return seen, met
+        return linking, met
 
     def count(self, positions_m: FloatArray, enough: int, progress: Progress) -> Int64Array:
         """(N,) number of positions that meet what is asked, up to `enough`: nobody looks at a point again then."""

@@ -21,12 +21,12 @@ from planner_core.model import (
     PlanSettings,
     Proven,
     Survey,
-    Visibility,
 )
 from planner_core.network.candidate_links import CandidateLinks, candidate_links, network_of, parts_of
 from planner_core.network.links import surface_of_patches
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.demand import Demand, Known, demand_of, rows_from
+from planner_core.requirements.figures import rows_of_overlap
 from planner_core.requirements.look_around import Rows
 from planner_core.select.network import Network
 from planner_core.select.problem import Constraint, CoverProblem, cover_problem
@@ -141,7 +141,7 @@ def make_pool(
         demand=demand,
         rows=demand.rows,
         constraints=constraints,
-        links=_links(survey, settings, demand.rows.seen, progress) if isinstance(settings.method, Proven) else None,
+        links=_links(survey, settings, demand, demand.rows, progress) if isinstance(settings.method, Proven) else None,
         given=tuple(given.tolist()),
         kept=tuple(kept.tolist()),
         loops=settings.requirements.network == NetworkKind.REDUNDANT,
@@ -204,15 +204,15 @@ def extended(
     """Add candidates behind those of the pool; nothing else that is asked changes."""
     looked = rows_from(survey, settings, engine, more.position_m, pool.demand, progress=progress)
     seen = stacked_rows(pool.rows.seen, looked.seen)
-    met = seen if pool.rows.met is pool.rows.seen else stacked_rows(pool.rows.met, looked.met)
+    rows = Rows(seen, seen if pool.rows.met is pool.rows.seen else stacked_rows(pool.rows.met, looked.met))
     links = None
     if pool.links is not None:
-        found = _links(survey, settings, seen, progress)
+        found = _links(survey, settings, pool.demand, rows, progress)
         links = None if found is None else _within_parts(found, pool.links.part, pool.barred)
     return replace(
         pool,
         candidates=_both(pool.candidates, more),
-        rows=Rows(seen, met),
+        rows=rows,
         links=links,
         barred=_barred_later(pool, links, n=pool.n_candidates + int(more.floor.size)),
     )
@@ -233,17 +233,21 @@ def narrowed(pool: Pool, rows: Int64Array) -> Pool:
     )
 
 
-def _links(survey: Survey, settings: PlanSettings, seen: Visibility, progress: Progress) -> CandidateLinks | None:
+def _links(
+    survey: Survey, settings: PlanSettings, demand: Demand, rows: Rows, progress: Progress
+) -> CandidateLinks | None:
     asked = settings.requirements
     if asked.network == NetworkKind.NONE or asked.overlap <= 0:
         return None
-    surface = surface_of_patches(survey.scene, survey.patches, times_seen(seen) > 0)
+    counted = rows_of_overlap(demand, rows, asked.overlap_of)
+    surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
     return candidate_links(
-        seen,
+        counted,
         survey.patches.area_m2,
         surface,
         min_overlap=asked.overlap,
         min_strength=asked.min_strength,
+        measure=asked.overlap_measure,
         progress=progress,
     )
 

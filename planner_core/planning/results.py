@@ -40,7 +40,14 @@ from planner_core.network.network_report import registration_report, registratio
 from planner_core.positions.reach import Reach
 from planner_core.progress import Progress, silent
 from planner_core.requirements.demand import Demand
-from planner_core.requirements.figures import coverage_curve, losses_of, part_results, rows_of_quality, times_met
+from planner_core.requirements.figures import (
+    coverage_curve,
+    losses_of,
+    part_results,
+    rows_of_overlap,
+    rows_of_quality,
+    times_met,
+)
 from planner_core.requirements.goals import required_of
 from planner_core.requirements.look_around import Rows
 from planner_core.route.field_time import field_time
@@ -125,7 +132,7 @@ def describe_plan(
         for i, station in enumerate(stations)
     )
     ids = tuple(station.id for station in stations)
-    links, registration = _registered(survey, asked, stations, rows.seen)
+    links, registration = _registered(survey, asked, stations, rows_of_overlap(demand, rows, asked.overlap_of))
     sealed = sealed_areas(surroundings.reach)
     return Plan(
         survey=survey,
@@ -175,13 +182,15 @@ def describe_plan(
 
 
 def _registered(
-    survey: Survey, asked: Requirements, stations: tuple[Station, ...], seen: Visibility
+    survey: Survey, asked: Requirements, stations: tuple[Station, ...], counted: Visibility
 ) -> tuple[tuple[Link, ...], Registration]:
-    """Links of stations, rows of `seen`, and how these hang together."""
+    """Links of stations, rows of `counted`, and how these hang together."""
     ids = tuple(station.id for station in stations)
-    surface = surface_of_patches(survey.scene, survey.patches, times_seen(seen) > 0)
+    surface = surface_of_patches(survey.scene, survey.patches, times_seen(counted) > 0)
     least = min(MIN_LISTED_OVERLAP, asked.overlap or MIN_LISTED_OVERLAP)  # at least what selection counted
-    links = overlap_links(seen, survey.patches.area_m2, ids, surface, min_overlap=least)
+    links = overlap_links(
+        counted, survey.patches.area_m2, ids, surface, min_overlap=least, measure=asked.overlap_measure
+    )
     return links, registration_report(
         links,
         ids,

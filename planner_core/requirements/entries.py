@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from enum import StrEnum
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
-from planner_core.documents import Entries, ShortEntries, shown
+from planner_core.documents import Entries, ShortEntries, key_of, shown
 from planner_core.errors import RequirementError
-from planner_core.model import NetworkKind, Scope
+from planner_core.model import NetworkKind, OverlapMeasure, OverlapOf, Scope
 from planner_core.positions.outlines import MOST_CORNERS, checked_outline
 from planner_core.positions.site_reading import SiteEntries
 from planner_core.requirements.deliverables import DELIVERABLES, deliverable_named
@@ -88,6 +89,20 @@ def _network(value: object) -> NetworkKind | None:
         raise RequirementError(
             f"got {shown(value)}, expected one of {', '.join(NetworkKind)}; leave it out for {NetworkKind.CONNECTED}"
         ) from None
+
+
+def _choice(kind: type[StrEnum]) -> BeforeValidator:
+    """One of the words of `kind`; as in names of entries, capitals, spaces and hyphens do not matter."""
+
+    def read(value: object) -> object:
+        if value is None:
+            return None
+        word = key_of(value).replace("_", "-") if isinstance(value, str) else ""
+        if word not in list(kind):
+            raise RequirementError(f"got {shown(value)}, expected one of {', '.join(kind)}; leave it out for the first")
+        return kind(word)
+
+    return BeforeValidator(read)
 
 
 def _scope(value: object) -> Scope | None:
@@ -223,6 +238,15 @@ class RequirementsFile(PartEntries):
     """Of the surfaces met head on, for noise, e.g. 80 %."""
     overlap: Annotated[float | None, _said(lambda value: share(value, zero=True, example="30 %")), _shares(0)] = None
     """Minimum overlap of a link between stations, e.g. 30 %."""
+    overlap_measure: Annotated[
+        OverlapMeasure | None, _choice(OverlapMeasure), WithJsonSchema({"enum": [*map(str, OverlapMeasure), None]})
+    ] = None
+    """What both stations see, as a share of what the one sees that sees more (smaller-share), or of what either sees
+    (jaccard)."""
+    overlap_of: Annotated[
+        OverlapOf | None, _choice(OverlapOf), WithJsonSchema({"enum": [*map(str, OverlapOf), None]})
+    ] = None
+    """Surface that overlap is counted on: all-seen, or seen-as-required, where a station meets the limits of all."""
     network: Annotated[
         NetworkKind | None,
         BeforeValidator(_network),

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner_core.coverage.coverage import times_seen
-from planner_core.model import Int32Array, Loss, PartResult, Visibility
+from planner_core.model import Int32Array, Loss, OverlapOf, PartResult, Visibility
 from planner_core.requirements.demand import Demand
 from planner_core.requirements.look_around import Rows
 from planner_core.requirements.wording import area_in_words, limits_in_words
@@ -82,6 +82,11 @@ def rows_of_quality(demand: Demand, rows: Rows, quality: int = 0) -> Visibility:
     kept = (rows.met.patch >= low) & (rows.met.patch < high)
     starts = np.concatenate([[0], np.cumsum(kept)])[rows.met.starts]
     return Visibility(starts.astype(np.int64), rows.met.patch[kept] - np.int32(low), demand.n_patches)
+
+
+def rows_of_overlap(demand: Demand, rows: Rows, of: OverlapOf) -> Visibility:
+    """Patches of each position that overlap is counted on."""
+    return rows.seen if of == OverlapOf.ALL_SEEN else rows_of_quality(demand, rows)
 
 
 def coverage_curve(demand: Demand, rows: Rows) -> tuple[float, ...]:

@@ -79,6 +79,7 @@ def requirements_from(
     follow = PartRequirement(name="all", **of_all)
     told: dict[str, Any] = {"overlap": preset.overlap if file.overlap is None else file.overlap}
     told |= {"reflectivity": file.reflectivity, "network": file.network}
+    told |= {"overlap_measure": file.overlap_measure, "overlap_of": file.overlap_of}
     told |= {"min_strength": file.link_strength, "floors": file.planned_floors}
     parts = tuple(_parts(file, where, follow))
     requirements = _in_file(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import fields
 
-from planner_core.model import PointLimits
+from planner_core.model import OverlapMeasure, OverlapOf, PointLimits
 
 
 def limits_in_words(asked: PointLimits, seen_from: int = 1) -> str:
@@ -30,6 +30,22 @@ def figure_in_words(limit: str, figure: float) -> str:
     if figure < 0.1:
         return f"{1000 * figure:.3g} mm"
     return f"{figure:.3g} m"
+
+
+def overlap_noun(measure: str, of: str) -> str:
+    """Return what a share is one of: `overlap`, or where it is not measured as usual, `Jaccard overlap of what is seen
+    as required`.
+    """
+    noun = "Jaccard overlap" if measure == OverlapMeasure.JACCARD else "overlap"
+    return noun if of == OverlapOf.ALL_SEEN else f"{noun} of what is seen as required"
+
+
+def overlap_defined(measure: str, of: str) -> str:
+    """Say what overlap is a share of: `the smaller of both shares, of all that is seen`."""
+    share = "share of what either sees (Jaccard)" if measure == OverlapMeasure.JACCARD else "smaller of both shares"
+    return f"{share}, of {'all that' if of == OverlapOf.ALL_SEEN else 'what'} is seen" + (
+        "" if of == OverlapOf.ALL_SEEN else " as required"
+    )
 
 
 def area_in_words(area_m2: float) -> str:

@@ -5,10 +5,13 @@ from typing import Any
 import pytest
 from tlsplan import summary
 
+USUAL = {"overlap_measure": "smaller-share", "overlap_of": "all-seen"}
+
 
 def network(*overlaps: float | None) -> dict[str, Any]:
     """A plan's registration: a network a figure, whose weakest link overlaps so much; None for a single station."""
     return {
+        "requirements": dict(USUAL),
         "registration": {
             "threshold": 0.295,
             "min_strength": 0.0,
@@ -17,7 +20,7 @@ def network(*overlaps: float | None) -> dict[str, Any]:
                 {"bottleneck": None if overlap is None else {"a": f"A{k}", "b": f"B{k}", "overlap": overlap}}
                 for k, overlap in enumerate(overlaps)
             ],
-        }
+        },
     }
 
 
@@ -26,6 +29,12 @@ def test_overlap_of_the_weakest_link_is_rounded_down_beside_the_threshold_as_ask
     assert summary._registration(network(overlap)) == (
         f"0 links of at least 29.5 % overlap; all stations are connected; weakest: A0 to B0, {shown}"
     )
+
+
+def test_overlap_that_is_not_the_usual_one_is_named() -> None:
+    told = network(0.42)
+    told["requirements"] = {"overlap_measure": "jaccard", "overlap_of": "seen-as-required"}
+    assert "of at least 29.5 % Jaccard overlap of what is seen as required; all" in summary._registration(told)
 
 
 def test_weakest_link_is_that_of_all_networks() -> None:
@@ -47,6 +56,7 @@ def document(reached: float) -> dict[str, Any]:
         "scope": {"kind": "all", "obstacles": [], "left_out": []},
         "scene": {"glass_area_m2": 0.0, "mirror_area_m2": 0.0, "glass": "stop", "n_doors_open": 0},
         "requirements": {
+            **USUAL,
             "coverage": 0.95,
             "floors": [],
             "results": [{"name": "overall", "met": reached >= 0.95, "required": 0.95, **figures}],

@@ -17,6 +17,8 @@ from planner_core.model import (
     GroundPick,
     KeepOut,
     NetworkKind,
+    OverlapMeasure,
+    OverlapOf,
     Paper,
     PartRequirement,
     Plan,
@@ -68,6 +70,8 @@ REQUIREMENTS = {
     "min_strength": fraction,
     "deliverable": st.sampled_from(["none", "survey"]),
     "scope": st.sampled_from(list(Scope)),
+    "overlap_measure": st.sampled_from(list(OverlapMeasure)),
+    "overlap_of": st.sampled_from(list(OverlapOf)),
 }
 requirements = st.builds(Requirements, **REQUIREMENTS)
 prior = st.builds(
@@ -171,7 +175,8 @@ def fitting(**told: Any) -> PlanSettings:
     told["site"] = replace(told["site"], prior=prior)
     if isinstance(told["method"], Paper):
         parts = tuple(replace(part, seen_from=1) for part in told["requirements"].parts)
-        told["requirements"] = replace(told["requirements"], seen_from=1, parts=parts)
+        usual = {"overlap_measure": OverlapMeasure.SMALLER_SHARE, "overlap_of": OverlapOf.ALL_SEEN}
+        told["requirements"] = replace(told["requirements"], seen_from=1, parts=parts, **usual)
     return PlanSettings(**told)
 
 
@@ -202,6 +207,17 @@ def test_settings_of_the_next_test_vary_every_field(kind: type, varied: dict[str
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 def test_settings_read_from_plan_json_equal_those_written_to_the_last_bit(plan: Plan, told: PlanSettings) -> None:
     assert settings_of(document_of(plan, told)) == told
+
+
+def test_plans_of_before_measure_overlap_as_they_did(plan: Plan) -> None:
+    document = document_of(plan, plan.settings)
+    assert document["requirements"]["overlap_measure"] == "smaller-share"
+    assert document["requirements"]["overlap_of"] == "all-seen"
+    del document["requirements"]["overlap_measure"], document["requirements"]["overlap_of"]
+    assert settings_of(document) == settings_of(document_of(plan, plan.settings))
+    other = replace(plan.settings.requirements, overlap_measure="jaccard", overlap_of="seen-as-required")
+    written = document_of(plan, replace(plan.settings, requirements=other))["requirements"]
+    assert (written["overlap_measure"], written["overlap_of"]) == ("jaccard", "seen-as-required")
 
 
 def test_settings_of_every_scanner_of_ours_are_read_back(plan: Plan) -> None:

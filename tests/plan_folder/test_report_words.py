@@ -35,3 +35,21 @@ def test_report_tells_the_weakest_link_of_all_networks(plan: Plan) -> None:
     networks = tuple(RegistrationNetwork((one.a, one.b), ("F0",), 1, (one,), (), one) for one in links)
     registration = Registration(0.3, 0.01, False, networks, (), (), ())
     assert "weakest link S003 to S004, 31.0 % overlap" in report_page(replace(plan, registration=registration))
+
+
+@pytest.mark.parametrize(
+    ("measure", "of", "noun", "defined"),
+    [
+        ("smaller-share", "all-seen", "% overlap; ", ">smaller of both shares, of all that is seen<"),
+        ("jaccard", "all-seen", "% Jaccard overlap; ", ">share of what either sees (Jaccard), of all that is seen<"),
+        (
+            "smaller-share", "seen-as-required", "% overlap of what is seen as required; ",
+            ">smaller of both shares, of what is seen as required<",
+        ),
+    ],
+)  # fmt: skip
+def test_report_names_its_overlap(plan: Plan, measure: str, of: str, noun: str, defined: str) -> None:
+    asked = replace(plan.settings.requirements, overlap_measure=measure, overlap_of=of)
+    page = report_page(replace(plan, settings=replace(plan.settings, requirements=asked)))
+    assert f"links with at least 30 {noun}" in page
+    assert defined in page

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 import scenes_synthetic
+from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Judgement, Optics, PlanSettings, PointLimits, Requirements, Scanner, Scene
+from planner_core.model import Judgement, Optics, PlanSettings, PointLimits, Requirements, ScanBy, Scanner, Scene
+from planner_core.plan_folder.plan_model.results import JudgeSection
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_stations
-from planner_core.planning.judge import judge
+from planner_core.planning.judge import judge, with_judgement
+from planner_core.planning.plan import make_plan
 from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scene.build import scene_from_arrays
 from tests.coverage.conftest import BOX_FACES, box_corners, shell
@@ -132,6 +135,46 @@ def test_overlap_is_the_share_that_both_see_of_what_the_one_with_more_sees() -> 
     assert is_within(link.overlap.judged, both / most, link.overlap.error)
 
 
+def test_jaccard_is_the_share_that_both_see_of_what_either_sees() -> None:
+    low_only = replace(all_round(), elevation_rad=tuple(np.linspace(np.pi / 2, -np.pi / 4, 541).tolist()))
+    at_m = [(1.5, 2.0, 1.4), (4.5, 2.0, 0.9)]
+    (link,) = judged(ROOM, at_m, low_only, overlap_measure="jaccard").links
+    # The discs lie apart: together they see the room.
+    both = ROOM_M2 - np.pi * (1.4**2 + 0.9**2)
+    assert is_within(link.overlap.judged, both / ROOM_M2, link.overlap.error)
+    (share,) = judged(ROOM, at_m, low_only).links
+    assert link.overlap.judged < share.overlap.judged - 4 * link.overlap.error
+    assert link.overlap.told == pytest.approx(link.overlap.judged, abs=0.02)
+
+
+@pytest.mark.parametrize("measure", ["smaller-share", "jaccard"])
+def test_of_what_is_seen_as_required_overlap_counts_points_within_the_limits(measure: str) -> None:
+    at_m, most_m = [(2.0, 2.0, 1.5), (3.5, 2.0, 1.0)], 2.4
+    asked = {"asked": PointLimits(range_m=most_m), "overlap_measure": measure}
+    found = judged(ROOM, at_m, all_round(), overlap_of="seen-as-required", **asked)
+    # Of the room's six faces, on a fine grid: what lies within range of either, and of both.
+    near_m2 = np.zeros(2)
+    both_m2 = 0.0
+    for axis in range(3):
+        u, v = (k for k in range(3) if k != axis)
+        steps = [(np.arange(900) + 0.5) * HIGH[k] / 900 for k in (u, v)]
+        grid = np.stack(np.meshgrid(*steps, indexing="ij"))
+        for wall in (0.0, HIGH[axis]):
+            away_m = [np.hypot(np.hypot(grid[0] - p[u], grid[1] - p[v]), wall - p[axis]) for p in np.array(at_m)]
+            near = [away <= most_m for away in away_m]
+            face_m2 = HIGH[u] * HIGH[v]
+            near_m2 += [each.mean() * face_m2 for each in near]
+            both_m2 += float((near[0] & near[1]).mean()) * face_m2
+    whole_m2 = near_m2.sum() - both_m2 if measure == "jaccard" else near_m2.max()
+    (link,) = found.links
+    assert is_within(link.overlap.judged, both_m2 / whole_m2, link.overlap.error)
+    assert 0.2 < both_m2 / whole_m2 < 0.9
+    assert link.overlap.told == pytest.approx(link.overlap.judged, abs=0.05)
+    # All of the room is seen from both.
+    (all_seen,) = judged(ROOM, at_m, all_round(), **asked).links
+    assert all_seen.overlap.judged > 0.999
+
+
 def test_points_meet_what_is_asked_from_so_many_stations() -> None:
     scene = scene_of([*ROOM_BOXES, PILLAR])
     both = [(1.0, 2.0, 1.5), (5.0, 2.0, 1.5)]
@@ -152,3 +195,37 @@ def test_too_few_points_are_refused() -> None:
     )
     with pytest.raises(RequirementError, match="got 10 points, expected at least 100"):
         judge(plan, open_engine(scene, plan.survey.patches), n_points=10)
+
+
+def test_a_plan_that_says_too_much_is_told_so() -> None:
+    """By beams whole patches count, which overlap the walls: some per cent too much. By samples nothing is off."""
+    for scan_mode, n_lines in ((ScanBy.BEAMS, 1), (ScanBy.PATCHES, 0)):
+        settings = PlanSettings(
+            scanner=all_round(), requirements=Requirements(network="none", scope="all"), scan_mode=scan_mode,
+            grid_step_m=1.0, instrument_heights_m=(1.5,), special_places=False, max_patch_area_m2=0.16,
+        )  # fmt: skip
+        engine = open_engine(ROOM, make_survey(ROOM, settings).patches)
+        plan = make_plan(ROOM, settings)
+        assert plan.judgement is None
+        assert with_judgement(plan, engine, n_points=0) is plan
+        found = with_judgement(plan, engine, n_points=20_000)
+        lines = [line for line in found.warnings if line.startswith("judge: 20000 random points have covered")]
+        assert len(lines) == n_lines, lines
+        judgement = found.judgement
+        assert judgement is not None
+        assert is_within(judgement.achievable_m2.judged, ROOM_M2, judgement.achievable_m2.error)
+        # What the points say is in the plan's document, and comes back as it was.
+        back = JudgeSection.model_validate(JudgeSection.written(judgement)).read()
+        assert back.share.judged == pytest.approx(judgement.share.judged, abs=1e-9)
+        assert (back.n_points, len(back.links)) == (20_000, len(plan.links))
+
+
+def test_surface_that_a_station_stands_in_the_plane_of_is_not_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half a centimetre off a wall's face, neighbouring columns meet it metres apart: no patch of it holds beams."""
+    wall = ("wall", (2.0, 4.0, 0.0), (6.0, 4.2, 3.0))
+    floor = ("floor", (-1.0, -1.0, -0.2), (9.0, 9.0, 0.0))
+    scene = scene_of([floor, wall])
+    told = judged(scene, [(0.5, 3.995, 1.5)], load_scanner("rtc360")).covered_m2
+    monkeypatch.setattr("planner_core.planning.judge._MOST_WIDTHS", 1e9)
+    by_sight_alone = judged(scene, [(0.5, 3.995, 1.5)], load_scanner("rtc360")).covered_m2
+    assert is_within(by_sight_alone.judged - told.judged, 4.0 * 3.0, by_sight_alone.error)

@@ -10,6 +10,7 @@ from planner_core.errors import RequirementError
 from planner_core.model import (
     NetworkKind,
     Objective,
+    Paper,
     PartRequirement,
     PlanSettings,
     PointLimits,
@@ -58,6 +59,11 @@ def test_noise_is_limited_for_scanners_alone_that_tell_theirs(small: PlanSetting
         (lambda: Requirements(coverage=95.0), "coverage: got 95, expected"),
         (lambda: Requirements(overlap=float("nan")), "overlap: got nan, expected a fraction from 0 to 1"),
         (lambda: Requirements(network="star"), "network: got 'star', expected one of"),
+        (
+            lambda: Requirements(overlap_measure="dice"),
+            "overlap_measure: got 'dice', expected one of smaller-share, jac",
+        ),
+        (lambda: Requirements(overlap_of="all"), "overlap_of: got 'all', expected one of all-seen, seen-as-required"),
         (lambda: PriorStation("A", (0, 0, 1), "fixed"), "role: got 'fixed', expected one of scanned, locked, kept"),
     ],
 )
@@ -76,3 +82,13 @@ def test_words_become_members_and_what_is_not_said_is_as_on_the_command_line(sma
     earlier = [Requirements(network=word).network for word in ("joined", "loops")]
     assert earlier == [NetworkKind.CONNECTED, NetworkKind.REDUNDANT]
     assert PlanSettings(small.scanner).method == Proven()
+
+
+@pytest.mark.parametrize("measured", [{"overlap_measure": "jaccard"}, {"overlap_of": "seen-as-required"}])
+def test_method_paper_measures_by_circles_alone(small: PlanSettings, measured: dict[str, str]) -> None:
+    with pytest.raises(
+        RequirementError, match=r"overlap: got the measure .* with method paper, .* by circles"
+    ) as refused:
+        replace(small, method=Paper(), requirements=Requirements(**measured))  # type: ignore[arg-type]
+    assert "\n" not in str(refused.value)
+    assert replace(small, method=Paper()).requirements.overlap_measure == "smaller-share"

@@ -8,6 +8,8 @@ import jsonschema
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tlsplan import inputs
+from tlsplan.options import Asking
 
 from planner_core.errors import RequirementError
 from planner_core.model import PartRequirement, PointLimits, Requirements, Scope, Site
@@ -191,6 +193,8 @@ def test_names_are_text_as_written(tmp_path: Path) -> None:
         ("floors: [Level 1]", "floors: got .*expected keys with values"),
         ("floors: {'': 90 %}", "a name of at most"),
         ("network: no", "network: got 'no', expected one of connected, redundant, none"),
+        ("overlap_measure: dice", "overlap_measure: got 'dice', expected one of smaller-share, jaccard; leave it out"),
+        ("overlap_of: 3", "overlap_of: got 3, expected one of all-seen, seen-as-required; leave it out"),
         ("seen_from: 0", "seen_from: got 0, expected a whole number from 1"),
         ("planned_floors: []", "planned_floors: got"),
         ("planned_floors: [{a: 1}]", r"planned_floors\[0\]: got {'a': 1}, expected a name"),
@@ -288,6 +292,8 @@ def test_the_documentation_has_examples_of_both_kinds() -> None:
         {"spacing": 6},
         {"incidence": 1.2},
         {"network": "star"},
+        {"overlap_measure": "dice"},
+        {"overlap_of": "seen"},
         {"seen_from": 0},
         {"spacng": "6 mm"},
         {"floors": {"A": {"overlap": "30 %"}}},
@@ -323,3 +329,20 @@ def test_scope_and_classes_that_need_not_be_covered() -> None:
         requirements_from({"scope": "inside"})
     with pytest.raises(RequirementError, match="coverage: got 0, expected a fraction above 0"):
         requirements_from({"coverage": "none"})
+
+
+@pytest.mark.parametrize("word", ["seen-as-required", "Seen as required", "SEEN_AS_REQUIRED"])
+def test_a_file_names_its_overlap(word: str) -> None:
+    asked, _ = requirements_from({"overlap": "40 %", "Overlap measure": "Jaccard", "overlap-of": word})
+    assert asked == Requirements(overlap=0.4, overlap_measure="jaccard", overlap_of="seen-as-required")
+    plain, _ = requirements_from({"overlap": "40 %"})
+    assert (plain.overlap_measure, plain.overlap_of) == ("smaller-share", "all-seen")
+
+
+def test_options_name_the_overlap_in_place_of_the_file(tmp_path: Path) -> None:
+    path = written(tmp_path, "overlap_measure: jaccard\noverlap_of: seen-as-required")
+    asking = Asking(file=path, overlap_measure="smaller-share")
+    found, _ = inputs.asked(asking, deliverable="none", scope=Scope.ALL)
+    assert (found.overlap_measure, found.overlap_of) == ("smaller-share", "seen-as-required")
+    found, _ = inputs.asked(Asking(overlap_of="seen-as-required"), deliverable="none", scope=Scope.ALL)
+    assert found == Requirements(overlap_of="seen-as-required")

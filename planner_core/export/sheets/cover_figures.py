@@ -11,6 +11,7 @@ from planner_core.export.sheets.floor_view import is_planned, link_class
 from planner_core.export.sheets.words import reached_percent, required_on
 from planner_core.plan_folder.drawing.links import WEAK
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
+from planner_core.requirements.wording import overlap_noun
 
 WHOLE_PLAN = "whole plan"
 
@@ -131,7 +132,9 @@ def network_words(plan: PlanSource) -> str:
     """Say how the stations hang together."""
     of = plan.document["registration"]
     counted = sum((link_class(plan, link) or WEAK) > WEAK for link in plan.links)
-    links = f"{counted} links of at least {100 * of['threshold']:g} % overlap"
+    asked = plan.document["requirements"]
+    overlap = overlap_noun(asked["overlap_measure"], asked["overlap_of"])
+    links = f"{counted} links of at least {100 * of['threshold']:g} % {overlap}"
     if of["connected"]:
         return f"{len(plan.stations)} stations, all connected; {links}"
     sizes = [len(network["stations"]) for network in of["networks"]]

@@ -16,6 +16,8 @@ from planner_core.model import (
     KeepOut,
     NetworkKind,
     Objective,
+    OverlapMeasure,
+    OverlapOf,
     PartRequirement,
     PlanSettings,
     PointLimits,
@@ -250,6 +252,10 @@ class RequirementsSection(Mirror):
     """Share of the scannable area required, overall and on each floor."""
     overlap: Required
     """Share of seen area that makes two stations linked."""
+    overlap_measure: Annotated[OverlapMeasure, words_of(OverlapMeasure)] = OverlapMeasure.SMALLER_SHARE
+    """What both see, as a share of what the one sees that sees more, or (jaccard) of what either sees."""
+    overlap_of: Annotated[OverlapOf, words_of(OverlapOf)] = OverlapOf.ALL_SEEN
+    """Which surface overlap is counted on: all that a station sees, or where it meets the limits required of all."""
     floors: tuple[str, ...]
     """Ids or names of the floors that were planned; empty: all."""
     asked: AskedSection = AskedSection()

@@ -252,7 +252,7 @@ class LinkSection(Mirror):
     a: str
     b: str
     overlap: Share
-    """The smaller of both shares of seen area that the other sees too."""
+    """What both see, as a share, measured as `requirements.overlap_measure` and `overlap_of` say."""
     strength: Annotated[Strength, rounded(9)] | None
     """How well the shared surface holds the two together in its weakest direction; null where not computed."""
     weak_axis: str = ""

@@ -91,12 +91,14 @@ class LivePlan:
         self._parts: Parts = parts_of(survey, settings, demand)
         self._looker = Looker(survey, settings, engine, demand.qualities)
         self.draft = _draft_of(document, survey)
-        overlap = settings.requirements.overlap
+        asked = settings.requirements
         self._pairs = PairFinder(
             survey,
             self._area_m2,
             demand.times_met.max(axis=0) > 0,
-            min_overlap=min(MIN_LISTED_OVERLAP, overlap or MIN_LISTED_OVERLAP),  # at least what selection counted
+            min_overlap=min(MIN_LISTED_OVERLAP, asked.overlap or MIN_LISTED_OVERLAP),  # at least what selection counted
+            measure=asked.overlap_measure,
+            of=asked.overlap_of,
         )
         self._tripod_positions = TripodPositions(survey, settings, engine, reach, height_m=self._usual_height_m())
         self._standings: OrderedDict[tuple[DraftStation, ...], Standing] = OrderedDict()

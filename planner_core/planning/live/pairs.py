@@ -13,9 +13,19 @@ from itertools import chain
 
 import numpy as np
 
-from planner_core.model import BoolArray, FloatArray, Int32Array, Link, Survey, Visibility, WeakMotion
+from planner_core.model import (
+    BoolArray,
+    FloatArray,
+    Int32Array,
+    Link,
+    OverlapMeasure,
+    OverlapOf,
+    Survey,
+    Visibility,
+    WeakMotion,
+)
 from planner_core.network.links import surface_of_patches
-from planner_core.network.pair_overlap import PairMatrices, SharedSurface, area_ticks, strengths_of
+from planner_core.network.pair_overlap import PairMatrices, SharedSurface, area_ticks, overlap_by, strengths_of
 from planner_core.network.weak_axis import weak_motion
 from planner_core.planning.live.looks import Look
 
@@ -35,8 +45,18 @@ class Held:
 class PairFinder:
     """Finds and remembers what pairs of looks have in common, where that is at least `min_overlap`."""
 
-    def __init__(self, survey: Survey, area_m2: FloatArray, likely: BoolArray, *, min_overlap: float) -> None:
+    def __init__(
+        self,
+        survey: Survey,
+        area_m2: FloatArray,
+        likely: BoolArray,
+        *,
+        min_overlap: float,
+        measure: OverlapMeasure = OverlapMeasure.SMALLER_SHARE,
+        of: OverlapOf = OverlapOf.ALL_SEEN,
+    ) -> None:
         self._survey, self._area_m2, self._min_overlap = survey, area_m2, min_overlap
+        self._measure, self._of = measure, of
         self._ticks = area_ticks(area_m2)
         self._known, self._surface = likely.copy(), surface_of_patches(survey.scene, survey.patches, likely)
         self._mark = np.zeros(area_m2.size, dtype=np.bool_)
@@ -67,23 +87,28 @@ class PairFinder:
 
     def _find(self, look: Look, others: list[Look]) -> list[Held | None]:
         held: list[Held | None] = [None] * len(others)
-        if not others or not look.patch.size:
+        mine, theirs = self._counted(look), [self._counted(other) for other in others]
+        if not others or not mine.size:
             return held
-        whole = float(self._ticks[look.patch].sum())
-        self._mark[look.patch] = True
-        common = [other.patch[self._mark[other.patch]] for other in others]
-        self._mark[look.patch] = False
+        self._mark[mine] = True
+        common = [patch[self._mark[patch]] for patch in theirs]
+        self._mark[mine] = False
         overlap = np.zeros(len(others))
-        for index, (other, both) in enumerate(zip(others, common, strict=True)):
-            if both.size:
-                overlap[index] = self._ticks[both].sum() / max(whole, float(self._ticks[other.patch].sum()))
+        ticks = np.array([self._ticks[both].sum() for both in common])
+        meet = ticks > 0
+        whole = np.array([self._ticks[patch].sum() for patch in theirs])
+        overlap[meet] = overlap_by(self._measure, ticks[meet], self._ticks[mine].sum(), whole[meet])
         listed = np.flatnonzero((overlap >= self._min_overlap) & (overlap > 0))
         if not listed.size:
             return held
-        matrix = self._matrices(look.patch, [common[index] for index in listed])
+        matrix = self._matrices(mine, [common[index] for index in listed])
         for index, strength, one in zip(listed.tolist(), strengths_of(matrix), matrix, strict=True):
             held[index] = Held(float(overlap[index]), float(strength), weak_motion(one))
         return held
+
+    def _counted(self, look: Look) -> Int32Array:
+        """Return the patches that overlap is counted on, sorted."""
+        return look.patch if self._of == OverlapOf.ALL_SEEN else look.met[0]
 
     def _matrices(self, base: Int32Array, common: list[Int32Array]) -> FloatArray:
         """(K, 6, 6) normal matrices of what each of `common`, all parts of `base`, holds."""

@@ -1,6 +1,7 @@
 """The cover as readers of others find it: figures of the plan or of some floors, sheets by number, coordinates."""
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -144,3 +145,10 @@ def test_cover_says_where_the_scene_file_puts_the_site(scene_plan: PlanSource) -
 def test_cover_says_grid_north_where_there_is_a_grid(site_sheets: Any) -> None:
     words = " ".join(site_sheets.texts[0].split())
     assert f"arrow N on the drawings: grid north, {math.degrees(0.35):.1f}° clockwise from up" in words
+
+
+def test_links_are_counted_by_the_overlap_that_the_plan_names(scene_plan: PlanSource) -> None:
+    assert re.search(r"\d links of at least \d+ % overlap$", dict(cover_figures(scene_plan))["Registration"])
+    asked = scene_plan.document["requirements"] | {"overlap_measure": "jaccard", "overlap_of": "seen-as-required"}
+    named = replace(scene_plan, document={**scene_plan.document, "requirements": asked})
+    assert dict(cover_figures(named))["Registration"].endswith(" % Jaccard overlap of what is seen as required")

@@ -60,6 +60,13 @@ def test_scope_and_obstacles_stay_where_nothing_is_said_of_them() -> None:
         assert (found.scope, [part.name for part in found.parts]) == (scope, names)
 
 
+def test_what_overlap_is_stays_where_nothing_is_said_of_it() -> None:
+    planned = Requirements(overlap_measure="jaccard", overlap_of="seen-as-required")
+    for entries, measure in (({"overlap": "20 %"}, "jaccard"), ({"Overlap measure": "smaller share"}, "smaller-share")):
+        found = _following(requirements_from(entries)[0], entries, planned)
+        assert (found.overlap_measure, found.overlap_of) == (measure, "seen-as-required")
+
+
 def test_a_limit_of_time_is_an_option_of_the_search(hall: Path) -> None:
     assert asked(hall / "plan", time_limit_s=30).method == Proven(time_limit_s=30)
     assert asked(hall / "plan").method == Proven()

@@ -20,6 +20,8 @@ _WHERE = "requirements"
 _STAYING = {
     "coverage": "coverage",
     "overlap": "overlap",
+    "overlap_measure": "overlap_measure",
+    "overlap_of": "overlap_of",
     "network": "network",
     "reflectivity": "reflectivity",
     "link_strength": "min_strength",

@@ -205,7 +205,7 @@ export interface LinkSection {
   a: string;
   b: string;
   /**
-   * The smaller of both shares of seen area that the other sees too.
+   * What both see, as a share, measured as `requirements.overlap_measure` and `overlap_of` say.
    */
   overlap: number;
   /**
@@ -620,6 +620,14 @@ export interface RequirementsSection {
    * Share of seen area that makes two stations linked.
    */
   overlap: number;
+  /**
+   * What both see, as a share of what the one sees that sees more, or (jaccard) of what either sees.
+   */
+  overlap_measure: 'smaller-share' | 'jaccard';
+  /**
+   * Which surface overlap is counted on: all that a station sees, or where it meets the limits required of all.
+   */
+  overlap_of: 'all-seen' | 'seen-as-required';
   /**
    * Ids or names of the floors that were planned; empty: all.
    */

@@ -1,6 +1,6 @@
 /** The tab "Network": how the stations register with each other, what holds them together, and what is missing. */
 import { useState } from 'preact/hooks';
-import { askedPercent, percentDown } from '../panels/figures.ts';
+import { askedPercent, overlapNoun, percentDown } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import { Badge } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
@@ -25,7 +25,7 @@ export function NetworkTab({ store }: { store: Store }) {
   return (
     <>
       <Section title="Registration">
-        <Figures report={report} counting={counting} store={store} />
+        <Figures report={report} counting={counting} overlap={overlapNoun(plan.requirements)} store={store} />
       </Section>
       <Section title={picture === 'graph' ? 'Links between stations' : 'Overlap by pair'}>
         <div class="segments segments-flat" role="radiogroup" aria-label="Picture of the network">
@@ -80,7 +80,15 @@ export function GraphKey() {
   );
 }
 
-function Figures({ store, report, counting }: { store: Store; report: NetworkReport; counting: Counting }) {
+interface FiguresProps {
+  store: Store;
+  report: NetworkReport;
+  counting: Counting;
+  /** What the threshold is one of. */
+  overlap: string;
+}
+
+function Figures({ store, report, counting, overlap }: FiguresProps) {
   const { components, bridges, articulations, weakest } = report;
   const strength = counting.minStrength > 0 ? ` and strength ${counting.minStrength}` : '';
   return (
@@ -97,7 +105,7 @@ function Figures({ store, report, counting }: { store: Store; report: NetworkRep
       <Figure
         name="Registration links"
         value={report.counting.length}
-        hint={`At least ${askedPercent(counting.threshold)} overlap${strength}`}
+        hint={`At least ${askedPercent(counting.threshold)} ${overlap}${strength}`}
       />
       <Figure name="Single-link connections" value={bridges.size} hint="Links without which the network splits" />
       <Figure

@@ -1,6 +1,6 @@
 /** The figures of a pair of stations: what they share, and how firmly that holds their scans together. */
 import { Card } from '../panels/card.tsx';
-import { areaWords, percentDown } from '../panels/figures.ts';
+import { areaWords, overlapDefined, percentDown } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
 import type { Store } from '../store.ts';
 import { countingOf, counts, networkOf } from './graph.ts';
@@ -30,7 +30,7 @@ export function PairCard({ store }: { store: Store }) {
         <Figure
           name="Overlap"
           value={link === undefined ? '–' : percentDown(link.overlap)}
-          hint="Shared part of the seen area of each station; the smaller of the two"
+          hint={overlapDefined(plan.requirements)}
         />
         {marking.kind === 'shown' && (
           <Figure name="Shared surface" value={areaWords(marking.areaM2)} hint="Highlighted in the building" />

@@ -1,7 +1,8 @@
 /** Figures as people read them. */
 import { expect, test } from 'vitest';
 import { runPython } from '../testing/python.ts';
-import { askedPercent, optimalityInWords, percentDown } from './figures.ts';
+import { smallPlan } from '../testing/small-plan.ts';
+import { askedPercent, optimalityInWords, overlapDefined, overlapNoun, percentDown } from './figures.ts';
 
 test('overlap that is just short of what is asked never reads as enough', () => {
   expect(percentDown(0.2999999)).toBe('29.9 %');
@@ -24,6 +25,30 @@ test('overlap reads as the library writes it, for every tenth of a percent and t
     'print(json.dumps([overlap_percent(overlap) + " %" for overlap in json.loads(sys.argv[1])]))',
   ].join('\n');
   expect(near.map(percentDown)).toEqual(JSON.parse(runPython('-c', script, JSON.stringify(near))));
+});
+
+test('overlap is named as the library names it, and said to be a share of what it is', () => {
+  const script = [
+    'import json',
+    'from planner_core.model import OverlapMeasure, OverlapOf',
+    'from planner_core.requirements.wording import overlap_noun',
+    'print(json.dumps([[m, of, overlap_noun(m, of)] for m in OverlapMeasure for of in OverlapOf]))',
+  ].join('\n');
+  type Way = Parameters<typeof overlapNoun>[0];
+  type Row = [Way['overlap_measure'], Way['overlap_of'], string];
+  const rows = JSON.parse(runPython('-c', script)) as Row[];
+  const told = rows.map(([overlap_measure, overlap_of]) => overlapNoun({ overlap_measure, overlap_of }));
+  expect(told).toEqual(rows.map(([, , noun]) => noun));
+  expect(told).toContain('Jaccard overlap of what is seen as required');
+  expect(overlapDefined({ overlap_measure: 'smaller-share', overlap_of: 'all-seen' })).toMatch(/seen area of each/);
+  expect(overlapDefined({ overlap_measure: 'jaccard', overlap_of: 'seen-as-required' })).toBe(
+    'Shared part of the area seen as required of both stations together (Jaccard)',
+  );
+});
+
+test('a plan of before overlap had a name measures it as it did', () => {
+  const { overlap_measure, overlap_of } = smallPlan().requirements;
+  expect([overlap_measure, overlap_of]).toEqual(['smaller-share', 'all-seen']);
 });
 
 test('what is asked keeps the digits it was asked with', () => {

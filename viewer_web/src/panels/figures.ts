@@ -17,6 +17,19 @@ export function percentDown(fraction: number): string {
 }
 /** What was asked for, with as many digits as it was asked with: an overlap of 29.6 % is not less than one of 30 % then. */
 export const askedPercent = (fraction: number): string => `${Number((100 * fraction).toPrecision(6))} %`;
+type OverlapAsked = Pick<PlanJson['requirements'], 'overlap_measure' | 'overlap_of'>;
+/** What a share is one of; as `overlap_noun` of the library: the usual overlap goes by that name alone. */
+export function overlapNoun({ overlap_measure: measure, overlap_of: of }: OverlapAsked): string {
+  const noun = measure === 'jaccard' ? 'Jaccard overlap' : 'overlap';
+  return of === 'all-seen' ? noun : `${noun} of what is seen as required`;
+}
+/** How a plan measures overlap, in a sentence. */
+export function overlapDefined({ overlap_measure: measure, overlap_of: of }: OverlapAsked): string {
+  const seen = of === 'all-seen' ? 'seen area' : 'area seen as required';
+  return measure === 'jaccard'
+    ? `Shared part of the ${seen} of both stations together (Jaccard)`
+    : `Shared part of the ${seen} of each station; the smaller of the two`;
+}
 /** Square decimetres are told where there is nothing else to tell; square feet are a tenth of a square metre. */
 export function areaWords(m2: number): string {
   if (units.value === 'ft') return `${area.format(m2 / FOOT_M ** 2)} sq ft`;

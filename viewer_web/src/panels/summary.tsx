@@ -2,7 +2,7 @@
 import { countingLinks } from '../edit/totals.ts';
 import { type TotalsBeside, totalsBeside } from '../edit/totals-beside.ts';
 import type { Store } from '../store.ts';
-import { areaWords, askedPercent, counted, optimalityInWords, percent } from './figures.ts';
+import { areaWords, askedPercent, counted, optimalityInWords, overlapNoun, percent } from './figures.ts';
 import { Requirements } from './requirements.tsx';
 import { Figure, Section } from './section.tsx';
 
@@ -48,7 +48,7 @@ export function Summary({ store }: { store: Store }) {
           value={
             <Badge isGood={registration.connected}>{registration.connected ? 'connected' : 'not connected'}</Badge>
           }
-          hint={`${counted(nLinks, 'link')} of at least ${askedPercent(registration.threshold)} overlap`}
+          hint={`${counted(nLinks, 'link')} of at least ${askedPercent(registration.threshold)} ${overlapNoun(requirements)}`}
         />
         <Figure name="Scanner" value={scanner.title} />
       </dl>

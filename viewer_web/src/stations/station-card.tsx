@@ -10,6 +10,7 @@ import {
   counted,
   duration,
   heightWords,
+  overlapNoun,
   percentDown,
 } from '../panels/figures.ts';
 import { Figure } from '../panels/section.tsx';
@@ -187,7 +188,7 @@ function Links({ store, plan, station }: StationProps) {
   return (
     <div class="links">
       <h3>
-        {counted(strong.length, 'link')} of at least {askedPercent(counting.threshold)} overlap
+        {counted(strong.length, 'link')} of at least {askedPercent(counting.threshold)} {overlapNoun(plan.requirements)}
       </h3>
       <ul class="chips">
         {own.slice(0, MOST_LINKS).map((link) => (
