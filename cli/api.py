@@ -11,6 +11,7 @@ import numpy as np
 
 from planner_core.coordinates.request import FrameRequest
 from planner_core.coverage.survey import make_survey
+from planner_core.engine.patch_mode import mode_that_counts_parts
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import PlannerError, StationListError
 from planner_core.export.formats import Written, export_pack
@@ -26,11 +27,13 @@ from planner_core.model import (
     PlanSettings,
     Proven,
     Requirements,
+    ScanBy,
     Scanner,
     Scene,
     Scope,
     UpAxis,
 )
+from planner_core.model.choices import one_of
 from planner_core.plan_folder import folder as plan_folders
 from planner_core.plan_folder import plan_source
 from planner_core.plan_folder.plan_source import PlanSource
@@ -136,6 +139,9 @@ def settings(
     else:
         required, site = read_requirements(requirements, instead=more, **defaults)
     used = scanner if isinstance(scanner, Scanner) else load_scanner(scanner)
+    if not is_paper:
+        asked = one_of(ScanBy, chosen.get("scan_mode", ScanBy.AUTO), "scan_mode")
+        chosen["scan_mode"] = mode_that_counts_parts(asked, used)
     return PlanSettings(scanner=used, requirements=required, site=site, **chosen)
 
 

@@ -90,6 +90,7 @@ def settings(
     seed: int,
 ) -> PlanSettings:
     """Return the settings of a plan from the values of `options.problem_options`."""
+    from planner_core.engine.patch_mode import mode_that_counts_parts
     from planner_core.model import PlanSettings, ScanBy, Scope
     from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, NO_DELIVERABLE
     from planner_core.requirements.goals import NO_COVER
@@ -103,15 +104,17 @@ def settings(
         scope=Scope.ALL if is_paper else Scope.AUTO,
         no_cover=() if is_paper else NO_COVER,
     )
+    used = load_scanner(scanner or (PAPER_SCANNER if is_paper else DEFAULT_SCANNER))
+    mode = ScanBy(scan_mode)
     return PlanSettings(
-        scanner=load_scanner(scanner or (PAPER_SCANNER if is_paper else DEFAULT_SCANNER)),
+        scanner=used,
         requirements=requirements,
         seed=seed,
         grid_step_m=grid_step_m,
         instrument_heights_m=tuple(heights_m),
         clearance_m=clearance_m,
         max_patch_area_m2=max_patch_area_m2,
-        scan_mode=ScanBy(scan_mode),
+        scan_mode=mode if is_paper else mode_that_counts_parts(mode, used),
         site=site,
         seconds_per_scan=seconds_per_scan,
         set_up_s=set_up_s,

@@ -147,8 +147,8 @@ patch_area_option = click.option(
 scan_mode_option = click.option(
     "--scan-mode", type=click.Choice(["auto", "beams", "patches"]), metavar="MODE", default="auto", show_default=True,
     help="How visibility is computed. beams: every beam of the scan; patches: lines of sight to samples of every "
-    "patch, at a cost independent of the scanner's resolution; auto: patches from four million beams per scan on, "
-    "else beams.",
+    "patch, of which the part that is seen counts, at a cost independent of the scanner's resolution; auto: patches, "
+    "and with --preset paper beams below four million per scan.",
 )  # fmt: skip
 requirements_option = click.option(
     "--requirements", "file", type=click.Path(path_type=Path, readable=False), default=None, metavar="FILE",

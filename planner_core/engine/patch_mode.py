@@ -38,6 +38,7 @@ from planner_core.model import (
     Int64Array,
     Patches,
     ScanBy,
+    Scanner,
     Scene,
     UInt8Array,
     Visibility,
@@ -68,6 +69,12 @@ def scan_mode_of(asked: ScanBy, template: BeamTemplate) -> ScanBy:
         return asked
     rows, columns = template.shape
     return ScanBy.PATCHES if min(rows, columns) > 1 and rows * columns >= AUTO_PATCHES_BEAMS else ScanBy.BEAMS
+
+
+def mode_that_counts_parts(asked: ScanBy, scanner: Scanner) -> ScanBy:
+    """Return what was asked for; for `AUTO` patches, of which parts are counted, for all but a single row or column."""
+    single = min(len(scanner.elevation_rad), scanner.n_azimuths) < 2
+    return ScanBy.PATCHES if asked == ScanBy.AUTO and not single else asked
 
 
 @dataclass(frozen=True)

@@ -44,24 +44,31 @@ SCENES = {
 }
 
 
+_SURVEY = deliverable_named(DEFAULT_DELIVERABLE)
+#: Scanners, and what is asked of points: a robot's lidar has none of the spacing that a survey asks for.
+ASKED = {
+    "rtc360": PointLimits(
+        spacing_m=_SURVEY.spacing_m,
+        range_m=_SURVEY.range_m,
+        incidence_rad=np.deg2rad(_SURVEY.incidence_deg or 90.0),
+    ),
+    "hdl-64e": PointLimits(),
+}
+
+
 def scene_of(name: str) -> Scene:
     path = SCENES[name]
     return scenes_synthetic.build(name).scene if path is None else load_scene(path)
 
 
-def plan_and_judge(name: str, n_points: int) -> tuple[int, Judgement]:
+def plan_and_judge(name: str, n_points: int, scanner: str = "rtc360") -> tuple[int, Judgement]:
     """Stations of a quick plan of the usual settings, and what the judge says of it."""
-    survey_grade = deliverable_named(DEFAULT_DELIVERABLE)
     settings = PlanSettings(
-        scanner=load_scanner("rtc360"),
+        scanner=load_scanner(scanner),
         requirements=Requirements(
-            asked=PointLimits(
-                spacing_m=survey_grade.spacing_m,
-                range_m=survey_grade.range_m,
-                incidence_rad=np.deg2rad(survey_grade.incidence_deg or 90.0),
-            ),
-            parts=tuple(PartRequirement(each, 0.0, classes=(each,)) for each in NO_COVER),
+            asked=ASKED[scanner], parts=tuple(PartRequirement(each, 0.0, classes=(each,)) for each in NO_COVER)
         ),
+        scan_mode=ScanBy.PATCHES,
         method=Proven(work_limit=0.2),
         refine=False,
     )
@@ -71,7 +78,7 @@ def plan_and_judge(name: str, n_points: int) -> tuple[int, Judgement]:
     return len(plan.stations), judge(plan, engine, n_points=n_points)
 
 
-def row(name: str, n_stations: int, found: Judgement) -> str:
+def row(name: str, scanner: str, n_stations: int, found: Judgement) -> str:
     def areas(figure: JudgedFigure) -> str:
         off = 100 * (figure.told / figure.judged - 1)
         return f"{figure.told:.1f} | {figure.judged:.1f} ± {figure.error:.1f} | {off:+.2f}"
@@ -79,7 +86,7 @@ def row(name: str, n_stations: int, found: Judgement) -> str:
     ours, judged = 100 * found.share.told, 100 * found.share.judged
     gaps = [100 * abs(link.overlap.told - link.overlap.judged) for link in found.links] or [0.0]
     return (
-        f"| {name} | {n_stations} | {areas(found.covered_m2)} | {areas(found.achievable_m2)} | {ours:.2f} | "
+        f"| {name} | {scanner} | {n_stations} | {areas(found.covered_m2)} | {areas(found.achievable_m2)} | {ours:.2f} | "
         f"{judged:.2f} ± {100 * found.share.error:.2f} | {ours - judged:+.2f} | "
         f"{np.median(gaps):.1f}, {max(gaps):.1f} |"
     )
@@ -92,13 +99,14 @@ def main() -> None:
     parser.add_argument("--write", type=Path)
     asked = parser.parse_args()
     rows = [
-        "| scene | stations | covered m² | judge | % | scannable m² | judge | % | share % | judge | points | "
+        "| scene | scanner | stations | covered m² | judge | % | scannable m² | judge | % | share % | judge | points | "
         "overlap off by, points: median, most |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for name in asked.scenes:
-        rows.append(row(name, *plan_and_judge(name, asked.points)))
-        print(rows[-1], flush=True)
+    for scanner in ASKED:
+        for name in asked.scenes:
+            rows.append(row(name, scanner, *plan_and_judge(name, asked.points, scanner)))
+            print(rows[-1], flush=True)
     if asked.write:
         put(asked.write, "truth", rows)
 
