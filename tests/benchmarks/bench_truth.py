@@ -23,6 +23,7 @@ from planner_core.model import (
     PointLimits,
     Proven,
     Requirements,
+    ScanBy,
     Scene,
 )
 from planner_core.planning.judge import judge
@@ -86,8 +87,8 @@ def row(name: str, scanner: str, n_stations: int, found: Judgement) -> str:
     ours, judged = 100 * found.share.told, 100 * found.share.judged
     gaps = [100 * abs(link.overlap.told - link.overlap.judged) for link in found.links] or [0.0]
     return (
-        f"| {name} | {scanner} | {n_stations} | {areas(found.covered_m2)} | {areas(found.achievable_m2)} | {ours:.2f} | "
-        f"{judged:.2f} ± {100 * found.share.error:.2f} | {ours - judged:+.2f} | "
+        f"| {name} | {scanner} | {n_stations} | {areas(found.covered_m2)} | {areas(found.achievable_m2)} | "
+        f"{ours:.2f} | {judged:.2f} ± {100 * found.share.error:.2f} | {ours - judged:+.2f} | "
         f"{np.median(gaps):.1f}, {max(gaps):.1f} |"
     )
 
