@@ -57,15 +57,21 @@ def embedded(name: str, number: int, uri: str) -> bytes:
 
 
 def file_beside(path: Path, uri: str) -> bytes:
-    """Bytes of a file that the one at `path` refers to, by a path relative to it."""
+    """Bytes of a file that the one at `path` refers to, in its folder or below: one from elsewhere could name any."""
     relative, shown = Path(unquote(uri)), one_line(uri[:200])
-    if "://" in uri or relative.is_absolute():
-        raise SceneError(
-            f"{path.name}: it refers to {shown}, expected a file beside it; export it with embedded buffers."
-        )
     try:
-        return (path.parent / relative).read_bytes()
-    except (OSError, ValueError) as error:  # the latter where no file can have such a name
+        folder = path.parent.resolve()
+        file = (folder / relative).resolve()
+        if "://" in uri or relative.is_absolute() or not file.is_relative_to(folder):
+            raise SceneError(
+                f"{path.name}: it refers to {shown}, expected a file beside it; export it with embedded buffers."
+            )
+        if file.exists() and not file.is_file():  # reading a pipe waits for whoever writes into it
+            raise SceneError(f"{path.name}: it refers to {shown}, which is no file, expected one; export it as GLB.")
+        return file.read_bytes()
+    except SceneError:
+        raise
+    except (OSError, ValueError, RuntimeError) as error:  # no file can have such a name; links that go in a circle
         reason = getattr(error, "strerror", None) or error
         raise SceneError(
             f"{path.name}: it refers to {shown}, which can't be read ({reason}); put that file beside it, "

@@ -114,13 +114,19 @@ def _check_is_complete(path: Path, text: bytes) -> None:
 
 
 # ----------------------------------------------------------------------------------------------- lost ends
-def lost_ends(text: bytes, product_ids: set[int]) -> tuple[list[LostEnd], list[LostEnd]]:
+def without_strings(text: bytes) -> bytes:
+    """The text with an empty string for each string, and a blank for each comment."""
+    if b"/*" not in text:
+        return _TEXT.sub(b"''", text)
+    return _TEXT.sub(lambda match: b"''" if match.group().startswith(b"'") else b" ", text)
+
+
+def lost_ends(bare: bytes, product_ids: set[int]) -> tuple[list[LostEnd], list[LostEnd]]:
     """Instances that name a missing one: those that a shape needs, and the others.
 
-    product_ids : the IfcProducts whose shapes are wanted. Needed is what they name as placement and representation,
-    what that names, and so on, and the project's units and contexts.
+    bare : the text `without_strings`. product_ids : the IfcProducts whose shapes are wanted. Needed is what they name
+    as placement and representation, what that names, and so on, and the project's units and contexts.
     """
-    bare = _TEXT.sub(b" ", text)
     present = {int(n) for n in _DEFINITION.findall(bare)}
     if {int(n) for n in _REFERENCE.findall(bare)} <= present:
         return [], []
