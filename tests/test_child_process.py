@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -170,8 +171,9 @@ def is_gone(file: Path) -> bool:
     while not (file.exists() and file.read_text()):
         time.sleep(0.02)
     status = Path(f"/proc/{file.read_text()}/stat")
-    while status.exists() and status.read_text().rpartition(")")[2].split()[0] != "Z":
-        time.sleep(0.02)
+    with suppress(FileNotFoundError, ProcessLookupError):
+        while status.read_text().rpartition(")")[2].split()[0] != "Z":
+            time.sleep(0.02)
     return True
 
 
