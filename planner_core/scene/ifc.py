@@ -31,7 +31,7 @@ from planner_core.scene.ifc_spaces import rooms_of, without_shape
 from planner_core.scene.ifc_storeys import storey_of, storeys_of, told_storeys
 from planner_core.scene.ifc_text import lost_ends, read_text, with_ascii_names, without_strings
 from planner_core.scene.raw import Parts, RawScene
-from planner_core.scene.wording import grouped
+from planner_core.scene.wording import grouped, is_text
 
 _OPENINGS = "IfcFeatureElementSubtraction"  # and recesses
 _NOT_PHYSICAL = (
@@ -156,7 +156,8 @@ def _opened(path: Path) -> tuple[Any, bytes, str]:
     child_process.at("its text")
     text, is_unpacked = read_text(path)
     ascii_text, code_page = with_ascii_names(text)
-    return _open(path, ascii_text if code_page or is_unpacked else None), text, code_page
+    as_it_is = not (code_page or is_unpacked) and is_text(str(path))
+    return _open(path, None if as_it_is else ascii_text), text, code_page
 
 
 def _open(path: Path, text: bytes | None) -> Any:

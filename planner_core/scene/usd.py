@@ -36,7 +36,7 @@ from planner_core.scene.raw import (
 from planner_core.scene.repair import MAX_DROPPED_LINES
 from planner_core.scene.usd_materials import UsdOptics
 from planner_core.scene.usd_shapes import is_shape, shape_of
-from planner_core.scene.wording import grouped
+from planner_core.scene.wording import grouped, is_text
 
 _HIDDEN_PURPOSES = ("guide", "proxy")
 MOST_PRIMS = 5_000_000
@@ -113,6 +113,10 @@ def read_usd(path: Path, *, skip_bad_faces: bool, progress: Progress = silent) -
 def _open(path: Path) -> Any:
     from pxr import Usd
 
+    if not is_text(str(path)):
+        raise SceneError(
+            f"{path.name}: its name or that of its folder is not UTF-8, which the USD library needs; rename it."
+        )
     child_process.at("its layers")
     stage = Usd.Stage.Open(str(path), Usd.Stage.LoadAll)
     stage.Reload()  # a layer that this process opened before is kept in memory, and may have changed on disk

@@ -15,6 +15,15 @@ def readable(text: str) -> str:
     return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
 
 
+def is_text(name: str) -> bool:
+    """A name of a file can be written as UTF-8: those of other times and systems may be any bytes."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def one_line(text: str) -> str:
     """`text` fit for a message: readable, and on one line whatever names it quotes."""
     return " ".join(readable(text).split())
