@@ -39,7 +39,7 @@ from planner_core.scene.usd_shapes import is_shape, shape_of
 from planner_core.scene.wording import grouped, is_text
 
 _HIDDEN_PURPOSES = ("guide", "proxy")
-MOST_PRIMS = 5_000_000
+MOST_PRIMS = 2_000_000
 """Scatterings inside each other may have any number; a tower modelled to its last fitting has some hundred thousand."""
 _MAX_STAGE_WARNINGS = 5
 _MAX_INSTANCER_DEPTH = 8
