@@ -1,4 +1,4 @@
-"""Readers that stand on a native library, IfcOpenShell or USD's, each in a child process.
+"""Readers that stand on a native library, IfcOpenShell, USD's or Draco, each in a child process.
 
 A damaged file makes such a library crash, hang, or take all memory: here that is a `SceneError` which names the file
 and what was being read. IfcOpenShell makes shapes in several threads, and so nobody knows whose shape it crashed on:
@@ -20,12 +20,12 @@ from planner_core.scene.raw import RawScene
 from planner_core.scene.wording import one_line
 
 _CLASSES = (RawScene, Element, Storey, Room, LoadReport, Georeference)
-_LIBRARY = {"ifc": "IfcOpenShell", "usd": "the USD library"}
-_CHECK = {"ifc": "an IFC validator", "usd": "usdchecker"}
+_LIBRARY = {"ifc": "IfcOpenShell", "usd": "the USD library", "gltf": "the Draco library"}
+_CHECK = {"ifc": "an IFC validator", "usd": "usdchecker", "gltf": "a glTF validator"}
 
 
 def read_apart(path: Path, file_format: str, *, skip_bad_faces: bool, progress: Progress) -> RawScene:
-    """Read a file of a format with a native library (`ifc`, `usd`) in a child process.
+    """Read a file of a format with a native library (`ifc`, `usd`, `gltf`) in a child process.
 
     Raises
     ------
@@ -65,6 +65,10 @@ def read(path: str, file_format: str, skip_bad_faces: bool) -> RawScene:
         from planner_core.scene.ifc import read_ifc
 
         return read_ifc(Path(path), progress=progress_of_child)
+    if file_format == "gltf":
+        from planner_core.scene.gltf import read_gltf
+
+        return read_gltf(Path(path), skip_bad_faces=skip_bad_faces)
     from planner_core.scene.usd import read_usd
 
     return read_usd(Path(path), skip_bad_faces=skip_bad_faces, progress=progress_of_child)
