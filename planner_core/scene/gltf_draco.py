@@ -12,7 +12,7 @@ import numpy as np
 from planner_core.errors import MissingPackageError, SceneError
 from planner_core.model import FloatArray, Int64Array
 from planner_core.scene.raw import exact
-from planner_core.scene.wording import one_line
+from planner_core.scene.wording import reason_of
 
 DRACO = "KHR_draco_mesh_compression"
 _BLOCK_BYTES = 2**24
@@ -54,7 +54,7 @@ def decoded(file_name: str, contents: bytes, position: int) -> tuple[FloatArray,
     try:
         mesh = DracoPy.decode(contents)
     except (DracoPy.FileTypeException, DracoPy.EncodingFailedException, ValueError, RuntimeError, MemoryError) as error:
-        reason = one_line(str(error)) or type(error).__name__
+        reason = reason_of(error)
         raise SceneError(f"{file_name}: its Draco compression can't be undone ({reason}); export it again.") from error
     told = next((a["data"] for a in getattr(mesh, "attributes", ()) if a["unique_id"] == position), None)
     triangles = getattr(mesh, "faces", None)

@@ -31,7 +31,7 @@ from planner_core.scene.ifc_spaces import rooms_of, without_shape
 from planner_core.scene.ifc_storeys import storey_of, storeys_of, told_storeys
 from planner_core.scene.ifc_text import lost_ends, read_text, with_ascii_names, without_strings
 from planner_core.scene.raw import Parts, RawScene
-from planner_core.scene.wording import grouped, is_text
+from planner_core.scene.wording import grouped, is_text, reason_of
 
 _OPENINGS = "IfcFeatureElementSubtraction"  # and recesses
 _NOT_PHYSICAL = (
@@ -177,7 +177,7 @@ def _open(path: Path, text: bytes | None) -> Any:
                 source.write_bytes(text)
             model = ifcopenshell.open(source, ".ifc")
     except (ifcopenshell.Error, ifcopenshell.SchemaError, OSError, RuntimeError) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
+        reason = reason_of(error)
         raise SceneError(
             f"{path.name}: IfcOpenShell can't read it ({reason}), expected IFC2X3, IFC4 or IFC4X3; export it again."
         ) from error

@@ -21,6 +21,7 @@ from planner_core.errors import SceneError
 from planner_core.model import FloatArray, Int64Array, UInt8Array
 from planner_core.scene.ifc_materials import IfcOptics
 from planner_core.scene.raw import placed, turned_over
+from planner_core.scene.wording import reason_of
 
 SHAPES = "the shapes of its elements"
 """What a child process is at while IfcOpenShell's threads make shapes: it logs the ids of those that are made."""
@@ -61,7 +62,7 @@ def contents_asked(path: Path, model: Any) -> Iterator[None]:
     except SceneError:
         raise
     except _ITS_WAYS_TO_FAIL as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
+        reason = reason_of(error)
         raise SceneError(
             f"{path.name}: its contents do not follow {model.schema_identifier} ({reason}); "
             "check it with an IFC validator and export it again."

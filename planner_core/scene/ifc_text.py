@@ -16,7 +16,7 @@ from pathlib import Path, PurePosixPath
 from planner_core.errors import SceneError
 from planner_core.scene.raw import what_it_looks_like
 from planner_core.scene.text_encoding import encoding_of, encoding_title
-from planner_core.scene.wording import grouped, one_line
+from planner_core.scene.wording import grouped, one_line, reason_of
 
 MAX_UNPACKED_BYTES = 2 * 1024**3
 """Longest IFC file in an archive: IfcOpenShell needs several times as much memory."""
@@ -87,7 +87,7 @@ def _unpacked(path: Path) -> bytes:
                 text = member.read(MAX_UNPACKED_BYTES + 1)
     # NotImplementedError is how `zipfile` says that it does not know an archive's compression.
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError) as error:
-        reason = one_line(str(error)) or type(error).__name__
+        reason = reason_of(error)
         raise SceneError(
             f"{path.name}: the archive can't be unpacked ({reason}); copy it again, or unpack it by hand."
         ) from error

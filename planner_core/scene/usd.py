@@ -36,7 +36,7 @@ from planner_core.scene.raw import (
 from planner_core.scene.repair import MAX_DROPPED_LINES
 from planner_core.scene.usd_materials import UsdOptics
 from planner_core.scene.usd_shapes import is_shape, shape_of
-from planner_core.scene.wording import grouped, is_text
+from planner_core.scene.wording import grouped, is_text, shortened
 
 _HIDDEN_PURPOSES = ("guide", "proxy")
 MOST_PRIMS = 2_000_000
@@ -130,7 +130,7 @@ def _first_reason(error: Exception) -> str:
     except UnicodeDecodeError:  # a Tf error may quote the file's bytes as they are
         return "it holds bytes that are not text"
     quoted = text.partition(" : '")[2].partition("'\n")[0] or text
-    return " ".join(quoted.rstrip("'").split())
+    return shortened(quoted.rstrip("'"))
 
 
 # ------------------------------------------------------------------------------------------------- walk
@@ -337,7 +337,7 @@ def _warnings(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> I
     from pxr import UsdGeom
 
     for text in told[:_MAX_STAGE_WARNINGS]:
-        yield f"{path.name}: {' '.join(text.partition(' (instantiating')[0].split())}"
+        yield f"{path.name}: {shortened(text.partition(' (instantiating')[0])}"
     if len(told) > _MAX_STAGE_WARNINGS:
         yield f"{path.name}: {grouped(len(told) - _MAX_STAGE_WARNINGS)} more warnings of the USD library."
     if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):

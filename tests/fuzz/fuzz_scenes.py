@@ -4,8 +4,8 @@
 
 Change number i of a seed is always the same: `--first i --count 1 --keep FOLDER` makes it again and keeps its file. The
 files that are changed are small buildings of the tests, with `--real` also small ones of ../shared/data; what campaigns
-found (`known_files`) comes first. Exit code 1 where a file crashed the process that loads
-it, took more than 20 s of the processor or 200 s in all, or ended in an internal error.
+found (`known_files`) comes first. Exit code 1 where a file crashed the process that loads it,
+took more than 20 s of the processor or 200 s in all, or ended in an internal error or a message of many lines.
 """
 
 from __future__ import annotations
