@@ -125,9 +125,10 @@ def test_child_that_works_and_shows_no_step_is_ended():
 
 
 def test_child_that_takes_steps_goes_on_as_long_as_it_wants(monkeypatch):
-    monkeypatch.setattr(child_process, "ASLEEP_S", 1.0)
-    steps = "for i in range(25):\n c.at(str(i)); end = time.monotonic() + 0.1\n while time.monotonic() < end: pass"
-    assert statement(IMPORTS + "\n" + steps, limits=Limits(silent_s=1.0, memory_bytes=None)) > 2.0
+    monkeypatch.setattr(child_process, "ASLEEP_S", 3.0)
+    steps = "for i in range(50):\n c.at(str(i)); time.sleep(0.05); end = time.monotonic() + 0.05\n"
+    steps += " while time.monotonic() < end: pass"
+    assert statement(IMPORTS + "\n" + steps, limits=Limits(silent_s=3.0, memory_bytes=None)) > 4.5
 
 
 def test_child_that_takes_too_much_memory_is_ended():
