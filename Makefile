@@ -25,7 +25,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-kernel-check lint typecheck \
   imports pytest pytest-slow web web-check web-main e2e e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-drivers bench-planning bench-truth bench-live bench-clouds plan-scenes soak soak-short kernel-check wheel test-wheel docs api-types lock test-bare clean
+  bench-drivers bench-planning bench-truth bench-live bench-clouds plan-scenes soak soak-short fuzz kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -49,7 +49,7 @@ test: setup system-tests $(DEV) $(NODE) ## a test of every promise, in minutes: 
 	@$(MAKE) --no-print-directory -j2 --output-sync=target check web-check
 	@$(MAKE) --no-print-directory -j2 pytest web-main
 
-test-slow: pytest-slow test-machines kernel-check soak-short e2e ## the rest, in less than an hour: slow tests, other machines, kernels under oclgrind, a short soak, all of the browser
+test-slow: pytest-slow test-machines kernel-check soak-short fuzz e2e ## the rest, in less than an hour: slow tests, other machines, kernels under oclgrind, a short soak, all of the browser
 
 # Machines unlike this one: tests/machines/README.md.
 ON_UNKNOWN_PROCESSOR := tests/device tests/kernels tests/engine/test_engines.py tests/engine/test_tree.py tests/select/test_swap_walks.py
@@ -150,6 +150,10 @@ soak: $(DEV) ## a hundred million beams at shared edges and vertices, none may l
 
 soak-short: $(DEV) ## the soak in small: every mesh, size, place and way, few beams
 	$(BIN)/python tests/soak/soak_watertight.py --short --fresh --store build/soak-short.jsonl
+
+FUZZ_ARGS ?= --minutes 2
+fuzz: $(DEV) ## scene files changed at random, for two minutes; FUZZ_ARGS="--minutes 240 --seed 7 --real" for hours
+	$(BIN)/python -m tests.fuzz.fuzz_scenes $(FUZZ_ARGS)
 
 kernel-check: $(DEV) system-kernel-check ## all kernels under oclgrind: memory, races, uninitialised values
 	$(BIN)/python tests/kernels/check_kernels.py

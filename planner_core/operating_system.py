@@ -11,6 +11,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import FrameType
@@ -26,6 +27,8 @@ else:
 
 _CPUINFO = Path("/proc/cpuinfo")
 _OWN_MEMORY = Path("/proc/self/mem")
+_CONTAINER_MEMORY = Path("/sys/fs/cgroup/memory.max")
+_PR_SET_PDEATHSIG = 1
 _AT_FDCWD = -100
 _RENAME_EXCHANGE = 2
 UNSUPPORTED = (errno.ENOSYS, errno.EINVAL, errno.EOPNOTSUPP, errno.EPERM)
@@ -106,6 +109,53 @@ def exchange(one: Path, other: Path) -> bool:
 def apart(handle: int) -> dict[str, Any]:
     """Options of `Popen`: the process inherits an open file, out of reach of a Ctrl-C that is meant for this one."""
     return {"start_new_session": True, "pass_fds": (handle,)}
+
+
+def own_session() -> dict[str, Any]:
+    """Options of `Popen`: the process is out of reach of a Ctrl-C that is meant for this one."""
+    return {"creationflags": 0x200} if sys.platform == "win32" else {"start_new_session": True}
+
+
+def end_with_parent(parent: int) -> None:
+    """Have the system kill this process once the one that began it, by number, is gone; Linux only."""
+    if sys.platform != "linux":
+        return
+    import ctypes
+
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL), 0, 0, 0)
+    if os.getppid() != parent:  # it was gone before
+        os._exit(1)
+
+
+@dataclass(frozen=True)
+class ProcessUse:
+    """What a process has used until now. is_asleep : its main thread waits, for something else than a disk."""
+
+    cpu_s: float
+    resident_bytes: int
+    is_asleep: bool
+
+
+def process_use(pid: int) -> ProcessUse | None:
+    """Return what a process has used; None where it is gone, or the system does not say."""
+    try:
+        words = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
+        ticks, page_bytes = os.sysconf("SC_CLK_TCK"), os.sysconf("SC_PAGE_SIZE")
+    except (OSError, AttributeError):
+        return None
+    return ProcessUse((int(words[11]) + int(words[12])) / ticks, int(words[21]) * page_bytes, words[0] == b"S")
+
+
+def memory_bytes() -> int | None:
+    """Memory of the machine, or of the container where that has less; None where the system does not say."""
+    try:
+        own = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (OSError, AttributeError, ValueError):
+        return None
+    try:
+        return min(own, int(_CONTAINER_MEMORY.read_text(encoding="ascii")))
+    except (OSError, ValueError):  # there is none, or it has no limit (`max`)
+        return own
 
 
 def lower_priority(by: int) -> None:

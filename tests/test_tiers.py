@@ -38,9 +38,15 @@ def test_the_quick_tier_has_every_static_check_the_viewers_tests_and_a_browser()
         assert part in said, part
 
 
-def test_the_slow_tier_has_the_kernels_the_soak_and_all_of_the_browser() -> None:
+def test_the_slow_tier_has_the_kernels_the_soak_the_fuzzer_and_all_of_the_browser() -> None:
     said = "\n".join(commands_of("test-slow"))
-    for part in ("check_kernels.py", "soak_watertight.py", "npm run --silent e2e\n", "demo_everywhere.py"):
+    for part in (
+        "check_kernels.py",
+        "soak_watertight.py",
+        "fuzz_scenes",
+        "npm run --silent e2e\n",
+        "demo_everywhere.py",
+    ):
         assert part in f"{said}\n", part
 
 

@@ -9,10 +9,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from planner_core.as_scanned.e57_poses import e57_poses
 from planner_core.as_scanned.elsewhere import AT_STATION_M, guess, is_near, shape_doubts, swap_doubts
 from planner_core.errors import RequirementError, StationListError
 from planner_core.model import METRE, FloatArray, LengthUnit
@@ -106,12 +106,12 @@ def _read_all(paths: Sequence[Path], heights: str, columns: str, unit: LengthUni
 
 def _read(path: Path, heights: str, columns: str, unit: LengthUnit) -> tuple[ListedStation, ...]:
     if path.suffix.lower() == ".e57":
-        return _poses(path)
+        return _poses([path])
     is_list = path.is_dir() or path.suffix.lower() == ".json"
     if is_list and not (path / "plan.json").is_file() and path.is_dir():
         files = sorted(each for each in path.iterdir() if each.suffix.lower() == ".e57")
         if files:  # a folder of one file a station
-            return tuple(station for each in files for station in _poses(each))
+            return _poses(files)
     z_is_ground = heights == "ground" and not is_list
     if columns and not is_list:
         header = _header(columns)
@@ -119,6 +119,10 @@ def _read(path: Path, heights: str, columns: str, unit: LengthUnit) -> tuple[Lis
     else:
         given = read_station_list(path, z_is_ground=z_is_ground, unit=unit)
     return tuple(_listed(each, z_is_ground=z_is_ground) for each in given)
+
+
+def _poses(files: Sequence[Path]) -> tuple[ListedStation, ...]:
+    return tuple(ListedStation(name, position_m, None, None) for name, position_m in e57_poses(files))
 
 
 def _listed(given: GivenStation, *, z_is_ground: bool) -> ListedStation:
@@ -141,43 +145,6 @@ def _without_remarks(path: Path) -> str:
     except (OSError, UnicodeDecodeError) as error:
         raise StationListError(f"{path}: can't be read ({error}), expected a CSV in UTF-8; check the file") from error
     return "\n".join("" if line.lstrip().startswith("#") else line for line in text.splitlines())
-
-
-# ---------------------------------------------------------------------------------------------- E57
-def _poses(path: Path) -> tuple[ListedStation, ...]:
-    """Read the poses of an E57 file's scans from its header; the points stay where they are."""
-    from pye57 import libe57
-
-    if not path.is_file():
-        raise StationListError(f"{path}: no such file, expected an E57 file; check the path")
-    try:
-        file = libe57.ImageFile(str(path), "r")
-        try:
-            root = file.root()
-            if not root.isDefined("data3D"):
-                return ()
-            scans = root["data3D"]
-            return tuple(_pose(path, scans[k], k) for k in range(scans.childCount()))
-        finally:
-            file.close()
-    except libe57.E57Exception as error:
-        line = str(error).partition("\n")[0]
-        raise StationListError(f"{path}: can't be read as E57 ({line}); export it again") from error
-
-
-def _pose(path: Path, scan: Any, k: int) -> ListedStation:
-    name = str(scan["name"].value()).strip() if scan.isDefined("name") else ""
-    if not scan.isDefined("pose/translation"):
-        raise StationListError(
-            f"{path}: scan {name or k + 1!r} has no pose, expected registered scans; export them after registration"
-        )
-    at = scan["pose"]["translation"]
-    position_m = np.array([float(at[axis].value()) for axis in "xyz"])
-    if not np.isfinite(position_m).all():
-        raise StationListError(
-            f"{path}: the pose of scan {name or k + 1!r} is not a valid position; export the scans again"
-        )
-    return ListedStation(name or f"{path.stem} {k + 1}", position_m, None, None)
 
 
 # ---------------------------------------------------------------------------------------------- coordinates

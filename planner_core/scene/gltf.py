@@ -22,7 +22,7 @@ import numpy as np
 from planner_core.errors import SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Optics
 from planner_core.scene.gltf_bytes import embedded, file_beside, glb_chunks
-from planner_core.scene.gltf_draco import decoded
+from planner_core.scene.gltf_draco import DRACO, decoded
 from planner_core.scene.gltf_json import JsonObject
 from planner_core.scene.materials import optics_of_material, optics_of_name
 from planner_core.scene.raw import Parts, RawScene, chained, exact, is_mirrored, placed, turned_over, what_it_looks_like
@@ -35,7 +35,6 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 _MOST_SPARSE = 10**8
 """Values of an accessor without a buffer, which no buffer's length bounds; more than a mesh that can be planned has."""
-_DRACO = "KHR_draco_mesh_compression"
 _COMPRESSED = "export it without compression, or run gltf-transform copy on it, which undoes compression"
 _REMEDY_OF_EXTENSION = {
     "EXT_meshopt_compression": _COMPRESSED,
@@ -320,8 +319,8 @@ def _mesh_parts(document: _Document, mesh: int, *, skip_bad_faces: bool) -> Iter
         if mode not in (_TRIANGLES, _STRIP, _FAN) or not attributes.has("POSITION"):
             continue  # points and lines have no surface
         packed = primitive.object("extensions") if primitive.has("extensions") else None
-        if packed is not None and packed.has(_DRACO):
-            vertices, triangles = _draco(document, packed.object(_DRACO))
+        if packed is not None and packed.has(DRACO):
+            vertices, triangles = _draco(document, packed.object(DRACO))
         else:
             vertices = _accessor(document, attributes.whole("POSITION", below=n_accessors), 3)
             if primitive.has("indices"):

@@ -57,17 +57,30 @@ def embedded(name: str, number: int, uri: str) -> bytes:
 
 
 def file_beside(path: Path, uri: str) -> bytes:
-    """Bytes of a file that the one at `path` refers to, by a path relative to it."""
-    relative, shown = Path(unquote(uri)), one_line(uri[:200])
-    if "://" in uri or relative.is_absolute():
-        raise SceneError(
-            f"{path.name}: it refers to {shown}, expected a file beside it; export it with embedded buffers."
-        )
+    """Bytes of a file that the one at `path` refers to, in its folder or below: one from elsewhere could name any."""
+    shown = one_line(uri[:200])
     try:
-        return (path.parent / relative).read_bytes()
-    except (OSError, ValueError) as error:  # the latter where no file can have such a name
+        file = _place_beside(path, uri)
+        is_other = file is not None and file.exists() and not file.is_file()
+        contents = file.read_bytes() if file is not None and not is_other else b""
+    except (OSError, ValueError, RuntimeError) as error:  # no file can have such a name; links that go in a circle
         reason = getattr(error, "strerror", None) or error
         raise SceneError(
             f"{path.name}: it refers to {shown}, which can't be read ({reason}); put that file beside it, "
             "or export the model as GLB."
         ) from error
+    if file is None:
+        raise SceneError(
+            f"{path.name}: it refers to {shown}, expected a file beside it; export it with embedded buffers."
+        )
+    if is_other:  # reading a pipe waits for whoever writes into it
+        raise SceneError(f"{path.name}: it refers to {shown}, which is no file, expected one; export it as GLB.")
+    return contents
+
+
+def _place_beside(path: Path, uri: str) -> Path | None:
+    """Where a file is that `path` refers to; None where that is neither its folder nor below."""
+    relative, folder = Path(unquote(uri)), path.parent.resolve()
+    file = (folder / relative).resolve()
+    is_inside = "://" not in uri and not relative.is_absolute() and file.is_relative_to(folder)
+    return file if is_inside else None

@@ -5,12 +5,28 @@ Source: Khronos Group, glTF extension KHR_draco_mesh_compression.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from planner_core.errors import MissingPackageError, SceneError
 from planner_core.model import FloatArray, Int64Array
 from planner_core.scene.raw import exact
-from planner_core.scene.wording import one_line
+from planner_core.scene.wording import reason_of
+
+DRACO = "KHR_draco_mesh_compression"
+_BLOCK_BYTES = 2**24
+
+
+def names_draco(path: Path) -> bool:
+    """A file names the extension, and so may hold what DracoPy, a native library, has to read."""
+    with path.open("rb") as file:
+        before = b""
+        while block := file.read(_BLOCK_BYTES):
+            if DRACO.encode() in before + block:
+                return True
+            before = block[-len(DRACO) :]
+    return False
 
 
 def decoded(file_name: str, contents: bytes, position: int) -> tuple[FloatArray, Int64Array]:
@@ -38,7 +54,7 @@ def decoded(file_name: str, contents: bytes, position: int) -> tuple[FloatArray,
     try:
         mesh = DracoPy.decode(contents)
     except (DracoPy.FileTypeException, DracoPy.EncodingFailedException, ValueError, RuntimeError, MemoryError) as error:
-        reason = one_line(str(error)) or type(error).__name__
+        reason = reason_of(error)
         raise SceneError(f"{file_name}: its Draco compression can't be undone ({reason}); export it again.") from error
     told = next((a["data"] for a in getattr(mesh, "attributes", ()) if a["unique_id"] == position), None)
     triangles = getattr(mesh, "faces", None)

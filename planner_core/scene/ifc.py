@@ -3,15 +3,14 @@
 Geometry comes from IfcOpenShell: openings are cut out of their hosts, mapped (instanced) geometry is placed once an
 instance. Spaces, openings, grids, annotations and other things that no beam can meet are left out.
 
-IfcOpenShell gives each shape in its own frame, with a float64 placement in metres. We place the vertices ourselves, in
-float64: far site placements lose nothing, and equal local vertices stay equal bit by bit.
+IfcOpenShell crashes on some damaged files: what is known of those is looked for first (`ifc_faults`), and
+`planner_core.scene.native` calls this reader in a child process.
 """
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -19,21 +18,24 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from planner_core import child_process
 from planner_core.errors import MissingPackageError, SceneError
 from planner_core.model import Element, FloatArray, Georeference, Int64Array, LoadReport, Room, UInt8Array
 from planner_core.progress import Progress, ProgressEvent
+from planner_core.scene.ifc_faults import check_ids, check_openings, check_references
 from planner_core.scene.ifc_georeference import told_georeference
 from planner_core.scene.ifc_materials import IfcOptics, told_optics
+from planner_core.scene.ifc_shapes import FACES_KERNEL, SOLID_KERNEL, Shape, contents_asked, shapes_by
 from planner_core.scene.ifc_spaces import rooms_of, without_shape
 from planner_core.scene.ifc_storeys import storey_of, storeys_of, told_storeys
-from planner_core.scene.ifc_text import lost_ends, read_text, with_ascii_names
-from planner_core.scene.raw import Parts, RawScene, placed, turned_over
-from planner_core.scene.wording import grouped
+from planner_core.scene.ifc_text import lost_ends, read_text, with_ascii_names, without_strings
+from planner_core.scene.raw import Parts, RawScene
+from planner_core.scene.wording import grouped, is_text, reason_of
 
+_OPENINGS = "IfcFeatureElementSubtraction"  # and recesses
 _NOT_PHYSICAL = (
-    "IfcFeatureElementSubtraction",  # openings, recesses
+    _OPENINGS,
     "IfcVirtualElement",
     "IfcAnnotation",
     "IfcGrid",
@@ -47,15 +49,11 @@ _NOT_PHYSICAL = (
 )
 """Classes (with their subclasses) that have a shape and no surface. A schema may lack some of them."""
 
-_NO_BEAM_NO_CUT = tuple(name for name in _NOT_PHYSICAL if name not in ("IfcFeatureElementSubtraction", "IfcSpace"))
+_NO_BEAM_NO_CUT = tuple(name for name in _NOT_PHYSICAL if name not in (_OPENINGS, "IfcSpace"))
 """Classes whose shapes are never made: openings are cut out, and rooms are named."""
 
-_CLOSED_SHARE = 1e-6
-"""Share of its area by which the faces of a closed shape may fail to add up: OpenCASCADE rounds corners to 1e-7."""
 
-_SOLID_KERNEL, _FACES_KERNEL = "opencascade", "cgal-simple"
-"""IfcOpenShell's kernels. The first makes a topological face of every triangle, at twenty times the cost of the second;
-the second refuses polygons that touch themselves and subtracts no openings."""
+_SHORTEST_UNIT_M, _LONGEST_UNIT_M = 1e-9, 1e6
 
 
 @dataclass(frozen=True)
@@ -70,20 +68,6 @@ class _Shapes:
     products: list[_ToldProduct]
 
 
-@dataclass(frozen=True)
-class _Shape:
-    """One of a product's shapes. vertices : (V, 3) metres. optics : (T,), None where all faces return."""
-
-    vertices: FloatArray
-    triangles: Int64Array
-    optics: UInt8Array | None
-
-    @property
-    def key(self) -> tuple[bytes, bytes, bytes]:
-        """What shapes are ordered by."""
-        return self.vertices.tobytes(), self.triangles.tobytes(), b"" if self.optics is None else self.optics.tobytes()
-
-
 def read_ifc(path: Path, *, progress: Progress) -> RawScene:
     """Read an IFC file.
 
@@ -95,9 +79,9 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
         IfcOpenShell is not installed.
     """
     model, text, code_page = _opened(path)
-    lost_warnings = _lost_ends(path, model, text)
-    with _contents_asked(path, model):
-        unit_m, unit_name = _length_unit(model)
+    lost_warnings = _checked(path, model, text)
+    with contents_asked(path, model):
+        unit_m, unit_name = _length_unit(path, model)
         storeys_told = told_storeys(_of_class(model, "IfcBuildingStorey"))
         told_products = _told_products(model, {told.id: i for i, told in enumerate(storeys_told)})
         n_elements = len(_of_class(model, "IfcElement"))
@@ -135,6 +119,24 @@ def read_ifc(path: Path, *, progress: Progress) -> RawScene:
     )
 
 
+def make_one_by_one(path: str, made: tuple[int, ...]) -> None:
+    """Make the shapes of elements but those `made`, by number, so that `child_process.at` tells on which it ends."""
+    file = Path(path)
+    model, *_ = _opened(file)
+    done = set(made)
+    with contents_asked(file, model):
+        kernels = {p.id: FACES_KERNEL for p in _told_products(model, {}) if p.is_triangles}
+        asked = [*_of_class(model, "IfcElement"), *_of_class(model, "IfcProduct")]
+        products = {int(p.id()): p for p in asked if p.id() not in done and p.Representation is not None}
+    for n_done, (number, product) in enumerate(products.items(), 1):
+        child_process.at(f"#{number} {product.is_a()} {product.Name!r} {product.GlobalId}")
+        for kernel in {kernels.get(number, SOLID_KERNEL), SOLID_KERNEL}:
+            with suppress(SceneError):
+                for _ in shapes_by(kernel, file, model, [product], None):
+                    pass
+        child_process.progress_of_child(ProgressEvent("load", n_done, len(products), "looking for the faulty shape"))
+
+
 # ------------------------------------------------------------------------------------------------- file
 def open_model(path: Path) -> Any:
     """IfcOpenShell's model of an IFC file, packed or not, with its names readable.
@@ -151,9 +153,11 @@ def open_model(path: Path) -> Any:
 
 def _opened(path: Path) -> tuple[Any, bytes, str]:
     """The model, the file's own text, and a phrase that is the code page of its names where that is not ASCII."""
+    child_process.at("its text")
     text, is_unpacked = read_text(path)
     ascii_text, code_page = with_ascii_names(text)
-    return _open(path, ascii_text if code_page or is_unpacked else None), text, code_page
+    as_it_is = not (code_page or is_unpacked) and is_text(str(path))
+    return _open(path, None if as_it_is else ascii_text), text, code_page
 
 
 def _open(path: Path, text: bytes | None) -> Any:
@@ -164,6 +168,7 @@ def _open(path: Path, text: bytes | None) -> Any:
         raise MissingPackageError(
             f"{path.name}: reading IFC needs the package ifcopenshell, which is missing; run pip install ifcopenshell."
         ) from error
+    child_process.at("the file as a whole")
     try:
         with TemporaryDirectory() as folder:
             source = path
@@ -172,7 +177,7 @@ def _open(path: Path, text: bytes | None) -> Any:
                 source.write_bytes(text)
             model = ifcopenshell.open(source, ".ifc")
     except (ifcopenshell.Error, ifcopenshell.SchemaError, OSError, RuntimeError) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
+        reason = reason_of(error)
         raise SceneError(
             f"{path.name}: IfcOpenShell can't read it ({reason}), expected IFC2X3, IFC4 or IFC4X3; export it again."
         ) from error
@@ -183,34 +188,23 @@ def _open(path: Path, text: bytes | None) -> Any:
     return model
 
 
-def _lost_ends(path: Path, model: Any, text: bytes) -> tuple[str, ...]:
-    """A line about references to what is not there; refused where a shape needs it, which would end the process."""
+def _checked(path: Path, model: Any, text: bytes) -> tuple[str, ...]:
+    """Refuse what would end the process; a line about references to what is not there where no shape needs that."""
     no_shape = {entity.id() for name in _NO_BEAM_NO_CUT for entity in _of_class(model, name)}
     products = {int(product.id()) for product in _of_class(model, "IfcProduct")} - no_shape
-    needed, others = lost_ends(text, products)
+    bare = without_strings(text)
+    shaped = {int(p.id()) for p in _of_class(model, "IfcProduct") if p.id() in products and _has_shape(p)}
+    with contents_asked(path, model):
+        check_openings(path, _of_class(model, "IfcRelVoidsElement"))
+    check_ids(path, bare, shaped - {int(opening.id()) for opening in _of_class(model, _OPENINGS)})
+    check_references(path, bare, shaped)
+    needed, others = lost_ends(bare, products)
     if needed:
         raise SceneError(f"{path.name}: {needed[0]}, which is not in the file; it is damaged, copy or export it again.")
     if not others:
         return ()
     several = f"{grouped(len(others))} references lead" if len(others) > 1 else "a reference leads"
     return (f"{path.name}: {several} to what is not in the file ({others[0]}), of which no shape is made: ignored.",)
-
-
-@contextmanager
-def _contents_asked(path: Path, model: Any) -> Iterator[None]:
-    """Around code that does nothing but ask IfcOpenShell: its ways to fail become faults of the file.
-
-    Entities of wrong types in a file have the wrong attributes, and IfcOpenShell then raises whatever happens. What we
-    do with the answers stays outside, so that our own bugs are not taken for faults of the file.
-    """
-    try:
-        yield
-    except (RuntimeError, AttributeError, TypeError, ValueError, IndexError, KeyError, AssertionError) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise SceneError(
-            f"{path.name}: its contents do not follow {model.schema_identifier} ({reason}); "
-            "check it with an IFC validator and export it again."
-        ) from error
 
 
 # --------------------------------------------------------------------------------------- what the file says
@@ -228,14 +222,25 @@ class _ToldProduct:
     """It has nothing but triangulated face sets, and no opening is to be cut out."""
 
 
-def _length_unit(model: Any) -> tuple[float, str]:
+def _length_unit(path: Path, model: Any) -> tuple[float, str]:
     """Metres per unit, and its name; 1 and empty where the file names none."""
     from ifcopenshell.util import unit as units
 
     unit = units.get_project_unit(model, "LENGTHUNIT")
     if unit is None:
         return 1.0, ""
-    return float(units.calculate_unit_scale(model)), str(units.get_full_unit_name(unit)).lower()
+    if unit.is_a("IfcSIUnit") and unit.Name != "METRE":
+        raise SceneError(
+            f"{path.name}: its length unit #{unit.id()} is {unit.Name or 'none that IFC has'}, expected METRE with or "
+            "without a prefix, or a unit converted to it; repair it, or export the file again."
+        )
+    unit_m = float(units.calculate_unit_scale(model))
+    if not _SHORTEST_UNIT_M <= unit_m <= _LONGEST_UNIT_M:
+        raise SceneError(
+            f"{path.name}: its length unit #{unit.id()} is {unit_m:g} m long, expected one that buildings are drawn "
+            "in, such as MILLI METRE; repair it, or export the file again."
+        )
+    return unit_m, str(units.get_full_unit_name(unit)).lower()
 
 
 def _no_unit(path: Path, unit_name: str) -> tuple[str, ...]:
@@ -257,16 +262,27 @@ def _told_products(model: Any, storey_of_id: dict[int, int]) -> list[_ToldProduc
     ignored = {entity.id() for name in _NOT_PHYSICAL for entity in _of_class(model, name)}
     products = (p for p in _of_class(model, "IfcProduct") if p.id() not in ignored and p.Representation is not None)
     return [
-        _ToldProduct(
-            id=int(product.id()),
-            entity=product,
-            element=_element(product, storey_of_id),
-            title=f"{product.is_a()} {product.Name or product.GlobalId}",
-            has_body=_has_body(product),
-            is_triangles=_is_triangles(product),
-        )
-        for product in sorted((p for p in products if not _is_void_proxy(p)), key=lambda p: int(p.id()))
+        _told_product(p, storey_of_id) for p in sorted(products, key=lambda p: int(p.id())) if not _is_void_proxy(p)
     ]
+
+
+def _told_product(product: Any, storey_of_id: dict[int, int]) -> _ToldProduct:
+    child_process.at(f"#{product.id()} {product.is_a()}")
+    return _ToldProduct(
+        id=int(product.id()),
+        entity=product,
+        element=_element(product, storey_of_id),
+        title=f"{product.is_a()} {product.Name or product.GlobalId}",
+        has_body=_has_body(product),
+        is_triangles=_is_triangles(product),
+    )
+
+
+def _has_shape(product: Any) -> bool:
+    try:
+        return product.Representation is not None
+    except RuntimeError:  # what stands there is nothing that IfcOpenShell knows
+        return True
 
 
 def _of_class(model: Any, name: str) -> list[Any]:
@@ -284,7 +300,7 @@ def _is_void_proxy(product: Any) -> bool:
 def _optics(path: Path, model: Any) -> tuple[IfcOptics | None, tuple[str, ...]]:
     """What the file says of its materials; a warning instead where they are damaged, as no shape needs them."""
     try:
-        with _contents_asked(path, model):
+        with contents_asked(path, model):
             return told_optics(model), ()
     except SceneError as error:
         reason = str(error).removeprefix(f"{path.name}: ")
@@ -294,7 +310,7 @@ def _optics(path: Path, model: Any) -> tuple[IfcOptics | None, tuple[str, ...]]:
 def _georeference(path: Path, model: Any, unit_m: float) -> tuple[Georeference | None, tuple[str, ...]]:
     """Where the file says that it is on earth; a warning instead where that is damaged, as no surface needs it."""
     try:
-        with _contents_asked(path, model):
+        with contents_asked(path, model):
             told = told_georeference(path.name, model, unit_m)
     except SceneError as error:
         reason = str(error).removeprefix(f"{path.name}: ")
@@ -305,10 +321,10 @@ def _georeference(path: Path, model: Any, unit_m: float) -> tuple[Georeference |
 def _rooms(path: Path, model: Any, storey_of_id: dict[int, int]) -> tuple[tuple[Room, ...], tuple[str, ...]]:
     """Rooms (IfcSpace) by file id; a warning instead where they are damaged, as no surface needs them."""
     try:
-        with _contents_asked(path, model):
+        with contents_asked(path, model):
             spaces = sorted(_of_class(model, "IfcSpace"), key=lambda space: int(space.id()))
             told = [(space, storey_of(space, storey_of_id)) for space in spaces if space.Representation is not None]
-        shapes = _shapes_by(_SOLID_KERNEL, path, model, [space for space, _ in told], None)
+        shapes = shapes_by(SOLID_KERNEL, path, model, [space for space, _ in told], None)
         rooms, without = rooms_of(told, ((number, shape.vertices, shape.triangles) for number, shape in shapes))
     except SceneError as error:
         reason = str(error).removeprefix(f"{path.name}: ")
@@ -325,7 +341,7 @@ def _triangulate_products(
     optics: IfcOptics | None,
     progress: Progress,
 ) -> tuple[_Shapes, tuple[str, ...]]:
-    by_id: dict[int, list[_Shape]] = {p.id: [] for p in products}
+    by_id: dict[int, list[Shape]] = {p.id: [] for p in products}
     if products:
         for n_done, (product_id, shape) in enumerate(_shapes(path, model, products, optics), 1):
             by_id[product_id].append(shape)
@@ -342,64 +358,16 @@ def _triangulate_products(
 
 def _shapes(
     path: Path, model: Any, products: list[_ToldProduct], optics: IfcOptics | None
-) -> Iterator[tuple[int, _Shape]]:
+) -> Iterator[tuple[int, Shape]]:
     """Product id and shape; in the order in which threads finish."""
     made = set()
-    for shape in _shapes_by(_FACES_KERNEL, path, model, [p.entity for p in products if p.is_triangles], optics):
+    for shape in shapes_by(FACES_KERNEL, path, model, [p.entity for p in products if p.is_triangles], optics):
         made.add(shape[0])
         yield shape
-    yield from _shapes_by(_SOLID_KERNEL, path, model, [p.entity for p in products if p.id not in made], optics)
+    yield from shapes_by(SOLID_KERNEL, path, model, [p.entity for p in products if p.id not in made], optics)
 
 
-def _shapes_by(
-    kernel: str, path: Path, model: Any, entities: list[Any], optics: IfcOptics | None
-) -> Iterator[tuple[int, _Shape]]:
-    """`_shapes` of IfcProducts by one of IfcOpenShell's kernels."""
-    if not entities:  # IfcOpenShell takes an empty list for all there are
-        return
-    from ifcopenshell import geom
-
-    settings = geom.settings()
-    settings.set("no-normals", True)
-    settings.set("apply-default-materials", False)
-    with _contents_asked(path, model):
-        # Threads of the second kernel spend their time waiting for each other.
-        n_threads = 1 if kernel == _FACES_KERNEL else os.cpu_count() or 1
-        iterator = geom.iterator(settings, model, n_threads, include=entities, geometry_library=kernel)
-        more = iterator.initialize()
-    while more:
-        with _contents_asked(path, model):
-            shape = iterator.get()
-        vertices = np.frombuffer(shape.geometry.verts_buffer, dtype=np.float64).reshape(-1, 3)
-        triangles = np.frombuffer(shape.geometry.faces_buffer, dtype=np.int32).reshape(-1, 3).astype(np.int64)
-        matrix = np.frombuffer(shape.transformation_buffer, dtype=np.float64).reshape(4, 4).T  # columns first
-        items = np.frombuffer(shape.geometry.item_ids_buffer, dtype=np.int32)
-        of_faces = None if optics is None else optics.of_faces(int(shape.id), shape.geometry)
-        yield int(shape.id), _Shape(placed(vertices, matrix), _outside_out(vertices, triangles, items), of_faces)
-        with _contents_asked(path, model):
-            more = iterator.next()
-
-
-def _outside_out(vertices: FloatArray, triangles: Int64Array, items: NDArray[np.int32]) -> Int64Array:
-    """(T, 3) `triangles`, those of closed items that are inside out turned over.
-
-    IfcOpenShell 0.9 keeps the winding of a shape that an instance mirrors. An item counts as closed when its faces'
-    area vectors add up to nothing; it is inside out when its volume is negative.
-    """
-    if len(triangles) == 0 or len(items) != len(triangles):
-        return triangles
-    corners = vertices[triangles] - vertices[triangles[0, 0]]
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    normal = np.cross(b - a, c - a)
-    item = np.unique(items, return_inverse=True)[1]
-    area = np.bincount(item, weights=np.sqrt((normal * normal).sum(axis=1)))
-    left_over = np.stack([np.bincount(item, weights=normal[:, axis]) for axis in range(3)], axis=1)
-    is_closed = np.abs(left_over).max(axis=1) <= _CLOSED_SHARE * area
-    is_inside_out = is_closed & (np.bincount(item, weights=(np.cross(a, b) * c).sum(axis=1)) < 0)
-    return np.where(is_inside_out[item][:, None], turned_over(triangles), triangles)
-
-
-def _joined(products: list[_ToldProduct], by_id: dict[int, list[_Shape]]) -> _Shapes:
+def _joined(products: list[_ToldProduct], by_id: dict[int, list[Shape]]) -> _Shapes:
     """One mesh; a product with several shapes has them in the order of their bytes, not of the threads."""
     parts = Parts()
     for number, product in enumerate(products):

@@ -115,8 +115,11 @@ def _placement_z(entity: Any) -> float:
 
 def _parent_building(storey: Any) -> Any:
     """The IfcBuilding above a storey; None where there is none."""
-    parent = _parent(storey)
+    parent, seen = _parent(storey), {storey.id()}
     while parent is not None and not parent.is_a("IfcBuilding"):
+        if parent.id() in seen:  # the file has it inside itself
+            return None
+        seen.add(parent.id())
         parent = _parent(parent)
     return parent
 

@@ -16,7 +16,7 @@ from pathlib import Path, PurePosixPath
 from planner_core.errors import SceneError
 from planner_core.scene.raw import what_it_looks_like
 from planner_core.scene.text_encoding import encoding_of, encoding_title
-from planner_core.scene.wording import grouped, one_line
+from planner_core.scene.wording import grouped, one_line, reason_of
 
 MAX_UNPACKED_BYTES = 2 * 1024**3
 """Longest IFC file in an archive: IfcOpenShell needs several times as much memory."""
@@ -87,7 +87,7 @@ def _unpacked(path: Path) -> bytes:
                 text = member.read(MAX_UNPACKED_BYTES + 1)
     # NotImplementedError is how `zipfile` says that it does not know an archive's compression.
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError) as error:
-        reason = one_line(str(error)) or type(error).__name__
+        reason = reason_of(error)
         raise SceneError(
             f"{path.name}: the archive can't be unpacked ({reason}); copy it again, or unpack it by hand."
         ) from error
@@ -114,13 +114,19 @@ def _check_is_complete(path: Path, text: bytes) -> None:
 
 
 # ----------------------------------------------------------------------------------------------- lost ends
-def lost_ends(text: bytes, product_ids: set[int]) -> tuple[list[LostEnd], list[LostEnd]]:
+def without_strings(text: bytes) -> bytes:
+    """The text with an empty string for each string, and a blank for each comment."""
+    if b"/*" not in text:
+        return _TEXT.sub(b"''", text)
+    return _TEXT.sub(lambda match: b"''" if match.group().startswith(b"'") else b" ", text)
+
+
+def lost_ends(bare: bytes, product_ids: set[int]) -> tuple[list[LostEnd], list[LostEnd]]:
     """Instances that name a missing one: those that a shape needs, and the others.
 
-    product_ids : the IfcProducts whose shapes are wanted. Needed is what they name as placement and representation,
-    what that names, and so on, and the project's units and contexts.
+    bare : the text `without_strings`. product_ids : the IfcProducts whose shapes are wanted. Needed is what they name
+    as placement and representation, what that names, and so on, and the project's units and contexts.
     """
-    bare = _TEXT.sub(b" ", text)
     present = {int(n) for n in _DEFINITION.findall(bare)}
     if {int(n) for n in _REFERENCE.findall(bare)} <= present:
         return [], []

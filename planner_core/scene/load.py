@@ -24,6 +24,7 @@ from planner_core.scene.build import scene_from_arrays
 from planner_core.scene.doors import without_door_leaves
 from planner_core.scene.extent import LONGEST_M, SHORTEST_M, extent_m, likely_unit
 from planner_core.scene.federation import federated
+from planner_core.scene.gltf_draco import names_draco
 from planner_core.scene.leave_out import without_elements
 from planner_core.scene.raw import RawScene, unit_name
 from planner_core.scene.rooms import with_rooms
@@ -231,6 +232,10 @@ def _check_file(path: Path) -> str:
                 f"{path.name}: the extension {path.suffix or '(none)'} is not known, expected one of {known}; "
                 "export the model in one of these formats."
             )
+        if not path.is_file():  # opening a pipe waits for whoever writes into it, and a device may have no end
+            raise SceneError(
+                f"{path.name}: it is a pipe or a device, expected a file; save the scene to a file and name that."
+            )
         with path.open("rb") as file:
             if not file.read(1):
                 raise SceneError(f"{path.name}: the file is empty, expected a scene; copy or export it again.")
@@ -255,10 +260,10 @@ def _check_told_unit(path: Path, raw: RawScene, options: LoadOptions) -> None:
 
 def _read(path: Path, file_format: str, options: LoadOptions, progress: Progress) -> RawScene:
     """Run the format's reader; its module, and the library behind it, is imported only here."""
-    if file_format == "ifc":
-        from planner_core.scene.ifc import read_ifc
+    if file_format in ("ifc", "usd") or (file_format == "gltf" and names_draco(path)):
+        from planner_core.scene.native import read_apart
 
-        return read_ifc(path, progress=progress)
+        return read_apart(path, file_format, skip_bad_faces=options.skip_bad_faces, progress=progress)
     if file_format == "obj":
         from planner_core.scene.obj import read_obj
 
@@ -271,13 +276,9 @@ def _read(path: Path, file_format: str, options: LoadOptions, progress: Progress
         from planner_core.scene.stl import read_stl
 
         return read_stl(path)
-    if file_format == "gltf":
-        from planner_core.scene.gltf import read_gltf
+    from planner_core.scene.gltf import read_gltf
 
-        return read_gltf(path, skip_bad_faces=options.skip_bad_faces)
-    from planner_core.scene.usd import read_usd
-
-    return read_usd(path, skip_bad_faces=options.skip_bad_faces)
+    return read_gltf(path, skip_bad_faces=options.skip_bad_faces)
 
 
 def _with_glass(scene: Scene, glass: Glass) -> Scene:

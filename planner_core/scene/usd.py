@@ -16,8 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from planner_core import child_process
 from planner_core.errors import MissingPackageError, SceneError
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport
+from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.scene.raw import (
     Faces,
     Parts,
@@ -34,9 +36,11 @@ from planner_core.scene.raw import (
 from planner_core.scene.repair import MAX_DROPPED_LINES
 from planner_core.scene.usd_materials import UsdOptics
 from planner_core.scene.usd_shapes import is_shape, shape_of
-from planner_core.scene.wording import grouped
+from planner_core.scene.wording import grouped, is_text, shortened
 
 _HIDDEN_PURPOSES = ("guide", "proxy")
+MOST_PRIMS = 2_000_000
+"""Scatterings inside each other may have any number; a tower modelled to its last fitting has some hundred thousand."""
 _MAX_STAGE_WARNINGS = 5
 _MAX_INSTANCER_DEPTH = 8
 """Point instancers inside each other: deeper than any real scene; stops one that contains itself."""
@@ -64,12 +68,14 @@ class _Gathered:
     optics: UsdOptics = field(default_factory=UsdOptics)
     left_out: Counter[str] = field(default_factory=Counter)
     """Shapes that are not read, by type."""
+    n_prims: int = 0
+    """Of the stage, those in instances as often as these are placed."""
     n_bad_index: int = 0
     n_too_short: int = 0
     dropped: list[str] = field(default_factory=list)
 
 
-def read_usd(path: Path, *, skip_bad_faces: bool) -> RawScene:
+def read_usd(path: Path, *, skip_bad_faces: bool, progress: Progress = silent) -> RawScene:
     """Read a USD stage.
 
     Raises
@@ -91,7 +97,9 @@ def read_usd(path: Path, *, skip_bad_faces: bool) -> RawScene:
         gathered = _Gathered(path.name, skip_bad_faces, float(UsdGeom.GetStageMetersPerUnit(stage)))
         cache = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
         for prim, matrix, label in _walk(stage.GetPseudoRoot(), np.eye(4), cache, "", gathered, 0):
+            child_process.at(label)
             _add_mesh(gathered, prim, matrix, label)
+            progress(ProgressEvent("load", len(gathered.elements), 0, f"{grouped(len(gathered.elements))} meshes"))
         told = [d.commentary for d in messages.TakeUncoalescedDiagnostics()]
         return _raw_scene(path, stage, gathered, told)
     except (Tf.ErrorException, UnicodeDecodeError) as error:  # what only the library raises, the latter for its texts
@@ -105,6 +113,11 @@ def read_usd(path: Path, *, skip_bad_faces: bool) -> RawScene:
 def _open(path: Path) -> Any:
     from pxr import Usd
 
+    if not is_text(str(path)):
+        raise SceneError(
+            f"{path.name}: its name or that of its folder is not UTF-8, which the USD library needs; rename it."
+        )
+    child_process.at("its layers")
     stage = Usd.Stage.Open(str(path), Usd.Stage.LoadAll)
     stage.Reload()  # a layer that this process opened before is kept in memory, and may have changed on disk
     return stage
@@ -117,7 +130,7 @@ def _first_reason(error: Exception) -> str:
     except UnicodeDecodeError:  # a Tf error may quote the file's bytes as they are
         return "it holds bytes that are not text"
     quoted = text.partition(" : '")[2].partition("'\n")[0] or text
-    return " ".join(quoted.rstrip("'").split())
+    return shortened(quoted.rstrip("'"))
 
 
 # ------------------------------------------------------------------------------------------------- walk
@@ -133,6 +146,12 @@ def _walk(
     top_inverse = cache.GetLocalToWorldTransform(top).GetInverse()
     prims = iter(Usd.PrimRange(top, Usd.TraverseInstanceProxies()))
     for prim in prims:
+        gathered.n_prims += 1
+        if gathered.n_prims > MOST_PRIMS:
+            raise SceneError(
+                f"{gathered.name}: it has more than {grouped(MOST_PRIMS)} prims, counted in every instance, expected "
+                "fewer; export the building without plants, crowds and fittings."
+            )
         if not prim.IsA(UsdGeom.Imageable):
             continue
         if _is_hidden(prim):
@@ -318,7 +337,7 @@ def _warnings(path: Path, stage: Any, gathered: _Gathered, told: list[str]) -> I
     from pxr import UsdGeom
 
     for text in told[:_MAX_STAGE_WARNINGS]:
-        yield f"{path.name}: {' '.join(text.partition(' (instantiating')[0].split())}"
+        yield f"{path.name}: {shortened(text.partition(' (instantiating')[0])}"
     if len(told) > _MAX_STAGE_WARNINGS:
         yield f"{path.name}: {grouped(len(told) - _MAX_STAGE_WARNINGS)} more warnings of the USD library."
     if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from planner_core.errors import SceneError
 
+_LONGEST_REASON = 300
+
 
 def grouped(number: int) -> str:
     """`41022` as `41 022`."""
@@ -15,9 +17,30 @@ def readable(text: str) -> str:
     return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "replace")
 
 
+def is_text(name: str) -> bool:
+    """A name of a file can be written as UTF-8: those of other times and systems may be any bytes."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def one_line(text: str) -> str:
-    """`text` fit for a message: readable, and on one line whatever names it quotes."""
-    return " ".join(readable(text).split())
+    """`text` fit for a message: readable, on one line whatever names it quotes, and nothing that steers a terminal."""
+    words = " ".join(readable(text).split())
+    return words if words.isprintable() else "".join(c if c.isprintable() else "\ufffd" for c in words)
+
+
+def reason_of(error: Exception) -> str:
+    """What a library says of a file, fit for a message."""
+    return shortened(str(error)) or type(error).__name__
+
+
+def shortened(text: str) -> str:
+    """`one_line` of a text that a library made, no longer than a user reads."""
+    line = one_line(text)
+    return line if len(line) <= _LONGEST_REASON else f"{line[:_LONGEST_REASON]}..."
 
 
 def bad_index_error(

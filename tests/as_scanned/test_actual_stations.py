@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import re
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from planner_core.as_scanned.e57_poses import e57_poses, read
 from planner_core.as_scanned.station_lists import read_actual
+from planner_core.child_process import LostChildError
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import RequirementError, StationListError
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
@@ -83,6 +86,29 @@ def test_a_file_that_is_no_e57_is_refused_in_one_line(source: PlanSource, tmp_pa
     assert "\n" not in str(caught.value)
     with pytest.raises(StationListError, match="no such file"):
         read_actual([tmp_path / "none.e57"], source)
+
+
+def test_an_e57_that_ends_its_library_is_refused_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*args: Any, **options: Any) -> None:
+        raise LostChildError("crashed (segmentation fault)", str(tmp_path / "b.e57"), ())
+
+    paths = [write_e57(tmp_path / name, {"A": np.zeros(3)}) for name in ("a.e57", "b.e57")]
+    monkeypatch.setattr("planner_core.child_process.run_apart", fail)
+    with pytest.raises(StationListError, match=r"b\.e57: libE57Format crashed \(segmentation fault\), expected an E57"):
+        e57_poses(paths)
+
+
+def test_damaged_e57_is_refused(tmp_path: Path) -> None:
+    """Every page of it has a checksum."""
+    whole = write_e57(tmp_path / "whole.e57", {"A": np.arange(3.0), "B": np.ones(3)}).read_bytes()
+    rng = random.Random(1)
+    path = tmp_path / "damaged.e57"
+    for number in range(200):
+        at = rng.randrange(len(whole))
+        path.write_bytes(whole[:at] if number % 5 == 0 else whole[:at] + rng.randbytes(3) + whole[at + 3 :])
+        with pytest.raises(StationListError, match=r"damaged\.e57: can't be read as E57") as caught:
+            read([str(path)])
+        assert "\n" not in str(caught.value)
 
 
 def test_a_list_500_km_away_is_refused_with_the_shift(source: PlanSource, tmp_path: Path) -> None:

@@ -309,3 +309,25 @@ def test_a_layer_that_somebody_spoiled_is_a_review_or_is_told(edits: list[tuple[
             assert "\n" not in str(error)
         else:
             assert read_review(again, plan) == review
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "#usda 1.0\n" + 'over "a"\n{\n' * 200_000 + "}\n" * 200_000,
+        "#usda 1.0\n(customLayerData = " + "{ dictionary a = " * 200_000 + "{}" + "}" * 200_000 + ")\n",
+        '#usda 1.0\nover "a"\n{\n    int[] b = ' + "[" * 200_000 + "\n}\n",
+    ],
+    ids=["prims", "metadata", "lists"],
+)
+def test_review_that_is_nested_deep_is_refused(text) -> None:
+    """The parser would end the process, and with it the viewer's server."""
+    with pytest.raises(PlanFolderError, match="nested more than 200 deep"):
+        read_review(text, make_plan())
+
+
+def test_brackets_in_words_are_not_nested() -> None:
+    words = "(" * 300 + "{" * 300
+    review = reviewed(c.AddComment(words, "S001", HERE), c.AddComment(f"'{words} \\", "S001", HERE))
+    text = review_text(review, make_plan())
+    assert read_review(f"{text}# {words}\n", make_plan()) == review

@@ -6,6 +6,7 @@ import struct
 import uuid
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -388,6 +389,17 @@ def write_house(house) -> Callable[[Path, str], Path]:
         return path
 
     return write
+
+
+@pytest.fixture
+def in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Native readers run in this process, where a test can change them."""
+
+    def run_here(function: str, arguments: dict[str, Any], **_: Any) -> Any:
+        module, _, name = function.partition(":")
+        return getattr(import_module(module), name)(**arguments)
+
+    monkeypatch.setattr("planner_core.child_process.run_apart", run_here)
 
 
 @pytest.fixture(scope="session")

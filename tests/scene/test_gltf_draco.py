@@ -10,7 +10,9 @@ import DracoPy
 import numpy as np
 import pytest
 
+from planner_core.child_process import LostChildError
 from planner_core.errors import PlannerError, SceneError
+from planner_core.scene.gltf_draco import DRACO, names_draco
 from planner_core.scene.load import LoadOptions, load_scene
 
 ATTRIBUTE = 0
@@ -86,7 +88,7 @@ def test_compression_that_names_nothing_is_refused(tmp_path, house, extension, e
 
 
 @pytest.mark.filterwarnings("error")
-def test_damaged_compression_is_read_or_refused(tmp_path, house):
+def test_damaged_compression_is_read_or_refused(tmp_path, house, in_this_process):
     whole = packed_house(house)
     rng = random.Random(1)
     told = set()
@@ -109,3 +111,22 @@ def test_cloud_of_points_in_compression_is_refused(tmp_path, house):
     cloud = DracoPy.encode(house.vertices.astype(np.float32))
     with pytest.raises(SceneError, match="holds no triangles"):
         load_scene(write(tmp_path / "a.gltf", cloud))
+
+
+def test_compressed_file_is_read_apart_and_a_plain_one_here(tmp_path, house, write_house, monkeypatch):
+    def fail(*args, **options):
+        raise LostChildError("crashed (segmentation fault)", "", ())
+
+    monkeypatch.setattr("planner_core.child_process.run_apart", fail)
+    assert load_scene(write_house(tmp_path, "house.glb")).n_triangles == len(house.triangles)
+    with pytest.raises(SceneError, match=r"^a\.gltf: the Draco library crashed \(segmentation fault\), exp"):
+        load_scene(write(tmp_path / "a.gltf", packed_house(house)))
+
+
+@pytest.mark.parametrize("before", range(60))
+def test_name_of_the_extension_is_found_anywhere(tmp_path, monkeypatch, before):
+    monkeypatch.setattr("planner_core.scene.gltf_draco._BLOCK_BYTES", 29)
+    (tmp_path / "a").write_bytes(b"-" * before + DRACO.encode() + b"-" * 40)
+    assert names_draco(tmp_path / "a")
+    (tmp_path / "a").write_bytes(b"-" * before + DRACO[:-1].encode() + b"-" * 40)
+    assert not names_draco(tmp_path / "a")

@@ -237,7 +237,7 @@ def test_archive_without_one_ifc_file_says_so(tmp_path, members, expected):
     assert expected in message_of(path)
 
 
-def test_archive_of_too_much_is_not_unpacked(tmp_path, monkeypatch):
+def test_archive_of_too_much_is_not_unpacked(tmp_path, monkeypatch, in_this_process):
     monkeypatch.setattr(ifc_text, "MAX_UNPACKED_BYTES", 1000)
     path = zipped(tmp_path / "bomb.ifczip", {"a.ifc": b" " * 1001})
     assert "which is not unpacked" in message_of(path)

@@ -41,16 +41,16 @@ def room_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def kernels(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[str]]:
+def kernels(monkeypatch: pytest.MonkeyPatch, in_this_process: None) -> dict[str, list[str]]:
     """Names of the products that each of IfcOpenShell's kernels was asked for."""
     asked: dict[str, list[str]] = {}
-    original = ifc._shapes_by
+    original = ifc.shapes_by
 
     def recorded(kernel: str, path: Path, model: Any, entities: list[Any], *rest: Any) -> Any:
         asked.setdefault(kernel, []).extend(str(entity.Name) for entity in entities)
         return original(kernel, path, model, entities, *rest)
 
-    monkeypatch.setattr(ifc, "_shapes_by", recorded)
+    monkeypatch.setattr(ifc, "shapes_by", recorded)
     return asked
 
 

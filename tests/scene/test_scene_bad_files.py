@@ -310,8 +310,8 @@ def test_usd_unit_that_is_no_length_gives_way_to_the_users(tmp_path):
 # ----------------------------------------------------------------------------------------- bugs of our own
 OWN_CODE = [
     ("four.ifc", "ifc_storeys._choose_elevations"),
-    ("four.ifc", "ifc._outside_out"),
-    ("four.ifc", "ifc.placed"),
+    ("four.ifc", "ifc_shapes._outside_out"),
+    ("four.ifc", "ifc_shapes.placed"),
     ("house.usda", "usd.triangulate"),
     ("house.usda", "usd.placed"),
     ("house.usda", "usd._add_mesh"),
@@ -326,7 +326,9 @@ OWN_CODE = [
 
 @pytest.mark.parametrize("kind", [AttributeError, TypeError, ValueError, IndexError, KeyError, RuntimeError])
 @pytest.mark.parametrize(("name", "function"), OWN_CODE)
-def test_bug_of_our_own_is_not_told_as_a_fault_of_the_file(tmp_path, write_house, monkeypatch, name, function, kind):
+def test_bug_of_our_own_is_not_told_as_a_fault_of_the_file(
+    tmp_path, write_house, monkeypatch, in_this_process, name, function, kind
+):
     path = write_house(tmp_path, name)
 
     def fail(*args, **options):
@@ -443,6 +445,8 @@ def test_ply_with_whole_float_vertex_numbers_is_read(tmp_path):
         ),
         ({"buffers": [{"byteLength": 48, "uri": "beside.bin"}]}, "refers to beside.bin, which can't be read"),
         ({"buffers": [{"byteLength": 48, "uri": "/etc/passwd"}]}, "expected a file beside it"),
+        ({"buffers": [{"byteLength": 48, "uri": "../beside.bin"}]}, "expected a file beside it"),
+        ({"buffers": [{"byteLength": 48, "uri": "a/..%2F..%2Fbeside.bin"}]}, "expected a file beside it"),
         ({"buffers": [{"byteLength": 48, "uri": "data:a/b;base64,@@@"}]}, "not valid base64"),
         ({"buffers": [{"byteLength": 48, "uri": "data:a/b;base64,AAAA"}]}, "declares 48 bytes and has 3"),
         ({"bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteLength": 4}]}, "ends at byte 4"),
@@ -451,6 +455,36 @@ def test_ply_with_whole_float_vertex_numbers_is_read(tmp_path):
 def test_gltf_fault_is_named(tmp_path, change, expected):
     tree = json.loads(gltf_text([0, 1, 2])) | change
     assert expected in message_of(written(tmp_path, "a.gltf", json.dumps(tree)))
+
+
+def test_gltf_reads_no_file_of_another_folder(tmp_path):
+    """Not even by a link inside its own: the file that it names is there and would do."""
+    (tmp_path / "other").mkdir()
+    (tmp_path / "scene").mkdir()
+    tree = json.loads(gltf_text([0, 1, 2]))
+    contents = base64.b64decode(tree["buffers"][0]["uri"].partition(",")[2])
+    outside = written(tmp_path / "other", "a.bin", contents)
+    (tmp_path / "scene" / "link.bin").symlink_to(outside)
+    for uri in ("../other/a.bin", "link.bin"):
+        changed = tree | {"buffers": [{"byteLength": len(contents), "uri": uri}]}
+        scene = written(tmp_path / "scene", "a.gltf", json.dumps(changed))
+        assert f"it refers to {uri}, expected a file beside it" in message_of(scene)
+        assert load_scene(written(tmp_path / "other", "b.gltf", json.dumps(changed).replace(uri, "a.bin"))).n_triangles
+
+
+def test_pipe_in_place_of_a_file_is_not_waited_for(tmp_path):
+    tree = json.loads(gltf_text([0, 1, 2])) | {"buffers": [{"byteLength": 48, "uri": "a.bin"}]}
+    os.mkfifo(tmp_path / "a.bin")
+    assert "a.bin, which is no file" in message_of(written(tmp_path, "a.gltf", json.dumps(tree)))
+    for extension in (".obj", ".ply", ".stl", ".glb", ".ifc", ".usda"):
+        path = tmp_path / f"pipe{extension}"
+        os.mkfifo(path)
+        assert "it is a pipe or a device, expected a file" in message_of(path)
+
+
+def test_device_without_an_end_is_not_read(tmp_path):
+    (tmp_path / "zero.obj").symlink_to("/dev/zero")
+    assert "it is a pipe or a device" in message_of(tmp_path / "zero.obj")
 
 
 def test_gltf_name_with_half_a_surrogate_pair_can_be_written(tmp_path):

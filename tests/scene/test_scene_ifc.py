@@ -223,7 +223,7 @@ def test_fzk_haus_has_its_storeys_elements_and_size(real_scene):
 
 
 @pytest.mark.slow
-def test_real_building_is_the_same_bytes_on_any_number_of_threads(real_ifc, monkeypatch):
+def test_real_building_is_the_same_bytes_on_any_number_of_threads(real_ifc, monkeypatch, in_this_process):
     path = real_ifc("duplex.ifc")
     scenes = []
     for n_threads in (1, 4):

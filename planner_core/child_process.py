@@ -1,0 +1,353 @@
+"""Native libraries in a child process: what crashes, hangs or takes all memory there is one line here.
+
+`run_apart` calls a function in a new Python process and returns what it returned. The two share one nameless file: its
+first page says where the child is (`at`, and progress), what follows is the request, then the answer. So nothing is
+left behind however either of them ends, and the last place is known even of a child that was killed. The answer is
+JSON and plain arrays: a child that a file has taken over can't make this process do anything.
+
+A child that does nothing is ended after `ASLEEP_S`, one that works without a step to show after the time of `Limits`.
+It is a session of its own: a Ctrl-C reaches this process alone, which then kills the child, asleep or not.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import mmap
+import os
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import traceback
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from importlib import import_module
+from typing import IO, Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner_core import errors
+from planner_core.operating_system import end_with_parent, memory_bytes, own_session, process_use
+from planner_core.progress import Progress, ProgressEvent
+
+LIMIT_VARIABLE = "TLSPLAN_READ_LIMIT_S"
+"""Seconds without progress after which a child is ended; 0: never."""
+MEMORY_VARIABLE = "TLSPLAN_READ_MEMORY_GB"
+"""Memory of a child, in units of 1e9 bytes; 0: no limit."""
+ASLEEP_S = 6.0
+"""A child whose threads all sleep waits for something that never comes. Reading a slow disk does not count as sleep."""
+SILENT_S, SILENT_S_PER_BYTE = 120.0, 5e-6
+"""Without a step: IfcOpenShell tells nothing while it opens a file, at more than 2 MB/s on any machine of today."""
+MEMORY_SHARE = 0.75
+
+_PAGE_BYTES = 4096
+_COUNTS = struct.Struct("<QQQ")
+_NOTE, _PLACE = slice(24, 280), slice(280, _PAGE_BYTES)
+_LOOK_S = 0.05
+_TELL_AGAIN_S = 2.0
+"""A child that is this long at one thing has that told, and for how long."""
+_CODE = "from planner_core.child_process import main; main()"
+
+_page: mmap.mmap | None = None
+_log: IO[bytes] | None = None
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of one child. silent_s : without a step. memory_bytes : resident. None: no limit."""
+
+    silent_s: float | None
+    memory_bytes: float | None
+
+
+class LostChildError(Exception):
+    """A child ended without an answer. `str(error)` completes a sentence that begins with the library's name.
+
+    place : what it was at; empty: not known. log : the numbers that it had logged.
+    """
+
+    def __init__(self, reason: str, place: str, log: Sequence[int]) -> None:
+        super().__init__(reason)
+        self.place = place
+        self.log = tuple(log)
+
+
+def limits_for(n_bytes: int) -> Limits:
+    """Limits for a child that reads so many bytes: as the environment says, else by the file and the machine.
+
+    Raises
+    ------
+    RequirementError
+        A variable of the environment is no number.
+    """
+    silent_s = _told(LIMIT_VARIABLE, "seconds")
+    memory_gb = _told(MEMORY_VARIABLE, "GB")
+    own = memory_bytes()
+    return Limits(
+        silent_s=SILENT_S + SILENT_S_PER_BYTE * n_bytes if silent_s is None else silent_s or None,
+        memory_bytes=(MEMORY_SHARE * own if own else None) if memory_gb is None else 1e9 * memory_gb or None,
+    )
+
+
+def _told(variable: str, unit: str) -> float | None:
+    text = os.environ.get(variable, "")
+    if not text:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value >= 0):
+        raise errors.RequirementError(f"{variable}: got {text[:40]!r}, expected {unit}, or 0 for no limit; set it so.")
+    return value
+
+
+# ------------------------------------------------------------------------------------------------ this side
+def run_apart(
+    function: str,
+    arguments: Mapping[str, Any],
+    *,
+    classes: Sequence[type],
+    limits: Limits,
+    stage: str,
+    progress: Progress,
+) -> Any:
+    """Return what a function returned in a process of its own, or raise what it raised.
+
+    Parameters
+    ----------
+    function : `package.module:name`. arguments : by name; texts, numbers, None and lists of them.
+    classes : dataclasses that the answer may be made of, beside tuples (lists become such), arrays and what JSON has.
+    stage : of the events that `progress` gets.
+
+    Raises
+    ------
+    LostChildError
+        The child crashed, hung, or went over a limit.
+    PlannerError, OSError, MemoryError
+        As the function raised them.
+    RuntimeError
+        The function raised anything else: a bug of ours; the child's own traceback is a note of it.
+    """
+    request = json.dumps([function, dict(arguments)]).encode()
+    with tempfile.TemporaryFile(buffering=0) as file:
+        file.truncate(_PAGE_BYTES)
+        file.seek(_PAGE_BYTES)
+        file.write(struct.pack("<QQ", os.getpid(), len(request)) + request)
+        file.seek(0)
+        with mmap.mmap(file.fileno(), _PAGE_BYTES) as page:
+            child = subprocess.Popen(
+                [sys.executable, "-P", "-c", _CODE],
+                stdin=file,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                **own_session(),
+            )
+            try:
+                reason = _waited(child, page, limits, stage, progress)
+            finally:
+                if child.poll() is None:
+                    child.kill()
+                child.wait()
+            if reason:
+                file.seek(_PAGE_BYTES + 16 + len(request))
+                logged = file.read()
+                log = array("Q", logged[: len(logged) // 8 * 8])
+                raise LostChildError(reason, _text(page, _PLACE), log)
+        file.seek(_PAGE_BYTES)
+        return _answer(file, {kind.__name__: kind for kind in classes})
+
+
+def _waited(child: subprocess.Popen[bytes], page: mmap.mmap, limits: Limits, stage: str, progress: Progress) -> str:
+    """Wait for a child's end, and pass its progress on; return why it gave no answer, empty where it did."""
+    seen, told = b"", (0, 0, "")
+    silent_s = asleep_s = told_s = 0.0
+    cpu_s, now = -1.0, time.monotonic()
+    while True:
+        try:
+            code = child.wait(_LOOK_S)
+        except subprocess.TimeoutExpired:
+            code = None
+        before, now = now, time.monotonic()
+        passed_s = min(now - before, 1.0)  # a laptop that slept, or a process that was stopped, has not waited
+        silent_s, told_s, asleep_s = silent_s + passed_s, told_s + passed_s, asleep_s + passed_s
+        if page[:] != seen:
+            seen, silent_s, told_s = page[:], 0.0, 0.0
+        _, done, total = _COUNTS.unpack_from(page)
+        news = done, total, _text(page, _NOTE)
+        if news != told or told_s > _TELL_AGAIN_S:
+            told, told_s = news, 0.0
+            progress(ProgressEvent(stage, done, total, _doing(page, news[2], silent_s)))
+        if code is not None:
+            return _why(code)
+        use = process_use(child.pid)
+        if use is not None:
+            if use.cpu_s != cpu_s or not use.is_asleep:
+                cpu_s, asleep_s = use.cpu_s, 0.0
+            if limits.memory_bytes is not None and use.resident_bytes > limits.memory_bytes:
+                return f"took more than {limits.memory_bytes / 1e9:.1f} GB of memory ({MEMORY_VARIABLE} changes that)"
+        if asleep_s > ASLEEP_S:
+            return f"hung: it did nothing for {ASLEEP_S:.0f} s"
+        if limits.silent_s is not None and silent_s > limits.silent_s:
+            return f"made no progress for {limits.silent_s:.0f} s ({LIMIT_VARIABLE} changes that)"
+
+
+def _doing(page: mmap.mmap, note: str, silent_s: float) -> str:
+    if silent_s < _TELL_AGAIN_S:
+        return note
+    place = _text(page, _PLACE)
+    return f"{note}{': ' if note and place else ''}{place}, for {silent_s:.0f} s"
+
+
+def _why(code: int) -> str:
+    """Why a child that ended with `code` gave no answer; empty where it did."""
+    if code == 0:
+        return ""
+    if code == -signal.Signals.SIGTERM:
+        return "was ended by another program"
+    if os.name == "posix" and code == -9:
+        return "was killed by the system, perhaps for lack of memory"
+    if code < 0 and -code in set(signal.Signals):
+        return f"crashed ({(signal.strsignal(-code) or signal.Signals(-code).name).lower()})"
+    return f"crashed (code {code})"
+
+
+def _text(page: mmap.mmap, part: slice) -> str:
+    return page[part].partition(b"\0")[0].decode("utf-8", "replace").replace("\ufffd", "?")
+
+
+# ------------------------------------------------------------------------------------------------ the child
+def at(place: str) -> None:
+    """Say what is read next, before what may crash; nothing where this is no child."""
+    if _page is not None:
+        _put(_PLACE, place)
+
+
+def log(number: int) -> None:
+    """Note a number (0 to 2**64 - 1) for whoever has to find out why this child ended; nothing where this is none."""
+    if _log is not None:
+        _log.write(struct.pack("<Q", number))
+
+
+def main() -> NoReturn:
+    """Do what the shared file asks for, as the child that has it as its standard input."""
+    global _page, _log
+    with open(0, "r+b", buffering=0, closefd=False) as file:
+        file.seek(_PAGE_BYTES)
+        parent, n_bytes = struct.unpack("<QQ", file.read(16))
+        end_with_parent(parent)
+        function, arguments = json.loads(file.read(n_bytes))
+        _page, _log = mmap.mmap(0, _PAGE_BYTES), file
+        arrays: list[NDArray[Any]] = []
+        try:
+            module, _, name = function.partition(":")
+            answer = {"value": _encoded(getattr(import_module(module), name)(**arguments), arrays)}
+            text = json.dumps(answer).encode()
+        except Exception as error:  # noqa: BLE001 (all of them are raised again, on the other side)
+            arrays = []
+            text = json.dumps({"error": _error(error)}).encode()
+        file.seek(_PAGE_BYTES)
+        file.truncate()
+        try:
+            _write(file, text, arrays)
+        except OSError as error:  # the disk of temporary files is full
+            file.seek(_PAGE_BYTES)
+            file.truncate()
+            _write(file, json.dumps({"error": _error(error)}).encode(), [])
+    os._exit(0)  # a library's own way out may crash, and takes time
+
+
+def progress_of_child(event: ProgressEvent) -> None:
+    """Pass progress on to the process that waits for this child."""
+    if _page is not None:
+        steps, *_ = _COUNTS.unpack_from(_page)
+        _COUNTS.pack_into(_page, 0, steps, event.done, event.total)
+        _put(_NOTE, event.note)
+
+
+def _put(part: slice, text: str) -> None:
+    assert _page is not None
+    n_bytes = part.stop - part.start
+    _page[part] = text.encode("utf-8", "replace")[: n_bytes - 1].ljust(n_bytes, b"\0")
+    steps, done, total = _COUNTS.unpack_from(_page)
+    _COUNTS.pack_into(_page, 0, steps + 1, done, total)
+
+
+def _write(file: IO[bytes], text: bytes, arrays: Sequence[NDArray[Any]]) -> None:
+    parts = (np.ascontiguousarray(each).reshape(-1).view(np.uint8).data for each in arrays)
+    for part in (memoryview(struct.pack("<Q", len(text)) + text), *parts):
+        rest = part
+        while len(rest):
+            rest = rest[file.write(rest) :]
+
+
+def _error(error: Exception) -> list[Any]:
+    of_system = [error.errno, error.strerror, error.filename] if isinstance(error, OSError) else []
+    shown = [part if part is None or isinstance(part, int) else str(part) for part in of_system]
+    return [type(error).__name__, str(error), shown, "".join(traceback.format_exception(error))]
+
+
+# ------------------------------------------------------------------------------------------------ the answer
+def _encoded(value: Any, arrays: list[NDArray[Any]]) -> Any:
+    """`value` as JSON; its arrays are gathered in `arrays`, in the order in which `_decoded` meets them."""
+    if isinstance(value, np.ndarray):
+        arrays.append(value)
+        return {"array": value.dtype.str, "shape": value.shape}
+    if is_dataclass(value):
+        return {
+            "class": type(value).__name__,
+            "fields": [_encoded(getattr(value, f.name), arrays) for f in fields(value)],
+        }
+    if isinstance(value, tuple | list):
+        return [_encoded(each, arrays) for each in value]
+    return value
+
+
+def _decoded(value: Any, read: Callable[[str, Sequence[int]], Any], classes: Mapping[str, type]) -> Any:
+    if isinstance(value, list):
+        return tuple(_decoded(each, read, classes) for each in value)
+    if not isinstance(value, dict):
+        return value
+    if "array" in value:
+        return read(value["array"], value["shape"])
+    return classes[value["class"]](*(_decoded(each, read, classes) for each in value["fields"]))
+
+
+def _answer(file: IO[bytes], classes: Mapping[str, type]) -> Any:
+    (n_bytes,) = struct.unpack("<Q", file.read(8))
+    told = json.loads(file.read(n_bytes))
+    if "error" in told:
+        raise _raised(*told["error"])
+
+    def read(kind: str, shape: Sequence[int]) -> Any:
+        dtype = np.dtype(kind)
+        if dtype.kind not in "biuf":
+            raise ValueError(f"an array of {kind}")
+        values = np.empty(tuple(shape), dtype)
+        rest = values.reshape(-1).view(np.uint8).data
+        while len(rest):
+            n = file.readinto(rest)  # type: ignore[attr-defined]
+            if not n:
+                raise ValueError("the answer of a child is cut off")
+            rest = rest[n:]
+        return values
+
+    return _decoded(told["value"], read, classes)
+
+
+def _raised(name: str, text: str, of_system: Sequence[Any], where: str) -> Exception:
+    kind = getattr(errors, name, None)
+    if isinstance(kind, type) and issubclass(kind, errors.PlannerError):
+        return kind(text)
+    if of_system:
+        return OSError(*of_system) if of_system[0] is not None else OSError(text)
+    if name == "MemoryError":
+        return MemoryError(text)
+    bug = RuntimeError(f"{name}: {text}")
+    bug.add_note(where)
+    return bug

@@ -1,0 +1,186 @@
+"""IFC and USD are read in a child process: the same scene as here, and one line where the library ends the child."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner_core import child_process
+from planner_core.child_process import LostChildError
+from planner_core.errors import SceneError
+from planner_core.progress import ProgressEvent, silent
+from planner_core.scene import native
+from planner_core.scene.ifc_shapes import SHAPES
+from planner_core.scene.load import load_scene
+from planner_core.scene.usd import read_usd
+from tests.scene import broken_ifc
+
+USDA = '#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = "Z"\n{})\n'
+CUBE = 'def Cube "C"\n{\n    double size = 2\n}\n'
+
+
+def is_same(one: Any, other: Any) -> bool:
+    """Of one type and value, arrays bit by bit."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, np.ndarray):
+        return (one.dtype, one.shape, one.tobytes()) == (other.dtype, other.shape, other.tobytes())
+    if is_dataclass(one):
+        return all(is_same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+    if isinstance(one, tuple):
+        return len(one) == len(other) and all(map(is_same, one, other))
+    return bool(one == other)
+
+
+def message_of(path: Path) -> str:
+    with pytest.raises(SceneError) as caught:
+        load_scene(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path.name}: ")
+    assert "\n" not in message
+    assert len(message) < 600
+    return message
+
+
+def written(path: Path, text: str) -> Path:
+    path.write_text(text)
+    return path
+
+
+# ------------------------------------------------------------------------------------------------ the same
+def check_same(path: Path, file_format: str) -> None:
+    apart = native.read_apart(path, file_format, skip_bad_faces=False, progress=silent)
+    here = native.read(str(path), file_format, skip_bad_faces=False)
+    assert len(apart.triangles)
+    for each in fields(here):
+        assert is_same(getattr(apart, each.name), getattr(here, each.name)), each.name
+
+
+@pytest.mark.parametrize("name", ["two.ifc", "four.ifc", "house.usda", "house.usdc"])
+def test_small_file_is_the_same_as_in_this_process(tmp_path, write_house, name):
+    check_same(write_house(tmp_path, name), "ifc" if name.endswith("ifc") else "usd")
+
+
+def test_building_with_rooms_and_storeys_is_the_same(tmp_path, write_building):
+    write_building(tmp_path / "a.ifc")
+    check_same(tmp_path / "a.ifc", "ifc")
+
+
+@pytest.mark.parametrize(
+    "name", ["ifc-openhouse-ifc4.ifc", "ifc-munich-roof-bricscad.ifc", "ifc-schependomlaan-staal-archicad18.ifczip"]
+)
+def test_real_file_is_the_same(corpus_file, name):
+    check_same(corpus_file(name), "ifc")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["duplex.ifc", "fzk-haus.ifc"])
+def test_real_building_is_the_same(real_ifc, name):
+    """Georeferenced, with rooms."""
+    check_same(real_ifc(name), "ifc")
+
+
+def test_file_whose_name_is_not_utf8_is_read_or_refused(tmp_path, write_house):
+    folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/w\xe4nde"))
+    folder.mkdir()
+    assert load_scene(write_house(tmp_path, "four.ifc").rename(folder / "four.ifc")).n_triangles == 48
+    path = written(folder / "a.usda", USDA.format("") + CUBE)
+    assert "is not UTF-8, which the USD library needs; rename it" in message_of(path)
+
+
+# ------------------------------------------------------------------------------------------------ losses
+@pytest.mark.parametrize(
+    "text",
+    [
+        USDA.format("") + 'def Xform "a"\n{\n' * 200_000 + CUBE + "}\n" * 200_000,
+        USDA.format("    customLayerData = " + "{ dictionary a = " * 200_000 + "{}" + "}" * 200_000 + "\n") + CUBE,
+    ],
+    ids=["prims", "metadata"],
+)
+def test_usd_that_is_nested_too_deep_is_refused(tmp_path, text):
+    message = message_of(written(tmp_path / "deep.usda", text))
+    assert "the USD library crashed (segmentation fault) while reading its layers, expected" in message
+
+
+def test_pipe_among_the_layers_of_usd_is_not_waited_for_without_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(child_process, "ASLEEP_S", 2.0)
+    os.mkfifo(tmp_path / "pipe.usda")
+    path = written(tmp_path / "a.usda", USDA.format("    subLayers = [@./pipe.usda@]\n") + CUBE)
+    assert "the USD library hung: it did nothing for 2 s while reading its layers" in message_of(path)
+
+
+def test_usd_of_many_billions_is_ended_by_the_limit_of_memory(tmp_path, monkeypatch):
+    """Ten references in each of ten references, nine deep."""
+    monkeypatch.setenv(child_process.MEMORY_VARIABLE, "0.4")
+    levels = ['def Xform "L0"\n{\n' + CUBE + "}\n"]
+    for level in range(1, 10):
+        parts = "".join(f'    def "c{i}" (references = </L{level - 1}>)\n    {{\n    }}\n' for i in range(10))
+        levels.append(f'def Xform "L{level}"\n{{\n{parts}}}\n')
+    message = message_of(written(tmp_path / "laughs.usda", USDA.format("") + "".join(levels)))
+    assert "the USD library took more than 0.4 GB of memory (TLSPLAN_READ_MEMORY_GB changes that)" in message
+
+
+def instances(n: int) -> str:
+    return (
+        f'def PointInstancer "P"\n{{\n    rel prototypes = </P/proto>\n    int[] protoIndices = {[0] * n}\n'
+        f"    point3f[] positions = [{','.join(f'({i}, 0, 0)' for i in range(n))}]\n"
+        f'    def Xform "proto"\n    {{\n{CUBE}    }}\n}}\n'
+    )
+
+
+def test_instances_of_usd_are_told_as_they_are_made(tmp_path):
+    events: list[ProgressEvent] = []
+    path = written(tmp_path / "a.usda", USDA.format("") + instances(30))
+    assert len(read_usd(path, skip_bad_faces=False, progress=events.append).elements) == 30
+    assert [event.done for event in events] == [*range(1, 31)]
+
+
+def test_usd_of_too_many_instances_is_refused(tmp_path, monkeypatch, in_this_process):
+    """The instancer and a Cube in a Xform for each."""
+    path = written(tmp_path / "a.usda", USDA.format("") + instances(30))
+    monkeypatch.setattr("planner_core.scene.usd.MOST_PRIMS", 62)
+    assert len(load_scene(path).elements) == 30
+    monkeypatch.setattr("planner_core.scene.usd.MOST_PRIMS", 61)
+    assert "a.usda: it has more than 61 prims, counted in every instance, expected fewer" in message_of(path)
+
+
+@pytest.fixture(scope="session")
+def building_text(tmp_path_factory, write_building) -> str:
+    path = tmp_path_factory.mktemp("building") / "building.ifc"
+    write_building(path)
+    return path.read_text()
+
+
+def test_element_that_hangs_is_found(tmp_path, building_text, monkeypatch):
+    """Past the checks that would refuse the file: what IfcOpenShell does with an id that is no text."""
+    monkeypatch.setattr(child_process, "ASLEEP_S", 2.0)
+    wall = broken_ifc.instance(building_text, "IfcWall")
+    path = written(tmp_path / "a.ifc", broken_ifc.bad_id("IfcWall", "$")(building_text))
+    assert native._culprit(path, LostChildError("hung", SHAPES, ()), silent) == f"{wall} IfcWall 'Wall' None"
+    made = tuple(int(number) for number in re.findall(r"#(\d+)=IFCWALL\(", building_text))
+    assert native._culprit(path, LostChildError("hung", SHAPES, made), silent) == SHAPES
+
+
+def test_cuts_without_end_are_ended_and_named(tmp_path, building_text, monkeypatch):
+    monkeypatch.setenv(child_process.LIMIT_VARIABLE, "6")
+    path = written(tmp_path / "a.ifc", broken_ifc.chained_cuts(1500)(building_text))
+    message = message_of(path)
+    expected = (
+        r"IfcOpenShell made no progress for 6 s \(TLSPLAN_READ_LIMIT_S changes that\) while reading #\d+ IfcWall 'Wall'"
+    )
+    assert re.search(expected, message)
+
+
+def test_file_that_takes_too_much_memory_of_python_is_refused(tmp_path, monkeypatch, write_house):
+    def fail(*args: Any, **options: Any) -> None:
+        raise MemoryError("no")
+
+    monkeypatch.setattr(child_process, "run_apart", fail)
+    message = message_of(write_house(tmp_path, "four.ifc"))
+    assert "reading it takes more memory than there is; export it in parts" in message
