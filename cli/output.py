@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +13,15 @@ if TYPE_CHECKING:
     from planner_core.model import LoadReport
 
 
+#: What JSON leaves as it is and terminals do not: control characters, and what no encoding can write.
+_UNFIT_JSON = re.compile("[\x7f-\x9f\u2028\u2029\ud800-\udfff]")
+
+
 def say(text: str = "") -> None:
     """Print a line of result."""
-    click.echo(text)
+    from planner_core.errors import escaped
+
+    click.echo(escaped(text))
 
 
 def repairs(report: LoadReport, *, listed_in: str) -> tuple[str, ...]:
@@ -49,12 +56,15 @@ def materials(glass_area_m2: float, mirror_area_m2: float, *, glass: str) -> tup
 
 def as_json(document: Any) -> None:
     """Print a document as JSON; not-a-number has no place in it."""
-    click.echo(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
+    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
+    click.echo(_UNFIT_JSON.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Print an aligned table: first column left, cells that look like numbers right."""
-    lines = [tuple(header), *(tuple(row) for row in rows)]
+    from planner_core.errors import one_line
+
+    lines = [tuple(map(one_line, row)) for row in (header, *rows)]
     widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
     for line in lines:
         cells = [

@@ -11,6 +11,8 @@ from collections.abc import Iterable
 from types import TracebackType
 from typing import TYPE_CHECKING, TextIO
 
+from planner_core.errors import one_line
+
 from .environment import raise_if_interrupted, settle_interrupts
 
 if TYPE_CHECKING:
@@ -49,7 +51,8 @@ class ProgressReporter:
 
             self._bars = Progress(
                 TextColumn("{task.description:<10}"), BarColumn(bar_width=20), MofNCompleteColumn(),
-                TimeRemainingColumn(compact=True, elapsed_when_finished=True), TextColumn("{task.fields[note]}"),
+                TimeRemainingColumn(compact=True, elapsed_when_finished=True),
+                TextColumn("{task.fields[note]}", markup=False),
                 console=Console(file=self._stream), transient=False,
             )  # fmt: skip
             self._bars.start()
@@ -65,7 +68,7 @@ class ProgressReporter:
 
     def warn(self, warnings: Iterable[str]) -> None:
         """Print warnings at once, one line each, and each of them once; `quiet` does not hide them."""
-        for line in warnings:
+        for line in map(one_line, warnings):
             if line in self._told:
                 continue
             self._told.add(line)
@@ -94,7 +97,8 @@ class ProgressReporter:
         total = event.total or None
         if event.stage not in self._tasks:
             self._tasks[event.stage] = self._bars.add_task(event.stage, total=total, note="")
-        note = event.note if len(event.note) <= NOTE_WIDTH else f"{event.note[: NOTE_WIDTH - 1]}…"
+        note = one_line(event.note)
+        note = note if len(note) <= NOTE_WIDTH else f"{note[: NOTE_WIDTH - 1]}…"
         self._bars.update(self._tasks[event.stage], completed=event.done, total=total, note=note)
 
     def _show_line(self, event: ProgressEvent) -> None:
@@ -111,5 +115,5 @@ class ProgressReporter:
             self._finished.discard(event.stage)
         self._last_line_s[event.stage] = now_s
         count = f"{event.done} of {event.total}" if event.total else f"{event.done}" if event.done else "..."
-        note = f"  {event.note}" if event.note else ""
+        note = f"  {one_line(event.note)}" if event.note else ""
         print(f"{event.stage}: {count}{note}", file=self._stream, flush=True)
