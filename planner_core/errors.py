@@ -11,8 +11,8 @@ LONGEST_LINE = 600
 _CUT = " ... "
 _HEAD = 400
 
-#: Control characters, which command terminals; those that turn or break the line; halves of surrogate pairs, which stand
-#: for bytes of file names that are no UTF-8. Line feed and tab are left.
+#: Control characters, which command terminals; those that turn or break the line; halves of surrogate pairs, which
+#: stand for bytes of file names that are no UTF-8. Line feed and tab are left.
 _UNFIT = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 

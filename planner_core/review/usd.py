@@ -29,6 +29,15 @@ STALE = f"{PREFIX}stale"
 # What the parser says: its place in the text, then the words, then a prim, as far as there is one.
 _AT = re.compile(r":(\d+):\d+: (.*?)(?: in <[^>]*>)?$", re.DOTALL)
 
+_MOST_DEEP = 200
+#: Brackets that open and close; and all in which they count for nothing: texts, assets, comments.
+_BRACKETS = re.compile(
+    r"""([\[({])|([\])}])
+    |\"\"\"(?:\\.|[^\\])*?(?:\"\"\"|\Z)|'''(?:\\.|[^\\])*?(?:'''|\Z)|"(?:\\.|[^"\\\n])*"?|'(?:\\.|[^'\\\n])*'?
+    |@@@.*?(?:@@@|\Z)|@[^@\n]*@?|\#[^\n]*|//[^\n]*|/\*.*?(?:\*/|\Z)""",
+    re.DOTALL | re.VERBOSE,
+)
+
 TRANSFORM, ORDER = "xformOp:transform", "xformOpOrder"
 HEIGHT, FLOOR = "tlsplan:instrumentHeight", "tlsplan:floorId"
 FIGURES = ("tlsplan:coveredArea", "tlsplan:ownArea")
@@ -42,6 +51,8 @@ def layer_of(text: str, told: str) -> Layer:
     PlanFolderError
         It is no USD; `told` names the file.
     """
+    if _depth(text) > _MOST_DEEP:
+        raise _no_layer(told, f"it has more than {_MOST_DEEP} brackets inside each other")
     layer = new_layer()
     try:
         read = layer.ImportFromString(text)
@@ -50,6 +61,18 @@ def layer_of(text: str, told: str) -> Layer:
     if not read:
         raise _no_layer(told, "")
     return layer
+
+
+def _depth(text: str) -> int:
+    """How many brackets are open at once: the parser's stack overflows, and with it goes the process."""
+    depth = deepest = 0
+    for found in _BRACKETS.finditer(text):
+        if found[1]:
+            depth += 1
+            deepest = max(deepest, depth)
+        elif found[2]:
+            depth -= 1
+    return deepest
 
 
 def _problem(text: str, error: Tf.ErrorException) -> str:

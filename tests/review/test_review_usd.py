@@ -309,3 +309,31 @@ def test_a_layer_that_somebody_spoiled_is_a_review_or_is_told(edits: list[tuple[
             assert "\n" not in str(error)
         else:
             assert read_review(again, plan) == review
+
+
+N_DEEP = 100_000
+
+
+@pytest.mark.parametrize(
+    "deep",
+    [
+        'def "a"\n{\n' * N_DEEP + "}\n" * N_DEEP,
+        'def "a" (\n customData = {\n' + "dictionary a = {\n" * N_DEEP + "}\n" * N_DEEP + "}\n)\n{\n}\n",
+        'def "a"\n{\n custom double[] x = ' + "[" * N_DEEP + "]" * N_DEEP + "\n}\n",
+        'def "a"\n{\n custom double3 x = ' + "(" * N_DEEP,
+        'def "a"\n{\n' + 'variantSet "v" = {\n "x" {\n' * N_DEEP,
+        'def "a"\n{\n custom string s = "\\"" # "\n custom asset b = @"@\n' + "[" * N_DEEP,
+    ],
+    ids=["prims", "dictionaries", "lists", "tuples", "variants", "behind texts"],
+)
+def test_brackets_deep_inside_each_other_are_refused_before_they_take_the_process_down(deep: str) -> None:
+    with pytest.raises(PlanFolderError, match="more than 200 brackets inside each other"):
+        read_review("#usda 1.0\n" + deep, make_plan())
+
+
+def test_brackets_in_words_of_people_are_no_brackets() -> None:
+    said = "([{" * 300 + "\n" + "'" * 5 + '"' * 7 + "# /* @ \\"
+    review = reviewed(c.AddComment(said))
+    again = read_review(review_text(review, make_plan(), empty_review()), make_plan())
+    assert next(iter(again.comments.values())).text == next(iter(review.comments.values())).text
+    assert "([{" * 300 in next(iter(again.comments.values())).text
