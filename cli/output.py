@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,10 +10,6 @@ import click
 
 if TYPE_CHECKING:
     from planner_core.model import LoadReport
-
-
-#: What JSON leaves as it is and terminals do not: control characters, and what no encoding can write.
-_UNFIT_JSON = re.compile("[\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 
 
 def say(text: str = "") -> None:
@@ -56,8 +51,10 @@ def materials(glass_area_m2: float, mirror_area_m2: float, *, glass: str) -> tup
 
 def as_json(document: Any) -> None:
     """Print a document as JSON; not-a-number has no place in it."""
+    from planner_core.errors import UNFIT
+
     text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
-    click.echo(_UNFIT_JSON.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
+    click.echo(UNFIT.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:

@@ -11,14 +11,14 @@ LONGEST_LINE = 600
 _CUT = " ... "
 _HEAD = 400
 
-#: Control characters, which command terminals; those that turn or break the line; halves of surrogate pairs, which
-#: stand for bytes of file names that are no UTF-8. Line feed and tab are left.
-_UNFIT = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+#: No text: control characters, which command terminals; those that turn or break lines; halves of surrogate pairs,
+#: which stand for bytes of file names that are no UTF-8. Line feed and tab are left.
+UNFIT = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
 def escaped(text: str) -> str:
     """`text` as any terminal and encoding can show it: other characters than those of text are spelt, as `\\x1b`."""
-    return _UNFIT.sub(_spelt, text)
+    return UNFIT.sub(_spelt, text)
 
 
 def one_line(text: str) -> str:
