@@ -5,6 +5,7 @@ Everything goes to standard error, so that standard output stays clean for resul
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Iterable
@@ -75,7 +76,7 @@ class ProgressReporter:
             if self._bars is not None:
                 self._bars.console.print(f"warning: {line}", markup=False, highlight=False, soft_wrap=True)
             else:
-                print(f"warning: {line}", file=self._stream, flush=True)
+                self._print(f"warning: {line}")
 
     def show(self, event: ProgressEvent) -> None:
         """Draw one event; raises KeyboardInterrupt where a Ctrl-C got lost inside a package."""
@@ -116,4 +117,10 @@ class ProgressReporter:
         self._last_line_s[event.stage] = now_s
         count = f"{event.done} of {event.total}" if event.total else f"{event.done}" if event.done else "..."
         note = f"  {one_line(event.note)}" if event.note else ""
-        print(f"{event.stage}: {count}{note}", file=self._stream, flush=True)
+        self._print(f"{event.stage}: {count}{note}")
+
+    def _print(self, line: str) -> None:
+        try:
+            print(line, file=self._stream, flush=True)
+        except BrokenPipeError:  # who read went away (`2>&1 | head`): the work is for the disk, and goes on
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())

@@ -138,3 +138,13 @@ def test_a_reader_that_goes_away_is_no_error(command: str, box: Path) -> None:
         capture_output=True, timeout=240,
     )  # fmt: skip
     assert done.stderr == b"0\n"
+
+
+def test_work_goes_on_where_the_reader_of_progress_goes_away(box: Path, tmp_path: Path) -> None:
+    tlsplan = f"{sys.executable} -m tlsplan floors {box} > {tmp_path / 'floors'}"
+    done = subprocess.run(
+        ["/bin/bash", "-c", f"{{ sleep 1; {tlsplan}; echo $? > {tmp_path / 'code'}; }} 2>&1 | true"], timeout=240
+    )
+    assert done.returncode == 0
+    assert (tmp_path / "code").read_text() == "0\n"
+    assert "Level" in (tmp_path / "floors").read_text()

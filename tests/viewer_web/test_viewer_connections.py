@@ -231,39 +231,56 @@ def gone(lines: list[Any]) -> list[float]:
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(connections, "MOST_OF_ONE_CLIENT", 3)
     monkeypatch.setattr(connections, "MOST_CONNECTIONS", 5)
+    monkeypatch.setattr(connections, "GO_AT_ONCE", 1)
+
+
+def comes(name: str, lines: list[Any]) -> bool:
+    new = line(name, 100)
+    return make_room(new, [*lines, new])
 
 
 @pytest.mark.usefixtures("few")
 def test_a_client_with_too_many_loses_its_oldest_without_the_token() -> None:
     lines = [line("a", 1, admitted=True), line("b", 2), line("a", 4), line("a", 3)]
-    assert make_room("a", lines)
+    assert comes("a", lines)
     assert gone(lines) == [3]
 
 
 @pytest.mark.usefixtures("few")
 def test_where_all_is_full_the_client_with_most_loses_one() -> None:
     lines = [line("b", 1), line("a", 2), line("a", 3), line("c", 4, admitted=True), line("d", 5)]
-    assert make_room("e", lines)
+    assert comes("e", lines)
     assert gone(lines) == [2]
 
 
 @pytest.mark.usefixtures("few")
 def test_who_has_the_token_and_nothing_to_do_goes_last_and_who_is_served_never() -> None:
     lines = [line("a", 1, admitted=True, busy=True), line("a", 2, admitted=True), line("a", 3)]
-    assert make_room("a", lines)
+    assert comes("a", lines)
     assert gone(lines) == [3]
     lines[2] = line("a", 4, admitted=True, busy=True)
-    assert make_room("a", lines)
+    assert comes("a", lines)
     assert gone(lines) == [2]
     lines[1] = line("a", 5, admitted=True, busy=True)
-    assert not make_room("a", lines)
+    assert not comes("a", lines)
     assert gone(lines) == []
+
+
+@pytest.mark.usefixtures("few")
+def test_those_without_the_token_go_together_and_those_with_it_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connections, "GO_AT_ONCE", 2)
+    lines = [line("a", 1, admitted=True), line("a", 2), line("a", 3), line("a", 4)]
+    assert comes("a", lines)
+    assert gone(lines) == [2, 3]
+    lines = [line("a", each, admitted=True) for each in range(4)]
+    assert comes("a", lines)
+    assert gone(lines) == [0]
 
 
 @pytest.mark.usefixtures("few")
 def test_streams_of_events_are_not_counted() -> None:
     lines = [line("a", each, admitted=True, busy=True, stream=True) for each in range(9)]
-    assert make_room("a", lines)
+    assert comes("a", lines)
     assert gone(lines) == []
 
 

@@ -8,8 +8,9 @@ the client that has most. So whoever has the token is answered, whatever others 
 import asyncio
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from ipaddress import IPv6Address, ip_address
+from typing import cast
 
 import h11
 from starlette.types import Scope
@@ -25,8 +26,13 @@ UNREAD_S = 30.0
 MOST_OF_ONE_CLIENT = 512
 MOST_CONNECTIONS = 640
 """Of all clients together, streams of events apart: each is an open file, and processes may have 1024."""
-MOST_WAITING = 256
-"""To be accepted; fewer than one client may have, so that those accepted in one go do not push out each other."""
+GO_AT_ONCE = 32
+"""Connections without the token that are closed together: to find out which takes milliseconds."""
+ACCEPTED_AT_ONCE = 64
+"""A small part of what one client may have: a request is read some rounds after its connection was accepted, and those
+accepted meanwhile must not have pushed it out."""
+MOST_WAITING = 2048
+"""To be accepted: whom the system finds no room for there asks again after 1, 3, 7, 15 s."""
 
 _ADMITTED = "is_admitted"
 _STREAMS = "is_stream"
@@ -64,8 +70,7 @@ class Connection(H11Protocol):
         self.opened_s = time.monotonic()
         self._receives_since_s: float | None = self.opened_s
         self._unread_since_s: float | None = None
-        others = (each for each in self.connections if isinstance(each, Connection) and each is not self)
-        if not make_room(self.name, others):
+        if not make_room(self, cast(Collection[Connection], self.connections)):
             self.limit_concurrency = 0
 
     def data_received(self, data: bytes) -> None:
@@ -118,25 +123,28 @@ class Connection(H11Protocol):
         return self.scope.get("state", {}) if self.scope is not None else {}
 
 
-def make_room(name: str, others: Iterable[Connection]) -> bool:
-    """Have room for one more connection of a client, closing another where need be; False where none may go."""
-    counted = [each for each in others if not (each.transport.is_closing() or each.is_stream)]
-    if len(counted) < MOST_OF_ONE_CLIENT:
+def make_room(new: Connection, connections: Collection[Connection]) -> bool:
+    """Have room for a new connection, which is among all, closing others where need be; False where none may go."""
+    if len(connections) <= MOST_OF_ONE_CLIENT or not _is_full(new, connections):  # quick: thousands a second may come
+        return True
+    counted = [each for each in connections if not (each.transport.is_closing() or each.is_stream)]
+    if not _is_full(new, counted):
         return True
     of_client = Counter(each.name for each in counted)
-    if of_client[name] >= MOST_OF_ONE_CLIENT:
-        counted = [each for each in counted if each.name == name]
-    elif len(counted) < MOST_CONNECTIONS:
-        return True
-    goes = min(
-        (each for each in counted if each.may_go),
+    if of_client[new.name] > MOST_OF_ONE_CLIENT:
+        counted = [each for each in counted if each.name == new.name]
+    may_go = sorted(
+        (each for each in counted if each.may_go and each is not new),
         key=lambda each: (each.is_admitted, -of_client[each.name], each.opened_s),
-        default=None,
     )
-    if goes is None:
-        return False
-    goes.transport.abort()
-    return True
+    for each in [each for each in may_go if not each.is_admitted][:GO_AT_ONCE] or may_go[:1]:
+        each.transport.abort()
+    return bool(may_go)
+
+
+def _is_full(new: Connection, connections: Collection[Connection]) -> bool:
+    of_client = sum(each.name == new.name for each in connections)
+    return of_client > MOST_OF_ONE_CLIENT or len(connections) > MOST_CONNECTIONS
 
 
 def close_overdue(connections: Iterable[object]) -> None:

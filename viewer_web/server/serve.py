@@ -13,7 +13,7 @@ from planner_core.errors import RequirementError
 from planner_core.plan_folder.plan_settings import ScenePaths
 from planner_core.progress import Progress
 from viewer_web.server.app import BUILT_APP, create_app
-from viewer_web.server.connections import MOST_WAITING, Connection, close_overdue
+from viewer_web.server.connections import ACCEPTED_AT_ONCE, MOST_WAITING, Connection, close_overdue
 from viewer_web.server.session import Session
 from viewer_web.server.token import QUERY, new_token
 
@@ -115,7 +115,7 @@ def serve(
             ws="none",
             h11_max_incomplete_event_size=LARGEST_REQUEST_HEAD_BYTES,
             http=Connection,
-            backlog=MOST_WAITING,
+            backlog=ACCEPTED_AT_ONCE,
             timeout_graceful_shutdown=2,
         )
         _AnnouncingServer(config, ready, stopping).run(sockets=[listener])
@@ -208,6 +208,8 @@ class _AnnouncingServer(uvicorn.Server):
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets=sockets)
+        for listener in sockets or []:
+            listener.listen(MOST_WAITING)  # asyncio has one number for this and for how many it accepts at once
         if self.started:
             self._announce()
 
