@@ -282,33 +282,34 @@ def attacked(plan: Path, for_s: float, of: str) -> tuple[Part, float, float]:
                 status = 0
             return status, time.monotonic() - asked_s
 
-        list(users.map(ask, range(200)))
-        time.sleep(0.5)
-        before = held(viewer.pid)
-        part = Part(f"requests under attack from {of}", 0, [before[0]], [before[1]])
-        longest_s, start_s = 0.0, time.monotonic()
-        with subprocess.Popen([sys.executable, "-c", ATTACK, of, str(viewer.port)]) as attacker:
-            try:
-                while held(viewer.pid)[1] < before[1] + 200 and time.monotonic() - start_s < WAIT_S:
-                    time.sleep(0.1)
-                start_s = time.monotonic()
-                while time.monotonic() - start_s < for_s:
-                    for status, took_s in users.map(ask, range(200)):
-                        part.n += 1
-                        part.refused += status != 200
-                        longest_s = max(longest_s, took_s)
-            finally:
-                attacker.kill()
-        ended_s = time.monotonic()
-        while held(viewer.pid)[1] > before[1] and time.monotonic() - ended_s < 60.0:
-            time.sleep(0.05)
-        recovered_s = time.monotonic() - ended_s
-        part.refused += viewer.ask("/api/session")[0] != 200
-        time.sleep(0.5)
-        mib, files = held(viewer.pid)
-        part.mib.append(mib)
-        part.files.append(files)
-        part.seconds = ended_s - start_s
+        n_files = held(viewer.pid)[1]
+        part = Part(f"requests under attack from {of}, twice", 0)
+        longest_s = recovered_s = 0.0
+        start_s = time.monotonic()
+        for _ in range(2):  # what the first leaves for later use, the second takes
+            with subprocess.Popen([sys.executable, "-c", ATTACK, of, str(viewer.port)]) as attacker:
+                try:
+                    until_s = time.monotonic() + WAIT_S
+                    while held(viewer.pid)[1] < n_files + 200 and time.monotonic() < until_s:
+                        time.sleep(0.1)
+                    until_s = time.monotonic() + for_s / 2
+                    while time.monotonic() < until_s:
+                        for status, took_s in users.map(ask, range(200)):
+                            part.n += 1
+                            part.refused += status != 200
+                            longest_s = max(longest_s, took_s)
+                finally:
+                    attacker.kill()
+            ended_s = time.monotonic()
+            while held(viewer.pid)[1] > n_files and time.monotonic() - ended_s < 60.0:
+                time.sleep(0.05)
+            recovered_s = max(recovered_s, time.monotonic() - ended_s)
+            part.refused += viewer.ask("/api/session")[0] != 200
+            time.sleep(0.5)
+            mib, files = held(viewer.pid)
+            part.mib.append(mib)
+            part.files.append(files)
+        part.seconds = time.monotonic() - start_s
         return part, longest_s, recovered_s
 
 
@@ -365,8 +366,8 @@ Written by `tests/soak/soak_server.py` (`make soak-server`), which says what is 
 
 {machine}. Load average at the end {os.getloadavg()[0]:.0f}.
 
-Resident memory and open files of the process after the first and the last tenth of a part; of attacks, before and
-after.
+Resident memory and open files of the process after the first and the last tenth of a part; of attacks, after
+the first and the second.
 
 | part | how often | MiB, first | last | most | files, first | last | not answered | seconds |
 |---|---|---|---|---|---|---|---|---|

@@ -16,7 +16,7 @@ import h11
 from starlette.types import Scope
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-HEAD_S = 5.0
+HEAD_S = 4.0
 """For the head of a request, from its first byte on, or from the opening of the connection; without the token for all
 of the request."""
 BODY_S = 30.0
