@@ -25,7 +25,7 @@ VIEWER_SOURCES := $(shell find $(WEB)/src $(WEB)/public -type f 2>/dev/null) \
 .DELETE_ON_ERROR:
 .PHONY: help intel demo test test-slow test-machines check setup viewer system system-tests system-kernel-check lint typecheck \
   imports pytest pytest-slow web web-check web-main e2e e2e-scenes bench bench-patch-mode bench-genetic bench-selection bench-selection-large \
-  bench-drivers bench-planning bench-truth bench-live bench-clouds plan-scenes soak soak-short fuzz kernel-check wheel test-wheel docs api-types lock test-bare clean
+  bench-drivers bench-planning bench-truth bench-live bench-clouds plan-scenes soak soak-short soak-server fuzz kernel-check wheel test-wheel docs api-types lock test-bare clean
 
 help: ## list the targets
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 24
@@ -154,6 +154,9 @@ soak-short: $(DEV) ## the soak in small: every mesh, size, place and way, few be
 FUZZ_ARGS ?= --minutes 2
 fuzz: $(DEV) ## scene files changed at random, for two minutes; FUZZ_ARGS="--minutes 240 --seed 7 --real" for hours
 	$(BIN)/python -m tests.fuzz.fuzz_scenes $(FUZZ_ARGS)
+
+soak-server: $(DEV) ## a long-running viewer's server, and one under attack: memory, open files, answers; writes docs/benchmarks
+	$(BIN)/python tests/soak/soak_server.py --write docs/benchmarks/server.md
 
 kernel-check: $(DEV) system-kernel-check ## all kernels under oclgrind: memory, races, uninitialised values
 	$(BIN)/python tests/kernels/check_kernels.py

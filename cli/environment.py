@@ -150,8 +150,7 @@ def _raise() -> NoReturn:
 
 def _use_writable_caches() -> None:
     root = Path(os.environ.get("XDG_CACHE_HOME") or Path(os.environ.get("HOME") or "/nonexistent") / ".cache")
-    existing = next(folder for folder in (root, *root.parents) if folder.exists())
-    if os.access(existing, os.W_OK | os.X_OK):
+    if os.access(_nearest(root), os.W_OK | os.X_OK):
         return
     global _caches_are_kept, _own_caches
     _caches_are_kept = False
@@ -159,6 +158,19 @@ def _use_writable_caches() -> None:
     atexit.register(_remove_own_caches)
     for variable in ("XDG_CACHE_HOME", "XDG_CONFIG_HOME", "MPLCONFIGDIR"):
         os.environ[variable] = _own_caches
+
+
+def _nearest(folder: Path) -> Path:
+    """Return the folder, or the one above it that is there; one that can't be looked at counts as there."""
+    for each in (folder, *folder.parents):
+        try:
+            each.stat()
+        except (FileNotFoundError, NotADirectoryError):
+            continue
+        except OSError:  # no permission to enter the one above, a name too long
+            return each
+        return each
+    return folder
 
 
 def _remove_own_caches() -> None:

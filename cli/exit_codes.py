@@ -38,11 +38,17 @@ def exit_code_of(error: BaseException) -> int:
     return next((code for kind, code in by_type if isinstance(error, kind)), 1)
 
 
-def one_line(error: BaseException) -> str:
+def line_of(error: BaseException) -> str:
     """Return the line to show: the message itself for errors raised on purpose, a plea to report it for bugs."""
+    from planner_core import errors
+
+    return errors.one_line(_line_of(error))
+
+
+def _line_of(error: BaseException) -> str:
     from planner_core.errors import PlannerError
 
-    text = " ".join(str(error).split()) or type(error).__name__
+    text = str(error).strip() or type(error).__name__
     if isinstance(error, PlannerError):
         return f"tlsplan: {text}"
     if isinstance(error, MemoryError):
@@ -74,7 +80,7 @@ def _of_system(error: OSError) -> str:
     """What an error of the operating system means for the path that the user gave: not for our file beside it."""
     remedy = _REMEDIES.get(error.errno or 0)
     if remedy is None:
-        return " ".join(str(error).split()) or type(error).__name__
+        return str(error).strip() or type(error).__name__
     if error.filename is None:
         return f"a file can't be read or written: {remedy}"
     path = Path(os.fsdecode(error.filename))

@@ -22,16 +22,20 @@ _INTERRUPTED_CODE = 130
 def main() -> None:
     """Run the command line; every error ends in one line on standard error and a documented exit code."""
     _take_signals(_leave)
+    _speak_utf8()
     debug = "--debug" in sys.argv[1:2]
     import click
 
+    from planner_core.errors import one_line
+
     from .environment import is_interrupted, leave_at_once, prepare, raise_what_waits
-    from .exit_codes import exit_code_of, one_line
+    from .exit_codes import exit_code_of, line_of
     from .group import cli
 
     try:
         prepare(debug=debug)  # from here on an interrupt ends the work in good order
         try:
+            _check_arguments()
             code = cli.main(standalone_mode=False)
         except Exception:
             if is_interrupted():
@@ -43,27 +47,51 @@ def main() -> None:
         code = stop.exit_code
     except click.UsageError as error:
         path = error.ctx.command_path if error.ctx is not None else "tlsplan"
-        click.echo(f"tlsplan: {error.format_message()} See `{path} --help`.", err=True)
+        click.echo(one_line(f"tlsplan: {error.format_message()} See `{path} --help`."), err=True)
         code = error.exit_code
     except click.ClickException as error:
-        click.echo(f"tlsplan: {error.format_message()}", err=True)
+        click.echo(one_line(f"tlsplan: {error.format_message()}"), err=True)
         code = error.exit_code
     except (KeyboardInterrupt, click.exceptions.Abort):
         _take_signals(signal.SIG_IGN)  # who presses twice is told once
         click.echo(_INTERRUPTED, err=True)
         code = _INTERRUPTED_CODE
-    except BrokenPipeError:
+    except (BrokenPipeError, SystemExit):  # click makes the other one of it
         # The reader of a pipe (`tlsplan floors x | head`) went away: not an error, and nobody left to tell.
-        sys.stderr.close()
+        nobody = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nobody, 1)
+        os.dup2(nobody, 2)
         code = 0
     except Exception as error:  # the last resort of the program: every other place lets exceptions through
         if debug:
             raise
-        click.echo(one_line(error), err=True)
+        click.echo(line_of(error), err=True)
         code = exit_code_of(error)
     status = code if isinstance(code, int) else 0
     _take_signals(lambda *_: leave_at_once(status))  # all is done: Python's own way out is what is left to interrupt
     sys.exit(status)
+
+
+def _speak_utf8() -> None:
+    """Begin again where the locale has another encoding: names of files would be others in USD and OpenCL libraries."""
+    if sys.getfilesystemencoding() == "utf-8" or os.environ.get("PYTHONUTF8") == "1":
+        return
+    os.environ["PYTHONUTF8"] = "1"
+    os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
+
+
+def _check_arguments() -> None:
+    """Refuse names that plans can't hold before hours of work: neither JSON nor USD can write what is no Unicode."""
+    for argument in sys.argv[1:]:
+        try:
+            argument.encode()
+        except UnicodeEncodeError:
+            from planner_core.errors import SceneError
+
+            raise SceneError(
+                f"got the name {argument}, expected one in UTF-8, which plans and other programs can hold; rename the "
+                "file or folder"
+            ) from None
 
 
 def _take_signals(handler: Callable[[int, FrameType | None], NoReturn] | signal.Handlers) -> None:

@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 def say(text: str = "") -> None:
     """Print a line of result."""
-    click.echo(text)
+    from planner_core.errors import escaped
+
+    click.echo(escaped(text))
 
 
 def repairs(report: LoadReport, *, listed_in: str) -> tuple[str, ...]:
@@ -49,12 +51,17 @@ def materials(glass_area_m2: float, mirror_area_m2: float, *, glass: str) -> tup
 
 def as_json(document: Any) -> None:
     """Print a document as JSON; not-a-number has no place in it."""
-    click.echo(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
+    from planner_core.errors import UNFIT
+
+    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
+    click.echo(UNFIT.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Print an aligned table: first column left, cells that look like numbers right."""
-    lines = [tuple(header), *(tuple(row) for row in rows)]
+    from planner_core.errors import one_line
+
+    lines = [tuple(map(one_line, row)) for row in (header, *rows)]
     widths = [max(len(line[column]) for line in lines) for column in range(len(header))]
     for line in lines:
         cells = [

@@ -5,11 +5,14 @@ Everything goes to standard error, so that standard output stays clean for resul
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Iterable
 from types import TracebackType
 from typing import TYPE_CHECKING, TextIO
+
+from planner_core.errors import one_line
 
 from .environment import raise_if_interrupted, settle_interrupts
 
@@ -49,7 +52,8 @@ class ProgressReporter:
 
             self._bars = Progress(
                 TextColumn("{task.description:<10}"), BarColumn(bar_width=20), MofNCompleteColumn(),
-                TimeRemainingColumn(compact=True, elapsed_when_finished=True), TextColumn("{task.fields[note]}"),
+                TimeRemainingColumn(compact=True, elapsed_when_finished=True),
+                TextColumn("{task.fields[note]}", markup=False),
                 console=Console(file=self._stream), transient=False,
             )  # fmt: skip
             self._bars.start()
@@ -65,14 +69,14 @@ class ProgressReporter:
 
     def warn(self, warnings: Iterable[str]) -> None:
         """Print warnings at once, one line each, and each of them once; `quiet` does not hide them."""
-        for line in warnings:
+        for line in map(one_line, warnings):
             if line in self._told:
                 continue
             self._told.add(line)
             if self._bars is not None:
                 self._bars.console.print(f"warning: {line}", markup=False, highlight=False, soft_wrap=True)
             else:
-                print(f"warning: {line}", file=self._stream, flush=True)
+                self._print(f"warning: {line}")
 
     def show(self, event: ProgressEvent) -> None:
         """Draw one event; raises KeyboardInterrupt where a Ctrl-C got lost inside a package."""
@@ -94,7 +98,8 @@ class ProgressReporter:
         total = event.total or None
         if event.stage not in self._tasks:
             self._tasks[event.stage] = self._bars.add_task(event.stage, total=total, note="")
-        note = event.note if len(event.note) <= NOTE_WIDTH else f"{event.note[: NOTE_WIDTH - 1]}…"
+        note = one_line(event.note)
+        note = note if len(note) <= NOTE_WIDTH else f"{note[: NOTE_WIDTH - 1]}…"
         self._bars.update(self._tasks[event.stage], completed=event.done, total=total, note=note)
 
     def _show_line(self, event: ProgressEvent) -> None:
@@ -111,5 +116,11 @@ class ProgressReporter:
             self._finished.discard(event.stage)
         self._last_line_s[event.stage] = now_s
         count = f"{event.done} of {event.total}" if event.total else f"{event.done}" if event.done else "..."
-        note = f"  {event.note}" if event.note else ""
-        print(f"{event.stage}: {count}{note}", file=self._stream, flush=True)
+        note = f"  {one_line(event.note)}" if event.note else ""
+        self._print(f"{event.stage}: {count}{note}")
+
+    def _print(self, line: str) -> None:
+        try:
+            print(line, file=self._stream, flush=True)
+        except BrokenPipeError:  # who read went away (`2>&1 | head`): the work is for the disk, and goes on
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())

@@ -153,6 +153,20 @@ def read_as(
         raise error(f"{where}{place}: {message}" if place else f"{where.rstrip(': .')}: {message}") from refused
 
 
+def is_deeper(document: object, levels: int) -> bool:
+    """Whether lists and mappings are inside each other more than so often: what walks them recurses."""
+    level = [document]
+    for _ in range(levels):
+        level = [inner for each in level for inner in _inside(each)]
+        if not level:
+            return False
+    return True
+
+
+def _inside(value: object) -> list[Any]:
+    return list(value.values()) if isinstance(value, dict) else value if isinstance(value, list) else []
+
+
 def shown(value: object) -> str:
     """`value` as a message may hold it: short, and in one line."""
     try:

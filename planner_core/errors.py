@@ -1,11 +1,44 @@
 """Every error the library raises on purpose: one root, each also the builtin it refines.
 
-A message says, in one line: what, got, expected, remedy. The command line prints it as it is.
+A message says, in one line: what, got, expected, remedy. The command line prints it as it is: what it quotes of files
+and names is made fit for a terminal here, once for all messages.
 """
+
+import re
+
+LONGEST_LINE = 600
+"""Characters of a message. What is longer quotes too much, and loses its middle."""
+_CUT = " ... "
+_HEAD = 400
+
+#: No text: control characters, which command terminals; those that turn or break lines; halves of surrogate pairs,
+#: which stand for bytes of file names that are no UTF-8. Line feed and tab are left.
+UNFIT = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def escaped(text: str) -> str:
+    """`text` as any terminal and encoding can show it: other characters than those of text are spelt, as `\\x1b`."""
+    return UNFIT.sub(_spelt, text)
+
+
+def one_line(text: str) -> str:
+    """`text` as a line of a message: escaped, without line ends, and not too long."""
+    line = " ".join(escaped(" ".join(text.split())).split())
+    if len(line) <= LONGEST_LINE:
+        return line
+    return line[:_HEAD] + _CUT + line[_HEAD + len(_CUT) - LONGEST_LINE :]
+
+
+def _spelt(found: re.Match[str]) -> str:
+    of_byte = "\udc80" <= found[0] <= "\udcff"  # as Python reads a file name's byte that is no UTF-8
+    return f"\\x{ord(found[0]) - 0xDC00:02x}" if of_byte else found[0].encode("unicode_escape").decode("ascii")
 
 
 class PlannerError(Exception):
     """Root of all errors raised on purpose. `str(error)` is one line fit for a user."""
+
+    def __str__(self) -> str:
+        return one_line(super().__str__())
 
 
 class SceneError(PlannerError, ValueError):

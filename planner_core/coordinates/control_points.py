@@ -61,7 +61,7 @@ def read_control_points(path: Path, site_unit: LengthUnit = METRE) -> ControlPoi
     if len(lines) < 2:
         raise CoordinatesError(f"{path}: holds no points, expected a header {','.join(COLUMNS)} and one line per point")
     separator = max(",;\t", key=lines[0][1].count)
-    cells = [[cell.strip() for cell in row] for row in csv.reader((line for _, line in lines), delimiter=separator)]
+    cells = [_cells(f"{path}, line {number}", line, separator) for number, line in lines]
     columns = _columns(path, cells[0])
     units = {
         meaning: column_unit(cells[0][index])[1] or (site_unit if meaning in _OF_SITE else METRE)
@@ -81,6 +81,16 @@ def read_control_points(path: Path, site_unit: LengthUnit = METRE) -> ControlPoi
     site_m = np.array([[row.metres("E"), row.metres("N"), row.height("H")] for row in rows], dtype=np.float64)
     weights = np.array([row.weight() for row in rows], dtype=np.float64)
     return ControlPoints(tuple(names), scene_m, site_m, weights)
+
+
+def _cells(where: str, line: str, separator: str) -> list[str]:
+    try:
+        [row] = csv.reader([line], delimiter=separator, strict=True)
+    except csv.Error as error:
+        raise CoordinatesError(
+            f"{where}: {error}, expected CSV; mind the quotes, and keep a point on one line"
+        ) from error
+    return [cell.strip() for cell in row]
 
 
 def _columns(path: Path, header: list[str]) -> dict[str, int]:

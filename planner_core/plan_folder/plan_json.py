@@ -18,9 +18,9 @@ import numpy as np
 
 from planner_core.coordinates.frame import site_frame
 from planner_core.coordinates.georeference import GeoreferenceSection
-from planner_core.documents import read_as
+from planner_core.documents import is_deeper, read_as
 from planner_core.engine.patch_mode import scan_mode_of
-from planner_core.errors import PlanFolderError
+from planner_core.errors import PlanFolderError, escaped
 from planner_core.model import (
     Doors,
     Element,
@@ -63,6 +63,9 @@ from planner_core.scene.load import LoadOptions
 
 DROPPABLE_KEYS = ("device", "source", "timings_s", "versions")
 """What may differ between two runs of the same plan."""
+
+_MOST_DEEP = 64
+"""Lists and mappings inside each other; plans have a dozen."""
 
 #: Open3D is `open3d-cpu` on x86-64 Linux.
 _PACKAGES = ("tlsplan", "ifcopenshell", "numba", "numpy", "open3d", "open3d-cpu", "pyopencl", "scipy", "usd-core")
@@ -137,8 +140,15 @@ def read_plan(path: Path) -> PlanDocument:
         raise PlanFolderError(f"{file}: can't be read ({error}), expected a plan.json; check the path") from error
     try:
         document = json.loads(text)
+        is_too_deep = is_deeper(document, _MOST_DEEP)
     except ValueError as error:
         raise PlanFolderError(f"{file}: is not JSON ({error}), expected a plan.json; plan again") from error
+    except RecursionError:
+        is_too_deep = True
+    if is_too_deep:
+        raise PlanFolderError(
+            f"{file}: has more than {_MOST_DEEP} lists and mappings inside each other, expected a plan.json; plan again"
+        )
     found = document.get("schema") if isinstance(document, dict) else None
     if found != SCHEMA:
         raise PlanFolderError(
@@ -169,7 +179,7 @@ def _source(scene: Scene, folder: Path | None) -> dict[str, Any] | None:
         ways = [os.path.relpath(path.parent.resolve() / path.name, folder.resolve()) for path in files]
     except ValueError:
         return None
-    first, *others = (Path(way).as_posix() for way in ways)
+    first, *others = (escaped(Path(way).as_posix()) for way in ways)
     return {"path": first, "other_paths": others}
 
 

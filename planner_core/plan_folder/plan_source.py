@@ -12,7 +12,7 @@ import numpy as np
 
 from planner_core.coordinates.frame import site_frame
 from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import ExportError, PlanFolderError
+from planner_core.errors import ExportError, PlanFolderError, one_line
 from planner_core.model import FloatArray, Scene, SiteFrame, Survey
 from planner_core.model.scene import scene_title
 from planner_core.plan_folder.plan_json import read_plan
@@ -167,12 +167,12 @@ def open_plan(folder: Path, *, scene: ScenePaths = None, frame: FrameRequest | N
     stations = _stations(plan.stations, floors, of_site)
     # Without its folder; plans of Windows may name that, with backslashes.
     name = plan.scene.file.replace("\\", "/").rpartition("/")[2] or plan_folder.name
-    title = scene_title(name, len(plan.scene.other_files))
+    title = scene_title(one_line(name), len(plan.scene.other_files))
     return PlanSource(plan_folder, document, of_site, stations, floors, _links(plan.registration), title, scene)
 
 
 def _floor(row: FloorSection) -> FieldFloor:
-    return FieldFloor(row.id, row.name, row.elevation_m, np.array(row.bounds, dtype=np.float64))
+    return FieldFloor(row.id, one_line(row.name), row.elevation_m, np.array(row.bounds, dtype=np.float64))
 
 
 def _links(registration: RegistrationSection) -> tuple[FieldLink, ...]:

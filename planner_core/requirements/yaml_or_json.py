@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planner_core.documents import shown
+from planner_core.documents import is_deeper, shown
 from planner_core.errors import RequirementError
 
 if TYPE_CHECKING:
@@ -76,16 +76,8 @@ def _text_of(path: Path) -> str:
 
 
 def _check_depth(found: object, path: Path) -> None:
-    level = [found]
-    for _ in range(_MOST_DEEP):
-        level = [inner for each in level for inner in _inside(each)]
-        if not level:
-            return
-    raise _refused(path, f"more than {_MOST_DEEP} lists and mappings inside each other", "a plain file")
-
-
-def _inside(value: object) -> list[Any]:
-    return list(value.values()) if isinstance(value, dict) else value if isinstance(value, list) else []
+    if is_deeper(found, _MOST_DEEP):
+        raise _refused(path, f"more than {_MOST_DEEP} lists and mappings inside each other", "a plain file")
 
 
 def _json(text: str) -> Any:

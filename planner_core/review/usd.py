@@ -9,8 +9,6 @@ from __future__ import annotations
 import re
 from typing import Any
 
-import numpy as np
-
 from planner_core.errors import PlanFolderError
 from planner_core.plan_folder.sdf_authoring import Layer, Tf, new_layer
 
@@ -31,17 +29,14 @@ STALE = f"{PREFIX}stale"
 # What the parser says: its place in the text, then the words, then a prim, as far as there is one.
 _AT = re.compile(r":(\d+):\d+: (.*?)(?: in <[^>]*>)?$", re.DOTALL)
 
-_DEEPEST = 200
-_TEXTS = re.compile(
-    r'"""(?:[^\\]|\\.)*?"""|'
-    r"'''(?:[^\\]|\\.)*?'''|"
-    r'"(?:[^"\\\n]|\\.)*"|'
-    r"'(?:[^'\\\n]|\\.)*'|"
-    r"#[^\n]*",
-    re.DOTALL,
+_MOST_DEEP = 200
+#: Brackets that open and close; and all in which they count for nothing: texts, assets, comments.
+_BRACKETS = re.compile(
+    r"""([\[({])|([\])}])
+    |\"\"\"(?:\\.|[^\\])*?(?:\"\"\"|\Z)|'''(?:\\.|[^\\])*?(?:'''|\Z)|"(?:\\.|[^"\\\n])*"?|'(?:\\.|[^'\\\n])*'?
+    |@@@.*?(?:@@@|\Z)|@[^@\n]*@?|\#[^\n]*|//[^\n]*|/\*.*?(?:\*/|\Z)""",
+    re.DOTALL | re.VERBOSE,
 )
-"""Texts, of several lines or one, and remarks."""
-_OPENING, _CLOSING = (np.frombuffer(brackets, dtype=np.uint8) for brackets in (b"{[(", b"}])"))
 
 TRANSFORM, ORDER = "xformOp:transform", "xformOpOrder"
 HEIGHT, FLOOR = "tlsplan:instrumentHeight", "tlsplan:floorId"
@@ -56,8 +51,8 @@ def layer_of(text: str, told: str) -> Layer:
     PlanFolderError
         It is no USD; `told` names the file.
     """
-    if _depth(text) > _DEEPEST:  # the parser's stack runs out at some ten thousand, and ends the process
-        raise _no_layer(told, f"it is nested more than {_DEEPEST} deep")
+    if _depth(text) > _MOST_DEEP:
+        raise _no_layer(told, f"it has more than {_MOST_DEEP} brackets inside each other")
     layer = new_layer()
     try:
         read = layer.ImportFromString(text)
@@ -69,10 +64,15 @@ def layer_of(text: str, told: str) -> Layer:
 
 
 def _depth(text: str) -> int:
-    """How deep brackets of any kind are inside each other; those in texts and remarks do not count."""
-    bare = np.frombuffer(_TEXTS.sub("", text).encode("utf-8", "replace"), dtype=np.uint8)
-    steps = np.isin(bare, _OPENING).astype(np.int64) - np.isin(bare, _CLOSING)
-    return int(np.cumsum(steps).max(initial=0))
+    """How many brackets are open at once: the parser's stack overflows, and with it goes the process."""
+    depth = deepest = 0
+    for found in _BRACKETS.finditer(text):
+        if found[1]:
+            depth += 1
+            deepest = max(deepest, depth)
+        elif found[2]:
+            depth -= 1
+    return deepest
 
 
 def _problem(text: str, error: Tf.ErrorException) -> str:

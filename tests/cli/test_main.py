@@ -117,7 +117,7 @@ def test_unknown_scanner_ends_with_the_names_there_are(tmp_path: Path) -> None:
 
 
 def test_internal_errors_are_one_line_that_asks_for_a_report() -> None:
-    line = exit_codes.one_line(ZeroDivisionError("division\nby zero"))
+    line = exit_codes.line_of(ZeroDivisionError("division\nby zero"))
     assert "\n" not in line
     assert "report" in line
     assert exit_codes.exit_code_of(ZeroDivisionError()) == 1

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from tlsplan.exit_codes import exit_code_of, one_line
+from tlsplan.exit_codes import exit_code_of, line_of
 from tlsplan.group import cli
 from tlsplan.output import materials
 
@@ -29,7 +29,7 @@ import scenes_synthetic
     ],
 )
 def test_errors_of_the_system_are_told_in_words_of_the_users_path(number: int, part: str) -> None:
-    line = one_line(OSError(number, os.strerror(number), "/data/out/.plan.partial-1f/.usd-2"))
+    line = line_of(OSError(number, os.strerror(number), "/data/out/.plan.partial-1f/.usd-2"))
     assert line.startswith("tlsplan: /data/out: ")
     assert part in line
     assert "Errno" not in line
@@ -37,7 +37,7 @@ def test_errors_of_the_system_are_told_in_words_of_the_users_path(number: int, p
 
 
 def test_an_error_of_the_system_without_a_path_still_says_what_to_do() -> None:
-    line = one_line(OSError(errno.ENOSPC, "x"))
+    line = line_of(OSError(errno.ENOSPC, "x"))
     assert line == "tlsplan: a file can't be read or written: the disk is full; free some or give another path"
 
 

@@ -101,3 +101,16 @@ def test_another_encoding_is_told_with_its_line_and_the_way_out(
 def test_a_folder_is_no_file_of_control_points(tmp_path: Path) -> None:
     with pytest.raises(CoordinatesError, match=r"can't be read \(Is a directory\)"):
         read_control_points(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "row", ['P2,"4,5,6,400,500,60', '"P2,4,5,6,400,500,60', 'P2,4,5,6,400,500,"60\n61"', "P2" * 100_000]
+)
+def test_an_open_quote_is_told_with_its_line(tmp_path: Path, row: str) -> None:
+    text = PLAIN.splitlines()
+    with pytest.raises(CoordinatesError, match=r"points\.csv, line 3: .*expected CSV; mind the quotes"):
+        read_control_points(file_of(tmp_path, f"{text[0]}\n{text[1]}\n{row}\n"))
+
+
+def test_a_quoted_name_may_have_a_comma(tmp_path: Path) -> None:
+    assert read_control_points(file_of(tmp_path, PLAIN.replace("P1", '"P1, gate"'))).names[0] == "P1, gate"

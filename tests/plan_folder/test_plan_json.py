@@ -137,3 +137,15 @@ def test_reading_what_is_no_plan_is_refused_with_the_file_named(tmp_path: Path, 
 def test_reading_a_missing_plan_is_refused(tmp_path: Path) -> None:
     with pytest.raises(PlanFolderError, match="no such file"):
         read_plan_json(tmp_path)
+
+
+@pytest.mark.parametrize("levels", [100, 900, 100_000])
+@pytest.mark.parametrize("key", ["schema", "stations", "of another version"])
+def test_lists_deep_inside_each_other_are_refused_before_they_overflow(
+    plan: Plan, tmp_path: Path, levels: int, key: str
+) -> None:
+    deep = "[" * levels + "]" * levels
+    text = json.dumps(plan_document(plan) | {key: "here"}).replace('"here"', deep)
+    (tmp_path / "plan.json").write_text(text)
+    with pytest.raises(PlanFolderError, match="more than 64 lists and mappings inside each other"):
+        read_plan_json(tmp_path)

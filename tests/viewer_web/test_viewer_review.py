@@ -295,7 +295,7 @@ def test_pages_are_told_of_changes_that_another_process_made(
 def streamed(hub: EventHub, act: Callable[[], None], *, limit: int = 100) -> list[bytes]:
     async def listen() -> list[bytes]:
         parts = []
-        async for part in hub.stream():
+        async for part in hub.stream("a"):
             if not parts:
                 act()
             parts.append(part)
@@ -310,7 +310,7 @@ def test_a_stream_ends_when_the_server_stops_and_none_begins_after() -> None:
     hub = EventHub()
     assert streamed(hub, hub.close) == [b"retry: 1000\n\n"]
     assert hub.n_streams == 0
-    assert not hub.has_room()
+    assert not hub.has_room("a")
 
 
 def test_an_idle_stream_beats_and_looks_around(monkeypatch: pytest.MonkeyPatch) -> None:

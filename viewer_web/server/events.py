@@ -10,8 +10,10 @@ import threading
 from collections.abc import AsyncIterator, Callable, Mapping
 from typing import Any
 
-MOST_STREAMS = 32
+MOST_STREAMS = 128
 """Of all pages together: each holds a connection open."""
+MOST_OF_ONE_CLIENT = 32
+"""One machine, or all that come through one tunnel."""
 MOST_WAITING = 256
 LOOK_S = 1.0
 """How often a stream looks whether another process changed the review."""
@@ -24,7 +26,8 @@ _END = None
 class _Stream:
     """What one page has not read yet. It lives in its event loop."""
 
-    def __init__(self) -> None:
+    def __init__(self, client: str) -> None:
+        self.client = client
         self.loop = asyncio.get_running_loop()
         self.queue: asyncio.Queue[bytes | None] = asyncio.Queue(MOST_WAITING)
         self.is_behind = False
@@ -61,13 +64,15 @@ class EventHub:
         self._is_closed = True
         self._hand_out(_END)
 
-    def has_room(self) -> bool:
-        """Whether one more page may listen."""
-        return not self._is_closed and len(self._streams) < MOST_STREAMS
+    def has_room(self, client: str) -> bool:
+        """Whether one more page of a client may listen."""
+        with self._lock:
+            of_client = sum(stream.client == client for stream in self._streams)
+            return not self._is_closed and len(self._streams) < MOST_STREAMS and of_client < MOST_OF_ONE_CLIENT
 
-    async def stream(self) -> AsyncIterator[bytes]:
+    async def stream(self, client: str) -> AsyncIterator[bytes]:
         """Yield events as they come, until the page goes, the server stops, or the page falls too far behind."""
-        stream = _Stream()
+        stream = _Stream(client)
         with self._lock:
             self._streams.add(stream)
         try:

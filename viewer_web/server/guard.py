@@ -19,6 +19,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from viewer_web.server.connections import note_admitted
 from viewer_web.server.token import cookie_of, handed_in, is_token, is_told
 
 LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
@@ -114,7 +115,9 @@ class RequestGuard:
             # Where the page is: what follows # in the address is kept by the browser.
             cookie = {"set-cookie": cookie_of(headers, self._token), "cache-control": "no-store"}
             return RedirectResponse("/", status_code=303, headers=cookie)
-        if _needs_token(scope) and not is_told(headers, self._token):
+        if is_told(headers, self._token):
+            note_admitted(scope)
+        elif _needs_token(scope):
             return _refuse(scope, 401, _NO_TOKEN)
         return None
 

@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field
 
 from planner_core.review.commit import Conflict
 from viewer_web.server.answers import PREFIX, UNCHANGED, json_answer, refusals, refuse
+from viewer_web.server.connections import client_of, note_stream
 from viewer_web.server.review_documents import (
     Changes,
     CommittedDocument,
@@ -113,16 +114,18 @@ def review_router(session: Session) -> APIRouter:
         },
         summary="Events",
     )
-    async def get_events() -> Response:
+    async def get_events(request: Request) -> Response:
         """Server-sent events, while the connection is open.
 
         `review` {revision, author, objects}: somebody changed the review. `live` {state, step, fraction, message}: how
         far the live side is. `run` {a document of /api/runs/...}: what became of a run. `run_deleted` {id}: somebody
         deleted a run.
         """
-        if not session.events.has_room():
+        client = client_of(request.client.host) if request.client else ""
+        if not session.events.has_room(client):
             return refuse(503, "too many pages are open already; close some of them and reload")
+        note_stream(request.scope)
         headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
-        return StreamingResponse(session.events.stream(), media_type="text/event-stream", headers=headers)
+        return StreamingResponse(session.events.stream(client), media_type="text/event-stream", headers=headers)
 
     return router

@@ -13,6 +13,7 @@ from planner_core.errors import RequirementError
 from planner_core.plan_folder.plan_settings import ScenePaths
 from planner_core.progress import Progress
 from viewer_web.server.app import BUILT_APP, create_app
+from viewer_web.server.connections import ACCEPTED_AT_ONCE, MOST_WAITING, Connection, close_overdue
 from viewer_web.server.session import Session
 from viewer_web.server.token import QUERY, new_token
 
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
 
 WILDCARD_HOSTS = frozenset({"", "0.0.0.0", "::"})
 LARGEST_REQUEST_HEAD_BYTES = 16 * 1024
-MOST_CONNECTIONS = 64
+HEARD_WITHIN_S = 60
+_LOOK_EVERY_TICKS = 5  # of uvicorn's, a tenth of a second each
 
 
 def serve(
@@ -112,8 +114,8 @@ def serve(
             lifespan="off",
             ws="none",
             h11_max_incomplete_event_size=LARGEST_REQUEST_HEAD_BYTES,
-            http="h11",
-            limit_concurrency=MOST_CONNECTIONS,
+            http=Connection,
+            backlog=ACCEPTED_AT_ONCE,
             timeout_graceful_shutdown=2,
         )
         _AnnouncingServer(config, ready, stopping).run(sockets=[listener])
@@ -183,13 +185,17 @@ def own_names() -> tuple[str, ...]:
 def _listen(host: str, port: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
-        return socket.create_server((host, port), family=family)
+        listener = socket.create_server((host, port), family=family)
     except (OSError, OverflowError) as error:
         words: str = getattr(error, "strerror", None) or str(error)
         reason = words.partition(" (while ")[0]  # Python adds the address, which is told already
         raise RequirementError(
             f"can't listen on {host} port {port}: {reason}. Choose another port, or 0 for any free one."
         ) from error
+    if (option := getattr(socket, "TCP_USER_TIMEOUT", None)) is not None:
+        # Of pages that went without a word, as tablets do out of reach: systems else wait a quarter of an hour.
+        listener.setsockopt(socket.IPPROTO_TCP, option, HEARD_WITHIN_S * 1000)
+    return listener
 
 
 class _AnnouncingServer(uvicorn.Server):
@@ -202,8 +208,15 @@ class _AnnouncingServer(uvicorn.Server):
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets=sockets)
+        for listener in sockets or []:
+            listener.listen(MOST_WAITING)  # asyncio has one number for this and for how many it accepts at once
         if self.started:
             self._announce()
+
+    async def on_tick(self, counter: int) -> bool:
+        if counter % _LOOK_EVERY_TICKS == 0:
+            close_overdue(self.server_state.connections)
+        return await super().on_tick(counter)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         self._stopping()

@@ -90,9 +90,13 @@ class Ink(Protocol):
         """Draw nothing outside `box` meanwhile."""
 
 
+#: More than any page has room for; measuring them would take minutes.
+_MOST_LETTERS = 4000
+
+
 def clean(words: str) -> str:
-    """Make words of files fit for one line: no controls and halves of characters, blanks for breaks."""
-    return "".join(_fit(letter) for letter in words)
+    """Make words of files fit for one line: no controls and halves of characters, blanks for breaks, no whole books."""
+    return "".join(_fit(letter) for letter in words[:_MOST_LETTERS])
 
 
 def _fit(letter: str) -> str:

@@ -1,0 +1,150 @@
+"""Names, locales, homes and pipes that are not as expected, and texts that command terminals: one clear line each."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from tlsplan import environment
+from tlsplan.output import as_json, say, table
+from tlsplan.progress import ProgressReporter
+
+import scenes_synthetic
+from planner_core.errors import LONGEST_LINE, PlannerError, SceneError, SceneNotFoundError, escaped, one_line
+from planner_core.progress import ProgressEvent
+
+CLEAR_SCREEN = "\x1b[2J\x9b31m\x07\u202e"
+NO_UTF8 = os.fsdecode(b"b\xff\xe9.obj")
+
+
+def run(*arguments: str | Path, cwd: Path | None = None, **variables: str) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run(
+        [sys.executable, "-m", "tlsplan", *map(str, arguments)],
+        capture_output=True, timeout=240, cwd=cwd, env={**os.environ, **variables},
+    )  # fmt: skip
+
+
+@pytest.fixture
+def box(tmp_path: Path) -> Path:
+    return scenes_synthetic.write(scenes_synthetic.build("box"), tmp_path / "box.obj")
+
+
+# ------------------------------------------------------------------------------------------------------------ words
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("plain, größe 5 m², 日本", "plain, größe 5 m², 日本"),
+        (CLEAR_SCREEN, r"\x1b[2J\x9b31m\x07\u202e"),
+        (NO_UTF8, r"b\xff\xe9.obj"),
+        ("half \ud800", r"half \ud800"),
+        ("a\r\n\tb\x00", r"a b\x00"),
+    ],
+)
+def test_messages_quote_what_is_no_text_as_codes(text: str, shown: str) -> None:
+    assert one_line(text) == shown
+    for error in (PlannerError, SceneError, SceneNotFoundError):
+        assert str(error(text)) == shown
+    shown.encode()
+
+
+def test_long_messages_lose_their_middle_and_keep_the_remedy() -> None:
+    line = str(SceneError("file.ifc: got " + "x" * 100_000 + ", expected less; shorten it"))
+    assert len(line) == LONGEST_LINE
+    assert line.startswith("file.ifc: got xxx")
+    assert line.endswith("xxx, expected less; shorten it")
+
+
+def test_everything_that_is_printed_is_fit_for_a_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    say(CLEAR_SCREEN)
+    table(("id", "name"), [("F0", f"two\nlines{CLEAR_SCREEN}{NO_UTF8}")])
+    as_json({"name": CLEAR_SCREEN + NO_UTF8})
+    with ProgressReporter(quiet=False, stream=sys.stderr) as reporter:
+        reporter.warn([CLEAR_SCREEN])
+        reporter.show(ProgressEvent("load", 1, 1, CLEAR_SCREEN + NO_UTF8))
+    printed = "".join(capsys.readouterr())
+    assert printed.count(r"[2J") == 5
+    assert escaped(printed) == printed
+    assert printed.count("\n") == 8  # one, two of the table, three of the document, two of progress
+
+
+def test_json_with_codes_is_read_as_it_was(capsys: pytest.CaptureFixture[str]) -> None:
+    import json
+
+    as_json({"name": CLEAR_SCREEN + NO_UTF8})
+    assert json.loads(capsys.readouterr().out) == {"name": CLEAR_SCREEN + NO_UTF8}
+
+
+def test_notes_of_bars_are_no_markup(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    with ProgressReporter(quiet=False, stream=sys.stderr) as reporter:
+        reporter.show(ProgressEvent("load", 0, 1, "Level [/1]"))
+    assert "Level [/1]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [["floors", f"no{CLEAR_SCREEN}.obj"], [f"flo{CLEAR_SCREEN}"]])
+def test_terminal_codes_in_arguments_are_told_as_codes(arguments: list[str]) -> None:
+    done = run(*arguments)
+    assert rb"\x1b[2J" in done.stderr
+    assert b"\x1b" not in done.stderr
+    assert done.returncode in (2, 3)
+
+
+# ------------------------------------------------------------------------------------------------- names and locales
+def test_a_name_that_is_no_utf8_is_refused_before_any_work(box: Path, tmp_path: Path) -> None:
+    odd = box.rename(tmp_path / NO_UTF8)
+    for arguments in (("plan", odd, "-o", tmp_path / "p"), ("plan", box, "-o", tmp_path / NO_UTF8), ("view", odd)):
+        done = run(*arguments)
+        assert done.returncode == 3
+        assert done.stderr.count(b"\n") == 1
+        assert rb"b\xff\xe9.obj, expected one in UTF-8" in done.stderr
+
+
+def test_a_locale_of_another_encoding_knows_names_all_the_same(box: Path, tmp_path: Path) -> None:
+    named = box.rename(tmp_path / "Größe 日本.obj")
+    done = run("floors", named, LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0")
+    assert done.returncode == 0
+    assert "reading Größe 日本.obj" in done.stderr.decode()
+
+
+# ------------------------------------------------------------------------------------------------------ homes, pipes
+@pytest.mark.parametrize("home", ["/x" * 3000, "/etc/passwd/x", "/nonexistent/x"], ids=["long", "file", "none"])
+def test_commands_run_whatever_the_home(home: str) -> None:
+    done = run("scanners", HOME=home, XDG_CACHE_HOME="")
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_a_home_that_may_not_be_entered_sends_caches_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    locked = tmp_path / "home"
+    stat = Path.stat
+
+    def refuses(path: Path, **told: bool) -> os.stat_result:
+        if locked in path.parents:
+            raise PermissionError(13, "Permission denied", str(path))
+        return stat(path, **told)
+
+    monkeypatch.setattr(Path, "stat", refuses)  # root may enter every folder
+    assert environment._nearest(locked / ".cache" / "x") == locked / ".cache" / "x"  # which can't be written
+    monkeypatch.undo()
+    assert environment._nearest(locked / ".cache") == tmp_path
+
+
+@pytest.mark.parametrize("command", ["scanners", "scanners --json", "floors BOX", "floors BOX --json", "--help"])
+def test_a_reader_that_goes_away_is_no_error(command: str, box: Path) -> None:
+    tlsplan = f"{sys.executable} -m tlsplan {command.replace('BOX', str(box))}"
+    # The reader is gone before the first line: what `head -1` is for a second one.
+    done = subprocess.run(
+        ["/bin/bash", "-c", f"{{ sleep 1; {tlsplan} 2>/dev/null; echo $? >&2; }} | true"],
+        capture_output=True, timeout=240,
+    )  # fmt: skip
+    assert done.stderr == b"0\n"
+
+
+def test_work_goes_on_where_the_reader_of_progress_goes_away(box: Path, tmp_path: Path) -> None:
+    tlsplan = f"{sys.executable} -m tlsplan floors {box} > {tmp_path / 'floors'}"
+    done = subprocess.run(
+        ["/bin/bash", "-c", f"{{ sleep 1; {tlsplan}; echo $? > {tmp_path / 'code'}; }} 2>&1 | true"], timeout=240
+    )
+    assert done.returncode == 0
+    assert (tmp_path / "code").read_text() == "0\n"
+    assert "Level" in (tmp_path / "floors").read_text()
