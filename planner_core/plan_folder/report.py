@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from html import escape
+from math import isnan
 from pathlib import Path
 
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import MissingPackageError
 from planner_core.model import Link, Plan
+from planner_core.network.network_report import weakest_link
 from planner_core.network.weak_motion import motion_words, overlap_percent
 from planner_core.plan_folder.curve_drawing import write_coverage_curve
 from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map, write_overview
@@ -153,11 +155,15 @@ def _registration(plan: Plan) -> str:
         sizes = ", ".join(str(len(network.stations)) for network in of.networks)
         state = f"<b>{len(of.networks)} unconnected groups</b> of {sizes}"
     needed = [each.bottleneck for each in (() if of is None else of.networks) if each.bottleneck is not None]
-    weakest = min(needed, key=lambda link: link.overlap, default=None)
+    weakest = weakest_link(needed)
     hangs = "" if weakest is None else f"; weakest link {escape(weakest.a)} to {escape(weakest.b)}, "
     if weakest is not None:
-        hangs += f"{overlap_percent(weakest.overlap)} % overlap{_held_least(weakest)}"
+        hangs += f"{overlap_percent(weakest.overlap)} % overlap{_strength(weakest)}{_held_least(weakest)}"
     return f"{counted} links with at least {100 * asked.overlap:g} % overlap; {state}{hangs}"
+
+
+def _strength(link: Link) -> str:
+    return "" if isnan(link.strength) else f", strength {link.strength:.3f}"
 
 
 def _held_least(link: Link) -> str:

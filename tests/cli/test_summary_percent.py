@@ -6,15 +6,27 @@ import pytest
 from tlsplan import summary
 
 
-def network(*overlaps: float | None) -> dict[str, Any]:
-    """A plan's registration: a network a figure, whose weakest link overlaps so much; None for a single station."""
+def network(*overlaps: float | None, strength: float | None = None) -> dict[str, Any]:
+    """A plan's registration: a network a figure, whose weakest link overlaps so much; None for a single station.
+
+    strength : of the first network's, each further one's a tenth of the one before; None: not known.
+    """
     return {
         "registration": {
             "threshold": 0.295,
             "min_strength": 0.0,
             "links": [],
             "networks": [
-                {"bottleneck": None if overlap is None else {"a": f"A{k}", "b": f"B{k}", "overlap": overlap}}
+                {
+                    "bottleneck": None
+                    if overlap is None
+                    else {
+                        "a": f"A{k}",
+                        "b": f"B{k}",
+                        "overlap": overlap,
+                        "strength": strength and strength / 10**k,
+                    }
+                }
                 for k, overlap in enumerate(overlaps)
             ],
         }
@@ -30,6 +42,11 @@ def test_overlap_of_the_weakest_link_is_rounded_down_beside_the_threshold_as_ask
 
 def test_weakest_link_is_that_of_all_networks() -> None:
     assert summary._registration(network(0.42, 0.31, None)).endswith("3 unconnected groups; weakest: A1 to B1, 31.0 %")
+
+
+def test_weakest_link_is_the_one_of_least_strength_where_that_is_known() -> None:
+    said = summary._registration(network(0.31, 0.42, strength=0.2))
+    assert said.endswith("2 unconnected groups; weakest: A1 to B1, 42.0 %, strength 0.020")
 
 
 def document(reached: float) -> dict[str, Any]:
