@@ -23,7 +23,7 @@ _SHOWN_M2 = 0.5
 
 def show(document: dict[str, Any]) -> None:
     """Print the figures of a plan.json document, each with what it is a figure of."""
-    from planner_core.export.sheets.words import reached_percent
+    from planner_core.coverage.percent import reached_percent
 
     coverage, asks = document["coverage"], document["requirements"]
     scanner = document["scanner"]
