@@ -124,6 +124,11 @@ export class PlanView {
     this.viewport.orbit(turnRad, tiltRad, closer);
   }
 
+  /** Copy what is drawn now into another canvas. */
+  copyPicture(into: HTMLCanvasElement): void {
+    this.viewport.copyPicture(into);
+  }
+
   /** Which way the camera looks, counterclockwise from +x. */
   heading(): number {
     return this.viewport.heading();

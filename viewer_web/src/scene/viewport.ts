@@ -99,6 +99,13 @@ export class Viewport {
     this.onMovedByHand(this.pose());
   }
 
+  /** Copy the picture into another canvas; drawn anew, for the browser keeps it only until it is on the screen. */
+  copyPicture(into: HTMLCanvasElement): void {
+    this.draw(performance.now());
+    [into.width, into.height] = [this.canvas.width, this.canvas.height];
+    into.getContext('2d')?.drawImage(this.canvas, 0, 0);
+  }
+
   /** Which way the camera looks, counterclockwise from +x. */
   heading(): number {
     const ahead = this.controls.target.clone().sub(this.camera.position);
