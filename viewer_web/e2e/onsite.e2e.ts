@@ -1,4 +1,6 @@
 /** On site and by keys: what stays where it is, what others change meanwhile, small pictures, paper, names for assistive tools. */
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
 import type { Browser, Locator } from 'playwright-core';
 import { afterAll, afterEach, beforeAll, expect, inject, test } from 'vitest';
 import type { Change, Review } from '../src/api/documents.ts';
@@ -232,7 +234,7 @@ test('what is not planned and what is not met stand beside the headline, and sho
   await expect.poll(() => viewer.hash()).toContain('tab=unseen');
 });
 
-test('a coverage reads the same in the headline, the curve, the floors and the bar of the edited plan', async () => {
+test('a coverage reads the same in headline, curve, floors, the bar of the edited plan, and the report', async () => {
   await openEdit();
   const bar = await viewer.page.getByTestId('totals').textContent();
   await viewer.page.getByRole('tab', { name: 'Runs' }).click();
@@ -241,6 +243,9 @@ test('a coverage reads the same in the headline, the curve, the floors and the b
   const headline = (await viewer.page.getByTestId('coverage').textContent())!;
   expect(bar).toContain(`Coverage${headline}`);
   expect(curve).toContain(`${plan.stations.length} stations, ${headline}`);
+  // The report rounds as the viewer does: "95.3 % of 431 m² scannable".
+  const report = readFileSync(join(planFolder, 'report', 'index.html'), 'utf8');
+  expect(report).toContain(`${headline} of ${plan.coverage.achievable_area_m2.toFixed(0)} m² scannable`);
   const rows = viewer.page.getByTestId('requirements').locator('tr');
   expect(await rows.filter({ hasText: 'Whole building' }).textContent()).toContain(headline);
   for (const { id, name } of plan.floors) {
