@@ -69,7 +69,7 @@ async function spacing(): Promise<number> {
   return Math.hypot(from[0] - to[0], from[1] - to[1]);
 }
 
-test('a finger drags a station to another place', async () => {
+test('a finger drags a station to another place', { tags: 'main' }, async () => {
   await open('edit');
   const { revision } = await review();
   const [x, y] = await centreOf(station.id);

@@ -1,5 +1,13 @@
 /** Pins, as of open comments: round dots where they are about, in front of the building. */
-import { BufferAttribute, BufferGeometry, DataTexture, Points, PointsMaterial, RGBAFormat } from 'three';
+import {
+  BufferAttribute,
+  BufferGeometry,
+  DataTexture,
+  Points,
+  PointsMaterial,
+  RGBAFormat,
+  SRGBColorSpace,
+} from 'three';
 
 type Colour = readonly [number, number, number];
 const AMBER: Colour = [208, 138, 0];
@@ -43,6 +51,8 @@ function dotTexture(colour: Colour): DataTexture {
     if (radius <= 1) texels.set([...(radius < 0.7 ? colour : [255, 255, 255]), 255], 4 * i);
   }
   const texture = new DataTexture(texels, TEXELS, TEXELS, RGBAFormat);
+  // Colours as written here; without it they come out paler.
+  texture.colorSpace = SRGBColorSpace;
   texture.needsUpdate = true;
   return texture;
 }
