@@ -21,7 +21,7 @@ _SHOWN_M2 = 0.5
 
 def show(document: dict[str, Any]) -> None:
     """Print the figures of a plan.json document, each with what it is a figure of."""
-    from planner_core.export.sheets.words import reached_percent
+    from planner_core.coverage.percent import reached_percent
 
     coverage, asks = document["coverage"], document["requirements"]
     scanner = document["scanner"]
@@ -107,10 +107,13 @@ def _registration(document: dict[str, Any]) -> str:
     n_networks = len(registration["networks"])
     state = "all stations are connected" if n_networks <= 1 else f"{n_networks} unconnected groups"
     needed = [network["bottleneck"] for network in registration["networks"] if network["bottleneck"] is not None]
-    weakest = min(needed, key=lambda link: float(link["overlap"]), default=None)
+    by = "overlap" if any(link["strength"] is None for link in needed) else "strength"
+    weakest = min(needed, key=lambda link: float(link[by]), default=None)
     hangs = ""
     if weakest is not None:
         hangs = f"; weakest: {weakest['a']} to {weakest['b']}, {overlap_percent(weakest['overlap'])} %"
+        if weakest["strength"] is not None:
+            hangs += f", strength {weakest['strength']:.3f}"
     return f"{len(counted)} {links} of at least {100 * registration['threshold']:g} % {overlap}; {state}{hangs}"
 
 

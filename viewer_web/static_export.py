@@ -31,7 +31,7 @@ _MANIFEST = "manifest.webmanifest"
 #: What of a plan the viewer shows, or links to. Scans and layers for USD programs are handed over with the plan folder.
 _SHOWN = ("plan.json", "stations.csv", "viewer", "report")
 #: What only a server that simulates needs.
-_OF_SERVER = frozenset({"viewer/achievable.u8", "viewer/counted.u8"})
+_OF_SERVER = frozenset({"viewer/achievable.u8"})
 # As the server's, but for what a page can't say of itself.
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "

@@ -194,7 +194,7 @@ def _fate(row: dict[str, Any]) -> str:
 
 
 def _coverage(document: dict[str, Any]) -> list[str]:
-    from planner_core.export.sheets.words import reached_percent
+    from planner_core.coverage.percent import reached_percent
 
     lines: list[str] = []
     for row in document["requirements"]:

@@ -102,10 +102,10 @@ def coverage_by_floor(
 def covered_and_own_area_m2(
     visibility: Visibility, area_m2: FloatArray, *, scope: BoolArray, seen_from: int = 1
 ) -> tuple[FloatArray, FloatArray]:
-    """(N,) area that each position sees, whatever it belongs to, and (N,) area in scope that needs it.
+    """(N,) area that each position sees, whatever it belongs to, and (N,) area of scope that needs it.
 
-    scope : (P,) bool, the patches that coverage is asked of. seen_from : positions that must see a patch for it to be
-    covered: where just so many do, each is needed.
+    scope : (P,) bool, the patches that coverage counts: in scope and scannable. seen_from : positions that must see a
+    patch for it to be covered: where just so many do, each is needed.
     """
     needed = scope & (times_seen(visibility) == seen_from)
     row = np.repeat(np.arange(visibility.n_positions), np.diff(visibility.starts))

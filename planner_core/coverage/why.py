@@ -54,6 +54,7 @@ def explain(
     seen_by_stations: Visibility,
     scope: BoolArray,
     achievable: BoolArray | None = None,
+    scannable: BoolArray | None = None,
     links: Sequence[Link] = (),
     sealed: tuple[SealedArea, ...] = (),
     asked: PointLimits | None = None,
@@ -72,6 +73,8 @@ def explain(
         (P,) bool, the patches that are asked for.
     achievable
         (P,) bool; None: at least `seen_from` of candidates and stations see the patch.
+    scannable
+        (P,) bool, the patches that coverage is a share of, and the curve with it; None: the achievable ones.
     links
         Of the stations, all that are known; those that the requirements count are named.
     sealed
@@ -89,7 +92,10 @@ def explain(
     n_stations, n_candidates = times_seen(seen_by_stations), times_seen(seen_by_candidates)
     if achievable is None:
         achievable = (n_candidates >= at_least) | (n_stations >= at_least)
+    if scannable is None:
+        scannable = achievable
     covered = achievable & (n_stations >= at_least)
+    needed = covered & scannable & scope
     area_m2 = survey.patches.area_m2
     progress(ProgressEvent(_STAGE, 0, 3, "unseen"))
     unseen = surfaces_of(survey, np.flatnonzero(scope & ~covered).astype(np.int32))
@@ -100,11 +106,11 @@ def explain(
     why_unseen = reason[unseen.patch].astype(np.int64)
     surfaces, piece_of_patch = _unseen_surfaces(survey, unseen, why_unseen, candidates_m, seen_by_candidates)
     progress(ProgressEvent(_STAGE, 2, 3, "stations"))
-    stations = _station_reasons(survey, station_ids, seen_by_stations, n_stations, covered & scope, at_least)
+    stations = _station_reasons(survey, station_ids, seen_by_stations, n_stations, needed, at_least)
     counted = [k for k in links if k.overlap >= wanted.overlap and not k.strength < wanted.min_strength]
     why = Why(
         stations=tuple(_linked(one, counted) for one in stations),
-        curve=steepest_curve(seen_by_stations, station_ids, area_m2, achievable & scope, at_least),
+        curve=steepest_curve(seen_by_stations, station_ids, area_m2, scannable & scope, at_least),
         unseen=surfaces,
         reason_of_patch=reason,
         area_by_reason_m2=tuple(float(area_m2[reason == number].sum()) for number in range(len(REASONS))),

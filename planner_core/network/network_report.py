@@ -4,7 +4,8 @@ Input a plan's `Link`s, station ids and floors; output `Registration`, and warni
 
 Links are edges, stations nodes. Bridges and articulation stations are found by one depth-first walk with low points: a
 link to a child is a bridge where nothing below the child reaches back above it; the parent is an articulation where
-nothing below reaches back above itself. The bottleneck is the smallest overlap of a maximum spanning tree (Kruskal).
+nothing below reaches back above itself. The bottleneck is the least strength of a spanning tree of greatest strength
+(Kruskal); of overlap, where a link's strength is not known.
 """
 
 from __future__ import annotations
@@ -163,7 +164,7 @@ def _cuts(stations: Sequence[str], neighbours: _Neighbours) -> tuple[set[frozens
 
 
 def _bottleneck(stations: Sequence[str], links: Sequence[Link]) -> Link | None:
-    """Last link of a maximum spanning tree; of equal overlaps the weaker one, then the one of later ids."""
+    """Last link of a spanning tree of greatest strength; of equal ones that of less overlap, then of later ids."""
     group = {station: station for station in stations}
 
     def head(station: str) -> str:
@@ -172,7 +173,7 @@ def _bottleneck(stations: Sequence[str], links: Sequence[Link]) -> Link | None:
         return station
 
     last = None
-    for link in sorted(links, key=_strongest_first):
+    for link in _firmest_first(links):
         a, b = head(link.a), head(link.b)
         if a != b:
             group[a], last = b, link
@@ -182,6 +183,21 @@ def _bottleneck(stations: Sequence[str], links: Sequence[Link]) -> Link | None:
 def _strongest_first(link: Link) -> tuple[float, float, list[str]]:
     """Key by overlap, then strength, then ids: an order that no two links of a plan share, NaN or not."""
     return -link.overlap, 0.0 if math.isnan(link.strength) else -link.strength, sorted((link.a, link.b))
+
+
+def _firmest_first(links: Iterable[Link]) -> list[Link]:
+    """By strength, then overlap, then ids; where one's strength is not known, by overlap."""
+    in_order = sorted(links, key=_strongest_first)
+    return in_order if any(math.isnan(link.strength) for link in in_order) else sorted(in_order, key=_loosest_last)
+
+
+def _loosest_last(link: Link) -> float:
+    return -link.strength
+
+
+def weakest_link(links: Iterable[Link]) -> Link | None:
+    """Return the link of least strength, of least overlap where a strength is not known; None of none."""
+    return next(reversed(_firmest_first(links)), None)
 
 
 # ------------------------------------------------------------------------------------------------- the report

@@ -7,11 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from html import escape
+from math import isnan
 from pathlib import Path
 
+from planner_core.coverage.percent import reached_percent
 from planner_core.engine.scan_engine import ScanEngine
 from planner_core.errors import MissingPackageError
 from planner_core.model import Link, Plan
+from planner_core.network.network_report import weakest_link
 from planner_core.network.weak_motion import motion_words, overlap_percent
 from planner_core.plan_folder.curve_drawing import write_coverage_curve
 from planner_core.plan_folder.maps import view_floor, write_floor_map, write_link_map, write_overview
@@ -125,11 +128,12 @@ def _figures(plan: Plan) -> str:
     bound = f", lower bound {plan.lower_bound} on these candidates" if plan.lower_bound > 0 else ""
     if 0 < plan.lower_bound == len(plan.stations):
         bound = ", proven to be the fewest on these candidates"
+    reached = reached_percent(coverage.fraction_of_achievable, asked.coverage)
     rows = [
         ("Stations", f"{len(plan.stations)}{bound}"),
         (
             "Coverage",
-            f"{100 * coverage.fraction_of_achievable:.1f} % of {coverage.achievable_area_m2:.0f} m² scannable from "
+            f"{reached} % of {coverage.achievable_area_m2:.0f} m² scannable from "
             f"valid tripod positions (required: {100 * asked.coverage:g} %); "
             f"{100 * coverage.fraction_of_total:.1f} % of all {coverage.total_area_m2:.0f} m² in the model",
         ),
@@ -139,9 +143,11 @@ def _figures(plan: Plan) -> str:
         ("Scanner", f"{escape(scanner.title)}, range {scanner.range_max_m:g} m, {scanner.n_beams:,} beams per scan"),
         ("Patches", f"at most {plan.survey.patches.max_area_m2:g} m² each"),
     ]
+    required = {result.name: result.required for result in plan.requirements}
     for floor, figures in zip(plan.survey.floors, plan.coverage_by_floor, strict=True):
         n_stations = sum(station.floor == floor.id for station in plan.stations)
-        share = f"{100 * figures.fraction_of_achievable:.1f} % of {figures.achievable_area_m2:.0f} m²"
+        reached = reached_percent(figures.fraction_of_achievable, required.get(floor.name, asked.coverage))
+        share = f"{reached} % of {figures.achievable_area_m2:.0f} m²"
         value = f"{n_stations} stations, {share}"
         rows.append((escape(floor.name), value))
     return table((), ((f"<b>{label}</b>", value) for label, value in rows), numbers_from=9)
@@ -155,12 +161,16 @@ def _registration(plan: Plan) -> str:
         sizes = ", ".join(str(len(network.stations)) for network in of.networks)
         state = f"<b>{len(of.networks)} unconnected groups</b> of {sizes}"
     needed = [each.bottleneck for each in (() if of is None else of.networks) if each.bottleneck is not None]
-    weakest = min(needed, key=lambda link: link.overlap, default=None)
+    weakest = weakest_link(needed)
     hangs = "" if weakest is None else f"; weakest link {escape(weakest.a)} to {escape(weakest.b)}, "
     if weakest is not None:
-        hangs += f"{overlap_percent(weakest.overlap)} % overlap{_held_least(weakest)}"
+        hangs += f"{overlap_percent(weakest.overlap)} % overlap{_strength(weakest)}{_held_least(weakest)}"
     overlap = overlap_noun(asked.overlap_measure, asked.overlap_of)
     return f"{counted} links with at least {100 * asked.overlap:g} % {overlap}; {state}{hangs}"
+
+
+def _strength(link: Link) -> str:
+    return "" if isnan(link.strength) else f", strength {link.strength:.3f}"
 
 
 def _held_least(link: Link) -> str:

@@ -12,6 +12,7 @@ from html import escape
 
 import numpy as np
 
+from planner_core.coverage.percent import reached_percent
 from planner_core.model import (
     REASONS,
     FloatArray,
@@ -73,14 +74,12 @@ def requirements_table(plan: Plan) -> str:
 
 def _result_row(result: PartResult) -> tuple[str, ...]:
     met = '<span class="met">met</span>' if result.met else '<b class="warning">not met</b>'
-    reached = 100 * result.fraction_of_achievable
-    shown = reached if result.met else np.floor(10 * reached) / 10  # 94.96 % are not 95.0 %
     return (
         escape(result.name),
         _limits_text(result.asked, result.seen_from),
         met,
         f"{100 * result.required:g} %",
-        f"{shown:.1f} %",
+        f"{reached_percent(result.fraction_of_achievable, result.required)} %",
         f"{result.achievable_area_m2:.1f}",
     )
 

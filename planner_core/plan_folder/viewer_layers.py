@@ -226,6 +226,7 @@ def _document(plan: Plan) -> dict[str, Any]:
         ],
         "reasons": [] if plan.why is None else list(REASONS),
         "out_of_scope": OUT_OF_SCOPE,
+        "counted": None if plan.survey.patches.counted is None else "counted.u8",
         "pieces": None if plan.why is None or plan.why.piece_of_patch is None else _PIECES,
         "qualities": [AskedSection.written(asked) for asked in plan.qualities],
     }

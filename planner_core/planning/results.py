@@ -126,7 +126,7 @@ def describe_plan(
     seen = n_met >= asked.seen_from
     achievable = demand.times_met[0] >= asked.seen_from
     of_stations = rows_of_quality(demand, rows)
-    covered, own = covered_and_own_area_m2(of_stations, area_m2, scope=scope, seen_from=asked.seen_from)
+    covered, own = covered_and_own_area_m2(of_stations, area_m2, scope=scope & achievable, seen_from=asked.seen_from)
     stations = tuple(
         replace(station, covered_area_m2=float(covered[i]), own_area_m2=float(own[i]))
         for i, station in enumerate(stations)
@@ -168,6 +168,7 @@ def describe_plan(
             seen_by_stations=of_stations,
             scope=scope,
             achievable=achievable | seen,  # from off the grid, stations see what no candidate could
+            scannable=achievable,
             links=links,
             sealed=sealed,
             progress=progress,

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from planner_core.coverage.coverage import times_seen
+from planner_core.coverage.percent import reached_percent
 from planner_core.model import Int32Array, Loss, OverlapOf, PartResult, Visibility
 from planner_core.requirements.demand import Demand
 from planner_core.requirements.look_around import Rows
@@ -67,7 +68,7 @@ def missed_in_words(results: tuple[PartResult, ...]) -> tuple[str, ...]:
         if not result.met:
             words = limits_in_words(result.asked, result.seen_from)
             lines.append(
-                f"{result.name!r} is covered to {100 * np.floor(result.fraction_of_achievable * 1000) / 1000:.1f} % of "
+                f"{result.name!r} is covered to {reached_percent(result.fraction_of_achievable, result.required)} % of "
                 f"the {area_in_words(result.achievable_area_m2)} scannable{' with ' + words if words else ''}, "
                 f"{100 * result.required:g} % required"
             )

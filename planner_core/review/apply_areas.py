@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from collections.abc import Iterable
 
 import numpy as np
 
 from planner_core.errors import ReviewError
-from planner_core.model.review import Review, Zone
+from planner_core.model.review import ForbiddenPlace, Review, ReviewedStation, Zone
 from planner_core.model.site import GroundPick
 from planner_core.positions.outlines import area_of_outline_m2, crossing_sides
 from planner_core.review.changes import (
@@ -22,6 +24,7 @@ from planner_core.review.changes import (
     UnpickGround,
 )
 from planner_core.review.rules import DIGITS, checked_floor, free_id, present, rounded_m, with_new, without
+from planner_core.review.stations import reviewed_stations
 
 LEAST_ZONE_AREA_M2 = 1e-4
 """Less is a slip: a square centimetre, as of outlines in requirements files."""
@@ -36,8 +39,20 @@ def forbid(review: Review, change: Forbid, context: Context) -> Applied:
         radius_m=round(change.place.radius_m, DIGITS),
         floor=checked_floor(change.place.floor, context, empty=True),
     )
+    if not change.place.id:  # one with an id was there before, and comes back
+        _check_no_lock(place, reviewed_stations(context.plan, review))
     forbidden = with_new("forbidden position", review.forbidden, place.id, place)
     return Applied(dataclasses.replace(review, forbidden=forbidden), Allow(place.id), f"forbidden:{place.id}")
+
+
+def _check_no_lock(place: ForbiddenPlace, stations: Iterable[ReviewedStation]) -> None:
+    for station in stations:
+        away_m = math.dist(station.position_m[:2], place.position_m[:2])
+        if station.locked and place.floor in ("", station.floor) and away_m < place.radius_m:
+            raise ReviewError(
+                f"forbidden position: station {station.id} is locked {away_m:.2f} m away, within its radius of "
+                f"{place.radius_m:g} m; unlock or remove the station first, or make the radius smaller"
+            )
 
 
 def allow(review: Review, change: Allow, context: Context) -> Applied:

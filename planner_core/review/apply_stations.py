@@ -27,6 +27,8 @@ from planner_core.review.stations import reviewed_station
 def move_station(review: Review, change: MoveStation, context: Context) -> Applied:
     """See `changes.MoveStation`."""
     station = _editable(review, change.station, context)
+    if station.locked:
+        raise ReviewError(f"station {change.station}: is locked, so it stays where it is; unlock it first")
     edit = review.stations.get(change.station, StationEdit())
     back = MoveStation(change.station, edit.position_m, edit.instrument_height_m, edit.floor)
     if change.position_m is None:

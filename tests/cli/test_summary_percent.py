@@ -8,8 +8,11 @@ from tlsplan import summary
 USUAL = {"overlap_measure": "smaller-share", "overlap_of": "all-seen"}
 
 
-def network(*overlaps: float | None) -> dict[str, Any]:
-    """A plan's registration: a network a figure, whose weakest link overlaps so much; None for a single station."""
+def network(*overlaps: float | None, strength: float | None = None) -> dict[str, Any]:
+    """A plan's registration: a network a figure, whose weakest link overlaps so much; None for a single station.
+
+    strength : of the first network's, each further one's a tenth of the one before; None: not known.
+    """
     return {
         "requirements": dict(USUAL),
         "registration": {
@@ -17,7 +20,16 @@ def network(*overlaps: float | None) -> dict[str, Any]:
             "min_strength": 0.0,
             "links": [],
             "networks": [
-                {"bottleneck": None if overlap is None else {"a": f"A{k}", "b": f"B{k}", "overlap": overlap}}
+                {
+                    "bottleneck": None
+                    if overlap is None
+                    else {
+                        "a": f"A{k}",
+                        "b": f"B{k}",
+                        "overlap": overlap,
+                        "strength": strength and strength / 10**k,
+                    }
+                }
                 for k, overlap in enumerate(overlaps)
             ],
         },
@@ -39,6 +51,11 @@ def test_overlap_that_is_not_the_usual_one_is_named() -> None:
 
 def test_weakest_link_is_that_of_all_networks() -> None:
     assert summary._registration(network(0.42, 0.31, None)).endswith("3 unconnected groups; weakest: A1 to B1, 31.0 %")
+
+
+def test_weakest_link_is_the_one_of_least_strength_where_that_is_known() -> None:
+    said = summary._registration(network(0.31, 0.42, strength=0.2))
+    assert said.endswith("2 unconnected groups; weakest: A1 to B1, 42.0 %, strength 0.020")
 
 
 def document(reached: float) -> dict[str, Any]:

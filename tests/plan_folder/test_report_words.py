@@ -17,8 +17,8 @@ from planner_core.plan_folder.report import report_page
             WeakMotion("turn", (-0.694658, 0.71934, 0.0)),
             "weakest direction: tilt about NW–SE (north is up on the maps: y of",
         ),
-        (WeakMotion("turn", (0.0, 0.0, 1.0)), "38.4 % overlap; weakest direction: turn (heading)</td>"),
-        (None, "38.4 % overlap</td>"),
+        (WeakMotion("turn", (0.0, 0.0, 1.0)), "38.4 % overlap, strength 0.020; weakest direction: turn (heading)</td>"),
+        (None, "38.4 % overlap, strength 0.020</td>"),
     ],
 )
 def test_report_tells_the_weakest_link_in_words_of_a_survey(plan: Plan, motion: WeakMotion | None, told: str) -> None:

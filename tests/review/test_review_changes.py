@@ -103,6 +103,21 @@ def test_a_lock_of_the_plan_can_be_opened(plan: PlanUnderReview) -> None:
     assert {s.id for s in reviewed_stations(plan, review) if s.locked} == {"S001"}
 
 
+def test_a_locked_station_is_not_moved_nor_raised_and_its_place_not_forbidden() -> None:
+    for change in (c.MoveStation("S003", HERE), c.SetHeight("S003", 1.9)):
+        with pytest.raises(ReviewError, match="station S003: is locked, so it stays where it is; unlock it first"):
+            after(change)
+        assert after(c.UnlockStation("S003"), change).stations["S003"].position_m is not None
+    beside = ForbiddenPlace("", (X + 3.4, Y + 2.0, Z), 0.5, "F0")  # S003 stands at (3, 2), 0.4 m away
+    with pytest.raises(ReviewError, match=r"S003 is locked 0\.40 m away, within its radius of 0\.5 m; unlock"):
+        after(c.Forbid(beside))
+    with pytest.raises(ReviewError, match="S003 is locked"):
+        after(c.Forbid(dataclasses.replace(beside, floor="")))
+    for allowed in (dataclasses.replace(beside, floor="F1"), dataclasses.replace(beside, radius_m=0.3)):
+        assert len(after(c.Forbid(allowed)).forbidden) == 1
+    assert len(after(c.UnlockStation("S003"), c.Forbid(beside)).forbidden) == 1
+
+
 def test_changes_that_cancel_each_other_leave_no_trace() -> None:
     assert after(c.LockStation("S001"), c.LockStation("S001", None)) == Review()
     assert after(c.MoveStation("S001", HERE), c.MoveStation("S001", None)) == Review()

@@ -145,7 +145,7 @@ test('a station dragged out of the building stops where a tripod can stand', asy
 
 test('a station is locked, removed and brought back', async () => {
   const { id } = stations[1];
-  await viewer.page.getByRole('button', { name: `Station ${id}`, exact: true }).click();
+  await viewer.page.locator(`.marker[data-station="${id}"]`).click();
   await viewer.page.getByRole('button', { name: 'Lock', exact: true }).click();
   await expect.poll(async () => (await review()).stations[id]?.locked).toBe(true);
   await viewer.page.getByRole('button', { name: 'Remove', exact: true }).click();
@@ -287,7 +287,7 @@ test('messages, bars, cards and a panorama each have a place of their own, on sm
     },
     [id, [position[0] + 0.1, position[1], position[2]]] as const,
   );
-  await page.getByRole('button', { name: `Station ${id}`, exact: true }).click();
+  await page.locator(`.marker[data-station="${id}"]`).click();
   await page.getByRole('button', { name: 'Lock', exact: true }).click();
   await page.getByRole('alertdialog').waitFor();
   await page.getByRole('tab', { name: 'Plan' }).click();

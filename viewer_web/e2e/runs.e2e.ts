@@ -66,7 +66,7 @@ test('a form that makes no sense is told so before anything starts', async () =>
 test('a run is started, watched, opened, compared and deleted', { tags: 'main' }, async () => {
   const { page } = viewer;
   await page.getByRole('tab', { name: 'Edit' }).click();
-  await page.getByRole('button', { name: `Station ${plan.stations[0].id}`, exact: true }).click();
+  await page.locator(`.marker[data-station="${plan.stations[0].id}"]`).click();
   await page.getByRole('button', { name: 'Lock', exact: true }).click();
   const undo = page.getByRole('button', { name: /^Undo: lock/ });
   await undo.waitFor();

@@ -13,6 +13,8 @@ import { App } from './panels/app.tsx';
 import { TABS } from './panels/tabs.tsx';
 import { restoreUnits } from './panels/units.ts';
 import './style.css';
+// After it: what is said of paper goes over what is said of narrow windows.
+import './panels/print.css';
 import { createStore, type Store } from './store.ts';
 import { formatUrlState, parseUrlState, SHOWN, type Shown, type UrlState } from './url-state.ts';
 

@@ -6,9 +6,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from planner_core.coverage.percent import reached_percent
 from planner_core.export.sheets.figures import area_words, length_words
 from planner_core.export.sheets.floor_view import is_planned, link_class
-from planner_core.export.sheets.words import reached_percent, required_on
+from planner_core.export.sheets.words import required_on
 from planner_core.plan_folder.drawing.links import WEAK
 from planner_core.plan_folder.plan_source import FieldFloor, PlanSource
 from planner_core.requirements.wording import overlap_noun

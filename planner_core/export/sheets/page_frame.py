@@ -10,11 +10,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from planner_core.coverage.percent import reached_percent
 from planner_core.export.sheets.figures import area_words, cut_words
 from planner_core.export.sheets.floor_view import FloorView, is_planned
 from planner_core.export.sheets.paper import Tile
 from planner_core.export.sheets.scales import scale_name
-from planner_core.export.sheets.words import reached_percent, required_on
+from planner_core.export.sheets.words import required_on
 from planner_core.model import SiteFrame
 from planner_core.plan_folder.drawing.fonts import fitted, width_mm, wrapped
 from planner_core.plan_folder.drawing.ink import INK, PAPER, QUIET, Box, Ink, Pen

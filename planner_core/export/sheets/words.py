@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from planner_core.coverage.percent import reached_percent
 from planner_core.export.chosen import scanned_before
 from planner_core.export.sheets.figures import area, area_unit, length_words, short_length_words
 from planner_core.export.sheets.floor_view import is_planned, link_class
@@ -54,14 +55,6 @@ class Table:
 def warnings_of(plan: PlanSource) -> list[str]:
     """Warnings of coordinates, then those of the plan."""
     return [*plan.frame.warnings, *(str(line) for line in plan.document.get("warnings", ()))]
-
-
-def reached_percent(share: float, required: float) -> str:
-    """Return a share in percent with one decimal; rounded down where it would read as what is required and is not."""
-    words = f"{100 * share:.1f}"
-    if share < required - 1e-9 and float(words) >= 100 * required:
-        return f"{math.floor(1000 * share) / 10:.1f}"
-    return words
 
 
 def required_on(plan: PlanSource, floor: FieldFloor) -> float:

@@ -43,7 +43,7 @@ def plan_of(
     seen = n_met >= asked.seen_from
     achievable = demand.times_met[0] >= asked.seen_from
     covered, own = covered_and_own_area_m2(
-        rows_of_quality(demand, rows), area_m2, scope=parts.overall.patches, seen_from=asked.seen_from
+        rows_of_quality(demand, rows), area_m2, scope=parts.overall.counted, seen_from=asked.seen_from
     )
     registration = registration_of(settings, links, stations)
     return Plan(

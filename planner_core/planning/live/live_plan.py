@@ -132,11 +132,9 @@ class LivePlan:
         )
         seen_from = self.settings.requirements.seen_from
         counted, seen = self._parts.overall.counted, plan.times_seen >= seen_from
-        # As in a plan's reasons: from off the grid, stations see what no candidate could.
-        in_scope = counted | (seen & self._parts.overall.patches)
         return DraftFigures(
             plan=plan,
-            curve=steepest_curve(rows_of_quality(self._demand, rows), draft.ids, self._area_m2, in_scope, seen_from),
+            curve=steepest_curve(rows_of_quality(self._demand, rows), draft.ids, self._area_m2, counted, seen_from),
             unseen=left_surfaces(self.survey, counted & ~seen),
         )
 

@@ -133,8 +133,8 @@ def figure_of(layer: str, best: _Figures) -> FloatArray:
 @dataclass(frozen=True)
 class Change:
     """One look more, and maybe one less. patch : (K,) int32, sorted, all that either sees; n_met : (Q, K) counts with
-    the new look. covered_m2 : for each of `Parts.all`. own_m2 : what is asked for and
-    would not be covered without the new look.
+    the new look. covered_m2 : for each of `Parts.all`. own_m2 : what coverage counts and
+    would lose without the new look.
     """
 
     patch: Int32Array
@@ -183,7 +183,7 @@ def changed(
         after_m2.append(was_m2 - float(area[lost].sum()) + float(area[won].sum()))
     overall = parts.overall
     met = new.met[overall.quality]
-    needed = met[overall.patches[met] & (without.times_met[overall.quality, met] == overall.seen_from - 1)]
+    needed = met[overall.counted[met] & (without.times_met[overall.quality, met] == overall.seen_from - 1)]
     return Change(patch, n_met, tuple(after_m2), float(area_m2[needed].sum()), new, without)
 
 

@@ -138,7 +138,10 @@ def test_station_taken_away_leaves_what_it_alone_saw(house: LivePlan) -> None:
     for station in whole.stations[:3]:
         rest = live.figures(live.draft.without(station.id))
         lost_m2 = whole.coverage.covered_area_m2 - rest.plan.coverage.covered_area_m2
-        assert 0 < lost_m2 <= station.own_area_m2 + 1e-9  # some of it no candidate sees
+        # One definition: what is its own is what coverage loses, and nothing that no candidate sees.
+        assert lost_m2 == pytest.approx(station.own_area_m2, abs=1e-9)
+        losses = dict(zip((each.id for each in whole.stations), whole.losses, strict=True))[station.id]
+        assert losses[-1].area_m2 == pytest.approx(station.own_area_m2, abs=1e-9)
         assert station.id not in {end for link in rest.plan.links for end in (link.a, link.b)}
         kept = {other.id: other.covered_area_m2 for other in whole.stations if other.id != station.id}
         assert {other.id: other.covered_area_m2 for other in rest.plan.stations} == pytest.approx(kept)

@@ -154,9 +154,12 @@ export class ReviewClient {
     this.notice.value = { kind: 'warning', text };
   }
 
-  /** Change the review; false where that did not happen (the reason is then on the screen). */
-  commit(label: string, changes: readonly Change[]): Promise<boolean> {
-    return this.inTurn(() => this.send({ label, changes }, 'do'));
+  /**
+   * Change the review; false where that did not happen (the reason is then on the screen). `decidedAt`: the revision that was
+   * looked at, where that was some time ago, as when a drag began; whoever changed the same since then is told of.
+   */
+  commit(label: string, changes: readonly Change[], decidedAt?: number): Promise<boolean> {
+    return this.inTurn(() => this.send({ label, changes }, 'do', decidedAt));
   }
 
   undo(): Promise<boolean> {
@@ -272,12 +275,12 @@ export class ReviewClient {
     return step === undefined ? Promise.resolve(false) : this.send(step, direction);
   }
 
-  private async send(step: Step, direction: Direction): Promise<boolean> {
+  private async send(step: Step, direction: Direction, decidedAt?: number): Promise<boolean> {
     const review = this.review.peek();
     if (review === null || this.conflict.peek() !== null) return false;
     this.isBusy.value = true;
     try {
-      const basis = { revision: review.revision, planSha256: this.session.peek()?.plan_sha256 ?? null };
+      const basis = { revision: decidedAt ?? review.revision, planSha256: this.session.peek()?.plan_sha256 ?? null };
       const outcome = await this.client.commit(basis, this.author.peek().trim() || UNNAMED, step.changes);
       if (outcome.kind === 'conflict') this.meet(step, outcome.answer);
       else this.take(step, outcome.answer.review, outcome.answer.undo, direction);

@@ -87,7 +87,7 @@ function Figures({ store }: { store: Store }) {
       <table class="comparison" data-testid="comparison">
         <thead>
           <tr>
-            <th scope="col" aria-label="Figure" />
+            <td />
             <th scope="col">{titleOfShown(store)}</th>
             <th scope="col">{comparison.other.title}</th>
           </tr>

@@ -1,7 +1,11 @@
 import { expect, test } from 'vitest';
 import { planTotals } from '../edit/totals.ts';
+import { missedInWords } from '../panels/requirements.tsx';
+import { shortfallsOf } from '../shortfalls/shortfalls.ts';
 import { smallPlan } from '../testing/small-plan.ts';
 import { figureRows, steepestCurve, titleOfBase } from './comparison.ts';
+
+const NO_LIMITS = { spacing_m: null, range_m: null, incidence_rad: null, noise_m: null };
 
 test('plans are named by the run that made them', () => {
   expect(['', 'runs/R002/plan', 'old'].map(titleOfBase)).toEqual(['The plan', 'Run R002', 'old']);
@@ -18,6 +22,25 @@ test('figures stand side by side, floor by floor', () => {
     { name: 'Links', shown: '1', other: '1' },
     { name: 'Connected groups', shown: '3', other: '3' },
   ]);
+});
+
+test('one coverage reads the same in the headline, by floor, in what is not met and in the comparison', () => {
+  const plan = smallPlan();
+  // Just short: rounded it would read as enough.
+  const figures = { ...plan.coverage, fraction_of_achievable: 0.94996 };
+  const short = {
+    ...plan,
+    coverage: { ...figures, floors: plan.coverage.floors.map(({ floor }) => ({ ...figures, floor })) },
+    requirements: {
+      ...plan.requirements,
+      results: [{ ...figures, name: 'overall', required: 0.95, seen_from: 1, asked: NO_LIMITS, met: false }],
+    },
+  };
+  const totals = planTotals(short);
+  const rows = figureRows(totals, totals).filter(({ name }) => /Coverage|floor/.test(name));
+  expect(rows.map(({ shown }) => shown)).toEqual(['94.9 %', '94.9 %', '94.9 %']);
+  expect(missedInWords(totals.requirements)).toBe('whole building 94.9 % of 95 %');
+  expect(shortfallsOf(short, totals)[0].words).toContain('94.9 % of 95 %');
 });
 
 test('of plans of different floors nothing is set beside that is not of the same floor', () => {

@@ -4,6 +4,7 @@ import { withinScope } from '../heat/scope.ts';
 import { fetchBytes, fetchScope } from '../load/fetch-plan.ts';
 import { OWN_PLAN } from '../load/plan-base.ts';
 import { type PlanJson, parsePlan } from '../load/plan-json.ts';
+import { coveragePercent } from '../panels/figures.ts';
 
 export interface OtherPlan {
   readonly base: string;
@@ -43,6 +44,8 @@ export interface FigureRow {
 interface Compared {
   readonly nStations: number;
   readonly coverage: number;
+  /** Of all together. */
+  readonly required: number;
   readonly floors: Totals['floors'];
   readonly nLinks: number | null;
   readonly nNetworks: number;
@@ -50,8 +53,8 @@ interface Compared {
 
 /** Figures side by side, floor by floor where either has several; of plans of different floors none of all together. */
 export function figureRows(shown: Compared, other: Compared): FigureRow[] {
-  const percent = (fraction: number | undefined): string =>
-    fraction === undefined ? 'not planned' : `${(100 * fraction).toFixed(1)} %`;
+  const percent = (of: Pick<FloorTotal, 'coverage' | 'required'> | undefined): string =>
+    of === undefined ? 'not planned' : coveragePercent(of.coverage, of.required);
   const row = (name: string, read: (of: Compared) => string): FigureRow => ({
     name,
     shown: read(shown),
@@ -64,9 +67,9 @@ export function figureRows(shown: Compared, other: Compared): FigureRow[] {
   return [
     row('Stations', ({ nStations }) => String(nStations)),
     ...(isSame ? [] : floors).map(({ id, name }) => row(`– ${name}`, (of) => stations(on(of, id)?.nStations))),
-    ...(isSame ? [row('Coverage', ({ coverage }) => percent(coverage))] : []),
+    ...(isSame ? [row('Coverage', percent)] : []),
     ...(floors.length > 1 ? floors : []).map(({ id, name }) =>
-      row(isSame ? name : `Coverage, ${name}`, (of) => percent(on(of, id)?.coverage)),
+      row(isSame ? name : `Coverage, ${name}`, (of) => percent(on(of, id))),
     ),
     row('Links', ({ nLinks }) => (nLinks === null ? '' : String(nLinks))),
     row('Connected groups', ({ nNetworks }) => String(nNetworks)),

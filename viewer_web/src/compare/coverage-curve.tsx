@@ -1,5 +1,5 @@
 /** The diagram of coverage against stations. */
-import { percent } from '../panels/figures.ts';
+import { askedPercent, coveragePercent, percent } from '../panels/figures.ts';
 import { type Curve, type Frame, pointsOf, scaleOf, stationTicks } from './curve.ts';
 import './compare.css';
 
@@ -12,7 +12,7 @@ export function CoverageCurve({ curves, required }: { curves: readonly Curve[]; 
   const scale = scaleOf(known, FRAME);
   const ends = known.map(({ title, fractions }) => {
     const last = fractions.filter((fraction) => fraction !== null).at(-1) ?? 0;
-    return `${title}: ${fractions.length} stations, ${percent(last)}`;
+    return `${title}: ${fractions.length} stations, ${coveragePercent(last, required)}`;
   });
   return (
     <figure>
@@ -50,6 +50,7 @@ export function CoverageCurve({ curves, required }: { curves: readonly Curve[]; 
           <polyline key={curve.title} class={`curve-line curve-${curve.look}`} points={pointsOf(curve, scale)} />
         ))}
       </svg>
+      <figcaption class="muted">Coverage of all together; line: {askedPercent(required)} required</figcaption>
       <ul class="curve-key">
         {known.map(({ title, look }) => (
           <li key={title}>

@@ -1,6 +1,5 @@
 /** The strip of totals above the canvas: what the edited plan is worth beside the plan as it was made. */
-import type { ComponentChildren } from 'preact';
-import { percent } from '../panels/figures.ts';
+import { coveragePercent } from '../panels/figures.ts';
 import { MetWord, metInWords } from '../panels/requirements.tsx';
 import type { Store } from '../store.ts';
 import { countEdits, editsInWords } from './draft.ts';
@@ -95,20 +94,17 @@ function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planne
       <Total name="Stations" value={`${totals.nStations}`} change={signedCount(totals.nStations - planned.nStations)} />
       <Total
         name="Coverage"
-        value={percent(totals.coverage)}
+        value={coveragePercent(totals.coverage, totals.required)}
         change={signedPoints(totals.coverage - planned.coverage)}
         isBetterUp
-      >
-        <span title={metInWords(totals.requirements)} data-testid="met">
-          <MetWord isMet={missedOf(totals.requirements).length === 0} />
-        </span>
-      </Total>
+      />
+      <Met totals={totals} />
       {totals.floors.length > 1 &&
-        totals.floors.map(({ id, name, coverage }) => (
+        totals.floors.map(({ id, name, coverage, required }) => (
           <Total
             key={id}
             name={name}
-            value={percent(coverage)}
+            value={coveragePercent(coverage, required)}
             change={signedPoints(coverage - (planned.floors.find((floor) => floor.id === id)?.coverage ?? coverage))}
             isBetterUp
           />
@@ -122,23 +118,37 @@ function TotalsList({ totals, planned, isLive }: { totals: Totals | null; planne
   );
 }
 
+/** Of all requirements: beside the coverage of all, it would seem to speak of that alone. */
+function Met({ totals: { requirements, unreachableM2 } }: { totals: Totals }) {
+  const missed = missedOf(requirements);
+  const isOne = requirements.length === 1;
+  return (
+    <div title={metInWords(requirements)} data-testid="met">
+      <dt>{isOne ? 'Requirement' : 'Requirements'}</dt>
+      <dd>
+        {missed.length > 0 && !isOne && `${missed.length} of ${requirements.length} `}
+        <MetWord isMet={missed.length === 0} isPartial={unreachableM2 > 0} />
+      </dd>
+    </div>
+  );
+}
+
 interface TotalProps {
   readonly name: string;
   readonly value: string;
   /** With its sign; empty where there is none. */
   readonly change: string;
   readonly isBetterUp?: boolean;
-  readonly children?: ComponentChildren;
 }
 
-function Total({ name, value, change, isBetterUp = false, children }: TotalProps) {
+function Total({ name, value, change, isBetterUp = false }: TotalProps) {
   const isUp = change.startsWith('+');
   return (
     <div>
       <dt>{name}</dt>
       <dd>
         {value}
-        {change !== '' && <span class={isBetterUp === isUp ? ' change-up' : ' change-down'}> {change}</span>} {children}
+        {change !== '' && <span class={isBetterUp === isUp ? ' change-up' : ' change-down'}> {change}</span>}
       </dd>
     </div>
   );

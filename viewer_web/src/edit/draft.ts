@@ -120,6 +120,21 @@ function marksOf(station: DraftStation): StationMark[] {
   return marks;
 }
 
+/** Where the plan tells none. */
+const TRIPOD_HEIGHT_M = 1.6;
+
+/**
+ * The height that a new station of a floor gets: the middle of those of its stations, else of all, else of the heights that
+ * the plan tried. The first one's may be the one of a niche.
+ */
+export function usualHeightM(stations: readonly DraftStation[], floorId: string, tried: readonly number[]): number {
+  const known = stations.filter(({ instrumentHeightM, isRemoved }) => instrumentHeightM !== null && !isRemoved);
+  const ofFloor = known.filter((station) => station.floorId === floorId);
+  const heights = (ofFloor.length > 0 ? ofFloor : known).map(({ instrumentHeightM }) => instrumentHeightM as number);
+  const sorted = (heights.length > 0 ? heights : [...tried]).sort((a, b) => a - b);
+  return sorted[Math.floor(sorted.length / 2)] ?? TRIPOD_HEIGHT_M;
+}
+
 export const localOf = (sceneM: Point, offsetM: readonly [number, number, number]): [number, number, number] => [
   sceneM[0] - offsetM[0],
   sceneM[1] - offsetM[1],

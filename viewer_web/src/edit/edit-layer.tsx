@@ -20,7 +20,7 @@ export function EditLayer({ store, loaded, view }: EditLayerProps) {
     if (reviewClient === null) return undefined;
     const editor = new Editor(store, reviewClient, view, loaded);
     editing.editor.value = editor;
-    const stopKeys = listenToEditKeys(window, store, editor);
+    const stopKeys = listenToEditKeys(window, store, editor, () => view.heading());
     return () => {
       stopKeys();
       editing.editor.value = null;

@@ -1,21 +1,66 @@
-/** Keys of editing: undo and redo, Escape and Enter for what is half done, Delete for the chosen station. */
+/**
+ * Keys of editing: Shift and arrows move the chosen station over its floor, by the compass as the picture is turned; undo and redo, Escape and Enter for what is half done, Delete for the chosen
+ * station.
+ */
 import type { Store } from '../store.ts';
 import { removeStation } from './changes.ts';
+import { stationsOf } from './draft-follower.ts';
 import { canEdit } from './readiness.ts';
 import type { EditorActions } from './state.ts';
 
 /** Returns what stops listening. */
-export function listenToEditKeys(target: Window, store: Store, editor: EditorActions): () => void {
+export function listenToEditKeys(
+  target: Window,
+  store: Store,
+  editor: EditorActions,
+  heading: () => number,
+): () => void {
+  let nudging: Promise<void> | null = null;
+  /** A move that Shift began ends with it, or where the page is left. */
+  const settle = (event: Event): void => {
+    if (nudging === null || (event instanceof KeyboardEvent && event.key !== 'Shift')) return;
+    void nudging.then(() => editor.mover.finish());
+    nudging = null;
+  };
   const onKey = (event: KeyboardEvent): void => {
     if (isTyping(event.target) || event.altKey || !canEdit(store)) return;
-    const isDone = event.ctrlKey || event.metaKey ? actOnChord(event, store) : actOnKey(event.key, store, editor);
+    const step = event.shiftKey ? nudge(event.key, store, editor, heading()) : null;
+    nudging = step ?? nudging;
+    const isDone =
+      step !== null || (event.ctrlKey || event.metaKey ? actOnChord(event, store) : actOnKey(event.key, store, editor));
     if (!isDone) return;
     event.preventDefault();
     event.stopImmediatePropagation();
   };
   // Before the keys of looking around, where Escape lets go of the station.
   target.addEventListener('keydown', onKey, { capture: true });
-  return () => target.removeEventListener('keydown', onKey, { capture: true });
+  target.addEventListener('keyup', settle);
+  target.addEventListener('blur', settle);
+  return () => {
+    target.removeEventListener('keydown', onKey, { capture: true });
+    target.removeEventListener('keyup', settle);
+    target.removeEventListener('blur', settle);
+  };
+}
+
+const NUDGE_M = 0.1;
+/** To the right of the picture, and into it. */
+const NUDGES: Readonly<Record<string, readonly [number, number]>> = {
+  ArrowUp: [0, 1],
+  ArrowDown: [0, -1],
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+};
+
+/** Along the axis of the scene that is nearest to where the arrow points in the picture. */
+function nudge(key: string, store: Store, { mover }: EditorActions, headingRad: number): Promise<void> | null {
+  const by = NUDGES[key];
+  const station = stationsOf(store).find(({ id }) => id === store.stationId.peek());
+  if (by === undefined || station === undefined || station.isRemoved || store.tab.peek() !== 'edit') return null;
+  const quarters = Math.round(headingRad / (Math.PI / 2));
+  const [cos, sin] = [Math.round(Math.cos((quarters * Math.PI) / 2)), Math.round(Math.sin((quarters * Math.PI) / 2))];
+  const [right, ahead] = by.map((steps) => steps * NUDGE_M);
+  return mover.nudge(station, ahead * cos + right * sin, ahead * sin - right * cos);
 }
 
 export function isTyping(target: EventTarget | null): boolean {

@@ -27,7 +27,8 @@ export interface CommentSpot {
 export interface EditorActions {
   readonly mover: {
     raise(station: DraftStation, heightM: number): void;
-    finish(): Promise<void>;
+    nudge(station: DraftStation, eastM: number, northM: number): Promise<void>;
+    finish(): Promise<unknown>;
     cancel(): void;
   };
   readonly areas: {

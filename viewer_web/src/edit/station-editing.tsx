@@ -65,7 +65,7 @@ function HeightSlider({ store, station }: { store: Store; station: DraftStation 
         max={Math.max(high, heightM)}
         step={STEP_M}
         value={heightM}
-        disabled={!isLive(store) || low === high}
+        disabled={!isLive(store) || low === high || station.isLocked}
         onInput={(event) => mover?.raise(station, event.currentTarget.valueAsNumber)}
         onChange={() => void mover?.finish()}
       />
@@ -96,13 +96,13 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
       <button
         type="button"
         class="button button-small"
-        title="A locked station stays in every new plan"
+        title="A locked station stays where it is, in every new plan too"
         aria-pressed={station.isLocked}
         onClick={() => void reviewClient.commit(`${lockWords} ${id}`, [lockStation(id, !station.isLocked)])}
       >
         {station.isLocked ? 'Unlock' : 'Lock'}
       </button>
-      {station.movedFromM !== null && (
+      {station.movedFromM !== null && !station.isLocked && (
         <button
           type="button"
           class="button button-small"
@@ -114,7 +114,12 @@ function StationButtons({ store, station }: { store: Store; station: DraftStatio
       <button
         type="button"
         class="button button-small"
-        title="New plans keep stations away from this position, within the radius"
+        title={
+          station.isLocked
+            ? 'Unlock the station first: it stands here'
+            : 'New plans keep stations away from this position, within the radius'
+        }
+        disabled={station.isLocked}
         onClick={() =>
           void reviewClient.commit('forbid a position', [
             forbid(station.positionM, store.editing.forbidRadiusM.peek(), station.floorId),

@@ -3,16 +3,17 @@ import { batch, effect, untracked } from '@preact/signals';
 import type { Point } from '../api/documents.ts';
 import type { ReviewClient } from '../api/review-client.ts';
 import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { lengthWords } from '../panels/figures.ts';
 import type { PlanView } from '../scene/plan-view.ts';
 import type { PointerConsumer, PointerPlace } from '../scene/pointer.ts';
 import type { Store } from '../store.ts';
 import { addStation, moveStation } from './changes.ts';
-import { type DraftStation, localOf, sceneOf } from './draft.ts';
+import { type DraftStation, localOf, sceneOf, usualHeightM } from './draft.ts';
 import type { DraftFollower } from './draft-follower.ts';
-import type { GroundMap, Place } from './ground-map.ts';
+import { GROUND, type GroundMap, type Place } from './ground-map.ts';
 import { PreviewLoop } from './preview-loop.ts';
 import { askPreview, type Preview, PreviewPaint, type Wish } from './previews.ts';
-import { isLive, toolInHand } from './readiness.ts';
+import { isLive, toolInHand, whyNotLive } from './readiness.ts';
 import type { UnderWay } from './state.ts';
 
 /** What the live side has values of while something moves; others keep the plan's. */
@@ -23,12 +24,18 @@ const SLOW_FRAME_MS = 70;
 /** Where frames are so quick, four times the pixels are not slow either. */
 const FAST_FRAME_MS = 15;
 const LEAST_DETAIL = 0.25;
+/** Nearer to the click than this is where it was meant. */
+const NOT_WORTH_TELLING_M = 0.15;
 
 export class StationMover {
   private readonly paint: PreviewPaint;
   private readonly loop: PreviewLoop<Wish, Preview>;
   private readonly endings: (() => void)[];
   private grabbed: DraftStation | null = null;
+  /** Why what was pressed is not dragged, told once it is tried; null: it is. */
+  private refusal: string | null = null;
+  /** The review when what is under way began: who changed the station since then is told of, not overwritten. */
+  private basisRevision = 0;
   /** Where the pointer is with what was grabbed, scene frame; null: it has not moved. */
   private wantedAt: Place | null = null;
   private detail = 1;
@@ -66,38 +73,43 @@ export class StationMover {
 
   /** Show the station at another height, not yet committed. */
   raise(station: DraftStation, heightM: number): void {
+    if (this.store.editing.underWay.peek() === null) this.begin();
     const [x, y, z] = station.positionM;
     const from = station.instrumentHeightM ?? heightM;
     this.put({ stationId: station.id, floorId: station.floorId, positionM: [x, y, z - from + heightM], heightM });
   }
 
-  /** Commit what is under way, where the server says that it can be. */
-  async finish(): Promise<void> {
+  /** Commit what is under way, where the server says that it can be; null: nothing was committed. */
+  async finish(): Promise<Placed | null> {
     const underWay = this.store.editing.underWay.peek();
     this.grabbed = null;
-    if (underWay === null) return;
+    if (underWay === null) return null;
+    let placed: Placed | null = null;
     this.loop.stop();
     this.store.editing.nDrags.value++;
     try {
       // The place that was asked for last, and not one on the way there.
       const preview = await askPreview(this.reviewClient.client, this.wish(underWay), this.nextSequence());
       this.show(preview, null);
-      await this.commit(underWay, preview);
+      placed = await this.commit(underWay, preview);
     } catch (error) {
       this.reviewClient.warn((error as Error).message);
     }
     this.letGo();
+    return placed;
   }
 
   /** Back to where it was. */
   cancel(): void {
     this.grabbed = null;
+    this.refusal = null;
     this.loop.stop();
     this.letGo();
   }
 
-  /** A new station at a place on a floor; scene frame. */
+  /** A new station at a place on a floor, or as near to it as a tripod can stand; scene frame. */
   async add(floorId: string, at: readonly [number, number], groundM: number): Promise<void> {
+    this.begin();
     const ground = await this.groundOf(floorId);
     const place = ground.nearestAdmissible(at);
     if (place === null) {
@@ -107,7 +119,41 @@ export class StationMover {
     const heightM = this.usualHeightM(floorId);
     const positionM: Point = [place[0], place[1], groundM + heightM];
     this.store.editing.underWay.value = { stationId: null, floorId, positionM, heightM };
-    await this.finish();
+    const added = await this.finish();
+    if (added === null) return;
+    const [x, y] = added.positionM;
+    const awayM = Math.hypot(x - at[0], y - at[1]);
+    if (awayM < NOT_WORTH_TELLING_M) return;
+    const text = `No tripod can stand at that point: ${added.id} was added ${lengthWords(awayM)} away.`;
+    this.reviewClient.notice.value = { kind: 'note', text };
+  }
+
+  /**
+   * Another place in steps, as by keys: north is +y. Steps add up until `finish`; the last place that a tripod can stand at
+   * stays where a step leads into a wall.
+   */
+  async nudge(station: DraftStation, eastM: number, northM: number): Promise<void> {
+    const { store } = this;
+    const words = whyItStays(station);
+    if (words !== null || !isLive(store)) {
+      this.reviewClient.warn(words ?? whyNotLive(store) ?? '');
+      return;
+    }
+    if (store.editing.underWay.peek() === null) this.begin();
+    const revision = this.basisRevision;
+    const ground = await this.groundOf(station.floorId).catch((error: Error) => this.reviewClient.warn(error.message));
+    if (!ground) return;
+    const underWay = store.editing.underWay.peek();
+    if (revision !== this.basisRevision || (underWay !== null && underWay.stationId !== station.id)) return;
+    const [x, y, z] = underWay?.positionM ?? station.positionM;
+    const place: Place = [x + eastM, y + northM];
+    if (ground.at(place) !== GROUND.admissible) {
+      this.reviewClient.warn('No tripod can stand further that way.');
+      return;
+    }
+    const heightM = underWay?.heightM ?? station.instrumentHeightM ?? this.usualHeightM(station.floorId);
+    store.editing.ground.value = ground;
+    this.put({ stationId: station.id, floorId: station.floorId, positionM: [...place, z], heightM });
   }
 
   private consumer(): PointerConsumer {
@@ -122,12 +168,19 @@ export class StationMover {
     };
   }
 
+  private begin(): void {
+    this.basisRevision = this.reviewClient.review.peek()?.revision ?? 0;
+  }
+
   private grab({ stationId }: PointerPlace): boolean {
     const { store } = this;
     if (stationId === null || untracked(() => toolInHand(store)) !== 'select' || !isLive(store)) return false;
     if (store.editing.underWay.peek() !== null) return false;
     const station = this.follower.stations.peek().find(({ id }) => id === stationId);
-    if (station === undefined || station.isFixed) return false;
+    if (station === undefined) return false;
+    this.refusal = whyItStays(station);
+    if (this.refusal !== null) return true;
+    this.begin();
     this.grabbed = station;
     this.wantedAt = null;
     void this.groundOf(station.floorId)
@@ -141,7 +194,9 @@ export class StationMover {
   }
 
   private drag({ clientX, clientY }: PointerPlace): void {
-    const { grabbed, loaded } = this;
+    const { grabbed, loaded, refusal } = this;
+    if (refusal !== null) this.reviewClient.warn(refusal);
+    this.refusal = null;
     if (grabbed === null) return;
     const { offsetM } = loaded.stage;
     const level = localOf(grabbed.positionM, offsetM)[2];
@@ -219,22 +274,28 @@ export class StationMover {
     this.view.setDetail(this.detail);
   }
 
-  private async commit({ stationId, floorId }: UnderWay, { head }: Preview): Promise<void> {
+  private async commit({ stationId, floorId }: UnderWay, { head }: Preview): Promise<Placed | null> {
     const { reviewClient, store } = this;
     if (!head.admissible) {
       reviewClient.warn(`No valid tripod position there: ${head.reason}.`);
-      return;
+      return null;
     }
     const [x, y, z] = head.position;
     const pose = { position_m: [x, y, z] as const, instrument_height_m: head.instrument_height_m, floor: floorId };
     if (stationId !== null) {
-      await reviewClient.commit(`move ${stationId}`, [moveStation(stationId, pose)]);
-      return;
+      const isMoved = await reviewClient.commit(
+        `move ${stationId}`,
+        [moveStation(stationId, pose)],
+        this.basisRevision,
+      );
+      return isMoved ? { id: stationId, positionM: pose.position_m } : null;
     }
     const before = new Set(Object.keys(reviewClient.review.peek()?.stations ?? {}));
     const isDone = await reviewClient.commit('add a station', [addStation(pose)]);
     const added = Object.keys(reviewClient.review.peek()?.stations ?? {}).find((id) => !before.has(id));
-    if (isDone && added !== undefined) store.chooseStation(added);
+    if (!isDone || added === undefined) return null;
+    store.chooseStation(added);
+    return { id: added, positionM: pose.position_m };
   }
 
   private letGo(): void {
@@ -252,10 +313,19 @@ export class StationMover {
     return this.sequence;
   }
 
-  /** Of the stations of the floor, else of any. */
   private usualHeightM(floorId: string): number {
-    const stations = this.follower.stations.peek();
-    const known = [...stations.filter((station) => station.floorId === floorId), ...stations];
-    return known.find(({ instrumentHeightM }) => instrumentHeightM !== null)?.instrumentHeightM ?? 1.6;
+    return usualHeightM(this.follower.stations.peek(), floorId, this.loaded.plan.settings.instrument_heights_m);
   }
+}
+
+/** A station that was moved or added; scene frame. */
+interface Placed {
+  readonly id: string;
+  readonly positionM: Point;
+}
+
+/** Why a station is not moved; null: it may be. */
+function whyItStays({ id, isFixed, isLocked }: DraftStation): string | null {
+  if (isFixed) return `Station ${id} is already scanned: its position can’t be changed.`;
+  return isLocked ? `Station ${id} is locked. Unlock it to move it.` : null;
 }

@@ -16,8 +16,8 @@ test("the plan's totals are its own figures", () => {
   const totals = planTotals(smallPlan());
   expect([totals.nStations, totals.coverage, totals.nLinks]).toEqual([3, 0.95, 1]);
   expect(totals.floors).toEqual([
-    { id: 'F0', name: 'Ground floor', coverage: 0.95, nStations: 2 },
-    { id: 'F1', name: 'Upper floor', coverage: 0.95, nStations: 1 },
+    { id: 'F0', name: 'Ground floor', coverage: 0.95, required: 0.95, nStations: 2 },
+    { id: 'F1', name: 'Upper floor', coverage: 0.95, required: 0.95, nStations: 1 },
   ]);
 });
 

@@ -7,6 +7,8 @@ export interface FloorTotal {
   readonly id: string;
   readonly name: string;
   readonly coverage: number;
+  /** Its own share, or that of all. */
+  readonly required: number;
   /** Null while a station is on its way. */
   readonly nStations: number | null;
 }
@@ -23,10 +25,14 @@ export interface Totals {
   readonly nStations: number;
   /** Fractions of the achievable area. */
   readonly coverage: number;
+  /** Of all together. */
+  readonly required: number;
   /** Those that the plan is of. */
   readonly floors: readonly FloorTotal[];
   /** What was asked, part by part, that of all last. */
   readonly requirements: readonly Met[];
+  /** Floor that can't be reached on foot: nothing is planned there, and no share speaks of it. */
+  readonly unreachableM2: number;
   /** Links that count; null while a station is on its way. */
   readonly nLinks: number | null;
   readonly nNetworks: number;
@@ -37,6 +43,8 @@ export function planTotals(plan: PlanJson): Totals {
   return {
     nStations: stations.length,
     coverage: coverage.fraction_of_achievable,
+    required: plan.requirements.coverage,
+    unreachableM2: plan.sealed.reduce((sum, { area_m2 }) => sum + area_m2, 0),
     floors: floorTotals(plan, coverage.floors, stations),
     requirements: metOf(plan.requirements.results.length > 0 ? plan.requirements.results : [overall(plan)]),
     nLinks: countingLinks(registration.links, registration.threshold, registration.min_strength),
@@ -50,6 +58,8 @@ export function draftTotals(plan: PlanJson, figures: DraftFigures): Totals {
   return {
     nStations: figures.stations.length,
     coverage: figures.coverage.fraction_of_achievable,
+    required: plan.requirements.coverage,
+    unreachableM2: plan.sealed.reduce((sum, { area_m2 }) => sum + area_m2, 0),
     floors: floorTotals(plan, figures.floors, figures.stations),
     requirements: metOf(figures.requirements),
     nLinks: countingLinks(registration.links, threshold, plan.registration.min_strength),
@@ -62,6 +72,8 @@ export function previewTotals(plan: PlanJson, head: PreviewHead): Totals {
   return {
     nStations: head.n_stations,
     coverage: head.coverage.fraction_of_achievable,
+    required: plan.requirements.coverage,
+    unreachableM2: plan.sealed.reduce((sum, { area_m2 }) => sum + area_m2, 0),
     floors: floorTotals(plan, head.floors, null),
     requirements: metOf(head.requirements),
     nLinks: null,
@@ -91,7 +103,8 @@ function floorTotals(plan: PlanJson, figures: Figures, stations: StationsByFloor
     const name = plan.floors.find((floor) => floor.id === id)?.name ?? id;
     if (!isPlanned({ id, name }, plan.requirements.floors)) return [];
     const nStations = stations?.filter(({ floor }) => floor === id).length ?? null;
-    return [{ id, name, coverage, nStations }];
+    const own = plan.requirements.results.find((result) => result.name === name);
+    return [{ id, name, coverage, required: own?.required ?? plan.requirements.coverage, nStations }];
   });
 }
 

@@ -1,7 +1,8 @@
 /** The list of floors: which one is opened, and where it is cut. */
+import type { FloorTotal } from '../edit/totals.ts';
 import { totalsBeside } from '../edit/totals-beside.ts';
 import type { PlanFloor } from '../load/plan-json.ts';
-import { counted, lengthWords, percent } from '../panels/figures.ts';
+import { counted, coveragePercent, lengthWords } from '../panels/figures.ts';
 import { Section } from '../panels/section.tsx';
 import { Meter } from '../panels/summary.tsx';
 import type { Store } from '../store.ts';
@@ -33,7 +34,7 @@ export function FloorSelector({ store }: { store: Store }) {
                 ? counted(stations.filter(({ floorId }) => floorId === floor.id).length, 'station')
                 : 'not in this plan',
             )}
-            fraction={shown?.floors.find(({ id }) => id === floor.id)?.coverage}
+            covered={shown?.floors.find(({ id }) => id === floor.id)}
           />
         ))}
       </div>
@@ -52,10 +53,10 @@ interface FloorRowProps {
   readonly id: string | null;
   readonly name: string;
   readonly detail: string;
-  readonly fraction?: number | undefined;
+  readonly covered?: FloorTotal | undefined;
 }
 
-function FloorRow({ store, id, name, detail, fraction }: FloorRowProps) {
+function FloorRow({ store, id, name, detail, covered }: FloorRowProps) {
   const isChosen = store.floorId.value === id;
   return (
     // biome-ignore lint/a11y/useSemanticElements: a radio input can't hold the row's content.
@@ -71,10 +72,10 @@ function FloorRow({ store, id, name, detail, fraction }: FloorRowProps) {
         <span class="row-name">{name}</span>
         <span class="muted">{detail}</span>
       </span>
-      {fraction !== undefined && (
+      {covered !== undefined && (
         <span class="row-figure" title="Coverage of scannable area">
-          <span>{percent(fraction)}</span>
-          <Meter fraction={fraction} />
+          <span>{coveragePercent(covered.coverage, covered.required)}</span>
+          <Meter fraction={covered.coverage} required={covered.required} />
         </span>
       )}
     </button>

@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import type { StageTriangles } from '../load/stage.ts';
+import type { StageElement, StageTriangles } from '../load/stage.ts';
 import { runPython } from '../testing/python.ts';
 import { classColors, layerColors, rampColors } from './colors.ts';
 import { coverageOf } from './element-coverage.ts';
@@ -105,10 +105,19 @@ const TRIANGLES = {
 } as unknown as StageTriangles;
 
 test('patches have equal parts of their triangle', () => {
-  const areas = patchAreas(TRIANGLES, 5);
+  const areas = patchAreas(TRIANGLES, 5, null);
   [2, 1.5, 1.5, 1.5, 1.5].forEach((area, patch) => {
     expect(areas[patch]).toBeCloseTo(area, 6);
   });
+});
+
+test('of a patch counts what the plan counts of it, in every area', () => {
+  const areas = patchAreas(TRIANGLES, 5, Uint8Array.of(255, 51, 0, 255, 255));
+  expect([...areas]).toEqual([2, expect.closeTo(0.3), 0, 1.5, 1.5]);
+  const seen = Uint8Array.of(1, 0, 255, 1, 0);
+  const element = { firstTriangle: 0, nTriangles: 2 } as unknown as StageElement;
+  const { achievableM2, seenM2 } = coverageOf(element, TRIANGLES, seen, areas);
+  expect([achievableM2, seenM2]).toEqual([expect.closeTo(5.3), expect.closeTo(3.5)]);
 });
 
 test('a spread counts surface, not patches, and leaves out what has no value', () => {
@@ -175,7 +184,7 @@ test('a piece is the patches that bear its name, and none that have none', () =>
 });
 
 test('the coverage of an element is that of its own patches', () => {
-  const areas = patchAreas(TRIANGLES, 5);
+  const areas = patchAreas(TRIANGLES, 5, null);
   const element = { sceneIndex: 0, name: '', kind: '', floorId: '', file: 0, firstTriangle: 0, nTriangles: 1 };
   const coverage = coverageOf(element, TRIANGLES, Uint8Array.of(9, 0, 1, 2, NOT_ACHIEVABLE), areas);
   expect([coverage.areaM2, coverage.askedM2]).toEqual([6, 6].map((area) => expect.closeTo(area)));

@@ -32,9 +32,9 @@ export class PatchPaint {
     this.endings = [effect(() => void this.follow()), () => this.loading.abort()];
   }
 
-  /** Area of each patch; computed when first asked for. */
+  /** Area of each patch that counts; computed when first asked for. */
   get areas(): Float32Array {
-    this.areasM2 ??= patchAreas(this.loaded.stage.triangles, this.timesSeen.length);
+    this.areasM2 ??= patchAreas(this.loaded.stage.triangles, this.timesSeen.length, this.loaded.counted);
     return this.areasM2;
   }
 

@@ -14,14 +14,20 @@ export interface Spread {
 /** The colours run up to what this share of the surface keeps: the rest would leave no contrast to it. */
 const MOSTLY = 0.95;
 
-/** Area of each patch: the 2^depth patches of a triangle have equal parts of it. */
-export function patchAreas(triangles: StageTriangles, nPatches: number): Float32Array {
+/**
+ * Area of each patch: the 2^depth patches of a triangle have equal parts of it. `counted`: how much of each counts, in 255ths,
+ * as docs/method/coverage.md says and all figures of the plan do; null: all of it.
+ */
+export function patchAreas(triangles: StageTriangles, nPatches: number, counted: Uint8Array | null): Float32Array {
   const areas = new Float32Array(nPatches);
   for (let t = 0; t < triangles.count; t++) {
     const n = 2 ** triangles.patchDepth[t];
     const first = triangles.firstPatch[t];
     areas.fill(triangleArea(triangles.squaredEdgesM2, 3 * t) / n, first, first + n);
   }
+  counted?.forEach((part, patch) => {
+    areas[patch] *= part / 255;
+  });
   return areas;
 }
 

@@ -25,6 +25,8 @@ export interface LoadedPlan {
   readonly patchSeen: Uint8Array;
   /** Reason of each patch, where it tells what need not be covered; null: all is to be. See heat/scope.ts. */
   readonly scope: Uint8Array | null;
+  /** How much of each patch counts, in 255ths; null: all of it. */
+  readonly counted: Uint8Array | null;
   /** Null: an older version made the plan, and it says nothing of ranges, incidences and reasons by patch. */
   readonly layers: LayersJson | null;
 }
@@ -43,7 +45,13 @@ export async function fetchPlan(base: string, onStep: OnStep): Promise<LoadedPla
   checkPatches(prepared.stage, patchBytes.byteLength);
   const scope = await fetchScope(base, plan, patchBytes.byteLength);
   const patchSeen = withinScope(new Uint8Array(patchBytes), scope);
-  return { base, plan, patchSeen, scope, layers, ...prepared };
+  const counted = layers?.counted ? await fetchCounted(base, layers.counted, patchBytes.byteLength) : null;
+  return { base, plan, patchSeen, scope, layers, counted, ...prepared };
+}
+
+/** How much of each patch counts, in 255ths. */
+async function fetchCounted(base: string, file: string, nPatches: number): Promise<Uint8Array> {
+  return decodeValues(file, await fetchBytes(base, `viewer/${file}`), nPatches, 1) as Uint8Array;
 }
 
 /** The reasons of patches, where some need not be covered; null: all are to be, or the plan is too old to tell. */

@@ -20,6 +20,8 @@ const LayersJson = v.object({
     }),
   ),
   reasons: v.optional(v.array(v.string()), []),
+  /** File of how much of each patch counts, in 255ths; null: all of it. */
+  counted: v.optional(v.nullable(v.string()), null),
   /** File of the piece of unseen surface that each patch is of. */
   pieces: v.optional(v.nullable(v.string()), null),
 });

@@ -19,7 +19,10 @@ export interface NetworkReport {
   readonly bridges: ReadonlySet<PlanLink>;
   /** Stations without which the others of a component split. */
   readonly articulations: ReadonlySet<string>;
-  /** Of the links that some two stations can't do without on their best way to each other, the one of least overlap. */
+  /**
+   * Of the links that some two stations can't do without on their best way to each other, the one of least strength; of least
+   * overlap, where the strength of one is not known.
+   */
   readonly weakest: PlanLink | null;
   /** Between two components: the link that comes nearest to counting. */
   readonly gaps: readonly PlanLink[];
@@ -113,7 +116,7 @@ function lower(lowest: Map<string, number>, id: string, value: number): void {
   lowest.set(id, Math.min(lowest.get(id) ?? value, value));
 }
 
-/** The last link that a spanning tree of greatest overlap takes. */
+/** The last link that a spanning tree of greatest strength takes. */
 function weakestOf(ids: readonly string[], links: readonly PlanLink[]): PlanLink | null {
   const parent = new Map(ids.map((id) => [id, id]));
   const find = (id: string): string => {
@@ -125,7 +128,7 @@ function weakestOf(ids: readonly string[], links: readonly PlanLink[]): PlanLink
     return at;
   };
   let weakest: PlanLink | null = null;
-  for (const link of byOverlap(links)) {
+  for (const link of byStrength(links)) {
     if (!parent.has(link.a) || !parent.has(link.b)) continue;
     const [a, b] = [find(link.a), find(link.b)];
     if (a === b) continue;
@@ -144,6 +147,13 @@ function gapsOf(links: readonly PlanLink[], componentOf: ReadonlyMap<string, num
     if (!best.has(key)) best.set(key, link);
   }
   return byOverlap([...best.values()]);
+}
+
+/** Firmest first, as links are coloured; by overlap, where the strength of one is not known. */
+export function byStrength(links: readonly PlanLink[]): PlanLink[] {
+  const inOrder = byOverlap(links);
+  const isKnown = inOrder.every(({ strength }) => strength !== null);
+  return isKnown ? inOrder.sort((x, y) => (y.strength ?? 0) - (x.strength ?? 0)) : inOrder;
 }
 
 /** Most first; names decide between equals, so that nothing depends on the order of the file. */

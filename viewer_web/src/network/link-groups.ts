@@ -1,12 +1,12 @@
 /** The links as the list has them: what is missing, what all hangs on, what registers, and what is too weak to. */
 import type { PlanLink } from '../load/plan-json.ts';
 import { askedPercent } from '../panels/figures.ts';
-import { byOverlap, type Counting, type NetworkReport } from './graph.ts';
+import { byOverlap, byStrength, type Counting, type NetworkReport } from './graph.ts';
 
 export interface LinkGroup {
   readonly title: string;
   readonly aside: string;
-  /** Most overlap first. */
+  /** Firmest first of those that register, as they are coloured; of the others, most overlap first. */
   readonly links: readonly PlanLink[];
   /** So many are shown at first. */
   readonly nShown: number;
@@ -22,11 +22,16 @@ export function linkGroups(links: readonly PlanLink[], report: NetworkReport): L
   const registering = new Set(report.counting);
   const groups = [
     { title: 'Missing links', aside: 'closest to connecting groups', links: report.gaps, nShown: A_PAGE },
-    { title: 'Single-link connections', aside: 'critical', links: byOverlap([...report.bridges]), nShown: A_PAGE },
+    {
+      title: 'Single-link connections',
+      aside: 'strength, overlap',
+      links: byStrength([...report.bridges]),
+      nShown: A_PAGE,
+    },
     {
       title: 'Registration links',
-      aside: 'overlap',
-      links: byOverlap(report.counting.filter((link) => !report.bridges.has(link))),
+      aside: 'strength, overlap',
+      links: byStrength(report.counting.filter((link) => !report.bridges.has(link))),
       nShown: A_PAGE,
     },
     {

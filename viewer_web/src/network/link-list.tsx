@@ -85,7 +85,9 @@ function LinkRow({ store, link, isWeakest, lack }: LinkRowProps) {
           </span>
           {words !== null && <span class="muted link-words">{words}</span>}
         </span>
-        <span class="row-area">{percentDown(link.overlap)}</span>
+        <span class="row-area">
+          {link.strength !== null && lack === null && <b>{link.strength.toFixed(3)}</b>} {percentDown(link.overlap)}
+        </span>
       </button>
     </li>
   );

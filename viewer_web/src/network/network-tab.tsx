@@ -1,5 +1,6 @@
 /** The tab "Network": how the stations register with each other, what holds them together, and what is missing. */
 import { useState } from 'preact/hooks';
+import type { PlanLink } from '../load/plan-json.ts';
 import { askedPercent, overlapNoun, percentDown } from '../panels/figures.ts';
 import { Figure, Section } from '../panels/section.tsx';
 import { Badge } from '../panels/summary.tsx';
@@ -8,6 +9,7 @@ import { type Counting, countingOf, type NetworkReport, networkOf } from './grap
 import { Graph } from './graph-view.tsx';
 import { LinkList } from './link-list.tsx';
 import { Matrix } from './matrix.tsx';
+import { strengthInWords } from './strength.ts';
 import { StrengthLegend } from './strength-legend.tsx';
 
 type Picture = 'graph' | 'matrix';
@@ -59,6 +61,10 @@ export function NetworkTab({ store }: { store: Store }) {
     </>
   );
 }
+
+/** What it was ranked by. */
+const weakestWords = ({ strength, overlap }: PlanLink): string =>
+  strength === null ? `overlap ${percentDown(overlap)}` : `strength ${strengthInWords(strength)}`;
 
 /** What the marks of the graph mean; colours: the legend below. */
 export function GraphKey() {
@@ -116,10 +122,10 @@ function Figures({ store, report, counting, overlap }: FiguresProps) {
       {weakest !== null && (
         <Figure
           name="Weakest link"
-          hint="Smallest overlap on the best connection between any two stations"
+          hint="Least strength on the best connection between any two stations"
           value={
             <button type="button" class="link" onClick={() => store.choosePair([weakest.a, weakest.b])}>
-              {weakest.a} – {weakest.b}, {percentDown(weakest.overlap)}
+              {weakest.a} – {weakest.b}, {weakestWords(weakest)}
             </button>
           }
         />

@@ -37,6 +37,16 @@ test('a ring hangs on nothing, and its least link is not its weakest: the ring g
   expect(weakest && nameOf(weakest)).toBe('S1-S2');
 });
 
+test('the weakest link is the one of least strength, as the colours say, and not the one of least overlap', () => {
+  const chain = [link(6, 9, 0.301, 0.205), link(9, 21, 0.5, 0.1), link(21, 23, 0.45, 0.021)];
+  const names = ['S6', 'S9', 'S21', 'S23'];
+  const { weakest } = networkOf(names, chain, COUNTING);
+  expect(weakest && nameOf(weakest)).toBe('S21-S23');
+  // Where one is not known, it can't be compared: overlap decides.
+  const unknown = [...chain.slice(0, 2), link(21, 23, 0.45, null)];
+  expect(nameOf(networkOf(names, unknown, COUNTING).weakest as PlanLink)).toBe('S6-S9');
+});
+
 test('links below the threshold or too weak do not count; of unknown strength they do', () => {
   const links = [link(0, 1, 0.29), link(1, 2, 0.9, 0.001), link(2, 3, 0.3, null)];
   const { counting, components, gaps } = networkOf(ids(4), links, COUNTING);

@@ -17,6 +17,7 @@ import { StationCard } from '../stations/station-card.tsx';
 import type { Store } from '../store.ts';
 import { WalkPanel } from '../walk/walk-panel.tsx';
 import { listenToKeys } from './keys.ts';
+import { printPicture } from './print-picture.ts';
 import { Sheet } from './sheet.tsx';
 import { SurfaceCard } from './surface-card.tsx';
 import { Tabs } from './tabs.tsx';
@@ -76,9 +77,11 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
       return undefined;
     }
     const stopKeys = listenToKeys(window, store, shown);
+    const stopPrint = printPicture(window, canvas.current, shown);
     setView(shown);
     return () => {
       stopKeys();
+      stopPrint();
       shown.dispose();
     };
   }, [store, loaded]);
@@ -103,7 +106,7 @@ function Workspace({ store, loaded }: { store: Store; loaded: LoadedPlan }) {
         <div class="scene">
           <canvas
             ref={canvas}
-            aria-label="The building in 3D. Drag to rotate, scroll to zoom, click a floor to open it."
+            aria-label="The building in 3D. Drag to rotate, scroll to zoom, click a floor to open it. By keys: Q and E turn, R and F tilt, plus and minus zoom."
           />
           {view !== null && <Markers store={store} view={view} />}
           {view !== null && <Toolbar store={store} view={view} />}

@@ -2,7 +2,14 @@
 import { expect, test } from 'vitest';
 import { runPython } from '../testing/python.ts';
 import { smallPlan } from '../testing/small-plan.ts';
-import { askedPercent, optimalityInWords, overlapDefined, overlapNoun, percentDown } from './figures.ts';
+import {
+  askedPercent,
+  coveragePercent,
+  optimalityInWords,
+  overlapDefined,
+  overlapNoun,
+  percentDown,
+} from './figures.ts';
 
 test('overlap that is just short of what is asked never reads as enough', () => {
   expect(percentDown(0.2999999)).toBe('29.9 %');
@@ -49,6 +56,20 @@ test('overlap is named as the library names it, and said to be a share of what i
 test('a plan of before overlap had a name measures it as it did', () => {
   const { overlap_measure, overlap_of } = smallPlan().requirements;
   expect([overlap_measure, overlap_of]).toEqual(['smaller-share', 'all-seen']);
+});
+
+test('coverage reads as the library writes it in report, sheets and summary, met or short of what is required', () => {
+  const near = Array.from({ length: 401 }, (_, i) => 0.6 + i / 1000).flatMap((share) =>
+    [share, share - 4e-4, share - 1e-10, share + 2.5e-4].map((one) => [one, 0.95] as const),
+  );
+  const script = [
+    'import json, sys',
+    'from planner_core.coverage.percent import reached_percent',
+    'print(json.dumps([reached_percent(*pair) + " %" for pair in json.loads(sys.argv[1])]))',
+  ].join('\n');
+  const told = JSON.parse(runPython('-c', script, JSON.stringify(near)));
+  expect(near.map(([share, required]) => coveragePercent(share, required))).toEqual(told);
+  expect([0.94996, 0.95, 0.9516].map((share) => coveragePercent(share, 0.95))).toEqual(['94.9 %', '95.0 %', '95.2 %']);
 });
 
 test('what is asked keeps the digits it was asked with', () => {

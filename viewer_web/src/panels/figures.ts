@@ -3,6 +3,14 @@ import type { PlanJson } from '../load/plan-json.ts';
 import { FOOT_M, feetAndInches, units } from './units.ts';
 
 const area = new Intl.NumberFormat('en', { maximumFractionDigits: 1, minimumFractionDigits: 1 });
+/** Halves to even, as Python formats. */
+const tenths = new Intl.NumberFormat('en', {
+  minimumFractionDigits: 1,
+  maximumFractionDigits: 1,
+  roundingMode: 'halfEven',
+  useGrouping: false,
+  // Newer than the library's types.
+} as Intl.NumberFormatOptions);
 const count = new Intl.NumberFormat('en');
 
 export const percent = (fraction: number, digits = 1): string => `${(100 * fraction).toFixed(digits)} %`;
@@ -14,6 +22,15 @@ export function percentDown(fraction: number): string {
   const nearest = Math.round(1000 * fraction);
   const thousandths = nearest / 1000 > fraction ? nearest - 1 : nearest;
   return `${(thousandths / 10).toFixed(1)} %`;
+}
+/**
+ * Coverage, wherever it is told: rounded down where it would read as what is required and is not. As `reached_percent` of the
+ * library, whose report and sheets tell it so.
+ */
+export function coveragePercent(fraction: number, required: number): string {
+  const words = tenths.format(100 * fraction);
+  const isShort = fraction < required - 1e-9 && Number(words) >= 100 * required;
+  return isShort ? `${(Math.floor(1000 * fraction) / 10).toFixed(1)} %` : `${words} %`;
 }
 /** What was asked for, with as many digits as it was asked with: an overlap of 29.6 % is not less than one of 30 % then. */
 export const askedPercent = (fraction: number): string => `${Number((100 * fraction).toPrecision(6))} %`;

@@ -1,4 +1,4 @@
-/** The keyboard: floors by digit or up and down, stations by left and right, Escape lets go. */
+/** The keyboard: floors by digit or up and down, stations by left and right, the camera by letters, Escape lets go. */
 import type { PlanView } from '../scene/plan-view.ts';
 import type { Store } from '../store.ts';
 
@@ -15,6 +15,21 @@ export function listenToKeys(target: Window, store: Store, view: PlanView): () =
   return () => target.removeEventListener('keydown', onKey);
 }
 
+const TURN_RAD = Math.PI / 12;
+const STEP = 0.8;
+
+/** Turns the building: Q and E as in a walk, R and F up and down, + and - closer and away. */
+function turn(key: string, view: PlanView): boolean {
+  if (key === 'q') view.orbit(TURN_RAD, 0);
+  else if (key === 'e') view.orbit(-TURN_RAD, 0);
+  else if (key === 'r') view.orbit(0, -TURN_RAD);
+  else if (key === 'f') view.orbit(0, TURN_RAD);
+  else if (key === '+' || key === '=') view.orbit(0, 0, STEP);
+  else if (key === '-') view.orbit(0, 0, 1 / STEP);
+  else return false;
+  return true;
+}
+
 /** Do what a key means; false where it means nothing. */
 function act(key: string, store: Store, view: PlanView): boolean {
   const floors = store.loaded.value?.stage.floors ?? [];
@@ -28,6 +43,6 @@ function act(key: string, store: Store, view: PlanView): boolean {
   else if (key === 'h') view.showAll('side');
   else if (key === 't') view.showAll('top');
   else if (key === 'w') view.startWalk();
-  else return false;
+  else return !store.isWalking.peek() && turn(key.toLowerCase(), view);
   return true;
 }

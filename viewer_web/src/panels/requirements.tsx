@@ -2,7 +2,7 @@
 
 import { type Met, missedOf, OVERALL, type Totals } from '../edit/totals.ts';
 import type { TotalsBeside } from '../edit/totals-beside.ts';
-import { askedPercent, counted, percent, percentDown } from './figures.ts';
+import { areaWords, askedPercent, counted, coveragePercent } from './figures.ts';
 import './requirements.css';
 
 export function Requirements({ planned, isEdited, edited, isStale }: TotalsBeside) {
@@ -13,7 +13,7 @@ export function Requirements({ planned, isEdited, edited, isStale }: TotalsBesid
       {isEdited && (
         <thead>
           <tr>
-            <th scope="col" aria-label="Figure" />
+            <td />
             {columns.map(([title]) => (
               <th key={title} scope="col">
                 {title}
@@ -27,11 +27,16 @@ export function Requirements({ planned, isEdited, edited, isStale }: TotalsBesid
           <tr key={name}>
             <th scope="row">
               {name === OVERALL ? 'Whole building' : name}
-              <small>{askedPercent(required)} required</small>
+              <small>
+                {askedPercent(required)} required{name === OVERALL && withoutWords(planned)}
+              </small>
             </th>
             {columns.map(([title, totals]) => (
               <td key={title}>
-                <Verdict met={totals?.requirements.find((each) => each.name === name)} />
+                <Verdict
+                  met={totals?.requirements.find((each) => each.name === name)}
+                  isPartial={name === OVERALL && planned.unreachableM2 > 0}
+                />
               </td>
             ))}
           </tr>
@@ -69,24 +74,32 @@ function CountRow({ name, columns, of }: CountRowProps) {
 }
 
 /** `met` undefined: what the edited plan is worth is not known. */
-function Verdict({ met }: { met: Met | undefined }) {
+function Verdict({ met, isPartial }: { met: Met | undefined; isPartial: boolean }) {
   if (met === undefined) return <span class="muted">unknown</span>;
   return (
     <>
-      {(met.isMet ? percent : percentDown)(met.coverage)} <MetWord isMet={met.isMet} />
+      {coveragePercent(met.coverage, met.required)} <MetWord isMet={met.isMet} isPartial={isPartial} />
     </>
   );
 }
 
-/** In words, so that nobody has to know the colours. */
-export function MetWord({ isMet }: { isMet: boolean }) {
-  return <span class={isMet ? 'badge badge-good' : 'badge badge-warn'}>{isMet ? 'MET' : 'NOT MET'}</span>;
+/** What the share of all leaves out. */
+const withoutWords = ({ unreachableM2 }: Totals): string =>
+  unreachableM2 > 0 ? `, without ${areaWords(unreachableM2)} of floor that can’t be reached` : '';
+
+/** In words, so that nobody has to know the colours. `isPartial`: of what can be reached, and not all can: no green. */
+export function MetWord({ isMet, isPartial }: { isMet: boolean; isPartial: boolean }) {
+  const look = isMet ? (isPartial ? 'badge-part' : 'badge-good') : 'badge-warn';
+  return <span class={`badge ${look}`}>{isMet ? 'MET' : 'NOT MET'}</span>;
 }
 
 /** "Ground floor 93.1 % of 95 %"; empty where all is met. */
 export function missedInWords(requirements: readonly Met[]): string {
   return missedOf(requirements)
-    .map(({ name, coverage, required }) => `${wordOf(name)} ${percent(coverage)} of ${percent(required, 0)}`)
+    .map(
+      ({ name, coverage, required }) =>
+        `${wordOf(name)} ${coveragePercent(coverage, required)} of ${askedPercent(required)}`,
+    )
     .join(', ');
 }
 

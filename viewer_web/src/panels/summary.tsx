@@ -1,19 +1,37 @@
 /** What the plan is worth as a whole. */
 import { countingLinks } from '../edit/totals.ts';
 import { type TotalsBeside, totalsBeside } from '../edit/totals-beside.ts';
+import type { PlanView } from '../scene/plan-view.ts';
+import { ShortfallList } from '../shortfalls/shortfall-list.tsx';
 import type { Store } from '../store.ts';
-import { areaWords, askedPercent, counted, optimalityInWords, overlapNoun, percent } from './figures.ts';
+import {
+  areaWords,
+  askedPercent,
+  counted,
+  coveragePercent,
+  optimalityInWords,
+  overlapNoun,
+  percent,
+} from './figures.ts';
 import { Requirements } from './requirements.tsx';
 import { Figure, Section } from './section.tsx';
 
-export function Summary({ store }: { store: Store }) {
-  const [plan, totals] = [store.loaded.value?.plan, totalsBeside(store)];
-  if (plan === undefined || totals === null) return null;
+interface SummaryProps {
+  readonly store: Store;
+  /** Null until the building is drawn. */
+  readonly view: PlanView | null;
+}
+
+export function Summary({ store, view }: SummaryProps) {
+  const [loaded, totals] = [store.loaded.value, totalsBeside(store)];
+  if (loaded === null || totals === null) return null;
+  const { plan } = loaded;
   const { coverage, optimality, registration, requirements, scanner, warnings } = plan;
   const nLinks = countingLinks(registration.links, registration.threshold, registration.min_strength ?? 0);
   return (
     <Section title="Plan">
-      <Headline {...totals} />
+      <Headline {...totals} required={requirements.coverage} />
+      <ShortfallList store={store} loaded={loaded} totals={totals.edited ?? totals.planned} view={view} />
       <Meter fraction={(totals.edited ?? totals.planned).coverage} required={requirements.coverage} />
       <Requirements {...totals} />
       {totals.isEdited && <h3>As planned</h3>}
@@ -67,13 +85,13 @@ export function Summary({ store }: { store: Store }) {
 }
 
 /** Of the plan, or of what became of it: both stand in the table below. */
-function Headline({ planned, isEdited, edited, isStale }: TotalsBeside) {
+function Headline({ planned, isEdited, edited, isStale, required }: TotalsBeside & { readonly required: number }) {
   const { coverage, nStations } = edited ?? planned;
   const as = edited !== null ? ', as edited' : isEdited ? ', as planned' : '';
   return (
     <div class={isStale ? 'headline requirements-stale' : 'headline'}>
       <div>
-        <strong data-testid="coverage">{percent(coverage)}</strong>
+        <strong data-testid="coverage">{coveragePercent(coverage, required)}</strong>
         <span>coverage of scannable area{as}</span>
       </div>
       <div>

@@ -88,7 +88,7 @@ function pageOf(id: TabId, { store, view }: TabsProps): ComponentChildren {
   if (id === 'review') return <ReviewTab store={store} view={view} />;
   return (
     <>
-      <Summary store={store} />
+      <Summary store={store} view={view} />
       <FloorSelector store={store} />
       <FileList store={store} />
       <RouteSection store={store} />

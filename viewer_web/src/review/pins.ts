@@ -1,16 +1,26 @@
-/** Pins of open comments: round dots where they are about, in front of the building. */
-import { BufferAttribute, BufferGeometry, DataTexture, Points, PointsMaterial, RGBAFormat } from 'three';
+/** Pins, as of open comments: round dots where they are about, in front of the building. */
+import {
+  BufferAttribute,
+  BufferGeometry,
+  DataTexture,
+  Points,
+  PointsMaterial,
+  RGBAFormat,
+  SRGBColorSpace,
+} from 'three';
 
-const COLOUR = [208, 138, 0] as const;
+type Colour = readonly [number, number, number];
+const AMBER: Colour = [208, 138, 0];
 const SIZE_PIXELS = 15;
 /** Texels across the picture of a dot. */
 const TEXELS = 32;
 
 export class Pins {
   readonly points: Points<BufferGeometry, PointsMaterial>;
-  private readonly dot = dotTexture();
+  private readonly dot: DataTexture;
 
-  constructor() {
+  constructor(colour: Colour = AMBER) {
+    this.dot = dotTexture(colour);
     const look = { map: this.dot, size: SIZE_PIXELS, sizeAttenuation: false, depthTest: false, transparent: true };
     this.points = new Points(new BufferGeometry(), new PointsMaterial(look));
     this.points.frustumCulled = false;
@@ -33,14 +43,16 @@ export class Pins {
 }
 
 /** A dot with a white rim. */
-function dotTexture(): DataTexture {
+function dotTexture(colour: Colour): DataTexture {
   const texels = new Uint8Array(4 * TEXELS * TEXELS);
   for (let i = 0; i < TEXELS * TEXELS; i++) {
     const radius =
       Math.hypot((i % TEXELS) - TEXELS / 2 + 0.5, Math.floor(i / TEXELS) - TEXELS / 2 + 0.5) / (TEXELS / 2);
-    if (radius <= 1) texels.set([...(radius < 0.7 ? COLOUR : [255, 255, 255]), 255], 4 * i);
+    if (radius <= 1) texels.set([...(radius < 0.7 ? colour : [255, 255, 255]), 255], 4 * i);
   }
   const texture = new DataTexture(texels, TEXELS, TEXELS, RGBAFormat);
+  // Colours as written here; without it they come out paler.
+  texture.colorSpace = SRGBColorSpace;
   texture.needsUpdate = true;
   return texture;
 }

@@ -1,7 +1,7 @@
 import { PerspectiveCamera, Vector3 } from 'three';
 import { expect, test } from 'vitest';
 import type { Extent } from '../floors/cut.ts';
-import { flightAt, homeView } from './camera.ts';
+import { flightAt, homeView, orbited } from './camera.ts';
 
 const BOXES: Extent[] = [
   { minM: [0, 0, 0], maxM: [10, 8, 6] },
@@ -37,4 +37,15 @@ test('a flight begins where it was, ends where it goes, and says so', () => {
   expect(flightAt(flight, 200).view.position.x).toBeCloseTo(5);
   expect(flightAt(flight, 200).isOver).toBe(false);
   expect(flightAt(flight, 300)).toMatchObject({ isOver: true, view: { target: { y: 10 } } });
+});
+
+test('the camera goes round what it looks at, keeps its distance, and stops short of straight above', () => {
+  const view = { position: new Vector3(4, -3, 5), target: new Vector3(4, 0, 1) };
+  const quarter = orbited(view, Math.PI / 2, 0, 1);
+  // From the south to the east, at the same height.
+  expect(quarter).toEqual([expect.closeTo(7), expect.closeTo(0), expect.closeTo(5)]);
+  const above = orbited(view, 0, -2, 1);
+  expect(above).toEqual([expect.closeTo(4), expect.closeTo(0, 1), expect.closeTo(6)]);
+  expect(above[1]).toBeLessThan(0);
+  expect(orbited(view, 0, 0, 0.5)).toEqual([expect.closeTo(4), expect.closeTo(-1.5), expect.closeTo(3)]);
 });

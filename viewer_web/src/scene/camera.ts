@@ -1,5 +1,5 @@
 /** Where the camera stands: the view that fits a box, and the way from one view to another. */
-import { Matrix4, Vector3 } from 'three';
+import { Matrix4, Spherical, Vector3 } from 'three';
 import type { Extent } from '../floors/cut.ts';
 
 export interface View {
@@ -43,6 +43,20 @@ export function homeView(
     distance = Math.max(distance, corner.dot(back) + wide * MARGIN);
   }
   return { target, position: target.clone().addScaledVector(back, Math.max(distance, 1)) };
+}
+
+/** So near to straight from above or below the camera goes: beyond it, left and right would change places. */
+const NEAREST_TO_UP_RAD = 0.0005;
+
+/** Where the camera stands after a turn about what it looks at, counterclockwise, tilted away from straight above. */
+export function orbited({ position, target }: View, turnRad: number, tiltRad: number, closer: number): number[] {
+  const from = position.clone().sub(target);
+  const around = new Spherical().setFromCartesianCoords(from.x, from.z, -from.y);
+  around.theta += turnRad;
+  around.phi = Math.min(Math.PI - NEAREST_TO_UP_RAD, Math.max(NEAREST_TO_UP_RAD, around.phi + tiltRad));
+  around.radius *= closer;
+  const { x, y, z } = new Vector3().setFromSpherical(around);
+  return [target.x + x, target.y - z, target.z + y];
 }
 
 /** Where a flight is at time `now`, slow at both ends. */

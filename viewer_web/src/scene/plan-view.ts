@@ -119,6 +119,21 @@ export class PlanView {
     this.flights.showAll(from);
   }
 
+  /** Turn the building counterclockwise and tilt it down, by angles; `closer`: the share of the distance that is left. */
+  orbit(turnRad: number, tiltRad: number, closer = 1): void {
+    this.viewport.orbit(turnRad, tiltRad, closer);
+  }
+
+  /** Copy what is drawn now into another canvas. */
+  copyPicture(into: HTMLCanvasElement): void {
+    this.viewport.copyPicture(into);
+  }
+
+  /** Which way the camera looks, counterclockwise from +x. */
+  heading(): number {
+    return this.viewport.heading();
+  }
+
   /** Draw soon; needed after a change of an overlay. */
   requestFrame(): void {
     this.viewport.requestFrame();

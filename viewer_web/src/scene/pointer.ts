@@ -2,7 +2,8 @@
  * Who gets what the pointer does: consumers such as the dragging of stations before the camera and before clicks.
  *
  * A press on the canvas or on a marker is offered to the consumers, latest first. Who takes it gets the drag until the
- * pointer is released; the camera stands still meanwhile. A press that nobody takes turns the camera, or is a click.
+ * pointer is released; the camera stands still meanwhile. A press that nobody takes turns the camera, or is a click. So does
+ * one on a marker that moves, and a second finger makes both the camera's: numbers of stations are no holes in the building.
  */
 
 /** A press that moves further than this is a drag, not a click. */
@@ -47,13 +48,17 @@ interface Press {
   readonly stationId: string | null;
   readonly grip: Grip;
   readonly taker: PointerConsumer | null;
+  readonly event: PointerEvent;
   hasMoved: boolean;
+  /** Began on a marker, and turns the camera all the same. */
+  readonly isCameras: boolean;
 }
 
 export class Pointer {
   private readonly consumers: PointerConsumer[] = [];
   private readonly listening = new AbortController();
   private press: Press | null = null;
+  private isHandingOver = false;
 
   /** `onClick`: what a click means that no consumer wants. `onTaken`: whether a drag is under way that the camera must not follow. */
   constructor(
@@ -62,6 +67,7 @@ export class Pointer {
     private readonly onTaken: (isTaken: boolean) => void,
   ) {
     const { signal } = this.listening;
+    window.addEventListener('pointerdown', (event) => this.join(event), { signal, capture: true });
     // In the capture phase: before the camera's controls, which listen to the same element.
     canvas.addEventListener('pointerdown', (event) => this.down(event, null), { signal, capture: true });
     canvas.addEventListener('pointermove', (event) => this.hover(event), { signal });
@@ -81,11 +87,11 @@ export class Pointer {
 
   /** Pressed on the canvas, or on the marker of a station. */
   down(event: PointerEvent, stationId: string | null, grip: Grip = AT_ITSELF): void {
-    if (!event.isPrimary || event.button !== 0) return;
+    if (this.isHandingOver || !event.isPrimary || event.button !== 0) return;
     const place = placeOf(event, stationId, grip);
     const taker = this.consumers.find((consumer) => consumer.onDown?.(place)) ?? null;
     const { clientX: x, clientY: y, pointerId } = event;
-    this.press = { x, y, pointerId, stationId, grip, taker, hasMoved: false };
+    this.press = { x, y, pointerId, stationId, grip, taker, event, hasMoved: false, isCameras: false };
     if (taker !== null) this.onTaken(true);
   }
 
@@ -102,7 +108,35 @@ export class Pointer {
     const { press } = this;
     if (press === null || press.pointerId !== event.pointerId) return;
     press.hasMoved ||= Math.hypot(event.clientX - press.x, event.clientY - press.y) > CLICK_PIXELS;
-    if (press.hasMoved) press.taker?.onMove?.(placeOf(event, press.stationId, press.grip));
+    if (!press.hasMoved) return;
+    press.taker?.onMove?.(placeOf(event, press.stationId, press.grip));
+    if (press.taker === null && press.stationId !== null) this.giveToCamera(press);
+  }
+
+  /** Another finger: what the first one drags goes back, and the camera follows both. */
+  private join(event: PointerEvent): void {
+    const { press } = this;
+    if (this.isHandingOver || event.isPrimary || event.pointerType !== 'touch' || press === null) return;
+    if (press.stationId !== null) {
+      press.taker?.onCancel?.();
+      if (press.taker !== null) this.onTaken(false);
+      press.hasMoved = true;
+      this.giveToCamera(press);
+    } else if (press.taker !== null) return;
+    if (event.target !== this.canvas) this.handOver(event);
+  }
+
+  private giveToCamera(press: Press): void {
+    if (press.isCameras) return;
+    this.press = { ...press, taker: null, isCameras: true };
+    this.handOver(press.event);
+  }
+
+  /** The camera gets a press that was on a marker. */
+  private handOver(event: PointerEvent): void {
+    this.isHandingOver = true;
+    this.canvas.dispatchEvent(new PointerEvent('pointerdown', event));
+    this.isHandingOver = false;
   }
 
   private up(event: PointerEvent): void {
@@ -114,7 +148,8 @@ export class Pointer {
       if (press.hasMoved) swallowClick();
       press.taker.onUp?.(place, !press.hasMoved);
       this.onTaken(false);
-    } else if (!press.hasMoved && press.stationId === null && event.target === this.canvas) {
+    } else if (press.isCameras) swallowClick();
+    else if (!press.hasMoved && press.stationId === null && event.target === this.canvas) {
       const isWanted = this.consumers.some((consumer) => consumer.onClick?.(place));
       if (!isWanted) this.onClick(event.clientX, event.clientY);
     }

@@ -2,7 +2,7 @@
 import { Color, PerspectiveCamera, type Ray, Raycaster, Scene, Vector2, type Vector3, WebGLRenderer } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Extent } from '../floors/cut.ts';
-import { type Flight, flightAt, homeView, type View } from './camera.ts';
+import { type Flight, flightAt, homeView, orbited, type View } from './camera.ts';
 import type { Palette } from './palette.ts';
 
 const FIELD_OF_VIEW_DEG = 34;
@@ -90,6 +90,20 @@ export class Viewport {
     this.camera.position.set(x, y, z);
     this.controls.target.fromArray(target);
     this.requestFrame();
+  }
+
+  /** The camera goes round what is looked at, as if by hand. */
+  orbit(turnRad: number, tiltRad: number, closer: number): void {
+    const { target } = this.controls;
+    this.place([...orbited({ position: this.camera.position, target }, turnRad, tiltRad, closer), ...target.toArray()]);
+    this.onMovedByHand(this.pose());
+  }
+
+  /** Copy the picture into another canvas; drawn anew, for the browser keeps it only until it is on the screen. */
+  copyPicture(into: HTMLCanvasElement): void {
+    this.draw(performance.now());
+    [into.width, into.height] = [this.canvas.width, this.canvas.height];
+    into.getContext('2d')?.drawImage(this.canvas, 0, 0);
   }
 
   /** Which way the camera looks, counterclockwise from +x. */

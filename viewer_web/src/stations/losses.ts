@@ -4,7 +4,7 @@
  */
 import { OVERALL } from '../edit/totals.ts';
 import type { PlanJson, RequirementResult, StationLoss } from '../load/plan-json.ts';
-import { askedPercent } from '../panels/figures.ts';
+import { askedPercent, coveragePercent } from '../panels/figures.ts';
 import type { StationWorth } from './shown.ts';
 
 /** Whether anything is asked besides that a station sees the surface: limits, several stations, or limits of a part. */
@@ -54,12 +54,7 @@ export function verdictOf(
   now: Readonly<RequirementResult>,
 ): string {
   const words = met ? 'still met' : now.met ? 'no longer met' : 'not met either way';
-  return `${words}: ${percentBelow(left)}, ${askedPercent(now.required)} required`;
-}
-
-/** Rounded down, as the library's own words: what is just short must not read as enough. */
-function percentBelow(fraction: number): string {
-  return `${(Math.floor(1000 * fraction + 1e-9) / 10).toFixed(1)} %`;
+  return `${words}: ${coveragePercent(left, now.required)}, ${askedPercent(now.required)} required`;
 }
 
 /** Patches by requirement, in the plan's order, of a file below viewer/lost: see docs/formats/stage.md. Null: it is none. */

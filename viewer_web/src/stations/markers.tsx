@@ -54,7 +54,7 @@ export function Markers({ store, view }: { store: Store; view: PlanView }) {
           ]
             .join(' ')
             .trim()}
-          aria-label={`Station ${station.id}`}
+          aria-label={`${station.order}, station ${station.id}`}
           aria-pressed={isChosen(station.id)}
           data-station={station.id}
           ref={(button) => keep(buttons.current, station.id, button)}

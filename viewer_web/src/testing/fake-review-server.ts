@@ -101,6 +101,13 @@ export class FakeReviewServer {
       this.review = { ...this.review, stations: { ...stations, [id]: { ...before, position_m } } };
       return { kind: 'move_station', station: id, position_m: before.position_m };
     }
+    if (change.kind === 'add_station') {
+      const { position_m, instrument_height_m = null, floor } = change;
+      const id = `S10${Object.keys(stations).length}`;
+      const edit: StationEdit = { ...EMPTY_EDIT, added: true, position_m, instrument_height_m, floor };
+      this.review = { ...this.review, stations: { ...stations, [id]: edit } };
+      return { kind: 'remove_station', station: id };
+    }
     if (change.kind === 'add_comment') {
       const id = change.id ?? `C00${Object.keys(comments).length + 1}`;
       const { text } = change;
@@ -127,6 +134,7 @@ export class FakeReviewServer {
 
 function objectOf(change: Change): string {
   if (change.kind === 'move_station') return `station:${change.station}`;
+  if (change.kind === 'add_station') return 'station:new';
   if (change.kind === 'remove_comment') return `comment:${change.id}`;
   if (change.kind === 'add_comment') return `comment:${change.id ?? change.text}`;
   throw new Error(`the stand-in knows no ${change.kind}`);

@@ -1,0 +1,98 @@
+/** The shortfalls beside the headline: a click shows each in the building. */
+import { batch } from '@preact/signals';
+import { useEffect, useState } from 'preact/hooks';
+import { localOf } from '../edit/draft.ts';
+import { floorAt } from '../edit/review-areas.ts';
+import type { Totals } from '../edit/totals.ts';
+import { sliceOfFloor } from '../floors/cut.ts';
+import type { LoadedPlan } from '../load/fetch-plan.ts';
+import { Pins } from '../review/pins.ts';
+import type { PlanView } from '../scene/plan-view.ts';
+import type { Store } from '../store.ts';
+import { type SealedPlace, type Shortfall, sealedPlaces, shortfallsOf } from './shortfalls.ts';
+import './shortfalls.css';
+
+const RED = [179, 38, 46] as const;
+
+interface ShortfallsProps {
+  readonly store: Store;
+  readonly loaded: LoadedPlan;
+  readonly totals: Totals;
+  /** Null until the building is drawn. */
+  readonly view: PlanView | null;
+}
+
+export function ShortfallList({ store, loaded, totals, view }: ShortfallsProps) {
+  const [nShown, setShown] = useState(0);
+  useSealedPins(store, loaded, view);
+  const shortfalls = shortfallsOf(loaded.plan, totals);
+  if (shortfalls.length === 0) return null;
+  return (
+    <ul class="shortfalls" aria-label="What falls short">
+      {shortfalls.map((shortfall) => (
+        <li key={shortfall.words}>
+          <button
+            type="button"
+            title={hintOf(shortfall)}
+            onClick={() => {
+              show(shortfall, nShown, store, loaded, view);
+              if (shortfall.kind === 'unreachable') setShown((nShown + 1) % shortfall.places.length);
+            }}
+          >
+            <span aria-hidden="true">!</span> {shortfall.words}
+          </button>
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+function hintOf(shortfall: Shortfall): string {
+  if (shortfall.kind === 'unreachable') return 'Show the next one in the building; red dots mark all of them';
+  return shortfall.kind === 'requirement' ? 'Show what is unseen' : 'Show the network';
+}
+
+function show(shortfall: Shortfall, nth: number, store: Store, loaded: LoadedPlan, view: PlanView | null): void {
+  if (shortfall.kind === 'groups') store.tab.value = 'network';
+  else if (shortfall.kind === 'unreachable') approach(shortfall.places[nth], store, loaded, view);
+  else {
+    const floor = loaded.plan.floors.find(({ id, name }) => id === shortfall.name || name === shortfall.name);
+    batch(() => {
+      if (floor !== undefined) store.chooseFloor(floor.id);
+      store.tab.value = 'unseen';
+    });
+  }
+}
+
+function floorOf({ floorId, insideM }: SealedPlace, { stage }: LoadedPlan): string {
+  return floorId === '' ? floorAt(stage.floors, insideM[2] - stage.offsetM[2]) : floorId;
+}
+
+function approach(place: SealedPlace, store: Store, loaded: LoadedPlan, view: PlanView | null): void {
+  const floorId = floorOf(place, loaded);
+  store.chooseFloor(floorId);
+  view?.approach(localOf(place.insideM, loaded.stage.offsetM), floorId);
+}
+
+/** A red dot in each, while the list is shown. */
+function useSealedPins(store: Store, loaded: LoadedPlan, view: PlanView | null): void {
+  const { value: slices } = store.slices;
+  useEffect(() => {
+    const places = sealedPlaces(loaded.plan);
+    if (view === null || places.length === 0) return undefined;
+    const pins = new Pins(RED);
+    pins.set(
+      places.flatMap((place) => {
+        const slice = sliceOfFloor(slices, floorOf(place, loaded));
+        if (slice === undefined) return [];
+        const [x, y, z] = localOf(place.insideM, loaded.stage.offsetM);
+        return [[x, y, z + slice.liftM] as const];
+      }),
+    );
+    const remove = view.addOverlay(pins.points);
+    return () => {
+      remove();
+      pins.dispose();
+    };
+  }, [loaded, view, slices]);
+}

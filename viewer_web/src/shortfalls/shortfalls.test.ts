@@ -1,0 +1,40 @@
+import { expect, test } from 'vitest';
+import { planTotals } from '../edit/totals.ts';
+import type { PlanJson } from '../load/plan-json.ts';
+import { smallPlan } from '../testing/small-plan.ts';
+import { shortfallsOf } from './shortfalls.ts';
+
+const joined = (): PlanJson => {
+  const plan = smallPlan();
+  return { ...plan, requirements: { ...plan.requirements, network: 'connected' } };
+};
+const sealed = [
+  { floor: 'F0', area_m2: 34.25, inside: [1001, 2001, 0] as [number, number, number] },
+  { floor: 'F1', area_m2: 1062, inside: [1002, 2002, 2.8] as [number, number, number] },
+];
+
+test('what is not planned comes first, then what is not met, then what does not register', () => {
+  const plan = { ...joined(), sealed };
+  const totals = planTotals(plan);
+  const [first] = totals.requirements;
+  const short = { ...totals, requirements: [{ ...first, name: 'Upper floor', coverage: 0.931, isMet: false }] };
+  const found = shortfallsOf(plan, short);
+  expect(found.map(({ words }) => words)).toEqual([
+    'Not planned: 1,096.3 m² of floor that can’t be reached on foot, in 2 areas',
+    'Not met: Upper floor 93.1 % of 95 %',
+    '3 unconnected groups',
+  ]);
+  // Largest first.
+  expect(found[0]).toMatchObject({ places: [{ floorId: 'F1' }, { floorId: 'F0' }] });
+  expect(totals.unreachableM2).toBeCloseTo(1096.25);
+});
+
+test('a plan that keeps all that is required falls short of nothing, and groups count only where they are to be joined', () => {
+  const plan = joined();
+  const totals = planTotals(plan);
+  expect(shortfallsOf(plan, { ...totals, nNetworks: 1 })).toEqual([]);
+  const none = { ...plan, requirements: { ...plan.requirements, network: 'none' as const } };
+  expect(shortfallsOf(none, totals)).toEqual([]);
+  const noOverlap = { ...plan, requirements: { ...plan.requirements, overlap: 0 } };
+  expect(shortfallsOf(noOverlap, totals)).toEqual([]);
+});

@@ -1,0 +1,48 @@
+/** What the coverage figure does not say: ground that nobody can reach, requirements that are not met, groups that do not register. */
+import { missedOf, type Totals } from '../edit/totals.ts';
+import type { PlanJson } from '../load/plan-json.ts';
+import { areaWords, counted } from '../panels/figures.ts';
+import { missedInWords } from '../panels/requirements.tsx';
+
+export interface SealedPlace {
+  readonly floorId: string;
+  readonly areaM2: number;
+  /** On the ground, scene frame. */
+  readonly insideM: readonly [number, number, number];
+}
+
+export type Shortfall =
+  | { readonly kind: 'unreachable'; readonly words: string; readonly places: readonly SealedPlace[] }
+  | { readonly kind: 'requirement'; readonly words: string; readonly name: string }
+  | { readonly kind: 'groups'; readonly words: string };
+
+/** The worst first: what is not planned at all, then what is not met, then what does not register. */
+export function shortfallsOf(plan: PlanJson, { requirements, nNetworks }: Totals): readonly Shortfall[] {
+  const places = sealedPlaces(plan);
+  const found: Shortfall[] = missedOf(requirements).map((met) => ({
+    kind: 'requirement',
+    words: `Not met: ${missedInWords([met])}`,
+    name: met.name,
+  }));
+  if (places.length > 0) {
+    const areaM2 = places.reduce((sum, place) => sum + place.areaM2, 0);
+    const where = places.length === 1 ? 'one area' : counted(places.length, 'area');
+    found.unshift({
+      kind: 'unreachable',
+      words: `Not planned: ${areaWords(areaM2)} of floor that can’t be reached on foot, in ${where}`,
+      places,
+    });
+  }
+  if (nNetworks > 1 && isJoined(plan)) found.push({ kind: 'groups', words: `${nNetworks} unconnected groups` });
+  return found;
+}
+
+/** Largest first. */
+export function sealedPlaces({ sealed }: PlanJson): readonly SealedPlace[] {
+  return sealed
+    .map(({ floor, area_m2, inside }) => ({ floorId: floor, areaM2: area_m2, insideM: inside }))
+    .sort((a, b) => b.areaM2 - a.areaM2);
+}
+
+/** Whether all stations are to be connected. */
+const isJoined = ({ requirements: { network, overlap } }: PlanJson): boolean => network !== 'none' && overlap > 0;
