@@ -9,6 +9,9 @@ export interface Documents {
   FloorSection: FloorSection;
   GapSection: GapSection;
   GeoreferenceSection: GeoreferenceSection;
+  JudgeSection: JudgeSection;
+  JudgedLinkSection: JudgedLinkSection;
+  JudgedSection: JudgedSection;
   KeepOutSection: KeepOutSection;
   LeftOutSection: LeftOutSection;
   LegSection: LegSection;
@@ -293,6 +296,76 @@ export interface GeoreferenceSection {
    * What is odd about it.
    */
   warnings: string[];
+}
+/**
+ * What random points say, each looked at by itself by rays of Open3D, of all that is required together.
+ */
+export interface JudgeSection {
+  n_points: number;
+  engine: string;
+  covered_m2: JudgedSection;
+  achievable_m2: JudgedSection1;
+  share: JudgedSection2;
+  links: JudgedLinkSection[];
+}
+/**
+ * A figure of this plan beside what random points say.
+ */
+export interface JudgedSection {
+  /**
+   * Of this plan.
+   */
+  told: number;
+  /**
+   * Of the points.
+   */
+  judged: number;
+  /**
+   * One standard error of it.
+   */
+  error: number;
+}
+/**
+ * A figure of this plan beside what random points say.
+ */
+export interface JudgedSection1 {
+  /**
+   * Of this plan.
+   */
+  told: number;
+  /**
+   * Of the points.
+   */
+  judged: number;
+  /**
+   * One standard error of it.
+   */
+  error: number;
+}
+/**
+ * A figure of this plan beside what random points say.
+ */
+export interface JudgedSection2 {
+  /**
+   * Of this plan.
+   */
+  told: number;
+  /**
+   * Of the points.
+   */
+  judged: number;
+  /**
+   * One standard error of it.
+   */
+  error: number;
+}
+/**
+ * Overlap of two stations by random points.
+ */
+export interface JudgedLinkSection {
+  a: string;
+  b: string;
+  overlap: JudgedSection;
 }
 /**
  * An area where nobody goes, or, with `access`, the only one on its floor where somebody does.
@@ -1209,6 +1282,10 @@ export interface PlanDocument {
    */
   unseen: UnseenSection[];
   why: WhySection | null;
+  /**
+   * null where nobody asked, and in plans of older versions.
+   */
+  judge: JudgeSection | null;
   /**
    * One line each, for the user.
    */
