@@ -45,6 +45,8 @@ PLANNED = {
     BLOCK: [DATA / "corpus" / name for name in EXPECTED[BLOCK].files],
 }
 SCANNERS = ("rtc360", "blk360-g2", "x7", "focus-premium-70")
+#: Those of the two large buildings, which take minutes each.
+SCANNERS_OF = {"Angel house": SCANNERS[:2], BLOCK: SCANNERS[:2]}
 
 
 # ------------------------------------------------------------------------------------------------ floors
@@ -200,7 +202,7 @@ def main() -> None:
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for title, files in PLANNED.items():
-        for scanner in SCANNERS:
+        for scanner in SCANNERS_OF.get(title, SCANNERS):
             rows.append(plan_row(title, scanner, planned(title, files, scanner)))
             print(rows[-1], flush=True)
             if asked.write:

@@ -76,7 +76,7 @@ def test_names_that_are_none_are_printed_or_told(
 
     sheets = pdf_of(edited(rename))
     words = "\n".join(sheets.texts)
-    assert "Erdgeschoß <&> Ωμέγα\ufffd\ufffd" in words
+    assert "Erdgeschoß <&> Ωμέγα\\x07\\u202e" in words
     assert "a)(\\b\ufffd" in words
     assert any("二階" in remark and "font" in remark for remark in sheets.remarks)
 
