@@ -147,6 +147,14 @@ def exported(folder: Path, name: str = "issues", **options: Any) -> tuple[list[T
     return read(path), written.remarks
 
 
+@pytest.fixture(scope="module")
+def issues(planned_room: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Topic]:
+    """Of the plan as it is, without a review."""
+    path = tmp_path_factory.mktemp("issues") / "issues.bcfzip"
+    assert export_plan("bcf", planned_room / "plan", path).remarks == ()
+    return read(path)
+
+
 def review(folder: Path, *changes: Change, by: str = ANN) -> None:
     store = ReviewStore(folder, clock=lambda: "2026-11-23T08:15:00Z")
     assert store.commit(store.current().revision, list(changes), by).review.revision  # type: ignore[union-attr]
@@ -186,14 +194,15 @@ def first_hit(triangles: dict[str, FloatArray], start: FloatArray, direction: Fl
 
 
 # -------------------------------------------------------------------------------------------------- unseen
-def test_unseen_elements_become_topics_largest_first_with_their_global_ids(room_folder: Path) -> None:
-    plan = room_folder / "plan"
-    topics, remarks = exported(plan)
+def test_unseen_elements_become_topics_largest_first_with_their_global_ids(
+    issues: list[Topic], planned_room: Path
+) -> None:
+    plan = planned_room / "plan"
     rows = sorted(document(plan)["unseen"], key=lambda row: -row["unseen_area_m2"])
     assert len(rows) > 3
-    assert [topic.ifc_guid for topic in topics] == [row["source_id"] for row in rows]
+    assert [topic.ifc_guid for topic in issues] == [row["source_id"] for row in rows]
     floor = document(plan)["floors"][0]["name"]
-    for topic, row in zip(topics, rows, strict=True):
+    for topic, row in zip(issues, rows, strict=True):
         assert topic.text("Topic/Title") == f"Unseen: {row['name']} ({floor})"
         assert topic.markup.find("Topic").get("TopicStatus") == "Open"  # type: ignore[union-attr]
         assert [label.text for label in topic.markup.findall("Topic/Labels")] == [floor, row["kind"]]
@@ -202,27 +211,24 @@ def test_unseen_elements_become_topics_largest_first_with_their_global_ids(room_
         )
         assert topic.text("Header/File/Filename") == "room.ifc"
         assert topic.markup.find("Comment") is None
-    assert remarks == ()
 
 
-def test_descriptions_tell_the_reasons_in_the_words_of_the_report(room_folder: Path) -> None:
-    topics, _ = exported(room_folder / "plan")
-    surfaces = document(room_folder / "plan")["why"]["unseen_surfaces"]
+def test_descriptions_tell_the_reasons_in_the_words_of_the_report(issues: list[Topic], planned_room: Path) -> None:
+    surfaces = document(planned_room / "plan")["why"]["unseen_surfaces"]
     left_out: Counter[str] = Counter()
     for row in surfaces:
         left_out[row["source_id"]] += row["area_m2"] if row["reason"] == "not worth a station" else 0
-    assert min(left_out[str(topic.ifc_guid)] for topic in topics) > 0
-    for topic in topics:
+    assert min(left_out[str(topic.ifc_guid)] for topic in issues) > 0
+    for topic in issues:
         told = topic.text("Topic/Description")
         assert f"reachable, left out {left_out[str(topic.ifc_guid)]:.2f} m2" in told
         assert "not worth a station" not in told
 
 
 def test_cameras_see_their_element_in_the_coordinates_of_the_ifc_file(
-    room_folder: Path, triangles: dict[str, FloatArray]
+    issues: list[Topic], triangles: dict[str, FloatArray]
 ) -> None:
-    topics, _ = exported(room_folder / "plan")
-    for topic in topics:
+    for topic in issues:
         at_m, forward, up = (topic.vector(name) for name in ("CameraViewPoint", "CameraDirection", "CameraUpVector"))
         assert at_m[0] > 40_000, "far from the origin, as the file is"
         assert np.isclose([np.linalg.norm(forward), np.linalg.norm(up)], 1.0, atol=1e-5).all()
@@ -231,17 +237,16 @@ def test_cameras_see_their_element_in_the_coordinates_of_the_ifc_file(
         assert first_hit(triangles, at_m, forward) == topic.ifc_guid
 
 
-def test_snapshots_show_the_element_in_the_middle_and_what_is_unseen_of_it(room_folder: Path) -> None:
-    topics, _ = exported(room_folder / "plan")
+def test_snapshots_show_the_element_in_the_middle_and_what_is_unseen_of_it(issues: list[Topic]) -> None:
     n_strong = 0
-    for topic in topics:
+    for topic in issues:
         picture = topic.picture()
         assert picture.shape == (480, 640, 3)
         red, _, blue = picture[240, 320]
         assert red > blue + 20, "the element's colour, where all others are grey"
         warmth = picture[:, :, 0] - picture[:, :, 2]
         n_strong += bool((warmth > 90).any())
-    assert n_strong == len(topics), "each camera sees some of its element's unseen surface"
+    assert n_strong == len(issues), "each camera sees some of its element's unseen surface"
 
 
 def test_what_exceeds_the_number_of_topics_is_left_out_and_told(room_folder: Path) -> None:
