@@ -28,7 +28,7 @@ AUTHOR = "tlsplan"
 TIME = "1970-01-01T00:00:00Z"
 
 #: Around a pin or a sensor.
-_AROUND_M = 0.8
+_AROUND_M = 1.0
 #: Of the topmost floor, whose height plan.json does not say.
 _STOREY_M = 3.0
 _LONGEST_TITLE = 100

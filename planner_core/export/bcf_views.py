@@ -30,7 +30,7 @@ _HALF_WIDTH_TAN = math.tan(math.radians(FIELD_OF_VIEW_DEG) / 2)
 _HALF_HEIGHT_TAN = _HALF_WIDTH_TAN * HEIGHT / WIDTH
 #: Radii from which a ball fills the height of the picture; nearer than the second number nobody knows what he sees.
 _DISTANCE, _LEAST_DISTANCE_M = 1 / math.sin(math.atan(_HALF_HEIGHT_TAN)), 1.5
-#: In rooms too small for that, the eye comes nearer.
+#: In rooms too small for that, the eye comes nearer, before it looks steeply down or up.
 _NEARER = (1.0, 0.6, 0.35)
 #: Directions from the place to the eye, those that people like best first.
 _ELEVATIONS_DEG, _AZIMUTHS_DEG = (20.0, 50.0, -20.0), range(240, 600, 30)
@@ -82,7 +82,11 @@ class Views:
     def eye(self, place: Place) -> Eye:
         """Return the first eye, of those that one would choose, with a free line to the place; else the first."""
         distance_m = max(_DISTANCE * place.radius_m, _LEAST_DISTANCE_M)
-        eyes_m = [place.target_m + share * distance_m * _directions() for share in _NEARER]
+        eyes_m = [
+            place.target_m + share * distance_m * _directions(elevation_deg)
+            for elevation_deg in _ELEVATIONS_DEG
+            for share in _NEARER
+        ]
         if place.eye_m is not None and np.linalg.norm(place.eye_m - place.target_m) > _SAME_PLACE_M:
             eyes_m.insert(0, place.eye_m[None])
         positions_m = np.concatenate(eyes_m)
@@ -131,12 +135,11 @@ class Views:
         return np.asarray(rgb * shade[:, None])
 
 
-def _directions() -> FloatArray:
-    """(N, 3) unit vectors."""
-    elevation, azimuth = np.radians(np.array([(e, a) for e in _ELEVATIONS_DEG for a in _AZIMUTHS_DEG])).T
-    return np.stack(
-        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=1
-    )
+def _directions(elevation_deg: float) -> FloatArray:
+    """(N, 3) unit vectors, all around."""
+    elevation, azimuth = np.radians(elevation_deg), np.radians(np.array(_AZIMUTHS_DEG))
+    level = np.cos(elevation) * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)
+    return np.column_stack([level, np.full(len(azimuth), np.sin(elevation))])
 
 
 def _is_edge(normal: FloatArray, element: Int32Array) -> BoolArray:
