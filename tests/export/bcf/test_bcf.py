@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import PlanFolderError
 from planner_core.export.formats import export_plan
 from planner_core.export.options import Options
@@ -386,6 +387,24 @@ def test_elements_of_other_formats_are_told_by_their_own_ids(rewritten: Callable
     assert topics[0].view.findtext("Components/Selection/Component/AuthoringToolId") == row["source_id"]
     assert "the scene is usd: its elements have no IFC GlobalId" in remarks[1]
     assert remarks[2] == "cameras have z up, the scene file Y"
+
+
+def test_cameras_stay_in_the_coordinates_of_the_first_file_whatever_the_site_has(
+    room_folder: Path, rewritten: Callable[..., Path]
+) -> None:
+    scene = document(room_folder / "plan")["scene"]
+    other = {key: scene[key] for key in ("sha256", "format", "schema", "units", "metres_per_unit", "up_axis")}
+    plan = rewritten(other_files=[{**other, "file": "ducts.ifc", "load_options": scene["load_options"]}])
+    (here,), _ = exported(plan, max_topics=1)
+    path = room_folder / "site.bcfzip"
+    on_map = FrameRequest(crs="EPSG:25832", origin_m=(5e5, 5.3e6, 100.0), rotation_rad=0.3)
+    remarks = export_plan("bcf", plan, path, Options(max_topics=1), frame=on_map).remarks
+    (there,) = read(path)
+    for name in ("CameraViewPoint", "CameraDirection"):
+        assert there.vector(name).tolist() == here.vector(name).tolist()
+    assert [row.text for row in there.markup.findall("Header/File/Filename")] == ["room.ifc", "ducts.ifc"]
+    assert "cameras are in the coordinates of room.ifc, the first of several files" in remarks
+    assert "cameras are in the scene file's coordinates, metres, as BCF wants, not in the site's" in remarks
 
 
 def test_without_the_building_there_are_cameras_and_no_snapshots(room_folder: Path) -> None:
