@@ -79,6 +79,10 @@ FORMAT_OPTIONS: dict[str, Callable[[Any], Any]] = {
         "--cut-m", type=Length(least=0.1, most=10), default=None, metavar="LENGTH",
         help="Height of the section plane of drawings above the floor, such as 4ft. [1.2]",
     ),
+    "max_topics": click.option(
+        "--max-topics", type=click.IntRange(min=0), default=None,
+        help="Maximum unseen elements in BCF, largest unseen area first. [50]",
+    ),
     "noise": click.option(
         "--noise", is_flag=True, default=None, help="Add the scanner's range noise and dropouts to point clouds."
     ),

@@ -192,6 +192,17 @@ _FORMATS = (
         feet=True,
     ),
     Format(
+        name="bcf",
+        title="comments and unseen elements as issues with camera and snapshot, BCF 2.1",
+        file_name="issues.bcfzip",
+        write=_lazy("planner_core.export.bcf", "write_bcf"),
+        options=("max_topics", "floors"),
+        verified_with="ElementTree, rules of the schemas; by hand bcf-client 0.9, BCF 2.1's XSDs (xmlschema 4.3)",
+        in_pack=False,
+        page="bcf.md",
+        feet=True,
+    ),
+    Format(
         name="usd-stations",
         title="stations only, as one USD layer: tripods, cameras, figures",
         file_name="stations.usda",

@@ -42,3 +42,5 @@ class Options:
     """`relative`: above the lowest floor, which is put on the ground; `absolute`: as they are, as if above the sea."""
     cut_m: float = 1.2
     """Height above the ground at which drawings cut walls."""
+    max_topics: int = 50
+    """Unseen elements that become topics of BCF, the largest areas first."""

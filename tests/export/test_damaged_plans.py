@@ -41,7 +41,7 @@ def damaged(document: Any, chance: random.Random) -> str:
     return text[: chance.randrange(len(text))] if chance.random() < 0.05 else text
 
 
-@pytest.mark.parametrize("name", ["html", "pdf", "dxf", "csv", "landxml", "geojson", "ifc", "usd-stations"])
+@pytest.mark.parametrize("name", ["html", "pdf", "dxf", "csv", "landxml", "geojson", "bcf", "ifc", "usd-stations"])
 def test_damaged_plans_are_exported_or_refused_in_one_line(
     box_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:

@@ -37,6 +37,7 @@ STAGE_FILE = "viewer/stage.usdc"
 class Building:
     """What sheets show of a building.
 
+    element_numbers : (E,) int32, of `scene.elements`, as plan.json counts them: here are only those with triangles.
     ground_of_triangle : (T,) int32, number of the floor whose ground a triangle is, from 0; -1 where it is none.
     times_seen : (P,) int32, stations that see each patch, 254 for more. achievable : (P,) bool, some candidate sees it.
     required : (P,) bool, it is to be covered; of plans that do not say, all.
@@ -48,6 +49,7 @@ class Building:
     times_seen: Int32Array
     achievable: BoolArray
     required: BoolArray
+    element_numbers: Int32Array
 
 
 def read_building(folder: Path) -> Building | str:
@@ -62,7 +64,7 @@ def read_building(folder: Path) -> Building | str:
     for path in (stage, seen):
         if not path.is_file():
             return f"{path.relative_to(folder)} is not in the plan folder: walls and unseen surface are not drawn"
-    scene, patches, ground = _read_stage(stage)
+    scene, patches, ground, numbers = _read_stage(stage)
     reason = folder / "viewer" / "reason.u8"
     seen_bytes = np.fromfile(seen, dtype=np.uint8)
     reasons = np.fromfile(reason, dtype=np.uint8) if reason.is_file() else np.zeros_like(seen_bytes)
@@ -74,7 +76,7 @@ def read_building(folder: Path) -> Building | str:
             )
     achievable = seen_bytes != NOT_ACHIEVABLE
     times_seen = np.where(achievable, seen_bytes, 0).astype(np.int32)
-    return Building(scene, patches, ground, times_seen, achievable, reasons != OUT_OF_SCOPE)
+    return Building(scene, patches, ground, times_seen, achievable, reasons != OUT_OF_SCOPE, numbers)
 
 
 def read_figures(folder: Path, names: tuple[str, ...]) -> dict[str, FloatArray]:
@@ -120,8 +122,8 @@ class _Mesh:
     depth: UInt8Array
 
 
-def _read_stage(path: Path) -> tuple[Scene, Patches, Int32Array]:
-    """Scene, patches and the floor whose ground each triangle is."""
+def _read_stage(path: Path) -> tuple[Scene, Patches, Int32Array, Int32Array]:
+    """Scene, patches, the floor whose ground each triangle is, and the numbers of the elements."""
     from pxr import Tf, Usd, UsdGeom
 
     try:
@@ -135,7 +137,8 @@ def _read_stage(path: Path) -> tuple[Scene, Patches, Int32Array]:
         raise ExportError(f"{path}: holds no building of a plan, expected the stage that a plan wrote; plan again")
     meshes.sort(key=lambda mesh: mesh.number)
     offset_m = np.array([float(root.GetAttribute(f"tlsplan:offset{axis}").Get()) for axis in "XYZ"])
-    return _joined(path, meshes, offset_m)
+    numbers = np.array([mesh.number for mesh in meshes], dtype=np.int32)
+    return *_joined(path, meshes, offset_m), numbers
 
 
 _TRIANGLE = "primvars:tlsplan:triangle"

@@ -48,7 +48,8 @@ class Floor:
         top = (np.abs(scene.vertices_m[scene.triangles][:, :, 2] + scene.offset_m[2]) < 1e-6).all(axis=1)
         ground = np.where(top, 0, -1).astype(np.int32)
         required = np.ones_like(seen) if required is None else required
-        building = Building(scene, self.patches, ground, seen.astype(np.int32), achievable, required)
+        numbers = np.arange(len(scene.elements), dtype=np.int32)
+        building = Building(scene, self.patches, ground, seen.astype(np.int32), achievable, required, numbers)
         window_m = np.array([[-1.0, -1.0], [5.0, 5.0]]) - scene.offset_m[:2]
         height_m = np.array([low_m, 2.5]) - scene.offset_m[2]
         return unseen_surface(building, 0, height_m=height_m, window_m=window_m)
