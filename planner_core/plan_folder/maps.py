@@ -42,10 +42,13 @@ from planner_core.plan_folder.section_view import (
     SectionView,
     camera_at,
     camera_from_above,
+    cut_above_m,
     cut_height_m,
+    ground_levels,
     inside_solid,
+    joined_views,
     marked,
-    section_lines,
+    view_lines_m,
     view_section,
 )
 from planner_core.plan_folder.sheet import (
@@ -98,15 +101,20 @@ def view_floor(plan: Plan, floor_index: int, *, engine: ScanEngine) -> SectionVi
     floor = plan.survey.floors[floor_index]
     margin_m = 0.01 * float(np.ptp(floor.bounds_m, axis=0).max()) + 0.5
     window_m = floor.bounds_m + np.array([[-margin_m], [margin_m]])
-    return view_section(
-        plan.survey,
-        engine,
-        camera_from_above(),
-        ground_m=floor.elevation_m,
-        cut_m=cut_height_m(plan, floor),
-        window_m=window_m,
-        width=pixels(picture_box(*(window_m[1] - window_m[0]).tolist()).width),
-    )
+    levels = ground_levels(plan.survey, floor)
+    views = [
+        view_section(
+            plan.survey,
+            engine,
+            camera_from_above(),
+            ground_m=ground_m,
+            cut_m=cut_above_m(plan, ground_m),
+            window_m=window_m,
+            width=pixels(picture_box(*(window_m[1] - window_m[0]).tolist()).width),
+        )
+        for ground_m, _ in levels
+    ]
+    return joined_views(views, [triangles for _, triangles in levels])
 
 
 def write_floor_map(plan: Plan, floor_index: int, path: Path, *, view: SectionView) -> None:
@@ -237,9 +245,7 @@ def _draw_view(ink: PngInk, plan: Plan, floor: Floor, at: Placed, *, coloured: b
     # Bytes, as matplotlib would make them itself after half a dozen copies of the floats.
     rgb = (255 * view_rgb(plan, floor, at.view, coloured=coloured)).astype(np.uint8)
     ink.raster(rgb, at.box.left, at.box.bottom)
-    lines_m = section_lines(plan.survey, at.view.cut_m)
-    flat_m = at.view.camera.project(lines_m.reshape(-1, 3)).reshape(-1, 2, 2)
-    ink.lines(list(at.on_paper(flat_m)), _SECTION)
+    ink.lines(list(at.on_paper(view_lines_m(plan.survey, at.view))), _SECTION)
 
 
 def view_rgb(plan: Plan, floor: Floor, view: SectionView, *, coloured: bool = True) -> FloatArray:

@@ -12,12 +12,14 @@ decided by the same geometry that was planned on. Local frame, metres.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
 from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import BoolArray, Float32Array, FloatArray, Floor, Int32Array, Plan, Survey
+from planner_core.model import BoolArray, Float32Array, FloatArray, Floor, Int32Array, Plan, Survey, UInt8Array
 from planner_core.scene.patches import patch_of_points
 
 CUT_HEIGHT_M = 1.2
@@ -26,6 +28,8 @@ CUT_HEIGHT_M = 1.2
 BELOW_GROUND_M = 0.5
 """Steps and lower parts down to here are shown; farther down it is another floor's picture."""
 
+#: Levels of one floor: nothing slopes over so much of height between them, and each has a tenth of the ground.
+_LEVELS_APART_M, _LEAST_LEVEL = 0.5, 0.1
 _BEAMS_AT_ONCE = 400_000
 """Bounds memory to some 100 MB."""
 
@@ -59,12 +63,14 @@ class SectionView:
     triangle, patch : (H, W) int32, -1 where there is nothing.
     depth_m : (H, W) float32 along the beam from the cutting plane, NaN there.
     facing : (H, W) float32 in [0, 1], cosine between the surface's normal and the direction to the eye, NaN there.
+    level : (H, W) into cuts_m, the height at which the building is cut there; split levels have several.
     """
 
     camera: Camera
     window_m: FloatArray
     pixel_m: float
-    cut_m: float
+    cuts_m: tuple[float, ...]
+    level: UInt8Array
     triangle: Int32Array
     patch: Int32Array
     depth_m: Float32Array
@@ -92,8 +98,37 @@ def camera_at(*, azimuth_rad: float, elevation_rad: float) -> Camera:
 
 def cut_height_m(plan: Plan, floor: Floor) -> float:
     """Height of the cutting plane of `floor`, local: a little above the ground, and below the next floor's ground."""
-    above = [other.elevation_m for other in plan.survey.floors if other.elevation_m > floor.elevation_m + 0.5]
-    return min([floor.elevation_m + CUT_HEIGHT_M, *(0.5 * (floor.elevation_m + z) for z in above)])
+    return cut_above_m(plan, floor.elevation_m)
+
+
+def cut_above_m(plan: Plan, ground_m: float) -> float:
+    """The same over ground at a height."""
+    above = [other.elevation_m for other in plan.survey.floors if other.elevation_m > ground_m + 0.5]
+    return min([ground_m + CUT_HEIGHT_M, *(0.5 * (ground_m + z) for z in above)])
+
+
+def ground_levels(survey: Survey, floor: Floor) -> list[tuple[float, Int32Array]]:
+    """Heights of a floor's ground, and triangles (K,) of each, the floor's own elevation first.
+
+    Most floors have one. Wings half a storey apart have two: what no slope joins, and is a tenth of the ground or more.
+    """
+    ground = floor.ground_triangles
+    corners = survey.scene.vertices_m[survey.scene.triangles[ground]]
+    if not ground.size:
+        return [(floor.elevation_m, ground)]
+    low, high = corners[:, :, 2].min(axis=1), corners[:, :, 2].max(axis=1)
+    area_m2 = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    order = np.argsort(low, kind="stable")
+    reached = np.maximum.accumulate(high[order])
+    begins = np.concatenate([[True], low[order][1:] > reached[:-1] + _LEVELS_APART_M])
+    level = np.empty(ground.size, dtype=np.int64)
+    level[order] = np.cumsum(begins) - 1
+    share = np.bincount(level, weights=area_m2) / max(float(area_m2.sum()), 1e-12)
+    height = np.bincount(level, weights=area_m2 * low) / np.maximum(np.bincount(level, weights=area_m2), 1e-12)
+    own = int(np.argmin(np.abs(height - floor.elevation_m)))
+    others = [number for number in np.flatnonzero(share >= _LEAST_LEVEL).tolist() if number != own]
+    levels = [(float(height[number]), ground[level == number]) for number in others]
+    return [(floor.elevation_m, ground[~np.isin(level, others)]), *levels]
 
 
 def view_section(
@@ -127,7 +162,29 @@ def view_section(
         parts.append(_look(survey, engine, camera, starts_m, reach_m))
     triangle, patch, depth_m = (np.concatenate(part).reshape(height, width) for part in zip(*parts, strict=True))
     facing = _facing(survey, camera, triangle)
-    return SectionView(camera, window_m, pixel_m, cut_m, triangle, patch, depth_m, facing)
+    level = np.zeros((height, width), dtype=np.uint8)
+    return SectionView(camera, window_m, pixel_m, (cut_m,), level, triangle, patch, depth_m, facing)
+
+
+def joined_views(views: Sequence[SectionView], ground: Sequence[Int32Array]) -> SectionView:
+    """One view of several levels: each pixel as the level shows it whose ground, triangles (K,), is nearest to it.
+
+    views : of one camera and window, cut once each.
+    """
+    if len(views) == 1:
+        return views[0]
+    away = [
+        distance_transform_edt(~np.isin(view.triangle, triangles))
+        if np.isin(view.triangle, triangles).any()
+        else np.full(view.triangle.shape, np.inf)
+        for view, triangles in zip(views, ground, strict=True)
+    ]
+    level = np.argmin(away, axis=0).astype(np.uint8)
+    triangle, patch, depth_m, facing = (
+        np.choose(level, [getattr(view, name) for view in views]) for name in ("triangle", "patch", "depth_m", "facing")
+    )
+    cuts_m = tuple(view.cuts_m[0] for view in views)
+    return replace(views[0], cuts_m=cuts_m, level=level, triangle=triangle, patch=patch, depth_m=depth_m, facing=facing)
 
 
 def _pixels(window_m: FloatArray, width: int) -> tuple[float, int]:
@@ -186,8 +243,11 @@ def inside_solid(survey: Survey, view: SectionView, ground_triangles: Int32Array
     closed surface is a room.
     """
     height, width = view.triangle.shape
-    starts_m = _starts_m(view.camera, view.window_m, view.pixel_m, view.cut_m, range(height), width)
-    element = _element_around(survey, view.cut_m, starts_m, view.pixel_m)
+    element = np.full(view.triangle.shape, -1, dtype=np.int32)
+    for number, cut_m in enumerate(view.cuts_m):
+        starts_m = _starts_m(view.camera, view.window_m, view.pixel_m, cut_m, range(height), width)
+        here = view.level == number
+        element[here] = _element_around(survey, cut_m, starts_m, view.pixel_m)[here]
     solid: BoolArray = (element >= 0) & ~_own_ground(survey, view.triangle, element, ground_triangles)
     return solid
 
@@ -265,6 +325,21 @@ def _even_odd_fill(
 def section_lines(survey: Survey, cut_m: float) -> FloatArray:
     """(K, 2, 3) float64: the lines in which triangles cross the plane z = cut_m, local frame."""
     return _section(survey, cut_m)[0]
+
+
+def view_lines_m(survey: Survey, view: SectionView) -> FloatArray:
+    """(K, 2, 2) the lines in which the planes of a view cut the building, on the camera's plane."""
+    found = []
+    (u_min, _), (_, v_max) = view.window_m
+    for number, cut_m in enumerate(view.cuts_m):
+        lines_m = view.camera.project(section_lines(survey, cut_m).reshape(-1, 3)).reshape(-1, 2, 2)
+        if len(view.cuts_m) > 1:
+            middle = lines_m.mean(axis=1)
+            column = np.clip((middle[:, 0] - u_min) / view.pixel_m, 0, view.level.shape[1] - 1).astype(np.int64)
+            row = np.clip((v_max - middle[:, 1]) / view.pixel_m, 0, view.level.shape[0] - 1).astype(np.int64)
+            lines_m = lines_m[view.level[row, column] == number]
+        found.append(lines_m)
+    return np.concatenate(found)
 
 
 def _section(survey: Survey, cut_m: float) -> tuple[FloatArray, Int32Array]:

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner_core.engine.scan_engine import ScanEngine
-from planner_core.model import Plan
+from planner_core.coverage.survey import make_survey
+from planner_core.engine.scan_engine import ScanEngine, open_engine
+from planner_core.model import Plan, PlanSettings, Scene
 from planner_core.plan_folder import palette
 from planner_core.plan_folder.drawing.marks import nice_length_m, spread_apart
 from planner_core.plan_folder.maps import view_rgb
@@ -21,12 +22,18 @@ from planner_core.plan_folder.section_view import (
     camera_at,
     camera_from_above,
     cut_height_m,
+    ground_levels,
     inside_solid,
+    joined_views,
     section_lines,
     solid_cells,
+    view_lines_m,
     view_section,
 )
 from planner_core.plan_folder.sheet import coverage_legend
+from planner_core.scanner.load_scanner import load_scanner
+from planner_core.scene.build import scene_from_arrays
+from tests.coverage.conftest import BOX_FACES, box_corners
 
 WINDOW_M = np.array([[-0.5, -0.5], [8.5, 4.5]])
 
@@ -222,3 +229,47 @@ def test_unseen_list_names_the_element_in_its_source(plan: Plan) -> None:
     lines = unseen_csv(plan).splitlines()
     assert lines[1] == "3,Wand süd,IfcWall,id-3,F0,1.250,40.000"
     assert len(lines) == 3
+
+
+def test_wings_half_a_storey_apart_are_each_cut_above_their_own_ground() -> None:
+    """Ground at 0 and at 1.5 m, a table on each: one map shows both floors, both tables, and walls of either."""
+    boxes = [
+        ("low slab", (0.0, 0.0, -0.2), (6.0, 6.0, 0.0)),
+        ("high slab", (6.0, 0.0, 1.3), (12.0, 6.0, 1.5)),
+        ("low table", (2.0, 2.0, 0.0), (3.0, 3.0, 0.7)),
+        ("high table", (9.0, 2.0, 1.5), (10.0, 3.0, 2.2)),
+        ("low wall", (-0.2, 0.0, -0.2), (0.0, 6.0, 4.0)),
+        ("high wall", (12.0, 0.0, 1.3), (12.2, 6.0, 4.0)),
+    ]
+    corners = np.concatenate([box_corners(low, high) for _, low, high in boxes])
+    scene = scene_from_arrays(corners, np.concatenate([BOX_FACES + 8 * number for number in range(len(boxes))]))
+    survey = make_survey(scene, PlanSettings(scanner=load_scanner("rtc360"), max_patch_area_m2=1.0))
+    top = {number: np.flatnonzero(_is_top(scene, 12 * number)) + 12 * number for number in (0, 1)}
+    floor = dataclasses.replace(
+        survey.floors[0], elevation_m=0.0, ground_triangles=np.concatenate([top[0], top[1]]).astype(np.int32)
+    )
+    levels = ground_levels(survey, floor)
+    assert [height for height, _ in levels] == pytest.approx([0.0, 1.5])
+    assert [sorted(triangles.tolist()) for _, triangles in levels] == [sorted(top[0]), sorted(top[1])]
+    window_m = np.array([[-1.0, -1.0], [13.0, 7.0]])
+    engine = open_engine(scene, survey.patches)
+    joined = joined_views(
+        [
+            view_section(survey, engine, camera_from_above(), ground_m=z, cut_m=z + 1.2, window_m=window_m, width=280)
+            for z, _ in levels
+        ],
+        [triangles for _, triangles in levels],
+    )
+    shown = {spot: joined.triangle[pixel(joined, *spot)] // 12 for spot in ((1, 1), (11, 1), (2.5, 2.5), (9.5, 2.5))}
+    assert list(shown.values()) == [0, 1, 2, 3]
+    solid = inside_solid(survey, joined, floor.ground_triangles)
+    assert [solid[pixel(joined, x, 3.0)] for x in (-0.1, 12.1, 5.0, 7.0)] == [True, True, False, False]
+    # Outlines of both walls, and of neither slab: the low level's plane cuts through none of them over the high one.
+    lines_m = view_lines_m(survey, joined)
+    assert np.linalg.norm(lines_m[:, 1] - lines_m[:, 0], axis=1).sum() == pytest.approx(2 * 2 * (6.0 + 0.2), abs=0.01)
+
+
+def _is_top(scene: Scene, first: int) -> np.ndarray:
+    """(12,) bool: which of a box's triangles, numbered from `first`, are its upper face."""
+    z_m = scene.vertices_m[scene.triangles[first : first + 12]][:, :, 2]
+    return np.asarray((z_m == z_m.max()).all(axis=1))
