@@ -46,7 +46,7 @@ PLANNED = {
 }
 SCANNERS = ("rtc360", "blk360-g2", "x7", "focus-premium-70")
 #: Those of the two large buildings, which take minutes each.
-SCANNERS_OF = {"Angel house": SCANNERS[:2], BLOCK: SCANNERS[:2]}
+SCANNERS_OF = {"Angel house": SCANNERS[:1], BLOCK: SCANNERS[:1]}
 
 
 # ------------------------------------------------------------------------------------------------ floors
