@@ -114,6 +114,7 @@ def test_a_closed_room_has_the_area_of_its_drawing(patch_m2: float) -> None:
     demand = demand_of(survey, settings, engine, grid)
     area_m2 = demand.surveyed(survey).patches.area_m2[demand.times_met[0] > 0]
     truth_m2 = 2 * (6 * 4 + 6 * 2.7 + 4 * 2.7)
-    assert area_m2.sum() == pytest.approx(truth_m2, rel=0.001)
+    # A hundred large patches are cut here: chance is as much again.
+    assert area_m2.sum() == pytest.approx(truth_m2, rel=0.002 if patch_m2 > 0.1 else 0.001)
     whole_m2 = survey.patches.area_m2[demand.times_met[0] > 0].sum()
     assert whole_m2 > 1.005 * area_m2.sum()
