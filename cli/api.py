@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 
 from planner_core.coordinates.request import FrameRequest
-from planner_core.coverage.survey import make_survey
 from planner_core.engine.patch_mode import mode_that_counts_parts
-from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import PlannerError, StationListError
 from planner_core.export.formats import Written, export_pack
 from planner_core.export.options import Options as ExportOptions
@@ -39,8 +37,7 @@ from planner_core.plan_folder import plan_source
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.plan_folder.stations_csv import GivenStation, read_station_list
 from planner_core.planning.evaluate import evaluate_stations
-from planner_core.planning.judge import QUICK_POINTS, with_judgement
-from planner_core.planning.plan import plan_survey
+from planner_core.planning.plan import make_plan
 from planner_core.progress import Progress, ProgressEvent, silent
 from planner_core.requirements.deliverables import DEFAULT_DELIVERABLE, NO_DELIVERABLE
 from planner_core.requirements.goals import NO_COVER
@@ -151,7 +148,7 @@ def plan(
     *,
     engine: str = "auto",
     device: str | None = None,
-    judge_points: int = QUICK_POINTS,
+    judge_points: int | None = None,
     progress: Progress = silent,
     **more: Any,
 ) -> Plan:
@@ -164,7 +161,7 @@ def plan(
     engine, device
         Scan engine: `auto`, `opencl` or `open3d`; OpenCL device by number or part of its name.
     judge_points
-        Random points that the plan is judged by; 0: none. The method paper's plans are not.
+        Random points that the plan is judged by; 0: none. None: 20000, and none for `method=Paper()`.
     progress
         Is called with one `ProgressEvent` after the other; a KeyboardInterrupt that it raises while stations are
         chosen ends the search with the best plan so far.
@@ -175,11 +172,7 @@ def plan(
         Settings that are not valid or can't be met, no device; one line.
     """
     chosen = _settings(settings, more)
-    survey = make_survey(scene, chosen, progress=progress)
-    scan_engine = open_engine(survey.scene, survey.patches, engine=engine, device=device)
-    made = plan_survey(survey, chosen, scan_engine, progress=progress)
-    n_points = 0 if isinstance(chosen.method, Paper) else judge_points
-    return with_judgement(made, scan_engine, n_points=n_points, progress=progress)
+    return make_plan(scene, chosen, engine=engine, device=device, judge_points=judge_points, progress=progress)
 
 
 def evaluate(
@@ -189,6 +182,7 @@ def evaluate(
     *,
     engine: str = "auto",
     device: str | None = None,
+    judge_points: int | None = None,
     progress: Progress = silent,
     **more: Any,
 ) -> Plan:
@@ -198,7 +192,7 @@ def evaluate(
     ----------
     stations
         A CSV or plan.json; or positions (x, y, z) of the sensor, scene frame, metres.
-    settings, engine, device, progress, more
+    settings, engine, device, judge_points, progress, more
         As for `plan`.
 
     Raises
@@ -207,7 +201,10 @@ def evaluate(
         As `plan`; or stations that can't be read.
     """
     given = read_station_list(Path(stations)) if isinstance(stations, str | Path) else _given(stations)
-    return evaluate_stations(scene, _settings(settings, more), given, engine=engine, device=device, progress=progress)
+    chosen = _settings(settings, more)
+    return evaluate_stations(
+        scene, chosen, given, engine=engine, device=device, judge_points=judge_points, progress=progress
+    )
 
 
 def write_plan(plan: Plan, folder: str | Path, *, overwrite: bool = False, progress: Progress = silent) -> PlanSource:

@@ -121,11 +121,9 @@ def settings(
     )
 
 
-def points_to_judge(asked: int | None, *, preset: str | None = None, **_: object) -> int:
-    """Random points that a plan is judged by: as many as asked for, else the usual; none of the paper's own plans."""
-    from planner_core.planning.judge import QUICK_POINTS
-
-    return (0 if preset == "paper" else QUICK_POINTS) if asked is None else asked
+def points_to_judge(asked: int | None, *, preset: str | None = None, **_: object) -> int | None:
+    """Random points to judge a plan by: as many as asked for, none with the paper's preset, else as usual (None)."""
+    return 0 if asked is None and preset == "paper" else asked
 
 
 def asked(asking: Asking, *, deliverable: str, scope: Scope, no_cover: Sequence[str] = ()) -> tuple[Requirements, Site]:

@@ -32,6 +32,7 @@ def main() -> None:
     from .exit_codes import exit_code_of, line_of
     from .group import cli
 
+    stdout = sys.stdout
     try:
         prepare(debug=debug)  # from here on an interrupt ends the work in good order
         try:
@@ -56,12 +57,9 @@ def main() -> None:
         _take_signals(signal.SIG_IGN)  # who presses twice is told once
         click.echo(_INTERRUPTED, err=True)
         code = _INTERRUPTED_CODE
-    except (BrokenPipeError, SystemExit):  # click makes the other one of it
-        # The reader of a pipe (`tlsplan floors x | head`) went away: not an error, and nobody left to tell.
-        nobody = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nobody, 1)
-        os.dup2(nobody, 2)
-        code = 0
+    except (BrokenPipeError, SystemExit) as error:
+        # click makes the other one of a broken pipe, and puts another stream in its place.
+        code = error.code if isinstance(error, SystemExit) and sys.stdout is stdout else _nobody_reads()
     except Exception as error:  # the last resort of the program: every other place lets exceptions through
         if debug:
             raise
@@ -70,6 +68,14 @@ def main() -> None:
     status = code if isinstance(code, int) else 0
     _take_signals(lambda *_: leave_at_once(status))  # all is done: Python's own way out is what is left to interrupt
     sys.exit(status)
+
+
+def _nobody_reads() -> int:
+    """Return the code where the reader of a pipe (`... | head`) went away: no error, and nobody left to tell."""
+    nobody = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nobody, 1)
+    os.dup2(nobody, 2)
+    return 0
 
 
 def _speak_utf8() -> None:

@@ -31,6 +31,7 @@ from planner_core.model import (
     Optics,
     OverlapMeasure,
     OverlapOf,
+    Paper,
     Plan,
     PlanSettings,
     PointLimits,
@@ -46,7 +47,7 @@ _BEFORE_M, _BEFORE_SHARE = 5e-4, 1e-5
 #: Widths of a patch that points of neighbouring rows or columns may be apart: surface seen edge-on has fewer beams.
 _MOST_WIDTHS = 2.0
 _BATCH_POINTS = 100_000
-#: Points that every plan is judged by: seconds of work, and a share to about 0.2 points.
+#: Points that plans are judged by: seconds of work, and a share to about 0.2 points.
 QUICK_POINTS = 20_000
 #: Standard errors from which on a plan's figure and the judge's are told to disagree.
 _DISAGREEING = 3.0
@@ -63,13 +64,21 @@ class _Points:
     area_m2: float
 
 
-def with_judgement(
-    plan: Plan, engine: ScanEngine, *, n_points: int = QUICK_POINTS, progress: Progress = silent
-) -> Plan:
+def usual_points(settings: PlanSettings) -> int:
+    """Points that a plan of these settings is judged by where nobody says: none for the method paper's, which count
+    whole patches on purpose.
+    """
+    return 0 if isinstance(settings.method, Paper) else QUICK_POINTS
+
+
+def with_judgement(plan: Plan, engine: ScanEngine, *, n_points: int | None = None, progress: Progress = silent) -> Plan:
     """Let the judge look at a plan: his figures, and a warning where one of ours is off by more than three errors.
 
-    Without points, and for scanners of one row or column, which he can't judge, the plan as it is.
+    n_points : None: `usual_points`. Without any, and for scanners of one row or column, which he can't judge, the plan
+    as it is.
     """
+    if n_points is None:
+        n_points = usual_points(plan.settings)
     if n_points == 0 or min(plan.survey.template.shape) < 2 or not plan.stations:
         return plan
     found = judge(plan, engine, n_points=n_points, seed=plan.settings.seed, progress=progress)

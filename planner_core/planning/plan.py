@@ -33,6 +33,7 @@ from planner_core.model import (
 from planner_core.paper.pipeline import find_pool, paper_settings
 from planner_core.planning.choose import choose, choose_by_paper, choose_greedily
 from planner_core.planning.first_plan import as_memory_holds, looked_from_few, tell_first_plan
+from planner_core.planning.judge import with_judgement
 from planner_core.planning.pool import Choice, Pool, make_pool
 from planner_core.planning.results import Stopwatch, Surroundings, describe_plan
 from planner_core.positions.allowed_positions import AllowedPositions, find_positions, places_as_they_are
@@ -53,6 +54,7 @@ def make_plan(
     *,
     engine: str = "auto",
     device: str | None = None,
+    judge_points: int | None = 0,
     progress: Progress = silent,
 ) -> Plan:
     """Plan the stations of a survey: few of them, that meet what is required and register as one network.
@@ -61,6 +63,8 @@ def make_plan(
     ----------
     engine, device
         See `planner_core.engine.scan_engine.open_engine`.
+    judge_points
+        See `planner_core.planning.judge.with_judgement`.
 
     Raises
     ------
@@ -73,7 +77,8 @@ def make_plan(
     survey = make_survey(scene, settings, progress=progress)
     # 2. Something to scan with.
     scan_engine = open_engine(scene, survey.patches, engine=engine, device=device)
-    return plan_survey(survey, settings, scan_engine, progress=progress)
+    plan = plan_survey(survey, settings, scan_engine, progress=progress)
+    return with_judgement(plan, scan_engine, n_points=judge_points, progress=progress)
 
 
 def plan_survey(

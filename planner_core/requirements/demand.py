@@ -106,7 +106,7 @@ def demand_of(
         looked = look_around(survey, settings, engine, positions_m, asked, notes_needed=True, progress=progress)
     else:
         looked, new = known.looked, np.setdiff1d(np.arange(positions_m.shape[0]), known.row)
-        if new.size:
+        if new.size or (np.diff(known.row) < 0).any():  # all of them, but in another order
             found = look_around(survey, settings, engine, positions_m[new], asked, notes_needed=True, progress=progress)
             looked = merged(looked, found, np.argsort(np.concatenate([known.row, new])))
     counted = survey.patches.counted

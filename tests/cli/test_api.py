@@ -48,6 +48,8 @@ def test_settings_are_those_of_a_file_with_what_is_said_in_place_of_it(tmp_path:
     assert (told.grid_step_m, told.method) == (1.0, tlsplan.Greedy())
     assert tlsplan.settings(told.scanner).scanner is told.scanner
     assert tlsplan.settings().method == tlsplan.Proven()
+    modes = [tlsplan.settings("hdl-64e", **more).scan_mode for more in ({}, {"scan_mode": "beams"})]
+    assert [*modes, tlsplan.settings(method=tlsplan.Paper()).scan_mode] == ["patches", "beams", "auto"]
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,9 @@
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tlsplan import environment
@@ -148,3 +150,9 @@ def test_work_goes_on_where_the_reader_of_progress_goes_away(box: Path, tmp_path
     assert done.returncode == 0
     assert (tmp_path / "code").read_text() == "0\n"
     assert "Level" in (tmp_path / "floors").read_text()
+
+
+def test_a_command_that_ends_with_a_code_keeps_it(monkeypatch: pytest.MonkeyPatch, tlsplan: Callable[..., Any]) -> None:
+    """A library's own way out, such as a server's that can't start, is no reader that went away."""
+    monkeypatch.setattr("tlsplan.group.cli.main", lambda **_: sys.exit(3))
+    assert tlsplan("scanners").returncode == 3

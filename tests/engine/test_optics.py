@@ -165,3 +165,24 @@ def test_a_scene_all_of_mirrors_returns_nothing_and_one_of_glass_is_refused(shap
     glass = replace(scene, optics_of_triangle=np.full(12, Optics.PASSES, dtype=np.uint8))
     with pytest.raises(SceneError, match="all of it is glass, expected a surface that returns beams"):
         open_engine(glass, patches, engine=name)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_rays_that_go_through_glass_meet_what_is_behind_it_by_its_number(shapes: SimpleNamespace, name: str) -> None:
+    scene = glazed(shapes, 4)
+    assert scene.optics_of_triangle is not None
+    engine = open_engine(scene, make_patches(scene, max_area_m2=0.2), engine=name)
+    beams = np.random.default_rng(4).normal(size=(2000, 3)).astype(np.float32).astype(np.float64)
+    beams /= np.linalg.norm(beams, axis=1)[:, None]
+    origin = np.array([0.1, -0.2, 1.3], dtype=np.float32).astype(np.float64)
+    from_m = np.broadcast_to(origin, beams.shape)
+    meets = np.flatnonzero(scene.optics_of_triangle != Optics.PASSES)
+    range_m, triangle, margin = first_hits(replace(scene, triangles=scene.triangles[meets]), origin, beams)
+    clear = (margin > 1e-4) & np.isfinite(range_m)
+    hits = engine.cast_rays(from_m, beams, range_max_m=100.0, through_glass=True)
+    np.testing.assert_array_equal(hits.triangle[clear], meets[triangle][clear])
+    np.testing.assert_allclose(hits.range_m[clear], range_m[clear], rtol=1e-4)
+    # Mirrors are met, and without being told so, rays meet the glass.
+    assert (scene.optics_of_triangle[hits.triangle[clear]] == Optics.STOPS).sum() > 20
+    plain = engine.cast_rays(from_m, beams, range_max_m=100.0)
+    assert (scene.optics_of_triangle[plain.triangle[clear]] == Optics.PASSES).sum() > 20

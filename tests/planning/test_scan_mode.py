@@ -10,15 +10,16 @@ from tlsplan import summary
 
 import scenes_synthetic
 from planner_core.coverage.survey import make_survey, visible_from
-from planner_core.engine.patch_mode import AUTO_PATCHES_BEAMS, scan_mode_of
+from planner_core.engine.patch_mode import AUTO_PATCHES_BEAMS, mode_that_counts_parts, scan_mode_of
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import RequirementError
-from planner_core.model import Greedy, PlanSettings, Requirements, Scanner, Scene
+from planner_core.model import Greedy, PlanSettings, Requirements, ScanBy, Scanner, Scene
 from planner_core.plan_folder.plan_json import plan_document
 from planner_core.plan_folder.stations_csv import GivenStation
 from planner_core.planning.evaluate import evaluate_survey
 from planner_core.planning.plan import plan_survey
 from planner_core.requirements.observations import observations_in_batches
+from planner_core.scanner.load_scanner import load_scanner
 from planner_core.scanner.template import make_template
 from planner_core.scene.load import load_scene
 
@@ -67,6 +68,15 @@ def test_auto_takes_patches_for_very_many_beams_alone() -> None:
     # One row has no step to compute a density by.
     fan = replace(make_template(few), azimuth_rad=np.linspace(0, 6, AUTO_PATCHES_BEAMS), elevation_rad=np.zeros(1))
     assert scan_mode_of("auto", fan) == "beams"
+
+
+def test_parts_are_counted_for_all_scanners_of_rows_and_columns_unless_told() -> None:
+    robot = load_scanner("hdl-64e")
+    assert robot.n_beams < AUTO_PATCHES_BEAMS
+    assert mode_that_counts_parts(ScanBy.AUTO, robot) == "patches"
+    assert mode_that_counts_parts(ScanBy.AUTO, replace(robot, elevation_rad=(0.0,), azimuth_offset_rad=())) == "auto"
+    for asked in (ScanBy.BEAMS, ScanBy.PATCHES):
+        assert mode_that_counts_parts(asked, robot) == asked
 
 
 def test_settings_refuse_an_unknown_scan_mode() -> None:

@@ -98,6 +98,13 @@ def test_what_was_looked_at_before_counts_with_the_rest(rooms: tuple[Survey, Sca
     np.testing.assert_array_equal(again.counted, whole.counted)
     for one, other in ((again.rows.seen, whole.rows.seen), (again.rows.met, whole.rows.met)):
         assert (one.starts.tolist(), one.patch.tolist()) == (other.starts.tolist(), other.patch.tolist())
+    # All of them, in another order than asked for.
+    order = np.array([4, 1, 0, 5, 3, 2])
+    turned = demand_of(
+        survey, settings, engine, at, known=Known(order, looked_from(survey, settings, engine, at[order]))
+    )
+    np.testing.assert_array_equal(turned.counted, whole.counted)
+    assert turned.rows.met.patch.tolist() == whole.rows.met.patch.tolist()
     some = demand_of(survey, settings, engine, at[row])
     assert some.counted is not None
     assert (some.counted != whole.counted).any()
