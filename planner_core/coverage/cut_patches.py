@@ -40,7 +40,7 @@ def shares_of_cut_patches(
         return np.empty(0, dtype=np.uint8)
     position, rank_of_patch, look = _best_looks(rows, share, patches, survey.patches.n_patches)
     places = places_of(survey.scene, survey.patches, patches)
-    u, v = _points(patches)
+    u, v = points_of(patches)
     edge = places.corners_m[:, 1:] - places.corners_m[:, :1]
     at_m = places.corners_m[:, :1] + u[..., None] * edge[:, None, 0] + v[..., None] * edge[:, None, 1]
     view, rounding_m = view_of(survey.template), rounding_of(survey.scene)
@@ -81,7 +81,7 @@ def _best_looks(
     return position.astype(np.int64), rank[few].astype(np.int64), look[few].astype(np.int64)
 
 
-def _points(patches: Int32Array) -> tuple[FloatArray, FloatArray]:
+def points_of(patches: Int32Array) -> tuple[FloatArray, FloatArray]:
     """(K, 32) weights of each patch's second and third corner: an even lattice, shifted by the patch's number.
 
     References
