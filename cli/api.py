@@ -12,8 +12,8 @@ import numpy as np
 from planner_core.coordinates.request import FrameRequest
 from planner_core.engine.patch_mode import mode_that_counts_parts
 from planner_core.errors import PlannerError, StationListError
-from planner_core.export.formats import Written, export_pack
 from planner_core.export.options import Options as ExportOptions
+from planner_core.export.write import Written, export_pack
 from planner_core.model import (
     Doors,
     Glass,

@@ -14,8 +14,8 @@ from ..options import Length, apply, output_options, overwrite_option, plan_scen
 
 if TYPE_CHECKING:
     from planner_core.coordinates.request import FrameRequest
-    from planner_core.export.formats import Written
     from planner_core.export.options import Options
+    from planner_core.export.write import Written
     from planner_core.progress import Progress
 
 WEB = "web"
@@ -208,7 +208,8 @@ def _export(
     frame: FrameRequest,
     progress: Progress,
 ) -> Written:
-    from planner_core.export.formats import ALL, export_pack, export_plan
+    from planner_core.export.formats import ALL
+    from planner_core.export.write import export_pack, export_plan
 
     said: dict[str, Any] = {"overwrite": overwrite, "scene": scene, "frame": frame, "progress": progress}
     if len(names) == 1 and names[0] != ALL:
@@ -217,7 +218,7 @@ def _export(
 
 
 def _web(plan: Path, folder: Path, overwrite: bool, progress: Progress) -> Written:
-    from planner_core.export.formats import Written
+    from planner_core.export.write import Written
     from viewer_web.static_export import export_viewer
 
     exported = export_viewer(plan, folder, overwrite=overwrite, progress=progress)

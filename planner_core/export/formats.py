@@ -1,4 +1,4 @@
-"""The registry of formats, and what all of them share: a free target, files that appear whole, a record of what is in.
+"""The registry of formats that plans are exported to; `planner_core.export.write` writes them.
 
 A writer gets a `PlanSource`, a path to write to (a file that is not there, or an empty folder) and `Options`. It never
 looks at the target, replaces, renames or prints; it returns remarks, one line each, for the user.
@@ -8,27 +8,15 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from planner_core.coordinates.request import FrameRequest
-from planner_core.errors import CrsNeededError, ExportError, RequirementError
+from planner_core.errors import RequirementError
 from planner_core.export.options import Options
-from planner_core.export.targets import (
-    check_file,
-    check_folder,
-    check_is_no_source,
-    size_of,
-    target_guarded,
-    write_record,
-)
-from planner_core.plan_folder.atomic import staged_file, staged_folder
-from planner_core.plan_folder.plan_settings import ScenePaths
-from planner_core.plan_folder.plan_source import PlanSource, open_plan
-from planner_core.progress import Progress, ProgressEvent, silent
+from planner_core.plan_folder.plan_source import PlanSource
+from planner_core.progress import Progress
 
-STAGE = "export"
 ALL = "all"
 """In place of a name: every format, each under its standard name."""
 
@@ -67,21 +55,6 @@ class Format:
     def example(self) -> str:
         """How it is called."""
         return f"tlsplan export plan/ --format {self.name} -o {self.file_name}{'/' if self.is_folder else ''}"
-
-
-@dataclass(frozen=True)
-class Written:
-    """What was written, and in which coordinates.
-
-    remarks : doubts, one line each, for the user; notes : what is to be known of the coordinates.
-    """
-
-    path: Path
-    n_files: int
-    n_bytes: int
-    remarks: tuple[str, ...] = ()
-    coordinates: str = ""
-    notes: tuple[str, ...] = ()
 
 
 def _lazy(module: str, function: str) -> Writer:
@@ -372,149 +345,3 @@ def formats_named(names: Sequence[str]) -> tuple[Format, ...]:
         else:
             raise RequirementError(f"format: got {name!r}, expected one of {', '.join((*FORMATS, ALL))}; see --list")
     return tuple(wanted.values())
-
-
-def export_plan(
-    name: str,
-    plan: Path | PlanSource,
-    target: Path,
-    options: Options = Options(),  # noqa: B008 - frozen
-    *,
-    overwrite: bool = False,
-    scene: ScenePaths = None,
-    frame: FrameRequest | None = None,
-    progress: Progress = silent,
-) -> Written:
-    """Write a plan in one format; it appears whole or not at all.
-
-    Parameters
-    ----------
-    name
-        Of `FORMATS`.
-    plan
-        The plan folder; or the plan, once opened, with `scene` and `frame` as told then.
-    target
-        The file or the folder to write; folders above are made.
-    overwrite
-        Replace a file, or a folder that was written here before.
-
-    Raises
-    ------
-    OutputExistsError
-        The target is there, and is not to be replaced.
-    HandoverError, PlanFolderError, CoordinatesError, SceneError
-        What it is written from is not there or does not do; or the target can't be written.
-    """
-    (chosen,) = formats_named([name])
-    opened = plan if isinstance(plan, PlanSource) else open_plan(plan, scene=scene, frame=frame)
-    _check_scene(opened, (chosen,))
-    with target_guarded(opened, target):
-        if chosen.is_folder:
-            check_folder(target, overwrite=overwrite)
-            with staged_folder(target, replace=overwrite) as staging:
-                remarks = _write(chosen, opened, staging, options, progress)
-                write_record(opened, _names_of([chosen]), staging, _subtracted_m(opened, [chosen], options))
-        else:
-            check_file(target, overwrite=overwrite)
-            check_is_no_source(opened, target)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            with staged_file(target) as staging:
-                remarks = _write(chosen, opened, staging, options, progress)
-                check_file(target, overwrite=overwrite)  # minutes may have gone by
-    return _written(opened if chosen.feet else in_metres(opened), target, remarks)
-
-
-def export_pack(
-    names: Sequence[str],
-    plan: Path | PlanSource,
-    target: Path,
-    options: Options = Options(),  # noqa: B008 - frozen
-    *,
-    overwrite: bool = False,
-    scene: ScenePaths = None,
-    frame: FrameRequest | None = None,
-    progress: Progress = silent,
-) -> Written:
-    """Write a plan in several formats into one folder, each under its standard name; as `export_plan`.
-
-    Of all formats, those that need a CRS are left out of a plan without one, those that need the scene file where it
-    is not found, and remarks say so. What is asked for by its own name, or with a scene file that is told, is refused.
-    """
-    chosen = formats_named(names)
-    opened = plan if isinstance(plan, PlanSource) else open_plan(plan, scene=scene, frame=frame)
-    chosen, left_out = _without_scene(opened, chosen, names)
-    _check_scene(opened, chosen)
-    held: list[Format] = []
-    told: dict[str, list[str]] = {}
-    with target_guarded(opened, target):
-        check_folder(target, overwrite=overwrite)
-        with staged_folder(target, replace=overwrite) as staging:
-            for n_done, each in enumerate(chosen):
-                progress(ProgressEvent(STAGE, n_done, len(chosen), each.name))
-                path = staging / each.file_name
-                if each.is_folder:
-                    path.mkdir()
-                try:
-                    for remark in dict.fromkeys(_write(each, opened, path, options, progress)):
-                        told.setdefault(remark, []).append(each.name)
-                    held.append(each)
-                except CrsNeededError as error:
-                    if ALL not in names:
-                        raise
-                    left_out.append(f"left out: {error}")
-            write_record(opened, _names_of(held), staging, _subtracted_m(opened, held, options))
-    # What several formats remark, as on the way to longitude and latitude, is told once.
-    remarks = [f"{', '.join(by)}: {remark}" for remark, by in told.items()]
-    return _written(opened, target, (*left_out, *remarks))
-
-
-def _write(chosen: Format, plan: PlanSource, path: Path, options: Options, progress: Progress) -> tuple[str, ...]:
-    """Write in the unit of the plan's site coordinates, or in metres where the format has no other."""
-    if chosen.feet or not plan.frame.unit.is_feet:
-        return chosen.write(plan, path, options, progress)
-    remarks = chosen.write(in_metres(plan), path, options, progress)
-    return (*remarks, f"in metres, not in {plan.frame.unit.many}: the format has no other unit")
-
-
-def in_metres(plan: PlanSource) -> PlanSource:
-    """Return the plan with site coordinates that are written in metres."""
-    return replace(plan, frame=plan.frame.in_metres())
-
-
-def _written(plan: PlanSource, target: Path, remarks: Sequence[str]) -> Written:
-    frame = plan.frame
-    return Written(target, *size_of(target), (*frame.warnings, *remarks), frame.crs_line, frame.notes)
-
-
-def _names_of(formats: Sequence[Format]) -> dict[str, str]:
-    """Name -> what it is called in a folder."""
-    return {each.name: each.file_name for each in formats}
-
-
-def _subtracted_m(plan: PlanSource, formats: Sequence[Format], options: Options) -> dict[str, list[float]]:
-    """File -> E, N, H taken off its coordinates, metres, of formats that take the option; none where nothing is."""
-    if not any(options.subtract):
-        return {}
-    taken_off_m = [float(value) * plan.frame.unit.metres for value in options.subtract]
-    return {each.file_name: taken_off_m for each in formats if "subtract" in each.options}
-
-
-def _without_scene(
-    plan: PlanSource, chosen: tuple[Format, ...], names: Sequence[str]
-) -> tuple[tuple[Format, ...], list[str]]:
-    """Return the formats that can be had, and remarks on those of `all` that need a scene file which is not found."""
-    spare = [each for each in chosen if each.needs_scene and each.name not in names]
-    if not spare or plan.told_scene:
-        return chosen, []
-    try:
-        plan.scene_paths()
-    except ExportError as error:
-        remarks = [f"left out: {each.name}: {error}" for each in spare]
-        return tuple(each for each in chosen if each not in spare), remarks
-    return chosen, []
-
-
-def _check_scene(plan: PlanSource, formats: Sequence[Format]) -> None:
-    """Say at once that the scene is missing, before minutes of work."""
-    if any(each.needs_scene for each in formats):
-        plan.scene_paths()

@@ -71,8 +71,8 @@ def test_unchanged_list_has_the_figures_of_the_plan_itself(live: LivePlan, sourc
 def test_list_from_the_field_pack_has_the_figures_of_the_plan_itself(
     live: LivePlan, source: PlanSource, tmp_path: Path
 ) -> None:
-    from planner_core.export.formats import export_plan
     from planner_core.export.options import Options
+    from planner_core.export.write import export_plan
 
     export_plan("csv", source, tmp_path / "site.csv", Options(columns="generic"))
     actual = read_actual([tmp_path / "site.csv"], source)

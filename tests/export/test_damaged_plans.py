@@ -10,7 +10,7 @@ import pytest
 from small_pictures import draw_small
 
 from planner_core.errors import LONGEST_LINE, PlannerError
-from planner_core.export.formats import export_plan
+from planner_core.export.write import export_plan
 from planner_core.plan_folder.plan_source import open_plan
 
 N_DAMAGES = 25

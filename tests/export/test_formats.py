@@ -17,9 +17,10 @@ from tlsplan.formats_reference import page
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import ExportError, OutputExistsError, PlanFolderError, RequirementError
 from planner_core.export import formats
-from planner_core.export.formats import ALL, FORMATS, Format, export_pack, export_plan, formats_named
+from planner_core.export.formats import ALL, FORMATS, Format, formats_named
 from planner_core.export.options import Options
 from planner_core.export.targets import RECORD
+from planner_core.export.write import export_pack, export_plan
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.progress import Progress, ProgressEvent
 

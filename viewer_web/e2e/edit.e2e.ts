@@ -2,14 +2,14 @@
 import { mkdirSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
-import type { Browser, Locator } from 'playwright-core';
-import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test } from 'vitest';
+import type { Locator } from 'playwright-core';
+import { afterEach, beforeEach, expect, inject, test } from 'vitest';
 import type { Review } from '../src/api/documents.ts';
 import { readFramed } from '../src/api/framing.ts';
 import { GROUND, GroundMap as Ground, type GroundMap } from '../src/edit/ground-map.ts';
-import { launchBrowser, ViewerPage } from './browser.ts';
+import { ViewerPage } from './browser.ts';
+import { ownCopy } from './own-copy.ts';
 import { PlanFiles } from './plan-files.ts';
-import { type PlanServer, serveCopy } from './plan-server.ts';
 
 const RESULTS = fileURLToPath(new URL('../test-results/', import.meta.url));
 const planFolder = inject('planFolder');
@@ -17,19 +17,10 @@ const { plan } = new PlanFiles(planFolder);
 const floor = [...plan.floors].sort((a, b) => a.elevation_m - b.elevation_m)[0];
 const stations = plan.stations.filter((station) => station.floor === floor.id);
 
-let browser: Browser;
-let server: PlanServer;
+const own = ownCopy(planFolder);
 let viewer: ViewerPage;
-beforeAll(async () => {
-  browser = await launchBrowser();
-  server = await serveCopy(planFolder);
-});
-afterAll(async () => {
-  await browser.close();
-  await server.stop();
-});
 beforeEach(async () => {
-  viewer = await ViewerPage.create(browser, server.address, { width: 960, height: 600 });
+  viewer = await ViewerPage.create(own.browser, own.server.address, { width: 960, height: 600 });
   await viewer.open(`#floor=${floor.id}&tab=edit`);
   // First that there is a server, then that it is ready.
   await viewer.page.getByRole('radiogroup', { name: 'Tool' }).waitFor();

@@ -1,36 +1,27 @@
 /** On site and by keys: what stays where it is, what others change meanwhile, small pictures, paper, names for assistive tools. */
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import type { Browser, Locator } from 'playwright-core';
-import { afterAll, afterEach, beforeAll, expect, inject, test } from 'vitest';
+import type { Locator } from 'playwright-core';
+import { afterEach, expect, inject, test } from 'vitest';
 import type { Change, Review } from '../src/api/documents.ts';
-import { type Look, launchBrowser, ViewerPage } from './browser.ts';
+import { type Look, ViewerPage } from './browser.ts';
+import { ownCopy } from './own-copy.ts';
 import { PlanFiles } from './plan-files.ts';
-import { type PlanServer, serveCopy } from './plan-server.ts';
 
 const planFolder = inject('planFolder');
 const { plan } = new PlanFiles(planFolder);
 const floor = [...plan.floors].sort((a, b) => a.elevation_m - b.elevation_m)[0];
 const [first, second] = plan.stations.filter(({ floor: id }) => id === floor.id);
 
-let browser: Browser;
-let server: PlanServer;
+const own = ownCopy(planFolder);
 let viewer: ViewerPage;
-beforeAll(async () => {
-  browser = await launchBrowser();
-  server = await serveCopy(planFolder);
-});
-afterAll(async () => {
-  await browser.close();
-  await server.stop();
-});
 afterEach(async () => {
   await viewer.page.close();
   expect(viewer.faults).toEqual([]);
 });
 
 async function open(hash: string, look: Look = {}): Promise<void> {
-  viewer = await ViewerPage.create(browser, server.address, { width: 1024, height: 768, ...look });
+  viewer = await ViewerPage.create(own.browser, own.server.address, { width: 1024, height: 768, ...look });
   await viewer.open(`#floor=${floor.id}&${hash}`);
 }
 
@@ -198,7 +189,7 @@ async function isTable(x: number, y: number): Promise<boolean> {
 }
 
 test('what is not planned and what is not met stand beside the headline, and show in the building', async () => {
-  viewer = await ViewerPage.create(browser, server.address, { width: 1024, height: 768 });
+  viewer = await ViewerPage.create(own.browser, own.server.address, { width: 1024, height: 768 });
   const inside = [...first.position] as [number, number, number];
   inside[2] = floor.elevation_m;
   const results = plan.requirements.results.map((result, i) =>

@@ -1,12 +1,12 @@
 /** Planning again from a real browser: the form, a run's progress, its plan opened, compared and deleted. */
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
-import type { Browser, Locator } from 'playwright-core';
-import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test, vi } from 'vitest';
+import type { Locator } from 'playwright-core';
+import { afterEach, beforeEach, expect, inject, test, vi } from 'vitest';
 import type { Run } from '../src/api/documents.ts';
-import { launchBrowser, ViewerPage } from './browser.ts';
+import { ViewerPage } from './browser.ts';
+import { ownCopy } from './own-copy.ts';
 import { PlanFiles } from './plan-files.ts';
-import { type PlanServer, serveCopy } from './plan-server.ts';
 
 // A run is a real one: it loads the scene, scans and chooses, on a machine that may be busy.
 vi.setConfig({ testTimeout: 1_500_000, hookTimeout: 600_000 });
@@ -15,20 +15,11 @@ const RUN_MS = 540_000;
 const planFolder = inject('planFolder');
 const { plan } = new PlanFiles(planFolder);
 
-let browser: Browser;
-let server: PlanServer;
+const own = ownCopy(planFolder);
 let viewer: ViewerPage;
 let held: number | null = null;
-beforeAll(async () => {
-  browser = await launchBrowser();
-  server = await serveCopy(planFolder);
-});
-afterAll(async () => {
-  await browser.close();
-  await server.stop();
-});
 beforeEach(async () => {
-  viewer = await ViewerPage.create(browser, server.address, { width: 900, height: 700 });
+  viewer = await ViewerPage.create(own.browser, own.server.address, { width: 900, height: 700 });
   await viewer.open('#tab=runs');
 });
 afterEach(async () => {
@@ -42,7 +33,7 @@ const card = (id: string): Locator => viewer.page.locator(`[data-run="${id}"]`);
 
 /** Stop a run's process as soon as it tells of stations: on a busy machine it might end before they are looked at. */
 async function holdAtItsBest(id: string): Promise<void> {
-  const folder = join(server.folder, 'runs');
+  const folder = join(own.server.folder, 'runs');
   const told = (file: string) => JSON.parse(readFileSync(join(folder, file), 'utf8'));
   await expect.poll(() => told(`${id}/run.json`).best, { timeout: RUN_MS, interval: 20 }).not.toBeNull();
   const { run, pid } = told('.turn') as { run: string; pid: number };

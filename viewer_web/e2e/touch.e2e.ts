@@ -1,10 +1,10 @@
 /** Editing with fingers, as on a tablet: stations dragged, the building pinched, and both begun on a station's number. */
-import type { Browser, CDPSession, Locator } from 'playwright-core';
-import { afterAll, afterEach, beforeAll, beforeEach, expect, inject, test } from 'vitest';
+import type { CDPSession, Locator } from 'playwright-core';
+import { afterEach, beforeEach, expect, inject, test } from 'vitest';
 import type { Review } from '../src/api/documents.ts';
-import { launchBrowser, ViewerPage } from './browser.ts';
+import { ViewerPage } from './browser.ts';
+import { ownCopy } from './own-copy.ts';
 import { PlanFiles } from './plan-files.ts';
-import { type PlanServer, serveCopy } from './plan-server.ts';
 
 const planFolder = inject('planFolder');
 const { plan } = new PlanFiles(planFolder);
@@ -13,20 +13,11 @@ const [station] = plan.stations.filter(({ floor: id }) => id === floor.id);
 
 type Place = readonly [number, number];
 
-let browser: Browser;
-let server: PlanServer;
+const own = ownCopy(planFolder);
 let viewer: ViewerPage;
 let fingers: CDPSession;
-beforeAll(async () => {
-  browser = await launchBrowser();
-  server = await serveCopy(planFolder);
-});
-afterAll(async () => {
-  await browser.close();
-  await server.stop();
-});
 beforeEach(async () => {
-  viewer = await ViewerPage.create(browser, server.address, { width: 1024, height: 768, hasTouch: true });
+  viewer = await ViewerPage.create(own.browser, own.server.address, { width: 1024, height: 768, hasTouch: true });
   fingers = await viewer.page.context().newCDPSession(viewer.page);
 });
 afterEach(async () => {

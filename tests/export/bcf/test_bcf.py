@@ -22,8 +22,8 @@ from PIL import Image
 
 from planner_core.coordinates.request import FrameRequest
 from planner_core.errors import PlanFolderError
-from planner_core.export.formats import export_plan
 from planner_core.export.options import Options
+from planner_core.export.write import export_plan
 from planner_core.model import FloatArray
 from planner_core.review.changes import AddComment, Change, MoveStation, RemoveStation, ResolveComment
 from planner_core.review.store import ReviewStore

@@ -15,8 +15,9 @@ from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import ExportError
 from planner_core.export.clouds.e57 import _E57
 from planner_core.export.clouds.points import STAGE
-from planner_core.export.formats import FORMATS, export_plan
+from planner_core.export.formats import FORMATS
 from planner_core.export.options import Options
+from planner_core.export.write import export_plan
 from planner_core.plan_folder.plan_source import FieldStation, PlanSource, open_plan
 from planner_core.progress import ProgressEvent
 

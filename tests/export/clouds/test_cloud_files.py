@@ -32,8 +32,9 @@ from numpy.typing import NDArray
 from planner_core.export.clouds.e57 import rotation_of
 from planner_core.export.clouds.exr import _Preview
 from planner_core.export.clouds.points import ScanBlock, open_clouds
-from planner_core.export.formats import FORMATS, export_plan
+from planner_core.export.formats import FORMATS
 from planner_core.export.options import Options
+from planner_core.export.write import export_plan
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 
 Floats = NDArray[np.float64]

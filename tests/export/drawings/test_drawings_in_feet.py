@@ -14,9 +14,9 @@ import pytest
 
 from planner_core.coordinates.frame import matrix_of
 from planner_core.export.dxf import BLOCK, write_dxf
-from planner_core.export.formats import export_plan
 from planner_core.export.ifc_stations import write_ifc
 from planner_core.export.options import Options
+from planner_core.export.write import export_plan
 from planner_core.model import FOOT, METRE, US_SURVEY_FOOT, SiteFrame
 from planner_core.plan_folder.plan_source import PlanSource
 from planner_core.progress import silent

@@ -9,7 +9,8 @@ from field_plan import field_plan, site_frame
 
 from planner_core.errors import CrsNeededError
 from planner_core.export import formats
-from planner_core.export.formats import FORMATS, export_pack
+from planner_core.export.formats import FORMATS
+from planner_core.export.write import export_pack
 from planner_core.plan_folder.plan_source import PlanSource
 
 NAMES = ("csv", "gsi16", "landxml", "geojson", "kml")

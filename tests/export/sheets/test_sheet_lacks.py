@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from planner_core.errors import ExportError, RequirementError
-from planner_core.export.formats import export_plan
 from planner_core.export.options import Options
 from planner_core.export.sheets.building import Building, read_building
 from planner_core.export.sheets.pdf import write_pdf
+from planner_core.export.write import export_plan
 from planner_core.plan_folder.plan_source import PlanSource, open_plan
 from planner_core.progress import silent
 

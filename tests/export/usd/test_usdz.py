@@ -17,7 +17,7 @@ from planner_core.coordinates.request import FrameRequest
 from planner_core.coverage.survey import make_survey
 from planner_core.engine.scan_engine import open_engine
 from planner_core.errors import ExportError
-from planner_core.export.formats import export_plan
+from planner_core.export.write import export_plan
 from planner_core.model import Greedy, PlanSettings, Requirements, Scanner
 from planner_core.plan_folder.face_results import face_results
 from planner_core.plan_folder.plan_json import plan_text
