@@ -173,12 +173,10 @@ def joined_views(views: Sequence[SectionView], ground: Sequence[Int32Array]) -> 
     """
     if len(views) == 1:
         return views[0]
-    away = [
-        distance_transform_edt(~np.isin(view.triangle, triangles))
-        if np.isin(view.triangle, triangles).any()
-        else np.full(view.triangle.shape, np.inf)
-        for view, triangles in zip(views, ground, strict=True)
-    ]
+    away = []
+    for view, triangles in zip(views, ground, strict=True):
+        shown = np.isin(view.triangle, triangles)
+        away.append(distance_transform_edt(~shown) if shown.any() else np.full(shown.shape, np.inf))
     level = np.argmin(away, axis=0).astype(np.uint8)
     triangle, patch, depth_m, facing = (
         np.choose(level, [getattr(view, name) for view in views]) for name in ("triangle", "patch", "depth_m", "facing")

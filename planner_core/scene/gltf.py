@@ -19,14 +19,14 @@ from typing import TypeVar
 
 import numpy as np
 
-from planner_core.errors import SceneError
+from planner_core.errors import SceneError, one_line
 from planner_core.model import Element, FloatArray, Int64Array, LoadReport, Optics
 from planner_core.scene.gltf_bytes import embedded, file_beside, glb_chunks
 from planner_core.scene.gltf_draco import DRACO, decoded
 from planner_core.scene.gltf_json import JsonObject
 from planner_core.scene.materials import optics_of_material, optics_of_name
 from planner_core.scene.raw import Parts, RawScene, chained, exact, is_mirrored, placed, turned_over, what_it_looks_like
-from planner_core.scene.wording import bad_index_error, grouped, one_line
+from planner_core.scene.wording import bad_index_error, grouped
 
 _COMPONENT = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _LARGEST = {"<i1": 127.0, "<u1": 255.0, "<i2": 32767.0, "<u2": 65535.0}

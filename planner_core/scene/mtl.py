@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
+from planner_core.errors import one_line
 from planner_core.model import Optics, UInt8Array
 from planner_core.scene.materials import optics_of_material, optics_of_name
-from planner_core.scene.wording import one_line
 
 _LARGEST_BYTES = 16 * 2**20
 """Of all libraries together. A material takes some hundred bytes."""

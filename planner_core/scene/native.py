@@ -12,12 +12,11 @@ from pathlib import Path
 
 from planner_core import child_process
 from planner_core.child_process import LostChildError, limits_for, progress_of_child
-from planner_core.errors import SceneError
+from planner_core.errors import SceneError, one_line
 from planner_core.model import Element, Georeference, LoadReport, Room, Storey
 from planner_core.progress import Progress
 from planner_core.scene.ifc_shapes import SHAPES
 from planner_core.scene.raw import RawScene
-from planner_core.scene.wording import one_line
 
 _CLASSES = (RawScene, Element, Storey, Room, LoadReport, Georeference)
 _LIBRARY = {"ifc": "IfcOpenShell", "usd": "the USD library", "gltf": "the Draco library"}

@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from planner_core.errors import SceneError
+from planner_core.errors import SceneError, one_line
 from planner_core.model import FloatArray, Int64Array
-from planner_core.scene.wording import one_line
 
 DEVIATION_M = 0.0005
 """By how much an edge of a round shape may leave the true surface; a face that is round both ways, by twice as much.

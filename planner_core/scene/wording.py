@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from planner_core.errors import SceneError
+from planner_core.errors import SceneError, one_line
 
 _LONGEST_REASON = 300
 
@@ -24,12 +24,6 @@ def is_text(name: str) -> bool:
     except UnicodeEncodeError:
         return False
     return True
-
-
-def one_line(text: str) -> str:
-    """`text` fit for a message: readable, on one line whatever names it quotes, and nothing that steers a terminal."""
-    words = " ".join(readable(text).split())
-    return words if words.isprintable() else "".join(c if c.isprintable() else "\ufffd" for c in words)
 
 
 def reason_of(error: Exception) -> str:
